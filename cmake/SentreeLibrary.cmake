@@ -1,0 +1,54 @@
+# sentree_library(NAME [DEPENDS sentree libraries…] [PUBLIC others…] [PRIVATE others…])
+#
+# The folder is the library: every x.cpp belongs to it, every x_test.cpp to its test program NAME_test
+# (a ctest per TEST, labelled NAME), every x.h is public and must compile alone.
+function(sentree_library name)
+  cmake_parse_arguments(arg "" "" "DEPENDS;PUBLIC;PRIVATE" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS *.cpp)
+  file(GLOB headers CONFIGURE_DEPENDS *.h)
+  file(GLOB tests CONFIGURE_DEPENDS *_test.cpp)
+  list(FILTER sources EXCLUDE REGEX "_test\\.cpp$")
+
+  add_library(sentree_${name} STATIC ${sources})
+  add_library(sentree::${name} ALIAS sentree_${name})
+  set_target_properties(sentree_${name} PROPERTIES EXPORT_NAME ${name})
+  target_include_directories(sentree_${name} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_compile_features(sentree_${name} PUBLIC cxx_std_20)
+  list(TRANSFORM arg_DEPENDS PREPEND sentree::)
+  target_link_libraries(sentree_${name} PUBLIC ${arg_DEPENDS} ${arg_PUBLIC}
+    PRIVATE ${arg_PRIVATE} $<BUILD_INTERFACE:sentree_options>)
+  set_property(GLOBAL APPEND PROPERTY SENTREE_LIBRARIES ${name})
+
+  if(SENTREE_TESTS)
+    sentree_headers_compile_alone(${name} ${headers})
+    if(tests)
+      sentree_test(${name}_test SOURCES ${tests} LIBRARIES sentree::${name} ${arg_PRIVATE} LABEL ${name})
+    endif()
+  endif()
+endfunction()
+
+# sentree_test(NAME SOURCES … LIBRARIES … [LABEL …]): a GoogleTest program; each TEST is a ctest.
+function(sentree_test name)
+  cmake_parse_arguments(arg "" "LABEL" "SOURCES;LIBRARIES" ${ARGN})
+  add_executable(${name} ${arg_SOURCES})
+  target_link_libraries(${name} PRIVATE ${arg_LIBRARIES} GTest::gmock GTest::gtest_main sentree_options)
+  target_compile_definitions(${name} PRIVATE SENTREE_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
+    SENTREE_BINARY_DIR="${PROJECT_BINARY_DIR}")
+  gtest_discover_tests(${name} PROPERTIES LABELS "${arg_LABEL}" TIMEOUT 120 DISCOVERY_TIMEOUT 60)
+endfunction()
+
+# A translation unit per header that includes nothing else: a header that leans on another's includes does not build.
+function(sentree_headers_compile_alone name)
+  set(units)
+  foreach(header IN LISTS ARGN)
+    get_filename_component(stem ${header} NAME_WE)
+    set(unit ${CMAKE_CURRENT_BINARY_DIR}/alone/${stem}.cpp)
+    file(CONFIGURE OUTPUT ${unit} CONTENT "#include \"sentree/${name}/${stem}.h\"\n" @ONLY)
+    list(APPEND units ${unit})
+  endforeach()
+  if(units)
+    add_library(sentree_${name}_headers OBJECT ${units})
+    target_link_libraries(sentree_${name}_headers PRIVATE sentree::${name} sentree_options)
+  endif()
+endfunction()

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "sentree/base/result.h"
+
+namespace sentree::text {
+
+/// No file that people write by hand is larger; maps have a bound of their own.
+inline constexpr std::size_t kFileSizeMax = 64U << 20U;
+
+/// The bytes of a regular file. `shown_as` is the name used in messages (default: the path).
+/// Errors: file.not-found, file.not-a-file, file.unreadable, file.too-large.
+[[nodiscard]] Result<std::string> read_file(const std::filesystem::path& path, std::string shown_as = {},
+                                            std::size_t size_max = kFileSizeMax);
+
+/// Writes beside the file and renames, so that a reader sees the old or the new content, never half.
+/// Error: file.unwritable.
+[[nodiscard]] Result<void> write_file(const std::filesystem::path& path, std::string_view content);
+
+}  // namespace sentree::text
