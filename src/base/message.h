@@ -13,7 +13,8 @@ enum class MessageKind { kRequest, kReply, kError, kEvent };
 
 [[nodiscard]] std::string_view to_string(MessageKind kind);
 
-/// Lamport's logical clock (Lamport 1978): an effect has a greater stamp than its cause, whatever the hosts' clocks say.
+/// Lamport's logical clock (Lamport 1978): an effect has a greater stamp than its cause, whatever the hosts' clocks
+/// say.
 using CausalStamp = std::uint64_t;
 
 /// Everything that passes between layers: what monitors, recorder and studio observe.
@@ -26,11 +27,11 @@ struct Message {
   TimePoint time{};            ///< When it was published, on the run's clock.
   CausalStamp stamp = 0;
   MessageKind kind = MessageKind::kEvent;
-  std::string source;          ///< Who sent it: a leaf, a service, "mission", "scenario".
-  std::string target;          ///< Whom it is for; empty for events.
+  std::string source;  ///< Who sent it: a leaf, a service, "mission", "scenario".
+  std::string target;  ///< Whom it is for; empty for events.
   std::string name;
-  std::uint64_t call = 0;      ///< Joins a request with its outcome; 0 for events.
-  std::uint64_t tick = 0;      ///< Number of the root tick during which it was published, from 1; 0 before the first.
+  std::uint64_t call = 0;  ///< Joins a request with its outcome; 0 for events.
+  std::uint64_t tick = 0;  ///< Number of the root tick during which it was published, from 1; 0 before the first.
   Value data;
 
   friend bool operator==(const Message&, const Message&) = default;

@@ -15,8 +15,7 @@ using Result = tl::expected<T, Diagnostic>;
 
 /// Shorthand for the failing side of a `Result`.
 [[nodiscard]] inline tl::unexpected<Diagnostic> fail(std::string code, std::string message, SourceSpan span = {}) {
-  return tl::unexpected<Diagnostic>(
-      Diagnostic{Severity::kError, std::move(code), std::move(message), std::move(span)});
+  return tl::unexpected<Diagnostic>(Diagnostic{Severity::kError, std::move(code), std::move(message), std::move(span)});
 }
 
 /// What a loader returns: everything it found, and the value if no finding is an error.

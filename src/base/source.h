@@ -10,10 +10,10 @@ namespace sentree {
 /// A place in a source text, for messages. Lines and columns count from 1; columns count bytes.
 /// Line 0 means "the file as a whole".
 struct SourceSpan {
-  std::string file;    ///< As the user wrote it; empty for text that came from memory.
-  int line = 0;        ///< 1-based; 0: no line.
-  int column = 0;      ///< 1-based, in bytes; 0: no column.
-  int length = 0;      ///< Bytes covered from the start; 0: unknown.
+  std::string file;  ///< As the user wrote it; empty for text that came from memory.
+  int line = 0;      ///< 1-based; 0: no line.
+  int column = 0;    ///< 1-based, in bytes; 0: no column.
+  int length = 0;    ///< Bytes covered from the start; 0: unknown.
 
   friend auto operator<=>(const SourceSpan&, const SourceSpan&) = default;
 };

@@ -78,7 +78,8 @@ const Value* Value::at(std::initializer_list<std::string_view> path) const {
 
 bool operator==(const Value& a, const Value& b) {
   if (a.data_.index() != b.data_.index()) return false;
-  if (const double* x = a.as_double()) return std::bit_cast<std::uint64_t>(*x) == std::bit_cast<std::uint64_t>(*b.as_double());
+  if (const double* x = a.as_double())
+    return std::bit_cast<std::uint64_t>(*x) == std::bit_cast<std::uint64_t>(*b.as_double());
   return a.data_ == b.data_;
 }
 
@@ -176,8 +177,10 @@ void append_json(std::string& out, const Value& value) {
     case Value::Type::kInt: out += std::to_string(*value.as_int()); return;
     case Value::Type::kDouble: {
       const std::string text = shortest_decimal(*value.as_double());
-      if (std::isfinite(*value.as_double())) out += text;
-      else append_json_string(out, text);
+      if (std::isfinite(*value.as_double()))
+        out += text;
+      else
+        append_json_string(out, text);
       return;
     }
     case Value::Type::kString: append_json_string(out, *value.as_string()); return;

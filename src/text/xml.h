@@ -30,7 +30,6 @@ struct XmlAttribute {
   std::string_view value;  ///< Entities and character references resolved, white space normalised (XML 1.0, 3.3.3).
 };
 
-
 /// A handle to an element: two pointers, cheap to copy; valid as long as the document.
 /// A default-made handle is false and has no children.
 class XmlElement {
@@ -44,9 +43,9 @@ class XmlElement {
   [[nodiscard]] std::string_view namespace_uri() const;  ///< Resolved through the ancestors' xmlns; empty if none.
   [[nodiscard]] XmlElement parent() const;
 
-  [[nodiscard]] XmlElement first_child() const;          ///< First child element.
-  [[nodiscard]] XmlElement next_sibling() const;         ///< Next sibling element.
-  [[nodiscard]] std::vector<XmlElement> children() const;///< Child elements.
+  [[nodiscard]] XmlElement first_child() const;            ///< First child element.
+  [[nodiscard]] XmlElement next_sibling() const;           ///< Next sibling element.
+  [[nodiscard]] std::vector<XmlElement> children() const;  ///< Child elements.
   [[nodiscard]] XmlElement child(std::string_view local_name) const;
 
   [[nodiscard]] std::vector<XmlAttribute> attributes() const;  ///< In the order written, xmlns included.
@@ -63,9 +62,9 @@ class XmlElement {
   /// The source bytes between the start and the end tag, as written.
   [[nodiscard]] std::string_view inner_source() const;
 
-  [[nodiscard]] std::size_t offset() const;      ///< Byte offset of the '<'.
-  [[nodiscard]] std::size_t end_offset() const;  ///< One past the '>' of the end tag.
-  [[nodiscard]] SourceSpan span() const;         ///< Of the '<'.
+  [[nodiscard]] std::size_t offset() const;                                    ///< Byte offset of the '<'.
+  [[nodiscard]] std::size_t end_offset() const;                                ///< One past the '>' of the end tag.
+  [[nodiscard]] SourceSpan span() const;                                       ///< Of the '<'.
   [[nodiscard]] SourceSpan attribute_span(std::string_view name) const;        ///< Of the attribute's name.
   [[nodiscard]] SourceSpan attribute_value_span(std::string_view name) const;  ///< Of the value's first byte.
 
@@ -82,6 +81,12 @@ class XmlElement {
   pugi::xml_node_struct* node_ = nullptr;
 };
 
+struct XmlOptions {
+  /// Accept what other readers of Behavior Trees accept, with a warning each: '<' and a bare '&' in attribute
+  /// values, prefixes that no xmlns declares.
+  bool lenient = false;
+};
+
 /// A parsed, well-formed XML document that remembers its source byte for byte.
 ///
 /// Stricter than pugixml: one root, matching tags, no duplicate attribute, no '<' in values, only the
@@ -89,9 +94,10 @@ class XmlElement {
 /// there is no entity expansion), valid UTF-8, bound prefixes, nesting up to `kXmlNestingMax`.
 class XmlDocument {
  public:
-  /// Errors: xml.syntax, xml.namespace, xml.too-deep, each with line and column.
-  /// Cost: O(size), about 4 ms a megabyte.
-  [[nodiscard]] static Result<XmlDocument> parse(std::string source, std::string file = {});
+  /// Errors: xml.syntax, xml.namespace, xml.too-deep, each with line and column. Only UTF-8 is read.
+  /// Cost: O(size).
+  [[nodiscard]] static Result<XmlDocument> parse(std::string source, std::string file = {},
+                                                 const XmlOptions& options = {});
 
   XmlDocument(XmlDocument&&) noexcept;
   XmlDocument& operator=(XmlDocument&&) noexcept;
@@ -101,6 +107,8 @@ class XmlDocument {
   [[nodiscard]] const std::string& source() const;
   [[nodiscard]] const std::string& file() const;
   [[nodiscard]] SourceSpan span_at(std::size_t offset) const;
+  /// What was accepted only because of `XmlOptions::lenient`.
+  [[nodiscard]] const Diagnostics& warnings() const;
 
  private:
   friend class XmlElement;

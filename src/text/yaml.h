@@ -18,10 +18,10 @@ struct YamlNode {
 
   Kind kind = Kind::kNull;
   SourceSpan span;
-  std::string scalar;                                   ///< kScalar: the text, unquoted.
-  bool quoted = false;                                  ///< kScalar: written in quotes, so it is a string.
-  std::vector<YamlNode> items;                          ///< kSequence.
-  std::vector<std::pair<YamlNode, YamlNode>> entries;   ///< kMapping, in the order of the file; keys are scalars.
+  std::string scalar;                                  ///< kScalar: the text, unquoted.
+  bool quoted = false;                                 ///< kScalar: written in quotes, so it is a string.
+  std::vector<YamlNode> items;                         ///< kSequence.
+  std::vector<std::pair<YamlNode, YamlNode>> entries;  ///< kMapping, in the order of the file; keys are scalars.
 
   [[nodiscard]] bool is_null() const { return kind == Kind::kNull; }
   [[nodiscard]] bool is_scalar() const { return kind == Kind::kScalar; }

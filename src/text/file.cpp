@@ -1,0 +1,75 @@
+#include "sentree/text/file.h"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <system_error>
+
+namespace sentree::text {
+
+namespace {
+
+struct CloseFile {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+using File = std::unique_ptr<std::FILE, CloseFile>;
+
+}  // namespace
+
+Result<std::string> read_file(const std::filesystem::path& path, std::string shown_as, std::size_t size_max) {
+  if (shown_as.empty()) shown_as = path.string();
+  const SourceSpan place{shown_as};
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (status.type() == std::filesystem::file_type::not_found) return fail("file.not-found", "no such file", place);
+  if (status.type() != std::filesystem::file_type::regular) return fail("file.not-a-file", "not a regular file", place);
+
+  const File file(std::fopen(path.c_str(), "rb"));
+  if (!file) return fail("file.unreadable", std::string("cannot be read: ") + std::strerror(errno), place);
+  std::string content;
+  char buffer[64 * 1024];
+  for (;;) {
+    const std::size_t got = std::fread(buffer, 1, sizeof buffer, file.get());
+    content.append(buffer, got);
+    if (content.size() > size_max) {
+      return fail("file.too-large", "larger than the " + std::to_string(size_max) + " bytes that are read at most",
+                  place);
+    }
+    if (got < sizeof buffer) break;
+  }
+  if (std::ferror(file.get()))
+    return fail("file.unreadable", std::string("cannot be read: ") + std::strerror(errno), place);
+  return content;
+}
+
+Result<void> write_file(const std::filesystem::path& path, std::string_view content) {
+  const auto unwritable = [&] {
+    return fail("file.unwritable", std::string("cannot be written: ") + std::strerror(errno),
+                SourceSpan{path.string()});
+  };
+  std::filesystem::path temporary = path;
+  temporary += ".part";
+  {
+    std::FILE* file = std::fopen(temporary.c_str(), "wb");
+    if (file == nullptr) return unwritable();
+    const bool written = std::fwrite(content.data(), 1, content.size(), file) == content.size();
+    // A full disk may show only when the buffer is flushed.
+    const bool closed = std::fclose(file) == 0;
+    if (!written || !closed) {
+      const int why = errno;
+      std::remove(temporary.c_str());
+      errno = why;
+      return unwritable();
+    }
+  }
+  if (std::rename(temporary.c_str(), path.c_str()) != 0) {
+    const int why = errno;
+    std::remove(temporary.c_str());
+    errno = why;
+    return unwritable();
+  }
+  return {};
+}
+
+}  // namespace sentree::text

@@ -1,0 +1,93 @@
+#include "sentree/text/json.h"
+
+#include <limits>
+#include <nlohmann/json.hpp>
+
+namespace sentree::text {
+
+namespace {
+
+// Builds a Value straight from the parser's events, so that depth is bounded before anything is built.
+class Builder final : public nlohmann::json_sax<nlohmann::json> {
+ public:
+  Builder(const LineIndex& lines, const std::string& file) : lines_(lines), file_(file) {}
+
+  bool null() override { return add(Value()); }
+  bool boolean(bool v) override { return add(v); }
+  bool number_integer(number_integer_t v) override { return add(Value(static_cast<std::int64_t>(v))); }
+  bool number_unsigned(number_unsigned_t v) override {
+    if (v <= static_cast<number_unsigned_t>(std::numeric_limits<std::int64_t>::max())) {
+      return add(Value(static_cast<std::int64_t>(v)));
+    }
+    return add(static_cast<double>(v));
+  }
+  bool number_float(number_float_t v, const string_t&) override { return add(static_cast<double>(v)); }
+  bool string(string_t& v) override { return add(std::move(v)); }
+  bool binary(binary_t&) override { return false; }
+  bool start_object(std::size_t) override { return open(Map()); }
+  bool key(string_t& v) override {
+    keys_.back() = std::move(v);
+    return true;
+  }
+  bool end_object() override { return close(); }
+  bool start_array(std::size_t) override { return open(List()); }
+  bool end_array() override { return close(); }
+  bool parse_error(std::size_t position, const std::string& token, const nlohmann::detail::exception& error) override {
+    const auto at = lines_.position(position == 0 ? 0 : position - 1);
+    // The library's text begins with its own id and place: "[json.exception…] parse error at line …: text".
+    std::string what = error.what();
+    if (const auto colon = what.find(": "); colon != std::string::npos) what = what.substr(colon + 2);
+    (void)token;
+    failure = Diagnostic{Severity::kError, "json.syntax", "not JSON: " + what, {file_, at.line, at.column, 0}};
+    return false;
+  }
+
+  Value root;
+  std::optional<Diagnostic> failure;
+
+ private:
+  bool add(Value value) {
+    if (open_.empty()) {
+      root = std::move(value);
+    } else if (List* list = open_.back().as_list()) {
+      list->push_back(std::move(value));
+    } else {
+      (*open_.back().as_map())[keys_.back()] = std::move(value);
+    }
+    return true;
+  }
+  bool open(Value container) {
+    if (open_.size() >= kNestingMax) {
+      failure = Diagnostic{Severity::kError, "json.too-deep",
+                           "nested deeper than " + std::to_string(kNestingMax) + " levels", SourceSpan{file_}};
+      return false;
+    }
+    open_.push_back(std::move(container));
+    keys_.emplace_back();
+    return true;
+  }
+  bool close() {
+    Value done = std::move(open_.back());
+    open_.pop_back();
+    keys_.pop_back();
+    return add(std::move(done));
+  }
+
+  const LineIndex& lines_;
+  const std::string& file_;
+  std::vector<Value> open_;
+  std::vector<std::string> keys_;
+};
+
+}  // namespace
+
+Result<Value> parse_json(std::string_view source, std::string file) {
+  const LineIndex lines(source);
+  Builder builder(lines, file);
+  const bool parsed = nlohmann::json::sax_parse(source.begin(), source.end(), &builder);
+  if (builder.failure) return tl::unexpected(*builder.failure);
+  if (!parsed) return fail("json.syntax", "not JSON", SourceSpan{file});
+  return std::move(builder.root);
+}
+
+}  // namespace sentree::text

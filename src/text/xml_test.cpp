@@ -1,0 +1,127 @@
+#include "sentree/text/xml.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sentree::text {
+namespace {
+
+XmlDocument parse(std::string source, const XmlOptions& options = {}) {
+  auto document = XmlDocument::parse(std::move(source), "a.xml", options);
+  EXPECT_TRUE(document) << (document ? "" : to_string(document.error()));
+  return std::move(*document);
+}
+
+std::string refusal(std::string source) {
+  const auto document = XmlDocument::parse(std::move(source), "a.xml");
+  return document ? "accepted" : to_string(document.error());
+}
+
+TEST(XmlDocument, GivesElementsAttributesAndTheirPlaces) {
+  const auto document =
+      parse("\xEF\xBB\xBF<?xml version=\"1.0\"?>\n<!-- c -->\n<a>\n  <b x = '1' yy=\"&lt;2\"/>t</a>\n");
+  const XmlElement b = document.root().first_child();
+  EXPECT_EQ(b.name(), "b");
+  EXPECT_EQ(b.attribute("yy"), "<2");
+  EXPECT_EQ(b.attribute("z"), std::nullopt);
+  EXPECT_EQ(to_string(b.span()), "a.xml:4:3");
+  EXPECT_EQ(to_string(b.attribute_span("yy")), "a.xml:4:14");
+  EXPECT_EQ(to_string(b.attribute_value_span("yy")), "a.xml:4:18");
+  EXPECT_EQ(document.root().inner_source(), "\n  <b x = '1' yy=\"&lt;2\"/>t");
+  EXPECT_EQ(b.parent(), document.root());
+  EXPECT_FALSE(document.root().parent());
+}
+
+TEST(XmlDocument, ResolvesNamespacesThroughAncestors) {
+  const auto document = parse(R"(<s xmlns="u1" xmlns:q="u2"><q:a/><b xmlns=""/></s>)");
+  const auto children = document.root().children();
+  EXPECT_EQ(document.root().namespace_uri(), "u1");
+  EXPECT_EQ(children[0].namespace_uri(), "u2");
+  EXPECT_EQ(children[0].local_name(), "a");
+  EXPECT_EQ(children[1].namespace_uri(), "");
+}
+
+TEST(XmlDocument, JoinsTextAndCdata) {
+  EXPECT_EQ(parse("<a>x &amp; <!-- no --><![CDATA[<y>]]><b/></a>").root().text(), "x & <y>");
+}
+
+TEST(XmlDocument, RefusesWhatIsNotWellFormed) {
+  EXPECT_EQ(refusal(""), "a.xml:1:1: there is no root element");
+  EXPECT_EQ(refusal("<a>\n<b></a>"), "a.xml:2:4: </a> closes <b>");
+  EXPECT_EQ(refusal("<a>\n <b>"), "a.xml:2:2: <b> is never closed");
+  EXPECT_EQ(refusal("<a/><b/>"), "a.xml:1:5: a second root element; a document has one");
+  EXPECT_EQ(refusal("<a x='1' x='2'/>"), "a.xml:1:10: attribute \"x\" stands twice");
+  EXPECT_EQ(refusal("<a x='1<2'/>"), "a.xml:1:8: \"<\" in the value of attribute \"x\"; write \"&lt;\"");
+  EXPECT_EQ(refusal("<a>&nbsp;</a>"),
+            "a.xml:1:4: entity \"&nbsp;\" is not defined; only lt, gt, amp, quot and apos are");
+  EXPECT_EQ(refusal("<a>a & b</a>"), "a.xml:1:6: a bare \"&\"; write \"&amp;\"");
+  EXPECT_EQ(refusal("<q:a/>"), "a.xml:1:2: prefix \"q\" is not declared; add xmlns:q=\"…\"");
+  EXPECT_EQ(refusal("<a>\x01</a>"), "a.xml:1:4: control character 1 is not allowed in XML");
+  EXPECT_EQ(refusal("<a>\xC0\x80</a>"), "a.xml:1:4: not UTF-8; save the file in that encoding");
+  EXPECT_EQ(refusal("<a b/>"), "a.xml:1:4: attribute \"b\" has no value");
+  EXPECT_EQ(refusal("<a b=1/>"), "a.xml:1:6: the value of attribute \"b\" is not in quotes");
+  EXPECT_EQ(refusal("<a>&#0;</a>"), "a.xml:1:4: character reference \"&#0;\" names no character of XML");
+}
+
+TEST(XmlDocument, DefinesNoEntities) {
+  EXPECT_EQ(refusal("<!DOCTYPE a [<!ENTITY l 'lol'><!ENTITY m '&l;&l;&l;'>]><a>&m;</a>"),
+            "a.xml:1:59: entity \"&m;\" is not defined; only lt, gt, amp, quot and apos are");
+}
+
+TEST(XmlDocument, BoundsNesting) {
+  const auto nested = [](int depth) {
+    std::string xml;
+    for (int i = 0; i < depth; ++i) xml += "<a>";
+    for (int i = 0; i < depth; ++i) xml += "</a>";
+    return xml;
+  };
+  EXPECT_EQ(refusal(nested(kXmlNestingMax)), "accepted");
+  EXPECT_EQ(refusal(nested(kXmlNestingMax + 1)), "a.xml:1:3001: elements nested deeper than 1000 levels");
+}
+
+TEST(XmlDocument, IsLenientOnRequest) {
+  const auto document = parse("<a x='1 < 2 && y' b:c=''/>", {.lenient = true});
+  EXPECT_EQ(document.root().attribute("x"), "1 < 2 && y");
+  EXPECT_EQ(document.warnings().size(), 4U);
+}
+
+TEST(XmlEdit, ChangesOnePlace) {
+  const auto document = parse("<a>\n  <!-- keep -->\n  <b  x='1'   y=\"2\"/>\n</a>\n");
+  const XmlElement b = document.root().first_child();
+  XmlEdit edit(document);
+  edit.set_attribute(b, "x", "it's <");
+  edit.set_attribute(b, "z", "3");
+  edit.remove_attribute(b, "y");
+  EXPECT_EQ(*edit.apply(), "<a>\n  <!-- keep -->\n  <b  x='it&apos;s &lt;' z=\"3\"/>\n</a>\n");
+  edit.replace(b, "<c/>");
+  const auto overlapping = edit.apply();
+  ASSERT_FALSE(overlapping);
+  EXPECT_EQ(overlapping.error().code, "xml.overlapping-edits");
+
+  XmlEdit two(document);
+  two.set_attribute(b, "x", "it's <");
+  two.set_attribute(b, "z", "\"3\"");
+  two.append_child(b, "<c/>");
+  EXPECT_EQ(*two.apply(),
+            "<a>\n  <!-- keep -->\n  <b  x='it&apos;s &lt;'   y=\"2\" z=\"&quot;3&quot;\">\n    <c/>\n  </b>\n</a>\n");
+}
+
+TEST(XmlEdit, AddsAndRemovesElements) {
+  const auto document = parse("<a>\n  <b/>\n  <c/>\n</a>");
+  const auto children = document.root().children();
+  XmlEdit edit(document);
+  edit.insert_before(children[0], "<first/>");
+  edit.remove(children[1]);
+  EXPECT_EQ(*edit.apply(), "<a>\n  <first/>\n  <b/>\n</a>");
+  XmlEdit append(document);
+  append.append_child(document.root(), "<d/>");
+  EXPECT_EQ(*append.apply(), "<a>\n  <b/>\n  <c/>\n  <d/>\n</a>");
+}
+
+TEST(XmlEdit, OfNothingIsTheSource) {
+  const std::string source = "<?xml version='1.0'?><a  b = '1'><!-- x --></a >\r\n";
+  EXPECT_EQ(*XmlEdit(parse(source)).apply(), source);
+}
+
+}  // namespace
+}  // namespace sentree::text

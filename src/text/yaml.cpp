@@ -1,0 +1,209 @@
+#include "sentree/text/yaml.h"
+
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/exceptions.h>
+#include <yaml-cpp/parser.h>
+
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <sstream>
+
+#include "sentree/text/json.h"
+
+namespace sentree::text {
+
+namespace {
+
+constexpr std::size_t kNodesMax = 200'000;
+
+struct TooDeep {};
+struct TooLarge {};
+struct BadKey {
+  SourceSpan span;
+  std::string what;
+};
+
+// Builds our nodes from the parser's events: bounds hold before anything is built, and aliases are
+// copied under the same count, so that an alias bomb ends at `kNodesMax`.
+class Builder final : public YAML::EventHandler {
+ public:
+  explicit Builder(std::string file) : file_(std::move(file)) {}
+
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    add(make(mark, YamlNode::Kind::kNull), anchor);
+  }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    const auto known = anchors_.find(anchor);
+    if (known == anchors_.end()) throw BadKey{span(mark), "an alias cannot stand inside what it names"};
+    count(nodes_in(known->second));
+    add(known->second, YAML::NullAnchor);
+  }
+  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                const std::string& value) override {
+    YamlNode node = make(mark, YamlNode::Kind::kScalar);
+    node.scalar = value;
+    node.quoted = tag == "!";  // yaml-cpp: "!" for quoted, "?" for plain scalars
+    if (!node.quoted && (value == "~" || value == "null")) node.kind = YamlNode::Kind::kNull;
+    add(std::move(node), anchor);
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
+                       YAML::EmitterStyle::value) override {
+    open(make(mark, YamlNode::Kind::kSequence), anchor);
+  }
+  void OnSequenceEnd() override { close(); }
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
+                  YAML::EmitterStyle::value) override {
+    open(make(mark, YamlNode::Kind::kMapping), anchor);
+  }
+  void OnMapEnd() override { close(); }
+
+  YamlNode root;
+
+ private:
+  struct Open {
+    YamlNode node;
+    YAML::anchor_t anchor;
+    std::optional<YamlNode> key;
+  };
+
+  SourceSpan span(const YAML::Mark& mark) const { return {file_, mark.line + 1, mark.column + 1, 0}; }
+  YamlNode make(const YAML::Mark& mark, YamlNode::Kind kind) {
+    count(1);
+    YamlNode node;
+    node.kind = kind;
+    node.span = span(mark);
+    return node;
+  }
+  void count(std::size_t nodes) {
+    if ((nodes_ += nodes) > kNodesMax) throw TooLarge{};
+  }
+  static std::size_t nodes_in(const YamlNode& node) {
+    std::size_t total = 1;
+    for (const YamlNode& item : node.items) total += nodes_in(item);
+    for (const auto& [key, value] : node.entries) total += nodes_in(key) + nodes_in(value);
+    return total;
+  }
+  void open(YamlNode node, YAML::anchor_t anchor) {
+    if (open_.size() >= kNestingMax) throw TooDeep{};
+    open_.push_back({std::move(node), anchor, std::nullopt});
+  }
+  void close() {
+    Open done = std::move(open_.back());
+    open_.pop_back();
+    add(std::move(done.node), done.anchor);
+  }
+  void add(YamlNode node, YAML::anchor_t anchor) {
+    if (anchor != YAML::NullAnchor) anchors_[anchor] = node;
+    if (open_.empty()) {
+      root = std::move(node);
+      return;
+    }
+    Open& parent = open_.back();
+    if (parent.node.is_sequence()) {
+      parent.node.items.push_back(std::move(node));
+    } else if (!parent.key) {
+      if (node.is_null() && node.scalar.empty()) throw BadKey{node.span, "a key is missing"};
+      if (!node.is_scalar() && !node.is_null()) throw BadKey{node.span, "a key must be a plain text"};
+      if (parent.node.find(node.scalar) != nullptr) throw BadKey{node.span, "key \"" + node.scalar + "\" stands twice"};
+      node.kind = YamlNode::Kind::kScalar;
+      parent.key = std::move(node);
+    } else {
+      parent.node.entries.emplace_back(std::move(*parent.key), std::move(node));
+      parent.key.reset();
+    }
+  }
+
+  std::string file_;
+  std::size_t nodes_ = 0;
+  std::vector<Open> open_;
+  std::map<YAML::anchor_t, YamlNode> anchors_;
+};
+
+}  // namespace
+
+const YamlNode* YamlNode::find(std::string_view key) const {
+  for (const auto& [name, value] : entries) {
+    if (name.scalar == key) return &value;
+  }
+  return nullptr;
+}
+
+std::optional<std::int64_t> YamlNode::integer() const {
+  if (kind != Kind::kScalar || quoted || scalar.empty()) return std::nullopt;
+  const char* begin = scalar.data() + (scalar[0] == '+' ? 1 : 0);
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(begin, scalar.data() + scalar.size(), value);
+  if (error != std::errc() || end != scalar.data() + scalar.size()) return std::nullopt;
+  return value;
+}
+
+std::optional<double> YamlNode::number() const {
+  if (const auto whole = integer()) return static_cast<double>(*whole);
+  if (kind != Kind::kScalar || quoted || scalar.empty()) return std::nullopt;
+  if (scalar == ".inf" || scalar == "+.inf") return std::numeric_limits<double>::infinity();
+  if (scalar == "-.inf") return -std::numeric_limits<double>::infinity();
+  if (scalar == ".nan") return std::nan("");
+  const char first = scalar[scalar[0] == '-' || scalar[0] == '+' ? 1 : 0];
+  if ((first < '0' || first > '9') && first != '.') return std::nullopt;  // from_chars reads "inf" and "nan"
+  const char* begin = scalar.data() + (scalar[0] == '+' ? 1 : 0);
+  double value = 0;
+  const auto [end, error] = std::from_chars(begin, scalar.data() + scalar.size(), value);
+  if (error != std::errc() || end != scalar.data() + scalar.size()) return std::nullopt;
+  return value;
+}
+
+std::optional<bool> YamlNode::boolean() const {
+  if (kind != Kind::kScalar || quoted) return std::nullopt;
+  if (scalar == "true") return true;
+  if (scalar == "false") return false;
+  return std::nullopt;
+}
+
+Value YamlNode::value() const {
+  switch (kind) {
+    case Kind::kNull: return {};
+    case Kind::kScalar:
+      if (const auto b = boolean()) return *b;
+      if (const auto i = integer()) return *i;
+      if (const auto d = number()) return *d;
+      return scalar;
+    case Kind::kSequence: {
+      List list;
+      for (const YamlNode& item : items) list.push_back(item.value());
+      return list;
+    }
+    case Kind::kMapping: {
+      Map map;
+      for (const auto& [key, item] : entries) map[key.scalar] = item.value();
+      return map;
+    }
+  }
+  return {};
+}
+
+Result<YamlNode> parse_yaml(std::string_view source, std::string file) {
+  // yaml-cpp throws; keep its message and place.
+  Builder builder(file);
+  try {
+    std::istringstream stream{std::string(source)};
+    YAML::Parser parser(stream);
+    if (parser.HandleNextDocument(builder) && parser.HandleNextDocument(builder)) {
+      return fail("yaml.syntax", "a second document; one file holds one", SourceSpan{file});
+    }
+  } catch (const YAML::Exception& error) {
+    return fail("yaml.syntax", "not YAML: " + error.msg, {file, error.mark.line + 1, error.mark.column + 1, 0});
+  } catch (const BadKey& bad) {
+    return fail("yaml.duplicate-key", bad.what, bad.span);
+  } catch (const TooDeep&) {
+    return fail("yaml.too-deep", "nested deeper than " + std::to_string(kNestingMax) + " levels", SourceSpan{file});
+  } catch (const TooLarge&) {
+    return fail("yaml.too-large", "more than " + std::to_string(kNodesMax) + " nodes", SourceSpan{file});
+  }
+  return std::move(builder.root);
+}
+
+}  // namespace sentree::text

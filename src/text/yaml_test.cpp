@@ -1,0 +1,45 @@
+#include "sentree/text/yaml.h"
+
+#include <gtest/gtest.h>
+
+namespace sentree::text {
+namespace {
+
+std::string refusal(std::string_view source) {
+  const auto node = parse_yaml(source, "a.yaml");
+  return node ? "accepted" : to_string(node.error());
+}
+
+TEST(Yaml, KeepsOrderPlacesAndTypes) {
+  const auto node = parse_yaml("b: 1\na: [x, '2', 2.5, true, ~]\nc: {d: 1e3}\n", "a.yaml");
+  ASSERT_TRUE(node);
+  EXPECT_EQ(to_json(node->value()), R"({"b":1,"a":["x","2",2.5,true,null],"c":{"d":1000.0}})");
+  EXPECT_EQ(to_string(node->find("a")->items[1].span), "a.yaml:2:8");
+  EXPECT_TRUE(node->find("a")->items[1].quoted);
+  EXPECT_EQ(node->find("c")->find("d")->number(), 1000.0);
+  EXPECT_EQ(node->find("nothing"), nullptr);
+}
+
+TEST(Yaml, AnEmptyFileIsNull) { EXPECT_TRUE(parse_yaml("# nothing\n")->is_null()); }
+
+TEST(Yaml, RefusesWithAPlace) {
+  EXPECT_TRUE(refusal("a: [1\nb: 2").starts_with("a.yaml:"));
+  EXPECT_EQ(refusal("a: 1\nb: 2\na: 3\n"), "a.yaml:3:1: key \"a\" stands twice");
+  EXPECT_EQ(refusal("a: 1\n---\nb: 1\n"), "a.yaml: a second document; one file holds one");
+  EXPECT_EQ(refusal("? [1, 2]\n: 3\n"), "a.yaml:1:3: a key must be a plain text");
+}
+
+TEST(Yaml, BoundsNestingAndAliases) {
+  EXPECT_EQ(refusal(std::string(200, '[') + std::string(200, ']')), "a.yaml: nested deeper than 100 levels");
+  std::string bomb = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n";
+  for (int i = 1; i < 10; ++i) {
+    const std::string before = "*a" + std::to_string(i - 1);
+    bomb += "a" + std::to_string(i) + ": &a" + std::to_string(i) + " [";
+    for (int k = 0; k < 10; ++k) bomb += (k ? ", " : "") + before;
+    bomb += "]\n";
+  }
+  EXPECT_EQ(refusal(bomb), "a.yaml: more than 200000 nodes");
+}
+
+}  // namespace
+}  // namespace sentree::text
