@@ -128,7 +128,7 @@ TEST(TreeLayout, ShortensWhatIsTooLong) {
   const TreeLayout placed = layout(tree);
   EXPECT_EQ(placed.titles[0].size(), static_cast<std::size_t>(kTreeLinesMax));
   EXPECT_EQ(placed.lines[0].size(), static_cast<std::size_t>(kTreeLinesMax));
-  EXPECT_LT(placed.nodes[0].width, 1.2 * kTreeTextWidthMax);
+  EXPECT_LT(placed.nodes[0].width, 1.25 * kTreeTextWidthMax);
 }
 
 TEST(TreeSvg, EscapesEveryText) {
