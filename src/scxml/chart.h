@@ -1,0 +1,146 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sentree/base/result.h"
+#include "sentree/base/value.h"
+
+namespace sentree::scxml {
+
+/// Place of a state in document order; 0 is <scxml> itself.
+using StateIndex = std::uint32_t;
+using TransitionIndex = std::uint32_t;
+inline constexpr StateIndex kNoState = 0xFFFFFFFFU;
+
+/// A place in the chart's file; `Chart::span` makes it a `SourceSpan`.
+struct Place {
+  int line = 0;
+  int column = 0;
+  int length = 0;
+  friend bool operator==(const Place&, const Place&) = default;
+};
+
+enum class StateKind : std::uint8_t { kRoot, kAtomic, kCompound, kParallel, kFinal, kHistoryShallow, kHistoryDeep };
+[[nodiscard]] std::string_view to_string(StateKind kind);
+
+enum class DataModelKind : std::uint8_t { kNull, kEcmaScript };
+
+struct State {
+  std::string id;                 ///< As written; empty if the document gives none.
+  StateKind kind = StateKind::kAtomic;
+  StateIndex parent = kNoState;   ///< kNoState for the root.
+  StateIndex end = 0;             ///< One past the last descendant: the descendants are (index, end).
+  std::uint32_t depth = 0;
+  std::vector<StateIndex> children;          ///< Document order, history states included.
+  std::vector<TransitionIndex> transitions;  ///< Document order; <initial>'s and <history>'s are not among them.
+  std::vector<std::string> donedata;         ///< kFinal: the names of <donedata>'s params.
+  Place place;                               ///< Of the start tag.
+
+  [[nodiscard]] bool is_atomic() const { return kind == StateKind::kAtomic || kind == StateKind::kFinal; }
+  [[nodiscard]] bool is_history() const { return kind >= StateKind::kHistoryShallow; }
+};
+
+struct Transition {
+  StateIndex source = 0;
+  std::vector<std::string> events;  ///< Descriptors without trailing ".*"; empty: eventless.
+  std::string condition;            ///< As written; empty: none.
+  std::vector<StateIndex> targets;  ///< Empty: targetless.
+  bool internal = false;            ///< type="internal".
+  Place place;
+};
+
+/// A <data> directly below <scxml>: what an invoking program can initialise (SCXML 6.4).
+struct DataItem {
+  std::string id;
+  std::optional<Value> initial;  ///< Its value if that is a constant.
+  bool has_value = false;        ///< It has an expr, a src or content.
+  Place place;
+};
+
+struct SendParam {
+  std::string name;
+  std::optional<Value> constant;  ///< Its value if that is a constant.
+  Place place;
+};
+
+/// One <send> of the document, for checks against what its target understands. Nothing where the document gives an
+/// expression.
+struct SendInfo {
+  StateIndex state = 0;               ///< In which it is written.
+  std::optional<std::string> type;    ///< Empty string: the SCXML processor.
+  std::optional<std::string> target;
+  std::optional<std::string> event;
+  std::string id;
+  std::vector<SendParam> params;      ///< <param>s and namelist.
+  bool has_content = false;
+  Place place;        ///< Of the element.
+  Place event_place;  ///< Of the event's name, if written.
+  Place target_place;
+};
+
+struct Model;
+
+/// A state chart as loaded: immutable, cheap to copy and to share between threads and sessions.
+class Chart {
+ public:
+  explicit Chart(std::shared_ptr<const Model> model) : model_(std::move(model)) {}
+
+  [[nodiscard]] const std::string& name() const;   ///< The name attribute.
+  [[nodiscard]] const std::string& file() const;
+  [[nodiscard]] const std::string& source() const; ///< The document, byte for byte.
+  [[nodiscard]] DataModelKind data_model() const;
+  [[nodiscard]] std::span<const State> states() const;  ///< Document order; [0] is the root.
+  [[nodiscard]] std::span<const Transition> transitions() const;
+  [[nodiscard]] std::span<const DataItem> data() const;
+  [[nodiscard]] std::span<const SendInfo> sends() const;
+  /// Event descriptors of all transitions, sorted, each once.
+  [[nodiscard]] std::vector<std::string> events_handled() const;
+  /// Names of events that <send> and <raise> name as constants, sorted, each once.
+  [[nodiscard]] std::vector<std::string> events_sent() const;
+  [[nodiscard]] std::optional<StateIndex> find(std::string_view state_id) const;
+  [[nodiscard]] SourceSpan span(const Place& place) const;
+  /// Depends on the document's bytes only.
+  [[nodiscard]] std::uint64_t fingerprint() const;
+
+  [[nodiscard]] const Model& model() const { return *model_; }
+  /// The same loaded chart, not merely an equal one.
+  friend bool operator==(const Chart& a, const Chart& b) { return a.model_ == b.model_; }
+
+ private:
+  std::shared_ptr<const Model> model_;
+};
+
+/// What `load` accepts at most.
+struct LoadLimits {
+  std::size_t source_bytes_max = 16U << 20U;
+  std::size_t states_max = 100'000;
+  std::size_t transitions_max = 200'000;
+  int nesting_max = 200;                        ///< Elements inside elements, executable content included.
+  std::size_t expression_bytes_max = 256U << 10U;
+};
+
+struct LoadOptions {
+  LoadLimits limits;
+  /// Reads what `src` attributes of <script>, <data>, <assign> and <invoke> name, as written. Not set: every src is an error.
+  std::function<Result<std::string>(std::string_view uri)> read;
+};
+
+/// Reads an SCXML document.
+///
+/// Refuses what the recommendation forbids (unknown target or initial state, duplicate id, missing attribute, element
+/// where it may not be, unreadable <script src>). Expressions that do not parse are not refused: SCXML 5.9 makes them
+/// run-time errors; `check` finds them.
+/// Codes: xml.*, scxml.no-scxml, scxml.data-model, scxml.unknown-target, scxml.unknown-initial, scxml.bad-initial,
+/// scxml.duplicate-id, scxml.unknown-element, scxml.misplaced-element, scxml.missing-attribute, scxml.bad-attribute,
+/// scxml.script-unreadable, scxml.too-large, scxml.too-deep.
+/// Cost: O(size).
+[[nodiscard]] Loaded<Chart> load(std::string_view source, std::string file = {}, const LoadOptions& options = {});
+
+}  // namespace sentree::scxml

@@ -1,0 +1,188 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "sentree/base/result.h"
+#include "sentree/base/rng.h"
+#include "sentree/base/time.h"
+#include "sentree/base/value.h"
+#include "sentree/scxml/chart.h"
+#include "sentree/scxml/event.h"
+#include "sentree/scxml/host.h"
+
+namespace sentree::scxml {
+
+/// The states that are active, as a set in document order.
+class StateSet {
+ public:
+  StateSet() = default;
+  explicit StateSet(std::size_t states) : words_((states + 63) / 64) {}
+
+  [[nodiscard]] bool contains(StateIndex s) const { return (words_[s / 64] >> (s % 64) & 1U) != 0; }
+  void insert(StateIndex s) { words_[s / 64] |= std::uint64_t{1} << (s % 64); }
+  void erase(StateIndex s) { words_[s / 64] &= ~(std::uint64_t{1} << (s % 64)); }
+  void clear() {
+    for (auto& word : words_) word = 0;
+  }
+  [[nodiscard]] bool empty() const {
+    for (const auto word : words_) {
+      if (word != 0) return false;
+    }
+    return true;
+  }
+  [[nodiscard]] std::size_t words() const { return words_.size(); }
+  [[nodiscard]] std::uint64_t word(std::size_t i) const { return words_[i]; }
+  [[nodiscard]] std::uint64_t& word(std::size_t i) { return words_[i]; }
+  /// Calls `visit(state)` in document order; `visit` must not change the set.
+  template <class Visitor>
+  void for_each(Visitor&& visit) const {
+    for (std::size_t i = 0; i < words_.size(); ++i) {
+      for (std::uint64_t word = words_[i]; word != 0; word &= word - 1) {
+        visit(static_cast<StateIndex>(i * 64 + static_cast<unsigned>(__builtin_ctzll(word))));
+      }
+    }
+  }
+  friend bool operator==(const StateSet&, const StateSet&) = default;
+
+ private:
+  std::vector<std::uint64_t> words_;
+};
+
+/// A delayed <send>. It holds the event as it was evaluated when the <send> was executed (SCXML 6.2.4).
+struct Timer {
+  TimePoint due{};
+  std::uint64_t sequence = 0;   ///< Breaks ties: sent earlier, delivered earlier.
+  Event event;
+  std::string target;           ///< Empty: this session.
+  std::string type;             ///< Empty: the SCXML processor.
+  bool is_content = false;
+  Duration delay{};
+  Place place;
+  friend bool operator==(const Timer&, const Timer&) = default;
+};
+
+class Session;
+
+/// A running <invoke>.
+struct Invocation {
+  std::string id;
+  StateIndex state = 0;
+  std::uint32_t invoke = 0;                ///< Index among the model's invokes.
+  std::optional<Chart> chart;              ///< Of an SCXML child.
+  std::unique_ptr<Session> child;          ///< Null: a service that the host runs.
+
+  Invocation();
+  Invocation(const Invocation& other);
+  Invocation(Invocation&&) noexcept;
+  Invocation& operator=(const Invocation& other);
+  Invocation& operator=(Invocation&&) noexcept;
+  ~Invocation();
+  friend bool operator==(const Invocation& a, const Invocation& b);
+};
+
+enum class SessionStatus : std::uint8_t {
+  kNew,        ///< Not started.
+  kRunning,    ///< In a stable configuration between steps.
+  kFinished,   ///< In a top-level <final>.
+  kCancelled,
+  kFailed,     ///< A bound was exceeded; see `Session::failure`.
+};
+[[nodiscard]] std::string_view to_string(SessionStatus status);
+
+/// What a session needs at its start beside the chart.
+struct StartOptions {
+  Map data;                                ///< Replaces the values of top-level <data> of the same ids (SCXML 6.4).
+  std::string session_id = "session";      ///< `_sessionid`; children's ids are derived from it.
+  std::uint64_t seed = 1;                  ///< Of Math.random.
+};
+
+class ScriptHeap;
+
+/// The state of one chart's execution, as a value: it can be copied, compared, hashed, saved and restored at any
+/// stable configuration. Made by `start`, changed by the step functions (step.h) only.
+///
+/// A session is bound to the chart it was started with. One thread at a time.
+/// Memory: below 2 KiB for small charts without data.
+class Session {
+ public:
+  [[nodiscard]] SessionStatus status() const { return status_; }
+  [[nodiscard]] bool running() const { return status_ == SessionStatus::kRunning; }
+  /// Why the session failed (kFailed).
+  [[nodiscard]] const std::optional<Diagnostic>& failure() const { return failure_; }
+  [[nodiscard]] const std::string& id() const { return id_; }
+
+  /// The active states, ancestors included; the root is not among them.
+  [[nodiscard]] const StateSet& configuration() const { return configuration_; }
+  [[nodiscard]] bool is_active(StateIndex state) const {
+    return state / 64 < configuration_.words() && configuration_.contains(state);
+  }
+  /// Ids of the active states in document order; states without id are left out.
+  [[nodiscard]] std::vector<std::string> active_ids(const Chart& chart) const;
+
+  /// All data as a map in document order, then what scripts added. What scripts see as undefined is left out.
+  [[nodiscard]] Map data(const Chart& chart) const;
+
+  /// Due time of the earliest delayed send, children's included; kNever: none.
+  [[nodiscard]] TimePoint next_timer() const;
+  [[nodiscard]] const std::vector<Timer>& timers() const { return timers_; }
+  [[nodiscard]] const std::vector<Invocation>& invocations() const { return invocations_; }
+
+  /// Why the session cannot be copied or saved faithfully (a script keeps a function or a cycle in its data); nothing: it can.
+  /// A copy of such a session lacks that data and is refused by the step functions.
+  [[nodiscard]] std::optional<Diagnostic> unsaveable() const;
+
+  friend bool operator==(const Session& a, const Session& b);
+  [[nodiscard]] std::uint64_t hash() const;
+
+  Session();
+  Session(const Session& other);
+  Session(Session&&) noexcept;
+  Session& operator=(const Session& other);
+  Session& operator=(Session&&) noexcept;
+  ~Session();
+
+ private:
+  friend class Interpreter;
+  friend class EcmaScriptModel;
+  friend struct SessionAccess;
+
+  std::uint64_t fingerprint_ = 0;  // of the chart
+  SessionStatus status_ = SessionStatus::kNew;
+  bool data_lost_ = false;         // a copy of a session whose data have no Value form
+  std::string id_;
+  std::string parent_id_;          // of a child: the _sessionid of its parent
+  std::string invokeid_;           // of a child: by which its parent knows it
+  StateSet configuration_;
+  StateSet initialized_;           // late binding: states whose data have been bound
+  std::vector<std::pair<StateIndex, std::vector<StateIndex>>> history_;
+  std::vector<Event> internal_;    // empty in a stable configuration
+  std::vector<Event> external_;
+  std::vector<Timer> timers_;      // by due time, then sequence
+  std::vector<Invocation> invocations_;
+  std::vector<std::optional<Value>> variables_;  // of <data>, by slot; nothing: undefined
+  Map globals_;                    // what scripts added
+  std::uint64_t sequence_ = 0;     // of timers
+  std::uint64_t ids_ = 0;          // made-up sendids and invokeids
+  Rng rng_{1};
+  std::optional<Diagnostic> failure_;
+  std::optional<Value> done_data_;
+
+  // A disposable cache, no part of the value: the JavaScript heap whose content has this tag holds these data.
+  std::uint64_t heap_tag_ = 0;
+  std::shared_ptr<ScriptHeap> pinned_;  // data without a Value form live here only
+};
+
+/// The whole session as a value (JSON can hold it): configuration, history, queues, timers, invocations, data.
+/// Error: scxml.no-value-form if a script keeps a function or a cycle in its data.
+[[nodiscard]] Result<Value> save(const Chart& chart, const Session& session);
+
+/// A session that goes on exactly as the saved one. Errors: scxml.bad-snapshot, scxml.other-chart.
+[[nodiscard]] Result<Session> restore(const Chart& chart, const Value& saved, const LoadOptions& options = {});
+
+}  // namespace sentree::scxml

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "sentree/base/diagnostic.h"
+#include "sentree/base/time.h"
+#include "sentree/scxml/chart.h"
+#include "sentree/scxml/event.h"
+#include "sentree/scxml/host.h"
+#include "sentree/scxml/session.h"
+
+namespace sentree::scxml {
+
+/// What one step did.
+struct StepInfo {
+  bool enabled = false;           ///< The event enabled at least one transition (of this session; for a timer: any of its events).
+  std::uint32_t microsteps = 0;
+  std::uint32_t macrosteps = 0;
+};
+
+// Each of these runs to a stable configuration of the session and its children, and appends to `effects`. `now` must
+// not run backwards. A session that does not run ignores all but `start`.
+// If a bound is exceeded the session ends: status kFailed, `Session::failure` says what and where.
+
+/// Puts `session` at its beginning: a new session of `chart`, whatever it was before.
+StepInfo start(const Chart& chart, Session& session, StartOptions options, TimePoint now, Effects& effects,
+               const Host& host = {});
+
+/// Delivers one event. Events of type kPlatform and kInternal go the way of the internal queue (error.communication of a
+/// send that the host could not deliver), others are external events. An event from a service that `StartInvoke`
+/// started carries its invokeid; its end is the event done.invoke.<id>.
+StepInfo step(const Chart& chart, Session& session, const Event& event, TimePoint now, Effects& effects,
+              const Host& host = {});
+
+/// Delivers every delayed send that is due at `now`, in order of due time, each with its own macrostep.
+StepInfo step_timers(const Chart& chart, Session& session, TimePoint now, Effects& effects, const Host& host = {});
+
+/// Ends the session as SCXML ends an invocation: the <onexit> of all active states run, invocations are cancelled.
+StepInfo cancel(const Chart& chart, Session& session, TimePoint now, Effects& effects, const Host& host = {});
+
+}  // namespace sentree::scxml
