@@ -20,13 +20,13 @@ enum class EventType : std::uint8_t {
 
 /// An SCXML event (SCXML 5.10.1): the members of `_event`. Empty strings are `undefined` in scripts.
 struct Event {
-  std::string name;
+  std::string name = {};
   EventType type = EventType::kExternal;
-  std::string sendid;
-  std::string origin;
-  std::string origintype;
-  std::string invokeid;
-  std::optional<Value> data;  ///< Nothing: `undefined`.
+  std::string sendid = {};
+  std::string origin = {};
+  std::string origintype = {};
+  std::string invokeid = {};
+  std::optional<Value> data = {};  ///< Nothing: `undefined`.
 
   friend bool operator==(const Event&, const Event&) = default;
   [[nodiscard]] std::uint64_t hash() const;

@@ -97,7 +97,7 @@ enum class SessionStatus : std::uint8_t {
 
 /// What a session needs at its start beside the chart.
 struct StartOptions {
-  Map data;                                ///< Replaces the values of top-level <data> of the same ids (SCXML 6.4).
+  Map data = {};                           ///< Replaces the values of top-level <data> of the same ids (SCXML 6.4).
   std::string session_id = "session";      ///< `_sessionid`; children's ids are derived from it.
   std::uint64_t seed = 1;                  ///< Of Math.random.
 };
