@@ -40,6 +40,10 @@ namespace {
 
 char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
 
+bool equal_but_for_case(std::string_view a, std::string_view b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) { return lower(x) == lower(y); });
+}
+
 // Costs are doubled so that a difference in case only can cost half an edit.
 int edit_distance2(std::string_view a, std::string_view b) {
   std::vector<std::vector<int>> cost(a.size() + 1, std::vector<int>(b.size() + 1));
@@ -62,10 +66,11 @@ std::string_view closest(std::string_view name, std::span<const std::string> can
   constexpr std::size_t kLengthMax = 64;  // Longer names are not slips of the finger; bounds the cost.
   if (name.empty() || name.size() > kLengthMax) return {};
   std::string_view best;
-  int best_cost = 2 * std::max<int>(1, static_cast<int>(name.size()) / 3) + 1;
+  // One edit in three letters; of a single letter, only its case.
+  int best_cost = name.size() == 1 ? 2 : 2 * std::max<int>(1, static_cast<int>(name.size()) / 3) + 1;
   for (const std::string& candidate : candidates) {
     if (candidate.empty() || candidate.size() > kLengthMax) continue;
-    const int cost = edit_distance2(name, candidate);
+    const int cost = equal_but_for_case(name, candidate) ? 1 : edit_distance2(name, candidate);
     if (cost < best_cost) {
       best = candidate;
       best_cost = cost;

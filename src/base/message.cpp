@@ -19,7 +19,9 @@ Value event_data(const Message& message) {
           {"tick", static_cast<std::int64_t>(message.tick)},
           {"time", seconds(message.time)}};
   if (const Map* data = message.data.as_map()) {
-    for (const auto& [key, value] : *data) map[key] = value;
+    for (const auto& [key, value] : *data) {
+      if (map.find(key) == nullptr) map[key] = value;
+    }
   }
   return map;
 }

@@ -38,7 +38,7 @@ struct Message {
 };
 
 /// The message as one map, as a chart sees it in `_event.data`: source, target, call, tick, time [s],
-/// then the members of `data`.
+/// then the members of `data`; those cannot replace the facts before them.
 [[nodiscard]] Value event_data(const Message& message);
 
 /// One line of JSON; the same message gives the same text.

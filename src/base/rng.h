@@ -18,8 +18,11 @@ class Rng {
   [[nodiscard]] std::uint64_t next();
   /// Uniform in [0, 1).
   [[nodiscard]] double uniform();
-  /// Uniform in [low, high).
-  [[nodiscard]] double uniform(double low, double high) { return low + (high - low) * uniform(); }
+  /// Uniform in [low, high), for low < high.
+  [[nodiscard]] double uniform(double low, double high) {
+    const double x = low + (high - low) * uniform();
+    return x < high ? x : low;  // rounding can reach `high`
+  }
   /// Uniform in [0, bound), without bias; 0 for bound 0.
   [[nodiscard]] std::uint64_t below(std::uint64_t bound);
   /// Standard normal (Marsaglia's polar method). Keeps no second value, so that the state is one word.

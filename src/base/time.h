@@ -36,9 +36,10 @@ inline constexpr TimePoint kNever = TimePoint::max();
   return Duration(static_cast<std::int64_t>(ns < 0 ? ns - 0.5 : ns + 0.5));
 }
 
-/// `time + duration`, `kNever` where that would overflow.
+/// `time + duration`; where that would overflow, `kNever` or the earliest time.
 [[nodiscard]] constexpr TimePoint add_saturating(TimePoint time, Duration duration) {
   if (duration > Duration(0) && time > kNever - duration) return kNever;
+  if (duration < Duration(0) && time < TimePoint::min() - duration) return TimePoint::min();
   return time + duration;
 }
 
