@@ -1,0 +1,10 @@
+# Toolchain of the fuzz preset: libFuzzer comes with clang. SENTREE_CLANG in the environment names another one.
+if(DEFINED ENV{SENTREE_CLANG})
+  set(CMAKE_CXX_COMPILER $ENV{SENTREE_CLANG})
+else()
+  find_program(SENTREE_CLANGXX NAMES clang++-19 clang++-18 clang++-17 clang++-16 clang++-15 clang++-14 clang++)
+  if(NOT SENTREE_CLANGXX)
+    message(FATAL_ERROR "The fuzz preset needs clang; on Debian 12: apt-get install clang-19")
+  endif()
+  set(CMAKE_CXX_COMPILER ${SENTREE_CLANGXX})
+endif()

@@ -1,0 +1,163 @@
+#include "layers.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+#include <set>
+#include <sstream>
+
+namespace sentree::layers {
+namespace {
+
+// What a user of a library would have to install and compile because of our header.
+constexpr std::array<std::string_view, 12> kHeavy = {"thrift/", "boost/",    "duktape",   "duk_config",
+                                                     "pugixml", "yaml-cpp/", "nlohmann/", "openssl/",
+                                                     "spdlog/", "fmt/",      "CLI/",      "gtest/"};
+
+struct Include {
+  int line;
+  bool quoted;
+  std::string path;
+};
+
+// `#include "x"` or `#include <x>`, with blanks anywhere the preprocessor allows them.
+std::optional<Include> parse_include(std::string_view line, int number) {
+  const auto skip_blanks = [&] { line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size())); };
+  const auto eat = [&](std::string_view word) {
+    skip_blanks();
+    if (!line.starts_with(word)) return false;
+    line.remove_prefix(word.size());
+    return true;
+  };
+  if (!eat("#") || !eat("include")) return std::nullopt;
+  skip_blanks();
+  if (line.empty() || (line[0] != '"' && line[0] != '<')) return std::nullopt;
+  const bool quoted = line[0] == '"';
+  const std::size_t end = line.find(quoted ? '"' : '>', 1);
+  if (end == std::string_view::npos) return std::nullopt;
+  return Include{number, quoted, std::string(line.substr(1, end - 1))};
+}
+
+std::vector<Include> includes_of(const SourceFile& file) {
+  std::vector<Include> includes;
+  std::istringstream lines(file.text);
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (auto include = parse_include(line, ++number)) includes.push_back(std::move(*include));
+  }
+  return includes;
+}
+
+std::string library_of(std::string_view path) { return std::string(path.substr(0, path.find('/'))); }
+
+class Checker {
+ public:
+  explicit Checker(const std::vector<SourceFile>& files) {
+    for (const SourceFile& file : files) includes_[file.path] = includes_of(file);
+  }
+
+  std::vector<std::string> run() {
+    for (const auto& [path, includes] : includes_) {
+      for (const Include& include : includes) check(path, include);
+      for (const SecrecyRule& rule : secrecy_rules()) {
+        if (path.starts_with(rule.files)) check_secrecy(path, rule);
+      }
+    }
+    return std::move(found_);
+  }
+
+ private:
+  void report(const std::string& path, int line, const std::string& what) {
+    found_.push_back("src/" + path + ":" + std::to_string(line) + ": " + what);
+  }
+
+  void check(const std::string& path, const Include& include) {
+    if (path.ends_with(".h")) {
+      for (const std::string_view heavy : kHeavy) {
+        if (include.path.starts_with(heavy))
+          report(path, include.line, "public header includes <" + include.path + ">; keep it in a .cpp");
+      }
+    }
+    constexpr std::string_view kOurs = "sentree/";
+    if (!include.path.starts_with(kOurs)) {
+      const std::string beside = library_of(path) + "/" + include.path;
+      if (include.quoted && includes_.count(beside) != 0) {
+        report(path, include.line, "write \"sentree/" + beside + "\" instead of \"" + include.path + "\"");
+      }
+      return;
+    }
+    const std::string target = include.path.substr(kOurs.size());
+    const std::string from = library_of(path);
+    const std::string to = library_of(target);
+    if (includes_.count(target) == 0) report(path, include.line, "there is no header \"" + include.path + "\"");
+    if (from == to) return;
+    const auto& rules = library_rules();
+    const auto rule = std::find_if(rules.begin(), rules.end(), [&](const LibraryRule& r) { return r.library == from; });
+    if (rule == rules.end()) {
+      report(path, include.line, "library " + from + " is not in the table of layers");
+    } else if (std::find(rule->may_include.begin(), rule->may_include.end(), to) == rule->may_include.end()) {
+      report(path, include.line, from + " must not include " + to);
+    }
+  }
+
+  // Follows includes breadth first; reports the include of the file itself through which the secret comes.
+  void check_secrecy(const std::string& path, const SecrecyRule& rule) {
+    for (const Include& first : includes_.at(path)) {
+      std::vector<std::string> queue = {first.path};
+      std::set<std::string> seen;
+      while (!queue.empty()) {
+        const std::string current = queue.back();
+        queue.pop_back();
+        const std::string header = current.starts_with("sentree/") ? current.substr(8) : current;
+        if (!seen.insert(header).second) continue;
+        if (header == rule.header) {
+          report(path, first.line,
+                 "must not see \"sentree/" + header + "\", not even through others: " + std::string(rule.why));
+          break;
+        }
+        if (const auto known = includes_.find(header); known != includes_.end()) {
+          for (const Include& next : known->second) queue.push_back(next.path);
+        }
+      }
+    }
+  }
+
+  std::map<std::string, std::vector<Include>> includes_;
+  std::vector<std::string> found_;
+};
+
+}  // namespace
+
+const std::vector<LibraryRule>& library_rules() {
+  static const std::vector<LibraryRule> kRules = {
+      {"base", {}},
+      {"text", {"base"}},
+      {"idl", {"base", "text"}},
+      {"draw", {"base"}},
+      {"bt", {"base", "text", "draw"}},
+      {"scxml", {"base", "text", "draw"}},
+      {"monitor", {"base", "text", "draw", "scxml"}},
+      {"http", {"base", "text"}},
+      {"rpc", {"base", "text", "idl"}},
+      {"sim", {"base", "text"}},
+      {"record", {"base", "text", "idl"}},
+      {"runtime", {"base", "text", "idl", "draw", "bt", "scxml", "monitor", "http", "rpc", "sim", "record"}},
+      {"studio", {"base", "text", "idl", "draw", "bt", "scxml", "monitor", "http", "rpc", "sim", "record", "runtime"}},
+      {"cli",
+       {"base", "text", "idl", "draw", "bt", "scxml", "monitor", "http", "rpc", "sim", "record", "runtime", "studio"}},
+  };
+  return kRules;
+}
+
+const std::vector<SecrecyRule>& secrecy_rules() {
+  static const std::vector<SecrecyRule> kRules = {
+      {"sim/localization", "sim/ground_truth.h", "localization estimates from sensors only"},
+      {"sim/localization", "sim/state.h", "the simulation's state holds the true pose"},
+  };
+  return kRules;
+}
+
+std::vector<std::string> violations(const std::vector<SourceFile>& files) { return Checker(files).run(); }
+
+}  // namespace sentree::layers

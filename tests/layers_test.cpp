@@ -1,0 +1,89 @@
+#include "layers.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+namespace sentree::layers {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+std::vector<SourceFile> read_sources() {
+  const std::filesystem::path root = std::filesystem::path(SENTREE_SOURCE_DIR) / "src";
+  std::vector<SourceFile> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(root)) {
+    const auto extension = entry.path().extension();
+    if (extension != ".h" && extension != ".cpp") continue;
+    std::ifstream stream(entry.path(), std::ios::binary);
+    files.push_back({entry.path().lexically_relative(root).generic_string(),
+                     std::string(std::istreambuf_iterator<char>(stream), {})});
+  }
+  return files;
+}
+
+TEST(Layers, AreKeptByEverySource) {
+  const std::vector<SourceFile> files = read_sources();
+  ASSERT_GT(files.size(), 20u);
+  EXPECT_THAT(violations(files), IsEmpty());
+}
+
+TEST(Layers, FormNoCycle) {
+  // Each rule names only libraries that stand before it, so a cycle cannot be written down.
+  std::vector<std::string_view> before;
+  for (const LibraryRule& rule : library_rules()) {
+    for (const std::string_view library : rule.may_include)
+      EXPECT_THAT(before, ::testing::Contains(library)) << rule.library;
+    before.push_back(rule.library);
+  }
+}
+
+TEST(LayersChecker, FindsAnIncludeOfASibling) {
+  EXPECT_THAT(
+      violations({{"scxml/chart.h", ""}, {"bt/tree.cpp", "// A comment\n  #  include \"sentree/scxml/chart.h\"\n"}}),
+      ElementsAre("src/bt/tree.cpp:2: bt must not include scxml"));
+  EXPECT_THAT(violations({{"runtime/run.h", ""}, {"base/value.h", "#include \"sentree/runtime/run.h\"\n"}}),
+              ElementsAre("src/base/value.h:1: base must not include runtime"));
+}
+
+TEST(LayersChecker, LetsMonitorsUseCharts) {
+  EXPECT_THAT(violations({{"scxml/chart.h", ""}, {"monitor/monitor.h", "#include \"sentree/scxml/chart.h\"\n"}}),
+              IsEmpty());
+}
+
+TEST(LayersChecker, KeepsHeavyHeadersOutOfPublicOnes) {
+  EXPECT_THAT(violations({{"rpc/a.h", "#include <thrift/Thrift.h>\n"}, {"rpc/a.cpp", "#include <thrift/Thrift.h>\n"}}),
+              ElementsAre("src/rpc/a.h:1: public header includes <thrift/Thrift.h>; keep it in a .cpp"));
+  for (const std::string header :
+       {"boost/beast.hpp", "duktape.h", "pugixml.hpp", "yaml-cpp/yaml.h", "nlohmann/json.hpp"}) {
+    EXPECT_THAT(violations({{"text/a.h", "#include <" + header + ">\n"}}), SizeIs(1)) << header;
+  }
+}
+
+TEST(LayersChecker, FollowsIncludesToWhatMustStayHidden) {
+  const std::vector<SourceFile> files = {{"sim/ground_truth.h", ""},
+                                         {"sim/robot.h", "#include \"sentree/sim/ground_truth.h\"\n"},
+                                         {"sim/localization_filter.cpp", "\n#include \"sentree/sim/robot.h\"\n"},
+                                         {"sim/laser.cpp", "#include \"sentree/sim/robot.h\"\n"}};
+  EXPECT_THAT(
+      violations(files),
+      ElementsAre("src/sim/localization_filter.cpp:2: must not see \"sentree/sim/ground_truth.h\", not even through "
+                  "others: localization estimates from sensors only"));
+}
+
+TEST(LayersChecker, AsksForFullPathsAndKnownLibraries) {
+  EXPECT_THAT(violations({{"bt/tree.h", ""}, {"bt/tree.cpp", "#include \"tree.h\"\n"}}),
+              ElementsAre("src/bt/tree.cpp:1: write \"sentree/bt/tree.h\" instead of \"tree.h\""));
+  EXPECT_THAT(violations({{"base/value.h", ""}, {"extra/a.cpp", "#include \"sentree/base/value.h\"\n"}}),
+              ElementsAre("src/extra/a.cpp:1: library extra is not in the table of layers"));
+  EXPECT_THAT(violations({{"bt/a.cpp", "#include \"sentree/bt/gone.h\"\n"}}),
+              ElementsAre("src/bt/a.cpp:1: there is no header \"sentree/bt/gone.h\""));
+}
+
+}  // namespace
+}  // namespace sentree::layers
