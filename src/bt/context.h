@@ -1,0 +1,110 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "sentree/base/result.h"
+#include "sentree/base/time.h"
+#include "sentree/bt/object.h"
+#include "sentree/bt/status.h"
+#include "sentree/bt/types.h"
+
+namespace sentree::bt {
+
+class Machine;
+class Tree;
+
+/// What a C++ node wants next: it is done for this tick, or one of its children is to be ticked.
+struct Next {
+  std::uint32_t child = kNoNode;
+  Status status = Status::kIdle;
+
+  [[nodiscard]] static Next done(Status status) { return {kNoNode, status}; }
+  /// Tick the child with that index (0 …); its status comes back through `on_child`.
+  [[nodiscard]] static Next tick(std::size_t child) { return {static_cast<std::uint32_t>(child), Status::kIdle}; }
+};
+
+/// What a C++ node sees of itself while it runs. Valid during the call only.
+class Context {
+ public:
+  Context(Machine& machine, NodeId node) : machine_(machine), node_(node) {}
+  Context(const Context&) = delete;
+  Context& operator=(const Context&) = delete;
+
+  [[nodiscard]] NodeId id() const { return node_; }
+  [[nodiscard]] std::string_view name() const;
+  [[nodiscard]] std::string path() const;
+  [[nodiscard]] const Tree& tree() const;
+  [[nodiscard]] TimePoint now() const;
+  /// What the node kept from its last tick.
+  [[nodiscard]] Status status() const;
+
+  /// The present value of an input port: a literal, an entry, or the default.
+  /// Errors: bt.no-port, bt.no-entry, bt.empty-entry, bt.conversion.
+  template <class T>
+  [[nodiscard]] Result<T> input(std::string_view port) const;
+  template <class T>
+  [[nodiscard]] T input_or(std::string_view port, T otherwise) const {
+    auto read = input<T>(port);
+    return read ? std::move(*read) : std::move(otherwise);
+  }
+  /// Writes the entry that an output port names. The first typed write locks the entry's type.
+  /// Errors: bt.no-port, bt.not-an-entry, bt.entry-type. An error that the node does not look at fails the tick.
+  template <class T>
+  Result<void> output(std::string_view port, const T& value);
+  /// The port's text as the file gives it; empty if it is absent.
+  [[nodiscard]] std::string_view raw(std::string_view port) const;
+  /// How often the entry of a port was written; 0 if there is none.
+  [[nodiscard]] std::uint64_t sequence(std::string_view port) const;
+
+  /// Asks for another tick at once.
+  void wake();
+  /// A function that any thread may call, at any time, to ask for a tick: for work that finishes between ticks.
+  [[nodiscard]] std::function<void()> waker() const;
+  /// Gives the tick up with that message (BehaviorTree.CPP's exceptions). Return any status afterwards.
+  void fail(std::string message);
+
+  [[nodiscard]] std::size_t child_count() const;
+  [[nodiscard]] Status child_status(std::size_t child) const;
+  /// Halts the child if it runs, and makes it IDLE.
+  void reset_child(std::size_t child);
+  void reset_children();
+
+ private:
+  /// Points at the value converted to `wanted`, or null with `error` set.
+  const Datum* read(std::string_view port, const PortType& wanted, Datum& scratch, Diagnostic& error) const;
+  Result<void> write(std::string_view port, Datum datum, const PortType& type);
+  [[nodiscard]] Diagnostic conversion_error(std::string_view port, const PortType& wanted) const;
+
+  Machine& machine_;
+  NodeId node_;
+};
+
+template <class T>
+Result<T> Context::input(std::string_view port) const {
+  Datum scratch;
+  Diagnostic error;
+  const Datum* datum = read(port, type_of<T>(), scratch, error);
+  if (datum == nullptr) return tl::unexpected(std::move(error));
+  if constexpr (Convertible<T>) {
+    if (auto value = Convert<T>::from_value(datum->value)) return std::move(*value);
+  } else {
+    if (const auto* boxed = dynamic_cast<const Boxed<T>*>(datum->object.get())) return boxed->content();
+  }
+  return tl::unexpected(conversion_error(port, type_of<T>()));
+}
+
+template <class T>
+Result<void> Context::output(std::string_view port, const T& value) {
+  if constexpr (Convertible<T>) {
+    return write(port, Datum{Convert<T>::to_value(value), nullptr}, type_of<T>());
+  } else {
+    return write(port, Datum{Value(), std::make_shared<Boxed<T>>(value)}, type_of<T>());
+  }
+}
+
+}  // namespace sentree::bt

@@ -1,0 +1,193 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "sentree/base/diagnostic.h"
+#include "sentree/bt/load.h"
+#include "sentree/bt/object.h"
+#include "sentree/bt/registry.h"
+#include "sentree/bt/script.h"
+#include "sentree/bt/status.h"
+#include "sentree/bt/tree.h"
+#include "sentree/bt/types.h"
+
+// The compiled form of a tree: flat arrays, indices for references. For the files of this library; users see `Tree`.
+
+namespace sentree::bt {
+
+enum class Kind : std::uint8_t {
+  kSequence, kFallback, kAsyncSequence, kAsyncFallback, kSequenceWithMemory, kReactiveSequence, kReactiveFallback,
+  kParallel, kParallelAll, kIfThenElse, kWhileDoElse, kSwitch, kTryCatch, kManualSelector,
+  kInverter, kForceSuccess, kForceFailure, kRepeat, kRetry, kKeepRunningUntilFailure, kDelay, kTimeout, kRunOnce,
+  kPrecondition, kSkipUnlessUpdated, kWaitValueUpdate, kLoop, kBlackboardCheck, kSubTree,
+  kAlwaysSuccess, kAlwaysFailure, kScript, kScriptCondition, kSetBlackboard, kUnsetBlackboard, kSleep,
+  kWasEntryUpdated, kTestNode, kExternalAction, kExternalCondition, kUser,
+};
+
+inline constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+
+/// What the nodes of one ID have in common.
+struct Manifest {
+  std::string id;
+  Category category = Category::kAction;
+  Kind kind = Kind::kUser;
+  bool synchronous = false;
+  bool external = false;
+  bool declared = true;        ///< Ports are known: built in, registered, or in the TreeNodesModel.
+  Ports ports;
+  std::string description;
+  std::shared_ptr<const Behaviour> behaviour;
+  std::uint32_t children_min = 0;
+  std::uint32_t children_max = 0;
+};
+
+/// A node, as the machine visits it.
+struct Node {
+  static constexpr std::uint8_t kDecorator = 1;    ///< Its completed child is reset after each of its ticks.
+  static constexpr std::uint8_t kSynchronous = 2;  ///< May not return RUNNING.
+  static constexpr std::uint8_t kHasPre = 4;
+  static constexpr std::uint8_t kHasPost = 8;
+
+  Kind kind = Kind::kAlwaysSuccess;
+  std::uint8_t flags = 0;
+  std::uint16_t port_count = 0;
+  NodeId parent = kNoNode;
+  std::uint32_t first_child = 0;   ///< In Model::children.
+  std::uint32_t child_count = 0;
+  std::uint32_t memory = 0;        ///< In State::memory_.
+  std::uint32_t ports = 0;         ///< In Model::bindings.
+  std::uint32_t data = kNone;      ///< By kind: a script use, a user node, a test node, …
+  std::uint32_t conditions = kNone;
+};
+
+/// What people ask about a node.
+struct NodeInfo {
+  std::uint32_t name_offset = 0;   ///< In Model::text.
+  std::uint32_t name_length = 0;
+  std::uint32_t manifest = 0;
+  std::uint32_t scope = 0;
+  std::uint32_t offset = 0;        ///< Byte of the '<' in its file.
+  std::uint32_t file = 0;
+};
+
+/// A port of a node, resolved.
+struct Binding {
+  enum class Kind : std::uint8_t { kAbsent, kLiteral, kEntry };
+  Kind kind = Kind::kAbsent;
+  bool from_default = false;
+  std::uint16_t declared = 0xFFFF;      ///< Index into the manifest's ports; 0xFFFF: an attribute nobody declared.
+  std::uint32_t name = 0;               ///< In Model::strings.
+  std::uint32_t text = 0;               ///< As written; in Model::strings.
+  std::uint32_t target = kNone;         ///< kLiteral: in Model::literals. kEntry: a cell.
+  const PortType* type = nullptr;       ///< Null: any.
+};
+
+/// A name in one blackboard.
+struct Cell {
+  std::uint32_t scope = 0;
+  std::uint32_t name = 0;           ///< In Model::strings.
+  std::uint32_t parent = kNone;     ///< The cell it is remapped to.
+  std::uint32_t home = kNone;       ///< Where an entry of its own lives in State::entries_.
+};
+
+/// The blackboard of one SubTree instance; scope 0 is the root's.
+struct Scope {
+  std::uint32_t parent = kNone;
+  NodeId subtree = kNoNode;         ///< Its SubTree node.
+  bool autoremap = false;
+  bool shared = false;              ///< Format 3, __shared_blackboard: every name is the parent's, '_' included.
+  std::unordered_map<std::uint32_t, std::uint32_t> cells;   ///< By string.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> remaps;  ///< Own name → parent's name, by string.
+  std::vector<std::uint32_t> first_mention;                 ///< Cells in order, for listing.
+};
+
+/// A script with its names resolved in one scope.
+struct ScriptUse {
+  std::uint32_t script = kNone;     ///< In Model::scripts.
+  std::uint32_t first_cell = 0;     ///< In Model::script_cells, one per name of the script.
+  std::uint32_t scope = 0;
+};
+
+struct Conditions {
+  enum Index : std::uint8_t { kFailureIf, kSuccessIf, kSkipIf, kWhile, kOnHalted, kOnFailure, kOnSuccess, kPost };
+  static constexpr std::size_t kCount = 8;
+  std::uint32_t use[kCount] = {kNone, kNone, kNone, kNone, kNone, kNone, kNone, kNone};
+};
+/// "_failureIf" … in the order of Conditions::Index, which is the order of evaluation.
+extern const std::string_view kConditionNames[Conditions::kCount];
+
+struct UserNode {
+  const Behaviour* behaviour = nullptr;
+  std::uint32_t object = kNone;     ///< In State::objects_.
+};
+
+struct TestNodeData {
+  Status status = Status::kSuccess;
+  std::uint32_t status_use = kNone, success_use = kNone, failure_use = kNone, post_use = kNone;
+  Duration delay{0};
+  std::function<Status()> complete;
+};
+
+struct InitialEntry {
+  std::uint32_t cell;
+  Datum datum;
+  const PortType* type;
+  bool declared;                    ///< Linked and typed, without a value.
+};
+
+struct Model {
+  int format = 4;
+  std::string id;
+  std::vector<Node> nodes;
+  std::vector<NodeInfo> infos;
+  std::vector<NodeId> children;
+  std::string text;                 ///< Node names.
+  std::vector<Manifest> manifests;
+  std::vector<Binding> bindings;
+  std::deque<std::string> strings;          ///< A deque: the texts do not move.
+  std::unordered_map<std::string_view, std::uint32_t> string_index;  ///< Views into `strings`.
+  std::vector<Datum> literals;
+  std::vector<Cell> cells;
+  std::vector<Scope> scopes;
+  std::vector<Script> scripts;
+  std::vector<ScriptUse> uses;
+  std::vector<std::uint32_t> script_cells;
+  std::vector<Conditions> conditions;
+  std::vector<UserNode> users;
+  std::vector<TestNodeData> tests;
+  std::vector<std::vector<Value>> queues;   ///< Literal queues of Loop nodes.
+  std::vector<NodeId> externals;
+  std::vector<InitialEntry> initial;
+  std::vector<std::pair<std::string, std::int64_t>> enums;
+  std::uint32_t memory_words = 0;
+  std::uint32_t homes = 0;
+  std::uint32_t objects = 0;
+  std::vector<std::string> files;
+  std::vector<LineIndex> lines;             ///< Per file.
+
+  [[nodiscard]] std::string_view name(NodeId node) const {
+    const NodeInfo& info = infos[node];
+    if (info.name_length == 0) return manifests[info.manifest].id;
+    return std::string_view(text).substr(info.name_offset, info.name_length);
+  }
+  [[nodiscard]] const Manifest& manifest(NodeId node) const { return manifests[infos[node].manifest]; }
+  [[nodiscard]] std::optional<std::int64_t> enum_value(std::string_view name) const;
+};
+
+/// Words of State::memory_ that a node of that kind with so many children needs.
+[[nodiscard]] std::uint32_t memory_words(Kind kind, std::uint32_t child_count);
+
+/// The nodes that every tree may use, with the names of the format. Sorted by ID.
+[[nodiscard]] const std::vector<Manifest>& builtins(int format);
+[[nodiscard]] const Manifest* find_builtin(std::string_view id, int format);
+
+}  // namespace sentree::bt

@@ -1,0 +1,174 @@
+#pragma once
+
+#include <concepts>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "sentree/base/result.h"
+#include "sentree/bt/context.h"
+#include "sentree/bt/object.h"
+#include "sentree/bt/tree.h"
+#include "sentree/bt/types.h"
+
+namespace sentree::bt {
+
+/// What a C++ node does. One object serves all nodes of its ID; what a node remembers is in the state.
+class Behaviour {
+ public:
+  virtual ~Behaviour() = default;
+  /// What a fresh node remembers; null if nothing.
+  [[nodiscard]] virtual std::unique_ptr<NodeMemory> make_memory() const { return nullptr; }
+  [[nodiscard]] virtual Next tick(Context& self, NodeMemory* memory) const = 0;
+  [[nodiscard]] virtual Next child_done(Context& /*self*/, NodeMemory* /*memory*/, std::size_t /*child*/, Status status) const {
+    return Next::done(status);
+  }
+  /// Called when the node is halted while it runs, before its children are.
+  virtual void halted(Context& /*self*/, NodeMemory* /*memory*/) const {}
+};
+
+/// Bounds of a script enum's value and of the number of ports a node may declare.
+inline constexpr std::size_t kPortsMax = 1'000;
+
+/// The C++ nodes and script enums that trees may use, beside what is built in.
+///
+///     bt::Registry registry;
+///     registry.action("SayHello", {bt::input<std::string>("to")}, [](bt::Context& self) {
+///       fmt::print("Hello {}\n", self.input_or<std::string>("to", "world"));
+///       return bt::Status::kSuccess;
+///     });
+///
+/// Errors while registering (a name twice, a reserved port name …) are kept and reported by `load`.
+class Registry {
+ public:
+  struct Entry {
+    std::string id;
+    Category category = Category::kAction;
+    bool synchronous = false;  ///< May not return RUNNING.
+    Ports ports;
+    std::string description;
+    std::shared_ptr<const Behaviour> behaviour;
+  };
+  using Function = std::function<Status(Context&)>;
+
+  /// An action that is done at once: SUCCESS, FAILURE or SKIPPED.
+  void action(std::string id, Ports ports, Function tick);
+  void action(std::string id, Function tick) { action(std::move(id), {}, std::move(tick)); }
+  /// A condition; consulted at every tick.
+  void condition(std::string id, Ports ports, Function tick);
+  void condition(std::string id, Function tick) { condition(std::move(id), {}, std::move(tick)); }
+  /// A decorator that maps its child's status.
+  void decorator(std::string id, Ports ports, std::function<Status(Context&, Status child)> map);
+
+  /// A class whose object is what a node remembers; each node has a copy of `prototype` in the state.
+  ///
+  /// Stateful action: `Status on_start(Context&)`, `Status on_running(Context&)`, `void on_halted(Context&)`.
+  /// Anything that ticks at once: `Status tick(Context&)`.
+  /// Control or decorator: `Next on_tick(Context&)`, `Next on_child(Context&, std::size_t child, Status)`,
+  ///   optionally `void on_halted(Context&)`.
+  /// `static Ports ports()` is optional.
+  template <class Node>
+  void add(std::string id, Category category, Node prototype = {});
+  template <class Node>
+  void add(std::string id, Node prototype = {});
+
+  /// Any behaviour, e.g. one that keeps a thread (see `runtime`).
+  void add(Entry entry);
+  /// Forgets an ID; true if there was one.
+  bool remove(std::string_view id);
+
+  /// A name that scripts may use for a number.
+  void enum_value(std::string name, std::int64_t value);
+
+  /// Loads a shared library and calls its `extern "C" void sentree_register_nodes(sentree::bt::Registry&)`.
+  /// Errors: bt.plugin-unreadable, bt.plugin-symbol. The library stays loaded.
+  [[nodiscard]] Result<void> plugin(const std::filesystem::path& path);
+
+  [[nodiscard]] const Entry* find(std::string_view id) const;
+  [[nodiscard]] const std::map<std::string, Entry, std::less<>>& entries() const { return entries_; }
+  [[nodiscard]] const std::vector<std::pair<std::string, std::int64_t>>& enums() const { return enums_; }
+  [[nodiscard]] const Diagnostics& problems() const { return problems_; }
+
+ private:
+  std::map<std::string, Entry, std::less<>> entries_;
+  std::vector<std::pair<std::string, std::int64_t>> enums_;
+  Diagnostics problems_;
+};
+
+namespace detail {
+
+template <class Node>
+concept Stateful = requires(Node node, Context& self) {
+  { node.on_start(self) } -> std::same_as<Status>;
+  { node.on_running(self) } -> std::same_as<Status>;
+};
+template <class Node>
+concept Composite = requires(Node node, Context& self) {
+  { node.on_tick(self) } -> std::same_as<Next>;
+  { node.on_child(self, std::size_t{}, Status{}) } -> std::same_as<Next>;
+};
+
+template <class Node>
+class ClassBehaviour final : public Behaviour {
+ public:
+  explicit ClassBehaviour(Node prototype) : prototype_(std::move(prototype)) {}
+  [[nodiscard]] std::unique_ptr<NodeMemory> make_memory() const override {
+    return std::make_unique<TypedMemory<Node>>(prototype_);
+  }
+  [[nodiscard]] Next tick(Context& self, NodeMemory* memory) const override {
+    Node& node = static_cast<TypedMemory<Node>*>(memory)->content;
+    if constexpr (Composite<Node>) {
+      return node.on_tick(self);
+    } else if constexpr (Stateful<Node>) {
+      // A completed action keeps its status until its parent resets it.
+      const Status kept = self.status();
+      if (kept == Status::kIdle) return Next::done(node.on_start(self));
+      if (kept == Status::kRunning) return Next::done(node.on_running(self));
+      return Next::done(kept);
+    } else {
+      return Next::done(node.tick(self));
+    }
+  }
+  [[nodiscard]] Next child_done(Context& self, NodeMemory* memory, std::size_t child, Status status) const override {
+    if constexpr (Composite<Node>) {
+      return static_cast<TypedMemory<Node>*>(memory)->content.on_child(self, child, status);
+    } else {
+      return Next::done(status);
+    }
+  }
+  void halted(Context& self, NodeMemory* memory) const override {
+    if constexpr (requires(Node node) { node.on_halted(self); }) {
+      static_cast<TypedMemory<Node>*>(memory)->content.on_halted(self);
+    }
+  }
+
+ private:
+  Node prototype_;
+};
+
+}  // namespace detail
+
+template <class Node>
+void Registry::add(std::string id, Category category, Node prototype) {
+  Entry entry;
+  entry.id = std::move(id);
+  entry.category = category;
+  entry.synchronous = !detail::Stateful<Node> && !detail::Composite<Node> && category == Category::kAction;
+  if constexpr (requires { Node::ports(); }) entry.ports = Node::ports();
+  entry.behaviour = std::make_shared<detail::ClassBehaviour<Node>>(std::move(prototype));
+  add(std::move(entry));
+}
+
+template <class Node>
+void Registry::add(std::string id, Node prototype) {
+  static_assert(!detail::Composite<Node>, "say whether it is a control or a decorator: add<Node>(id, Category::kControl)");
+  add<Node>(std::move(id), Category::kAction, std::move(prototype));
+}
+
+}  // namespace sentree::bt

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sentree/base/result.h"
+#include "sentree/base/value.h"
+
+namespace sentree::bt {
+
+/// Bounds of one script; beyond them it is refused with bt.script-too-large.
+inline constexpr std::size_t kScriptBytesMax = 64U << 10U;
+inline constexpr int kScriptNestingMax = 200;
+
+/// One instruction of a stack machine.
+struct Instruction {
+  enum class Op : std::uint8_t {
+    kNumber,      ///< push numbers[arg] (double)
+    kInteger,     ///< push integers[arg]
+    kString,      ///< push strings[arg]
+    kLoad,        ///< push the entry of names[arg]
+    kCreate,      ///< pop, names[arg] := value, push what the entry now holds
+    kAssign, kAddAssign, kSubtractAssign, kMultiplyAssign, kDivideAssign,
+    kAdd, kSubtract, kMultiply, kDivide, kConcat,
+    kBitAnd, kBitOr, kBitXor, kLogicAnd, kLogicOr,
+    kNegate, kBitNot, kNot,
+    kEqual, kNotEqual, kLess, kLessEqual, kGreater, kGreaterEqual,
+    kChain,       ///< after a comparison of a chain: if it was false, push 0 and jump to arg, else keep the right side
+    kSwapOver,    ///< keep the right operand for the next comparison of the chain
+    kJumpIfFalse, ///< pop; jump to arg if it is false
+    kJump,        ///< jump to arg
+    kPop,
+  };
+  Op op;
+  std::uint32_t arg = 0;
+};
+
+/// How a name is used, for static checks.
+struct NameUse {
+  std::string name;
+  bool created = false;    ///< Assigned by ':='.
+  bool assigned = false;   ///< Assigned by '=' or '+=' and the like: must exist.
+  bool read = false;
+  bool read_first = false; ///< Its first use in the text needs it to exist.
+};
+
+/// A compiled script. Immutable; names are resolved by whoever runs it.
+struct Script {
+  std::string text;
+  std::vector<Instruction> code;
+  std::vector<double> numbers;
+  std::vector<std::int64_t> integers;
+  std::vector<std::string> strings;
+  std::vector<NameUse> names;
+  std::uint32_t stack_max = 0;  ///< Values on the stack at most.
+};
+
+/// Looks up a script enum; nothing if the name is none.
+using EnumLookup = std::function<std::optional<std::int64_t>(std::string_view)>;
+
+/// Compiles statements separated by ';' (optional, as in BehaviorTree.CPP).
+///
+/// Errors: bt.script-syntax, with the column inside the script in the message; bt.script-too-large.
+[[nodiscard]] Result<Script> compile_script(std::string_view text, const EnumLookup& enums = {});
+
+}  // namespace sentree::bt

@@ -1,0 +1,116 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "sentree/base/result.h"
+#include "sentree/base/time.h"
+#include "sentree/base/value.h"
+#include "sentree/bt/object.h"
+#include "sentree/bt/status.h"
+#include "sentree/bt/types.h"
+
+namespace sentree::bt {
+
+class Tree;
+class Machine;
+class Blackboard;
+
+/// Everything that a tree remembers between steps: statuses, counters, blackboard, timers, a suspended tick.
+///
+/// A plain value. A copy goes on exactly as the original. It does not refer to its tree, and must only be used with
+/// that tree (or one loaded from the same text with the same registry). Cost of a copy: O(nodes + entries).
+class State {
+ public:
+  State() = default;
+  /// All nodes idle; the blackboard holds the constants that SubTrees are given.
+  explicit State(const Tree& tree);
+
+  [[nodiscard]] Status status(NodeId node) const { return status_[node]; }
+  [[nodiscard]] std::span<const Status> statuses() const { return status_; }
+
+  /// The leaf whose answer the suspended tick waits for; kNoNode when no tick is suspended.
+  [[nodiscard]] NodeId waiting_leaf() const { return waiting_; }
+  /// External leaves that were told to halt and have not said that they did.
+  [[nodiscard]] std::span<const NodeId> outstanding_halts() const { return halting_; }
+  /// When the next timer of a Delay, Timeout or Sleep is due; kNever if none runs.
+  [[nodiscard]] TimePoint next_timer() const;
+
+  /// Equal states of one tree behave alike from here on.
+  friend bool operator==(const State& a, const State& b);
+  /// Equal states hash alike. O(nodes + entries).
+  [[nodiscard]] std::uint64_t hash() const;
+
+ private:
+  friend class Machine;
+  friend class Blackboard;
+  friend struct Snapshot;
+
+  static constexpr std::uint32_t kNoEntry = 0xFFFFFFFFU;
+
+  /// What a name of the blackboard is linked to. Entries are shared by remapping and outlive an Unset elsewhere.
+  struct Entry {
+    Datum datum;
+    const PortType* type = nullptr;  ///< Locked by the first strongly typed use; null: any.
+    std::uint64_t sequence = 0;      ///< Counts writes.
+    TimePoint stamp{};               ///< Of the last write.
+    std::uint32_t links = 0;         ///< Cells linked to it; 0: free.
+    bool operator==(const Entry&) const = default;
+  };
+  /// A name that no part of the tree mentions, created at run time.
+  struct DynamicCell {
+    std::uint32_t scope;
+    std::string name;
+    std::uint32_t link;
+    bool operator==(const DynamicCell&) const = default;
+  };
+  struct Timer {
+    TimePoint due;
+    NodeId node;
+    bool operator==(const Timer&) const = default;
+  };
+
+  std::vector<Status> status_;
+  std::vector<std::int32_t> memory_;
+  std::vector<std::uint32_t> links_;  ///< Per cell of the model: index of an entry, or kNoEntry.
+  std::vector<Entry> entries_;
+  std::vector<DynamicCell> dynamic_;
+  std::vector<ObjectSlot> objects_;   ///< What C++ nodes remember.
+  std::vector<Timer> timers_;
+  std::vector<NodeId> halting_;
+  NodeId waiting_ = kNoNode;
+  bool timed_out_during_tick_ = false;
+};
+
+/// The state as bytes, for `restore`. Versioned and checked; the same state gives the same bytes.
+/// Error: bt.unsavable names the node or entry whose C++ type has no saved form.
+[[nodiscard]] Result<std::string> save(const Tree& tree, const State& state);
+
+/// The state that was saved with this tree. Errors: bt.bad-snapshot (not one of ours, damaged, of another tree).
+[[nodiscard]] Result<State> restore(const Tree& tree, std::string_view bytes);
+
+/// One entry of the blackboard as seen from outside.
+struct EntryFact {
+  std::string scope;  ///< Path of the SubTree that owns it; empty for the root's.
+  std::string name;
+  const Value* value; ///< Null value if it was declared and never written, or holds a C++ object.
+  std::string_view type;
+  std::uint64_t sequence;
+  TimePoint stamp;
+};
+
+/// All entries, each once, under its owner; in the order of the scopes, then of first mention.
+[[nodiscard]] std::vector<EntryFact> blackboard(const Tree& tree, const State& state);
+/// The value of an entry by name, as the root tree or the given SubTree sees it; null if there is none or it is empty.
+[[nodiscard]] const Value* entry(const Tree& tree, const State& state, std::string_view name, NodeId subtree = kNoNode);
+/// Writes an entry from outside, as an untyped port would. Error: bt.entry-type.
+[[nodiscard]] Result<void> set_entry(const Tree& tree, State& state, std::string_view name, Value value,
+                                     TimePoint now, NodeId subtree = kNoNode);
+
+}  // namespace sentree::bt
