@@ -1,0 +1,65 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sentree/base/result.h"
+#include "sentree/base/value.h"
+#include "sentree/idl/schema.h"
+
+namespace sentree::idl {
+
+/// Lists, maps and structs inside each other that a value may have.
+inline constexpr int kValueNestingMax = 64;
+/// Largest integer up to which every integer is a double, so a script's number.
+inline constexpr std::int64_t kExactInDouble = std::int64_t{1} << 53;
+
+/// Values and types, in both directions:
+///   bool ↔ bool · i8…i64 ↔ int (an integral double or decimal text is accepted) · double ↔ double (an int or
+///   "NaN", "Infinity", "-Infinity" is accepted) · string ↔ string · binary ↔ bytes (a string is accepted) · enum ↔ its
+///   enumerator's name (a number is accepted; one without a name stays an int) · list, set ↔ list (a set's duplicates
+///   are dropped) · map with string keys ↔ map · map with other keys ↔ list of [key, value] · struct, exception ↔ map
+///   in the order of the fields, absent optional fields left out · union ↔ map with one entry.
+///
+/// Checks `value` and brings it into that form; fields with a default are filled in, an absent field without one
+/// is an error unless it is optional (null counts as absent).
+/// Errors: idl.wrong-type, idl.out-of-range, idl.missing, idl.unknown-name, idl.union, idl.too-deep; the message
+/// begins with `what` and the path: `result.pose.x: expected double, got string "abc"`.
+[[nodiscard]] Result<Value> conform(const Type& type, Value value, std::string_view what);
+
+/// The same for the arguments of a call: a map of names (null counts as empty). Messages read
+/// `argument "goal_id" of Navigation.stopNavigation: expected i64, got string "abc"`.
+[[nodiscard]] Result<Value> conform_arguments(const Method& method, Value arguments);
+
+/// True if `value` is in the form that `conform` makes, so that it need not be copied. No messages, no allocation.
+[[nodiscard]] bool conforms(const Type& type, const Value& value);
+[[nodiscard]] bool conforms_arguments(const Method& method, const Value& arguments);
+
+/// An argument as a file gives it: its value only where it is constant.
+struct WrittenArgument {
+  std::string name;
+  std::optional<Value> value;  ///< Nothing: known when the call is made.
+  SourceSpan span;
+};
+
+/// Everything that is wrong with a call as far as it can be seen without running it: unknown and missing
+/// arguments, constants of the wrong type. `at` is the place of the call. Codes as `conform`; idl.duplicate.
+[[nodiscard]] Diagnostics check_arguments(const Method& method, const std::vector<WrittenArgument>& arguments,
+                                          const SourceSpan& at);
+
+/// The method, or idl.unknown-method with the nearest name; `service_shown` is the name the user knows it by.
+[[nodiscard]] Result<const Method*> find_method(const Service& service, std::string_view method,
+                                                std::string_view service_shown, const SourceSpan& at = {});
+/// The service, or idl.unknown-service with the nearest name.
+[[nodiscard]] Result<ServicePtr> find_service(const Schema& schema, std::string_view service,
+                                              const SourceSpan& at = {});
+
+/// For scripts, whose numbers are doubles: integers beyond 2^53 become decimal text, everything else stays.
+[[nodiscard]] Value for_script(Value value);
+
+/// "name(1: string name, 2: double tolerance): ReturnCode", for help and completion.
+[[nodiscard]] std::string signature(const Method& method);
+
+}  // namespace sentree::idl

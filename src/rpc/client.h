@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "sentree/base/result.h"
+#include "sentree/rpc/address.h"
+#include "sentree/rpc/call.h"
+#include "sentree/rpc/service.h"
+#include "sentree/rpc/transport.h"
+
+namespace sentree::rpc {
+
+/// Late replies that one connection may owe before it is given up and made anew.
+inline constexpr std::size_t kLateRepliesMax = 8;
+/// A late reply is waited for this long; then the connection is given up.
+inline constexpr std::chrono::seconds kLateWaitMax{30};
+/// Waits between attempts to connect double from the first to the last; calls meanwhile fail at once.
+inline constexpr std::chrono::milliseconds kBackoffFirst{10};
+inline constexpr std::chrono::milliseconds kBackoffLast{2000};
+
+struct ClientOptions {
+  std::string target;    ///< The service's name in the project, for observations; default: the interface's name.
+  Hook* hook = nullptr;  ///< Borrowed; outlives the client.
+  LogicalClock* clock = nullptr;  ///< Borrowed; stamps calls to other processes. Null: no stamps.
+  Limits limits;
+  TlsFiles tls;
+};
+
+struct ClientCounters {
+  std::uint64_t calls = 0;
+  std::uint64_t errors = 0;        ///< All kinds but kException.
+  std::uint64_t late = 0;          ///< Calls whose deadline passed.
+  std::uint64_t late_replies = 0;  ///< Of those, replies that still came; the rest was never answered.
+  std::uint64_t connections = 0;   ///< Made so far.
+};
+
+/// Calls one service, wherever it is. Thread-safe: calls from several threads are made one after the other.
+///
+/// Over a socket the connection is made by the first call, kept, and made anew after an error. No call blocks
+/// beyond its deadline (waiting for another thread's call included). In process the service's function runs in the
+/// caller's thread; a result after the deadline is an error of kind kLate and then goes to `Hook::late`.
+class Client {
+ public:
+  /// In process. Cost of a call: under 0.5 µs with a hook.
+  [[nodiscard]] static std::unique_ptr<Client> local(std::shared_ptr<Service> service, ClientOptions options = {});
+
+  /// Over a socket; connects with the first call, so the peer may come later. Errors: rpc.address (kLocal), rpc.tls.
+  [[nodiscard]] static Result<std::unique_ptr<Client>> remote(const Address& address, idl::ServicePtr interface,
+                                                              ClientOptions options = {});
+  ~Client();
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  [[nodiscard]] const idl::Service& interface() const;
+
+  /// `method` is of `interface()`. `arguments` is a map of names, or null for none; missing ones take their default.
+  [[nodiscard]] Outcome call(const idl::Method& method, Value arguments, const CallContext& context = {});
+  /// By name; an unknown one is kArguments with the nearest name.
+  [[nodiscard]] Outcome call(std::string_view method, Value arguments, const CallContext& context = {});
+
+  /// Fails the call in progress as kUnreachable, from another thread; later calls connect anew. Late replies still owed
+  /// are lost.
+  void interrupt();
+  /// As `interrupt`, for good. Idempotent.
+  void close();
+
+  [[nodiscard]] ClientCounters counters() const;
+
+ private:
+  class Impl;
+  explicit Client(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace sentree::rpc
