@@ -67,13 +67,15 @@ struct ChartLayout {
   std::vector<Rect> separators;
 };
 
-/// Text of a label or a state wider than this is wrapped.
+/// Text of a label or a state's name wider than this is wrapped.
 inline constexpr double kChartTextWidthMax = 200;
-/// Labels and states show at most this many lines of text, the last one shortened with "…".
-inline constexpr int kChartLinesMax = 6;
+/// Labels and names show at most this many lines of text, the last one shortened with "…".
+inline constexpr int kChartLinesMax = 7;
 /// Bends of arrows that one drawing routes around states. Arrows beyond are drawn straight: a chart that big
 /// is not read as a picture, but it must not take minutes either.
 inline constexpr int kChartBendsMax = 20'000;
+/// Borders of states that the arrows of one drawing pass through. Arrows beyond are drawn straight as well.
+inline constexpr int kChartPassesMax = 100'000;
 
 /// Layered layout of each nesting level; arrows that cross a border of a state pass through a point on it.
 /// States and labels of one level do not overlap; arrows keep clear of both.

@@ -65,7 +65,21 @@ double width_of(char32_t c) {
   return c == 0x2026 ? 1.0 : kOtherWidth;
 }
 
-bool breaks_after(char c) { return std::string_view(",;)/|&:._-=").find(c) != std::string_view::npos; }
+bool breaks_after(char c) { return std::string_view(",;)/|&:.-=").find(c) != std::string_view::npos; }
+bool is_lower(char c) { return c >= 'a' && c <= 'z'; }
+bool is_upper(char c) { return c >= 'A' && c <= 'Z'; }
+
+// Where to end a line that has room for `end` bytes of `text`: at the last blank or after punctuation, else between the
+// words of a compoundName, else right there. Never leaves a line less than a quarter full.
+std::size_t break_before(std::string_view text, std::size_t end) {
+  for (std::size_t i = end; i > end / 4; --i) {
+    if (text[i] == ' ' || (breaks_after(text[i - 1]) && !breaks_after(text[i]))) return i;
+  }
+  for (std::size_t i = end; i > end / 4; --i) {
+    if (is_lower(text[i - 1]) && is_upper(text[i])) return i;
+  }
+  return end;
+}
 
 // The longest prefix of `text` that fits, in bytes, at least one character.
 std::size_t fitting_prefix(std::string_view text, double width_em) {
@@ -124,15 +138,7 @@ std::vector<std::string> wrap(std::string_view text, double size_px, double widt
       break;
     }
     std::size_t end = fitting_prefix(rest, width_em);
-    if (end < rest.size()) {
-      // The last good place to break that leaves a line of decent length; else in the middle of the word.
-      for (std::size_t i = end; i > end / 3; --i) {
-        if (rest[i] == ' ' || (i > 0 && breaks_after(rest[i - 1]) && !breaks_after(rest[i]))) {
-          end = i;
-          break;
-        }
-      }
-    }
+    if (end < rest.size()) end = break_before(rest, end);
     std::string_view line = rest.substr(0, end);
     while (!line.empty() && line.back() == ' ') line.remove_suffix(1);
     lines.emplace_back(line);
