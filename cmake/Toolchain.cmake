@@ -1,7 +1,7 @@
 # Warnings, sanitizers, and the faster tools where the machine has them.
 
 add_library(sentree_options INTERFACE)
-target_compile_options(sentree_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
+target_compile_options(sentree_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wno-missing-field-initializers
   -Wnon-virtual-dtor -Woverloaded-virtual $<$<BOOL:${SENTREE_WERROR}>:-Werror>
   # One rounding on every machine: the same seed gives the same run.
   -ffp-contract=off)
