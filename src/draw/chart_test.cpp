@@ -167,9 +167,11 @@ TEST(ChartLayout, KeepsLabelsClearOfStatesAndOfEachOther) {
         EXPECT_FALSE(overlap(edge.label, other.label)) << edge.transition << " and " << other.transition;
       }
       for (int s = 0; s < static_cast<int>(chart.states.size()); ++s) {
-        const bool around = inside(chart, source, s) && inside(chart, edge.target, s) && !(source == edge.target && s == source);
+        const bool around =
+            inside(chart, source, s) && inside(chart, edge.target, s) && !(source == edge.target && s == source);
         if (around) continue;
-        EXPECT_FALSE(overlap(edge.label, placed.states[static_cast<std::size_t>(s)])) << edge.transition << " over " << s;
+        EXPECT_FALSE(overlap(edge.label, placed.states[static_cast<std::size_t>(s)]))
+            << edge.transition << " over " << s;
       }
     }
   }
@@ -309,6 +311,15 @@ TEST(ChartPlantUml, WritesStatesHistoryAndTheLastTransition) {
             "  }\n"
             "  state \"off\" as s3 #e1efff;line:0b62c4;line.bold\n"
             "s3 --> s1 : resume\ns0 -[#0b62c4,bold]-> s3 : stop\n@enduml\n");
+}
+
+TEST(ChartMermaid, WritesAnArrowWhereBothItsEndsAreKnown) {
+  Chart chart;
+  chart.states = {state(-1, "a"), state(0, "inner"), state(-1, "b")};
+  chart.transitions = {transition(1, {2}, "leave"), transition(0, {1}, "restart")};
+  EXPECT_EQ(to_mermaid(chart),
+            "stateDiagram-v2\n  state \"a\" as s0 {\n    state \"inner\" as s1\n  }\n  state \"b\" as s2\n"
+            "  s1 --> s2 : leave\n  s0 --> s1 : restart\n");
 }
 
 TEST(ChartValue, HoldsPositionsOfStatesAndArrows) {

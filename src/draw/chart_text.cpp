@@ -76,7 +76,7 @@ std::string to_dot_state(const Chart& chart, int s, const std::vector<std::strin
   const ChartState& state = chart.states[at(s)];
   std::string attributes;
   switch (state.kind) {
-    case StateKind::kInitial: attributes = "shape=point, width=0.16"; break;
+    case StateKind::kInitial: attributes = "shape=point, width=0.16, fillcolor=black"; break;
     case StateKind::kHistoryShallow: attributes = "shape=circle, label=\"H\""; break;
     case StateKind::kHistoryDeep: attributes = "shape=circle, label=\"H*\""; break;
     case StateKind::kFinal:
@@ -105,6 +105,29 @@ std::vector<int> anchors(const Chart& chart) {
     anchor[at(parent)] = anchor[at(i)];
   }
   return anchor;
+}
+
+bool is_inside(const Chart& chart, int s, int ancestor) {
+  while (s > ancestor) s = chart.states[at(s)].parent;
+  return s == ancestor;
+}
+
+// The arrows of each state's block, those of the drawing last. An arrow is written in the innermost block that holds
+// both its ends: written elsewhere, it would move an end there.
+template <class Write>
+std::vector<std::vector<std::string>> arrows_of(const Chart& chart, Write write) {
+  std::vector<std::vector<std::string>> arrows(chart.states.size() + 1);
+  for (const ChartTransition& transition : chart.transitions) {
+    for (std::size_t k = 0; k < transition.targets.size(); ++k) {
+      int block = chart.states[at(transition.source)].parent;
+      while (block >= 0 && !is_inside(chart, chart.states[at(transition.targets[k])].parent, block))
+        block = chart.states[at(block)].parent;
+      const bool initial = chart.states[at(transition.source)].kind == StateKind::kInitial;
+      arrows[block < 0 ? chart.states.size() : at(block)].push_back(
+          write(transition, initial ? "[*]" : id(transition.source), id(transition.targets[k]), k == 0));
+    }
+  }
+  return arrows;
 }
 
 }  // namespace
@@ -145,8 +168,9 @@ std::string to_dot(const Chart& chart) {
       const int tail = anchor[at(transition.source)];
       const int head = anchor[at(target)];
       out += "  " + id(tail) + " -> " + id(head) + " [";
-      if (tail != transition.source) out += "ltail=cluster_" + id(transition.source) + ", ";
-      if (head != target) out += "lhead=cluster_" + id(target) + ", ";
+      if (tail != transition.source && !is_inside(chart, target, transition.source))
+        out += "ltail=cluster_" + id(transition.source) + ", ";
+      if (head != target && !is_inside(chart, transition.source, target)) out += "lhead=cluster_" + id(target) + ", ";
       out += "label=\"" + (first ? dot_escape(label_text(transition)) : "") + "\"";
       if (transition.last) out += ", color=\"#0b62c4\", penwidth=2.5";
       out += "];\n";
@@ -161,17 +185,11 @@ std::string to_mermaid(const Chart& chart) {
   std::string out;
   if (!chart.title.empty()) out += "---\ntitle: \"" + mermaid_escape(chart.title) + "\"\n---\n";
   out += "stateDiagram-v2\n";
-  // Arrows are written in the block of their source's parent, where Mermaid gives [*] its meaning.
-  std::vector<std::vector<std::string>> arrows(chart.states.size() + 1);
-  for (const ChartTransition& transition : chart.transitions) {
-    const ChartState& source = chart.states[at(transition.source)];
-    auto& block = arrows[source.parent < 0 ? chart.states.size() : at(source.parent)];
-    const std::string label = mermaid_state_escape(label_text(transition));
-    for (std::size_t k = 0; k < transition.targets.size(); ++k) {
-      block.push_back((source.kind == StateKind::kInitial ? "[*]" : id(transition.source)) + " --> " +
-                      id(transition.targets[k]) + (label.empty() || k > 0 ? "" : " : " + label));
-    }
-  }
+  const auto arrows = arrows_of(chart, [](const ChartTransition& transition, const std::string& source,
+                                          const std::string& target, bool labelled) {
+    const std::string label = labelled ? mermaid_state_escape(label_text(transition)) : "";
+    return source + " --> " + target + (label.empty() ? "" : " : " + label);
+  });
   const auto write_arrows = [&](std::size_t block, std::size_t depth) {
     for (const std::string& arrow : arrows[block]) out += indent(depth) + arrow + "\n";
   };
@@ -209,17 +227,11 @@ std::string to_plantuml(const Chart& chart) {
   const auto texts = texts_of(chart);
   std::string out = "@startuml\nhide empty description\n";
   if (!chart.title.empty()) out += "title " + plantuml_escape(chart.title) + "\n";
-  std::vector<std::vector<std::string>> arrows(chart.states.size() + 1);
-  for (const ChartTransition& transition : chart.transitions) {
-    const ChartState& source = chart.states[at(transition.source)];
-    auto& block = arrows[source.parent < 0 ? chart.states.size() : at(source.parent)];
-    const std::string label = plantuml_escape(label_text(transition));
-    for (std::size_t k = 0; k < transition.targets.size(); ++k) {
-      block.push_back((source.kind == StateKind::kInitial ? "[*]" : id(transition.source)) +
-                      (transition.last ? " -[#0b62c4,bold]-> " : " --> ") + id(transition.targets[k]) +
-                      (label.empty() || k > 0 ? "" : " : " + label));
-    }
-  }
+  const auto arrows = arrows_of(chart, [](const ChartTransition& transition, const std::string& source,
+                                          const std::string& target, bool labelled) {
+    const std::string label = labelled ? plantuml_escape(label_text(transition)) : "";
+    return source + (transition.last ? " -[#0b62c4,bold]-> " : " --> ") + target + (label.empty() ? "" : " : " + label);
+  });
   std::vector<int> seen_regions(chart.states.size(), 0);
   visit(
       chart,
