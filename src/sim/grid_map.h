@@ -11,6 +11,8 @@ namespace sentree::sim {
 
 /// A map has at most this many cells (4096 x 4096); path costs are sized for it.
 inline constexpr std::size_t kMapCellsMax = std::size_t{1} << 24U;
+/// Columns or rows; squares of distances fit an int.
+inline constexpr int kMapSideMax = 1 << 15;
 
 /// Column and row, counted from the map's lower left cell.
 struct Cell {

@@ -1,0 +1,211 @@
+#include "sentree/sim/yaml_fields.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "sentree/base/value.h"
+
+namespace sentree::sim {
+
+namespace {
+
+// Coordinates beyond this are a slip of the pen.
+constexpr double kCoordinateMax_m = 1e6;
+
+std::string shown(const text::YamlNode& node) {
+  switch (node.kind) {
+    case text::YamlNode::Kind::kNull: return "nothing";
+    case text::YamlNode::Kind::kScalar: return "\"" + node.scalar + "\"";
+    case text::YamlNode::Kind::kSequence: return "a list";
+    case text::YamlNode::Kind::kMapping: return "a mapping";
+  }
+  return {};
+}
+
+std::optional<double> number_with_unit(const text::YamlNode& node, std::span<const Unit> units) {
+  if (!node.is_scalar()) return std::nullopt;
+  if (const auto plain = node.number()) return *plain;
+  const std::size_t split = node.scalar.find_first_not_of("0123456789+-.eE");
+  if (split == std::string::npos || split == 0) return std::nullopt;
+  text::YamlNode head = node;
+  head.quoted = false;
+  head.scalar = node.scalar.substr(0, split);
+  const auto value = head.number();
+  const std::size_t unit_start = node.scalar.find_first_not_of(' ', split);
+  if (!value || unit_start == std::string::npos) return std::nullopt;
+  const std::string_view unit = std::string_view(node.scalar).substr(unit_start);
+  for (const Unit& candidate : units) {
+    if (candidate.name == unit) return *value * candidate.factor;
+  }
+  return std::nullopt;
+}
+
+std::string unit_names(std::span<const Unit> units) {
+  std::string names;
+  for (const Unit& unit : units) names += (names.empty() ? ", unit " : ", ") + std::string(unit.name);
+  return names;
+}
+
+}  // namespace
+
+std::span<const Unit> time_units() {
+  static constexpr std::array<Unit, 4> kUnits{Unit{"s", 1.0}, {"ms", 1e-3}, {"min", 60.0}, {"h", 3600.0}};
+  return kUnits;
+}
+
+std::span<const Unit> angle_units() {
+  static constexpr std::array<Unit, 2> kUnits{Unit{"rad", 1.0}, {"deg", std::numbers::pi / 180.0}};
+  return kUnits;
+}
+
+std::span<const Unit> ratio_units() {
+  static constexpr std::array<Unit, 4> kUnits{Unit{"%", 0.01}, {"%/s", 0.01}, {"%/min", 0.01 / 60.0}, {"%/m", 0.01}};
+  return kUnits;
+}
+
+std::optional<Pose2> read_pose(const text::YamlNode& node) {
+  if (!node.is_sequence() || node.items.size() < 2 || node.items.size() > 3) return std::nullopt;
+  const auto x = number_with_unit(node.items[0], {});
+  const auto y = number_with_unit(node.items[1], {});
+  const auto theta = node.items.size() == 3 ? number_with_unit(node.items[2], angle_units()) : 0.0;
+  if (!x || !y || !theta) return std::nullopt;
+  // Negated, so that NaN is refused too.
+  if (!(std::abs(*x) <= kCoordinateMax_m && std::abs(*y) <= kCoordinateMax_m && std::abs(*theta) <= 1e3)) {
+    return std::nullopt;
+  }
+  return Pose2{*x, *y, wrap_angle(*theta)};
+}
+
+YamlFields::YamlFields(const text::YamlNode& node, std::string codes, std::string what, Diagnostics& found)
+    : node_(node), codes_(std::move(codes)), what_(std::move(what)), found_(found) {
+  if (!node.is_mapping() && !node.is_null()) {
+    error("bad-value", what_ + " is " + shown(node) + "; a mapping is expected", node.span);
+  }
+}
+
+void YamlFields::error(std::string_view code, std::string message, const SourceSpan& span) {
+  found_.push_back({Severity::kError, codes_ + "." + std::string(code), std::move(message), span});
+}
+
+const text::YamlNode* YamlFields::node(std::string_view key) {
+  asked_.emplace_back(key);
+  return node_.is_mapping() ? node_.find(key) : nullptr;
+}
+
+const text::YamlNode* YamlFields::required(std::string_view key) {
+  const text::YamlNode* value = node(key);
+  if (value == nullptr && (node_.is_mapping() || node_.is_null())) {
+    error("missing-key", what_ + " needs \"" + std::string(key) + "\"", node_.span);
+  }
+  return value;
+}
+
+void YamlFields::number(std::string_view key, double& out, Range range, std::span<const Unit> units) {
+  const text::YamlNode* value = node(key);
+  if (value == nullptr) return;
+  const auto number = number_with_unit(*value, units);
+  if (!number || std::isnan(*number)) {
+    error("bad-value",
+          std::string(key) + " of " + what_ + " is " + shown(*value) + "; a number is expected" + unit_names(units),
+          value->span);
+    return;
+  }
+  if (*number < range.low || *number > range.high || (range.low_excluded && *number == range.low)) {
+    const std::string low = (range.low_excluded ? "above " : "at least ") + shortest_decimal(range.low);
+    const std::string high = std::isfinite(range.high) ? " and at most " + shortest_decimal(range.high) : std::string();
+    error("bad-value",
+          std::string(key) + " of " + what_ + " is " + shortest_decimal(*number) + "; it must be " + low + high,
+          value->span);
+    return;
+  }
+  out = *number;
+}
+
+void YamlFields::integer(std::string_view key, int& out, int low, int high) {
+  const text::YamlNode* value = node(key);
+  if (value == nullptr) return;
+  const auto number = value->is_scalar() ? value->integer() : std::nullopt;
+  if (!number || *number < low || *number > high) {
+    error("bad-value",
+          std::string(key) + " of " + what_ + " is " + shown(*value) + "; a whole number from " + std::to_string(low) +
+              " to " + std::to_string(high) + " is expected",
+          value->span);
+    return;
+  }
+  out = static_cast<int>(*number);
+}
+
+void YamlFields::boolean(std::string_view key, bool& out) {
+  const text::YamlNode* value = node(key);
+  if (value == nullptr) return;
+  const auto truth = value->is_scalar() ? value->boolean() : std::nullopt;
+  if (truth)
+    out = *truth;
+  else
+    error("bad-value", std::string(key) + " of " + what_ + " is " + shown(*value) + "; true or false is expected",
+          value->span);
+}
+
+void YamlFields::text(std::string_view key, std::string& out) {
+  const text::YamlNode* value = node(key);
+  if (value == nullptr) return;
+  if (value->is_scalar() && !value->scalar.empty())
+    out = value->scalar;
+  else
+    error("bad-value", std::string(key) + " of " + what_ + " is " + shown(*value) + "; a text is expected",
+          value->span);
+}
+
+void YamlFields::duration(std::string_view key, Duration& out, Range seconds_range) {
+  double s = seconds(out);
+  number(key, s, seconds_range, time_units());
+  out = from_seconds(s);
+}
+
+void YamlFields::pose(std::string_view key, Pose2& out) {
+  const text::YamlNode* value = node(key);
+  if (value == nullptr) return;
+  if (const auto pose = read_pose(*value))
+    out = *pose;
+  else
+    error("bad-value",
+          std::string(key) + " of " + what_ + " is no pose; write [x, y, heading] in m and rad, or \"90 deg\"",
+          value->span);
+}
+
+void YamlFields::point(std::string_view key, Vec2& out) {
+  const text::YamlNode* value = node(key);
+  if (value == nullptr) return;
+  const auto pose = read_pose(*value);
+  if (pose && value->items.size() == 2)
+    out = pose->position();
+  else
+    error("bad-value", std::string(key) + " of " + what_ + " is no point; write [x, y] in m", value->span);
+}
+
+std::optional<std::size_t> YamlFields::choice(std::string_view key, std::span<const std::string> names) {
+  const text::YamlNode* value = node(key);
+  if (value == nullptr) return std::nullopt;
+  const auto found = std::find(names.begin(), names.end(), value->is_scalar() ? value->scalar : std::string());
+  if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
+  std::string all;
+  for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
+  error("bad-value",
+        std::string(key) + " of " + what_ + " is " + shown(*value) + "; one of " + all + " is expected" +
+            did_you_mean(value->scalar, names),
+        value->span);
+  return std::nullopt;
+}
+
+void YamlFields::finish() {
+  for (const auto& [key, value] : node_.entries) {
+    if (std::find(asked_.begin(), asked_.end(), key.scalar) != asked_.end()) continue;
+    error("unknown-key", what_ + " has no \"" + key.scalar + "\"" + did_you_mean(key.scalar, asked_), key.span);
+  }
+}
+
+}  // namespace sentree::sim
