@@ -1,0 +1,32 @@
+#include "sentree/sim/clearance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace sentree::sim {
+
+double clearance(const GridMap& map, const DistanceField& distance, Vec2 point, double enough_m) {
+  const Cell c = map.cell_at(point);
+  const double enough = enough_m / map.resolution_m();
+  // The centres are at most half a diagonal each from the point and from the edge of the square.
+  if (map.contains(c) && std::sqrt(static_cast<double>(distance.squared_cells(c))) - std::numbers::sqrt2 >= enough) {
+    return enough_m;
+  }
+  const Vec2 at = map.to_grid(point);
+  const int reach = static_cast<int>(std::ceil(enough));
+  const int x_end = std::min(map.width(), c.x + reach + 1);
+  const int y_end = std::min(map.height(), c.y + reach + 1);
+  double nearest = enough * enough;
+  for (int y = std::max(0, c.y - reach); y < y_end; ++y) {
+    for (int x = std::max(0, c.x - reach); x < x_end; ++x) {
+      if (map.at({x, y}) < GridMap::kOccupiedMin) continue;
+      const double dx = std::max({0.0, x - at.x, at.x - (x + 1)});
+      const double dy = std::max({0.0, y - at.y, at.y - (y + 1)});
+      nearest = std::min(nearest, dx * dx + dy * dy);
+    }
+  }
+  return std::sqrt(nearest) * map.resolution_m();
+}
+
+}  // namespace sentree::sim
