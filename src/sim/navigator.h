@@ -80,9 +80,9 @@ struct Navigator {
   std::size_t passed = 0;  ///< Path segments behind the robot.
   double distance_remaining_m = 0.0;
   bool turning = false;  ///< At the target, turning to its heading.
-  bool replan = false;
-  NavigationStatus paused_from = NavigationStatus::kIdle;
+  TimePoint paused_at{};
   TimePoint resume_at = kNever;
+  TimePoint deadline = kNever;    ///< `NavigationSpec::goal_time_max` after the start, pauses not counted.
   double best_remaining_m = 0.0;  ///< Smallest distance so far; progress is what lowers it.
   TimePoint progress_at{};
   TimePoint recovering_until{};
@@ -112,20 +112,24 @@ struct NavigationInput {
   Twist2 twist;      ///< As odometry says.
   const Scan& scan;  ///< The latest.
   bool new_scan = false;
+  Pose2 moved_since_scan;           ///< base_link now in base_link at the time of the scan, by odometry.
   std::span<const Cell> announced;  ///< Occupied cells that the robot was told of beyond its map.
 };
 
 [[nodiscard]] bool is_active(NavigationStatus status);
 
 /// Starts a goal in place of whatever runs; it is planned at the next step. Returns its id.
-std::int64_t start_goal(Navigator& state, std::string name, std::vector<Pose2> waypoints, TimePoint now);
+std::int64_t start_goal(const NavigationSpec& spec, Navigator& state, std::string name, std::vector<Pose2> waypoints,
+                        TimePoint now);
 
 /// Ends the active goal of that id (0: whichever) with status IDLE. False, and no effect, for any other id.
 bool stop_goal(Navigator& state, std::int64_t goal_id, TimePoint now);
 
 /// True if there was something to suspend; `until` may be kNever.
-bool suspend(Navigator& state, TimePoint until);
+bool suspend(Navigator& state, TimePoint now, TimePoint until);
 bool resume(Navigator& state, TimePoint now);
+/// Plans the active goal anew. False if none is on its way.
+bool replan(Navigator& state, TimePoint now);
 
 /// Takes in what was sensed and returns the velocity to drive with. Every goal ends: reached, stopped, or with an
 /// error. Cost: O(beams); a plan when one is due.

@@ -1,0 +1,315 @@
+#include "sentree/sim/navigator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "sentree/base/value.h"
+#include "sentree/sim/clearance.h"
+#include "sentree/sim/obstacle_layer.h"
+#include "sentree/sim/path.h"
+#include "sentree/sim/route.h"
+
+namespace sentree::sim {
+
+namespace {
+
+constexpr double kPassWaypoint_m = 0.25;  // an intermediate waypoint counts as visited
+constexpr double kProgress_m = 0.10;
+constexpr double kTurnInPlace_rad = 0.50;  // heading errors from here on are turned away standing
+constexpr double kTurnGain = 2.5;          // 1/s
+constexpr double kBodyMargin_m = 0.02;     // kept from what the laser sees and the map shows, beyond the radius
+constexpr double kPathMargin_m = 0.02;
+constexpr Duration kRetry = std::chrono::milliseconds(500);
+constexpr Duration kBackUp = std::chrono::milliseconds(1500);
+constexpr double kBackUp_m_s = -0.10;
+
+void end(Navigator& state, NavigationStatus status, NavigationError error, std::string message, TimePoint now) {
+  state.status = status;
+  state.error = error;
+  state.error_message = std::move(message);
+  state.ended = now;
+  state.path.clear();
+  state.passed = 0;
+}
+
+void abort(Navigator& state, NavigationError error, std::string message, TimePoint now) {
+  end(state, NavigationStatus::kAborted, error, std::move(message), now);
+}
+
+void think(Navigator& state) {
+  state.status = NavigationStatus::kThinking;
+  state.path.clear();
+  state.passed = 0;
+}
+
+void note_progress(Navigator& state, TimePoint now) {
+  state.best_remaining_m = state.distance_remaining_m;
+  state.progress_at = now;
+}
+
+// Gives up after the last recovery; else forgets what was seen, backs up every other time, and plans anew.
+void recover(const NavigationModel& model, Navigator& state, NavigationError error, std::string message,
+             TimePoint now) {
+  if (state.recoveries >= model.spec.recoveries_max) {
+    abort(state, error, std::move(message), now);
+    return;
+  }
+  ++state.recoveries;
+  state.seen.clear();
+  state.progress_at = now;
+  if (state.recoveries % 2 == 0) state.recovering_until = now + kBackUp;
+  think(state);
+  state.retry_at = state.recoveries % 2 == 0 ? state.recovering_until : now;
+}
+
+void plan(const NavigationModel& model, Navigator& state, const NavigationInput& input) {
+  const Vec2 target = state.goal.waypoints[state.waypoint].position();
+  Route route = find_route({model.map, model.distance, model.costs, model.spec.plan_expansions_max, model.radius_m},
+                           input.pose.position(), target, input.announced, state.seen);
+  if (route.error == NavigationError::kNone) {
+    state.path = std::move(route.points);
+    state.passed = 0;
+    const PathPlace place = place_on_path(state.path, 0, input.pose.position(), 0.0);
+    state.distance_remaining_m = place.remaining_m;
+    // A detour is longer than what was left before; progress is measured anew.
+    state.best_remaining_m = place.remaining_m;
+    state.status = NavigationStatus::kMoving;
+    return;
+  }
+  if (!route.blocked_by_seen) {
+    abort(state, route.error, std::move(route.message), input.now);
+    return;
+  }
+  // What the laser saw may go away.
+  state.path.clear();
+  state.status = NavigationStatus::kWaitingObstacle;
+  state.retry_at = input.now + kRetry;
+  if (input.now - state.progress_at > model.spec.patience) {
+    recover(model, state, route.error, std::move(route.message), input.now);
+  }
+}
+
+bool crosses_path(const NavigationModel& model, const Navigator& state, std::span<const Cell> cells) {
+  const double near_m = model.radius_m + kPathMargin_m + model.map.resolution_m() / 2;
+  for (const Cell c : cells) {
+    const Vec2 centre = model.map.centre(c);
+    for (std::size_t i = state.passed; i + 1 < state.path.size(); ++i) {
+      if (distance_to_segment(state.path[i], state.path[i + 1], centre) < near_m) return true;
+    }
+  }
+  return false;
+}
+
+// The returns of the latest scan that the robot could reach while braking, in base_link now.
+std::vector<Vec2> returns_nearby(const NavigationModel& model, const NavigationInput& input, double reach_m) {
+  std::vector<Vec2> points;
+  const Pose2 laser_in_base = model.laser.mount;
+  const double reach = model.radius_m + kBodyMargin_m + reach_m + norm(laser_in_base.position());
+  for (std::size_t i = 0; i < input.scan.ranges.size(); ++i) {
+    const double range = input.scan.ranges[i];
+    if (!(range > 0.0 && range <= reach)) continue;
+    const double angle = model.laser.angle_min_rad + static_cast<double>(i) * model.laser.angle_increment_rad;
+    const Vec2 at_scan = transform(laser_in_base, {range * std::cos(angle), range * std::sin(angle)});
+    points.push_back(inverse_transform(input.moved_since_scan, at_scan));
+  }
+  return points;
+}
+
+// Follows the command for a moment and then brakes, and keeps clear of the map's walls and of everything the laser
+// sees. What is already too near may be left, not approached.
+bool is_safe(const NavigationModel& model, const NavigationInput& input, const Twist2& command) {
+  constexpr Duration kStep = std::chrono::milliseconds(50);
+  constexpr int kStepsOfCommand = 3;
+  const double speed = std::max(std::abs(command.vx), std::abs(input.twist.vx));
+  if (speed == 0.0) return true;
+  const double reach_m = speed * 0.2 + speed * speed / model.limits.acceleration_m_s2;
+  const std::vector<Vec2> returns = returns_nearby(model, input, reach_m);
+  const double needed_m = model.radius_m + kBodyMargin_m;
+  const auto room = [&](const Pose2& in_base) {
+    double room_m = clearance(model.map, model.distance, transform(input.pose, in_base.position()), needed_m);
+    for (const Vec2 point : returns) room_m = std::min(room_m, distance(in_base.position(), point));
+    return room_m;
+  };
+  double nearest_m = room({});
+  Twist2 twist = input.twist;
+  Pose2 at;
+  constexpr int kStepsMax = 100;
+  for (int i = 0; i < kStepsMax && (i < kStepsOfCommand || twist.vx != 0.0); ++i) {
+    twist = accelerate(model.limits, twist, i < kStepsOfCommand ? command : Twist2{0.0, command.omega}, kStep);
+    at = compose(at, arc(twist, kStep));
+    const double room_m = room(at);
+    if (room_m < needed_m && room_m < nearest_m) return false;
+    nearest_m = std::min(nearest_m, room_m);
+  }
+  return true;
+}
+
+Twist2 turn_towards(const NavigationModel& model, double error_rad) {
+  const double omega = std::clamp(kTurnGain * error_rad, -model.limits.turn_rad_s, model.limits.turn_rad_s);
+  return {0.0, omega};
+}
+
+Twist2 safely(const NavigationModel& model, Navigator& state, const NavigationInput& input, Twist2 command) {
+  if (is_safe(model, input, command)) {
+    if (state.status == NavigationStatus::kWaitingObstacle) state.status = NavigationStatus::kMoving;
+    return command;
+  }
+  const Twist2 slow{command.vx * 0.3, command.omega};
+  if (is_safe(model, input, slow)) return slow;
+  state.status = NavigationStatus::kWaitingObstacle;
+  return {0.0, command.omega};
+}
+
+// The furthest point within the look-ahead to which the way is straight and free.
+Vec2 carrot(const NavigationModel& model, const Navigator& state, const NavigationInput& input,
+            const PathPlace& place) {
+  const Vec2 here = input.pose.position();
+  for (double ahead = model.spec.lookahead_m; ahead > 0.1; ahead /= 2) {
+    const Vec2 point = point_ahead(state.path, place, ahead);
+    if (segment_cost(model.costs, model.map, here, point) >= 0.0) return point;
+  }
+  return point_ahead(state.path, place, 0.1);
+}
+
+Twist2 finish(const NavigationModel& model, Navigator& state, const NavigationInput& input, double off_m) {
+  const double error = wrap_angle(state.goal.waypoints.back().theta - input.pose.theta);
+  const bool standing = std::abs(input.twist.vx) < 0.02;
+  if (std::abs(error) <= model.spec.goal_angular_tolerance_rad * 0.8 && standing &&
+      off_m <= model.spec.goal_linear_tolerance_m) {
+    state.distance_remaining_m = off_m;
+    end(state, NavigationStatus::kGoalReached, NavigationError::kNone, {}, input.now);
+    return {};
+  }
+  return turn_towards(model, error);
+}
+
+Twist2 follow(const NavigationModel& model, Navigator& state, const NavigationInput& input) {
+  const Vec2 here = input.pose.position();
+  const PathPlace place = place_on_path(state.path, state.passed, here, 2 * model.spec.lookahead_m);
+  state.passed = place.segment;
+  state.distance_remaining_m = place.remaining_m + distance(here, place.nearest);
+  if (state.distance_remaining_m < state.best_remaining_m - kProgress_m) note_progress(state, input.now);
+
+  const bool last = state.waypoint + 1 == state.goal.waypoints.size();
+  const double off_m = distance(here, state.path.back());
+  if (!last && off_m < kPassWaypoint_m) {
+    ++state.waypoint;
+    state.progress_at = input.now;
+    think(state);
+    return {};
+  }
+  if (last) {
+    const bool was_turning = state.turning;
+    state.turning = off_m <= model.spec.goal_linear_tolerance_m * (was_turning ? 1.0 : 0.5);
+    if (state.turning && !was_turning) state.progress_at = input.now;
+    if (state.turning) return finish(model, state, input, off_m);
+  }
+
+  const Vec2 ahead = carrot(model, state, input, place);
+  const Vec2 offset = ahead - here;
+  const double error = wrap_angle(std::atan2(offset.y, offset.x) - input.pose.theta);
+  if (std::abs(error) > kTurnInPlace_rad) return turn_towards(model, error);
+  // Half the deceleration, so that the end is met without overshoot.
+  const double braking = std::sqrt(model.limits.acceleration_m_s2 * (last ? off_m : off_m + 0.2));
+  const double speed = std::min(model.limits.speed_m_s * (1.0 - std::abs(error) / kTurnInPlace_rad), braking);
+  return safely(model, state, input, {std::max(speed, 0.02), turn_towards(model, error).omega});
+}
+
+}  // namespace
+
+bool is_active(NavigationStatus status) {
+  switch (status) {
+    case NavigationStatus::kPreparingBeforeMove:
+    case NavigationStatus::kMoving:
+    case NavigationStatus::kWaitingObstacle:
+    case NavigationStatus::kPaused:
+    case NavigationStatus::kThinking: return true;
+    case NavigationStatus::kIdle:
+    case NavigationStatus::kGoalReached:
+    case NavigationStatus::kAborted:
+    case NavigationStatus::kFailing:
+    case NavigationStatus::kError: return false;
+  }
+  return false;
+}
+
+std::int64_t start_goal(const NavigationSpec& spec, Navigator& state, std::string name, std::vector<Pose2> waypoints,
+                        TimePoint now) {
+  Navigator fresh;
+  fresh.status = NavigationStatus::kThinking;
+  fresh.goals = state.goals + 1;
+  fresh.goal = {.id = fresh.goals, .name = std::move(name), .waypoints = std::move(waypoints)};
+  fresh.started = fresh.ended = fresh.progress_at = fresh.retry_at = now;
+  fresh.deadline = add_saturating(now, spec.goal_time_max);
+  fresh.seen = std::move(state.seen);
+  state = std::move(fresh);
+  return state.goal.id;
+}
+
+bool stop_goal(Navigator& state, std::int64_t goal_id, TimePoint now) {
+  if (!is_active(state.status) || (goal_id != 0 && goal_id != state.goal.id)) return false;
+  end(state, NavigationStatus::kIdle, NavigationError::kNone, {}, now);
+  return true;
+}
+
+bool suspend(Navigator& state, TimePoint now, TimePoint until) {
+  if (!is_active(state.status)) return false;
+  if (state.status != NavigationStatus::kPaused) state.paused_at = now;
+  state.status = NavigationStatus::kPaused;
+  state.resume_at = until;
+  return true;
+}
+
+bool resume(Navigator& state, TimePoint now) {
+  if (state.status != NavigationStatus::kPaused) return false;
+  state.deadline = add_saturating(state.deadline, now - state.paused_at);
+  state.progress_at = now;
+  state.retry_at = now;
+  think(state);
+  return true;
+}
+
+bool replan(Navigator& state, TimePoint now) {
+  if (!is_active(state.status) || state.status == NavigationStatus::kPaused) return false;
+  state.retry_at = now;
+  think(state);
+  return true;
+}
+
+Twist2 step_navigation(const NavigationModel& model, Navigator& state, const NavigationInput& input) {
+  if (!is_active(state.status)) return {};
+  if (state.status == NavigationStatus::kPaused && input.now >= state.resume_at) resume(state, input.now);
+  if (input.new_scan) {
+    const Pose2 base_at_scan = compose(input.pose, relative(input.moved_since_scan, {}));
+    const std::vector<Cell> added = update_obstacles(model.map, model.distance, model.costs, model.laser,
+                                                     compose(base_at_scan, model.laser.mount), input.scan, state.seen);
+    if (!state.path.empty() && crosses_path(model, state, added)) {
+      think(state);
+      state.retry_at = input.now;
+    }
+  }
+  if (state.status == NavigationStatus::kPaused) return {};
+  if (input.now > state.deadline) {
+    abort(state, NavigationError::kTimeout,
+          "the goal was not reached within " + shortest_decimal(seconds(model.spec.goal_time_max)) + " s", input.now);
+    return {};
+  }
+  if (input.now < state.recovering_until) {
+    const Twist2 back{kBackUp_m_s, 0.0};
+    return is_safe(model, input, back) ? back : Twist2{};
+  }
+  if (state.path.empty() && input.now >= state.retry_at) plan(model, state, input);
+  if (state.path.empty() || !is_active(state.status)) return {};
+  const Twist2 command = follow(model, state, input);
+  const Duration patience = model.spec.patience + from_seconds(2.0 * std::numbers::pi / model.limits.turn_rad_s);
+  if (is_active(state.status) && input.now - state.progress_at > patience) {
+    recover(model, state, NavigationError::kFailedToMakeProgress, "the robot could not get on along its path",
+            input.now);
+    return {};
+  }
+  return command;
+}
+
+}  // namespace sentree::sim
