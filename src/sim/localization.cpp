@@ -1,0 +1,45 @@
+#include "sentree/sim/localization.h"
+
+#include "sentree/sim/particle_filter.h"
+
+namespace sentree::sim {
+
+Localization initial_localization(const LocalizationSpec& spec, const PoseEstimate& initial, Rng rng) {
+  Localization state;
+  state.rng = rng;
+  set_initial_pose(spec, state, initial, {});
+  return state;
+}
+
+void set_initial_pose(const LocalizationSpec& spec, Localization& state, const PoseEstimate& initial,
+                      const Pose2& odometry) {
+  state.status = LocalizationStatus::kLocalizedOk;
+  state.estimate = initial;
+  state.map_to_odom = frame_from(initial.pose, odometry);
+  state.updated_at = odometry;
+  if (spec.method == LocalizationSpec::Method::kAmcl) scatter_around(spec, state);
+}
+
+void reinitialize_globally(const LocalizationSpec& spec, const GridMap& map, Localization& state,
+                           const Pose2& odometry) {
+  if (spec.method != LocalizationSpec::Method::kAmcl) return;
+  state.status = LocalizationStatus::kNotYetLocalized;
+  state.updated_at = odometry;
+  scatter_everywhere(spec, map, state);
+  state.map_to_odom = frame_from(state.estimate.pose, odometry);
+}
+
+void update_localization(const LocalizationSpec& spec, const GridMap& map, const DistanceField& distance,
+                         const LaserSpec& laser, Localization& state, const Pose2& odometry, const Scan& scan) {
+  if (spec.method == LocalizationSpec::Method::kOdometry) {
+    state.estimate.pose = estimated_pose(state, odometry);
+    return;
+  }
+  const Pose2 motion = relative(state.updated_at, odometry);
+  if (norm(motion.position()) < spec.update_distance_m && std::abs(motion.theta) < spec.update_angle_rad) return;
+  update_particles(spec, map, distance, laser, state, motion, scan);
+  state.updated_at = odometry;
+  state.map_to_odom = frame_from(state.estimate.pose, odometry);
+}
+
+}  // namespace sentree::sim
