@@ -114,5 +114,5 @@ service Simulation {
   ReturnCode setTimeFactor(1: double factor)                   // simulated seconds per second; 0: as fast as possible
   ReturnCode setPaused(1: bool paused)
   double     step(1: double seconds)                           // paused or not; returns simulated time
-  ReturnCode reset(1: i64 seed)                                // back to the start, at the present time
+  ReturnCode reset(1: i64 seed)                                // back to the start and to simulated time 0; the clock's settings stay
 }

@@ -20,7 +20,9 @@ struct RobotState {
   Pose2 odometry;       ///< In the odom frame.
   Twist2 odometry_twist;
   VelocityCommand command;  ///< Of the Base service; it wins over navigation until it ends.
+  Twist2 drive;             ///< What navigation wants.
   Scan scan;
+  Pose2 scan_odometry;  ///< Odometry pose at the scan.
   Localization localization;
   Navigator navigator;
   Rng odometry_rng{0};

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,6 +15,7 @@
 #include "sentree/sim/grid_map.h"
 #include "sentree/sim/laser.h"
 #include "sentree/sim/localization.h"
+#include "sentree/sim/map_file.h"
 #include "sentree/sim/navigator.h"
 #include "sentree/sim/shape.h"
 
@@ -107,9 +107,6 @@ struct World {
   /// Position of the robot in `robots`; an empty name is the first.
   [[nodiscard]] std::optional<std::size_t> robot(std::string_view name) const;
 };
-
-/// Gives the bytes of a file that the world names, by its path relative to the world file.
-using FileReader = std::function<Result<std::string>(const std::string& path)>;
 
 /// Reads a world file (docs/simulator.md describes it) and the map that it names.
 ///

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sentree/base/diagnostic.h"
+#include "sentree/base/value.h"
+#include "sentree/sim/state.h"
+#include "sentree/sim/world.h"
+
+namespace sentree::sim {
+
+/// Between the simulator's types and the shapes of interfaces/robot.thrift.
+
+[[nodiscard]] Value return_code(std::string_view name);  ///< "OK", "ERROR", …
+[[nodiscard]] Value to_value(const Pose2& pose);
+[[nodiscard]] Value to_value(Vec2 point);
+[[nodiscard]] Value to_value(const Twist2& twist);
+[[nodiscard]] Value to_value(NavigationStatus status);
+[[nodiscard]] Value to_value(NavigationError error);
+[[nodiscard]] Value to_value(LocalizationStatus status);
+[[nodiscard]] Value to_value(PowerSupplyStatus status);
+[[nodiscard]] Value to_value(BatteryWarning warning);
+[[nodiscard]] Value header(const State& state, std::string_view frame = "map");
+[[nodiscard]] Value location(const World& world, const Pose2& pose, std::string_view description = {});
+[[nodiscard]] Value area(const World& world, const NamedArea& area);
+[[nodiscard]] Value odometry(const State& state, const Pose2& pose, const Twist2& twist, std::string_view frame);
+
+/// Takes the arguments of a call one by one. The first that is missing or of another type is remembered, with its
+/// path; a default is returned for it.
+class Arguments {
+ public:
+  explicit Arguments(const Map& args) : args_(args) {}
+
+  [[nodiscard]] double number(std::string_view name);  ///< Finite.
+  [[nodiscard]] std::int64_t integer(std::string_view name);
+  [[nodiscard]] bool boolean(std::string_view name);
+  [[nodiscard]] std::string text(std::string_view name);
+  [[nodiscard]] Pose2 pose(std::string_view name);
+  [[nodiscard]] Vec2 point(std::string_view name);
+  [[nodiscard]] Twist2 twist(std::string_view name, double* sideways);
+  /// The pose of a Location; `map_id` gets the map that it names.
+  [[nodiscard]] Pose2 location(std::string_view name, std::string& map_id, std::string& description);
+  [[nodiscard]] std::vector<Vec2> area(std::string_view name, std::string& map_id, std::string& description);
+  [[nodiscard]] std::vector<Pose2> path(std::string_view name);
+  [[nodiscard]] PoseEstimate estimate(std::string_view name);
+
+  /// What is wrong, or empty.
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+
+ private:
+  [[nodiscard]] const Value* member(const Value* of, std::string_view name, const std::string& path);
+  [[nodiscard]] double number_in(const Value* of, std::string_view name, const std::string& path);
+  [[nodiscard]] Pose2 pose_in(const Value* value, const std::string& path);
+  [[nodiscard]] const Value* argument(std::string_view name);
+  void wrong(const std::string& path, std::string_view expected, const Value* value);
+
+  const Map& args_;
+  std::string problem_;
+};
+
+}  // namespace sentree::sim

@@ -1,0 +1,220 @@
+#include "sentree/sim/simulation.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sentree/base/assert.h"
+#include "sentree/sim/clearance.h"
+
+namespace sentree::sim {
+
+namespace {
+
+// What stands in the world beside the map's walls, as this robot meets it: obstacles, closed doors, other robots.
+std::vector<Shape> shapes_around(const World& world, const State& state, std::size_t robot) {
+  std::vector<Shape> shapes;
+  for (const Obstacle& obstacle : state.obstacles) shapes.push_back(obstacle.shape);
+  for (const Door& door : state.doors) {
+    if (!door.open) shapes.push_back(Shape::wall(door.a, door.b, door.thickness_m));
+  }
+  for (std::size_t i = 0; i < state.robots.size(); ++i) {
+    if (i == robot) continue;
+    shapes.push_back(Shape::disc(state.robots[i].truth.pose.position(), world.robots[i].radius_m));
+  }
+  return shapes;
+}
+
+double room(const World& world, std::span<const Shape> shapes, Vec2 centre, double radius_m) {
+  double room_m = clearance(world.map, world.distance, centre, radius_m);
+  for (const Shape& shape : shapes) room_m = std::min(room_m, distance(shape, centre));
+  return room_m;
+}
+
+int station_at(const World& world, const Pose2& pose) {
+  for (std::size_t i = 0; i < world.stations.size(); ++i) {
+    const Station& station = world.stations[i];
+    if (distance(pose.position(), station.pose.position()) > station.linear_tolerance_m) continue;
+    if (std::abs(wrap_angle(pose.theta - station.pose.theta)) <= station.angular_tolerance_rad)
+      return static_cast<int>(i);
+  }
+  return -1;
+}
+
+void move(const World& world, const RobotSpec& spec, std::span<const Shape> shapes, RobotState& robot, Duration dt) {
+  const Pose2 motion = arc(robot.truth.twist, dt);
+  const Pose2 next = compose(robot.truth.pose, motion);
+  bool blocked = false;
+  if (motion.x != 0.0 || motion.y != 0.0) {
+    const double room_next = room(world, shapes, next.position(), spec.radius_m);
+    // What has been put onto the robot does not hold it: it may move away.
+    blocked = room_next < spec.radius_m && room_next < room(world, shapes, robot.truth.pose.position(), spec.radius_m);
+  }
+  if (blocked) {
+    ++robot.truth.collisions;
+    robot.truth.twist = {};
+    robot.odometry_twist = {};
+    return;
+  }
+  robot.truth.pose = next;
+  const Pose2 seen = measured(spec.odometry, motion, robot.odometry_rng);
+  robot.odometry = compose(robot.odometry, seen);
+  const double s = seconds(dt);
+  robot.odometry_twist = {seen.x / s, seen.theta / s};
+  if (spec.odometry == OdometryNoise{}) robot.odometry_twist = robot.truth.twist;
+}
+
+void charge(const World& world, const RobotSpec& spec, RobotState& robot, Duration dt, TimePoint now) {
+  const int station = station_at(world, robot.truth.pose);
+  if (station != robot.station) {
+    robot.station = station;
+    robot.arrived = now;
+  }
+  if (station >= 0 && !robot.battery.plugged && !robot.battery.full) {
+    for (const Person& person : world.people) {
+      if (person.station == world.stations[static_cast<std::size_t>(station)].name &&
+          robot.battery.charge < person.below && now - robot.arrived >= person.after) {
+        robot.battery.plugged = true;
+      }
+    }
+  }
+  step_battery(spec.battery, robot.battery, dt, std::abs(robot.truth.twist.vx) * seconds(dt), station >= 0);
+}
+
+// Cells of what the robots know beyond the map, to be inflated by the planner.
+std::vector<Cell> announced_cells(const World& world, const State& state) {
+  std::vector<Cell> cells;
+  const auto add = [&](const Shape& shape) {
+    const double radius = bounding_radius(shape) + world.map.resolution_m();
+    const Vec2 centre = shape.pose.position();
+    // The corners of the square around the shape bound its cells, whatever the heading of the grid.
+    const double half = radius * std::sqrt(2.0);
+    const Vec2 grid = world.map.to_grid(centre);
+    const double half_cells = half / world.map.resolution_m();
+    const int x_low = std::max(0, static_cast<int>(std::max(-1.0, std::floor(grid.x - half_cells))));
+    const int y_low = std::max(0, static_cast<int>(std::max(-1.0, std::floor(grid.y - half_cells))));
+    for (int y = y_low; y < world.map.height() && y <= grid.y + half_cells; ++y) {
+      for (int x = x_low; x < world.map.width() && x <= grid.x + half_cells; ++x) {
+        if (distance(shape, world.map.centre({x, y})) <= world.map.resolution_m() / 2) cells.push_back({x, y});
+      }
+    }
+  };
+  for (const Obstacle& obstacle : state.obstacles) {
+    if (obstacle.on_map) add(obstacle.shape);
+  }
+  for (const Door& door : state.doors) {
+    if (door.on_map && !door.open) add(Shape::wall(door.a, door.b, door.thickness_m));
+  }
+  return cells;
+}
+
+void sense(const World& world, const State& state, std::size_t index, std::span<const Shape> shapes,
+           RobotState& robot) {
+  const RobotSpec& spec = world.robots[index];
+  robot.scan.stamp = state.time;
+  cast_scan(world.map, world.rays, shapes, compose(robot.truth.pose, spec.laser.mount), spec.laser, robot.scan.ranges);
+  disturb_scan(spec.laser, robot.laser_rng, robot.scan.ranges);
+  robot.scan_odometry = robot.odometry;
+}
+
+// The robot's own software. It is given nothing of the ground truth.
+void think(const World& world, const State& state, const RobotSpec& spec, RobotState& robot, bool new_scan) {
+  if (new_scan) {
+    update_localization(spec.localization, world.map, world.distance, spec.laser, robot.localization, robot.odometry,
+                        robot.scan);
+  }
+  if (state.time >= robot.command.until) robot.command = {};
+  if (robot.command != VelocityCommand{}) return;
+  if (!is_active(robot.navigator.status)) return;
+  const std::vector<Cell> announced =
+      robot.navigator.path.empty() ? announced_cells(world, state) : std::vector<Cell>{};
+  const NavigationModel model{world.map,   world.distance, spec.costs,   spec.navigation,
+                              spec.limits, spec.laser,     spec.radius_m};
+  robot.drive = step_navigation(model, robot.navigator,
+                                {.now = state.time,
+                                 .pose = estimated_pose(robot.localization, robot.odometry),
+                                 .twist = robot.odometry_twist,
+                                 .scan = robot.scan,
+                                 .new_scan = new_scan,
+                                 .moved_since_scan = relative(robot.scan_odometry, robot.odometry),
+                                 .announced = announced});
+}
+
+// True if a whole period of `period` begins with this step.
+bool is_due(TimePoint time, Duration step, Duration period) {
+  const std::int64_t every = std::max<std::int64_t>(1, period / step);
+  return (time.time_since_epoch() / step) % every == 0;
+}
+
+void step(const World& world, State& state) {
+  constexpr Duration kControlPeriod = std::chrono::milliseconds(40);
+  for (std::size_t i = 0; i < state.robots.size(); ++i) {
+    const RobotSpec& spec = world.robots[i];
+    RobotState& robot = state.robots[i];
+    const bool scan_due = is_due(state.time, world.step, spec.laser.period);
+    const bool control_due = is_due(state.time, world.step, kControlPeriod);
+    const bool moves = robot.truth.twist != Twist2{} || robot.drive != Twist2{} || robot.command.twist != Twist2{};
+    std::vector<Shape> shapes;
+    if (scan_due || moves) shapes = shapes_around(world, state, i);
+    if (scan_due) sense(world, state, i, shapes, robot);
+    if (scan_due || control_due) think(world, state, spec, robot, scan_due);
+    if (!is_active(robot.navigator.status)) robot.drive = {};
+    const bool commanded = robot.command != VelocityCommand{};
+    robot.truth.twist =
+        accelerate(spec.limits, robot.truth.twist, commanded ? robot.command.twist : robot.drive, world.step);
+    move(world, spec, shapes, robot, world.step);
+    charge(world, spec, robot, world.step, state.time + world.step);
+  }
+  state.time += world.step;
+}
+
+}  // namespace
+
+State initial_state(const World& world, std::uint64_t seed) {
+  State state;
+  state.seed = seed;
+  state.obstacles = world.obstacles;
+  state.doors = world.doors;
+  state.locations = world.locations;
+  state.areas = world.areas;
+  state.robots.resize(world.robots.size());
+  for (std::size_t i = 0; i < world.robots.size(); ++i) {
+    const RobotSpec& spec = world.robots[i];
+    RobotState& robot = state.robots[i];
+    robot.truth.pose = spec.start;
+    robot.battery = initial_battery(spec.battery);
+    robot.station = station_at(world, spec.start);
+    robot.odometry_rng = Rng::of(seed, spec.name + ".odometry");
+    robot.laser_rng = Rng::of(seed, spec.name + ".laser");
+    robot.localization =
+        initial_localization(spec.localization, {.pose = spec.start}, Rng::of(seed, spec.name + ".localization"));
+  }
+  for (std::size_t i = 0; i < world.robots.size(); ++i) {
+    const std::vector<Shape> shapes = shapes_around(world, state, i);
+    sense(world, state, i, shapes, state.robots[i]);
+  }
+  return state;
+}
+
+void advance_by(const World& world, State& state, Duration duration) {
+  SENTREE_ASSERT(state.robots.size() == world.robots.size());
+  const TimePoint until = add_saturating(state.time, std::min(duration, kAdvanceMax));
+  while (state.time + world.step <= until) step(world, state);
+}
+
+void advance(const World& world, State& state, TimePoint now) {
+  const TimeControl& clock = state.clock;
+  if (clock.paused || clock.factor <= 0.0 || now <= clock.run_anchor) return;
+  const Duration run = now - clock.run_anchor;
+  const Duration simulated = clock.factor == 1.0 ? run : from_seconds(seconds(run) * clock.factor);
+  const TimePoint target = add_saturating(clock.sim_anchor, simulated);
+  if (target <= state.time) return;
+  if (target - state.time > kAdvanceMax) {
+    advance_by(world, state, kAdvanceMax);
+    state.clock.run_anchor = now;
+    state.clock.sim_anchor = state.time;
+    return;
+  }
+  advance_by(world, state, target - state.time);
+}
+
+}  // namespace sentree::sim
