@@ -18,6 +18,7 @@
 #include "sentree/sim/map_file.h"
 #include "sentree/sim/navigator.h"
 #include "sentree/sim/shape.h"
+#include "sentree/text/yaml.h"
 
 namespace sentree::sim {
 
@@ -114,6 +115,9 @@ struct World {
 /// location that the robot cannot stand on, a station's tolerance within the navigation's, names used twice.
 /// Errors: sim.* with line and column of the world file, map.* of the map's files.
 [[nodiscard]] Loaded<World> parse_world(std::string_view source, const std::string& file, const FileReader& read);
+
+/// The same of a file that has been read already, changed by a scenario perhaps.
+[[nodiscard]] Loaded<World> parse_world(const text::YamlNode& root, const FileReader& read);
 
 /// The same of a file on disk. `shown_as` is the name used in messages (default: the path).
 [[nodiscard]] Loaded<World> load_world(const std::string& path, std::string shown_as = {});

@@ -429,13 +429,14 @@ class WorldReader {
 }  // namespace
 
 Loaded<World> parse_world(std::string_view source, const std::string& file, const FileReader& read) {
-  Loaded<World> loaded;
   const auto root = text::parse_yaml(source, file);
-  if (!root) {
-    loaded.diagnostics.push_back(root.error());
-    return loaded;
-  }
-  World world = WorldReader(*root, read, loaded).read();
+  if (!root) return {std::nullopt, {root.error()}};
+  return parse_world(*root, read);
+}
+
+Loaded<World> parse_world(const text::YamlNode& root, const FileReader& read) {
+  Loaded<World> loaded;
+  World world = WorldReader(root, read, loaded).read();
   if (!has_errors(loaded.diagnostics)) loaded.value = std::move(world);
   sort_by_place(loaded.diagnostics);
   return loaded;
