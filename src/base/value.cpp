@@ -19,6 +19,7 @@ Map::~Map() = default;
 
 bool Map::empty() const { return entries_.empty(); }
 std::size_t Map::size() const { return entries_.size(); }
+void Map::append(std::string key, Value value) { entries_.emplace_back(std::move(key), std::move(value)); }
 void Map::reserve(std::size_t entries) { entries_.reserve(entries); }
 
 const Value* Map::find(std::string_view key) const {

@@ -45,6 +45,8 @@ class Map {
   /// True if there was one.
   bool erase(std::string_view key);
   void reserve(std::size_t entries);
+  /// Adds an entry at the end without looking for the key, which must not be there yet.
+  void append(std::string key, Value value);
 
   [[nodiscard]] auto begin() const { return entries_.begin(); }
   [[nodiscard]] auto end() const { return entries_.end(); }

@@ -59,6 +59,11 @@ struct WrittenArgument {
 /// For scripts, whose numbers are doubles: integers beyond 2^53 become decimal text, everything else stays.
 [[nodiscard]] Value for_script(Value value);
 
+/// Keeps the first of equal items, as a set has it. O(items).
+void drop_duplicates(List& items);
+/// Keeps the last of the [key, value] pairs of equal key, as a map has it. O(pairs).
+void drop_duplicate_keys(List& pairs);
+
 /// "name(1: string name, 2: double tolerance): ReturnCode", for help and completion.
 [[nodiscard]] std::string signature(const Method& method);
 
