@@ -12,6 +12,7 @@ namespace sentree::idl {
 namespace {
 
 constexpr std::size_t kShownTextMax = 40;
+constexpr std::size_t kShownNamesMax = 12;
 
 std::string shown(const Value& value) {
   const std::string type(to_string(value.type()));
@@ -21,15 +22,26 @@ std::string shown(const Value& value) {
       if (value.text().size() > kShownTextMax) text += "…";
       return type + " \"" + text + "\"";
     }
-    case Value::Type::kBool: case Value::Type::kInt: case Value::Type::kDouble: return type + " " + to_json(value);
+    case Value::Type::kBool:
+    case Value::Type::kInt:
+    case Value::Type::kDouble: return type + " " + to_json(value);
     case Value::Type::kList: return type + " of " + std::to_string(value.as_list()->size());
     default: return type;
   }
 }
 
+// The likely name; where none is near, those that there are.
+std::string way_out(std::string_view name, const std::vector<std::string>& known) {
+  std::string out = did_you_mean(name, known);
+  if (!out.empty() || known.empty()) return out;
+  for (std::size_t i = 0; i < known.size() && i < kShownNamesMax; ++i)
+    out += (i == 0 ? "; there is " : ", ") + known[i];
+  return known.size() > kShownNamesMax ? out + ", …" : out;
+}
+
 struct Misfit {
   std::string code;
-  std::string path;      // ".pose.x", "[3]"; built while unwinding.
+  std::string path;  // ".pose.x", "[3]"; built while unwinding.
   std::string message;
 };
 
@@ -52,7 +64,8 @@ Range range(Kind kind) {
   switch (kind) {
     case Kind::kI8: return {-128, 127};
     case Kind::kI16: return {std::numeric_limits<std::int16_t>::min(), std::numeric_limits<std::int16_t>::max()};
-    case Kind::kI32: case Kind::kEnum: return {std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()};
+    case Kind::kI32:
+    case Kind::kEnum: return {std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()};
     default: return {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max()};
   }
 }
@@ -81,7 +94,8 @@ bool fit_integer(const Type& type, Value& value, Misfit& out) {
   const Range r = range(type.kind);
   if (*number < r.low || *number > r.high) {
     return misfit(out, "idl.out-of-range",
-                  "expected " + type.name + " (" + std::to_string(r.low) + " to " + std::to_string(r.high) + "), got " + shown(value));
+                  "expected " + type.name + " (" + std::to_string(r.low) + " to " + std::to_string(r.high) + "), got " +
+                      shown(value));
   }
   value = Value(*number);
   return true;
@@ -111,7 +125,7 @@ bool fit_enum(const Type& type, Value& value, Misfit& out) {
     }
     std::vector<std::string> known;
     for (const Enumerator& x : e.enumerators) known.push_back(x.name);
-    return misfit(out, "idl.unknown-name", "enum " + e.name + " has no \"" + *name + "\"" + did_you_mean(*name, known));
+    return misfit(out, "idl.unknown-name", "enum " + e.name + " has no \"" + *name + "\"" + way_out(*name, known));
   }
   if (!fit_integer(type, value, out)) return false;
   if (const Enumerator* named = e.find(*value.as_int())) value = Value(named->name);
@@ -172,10 +186,12 @@ bool fit_union(const Struct& s, Map& given, int depth, Misfit& out) {
     if (item.is_null()) continue;
     const Field* field = s.find(name);
     if (field == nullptr) {
-      return misfit(out, "idl.unknown-name", "union " + s.name + " has no member \"" + name + "\"" + did_you_mean(name, s.field_names()));
+      return misfit(out, "idl.unknown-name",
+                    "union " + s.name + " has no member \"" + name + "\"" + way_out(name, s.field_names()));
     }
     if (!kept.empty()) {
-      return misfit(out, "idl.union", "union " + s.name + " holds one member, got \"" + kept.begin()->first + "\" and \"" + name + "\"");
+      return misfit(out, "idl.union",
+                    "union " + s.name + " holds one member, got \"" + kept.begin()->first + "\" and \"" + name + "\"");
     }
     Value v = std::move(item);
     if (!fit(*field->type, v, depth + 1, out)) {
@@ -185,7 +201,8 @@ bool fit_union(const Struct& s, Map& given, int depth, Misfit& out) {
     kept.append(name, std::move(v));
   }
   if (kept.empty()) {
-    const auto preset = std::find_if(s.fields.begin(), s.fields.end(), [](const Field& f) { return f.default_value.has_value(); });
+    const auto preset =
+        std::find_if(s.fields.begin(), s.fields.end(), [](const Field& f) { return f.default_value.has_value(); });
     if (preset == s.fields.end()) return misfit(out, "idl.union", "union " + s.name + " holds one member, got none");
     kept.append(preset->name, *preset->default_value);
   }
@@ -197,7 +214,7 @@ bool fit_fields(const Struct& s, Map& given, int depth, std::string_view what, M
   for (const auto& [name, item] : given) {
     if (s.find(name) != nullptr) continue;
     return misfit(out, "idl.unknown-name",
-                  "there is no " + std::string(what) + " \"" + name + "\"" + did_you_mean(name, s.field_names()));
+                  "there is no " + std::string(what) + " \"" + name + "\"" + way_out(name, s.field_names()));
   }
   Map made;
   made.reserve(s.fields.size());
@@ -230,7 +247,10 @@ bool fit(const Type& type, Value& value, int depth, Misfit& out) {
   switch (type.kind) {
     case Kind::kVoid: return value.is_null() || wrong(out, type, value);
     case Kind::kBool: return value.as_bool() != nullptr || wrong(out, type, value);
-    case Kind::kI8: case Kind::kI16: case Kind::kI32: case Kind::kI64: return fit_integer(type, value, out);
+    case Kind::kI8:
+    case Kind::kI16:
+    case Kind::kI32:
+    case Kind::kI64: return fit_integer(type, value, out);
     case Kind::kDouble: return fit_double(type, value, out);
     case Kind::kString: return value.as_string() != nullptr || wrong(out, type, value);
     case Kind::kBinary:
@@ -246,7 +266,8 @@ bool fit(const Type& type, Value& value, int depth, Misfit& out) {
       return type.structure->kind == StructKind::kUnion ? fit_union(*type.structure, *map, depth, out)
                                                         : fit_fields(*type.structure, *map, depth, "field", out);
     }
-    case Kind::kList: case Kind::kSet: return fit_items(type, value, depth, out);
+    case Kind::kList:
+    case Kind::kSet: return fit_items(type, value, depth, out);
     case Kind::kMap: return fit_map(type, value, depth, out);
   }
   return false;
@@ -290,7 +311,9 @@ bool right(const Type& type, const Value& value, int depth) {
   switch (type.kind) {
     case Kind::kVoid: return value.is_null();
     case Kind::kBool: return value.as_bool() != nullptr;
-    case Kind::kI8: case Kind::kI16: case Kind::kI32: {
+    case Kind::kI8:
+    case Kind::kI16:
+    case Kind::kI32: {
       const auto* i = value.as_int();
       if (i == nullptr) return false;
       const Range r = range(type.kind);
@@ -312,12 +335,14 @@ bool right(const Type& type, const Value& value, int depth) {
     }
     case Kind::kList: {
       const List* items = value.as_list();
-      return items != nullptr && std::all_of(items->begin(), items->end(), [&](const Value& v) { return right(*type.element, v, depth + 1); });
+      return items != nullptr && std::all_of(items->begin(), items->end(),
+                                             [&](const Value& v) { return right(*type.element, v, depth + 1); });
     }
     case Kind::kMap: {
       if (type.key->kind != Kind::kString) return false;
       const Map* map = value.as_map();
-      return map != nullptr && std::all_of(map->begin(), map->end(), [&](const auto& e) { return right(*type.element, e.second, depth + 1); });
+      return map != nullptr && std::all_of(map->begin(), map->end(),
+                                           [&](const auto& e) { return right(*type.element, e.second, depth + 1); });
     }
     case Kind::kSet: return false;  // Duplicates have to be looked for.
   }
@@ -391,7 +416,8 @@ Result<Value> conform_arguments(const Method& method, Value arguments) {
   Misfit m;
   Map* map = arguments.as_map();
   if (map == nullptr) {
-    return fail("idl.wrong-type", method.service + "." + method.name + ": expected a map of arguments, got " + shown(arguments));
+    return fail("idl.wrong-type",
+                method.service + "." + method.name + ": expected a map of arguments, got " + shown(arguments));
   }
   if (fit_fields(method.arguments, *map, 0, "argument", m)) return arguments;
   return fail(m.code, told_of_argument(method, m));
@@ -415,7 +441,7 @@ Diagnostics check_arguments(const Method& method, const std::vector<WrittenArgum
     const Field* f = method.arguments.find(a.name);
     if (f == nullptr) {
       report(a.span, "idl.unknown-name",
-             call + " has no argument \"" + a.name + "\"" + did_you_mean(a.name, method.arguments.field_names()));
+             call + " has no argument \"" + a.name + "\"" + way_out(a.name, method.arguments.field_names()));
       continue;
     }
     if (!given.insert(a.name).second) {
@@ -441,14 +467,17 @@ Result<const Method*> find_method(const Service& service, std::string_view metho
                                   const SourceSpan& at) {
   if (const Method* found = service.find(method)) return found;
   const auto known = service.method_names();
-  std::string message = "service \"" + std::string(service_shown) + "\" (" + service.name + ") has no method \"" + std::string(method) + "\"";
-  return fail("idl.unknown-method", message + did_you_mean(method, known), at);
+  std::string message = "service \"" + std::string(service_shown) + "\" (" + service.name + ") has no method \"" +
+                        std::string(method) + "\"";
+  return fail("idl.unknown-method", message + way_out(method, known), at);
 }
 
 Result<ServicePtr> find_service(const Schema& schema, std::string_view service, const SourceSpan& at) {
   if (ServicePtr found = schema.service(service)) return found;
-  return fail("idl.unknown-service",
-              schema.file() + " has no service \"" + std::string(service) + "\"" + did_you_mean(service, schema.service_names()), at);
+  return fail(
+      "idl.unknown-service",
+      schema.file() + " has no service \"" + std::string(service) + "\"" + way_out(service, schema.service_names()),
+      at);
 }
 
 Value for_script(Value value) { return scripted(std::move(value), 0); }

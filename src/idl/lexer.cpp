@@ -1,4 +1,4 @@
-#include "sentree/idl/lexer.h"
+#include "sentree/idl/detail/lexer.h"
 
 #include <algorithm>
 #include <charconv>
@@ -70,7 +70,9 @@ bool Lexer::literal(Token& token) {
       case 'r': token.text.push_back('\r'); break;
       case 'n': token.text.push_back('\n'); break;
       case 't': token.text.push_back('\t'); break;
-      case '"': case '\'': case '\\': token.text.push_back(escaped); break;
+      case '"':
+      case '\'':
+      case '\\': token.text.push_back(escaped); break;
       default: return fail(at_ - 1, R"(unknown escape in string; there are \r \n \t \" \' \\)");
     }
     ++at_;
@@ -138,8 +140,8 @@ bool Lexer::next(Token& token) {
   bool good = true;
   if (is_word_start(c)) {
     std::size_t end = at_ + 1;
-    while (end < source_.size() && (is_word_part(source_[end]) ||
-                                    (source_[end] == '.' && end + 1 < source_.size() && is_word_part(source_[end + 1])))) {
+    while (end < source_.size() && (is_word_part(source_[end]) || (source_[end] == '.' && end + 1 < source_.size() &&
+                                                                   is_word_part(source_[end + 1])))) {
       ++end;
     }
     token.form = Token::Form::kWord;

@@ -5,7 +5,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
-#include "sentree/idl/program.h"
+#include "sentree/idl/detail/program.h"
 
 namespace sentree::idl {
 namespace {
@@ -88,8 +88,9 @@ class Resolver {
 
   const Type* base(Kind kind) {
     static const std::pair<Kind, const char*> kNames[] = {
-        {Kind::kVoid, "void"}, {Kind::kBool, "bool"}, {Kind::kI8, "i8"}, {Kind::kI16, "i16"}, {Kind::kI32, "i32"},
-        {Kind::kI64, "i64"}, {Kind::kDouble, "double"}, {Kind::kString, "string"}, {Kind::kBinary, "binary"}};
+        {Kind::kVoid, "void"},     {Kind::kBool, "bool"},     {Kind::kI8, "i8"},
+        {Kind::kI16, "i16"},       {Kind::kI32, "i32"},       {Kind::kI64, "i64"},
+        {Kind::kDouble, "double"}, {Kind::kString, "string"}, {Kind::kBinary, "binary"}};
     const Type*& cached = bases_[static_cast<std::size_t>(kind)];
     if (cached == nullptr) {
       Type& t = program_.types.emplace_back();
@@ -147,7 +148,8 @@ class Resolver {
       t.kind = use.form == Form::kList ? Kind::kList : Kind::kSet;
       t.name = (use.form == Form::kList ? "list<" : "set<") + first->name + ">";
     }
-    // Names grow with nesting through typedefs: list<list<…>> of a typedef of a map of itself twice would double each time.
+    // Names grow with nesting through typedefs: list<list<…>> of a typedef of a map of itself twice would double each
+    // time.
     if (t.name.size() > kTypeNameMax) t.name = use.form == Form::kMap ? "map<…>" : "list<…>";
     return &program_.types.emplace_back(std::move(t));
   }
@@ -179,7 +181,8 @@ class Resolver {
         error(e.span, "idl.duplicate", "enum " + d.name + " has \"" + e.name + "\" already");
         continue;
       }
-      const Constant& c = program_.enumerator_constants.emplace_back(Constant{e.name, t, Value(std::int64_t{e.number}), e.span});
+      const Constant& c =
+          program_.enumerator_constants.emplace_back(Constant{e.name, t, Value(std::int64_t{e.number}), e.span});
       program_.constant_names.emplace(d.name + "." + e.name, &c);
     }
   }
@@ -205,7 +208,8 @@ class Resolver {
       out.push_back(std::move(f));
       if (owner != nullptr && owner->kind == StructKind::kUnion && out.back().default_value) {
         if (union_default != nullptr) {
-          error(w.span, "idl.union", "union " + owner->name + " has a default already, for \"" + union_default->name + "\"");
+          error(w.span, "idl.union",
+                "union " + owner->name + " has a default already, for \"" + union_default->name + "\"");
         }
         union_default = &out.back();
       }
@@ -227,7 +231,8 @@ class Resolver {
         for (const auto& [prefix, included] : program_.includes) {
           for (const auto& [other, ignored] : included->service_names) known.push_back(prefix + "." + other);
         }
-        error(d.base_span, "idl.unknown-service", "there is no service \"" + d.base + "\" before this line" + did_you_mean(d.base, known));
+        error(d.base_span, "idl.unknown-service",
+              "there is no service \"" + d.base + "\" before this line" + did_you_mean(d.base, known));
       }
     }
     Service& s = program_.services.emplace_back();
@@ -267,10 +272,12 @@ class Resolver {
     }
     for (const syntax::Field& e : w.exceptions) {
       if (!defined_before(e.type)) continue;
-      const auto f = std::find_if(m.exceptions.begin(), m.exceptions.end(), [&](const Field& x) { return x.name == e.name; });
+      const auto f =
+          std::find_if(m.exceptions.begin(), m.exceptions.end(), [&](const Field& x) { return x.name == e.name; });
       if (f == m.exceptions.end()) continue;
       if (f->type->kind != Kind::kStruct || f->type->structure->kind != StructKind::kException) {
-        error(e.type.span, "idl.not-an-exception", "\"" + f->type->name + "\" is not an exception, so it cannot be thrown");
+        error(e.type.span, "idl.not-an-exception",
+              "\"" + f->type->name + "\" is not an exception, so it cannot be thrown");
       }
     }
   }
@@ -301,7 +308,8 @@ class Resolver {
     // As generated code does; the compiler says nothing.
     const std::int64_t kept = static_cast<std::int64_t>(static_cast<std::uint64_t>(number) << shift) >> shift;
     if (kept != number) {
-      warn(at, "idl.number-range", std::to_string(number) + " does not fit into an " + t.name + " and becomes " + std::to_string(kept));
+      warn(at, "idl.number-range",
+           std::to_string(number) + " does not fit into an " + t.name + " and becomes " + std::to_string(kept));
     }
     return Value(kept);
   }
@@ -310,7 +318,8 @@ class Resolver {
     const Constant* found = program_.find(c.text, &Schema::Program::constant_names);
     if (found == nullptr) {
       error(c.span, "idl.unknown-constant",
-            "there is no constant or enumerator \"" + c.text + "\" before this line" + did_you_mean(c.text, keys(program_.constant_names)));
+            "there is no constant or enumerator \"" + c.text + "\" before this line" +
+                did_you_mean(c.text, keys(program_.constant_names)));
     }
     return found;
   }
@@ -319,7 +328,8 @@ class Resolver {
     const Enum& e = *t.enumeration;
     if (c.form == syntax::Constant::Form::kName) {
       if (c.text.find('.') == std::string::npos) {
-        error(c.span, "idl.unknown-constant", "the enumerator \"" + c.text + "\" must be written with its enum: " + e.name + "." + c.text);
+        error(c.span, "idl.unknown-constant",
+              "the enumerator \"" + c.text + "\" must be written with its enum: " + e.name + "." + c.text);
         return std::nullopt;
       }
       const std::string name(last_part(c.text));
@@ -332,10 +342,12 @@ class Resolver {
     // Whatever is no number counts as 0 to the compiler.
     const std::int64_t number = c.form == syntax::Constant::Form::kInt ? c.integer : 0;
     if (const Enumerator* found = e.find(number)) {
-      if (c.form != syntax::Constant::Form::kInt) warn(c.span, "idl.constant-type", "this is no enumerator of " + e.name + "; it counts as 0");
+      if (c.form != syntax::Constant::Form::kInt)
+        warn(c.span, "idl.constant-type", "this is no enumerator of " + e.name + "; it counts as 0");
       return Value(found->name);
     }
-    error(c.span, "idl.unknown-constant", "enum " + e.name + " has no enumerator with the number " + std::to_string(number));
+    error(c.span, "idl.unknown-constant",
+          "enum " + e.name + " has no enumerator with the number " + std::to_string(number));
     return std::nullopt;
   }
 
@@ -380,7 +392,8 @@ class Resolver {
     if (c.form != (map ? Form::kMap : Form::kList)) {
       if (c.items.empty() && (c.form == Form::kMap || c.form == Form::kList)) return empty(t);
       // The compiler takes anything here, and nothing from it.
-      warn(c.span, "idl.constant-type", std::string("expected ") + (map ? "{…}" : "[…]") + " for " + t.name + "; this counts as empty");
+      warn(c.span, "idl.constant-type",
+           std::string("expected ") + (map ? "{…}" : "[…]") + " for " + t.name + "; this counts as empty");
       return empty(t);
     }
     if (!map) {
@@ -403,7 +416,8 @@ class Resolver {
         named[key->text()] = std::move(*value);
         continue;
       }
-      const auto same = std::find_if(pairs.begin(), pairs.end(), [&](const Value& p) { return (*p.as_list())[0] == *key; });
+      const auto same =
+          std::find_if(pairs.begin(), pairs.end(), [&](const Value& p) { return (*p.as_list())[0] == *key; });
       if (same != pairs.end()) {
         (*same->as_list())[1] = std::move(*value);
       } else {
@@ -422,7 +436,9 @@ class Resolver {
     switch (t.kind) {
       case Kind::kEnum: return enumerator(t, c);
       case Kind::kStruct: return structure(t, c);
-      case Kind::kList: case Kind::kSet: case Kind::kMap: return container(t, c);
+      case Kind::kList:
+      case Kind::kSet:
+      case Kind::kMap: return container(t, c);
       case Kind::kVoid: return wrong_constant(t, c, "a value");
       default: break;
     }
@@ -457,7 +473,10 @@ class Resolver {
       case Kind::kBool:
         if (form == Form::kInt) return Value(number > 0);
         break;
-      case Kind::kI8: case Kind::kI16: case Kind::kI32: case Kind::kI64:
+      case Kind::kI8:
+      case Kind::kI16:
+      case Kind::kI32:
+      case Kind::kI64:
         if (form == Form::kInt) return integer(t, number, c.span);
         break;
       case Kind::kDouble:
@@ -475,8 +494,12 @@ class Resolver {
         break;
       default: break;
     }
-    return wrong_constant(t, c, form == Form::kInt ? "an integer" : form == Form::kDouble ? "a real number"
-                              : form == Form::kText ? "a string" : form == Form::kList ? "a list" : "a map");
+    return wrong_constant(t, c,
+                          form == Form::kInt      ? "an integer"
+                          : form == Form::kDouble ? "a real number"
+                          : form == Form::kText   ? "a string"
+                          : form == Form::kList   ? "a list"
+                                                  : "a map");
   }
 
   // The zero of a type, as generated code initialises it; nothing for unions, and for structs that contain themselves.
@@ -484,7 +507,10 @@ class Resolver {
     switch (t.kind) {
       case Kind::kVoid: return std::nullopt;
       case Kind::kBool: return Value(false);
-      case Kind::kI8: case Kind::kI16: case Kind::kI32: case Kind::kI64: return Value(std::int64_t{0});
+      case Kind::kI8:
+      case Kind::kI16:
+      case Kind::kI32:
+      case Kind::kI64: return Value(std::int64_t{0});
       case Kind::kDouble: return Value(0.0);
       case Kind::kString: return Value(std::string());
       case Kind::kBinary: return Value(Bytes());
@@ -492,7 +518,9 @@ class Resolver {
         const Enumerator* e = t.enumeration->find(std::int64_t{0});
         return e != nullptr ? Value(e->name) : Value(std::int64_t{0});
       }
-      case Kind::kList: case Kind::kSet: case Kind::kMap: return empty(t);
+      case Kind::kList:
+      case Kind::kSet:
+      case Kind::kMap: return empty(t);
       case Kind::kStruct: return zero_struct(*t.structure);
     }
     return std::nullopt;

@@ -4,8 +4,8 @@
 #include <map>
 #include <set>
 
-#include "sentree/idl/program.h"
-#include "sentree/idl/syntax.h"
+#include "sentree/idl/detail/program.h"
+#include "sentree/idl/detail/syntax.h"
 
 namespace sentree::idl {
 namespace {
@@ -25,7 +25,9 @@ class Loader {
   Loader(const IncludeReader& include, Diagnostics& diagnostics) : include_(include), diagnostics_(diagnostics) {}
 
   ProgramPtr load(std::string_view source, const std::string& file, int depth) {
-    if (source.size() > kFileSizeMax) return fail({file, 0, 0, 0}, "idl.too-large", "the file has more than " + std::to_string(kFileSizeMax) + " bytes");
+    if (source.size() > kFileSizeMax)
+      return fail({file, 0, 0, 0}, "idl.too-large",
+                  "the file has more than " + std::to_string(kFileSizeMax) + " bytes");
     syntax::File parsed;
     if (!syntax::parse(source, file, parsed, diagnostics_)) return nullptr;
 
@@ -49,13 +51,16 @@ class Loader {
 
   bool include(const syntax::Include& line, const std::string& from, Schema::Program& into, int depth) {
     if (depth >= kIncludeNestingMax) {
-      fail(line.span, "idl.too-deep", "files include each other more than " + std::to_string(kIncludeNestingMax) + " deep");
+      fail(line.span, "idl.too-deep",
+           "files include each other more than " + std::to_string(kIncludeNestingMax) + " deep");
       return false;
     }
-    auto found = include_ ? include_(line.path, from) : Result<IncludedFile>(sentree::fail("idl.include", "files are not read here"));
+    auto found = include_ ? include_(line.path, from)
+                          : Result<IncludedFile>(sentree::fail("idl.include", "files are not read here"));
     if (!found) {
       // Only a warning, as the compiler has it: what the file would have defined is missed where it is used.
-      diagnostics_.push_back({Severity::kWarning, "idl.include", "cannot include \"" + line.path + "\": " + found.error().message, line.span});
+      diagnostics_.push_back({Severity::kWarning, "idl.include",
+                              "cannot include \"" + line.path + "\": " + found.error().message, line.span});
       return true;
     }
     if (loading_.contains(found->file)) {
@@ -99,7 +104,8 @@ const T* find_named(const std::vector<T>& all, std::string_view name) {
 const Enumerator* Enum::find(std::string_view enumerator) const { return find_named(enumerators, enumerator); }
 
 const Enumerator* Enum::find(std::int64_t number) const {
-  const auto found = std::find_if(enumerators.begin(), enumerators.end(), [&](const auto& e) { return e.number == number; });
+  const auto found =
+      std::find_if(enumerators.begin(), enumerators.end(), [&](const auto& e) { return e.number == number; });
   return found == enumerators.end() ? nullptr : &*found;
 }
 

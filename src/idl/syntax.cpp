@@ -1,4 +1,4 @@
-#include "sentree/idl/syntax.h"
+#include "sentree/idl/detail/syntax.h"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
-#include "sentree/idl/lexer.h"
+#include "sentree/idl/detail/lexer.h"
 
 namespace sentree::idl::syntax {
 namespace {
@@ -15,26 +15,27 @@ namespace {
 using Form = Token::Form;
 
 constexpr auto kKeywords = std::to_array<std::string_view>(
-    {"async",  "binary", "bool",     "byte",     "const",  "cpp_include", "cpp_type",  "double",  "enum",
-     "exception", "extends", "false", "i16",     "i32",    "i64",         "i8",        "include", "list",
-     "map",    "namespace", "oneway", "optional", "required", "senum",    "service",   "set",     "slist",
-     "string", "struct", "throws",   "true",     "typedef", "union",      "void",      "xsd_all", "xsd_attrs",
-     "xsd_nillable", "xsd_optional"});
+    {"async",   "binary",    "bool",    "byte",      "const",        "cpp_include", "cpp_type", "double",
+     "enum",    "exception", "extends", "false",     "i16",          "i32",         "i64",      "i8",
+     "include", "list",      "map",     "namespace", "oneway",       "optional",    "required", "senum",
+     "service", "set",       "slist",   "string",    "struct",       "throws",      "true",     "typedef",
+     "union",   "void",      "xsd_all", "xsd_attrs", "xsd_nillable", "xsd_optional"});
 
 // Words of some target language; the compiler refuses them whatever the language asked for.
 constexpr auto kReserved = std::to_array<std::string_view>(
-    {"BEGIN",    "END",      "__CLASS__", "__DIR__",  "__FILE__",   "__FUNCTION__", "__LINE__", "__METHOD__", "__NAMESPACE__",
-     "abstract", "alias",    "and",       "args",     "as",         "assert",       "begin",    "break",      "case",
-     "catch",    "class",    "clone",     "continue", "declare",    "def",          "default",  "del",        "delete",
-     "do",       "dynamic",  "elif",      "else",     "elseif",     "elsif",        "end",      "enddeclare", "endfor",
-     "endforeach", "endif",  "endswitch", "endwhile", "ensure",     "except",       "exec",     "finally",    "float",
-     "for",      "foreach",  "from",      "function", "global",     "goto",         "if",       "implements", "import",
-     "in",       "inline",   "instanceof", "interface", "is",       "lambda",       "module",   "native",     "new",
-     "next",     "nil",      "not",       "or",       "package",    "pass",         "public",   "print",      "private",
-     "protected", "raise",   "redo",      "rescue",   "retry",      "register",     "return",   "self",       "sizeof",
-     "static",   "super",    "switch",    "synchronized", "then",   "this",         "throw",    "transient",  "try",
-     "undef",    "unless",   "unsigned",  "until",    "use",        "var",          "virtual",  "volatile",   "when",
-     "while",    "with",     "xor",       "yield"});
+    {"BEGIN",         "END",       "__CLASS__",  "__DIR__", "__FILE__",     "__FUNCTION__", "__LINE__",  "__METHOD__",
+     "__NAMESPACE__", "abstract",  "alias",      "and",     "args",         "as",           "assert",    "begin",
+     "break",         "case",      "catch",      "class",   "clone",        "continue",     "declare",   "def",
+     "default",       "del",       "delete",     "do",      "dynamic",      "elif",         "else",      "elseif",
+     "elsif",         "end",       "enddeclare", "endfor",  "endforeach",   "endif",        "endswitch", "endwhile",
+     "ensure",        "except",    "exec",       "finally", "float",        "for",          "foreach",   "from",
+     "function",      "global",    "goto",       "if",      "implements",   "import",       "in",        "inline",
+     "instanceof",    "interface", "is",         "lambda",  "module",       "native",       "new",       "next",
+     "nil",           "not",       "or",         "package", "pass",         "public",       "print",     "private",
+     "protected",     "raise",     "redo",       "rescue",  "retry",        "register",     "return",    "self",
+     "sizeof",        "static",    "super",      "switch",  "synchronized", "then",         "this",      "throw",
+     "transient",     "try",       "undef",      "unless",  "unsigned",     "until",        "use",       "var",
+     "virtual",       "volatile",  "when",       "while",   "with",         "xor",          "yield"});
 
 template <std::size_t N>
 bool contains(const std::array<std::string_view, N>& words, std::string_view word) {
@@ -47,12 +48,14 @@ std::string shown(const Token& token) {
     case Form::kSymbol: return std::string("\"") + token.symbol + "\"";
     case Form::kWord: return "\"" + std::string(token.word) + "\"";
     case Form::kText: return "a string";
-    case Form::kInt: case Form::kDouble: return "a number";
+    case Form::kInt:
+    case Form::kDouble: return "a number";
   }
   return {};
 }
 
-// Recursive descent with one token of look-ahead. The first error ends the parse: every rule returns false from there on.
+// Recursive descent with one token of look-ahead. The first error ends the parse: every rule returns false from there
+// on.
 class Parser {
  public:
   Parser(std::string_view source, const std::string& file, File& out, Diagnostics& diagnostics)
@@ -101,8 +104,9 @@ class Parser {
 
   bool identifier(std::string_view what, std::string& name) {
     if (token_.form == Form::kWord && contains(kKeywords, token_.word)) {
-      return error(here(), "idl.syntax",
-                   "\"" + std::string(token_.word) + "\" is a word of the IDL; " + std::string(what) + " needs another name");
+      return error(
+          here(), "idl.syntax",
+          "\"" + std::string(token_.word) + "\" is a word of the IDL; " + std::string(what) + " needs another name");
     }
     if (token_.form != Form::kWord) return expected(what);
     name = token_.word;
@@ -116,7 +120,8 @@ class Parser {
       return error(at, "idl.syntax", "the name \"" + name + "\" must not have a dot");
     }
     if (contains(kReserved, name)) {
-      return error(at, "idl.syntax", "\"" + name + "\" is a reserved word of a language that Thrift generates; choose another name");
+      return error(at, "idl.syntax",
+                   "\"" + name + "\" is a reserved word of a language that Thrift generates; choose another name");
     }
     return true;
   }
@@ -212,7 +217,8 @@ class Parser {
       }
       if (next < std::numeric_limits<std::int32_t>::min() || next > std::numeric_limits<std::int32_t>::max()) {
         return error(e.span, "idl.number-range",
-                     "enumerator \"" + e.name + "\" has the number " + std::to_string(next) + ", which does not fit into an i32");
+                     "enumerator \"" + e.name + "\" has the number " + std::to_string(next) +
+                         ", which does not fit into an i32");
       }
       e.number = static_cast<std::int32_t>(next++);
       d.enumerators.push_back(std::move(e));
@@ -247,7 +253,8 @@ class Parser {
         if (!numbered) {
           warn(id_span, "idl.field-id", "field numbers begin at 1; this one is ignored");
         } else if (id > std::numeric_limits<std::int16_t>::max()) {
-          warn(id_span, "idl.field-id", "field number " + std::to_string(id) + " does not fit into an i16 and will be truncated");
+          warn(id_span, "idl.field-id",
+               "field number " + std::to_string(id) + " does not fit into an i16 and will be truncated");
         }
         if (numbered) f.id = static_cast<std::int32_t>(id);
       }
@@ -260,7 +267,8 @@ class Parser {
       if (is_symbol('&') && !advance()) return false;
       if (!declared("the field's name", f.name, f.span)) return false;
       if (!numbered) {
-        warn(f.span, "idl.field-id", "field \"" + f.name + "\" has no number; write one, so that it stays the same in the next version");
+        warn(f.span, "idl.field-id",
+             "field \"" + f.name + "\" has no number; write one, so that it stays the same in the next version");
       }
       if (is_symbol('=')) {
         f.value.emplace_back();
@@ -278,7 +286,8 @@ class Parser {
       }
       if (const auto [other, fresh] = ids.emplace(f.id, f.name); !fresh) {
         return error(f.span, "idl.duplicate",
-                     "field number " + std::to_string(f.id) + " of \"" + f.name + "\" is that of \"" + other->second + "\" already");
+                     "field number " + std::to_string(f.id) + " of \"" + f.name + "\" is that of \"" + other->second +
+                         "\" already");
       }
       out.push_back(std::move(f));
     }
@@ -316,8 +325,9 @@ class Parser {
 
   static std::optional<Kind> base_kind(std::string_view word) {
     constexpr std::pair<std::string_view, Kind> kinds[] = {
-        {"bool", Kind::kBool}, {"byte", Kind::kI8}, {"i8", Kind::kI8}, {"i16", Kind::kI16}, {"i32", Kind::kI32},
-        {"i64", Kind::kI64}, {"double", Kind::kDouble}, {"string", Kind::kString}, {"binary", Kind::kBinary}};
+        {"bool", Kind::kBool},     {"byte", Kind::kI8},       {"i8", Kind::kI8},
+        {"i16", Kind::kI16},       {"i32", Kind::kI32},       {"i64", Kind::kI64},
+        {"double", Kind::kDouble}, {"string", Kind::kString}, {"binary", Kind::kBinary}};
     for (const auto& [name, kind] : kinds) {
       if (name == word) return kind;
     }
@@ -360,9 +370,7 @@ class Parser {
     out.span = here();
     if (depth > kSyntaxNestingMax) return error(out.span, "idl.too-deep", "constants are nested too deeply");
     switch (token_.form) {
-      case Form::kInt:
-        out.integer = token_.integer;
-        return advance();
+      case Form::kInt: out.integer = token_.integer; return advance();
       case Form::kDouble:
         out.form = Constant::Form::kDouble;
         out.real = token_.real;

@@ -16,8 +16,8 @@ struct Token {
   char symbol = 0;
   std::int64_t integer = 0;
   double real = 0;
-  std::string_view word;      ///< kWord: an identifier or a keyword, as written.
-  std::string text;           ///< kText: without quotes, escapes replaced.
+  std::string_view word;  ///< kWord: an identifier or a keyword, as written.
+  std::string text;       ///< kText: without quotes, escapes replaced.
   std::size_t offset = 0;
   std::size_t length = 0;
 };

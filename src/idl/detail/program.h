@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "sentree/idl/detail/syntax.h"
 #include "sentree/idl/schema.h"
-#include "sentree/idl/syntax.h"
 
 namespace sentree::idl {
 

@@ -15,9 +15,9 @@ namespace sentree::idl::syntax {
 struct TypeUse {
   enum class Form : std::uint8_t { kBase, kNamed, kList, kSet, kMap };
   Form form = Form::kBase;
-  Kind base = Kind::kVoid;          ///< kBase.
-  std::string name;                 ///< kNamed, perhaps with dots.
-  std::vector<TypeUse> arguments;   ///< One of kList and kSet, two of kMap.
+  Kind base = Kind::kVoid;         ///< kBase.
+  std::string name;                ///< kNamed, perhaps with dots.
+  std::vector<TypeUse> arguments;  ///< One of kList and kSet, two of kMap.
   SourceSpan span;
 };
 
@@ -26,8 +26,8 @@ struct Constant {
   Form form = Form::kInt;
   std::int64_t integer = 0;
   double real = 0;
-  std::string text;                 ///< kText; kName, perhaps with dots.
-  std::vector<Constant> items;      ///< kList; kMap: key, value, key, value …
+  std::string text;             ///< kText; kName, perhaps with dots.
+  std::vector<Constant> items;  ///< kList; kMap: key, value, key, value …
   SourceSpan span;
 };
 
@@ -36,7 +36,7 @@ struct Field {
   Requiredness requiredness = Requiredness::kDefault;
   TypeUse type;
   std::string name;
-  std::vector<Constant> value;      ///< One, or none.
+  std::vector<Constant> value;  ///< One, or none.
   SourceSpan span;
 };
 
@@ -54,12 +54,12 @@ struct Definition {
   Form form = Form::kConst;
   std::string name;
   SourceSpan span;
-  TypeUse type;                     ///< kConst, kTypedef.
-  Constant value;                   ///< kConst.
+  TypeUse type;    ///< kConst, kTypedef.
+  Constant value;  ///< kConst.
   std::vector<Enumerator> enumerators;
   StructKind struct_kind = StructKind::kStruct;
   std::vector<Field> fields;
-  std::string base;                 ///< kService; empty: none.
+  std::string base;  ///< kService; empty: none.
   SourceSpan base_span;
   std::vector<Method> methods;
 };
