@@ -73,7 +73,7 @@ class Checker {
   }
 
   void check(const std::string& path, const Include& include) {
-    if (path.ends_with(".h")) {
+    if (path.ends_with(".h") && path.find("/detail/") == std::string::npos) {
       for (const std::string_view heavy : kHeavy) {
         if (include.path.starts_with(heavy))
           report(path, include.line, "public header includes <" + include.path + ">; keep it in a .cpp");

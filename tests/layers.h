@@ -31,8 +31,8 @@ struct SecrecyRule {
 
 /// One line per include that the rules do not allow: "file:line: …". Empty if all is well.
 ///
-/// Also: public headers must not include heavy third-party ones, our headers are included as
-/// "sentree/<library>/<header>", and they exist.
+/// Also: public headers (all but those in a folder detail/) must not include heavy third-party ones, our headers are
+/// included as "sentree/<library>/<header>", and they exist.
 [[nodiscard]] std::vector<std::string> violations(const std::vector<SourceFile>& files);
 
 }  // namespace sentree::layers
