@@ -68,6 +68,9 @@ class Context {
   /// Gives the tick up with that message (BehaviorTree.CPP's exceptions). Return any status afterwards.
   void fail(std::string message);
 
+  /// True once something in this step failed; only halting goes on after that.
+  [[nodiscard]] bool failed() const;
+
   [[nodiscard]] std::size_t child_count() const;
   [[nodiscard]] Status child_status(std::size_t child) const;
   /// Halts the child if it runs, and makes it IDLE.

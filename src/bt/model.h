@@ -26,7 +26,7 @@ namespace sentree::bt {
 
 enum class Kind : std::uint8_t {
   kSequence, kFallback, kAsyncSequence, kAsyncFallback, kSequenceWithMemory, kReactiveSequence, kReactiveFallback,
-  kParallel, kParallelAll, kIfThenElse, kWhileDoElse, kSwitch, kTryCatch, kManualSelector,
+  kParallel, kParallelAll, kIfThenElse, kWhileDoElse, kSwitch, kTryCatch,
   kInverter, kForceSuccess, kForceFailure, kRepeat, kRetry, kKeepRunningUntilFailure, kDelay, kTimeout, kRunOnce,
   kPrecondition, kSkipUnlessUpdated, kWaitValueUpdate, kLoop, kBlackboardCheck, kSubTree,
   kAlwaysSuccess, kAlwaysFailure, kScript, kScriptCondition, kSetBlackboard, kUnsetBlackboard, kSleep,
@@ -74,7 +74,7 @@ struct NodeInfo {
   std::uint32_t name_offset = 0;   ///< In Model::text.
   std::uint32_t name_length = 0;
   std::uint32_t manifest = 0;
-  std::uint32_t scope = 0;
+  std::uint32_t tree = 0;          ///< In Model::trees.
   std::uint32_t offset = 0;        ///< Byte of the '<' in its file.
   std::uint32_t file = 0;
 };
@@ -110,6 +110,12 @@ struct Scope {
   std::vector<std::uint32_t> first_mention;                 ///< Cells in order, for listing.
 };
 
+/// An instance of a BehaviorTree.
+struct TreeInstance {
+  NodeId subtree = kNoNode;         ///< Its SubTree node; kNoNode for the main tree.
+  std::uint32_t scope = 0;
+};
+
 /// A script with its names resolved in one scope.
 struct ScriptUse {
   std::uint32_t script = kNone;     ///< In Model::scripts.
@@ -141,7 +147,7 @@ struct InitialEntry {
   std::uint32_t cell;
   Datum datum;
   const PortType* type;
-  bool declared;                    ///< Linked and typed, without a value.
+  bool local = false;               ///< A constant in the SubTree's own blackboard; else declared and typed, without a value.
 };
 
 struct Model {
@@ -158,6 +164,7 @@ struct Model {
   std::vector<Datum> literals;
   std::vector<Cell> cells;
   std::vector<Scope> scopes;
+  std::vector<TreeInstance> trees;
   std::vector<Script> scripts;
   std::vector<ScriptUse> uses;
   std::vector<std::uint32_t> script_cells;
@@ -179,6 +186,7 @@ struct Model {
     if (info.name_length == 0) return manifests[info.manifest].id;
     return std::string_view(text).substr(info.name_offset, info.name_length);
   }
+  [[nodiscard]] std::uint32_t scope(NodeId node) const { return trees[infos[node].tree].scope; }
   [[nodiscard]] const Manifest& manifest(NodeId node) const { return manifests[infos[node].manifest]; }
   [[nodiscard]] std::optional<std::int64_t> enum_value(std::string_view name) const;
 };

@@ -172,3 +172,7 @@ void Registry::add(std::string id, Node prototype) {
 }
 
 }  // namespace sentree::bt
+
+/// Begins the function by which a plug-in registers its nodes: `SENTREE_REGISTER_NODES(registry) { registry.add…; }`.
+#define SENTREE_REGISTER_NODES(registry) \
+  extern "C" __attribute__((visibility("default"))) void sentree_register_nodes(sentree::bt::Registry& registry)

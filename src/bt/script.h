@@ -28,9 +28,8 @@ struct Instruction {
     kAdd, kSubtract, kMultiply, kDivide, kConcat,
     kBitAnd, kBitOr, kBitXor, kLogicAnd, kLogicOr,
     kNegate, kBitNot, kNot,
+    // arg 0: push 1 or 0. Else part of a chain: false pushes 0 and jumps to arg, true keeps the right operand.
     kEqual, kNotEqual, kLess, kLessEqual, kGreater, kGreaterEqual,
-    kChain,       ///< after a comparison of a chain: if it was false, push 0 and jump to arg, else keep the right side
-    kSwapOver,    ///< keep the right operand for the next comparison of the chain
     kJumpIfFalse, ///< pop; jump to arg if it is false
     kJump,        ///< jump to arg
     kPop,
@@ -45,7 +44,6 @@ struct NameUse {
   bool created = false;    ///< Assigned by ':='.
   bool assigned = false;   ///< Assigned by '=' or '+=' and the like: must exist.
   bool read = false;
-  bool read_first = false; ///< Its first use in the text needs it to exist.
 };
 
 /// A compiled script. Immutable; names are resolved by whoever runs it.

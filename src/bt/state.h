@@ -67,6 +67,7 @@ class State {
   struct DynamicCell {
     std::uint32_t scope;
     std::string name;
+    std::uint32_t parent;  ///< Cell of the parent's blackboard it is remapped to, or kNoEntry.
     std::uint32_t link;
     bool operator==(const DynamicCell&) const = default;
   };
@@ -85,7 +86,6 @@ class State {
   std::vector<Timer> timers_;
   std::vector<NodeId> halting_;
   NodeId waiting_ = kNoNode;
-  bool timed_out_during_tick_ = false;
 };
 
 /// The state as bytes, for `restore`. Versioned and checked; the same state gives the same bytes.

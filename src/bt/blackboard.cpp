@@ -1,0 +1,215 @@
+#include "sentree/bt/blackboard.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "sentree/base/assert.h"
+#include "sentree/bt/tree.h"
+
+namespace sentree::bt {
+
+void Blackboard::link(std::uint32_t cell, std::uint32_t entry) {
+  std::uint32_t& place =
+      cell < state_.links_.size() ? state_.links_[cell] : state_.dynamic_[cell - state_.links_.size()].link;
+  SENTREE_ASSERT(place == State::kNoEntry);
+  place = entry;
+  ++state_.entries_[entry].links;
+}
+
+Blackboard::Entry* Blackboard::find_slow(std::uint32_t cell) {
+  // Up the remapping to the first link, then link everything below it.
+  std::uint32_t up = cell;
+  while (up != kNone && link_of(up) == State::kNoEntry) up = parent_of(up);
+  if (up == kNone) return nullptr;
+  const std::uint32_t entry = link_of(up);
+  for (std::uint32_t at = cell; at != up; at = parent_of(at)) link(at, entry);
+  return &state_.entries_[entry];
+}
+
+std::uint32_t Blackboard::allocate(std::uint32_t cell) {
+  if (cell < model_.cells.size()) {
+    const std::uint32_t home = model_.cells[cell].home;
+    if (home != kNone && state_.entries_[home].links == 0) return home;
+  }
+  for (std::size_t i = model_.homes; i < state_.entries_.size(); ++i) {
+    if (state_.entries_[i].links == 0) return static_cast<std::uint32_t>(i);
+  }
+  state_.entries_.emplace_back();
+  return static_cast<std::uint32_t>(state_.entries_.size() - 1);
+}
+
+Blackboard::Entry* Blackboard::create(std::uint32_t cell, const PortType* type, std::string& error) {
+  std::uint32_t owner = cell;
+  while (link_of(owner) == State::kNoEntry && parent_of(owner) != kNone) owner = parent_of(owner);
+  if (const std::uint32_t existing = link_of(owner); existing != State::kNoEntry) {
+    Entry& entry = state_.entries_[existing];
+    const bool both_strong = entry.type != nullptr && entry.type->strong() && type != nullptr && type->strong();
+    if (both_strong && !(*entry.type == *type)) {
+      error = "entry \"" + std::string(name(cell)) + "\" is of type " + entry.type->name + " and cannot become " +
+              type->name;
+      return nullptr;
+    }
+    return &entry;
+  }
+  const std::uint32_t made = allocate(owner);
+  state_.entries_[made] = Entry{};
+  state_.entries_[made].type = type;
+  link(owner, made);
+  return &state_.entries_[made];
+}
+
+bool Blackboard::set(std::uint32_t cell, Datum datum, const PortType* type, std::string& error) {
+  if (type != nullptr && !type->strong()) type = nullptr;
+  const bool is_text = type != nullptr && type->kind == PortType::Class::kString;
+  if (link_of(cell) == State::kNoEntry) {
+    // A string makes an entry of any type: it may be the text of something else.
+    Entry* entry = create(cell, is_text ? nullptr : type, error);
+    if (entry == nullptr) return false;
+    const std::uint32_t index = static_cast<std::uint32_t>(entry - state_.entries_.data());
+    if (link_of(cell) == State::kNoEntry) link(cell, index);
+    entry->datum = std::move(datum);
+    written(*entry);
+    return true;
+  }
+  Entry& entry = state_.entries_[link_of(cell)];
+  if (entry.type == nullptr || !entry.type->strong()) {
+    entry.type = type;
+    entry.datum = std::move(datum);
+    written(entry);
+    return true;
+  }
+  if (type != nullptr && !(*entry.type == *type)) {
+    std::optional<Value> converted;
+    if (is_text && entry.type->parse != nullptr) converted = entry.type->parse(datum.value.text());
+    const auto numeric = [](const PortType& t) {
+      return t.kind == PortType::Class::kInteger || t.kind == PortType::Class::kReal || t.kind == PortType::Class::kBool;
+    };
+    if (!converted && numeric(*type) && numeric(*entry.type) && entry.type->accepts(datum.value)) {
+      converted = std::move(datum.value);
+    }
+    if (!converted) {
+      error = "entry \"" + std::string(name(cell)) + "\" is of type " + entry.type->name + "; it cannot take a " +
+              type->name;
+      return false;
+    }
+    datum.value = std::move(*converted);
+  }
+  if (!copy_into(datum, entry.datum)) {
+    error = "entry \"" + std::string(name(cell)) + "\" cannot take the value " + to_json(datum.value);
+    return false;
+  }
+  written(entry);
+  return true;
+}
+
+void Blackboard::unset(std::uint32_t cell) {
+  const std::uint32_t index = link_of(cell);
+  if (index == State::kNoEntry) return;
+  if (cell < state_.links_.size()) {
+    state_.links_[cell] = State::kNoEntry;
+  } else {
+    state_.dynamic_[cell - state_.links_.size()].link = State::kNoEntry;
+  }
+  if (--state_.entries_[index].links == 0) state_.entries_[index] = Entry{};
+}
+
+std::uint32_t Blackboard::find_cell(std::uint32_t scope, std::string_view name) const {
+  if (name.starts_with('@')) {
+    scope = 0;
+    name.remove_prefix(1);
+  }
+  if (const auto known = model_.string_index.find(name); known != model_.string_index.end()) {
+    const auto& cells = model_.scopes[scope].cells;
+    if (const auto found = cells.find(known->second); found != cells.end()) return found->second;
+  }
+  for (std::size_t i = 0; i < state_.dynamic_.size(); ++i) {
+    if (state_.dynamic_[i].scope == scope && state_.dynamic_[i].name == name) {
+      return static_cast<std::uint32_t>(state_.links_.size() + i);
+    }
+  }
+  return kNone;
+}
+
+std::uint32_t Blackboard::cell(std::uint32_t scope, std::string_view name) {
+  if (const std::uint32_t known = find_cell(scope, name); known != kNone) return known;
+  if (name.starts_with('@')) {
+    scope = 0;
+    name.remove_prefix(1);
+  }
+  const Scope& s = model_.scopes[scope];
+  std::uint32_t parent = kNone;
+  if (s.parent != kNone && (s.shared || (s.autoremap && !name.starts_with('_')))) parent = cell(s.parent, name);
+  state_.dynamic_.push_back({scope, std::string(name), parent, State::kNoEntry});
+  return static_cast<std::uint32_t>(state_.links_.size() + state_.dynamic_.size() - 1);
+}
+
+std::string_view Blackboard::name(std::uint32_t cell) const {
+  if (cell < state_.links_.size()) return model_.strings[model_.cells[cell].name];
+  return state_.dynamic_[cell - state_.links_.size()].name;
+}
+
+const Value* Blackboard::peek(const Model& model, const State& state, std::uint32_t scope, std::string_view name) {
+  // The const_cast is safe: only const members are called.
+  const Blackboard view(model, const_cast<State&>(state), TimePoint{});
+  for (std::uint32_t cell = view.find_cell(scope, name); cell != kNone; cell = view.parent_of(cell)) {
+    const std::uint32_t link = view.link_of(cell);
+    if (link == State::kNoEntry) continue;
+    const Value& value = state.entries_[link].datum.value;
+    return value.is_null() ? nullptr : &value;
+  }
+  return nullptr;
+}
+
+std::vector<EntryFact> Blackboard::list(const Tree& tree, const State& state) {
+  const Model& model = tree.model();
+  const Blackboard view(model, const_cast<State&>(state), TimePoint{});
+  std::vector<EntryFact> facts;
+  std::vector<bool> listed(state.entries_.size(), false);
+  const auto add = [&](std::uint32_t scope, std::uint32_t cell) {
+    const std::uint32_t link = view.link_of(cell);
+    if (link == State::kNoEntry || listed[link]) return;
+    listed[link] = true;
+    const Entry& entry = state.entries_[link];
+    const NodeId subtree = model.scopes[scope].subtree;
+    facts.push_back({subtree == kNoNode ? std::string() : tree.path(subtree), std::string(view.name(cell)),
+                     &entry.datum.value, entry.type != nullptr ? std::string_view(entry.type->name) : std::string_view(),
+                     entry.sequence, entry.stamp});
+  };
+  for (std::uint32_t scope = 0; scope < model.scopes.size(); ++scope) {
+    for (const std::uint32_t cell : model.scopes[scope].first_mention) add(scope, cell);
+    for (std::uint32_t i = 0; i < state.dynamic_.size(); ++i) {
+      if (state.dynamic_[i].scope == scope) add(scope, static_cast<std::uint32_t>(state.links_.size()) + i);
+    }
+  }
+  return facts;
+}
+
+bool copy_into(const Datum& from, Datum& into) {
+  if (into.empty() || into.value.type() == from.value.type()) {
+    into = from;
+    return true;
+  }
+  switch (into.value.type()) {
+    case Value::Type::kDouble:
+      if (const auto number = detail::to_real(from.value)) {
+        into.value = *number;
+        return true;
+      }
+      return false;
+    case Value::Type::kInt:
+      if (const auto number = detail::to_integer(from.value)) {
+        into.value = *number;
+        return true;
+      }
+      return false;
+    case Value::Type::kBool:
+      if (const auto number = detail::to_real(from.value)) {
+        into.value = *number != 0.0;
+        return true;
+      }
+      return false;
+    default: return false;
+  }
+}
+
+}  // namespace sentree::bt

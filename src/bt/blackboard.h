@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sentree/base/time.h"
+#include "sentree/bt/model.h"
+#include "sentree/bt/object.h"
+#include "sentree/bt/state.h"
+
+namespace sentree::bt {
+
+/// The entries of a state, by the rules of BehaviorTree.CPP: a name of a SubTree's blackboard is linked to an entry of
+/// its own or, where it is remapped, to the parent's. The link is made at the first use and outlives an Unset elsewhere.
+///
+/// Cells beyond the model's are names made at run time. Refers to model and state; for the files of this library.
+class Blackboard {
+ public:
+  using Entry = State::Entry;
+
+  Blackboard(const Model& model, State& state, TimePoint now) : model_(model), state_(state), now_(now) {}
+
+  /// The entry, or null. Links the cell to a parent's entry where there is one.
+  Entry* find(std::uint32_t cell) {
+    const std::uint32_t link = link_of(cell);
+    return link != State::kNoEntry ? &state_.entries_[link] : find_slow(cell);
+  }
+  /// The entry, made where it does not exist. Null, with `error` set, where it exists with another strong type.
+  Entry* create(std::uint32_t cell, const PortType* type, std::string& error);
+  /// Writes as a typed port does. False, with `error` set, where the entry has another type.
+  bool set(std::uint32_t cell, Datum datum, const PortType* type, std::string& error);
+  /// Forgets the name in this blackboard; other names linked to the entry keep it.
+  void unset(std::uint32_t cell);
+  /// Counts and stamps a write made through the pointer.
+  void written(Entry& entry) {
+    ++entry.sequence;
+    entry.stamp = now_;
+  }
+  /// The cell of a name as one scope sees it; makes one if nobody mentions the name. Never kNone.
+  std::uint32_t cell(std::uint32_t scope, std::string_view name);
+  /// The same without making one: kNone.
+  [[nodiscard]] std::uint32_t find_cell(std::uint32_t scope, std::string_view name) const;
+  [[nodiscard]] std::string_view name(std::uint32_t cell) const;
+  /// The value of a name without linking anything; null if there is none.
+  [[nodiscard]] static const Value* peek(const Model& model, const State& state, std::uint32_t scope, std::string_view name);
+  /// All entries for listing (see `blackboard`).
+  [[nodiscard]] static std::vector<EntryFact> list(const Tree& tree, const State& state);
+
+ private:
+  [[nodiscard]] std::uint32_t link_of(std::uint32_t cell) const {
+    return cell < state_.links_.size() ? state_.links_[cell] : state_.dynamic_[cell - state_.links_.size()].link;
+  }
+  [[nodiscard]] std::uint32_t parent_of(std::uint32_t cell) const {
+    return cell < state_.links_.size() ? model_.cells[cell].parent : state_.dynamic_[cell - state_.links_.size()].parent;
+  }
+  void link(std::uint32_t cell, std::uint32_t entry);
+  Entry* find_slow(std::uint32_t cell);
+  /// A free place for an entry of that cell: its home where that is free, so that equal contents give equal states.
+  std::uint32_t allocate(std::uint32_t cell);
+
+  const Model& model_;
+  State& state_;
+  TimePoint now_;
+};
+
+/// Numbers are converted to the kind that `into` holds, if nothing is lost; an empty one takes anything. False otherwise.
+[[nodiscard]] bool copy_into(const Datum& from, Datum& into);
+
+}  // namespace sentree::bt

@@ -1,0 +1,411 @@
+#include <algorithm>
+#include <utility>
+
+#include "sentree/bt/loader.h"
+
+// Elements of a BehaviorTree to the nodes of a definition: which node it is, its ports, conditions and scripts.
+
+namespace sentree::bt {
+
+using text::XmlAttribute;
+using text::XmlElement;
+
+namespace {
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
+  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
+  return text;
+}
+
+bool is_subtree_tag(std::string_view tag) { return tag == "SubTree" || tag == "SubTreePlus"; }
+
+}  // namespace
+
+std::optional<std::string_view> entry_name(std::string_view text) {
+  text = trimmed(text);
+  if (text.size() < 3 || text.front() != '{' || text.back() != '}') return std::nullopt;
+  return trimmed(text.substr(1, text.size() - 2));
+}
+
+std::uint32_t Loader::add_manifest(const Manifest& manifest) {
+  const auto index = static_cast<std::uint32_t>(model_->manifests.size());
+  model_->manifests.push_back(manifest);
+  return index;
+}
+
+std::vector<std::string> Loader::known_ids() const {
+  std::vector<std::string> ids = options_.skills;
+  for (const Manifest& manifest : builtins(model_->format)) ids.push_back(manifest.id);
+  for (const auto& [id, manifest] : declared_) ids.push_back(id);
+  if (options_.registry != nullptr) {
+    for (const auto& [id, entry] : options_.registry->entries()) ids.push_back(id);
+  }
+  return ids;
+}
+
+std::uint32_t Loader::find_manifest(const XmlElement& element, bool& is_explicit) {
+  const std::string_view tag = element.name();
+  is_explicit = tag == "Action" || tag == "Condition" || tag == "Control" || tag == "Decorator";
+  std::string_view id = tag;
+  if (is_explicit) {
+    const auto given = element.attribute("ID");
+    if (!given || given->empty()) {
+      error("bt.missing-id", "<" + std::string(tag) + "> needs an ID", element.span());
+      return kNone;
+    }
+    id = *given;
+  }
+  // An explicit tag says what an undeclared leaf is, so it has a key of its own.
+  if (!is_explicit || !(tag == "Action" || tag == "Condition")) {
+    if (const auto known = manifest_index_.find(id); known != manifest_index_.end()) return known->second;
+  }
+  const Manifest* found = find_builtin(id, model_->format);
+  Manifest made;
+  if (found == nullptr && options_.registry != nullptr) {
+    if (const Registry::Entry* entry = options_.registry->find(id)) {
+      made.id = entry->id;
+      made.category = entry->category;
+      made.kind = Kind::kUser;
+      made.synchronous = entry->synchronous;
+      made.ports = entry->ports;
+      made.description = entry->description;
+      made.behaviour = entry->behaviour;
+      made.children_min = entry->category == Category::kControl || entry->category == Category::kDecorator ? 1 : 0;
+      made.children_max = entry->category == Category::kControl ? 0xFFFFFFFFU : made.children_min;
+      found = &made;
+    }
+  }
+  const auto declared = declared_.find(id);
+  if (found == nullptr && declared != declared_.end() && declared->second.external) {
+    made = declared->second;
+    found = &made;
+  }
+  if (found == nullptr && (tag == "Action" || tag == "Condition")) {
+    made.id = std::string(id);
+    made.category = tag == "Action" ? Category::kAction : Category::kCondition;
+    made.kind = tag == "Action" ? Kind::kExternalAction : Kind::kExternalCondition;
+    made.external = true;
+    made.declared = false;
+    found = &made;
+  }
+  if (found == nullptr) {
+    const SourceSpan place = is_explicit ? element.attribute_value_span("ID") : element.span();
+    const std::string shown(id);
+    if (definition_index_.contains(id)) {
+      error("bt.unknown-node", "\"" + shown + "\" is a BehaviorTree; write <SubTree ID=\"" + shown + "\"/>", place);
+    } else if (declared != declared_.end()) {
+      error("bt.unknown-node", "\"" + shown + "\" is declared as " + std::string(to_string(declared->second.category)) +
+                                   ", and no C++ node of that ID is registered", place);
+    } else if (options_.has_skill && options_.has_skill(id, element.attribute("name").value_or(id))) {
+      error("bt.undeclared-kind", "is \"" + shown + "\" an action or a condition? Write <Action ID=\"" + shown +
+                                      "\"/> or declare it in the TreeNodesModel", place);
+    } else {
+      error("bt.unknown-node", "there is no node \"" + shown + "\"" + did_you_mean(id, known_ids()) +
+                                   (find_builtin(id, 7 - model_->format) != nullptr
+                                        ? " (it exists in format " + std::to_string(7 - model_->format) + ")"
+                                        : ""), place);
+    }
+    return kNone;
+  }
+  if (found->external || is_explicit) {
+    // Look for the same one again, of the same kind.
+    for (std::uint32_t i = 0; i < model_->manifests.size(); ++i) {
+      if (model_->manifests[i].id == id && model_->manifests[i].kind == found->kind) return i;
+    }
+  }
+  const std::uint32_t index = add_manifest(*found);
+  if (found->declared) manifest_index_.emplace(model_->strings[string(id)], index);
+  return index;
+}
+
+std::uint32_t Loader::define_script(std::string_view text, const XmlElement& element, std::string_view attribute) {
+  const std::string key(text);
+  if (const auto known = script_index_.find(key); known != script_index_.end()) return known->second;
+  auto script = compile_script(text, [this](std::string_view name) { return model_->enum_value(name); });
+  if (!script) {
+    report(lenient_ ? Severity::kWarning : Severity::kError, script.error().code,
+           std::string(attribute) + ": " + script.error().message, element.attribute_value_span(attribute));
+    return kNone;
+  }
+  const auto index = static_cast<std::uint32_t>(model_->scripts.size());
+  model_->scripts.push_back(std::move(*script));
+  script_index_.emplace(key, index);
+  return index;
+}
+
+void Loader::define_port(DefinedPort& port, const Manifest& manifest, const XmlElement& element, std::string_view name,
+                         std::string_view text, const PortInfo* info) {
+  port.name = string(name);
+  port.text = string(text);
+  port.type = info != nullptr ? info->type : nullptr;
+  std::optional<std::string_view> entry = entry_name(text);
+  if ((entry && *entry == "=") || (text == "=" && info != nullptr)) entry = name;
+  if (entry) {
+    port.kind = Binding::Kind::kEntry;
+    port.target = string(*entry);
+    return;
+  }
+  port.kind = Binding::Kind::kLiteral;
+  Datum literal{Value(text), nullptr};
+  const bool reads = info != nullptr && info->direction != PortDirection::kOutput;
+  if (reads && port.type != nullptr && port.type->strong() && port.type->kind != PortType::Class::kString) {
+    std::optional<Value> parsed;
+    if (port.type->parse != nullptr) parsed = port.type->parse(text);
+    // A literal that stands for a number through an enum.
+    if (!parsed && (port.type->kind == PortType::Class::kInteger || port.type->kind == PortType::Class::kReal)) {
+      if (const auto value = model_->enum_value(text)) {
+        if (port.type->kind == PortType::Class::kReal) {
+          parsed.emplace(static_cast<double>(*value));
+        } else {
+          parsed.emplace(*value);
+        }
+      }
+    }
+    // Format 3 finds it out when the port is read.
+    if (!parsed && model_->format != 3) {
+      report(lenient_ ? Severity::kWarning : Severity::kError, "bt.bad-value",
+             "port \"" + std::string(name) + "\" of " + manifest.id + ": \"" + std::string(text) + "\" is no " +
+                 port.type->name + (port.type->parse == nullptr ? "; only an entry {…} can hold one" : ""),
+             element.attribute_value_span(name));
+      return;
+    }
+    if (parsed) literal.value = std::move(*parsed);
+  }
+  port.target = static_cast<std::uint32_t>(model_->literals.size());
+  model_->literals.push_back(std::move(literal));
+}
+
+void Loader::unknown_attribute(const XmlElement& element, const Manifest& manifest, std::string_view name) {
+  std::vector<std::string> names;
+  for (const PortInfo& port : manifest.ports) names.push_back(port.name);
+  for (const std::string_view condition : kConditionNames) names.emplace_back(condition);
+  const std::string hint = did_you_mean(name, names);
+  const SourceSpan place = element.attribute_span(name);
+  const std::string shown = "\"" + std::string(name) + "\"";
+  if (name.starts_with('_')) {
+    static constexpr std::string_view kQuiet[] = {"_description", "_uid", "_fullpath", "_autoremap"};
+    if (std::find(std::begin(kQuiet), std::end(kQuiet), name) != std::end(kQuiet)) return;
+    warn("bt.unknown-attribute", "attribute " + shown + " of " + manifest.id + " means nothing and is kept" + hint, place);
+  } else if (!manifest.external) {
+    report(lenient_ ? Severity::kWarning : Severity::kError, "bt.unknown-port",
+           manifest.id + " has no port " + shown + hint, place);
+  } else if (manifest.declared && !hint.empty()) {
+    report(lenient_ ? Severity::kWarning : Severity::kError, "bt.unknown-port",
+           manifest.id + " has no port " + shown + " in the TreeNodesModel" + hint, place);
+  } else if (manifest.declared) {
+    warn("bt.undeclared-attribute", "attribute " + shown + " of " + manifest.id + " is declared nowhere and is kept", place);
+  }
+}
+
+void Loader::define_ports(Definition& definition, DefinedNode& node, const Manifest& manifest,
+                          const std::vector<XmlAttribute>& given) {
+  node.first_port = static_cast<std::uint32_t>(definition.ports.size());
+  std::vector<bool> used(given.size(), false);
+  for (std::size_t i = 0; i < manifest.ports.size(); ++i) {
+    const PortInfo& info = manifest.ports[i];
+    DefinedPort port;
+    port.declared = static_cast<std::uint16_t>(i);
+    bool found = false;
+    for (std::size_t a = 0; a < given.size(); ++a) {
+      if (given[a].name != info.name) continue;
+      used[a] = found = true;
+      define_port(port, manifest, node.element, info.name, given[a].value, &info);
+    }
+    if (!found && info.default_text) {
+      define_port(port, manifest, node.element, info.name, *info.default_text, &info);
+      port.from_default = true;
+    } else if (!found) {
+      port.name = string(info.name);
+      port.type = info.type;
+    }
+    definition.ports.push_back(port);
+  }
+  for (std::size_t a = 0; a < given.size(); ++a) {
+    if (used[a]) continue;
+    unknown_attribute(node.element, manifest, given[a].name);
+    if (!manifest.external || given[a].name.starts_with('_')) continue;
+    DefinedPort port;
+    define_port(port, manifest, node.element, given[a].name, given[a].value, nullptr);
+    definition.ports.push_back(port);
+  }
+  node.port_count = static_cast<std::uint16_t>(definition.ports.size() - node.first_port);
+}
+
+void Loader::define_subtree(Definition& definition, DefinedNode& node, const std::vector<XmlAttribute>& given) {
+  const auto id = node.element.attribute("ID");
+  if (!id || id->empty()) {
+    error("bt.missing-id", "<SubTree> needs an ID, the name of a BehaviorTree", node.element.span());
+    return;
+  }
+  const auto target = definition_index_.find(*id);
+  if (target == definition_index_.end()) {
+    std::vector<std::string> ids;
+    for (const Definition& other : definitions_) ids.push_back(other.id);
+    error("bt.unknown-tree", "there is no BehaviorTree \"" + std::string(*id) + "\"" + did_you_mean(*id, ids),
+          node.element.attribute_value_span("ID"));
+    return;
+  }
+  node.target = target->second;
+  const bool format3 = model_->format == 3;
+  // Format 3's plain SubTree gives names of entries, not values; SubTreePlus is what format 4 calls SubTree.
+  node.plain_names = format3 && node.element.name() == "SubTree";
+  node.first_port = static_cast<std::uint32_t>(definition.ports.size());
+  const auto flag = [&](const XmlAttribute& attribute) {
+    const auto value = detail::parse_bool(attribute.value);
+    if (!value) {
+      error("bt.bad-value", std::string(attribute.name) + " is \"" + std::string(attribute.value) + "\"; true or false",
+            node.element.attribute_value_span(attribute.name));
+    }
+    return value.value_or(false);
+  };
+  for (const XmlAttribute& attribute : given) {
+    if (attribute.name == (format3 ? "__autoremap" : "_autoremap")) {
+      node.autoremap = flag(attribute);
+    } else if (format3 && attribute.name == "__shared_blackboard") {
+      node.shared = flag(attribute);
+    } else if (attribute.name.starts_with('_')) {
+      unknown_attribute(node.element, model_->manifests[node.manifest], attribute.name);
+    } else {
+      DefinedPort port;
+      define_port(port, model_->manifests[node.manifest], node.element, attribute.name, attribute.value, nullptr);
+      if (attribute.value == "=") {
+        port.kind = Binding::Kind::kEntry;
+        port.target = port.name;
+      }
+      if (node.plain_names && port.kind == Binding::Kind::kLiteral) {
+        port.kind = Binding::Kind::kEntry;
+        port.target = port.text;
+      }
+      definition.ports.push_back(port);
+    }
+  }
+  if (const auto model = subtree_ports_.find(*id); model != subtree_ports_.end() && !node.autoremap && !format3) {
+    for (const PortInfo& info : model->second.ports) {
+      const bool present = std::any_of(given.begin(), given.end(), [&](const XmlAttribute& a) { return a.name == info.name; });
+      if (present) continue;
+      if (!info.default_text || info.default_text->empty()) {
+        report(lenient_ ? Severity::kWarning : Severity::kError, "bt.missing-port",
+               "SubTree \"" + std::string(*id) + "\" needs port \"" + info.name + "\": the TreeNodesModel gives no default",
+               node.element.span());
+        continue;
+      }
+      DefinedPort port;
+      define_port(port, model_->manifests[node.manifest], node.element, info.name, *info.default_text, nullptr);
+      port.from_default = true;
+      definition.ports.push_back(port);
+    }
+  }
+  node.port_count = static_cast<std::uint16_t>(definition.ports.size() - node.first_port);
+}
+
+void Loader::define_attributes(Definition& definition, DefinedNode& node, bool is_explicit) {
+  const Manifest& manifest = model_->manifests[node.manifest];
+  std::vector<XmlAttribute> given;
+  node.element.for_each_attribute([&](std::string_view name, std::string_view value) {
+    if (name == "name") {
+      node.name_offset = static_cast<std::uint32_t>(model_->text.size());
+      node.name_length = static_cast<std::uint32_t>(value.size());
+      model_->text += value;
+      return;
+    }
+    if (name == "ID" && (is_explicit || is_subtree_tag(node.element.name()))) return;
+    // Another program's attribute in a namespace of its own.
+    if (name.find(':') != std::string_view::npos || name == "xmlns") return;
+    const auto condition = std::find(std::begin(kConditionNames), std::end(kConditionNames), name);
+    if (condition != std::end(kConditionNames) && model_->format != 3) {
+      const std::uint32_t script = define_script(value, node.element, name);
+      if (node.conditions == kNone) {
+        node.conditions = static_cast<std::uint32_t>(definition.conditions.size());
+        definition.conditions.emplace_back();
+      }
+      definition.conditions[node.conditions].use[condition - std::begin(kConditionNames)] = script;
+      return;
+    }
+    given.push_back({name, value});
+  });
+  if (given.size() > kPortsMax) {
+    error("bt.too-large", "more than " + std::to_string(kPortsMax) + " attributes", node.element.span());
+    return;
+  }
+  if (manifest.kind == Kind::kSubTree) {
+    define_subtree(definition, node, given);
+    return;
+  }
+  if (!manifest.ports.empty() || !given.empty()) define_ports(definition, node, manifest, given);
+  if (manifest.kind == Kind::kScript || manifest.kind == Kind::kScriptCondition || manifest.kind == Kind::kPrecondition) {
+    const DefinedPort& port = definition.ports[node.first_port];
+    if (port.kind == Binding::Kind::kLiteral) {
+      node.script = define_script(model_->strings[port.text], node.element, manifest.kind == Kind::kPrecondition ? "if" : "code");
+    } else if (port.kind == Binding::Kind::kAbsent) {
+      error("bt.missing-port", manifest.id + " needs " + (manifest.kind == Kind::kPrecondition ? "\"if\"" : "\"code\""),
+            node.element.span());
+    } else if (manifest.kind == Kind::kPrecondition) {
+      error("bt.bad-value", "\"if\" of Precondition must be a script, not an entry", node.element.attribute_value_span("if"));
+    }
+  }
+  if (manifest.kind == Kind::kLoop) {
+    const DefinedPort& port = definition.ports[node.first_port];
+    if (port.kind == Binding::Kind::kLiteral && port.target != kNone) {
+      node.queue = static_cast<std::uint32_t>(model_->queues.size());
+      const List* list = model_->literals[port.target].value.as_list();
+      model_->queues.push_back(list != nullptr ? *list : List{});
+    }
+  }
+}
+
+void Loader::check_children(const Definition& definition, std::uint32_t index) {
+  const DefinedNode& node = definition.nodes[index];
+  const Manifest& manifest = model_->manifests[node.manifest];
+  if (node.child_count >= manifest.children_min && node.child_count <= manifest.children_max) return;
+  std::string wanted;
+  if (manifest.children_max == 0) {
+    wanted = manifest.kind == Kind::kSubTree ? "a SubTree has no children here: its content is the BehaviorTree of that ID"
+                                             : "a leaf has no children";
+  } else if (manifest.children_max == 1) {
+    wanted = "a decorator has exactly one child";
+  } else {
+    wanted = "a control node has at least one child";
+  }
+  error("bt.child-count", manifest.id + " has " + std::to_string(node.child_count) + " children; " + wanted, node.element.span());
+}
+
+bool Loader::define_node(Definition& definition, const XmlElement& element, std::uint32_t parent, std::size_t depth) {
+  // The parser bounds nesting, so the recursion is bounded too.
+  bool is_explicit = false;
+  DefinedNode node;
+  node.element = element;
+  node.parent = parent;
+  node.manifest = find_manifest(element, is_explicit);
+  const bool known = node.manifest != kNone;
+  const auto index = static_cast<std::uint32_t>(definition.nodes.size());
+  if (known) {
+    define_attributes(definition, node, is_explicit);
+    if (parent != kNone) ++definition.nodes[parent].child_count;
+    definition.nodes.push_back(node);
+  }
+  // Below an unknown node the check goes on; the definition is not used then.
+  bool complete = known;
+  for (XmlElement child = element.first_child(); child; child = child.next_sibling()) {
+    complete = define_node(definition, child, known ? index : kNone, depth + 1) && complete;
+  }
+  if (known) check_children(definition, index);
+  return complete;
+}
+
+void Loader::define(Definition& definition) {
+  if (definition.defined) return;
+  definition.defined = true;
+  const XmlElement first = definition.element.first_child();
+  if (!first) {
+    error("bt.child-count", "BehaviorTree \"" + definition.id + "\" is empty; it needs one node", definition.element.span());
+    return;
+  }
+  if (const XmlElement second = first.next_sibling()) {
+    error("bt.child-count", "BehaviorTree \"" + definition.id + "\" has a second root node; put both under a control node",
+          second.span());
+  }
+  if (!define_node(definition, first, kNone, 0)) definition.nodes.clear();
+}
+
+}  // namespace sentree::bt

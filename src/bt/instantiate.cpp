@@ -1,0 +1,389 @@
+#include <algorithm>
+#include <utility>
+
+#include "sentree/bt/loader.h"
+
+// Definitions to the compiled model: every SubTree instance gets nodes, a blackboard and resolved names of its own.
+
+namespace sentree::bt {
+
+using text::XmlElement;
+
+std::uint32_t Loader::cell(std::uint32_t scope, std::uint32_t name) {
+  const std::string& text = model_->strings[name];
+  if (text.starts_with('@')) {
+    // The root's entry, from any depth.
+    return cell(0, string(std::string_view(text).substr(1)));
+  }
+  if (const auto known = model_->scopes[scope].cells.find(name); known != model_->scopes[scope].cells.end()) {
+    return known->second;
+  }
+  std::uint32_t parent = kNone;
+  const std::uint32_t parent_scope = model_->scopes[scope].parent;
+  if (parent_scope != kNone) {
+    const auto& remaps = model_->scopes[scope].remaps;
+    const auto remap = std::find_if(remaps.begin(), remaps.end(), [name](const auto& r) { return r.first == name; });
+    if (remap != remaps.end()) {
+      parent = cell(parent_scope, remap->second);
+    } else if (model_->scopes[scope].shared || (model_->scopes[scope].autoremap && !text.starts_with('_'))) {
+      parent = cell(parent_scope, name);
+    }
+  }
+  const auto index = static_cast<std::uint32_t>(model_->cells.size());
+  model_->cells.push_back({scope, name, parent, parent == kNone ? model_->homes++ : kNone});
+  model_->scopes[scope].cells.emplace(name, index);
+  model_->scopes[scope].first_mention.push_back(index);
+  return index;
+}
+
+std::uint32_t Loader::open_scope(const Definition& definition, const DefinedNode& defined, NodeId id,
+                                 std::uint32_t parent) {
+  const auto scope = static_cast<std::uint32_t>(model_->scopes.size());
+  Scope fresh;
+  fresh.parent = parent;
+  fresh.subtree = id;
+  fresh.autoremap = defined.autoremap;
+  fresh.shared = defined.shared;
+  for (std::uint32_t i = 0; i < defined.port_count; ++i) {
+    const DefinedPort& port = definition.ports[defined.first_port + i];
+    if (port.kind == Binding::Kind::kEntry) fresh.remaps.emplace_back(port.name, port.target);
+  }
+  model_->scopes.push_back(std::move(fresh));
+  for (std::uint32_t i = 0; i < defined.port_count; ++i) {
+    const DefinedPort& port = definition.ports[defined.first_port + i];
+    if (port.kind == Binding::Kind::kEntry) {
+      cell(scope, port.name);
+      continue;
+    }
+    if (port.kind != Binding::Kind::kLiteral) continue;
+    // A constant lives in the SubTree's own blackboard; it looks like a number if it is one.
+    const std::uint32_t own = cell(scope, port.name);
+    if (model_->cells[own].home == kNone) model_->cells[own].home = model_->homes++;
+    const std::string_view text = model_->strings[port.text];
+    InitialEntry initial{own, Datum{Value(text), nullptr}, nullptr, true};
+    if (model_->format != 3) {
+      if (const auto integer = detail::parse_integer(text)) {
+        initial.datum.value = *integer;
+        initial.type = &type_of<std::int64_t>();
+      } else if (const auto real = detail::parse_real(text)) {
+        initial.datum.value = *real;
+        initial.type = &type_of<double>();
+      }
+    }
+    entry_types_[own] = {initial.type, "the constant of SubTree \"" + std::string(model_->name(id)) + "\""};
+    local_cells_.insert(own);
+    model_->initial.push_back(std::move(initial));
+  }
+  return scope;
+}
+
+void Loader::declare_entry(std::uint32_t cell, const PortType* type, const DefinedNode& defined, std::string_view port) {
+  // Where the entry lives: up the remapping, but not past a constant.
+  std::uint32_t owner = cell;
+  while (!local_cells_.contains(owner) && model_->cells[owner].parent != kNone) owner = model_->cells[owner].parent;
+  model_->initial.push_back({cell, {}, type, false});
+  const auto [place, fresh] = entry_types_.try_emplace(owner, type, std::string());
+  auto& [known, who] = place->second;
+  const std::string self = "port \"" + std::string(port) + "\" of " + model_->manifests[defined.manifest].id;
+  if (fresh) {
+    who = self;
+    return;
+  }
+  const bool strong = known != nullptr && known->strong() && type != nullptr && type->strong();
+  if (!strong || *known == *type) return;
+  const std::string shown = "entry \"" + model_->strings[model_->cells[cell].name] + "\"";
+  if (known->kind == PortType::Class::kString) return;
+  if (type->kind == PortType::Class::kString) {
+    // BehaviorTree.CPP accepts this in the other order only; the order of nodes should not matter.
+    warn("bt.text-of-number", shown + " is a " + known->name + " for " + who + " and text for " + self +
+                                  "; BehaviorTree.CPP refuses this order of nodes", defined.element.span());
+    return;
+  }
+  error("bt.type-clash", shown + " is a " + known->name + " for " + who + " and a " + type->name + " for " + self,
+        defined.element.span());
+}
+
+std::uint32_t Loader::bind_script(std::uint32_t script, std::uint32_t scope) {
+  if (script == kNone) return kNone;
+  ScriptUse use;
+  use.script = script;
+  use.scope = scope;
+  use.first_cell = static_cast<std::uint32_t>(model_->script_cells.size());
+  const std::size_t count = model_->scripts[script].names.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t name = string(model_->scripts[script].names[i].name);
+    model_->script_cells.push_back(cell(scope, name));
+  }
+  model_->uses.push_back(use);
+  return static_cast<std::uint32_t>(model_->uses.size() - 1);
+}
+
+void Loader::bind_ports(const Definition& definition, const DefinedNode& defined, NodeId id, std::uint32_t scope) {
+  const bool subtree = model_->manifests[defined.manifest].kind == Kind::kSubTree;
+  model_->nodes[id].ports = static_cast<std::uint32_t>(model_->bindings.size());
+  model_->nodes[id].port_count = defined.port_count;
+  for (std::uint32_t i = 0; i < defined.port_count; ++i) {
+    const DefinedPort& port = definition.ports[defined.first_port + i];
+    Binding binding;
+    binding.kind = port.kind;
+    binding.declared = port.declared;
+    binding.from_default = port.from_default;
+    binding.name = port.name;
+    binding.text = port.text;
+    binding.type = port.type;
+    binding.target = port.target;
+    if (port.kind == Binding::Kind::kEntry) {
+      binding.target = cell(scope, port.target);
+      if (!subtree) declare_entry(binding.target, port.type, defined, model_->strings[port.name]);
+    }
+    model_->bindings.push_back(binding);
+  }
+}
+
+void Loader::bind_special(const DefinedNode& defined, NodeId id, std::uint32_t scope) {
+  Node& node = model_->nodes[id];
+  const Manifest& manifest = model_->manifests[defined.manifest];
+  switch (node.kind) {
+    case Kind::kScript:
+    case Kind::kScriptCondition:
+    case Kind::kPrecondition: node.data = bind_script(defined.script, scope); break;
+    case Kind::kLoop: node.data = defined.queue; break;
+    case Kind::kSkipUnlessUpdated:
+    case Kind::kWaitValueUpdate:
+    case Kind::kWasEntryUpdated: {
+      const Binding& entry = model_->bindings[node.ports];
+      if (entry.kind == Binding::Kind::kAbsent) {
+        error("bt.missing-port", manifest.id + " needs \"entry\"", defined.element.span());
+        node.data = 0;
+        break;
+      }
+      node.data = entry.kind == Binding::Kind::kEntry ? entry.target : cell(scope, entry.text);
+      break;
+    }
+    case Kind::kUser: {
+      node.data = static_cast<std::uint32_t>(model_->users.size());
+      const bool remembers = manifest.behaviour->make_memory() != nullptr;
+      model_->users.push_back({manifest.behaviour.get(), remembers ? model_->objects++ : kNone});
+      break;
+    }
+    case Kind::kExternalAction:
+    case Kind::kExternalCondition: model_->externals.push_back(id); break;
+    default: break;
+  }
+}
+
+NodeId Loader::add_node(const Definition& definition, const DefinedNode& defined, NodeId parent, std::uint32_t tree) {
+  const auto id = static_cast<NodeId>(model_->nodes.size());
+  const Manifest& manifest = model_->manifests[defined.manifest];
+  Node node;
+  node.kind = manifest.kind;
+  node.parent = parent;
+  node.child_count = manifest.kind == Kind::kSubTree ? 1 : defined.child_count;
+  node.first_child = static_cast<std::uint32_t>(model_->children.size());
+  node.memory = model_->memory_words;
+  if (manifest.category == Category::kDecorator || manifest.kind == Kind::kSubTree) node.flags |= Node::kDecorator;
+  if (manifest.synchronous) node.flags |= Node::kSynchronous;
+  model_->memory_words += memory_words(node.kind, node.child_count);
+  model_->children.resize(model_->children.size() + node.child_count, kNoNode);
+  model_->nodes.push_back(node);
+  model_->infos.push_back({defined.name_offset, defined.name_length, defined.manifest, tree,
+                           static_cast<std::uint32_t>(defined.element.offset()), documents_[definition.document]->file});
+  return id;
+}
+
+namespace {
+
+/// '*' and '?' as in a shell; without recursion. O(pattern · text).
+bool matches(std::string_view pattern, std::string_view text) {
+  std::size_t p = 0, t = 0, star = std::string_view::npos, mark = 0;
+  while (t < text.size()) {
+    if (p < pattern.size() && (pattern[p] == '?' || pattern[p] == text[t])) {
+      ++p;
+      ++t;
+    } else if (p < pattern.size() && pattern[p] == '*') {
+      star = p++;
+      mark = t;
+    } else if (star != std::string_view::npos) {
+      p = star + 1;
+      t = ++mark;
+    } else {
+      return false;
+    }
+  }
+  while (p < pattern.size() && pattern[p] == '*') ++p;
+  return p == pattern.size();
+}
+
+}  // namespace
+
+std::uint32_t Loader::add_test_node(const Substitution::TestNode& test, const XmlElement& element, std::uint32_t scope) {
+  const auto script = [&](const std::string& text) -> std::uint32_t {
+    if (text.empty()) return kNone;
+    // The statuses are enums in these scripts: SUCCESS, FAILURE, SKIPPED, RUNNING.
+    auto compiled = compile_script(text, [this](std::string_view name) -> std::optional<std::int64_t> {
+      if (const auto status = parse_status(name)) return static_cast<std::int64_t>(*status);
+      return model_->enum_value(name);
+    });
+    if (!compiled) {
+      error(compiled.error().code, "substitution: " + compiled.error().message, element.span());
+      return kNone;
+    }
+    model_->scripts.push_back(std::move(*compiled));
+    return bind_script(static_cast<std::uint32_t>(model_->scripts.size() - 1), scope);
+  };
+  TestNodeData data;
+  data.status = test.return_status;
+  data.status_use = script(test.return_status_script);
+  data.success_use = script(test.success_script);
+  data.failure_use = script(test.failure_script);
+  data.post_use = script(test.post_script);
+  data.delay = test.async_delay;
+  data.complete = test.complete;
+  model_->tests.push_back(std::move(data));
+  return static_cast<std::uint32_t>(model_->tests.size() - 1);
+}
+
+bool Loader::substitute(DefinedNode& defined, NodeId subtree, std::uint32_t scope, std::uint32_t& test) {
+  const Manifest original = model_->manifests[defined.manifest];
+  const std::string_view name = defined.name_length == 0
+                                    ? std::string_view(original.id)
+                                    : std::string_view(model_->text).substr(defined.name_offset, defined.name_length);
+  std::string path(name);
+  for (NodeId at = subtree; at != kNoNode; at = model_->trees[model_->infos[at].tree].subtree) {
+    path = std::string(model_->name(at)) + "." + path;
+  }
+  std::string slashes = path;
+  std::replace(slashes.begin(), slashes.end(), '.', '/');
+  for (const Substitution& rule : options_.substitutions) {
+    if (!matches(rule.filter, path) && !matches(rule.filter, slashes) && !matches(rule.filter, original.id)) continue;
+    if (defined.child_count != 0 || original.kind == Kind::kSubTree) {
+      error("bt.bad-substitution", "\"" + path + "\" has children and cannot be replaced by a leaf", defined.element.span());
+      return false;
+    }
+    Manifest replacement;
+    if (rule.id.empty()) {
+      replacement.id = "TestNode";
+      replacement.kind = Kind::kTestNode;
+      test = add_test_node(rule.test, defined.element, scope);
+    } else if (const Manifest* builtin = find_builtin(rule.id, model_->format);
+               builtin != nullptr && builtin->children_max == 0) {
+      replacement = *builtin;
+    } else if (const Registry::Entry* entry = options_.registry != nullptr ? options_.registry->find(rule.id) : nullptr;
+               entry != nullptr && (entry->category == Category::kAction || entry->category == Category::kCondition)) {
+      replacement.id = entry->id;
+      replacement.category = entry->category;
+      replacement.synchronous = entry->synchronous;
+      replacement.behaviour = entry->behaviour;
+    } else {
+      error("bt.bad-substitution", "\"" + path + "\" is to be replaced by \"" + rule.id + "\", which is no leaf" +
+                                       did_you_mean(rule.id, known_ids()), defined.element.span());
+      return false;
+    }
+    // It takes the ports of the node that it stands for.
+    replacement.ports = original.ports;
+    defined.manifest = add_manifest(replacement);
+    return true;
+  }
+  return true;
+}
+
+bool Loader::instantiate(std::uint32_t index, NodeId subtree, std::uint32_t scope, std::size_t depth) {
+  Definition& definition = definitions_[index];
+  if (definition.expanding) {
+    error("bt.recursive-tree", "BehaviorTree \"" + definition.id + "\" contains itself", model_->nodes.empty() ? definition.element.span() : span_of(subtree));
+    return false;
+  }
+  definition.reached = true;
+  define(definition);
+  if (definition.nodes.empty()) return false;
+  definition.expanding = true;
+  const auto tree = static_cast<std::uint32_t>(model_->trees.size());
+  model_->trees.push_back({subtree, scope});
+
+  bool complete = true;
+  std::vector<NodeId> ids(definition.nodes.size());
+  std::vector<std::uint32_t> next_child(definition.nodes.size());
+  std::vector<std::size_t> depths(definition.nodes.size());
+  for (std::uint32_t i = 0; i < definition.nodes.size() && complete; ++i) {
+    DefinedNode defined = definition.nodes[i];
+    if (model_->nodes.size() >= kNodesMax) {
+      error("bt.too-large", "the tree has more than " + std::to_string(kNodesMax) + " nodes", defined.element.span());
+      complete = false;
+      break;
+    }
+    std::uint32_t test = kNone;
+    if (!options_.substitutions.empty() && !substitute(defined, subtree, scope, test)) complete = false;
+    depths[i] = defined.parent == kNone ? depth : depths[defined.parent] + 1;
+    if (depths[i] > kDepthMax) {
+      error("bt.too-deep", "nodes are nested deeper than " + std::to_string(kDepthMax) + " levels", defined.element.span());
+      complete = false;
+      break;
+    }
+    const NodeId parent = defined.parent == kNone ? subtree : ids[defined.parent];
+    const NodeId id = add_node(definition, defined, parent, tree);
+    ids[i] = id;
+    next_child[i] = model_->nodes[id].first_child;
+    if (defined.parent != kNone) {
+      model_->children[next_child[defined.parent]++] = id;
+    } else if (subtree != kNoNode) {
+      model_->children[model_->nodes[subtree].first_child] = id;
+    }
+    if (defined.port_count != 0) bind_ports(definition, defined, id, scope);
+    bind_special(defined, id, scope);
+    if (model_->nodes[id].kind == Kind::kTestNode) model_->nodes[id].data = test;
+    if (defined.conditions != kNone) bind_conditions(definition.conditions[defined.conditions], id, scope);
+    if (model_->nodes[id].kind == Kind::kSubTree) {
+      if (defined.target == kNone) {
+        complete = false;
+        continue;
+      }
+      const std::uint32_t inner = open_scope(definition, defined, id, scope);
+      complete = instantiate(defined.target, id, inner, depths[i] + 1) && complete;
+    }
+  }
+  definition.expanding = false;
+  return complete;
+}
+
+void Loader::bind_conditions(const Conditions& scripts, NodeId id, std::uint32_t scope) {
+  Conditions uses;
+  Node& node = model_->nodes[id];
+  for (std::size_t i = 0; i < Conditions::kCount; ++i) {
+    uses.use[i] = bind_script(scripts.use[i], scope);
+    if (uses.use[i] == kNone) continue;
+    if (i <= Conditions::kWhile) node.flags |= Node::kHasPre;
+    if (i >= Conditions::kOnFailure) node.flags |= Node::kHasPost;
+  }
+  node.conditions = static_cast<std::uint32_t>(model_->conditions.size());
+  model_->conditions.push_back(uses);
+}
+
+SourceSpan Loader::span_of(NodeId id) const {
+  const NodeInfo& info = model_->infos[id];
+  const auto [line, column] = model_->lines[info.file].position(info.offset);
+  return {model_->files[info.file], line, column, 0};
+}
+
+void Loader::check_leaf_names() {
+  std::unordered_map<std::string, NodeId> seen;
+  for (const NodeId id : model_->externals) {
+    std::string path(model_->name(id));
+    for (NodeId at = model_->trees[model_->infos[id].tree].subtree; at != kNoNode;
+         at = model_->trees[model_->infos[at].tree].subtree) {
+      path = std::string(model_->name(at)) + "." + path;
+    }
+    const std::string& kind = model_->manifest(id).id;
+    if (options_.has_skill && !options_.has_skill(kind, model_->name(id))) {
+      error("bt.unknown-node", "leaf \"" + path + "\": there is no skill \"" + kind + "\"" + did_you_mean(kind, known_skills()),
+            span_of(id));
+    }
+    const auto [place, fresh] = seen.try_emplace(event_name(path), id);
+    if (!fresh) {
+      error("bt.duplicate-leaf", "there are two leaves \"" + place->first + "\" in messages; the other is at " +
+                                     to_string(span_of(place->second)) + ". Give one of them, or its SubTree, another name",
+            span_of(id));
+    }
+  }
+}
+
+}  // namespace sentree::bt

@@ -1,0 +1,304 @@
+#include "sentree/bt/load.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "sentree/bt/loader.h"
+#include "sentree/text/file.h"
+
+namespace sentree::bt {
+
+using text::XmlElement;
+
+void Loader::report(Severity severity, std::string code, std::string message, SourceSpan span) {
+  diagnostics_.push_back({severity, std::move(code), std::move(message), std::move(span)});
+}
+
+std::uint32_t Loader::string(std::string_view text) {
+  const auto found = model_->string_index.find(text);
+  if (found != model_->string_index.end()) return found->second;
+  const auto index = static_cast<std::uint32_t>(model_->strings.size());
+  model_->strings.emplace_back(text);
+  model_->string_index.emplace(model_->strings.back(), index);
+  return index;
+}
+
+bool Loader::read_document(std::string xml, std::string file, const std::filesystem::path& path) {
+  auto parsed = text::XmlDocument::parse(std::move(xml), file);
+  if (!parsed) {
+    diagnostics_.push_back(std::move(parsed.error()));
+    return false;
+  }
+  model_->files.push_back(std::move(file));
+  model_->lines.emplace_back(parsed->source());
+  const auto index = static_cast<std::uint32_t>(documents_.size());
+  documents_.push_back(std::make_unique<Document>(Document{std::move(*parsed), path, index}));
+  read_root(index);
+  return true;
+}
+
+int Loader::detect_format(const XmlElement& root) {
+  const auto format = root.attribute("BTCPP_format");
+  if (!format) return 3;
+  if (*format == "3" || *format == "4") return *format == "3" ? 3 : 4;
+  error("bt.bad-format", "BTCPP_format is \"" + std::string(*format) + "\"; 3 and 4 are known",
+        root.attribute_value_span("BTCPP_format"));
+  return 4;
+}
+
+void Loader::read_root(std::uint32_t document) {
+  const XmlElement root = documents_[document]->xml.root();
+  if (root.name() != "root") {
+    error("bt.not-a-tree", "the root element is <" + std::string(root.name()) + ">; a tree's is <root>", root.span());
+    return;
+  }
+  const int format = detect_format(root);
+  if (document == 0) {
+    model_->format = format;
+  } else if (format != model_->format) {
+    warn("bt.mixed-formats", "this file is of format " + std::to_string(format) + " and runs with the semantics of format " +
+                                 std::to_string(model_->format) + ", the including file's", root.span());
+  }
+  // Models first: they say what the nodes of the trees are.
+  for (XmlElement child = root.first_child(); child; child = child.next_sibling()) {
+    if (child.name() == "TreeNodesModel") read_models(child);
+  }
+  for (XmlElement child = root.first_child(); child; child = child.next_sibling()) {
+    const std::string_view name = child.name();
+    if (name == "BehaviorTree") {
+      read_tree(document, child);
+    } else if (name == "include") {
+      read_include(document, child);
+    } else if (name != "TreeNodesModel" && name != "Metadata" && name.find(":") == std::string_view::npos) {
+      static const std::vector<std::string> kKnown = {"BehaviorTree", "TreeNodesModel", "include"};
+      warn("bt.unknown-element", "<" + std::string(name) + "> inside <root> is kept and means nothing" +
+                                     did_you_mean(name, kKnown), child.span());
+    }
+  }
+}
+
+void Loader::read_tree(std::uint32_t document, const XmlElement& element) {
+  const auto id = element.attribute("ID");
+  std::string name(id.value_or(""));
+  const bool named = id && !id->empty();
+  if (!named && !definitions_.empty() && definition_index_.contains("")) {
+    error("bt.missing-id", "a BehaviorTree needs an ID when there are several", element.span());
+    return;
+  }
+  const auto index = static_cast<std::uint32_t>(definitions_.size());
+  const auto [place, added] = definition_index_.try_emplace(name, index);
+  if (!added) {
+    error("bt.duplicate-tree", "there are two BehaviorTrees \"" + name + "\"; the other is at " +
+                                   to_string(definitions_[place->second].element.span()),
+          element.attribute_value_span("ID"));
+    return;
+  }
+  Definition definition;
+  definition.id = std::move(name);
+  definition.element = element;
+  definition.document = document;
+  definitions_.push_back(std::move(definition));
+}
+
+void Loader::read_models(const XmlElement& models) {
+  for (XmlElement element = models.first_child(); element; element = element.next_sibling()) {
+    const std::string_view tag = element.name();
+    const auto id = element.attribute("ID");
+    if (!id || id->empty()) {
+      error("bt.missing-id", "<" + std::string(tag) + "> in the TreeNodesModel needs an ID", element.span());
+      continue;
+    }
+    Manifest manifest;
+    manifest.id = std::string(*id);
+    if (tag == "Action") {
+      manifest.category = Category::kAction;
+    } else if (tag == "Condition") {
+      manifest.category = Category::kCondition;
+    } else if (tag == "Control") {
+      manifest.category = Category::kControl;
+    } else if (tag == "Decorator") {
+      manifest.category = Category::kDecorator;
+    } else if (tag == "SubTree" || tag == "SubTreePlus") {
+      manifest.category = Category::kSubTree;
+    } else {
+      static const std::vector<std::string> kKnown = {"Action", "Condition", "Control", "Decorator", "SubTree"};
+      warn("bt.unknown-element", "<" + std::string(tag) + "> in the TreeNodesModel means nothing" +
+                                     did_you_mean(tag, kKnown), element.span());
+      continue;
+    }
+    for (XmlElement port = element.first_child(); port; port = port.next_sibling()) {
+      const std::string_view kind = port.name();
+      PortInfo info;
+      if (kind == "input_port") {
+        info.direction = PortDirection::kInput;
+      } else if (kind == "output_port") {
+        info.direction = PortDirection::kOutput;
+      } else if (kind == "inout_port") {
+        info.direction = PortDirection::kInOut;
+      } else {
+        continue;  // MetadataFields, description and the like.
+      }
+      const auto name = port.attribute("name");
+      if (!name || name->empty()) {
+        error("bt.missing-name", "<" + std::string(kind) + "> of \"" + manifest.id + "\" needs a name", port.span());
+        continue;
+      }
+      if (manifest.ports.size() >= kPortsMax) {
+        error("bt.too-large", "\"" + manifest.id + "\" has more than " + std::to_string(kPortsMax) + " ports", port.span());
+        break;
+      }
+      info.name = std::string(*name);
+      const bool twice = std::any_of(manifest.ports.begin(), manifest.ports.end(),
+                                     [&info](const PortInfo& other) { return other.name == info.name; });
+      if (twice) {
+        error("bt.duplicate-port", "port \"" + info.name + "\" of \"" + manifest.id + "\" is declared twice", port.span());
+        continue;
+      }
+      const std::string_view type = port.attribute("type").value_or("");
+      info.type = type_named(type);
+      info.declared_type = std::string(type);
+      if (info.type != nullptr && !info.type->strong()) info.type = nullptr;
+      if (const auto value = port.attribute("default")) info.default_text = std::string(*value);
+      info.description = port.text();
+      manifest.ports.push_back(std::move(info));
+    }
+    if (manifest.category == Category::kSubTree) {
+      subtree_ports_[manifest.id] = {std::move(manifest.ports), element.span()};
+      continue;
+    }
+    manifest.external = manifest.category == Category::kAction || manifest.category == Category::kCondition;
+    manifest.kind = manifest.category == Category::kCondition ? Kind::kExternalCondition : Kind::kExternalAction;
+    const std::string key = manifest.id;
+    if (!declared_.try_emplace(key, std::move(manifest)).second) {
+      warn("bt.duplicate-model", "\"" + key + "\" is declared twice in the TreeNodesModel; the first counts", element.span());
+    }
+  }
+}
+
+void Loader::read_include(std::uint32_t document, const XmlElement& element) {
+  const auto given = element.attribute("path");
+  if (!given || given->empty()) {
+    error("bt.missing-path", "<include> needs a path", element.span());
+    return;
+  }
+  const SourceSpan place = element.attribute_value_span("path");
+  if (!options_.read_file) {
+    error("bt.include-refused", "<include path=\"" + std::string(*given) + "\">: files cannot be read here", place);
+    return;
+  }
+  std::filesystem::path path = documents_[document]->path.parent_path() / std::string(*given);
+  if (const auto package = element.attribute("ros_pkg")) {
+    if (!options_.find_package) {
+      error("bt.include-refused", "ROS package \"" + std::string(*package) + "\" cannot be looked up here", place);
+      return;
+    }
+    auto folder = options_.find_package(*package);
+    if (!folder) {
+      error(folder.error().code, folder.error().message, place);
+      return;
+    }
+    path = *folder / std::string(*given);
+  }
+  path = path.lexically_normal();
+  const std::string key = path.string();
+  if (open_files_.contains(key)) {
+    error("bt.include-cycle", "\"" + key + "\" includes itself", place);
+    return;
+  }
+  // A file that several others include is read once.
+  if (!read_files_.insert(key).second) return;
+  if (read_files_.size() > kIncludesMax) {
+    error("bt.too-large", "more than " + std::to_string(kIncludesMax) + " files are included", place);
+    return;
+  }
+  auto content = options_.read_file(path);
+  if (!content) {
+    error(content.error().code, content.error().message, place);
+    return;
+  }
+  include_bytes_ += content->size();
+  if (include_bytes_ > kIncludeBytesMax) {
+    error("bt.too-large", "the included files have more than " + std::to_string(kIncludeBytesMax) + " bytes together", place);
+    return;
+  }
+  open_files_.insert(key);
+  read_document(std::move(*content), key, path);
+  open_files_.erase(key);
+}
+
+std::uint32_t Loader::main_definition(const XmlElement& root) {
+  std::vector<std::string> ids;
+  for (const Definition& definition : definitions_) ids.push_back(definition.id);
+  if (!options_.main_tree.empty()) {
+    if (const auto found = definition_index_.find(options_.main_tree); found != definition_index_.end()) return found->second;
+    error("bt.unknown-tree", "there is no BehaviorTree \"" + options_.main_tree + "\"" +
+                                 did_you_mean(options_.main_tree, ids), root.span());
+    return kNone;
+  }
+  if (const auto wanted = root.attribute("main_tree_to_execute")) {
+    if (const auto found = definition_index_.find(*wanted); found != definition_index_.end()) return found->second;
+    error("bt.unknown-tree", "main_tree_to_execute is \"" + std::string(*wanted) + "\", and there is no such BehaviorTree" +
+                                 did_you_mean(*wanted, ids), root.attribute_value_span("main_tree_to_execute"));
+    return kNone;
+  }
+  std::vector<std::uint32_t> own;
+  for (std::uint32_t i = 0; i < definitions_.size(); ++i) {
+    if (definitions_[i].document == 0) own.push_back(i);
+  }
+  if (own.size() == 1) return own.front();
+  if (definitions_.size() == 1) return 0;
+  error(definitions_.empty() ? "bt.no-tree" : "bt.no-main-tree",
+        definitions_.empty() ? "there is no <BehaviorTree>"
+                             : "which of the " + std::to_string(definitions_.size()) +
+                                   " BehaviorTrees is the main one? Say so by main_tree_to_execute",
+        root.span());
+  return kNone;
+}
+
+Loaded<Tree> Loader::load(std::string xml, std::string file) {
+  Loaded<Tree> loaded;
+  if (options_.registry != nullptr) {
+    diagnostics_ = options_.registry->problems();
+    model_->enums = options_.registry->enums();
+  }
+  const std::filesystem::path path = std::filesystem::path(file).lexically_normal();
+  open_files_.insert(path.string());
+  if (read_document(std::move(xml), file, path)) {
+    const XmlElement root = documents_[0]->xml.root();
+    const std::uint32_t main = root.name() == "root" ? main_definition(root) : kNone;
+    if (main != kNone) {
+      model_->id = definitions_[main].id;
+      model_->scopes.emplace_back();
+      const bool complete = instantiate(main, kNoNode, 0, 0);
+      if (complete) check_leaf_names();
+    }
+    if (root.name() == "root") check_definitions();
+    if (main != kNone && !has_errors(diagnostics_)) check_entries();
+  }
+  sort_by_place(diagnostics_);
+  loaded.diagnostics = std::move(diagnostics_);
+  if (!has_errors(loaded.diagnostics)) {
+    model_->nodes.shrink_to_fit();
+    model_->infos.shrink_to_fit();
+    model_->children.shrink_to_fit();
+    model_->text.shrink_to_fit();
+    model_->bindings.shrink_to_fit();
+    loaded.value.emplace(std::move(model_));
+  }
+  return loaded;
+}
+
+Loaded<Tree> load(std::string xml, const LoadOptions& options, std::string file) {
+  return Loader(options).load(std::move(xml), std::move(file));
+}
+
+Loaded<Tree> load_file(const std::filesystem::path& path, LoadOptions options) {
+  auto content = text::read_file(path);
+  if (!content) return {std::nullopt, {std::move(content.error())}};
+  if (!options.read_file) {
+    options.read_file = [](const std::filesystem::path& included) { return text::read_file(included); };
+  }
+  return load(std::move(*content), options, path.string());
+}
+
+}  // namespace sentree::bt

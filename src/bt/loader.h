@@ -1,0 +1,149 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "sentree/base/result.h"
+#include "sentree/bt/load.h"
+#include "sentree/bt/model.h"
+#include "sentree/text/xml.h"
+
+namespace sentree::bt {
+
+/// Reads files into definitions, one per BehaviorTree, then makes instances of them. For the files of this library.
+class Loader {
+ public:
+  explicit Loader(const LoadOptions& options) : options_(options), model_(std::make_unique<Model>()) {}
+
+  [[nodiscard]] Loaded<Tree> load(std::string xml, std::string file);
+
+ private:
+  struct Document {
+    text::XmlDocument xml;
+    std::filesystem::path path;
+    std::uint32_t file = 0;   ///< In Model::files.
+  };
+  struct DefinedPort {
+    std::uint32_t name = 0, text = 0;   ///< In Model::strings.
+    std::uint16_t declared = 0xFFFF;
+    Binding::Kind kind = Binding::Kind::kAbsent;
+    bool from_default = false;
+    std::uint32_t target = kNone;       ///< kLiteral: in Model::literals; kEntry: name of the entry, in Model::strings.
+    const PortType* type = nullptr;
+  };
+  struct DefinedNode {
+    std::uint32_t manifest = 0;
+    std::uint32_t parent = kNone;       ///< In the definition.
+    std::uint32_t child_count = 0;
+    std::uint32_t first_port = 0;       ///< In Definition::ports.
+    std::uint16_t port_count = 0;
+    bool autoremap = false;
+    bool shared = false;
+    bool plain_names = false;           ///< Format 3's SubTree: the values are names, without braces.
+    std::uint32_t conditions = kNone;   ///< In Definition::conditions.
+    std::uint32_t script = kNone;       ///< In Model::scripts.
+    std::uint32_t target = kNone;       ///< SubTree: in definitions_.
+    std::uint32_t queue = kNone;
+    std::uint32_t name_offset = 0, name_length = 0;
+    text::XmlElement element;
+  };
+  struct Definition {
+    std::string id;
+    text::XmlElement element;
+    std::uint32_t document = 0;
+    std::vector<DefinedNode> nodes;
+    std::vector<DefinedPort> ports;
+    std::vector<Conditions> conditions;  ///< Of scripts, not uses.
+    bool reached = false;
+    bool expanding = false;
+    bool defined = false;
+  };
+  struct SubTreePorts {
+    Ports ports;
+    SourceSpan span;
+  };
+
+  // load.cpp: files, the root element, models.
+  bool read_document(std::string xml, std::string file, const std::filesystem::path& path);
+  void read_root(std::uint32_t document);
+  void read_include(std::uint32_t document, const text::XmlElement& element);
+  void read_models(const text::XmlElement& models);
+  void read_tree(std::uint32_t document, const text::XmlElement& element);
+  [[nodiscard]] int detect_format(const text::XmlElement& root);
+  [[nodiscard]] std::uint32_t main_definition(const text::XmlElement& root);
+
+  // define.cpp: elements to definitions.
+  void define(Definition& definition);
+  bool define_node(Definition& definition, const text::XmlElement& element, std::uint32_t parent, std::size_t depth);
+  void define_attributes(Definition& definition, DefinedNode& node, bool is_explicit);
+  void define_ports(Definition& definition, DefinedNode& node, const Manifest& manifest,
+                    const std::vector<text::XmlAttribute>& given);
+  void define_subtree(Definition& definition, DefinedNode& node, const std::vector<text::XmlAttribute>& given);
+  void define_port(DefinedPort& port, const Manifest& manifest, const text::XmlElement& element, std::string_view name,
+                   std::string_view text, const PortInfo* info);
+  std::uint32_t define_script(std::string_view text, const text::XmlElement& element, std::string_view attribute);
+  void check_children(const Definition& definition, std::uint32_t index);
+  [[nodiscard]] std::uint32_t find_manifest(const text::XmlElement& element, bool& is_explicit);
+  std::uint32_t add_manifest(const Manifest& manifest);
+  [[nodiscard]] std::vector<std::string> known_ids() const;
+  void unknown_attribute(const text::XmlElement& element, const Manifest& manifest, std::string_view name);
+
+  // instantiate.cpp: definitions to the model.
+  bool instantiate(std::uint32_t definition, NodeId subtree, std::uint32_t scope, std::size_t depth);
+  NodeId add_node(const Definition& definition, const DefinedNode& defined, NodeId parent, std::uint32_t tree);
+  void bind_ports(const Definition& definition, const DefinedNode& defined, NodeId id, std::uint32_t scope);
+  void bind_special(const DefinedNode& defined, NodeId id, std::uint32_t scope);
+  std::uint32_t bind_script(std::uint32_t script, std::uint32_t scope);
+  std::uint32_t open_scope(const Definition& definition, const DefinedNode& defined, NodeId id, std::uint32_t parent);
+  std::uint32_t cell(std::uint32_t scope, std::uint32_t name);
+  std::uint32_t add_test_node(const Substitution::TestNode& test, const text::XmlElement& element, std::uint32_t scope);
+  bool substitute(DefinedNode& defined, NodeId subtree, std::uint32_t scope, std::uint32_t& test);
+  void bind_conditions(const Conditions& scripts, NodeId id, std::uint32_t scope);
+  [[nodiscard]] SourceSpan span_of(NodeId id) const;
+  [[nodiscard]] const std::vector<std::string>& known_skills() const { return options_.skills; }
+  void declare_entry(std::uint32_t cell, const PortType* type, const DefinedNode& defined, std::string_view port);
+  void check_leaf_names();
+
+  // check.cpp: what loads, and still deserves a word.
+  void check_definitions();
+  void check_entries();
+  void check_corners(const Definition& definition);
+
+  std::uint32_t string(std::string_view text);
+  void report(Severity severity, std::string code, std::string message, SourceSpan span);
+  void error(std::string code, std::string message, SourceSpan span) {
+    report(Severity::kError, std::move(code), std::move(message), std::move(span));
+  }
+  void warn(std::string code, std::string message, SourceSpan span) {
+    report(Severity::kWarning, std::move(code), std::move(message), std::move(span));
+  }
+
+  const LoadOptions& options_;
+  std::unique_ptr<Model> model_;
+  Diagnostics diagnostics_;
+  std::vector<std::unique_ptr<Document>> documents_;
+  std::set<std::string> open_files_;                    ///< Being read: an include of one is a cycle.
+  std::set<std::string> read_files_;
+  std::size_t include_bytes_ = 0;
+  std::vector<Definition> definitions_;
+  std::map<std::string, std::uint32_t, std::less<>> definition_index_;
+  std::map<std::string, Manifest, std::less<>> declared_;   ///< Action, Condition … of the TreeNodesModel.
+  std::map<std::string, SubTreePorts, std::less<>> subtree_ports_;
+  std::unordered_map<std::string_view, std::uint32_t> manifest_index_;
+  std::unordered_map<std::uint32_t, std::pair<const PortType*, std::string>> entry_types_;  ///< By owner cell: type, who.
+  std::set<std::uint32_t> local_cells_;                 ///< Cells of constants.
+  std::unordered_map<std::string, std::uint32_t> script_index_;
+  bool lenient_ = false;   ///< In a tree that is not reached, findings about ports and scripts are warnings.
+};
+
+/// The name inside "{entry}"; nothing if the text is a literal. Spaces around and inside the braces do not count.
+[[nodiscard]] std::optional<std::string_view> entry_name(std::string_view text);
+
+}  // namespace sentree::bt

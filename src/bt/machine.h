@@ -1,0 +1,155 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "sentree/bt/blackboard.h"
+#include "sentree/bt/context.h"
+#include "sentree/bt/model.h"
+#include "sentree/bt/script_run.h"
+#include "sentree/bt/state.h"
+#include "sentree/bt/step.h"
+
+namespace sentree::bt {
+
+/// Repetitions of Repeat, Retry and C++ controls in one step; a tree that never comes to an end is stopped there.
+inline constexpr std::uint32_t kCyclesMax = 1'000'000;
+
+/// Runs one step. Lives for the length of it; for the files of this library.
+///
+/// A tick walks the tree without recursion: a node is entered and says "tick that child" or "done"; when a child is
+/// done its parent is asked again. What a node must know to go on is in the state's memory, so a tick can stop at an
+/// external leaf and go on in a later step.
+class Machine {
+ public:
+  Machine(const Tree& tree, State& state, TimePoint now, Effects& effects)
+      : tree_(tree),
+        model_(tree.model()),
+        nodes_(model_.nodes.data()),
+        status_(state.status_.data()),
+        memory_(state.memory_.data()),
+        observer_(effects.observer),
+        blackboard_(model_, state, now),
+        state_(state),
+        effects_(effects),
+        now_(now) {}
+
+  StepResult step(const Input& input);
+
+  // --- What the node families use -----------------------------------------------------------------------------------
+
+  [[nodiscard]] const Node& node(NodeId id) const { return nodes_[id]; }
+  [[nodiscard]] std::int32_t* memory(const Node& n) { return memory_ + n.memory; }
+  [[nodiscard]] Status status(NodeId id) const { return status_[id]; }
+  void set_status(NodeId id, Status status) {
+    if (status_[id] == status) return;
+    if (observer_ != nullptr) observer_->status_changed(id, status_[id], status, now_);
+    status_[id] = status;
+  }
+  [[nodiscard]] NodeId child(const Node& n, std::uint32_t index) const { return model_.children[n.first_child + index]; }
+  [[nodiscard]] bool format3() const { return model_.format == 3; }
+  [[nodiscard]] TimePoint now() const { return now_; }
+  [[nodiscard]] Blackboard& blackboard() { return blackboard_; }
+  [[nodiscard]] const Model& model() const { return model_; }
+  [[nodiscard]] const Tree& tree() const { return tree_; }
+  [[nodiscard]] Effects& effects() { return effects_; }
+  [[nodiscard]] NodeMemory* object(std::uint32_t index) { return state_.objects_[index].get(); }
+  [[nodiscard]] bool failed() const { return failed_; }
+
+  /// Halts the child if it is RUNNING, and makes it IDLE.
+  void reset(NodeId id) {
+    if (status_[id] == Status::kRunning) halt_node(id);
+    set_status(id, Status::kIdle);
+  }
+  void reset_children(const Node& n);
+  void reset_children(const Node& n, std::uint32_t from, std::uint32_t to);
+  /// Halts whatever its status, and runs its `_onHalted`.
+  void halt_node(NodeId id);
+  /// Ticks a subtree to its end within this step, external leaves counting as RUNNING. For cleaning up while halting.
+  Status tick_now(NodeId id);
+
+  /// Gives the tick up. Returns what a node then answers.
+  Next fail(NodeId id, std::string_view code, std::string message);
+  /// Counts repetitions within one step; false, and the tick is given up, beyond `kCyclesMax`.
+  [[nodiscard]] bool count_cycle(NodeId id) {
+    if (++cycles_ <= kCyclesMax) [[likely]] return true;
+    fail(id, "bt.endless-tick", "repeats without end within one tick");
+    return false;
+  }
+  /// Ask for another tick at once.
+  void wake() { effects_.wake = true; }
+
+  void start_timer(NodeId id, TimePoint due);
+  void stop_timer(NodeId id);
+  /// Due or not, a timer of that node exists.
+  [[nodiscard]] bool has_timer(NodeId id) const;
+
+  /// A port by its place in the manifest; null where the file does not give it and there is no default.
+  [[nodiscard]] const Binding* binding(const Node& n, std::uint32_t port) const {
+    const Binding& b = model_.bindings[n.ports + port];
+    return b.kind == Binding::Kind::kAbsent ? nullptr : &b;
+  }
+  [[nodiscard]] const Binding* binding(const Node& n, std::string_view port) const;
+  /// The present value of a port, converted to `wanted` in `scratch` where it is of another type. Null, with `error`.
+  const Datum* read(const Binding& binding, const PortType* wanted, Datum& scratch, Diagnostic& error);
+  /// Numbers and text of built-in nodes; nothing if the port is absent or its value does not fit.
+  std::optional<std::int64_t> read_integer(const Node& n, std::uint32_t port);
+  std::optional<std::string> read_text(const Node& n, std::uint32_t port);
+  bool read_bool(const Node& n, std::uint32_t port, bool otherwise);
+  std::optional<Status> read_status(const Node& n, std::uint32_t port);
+  bool write(const Binding& binding, Datum datum, const PortType* type, std::string& error);
+
+  /// Runs a script of the node. False: it failed, and the tick is given up.
+  bool run(NodeId id, std::uint32_t use, ScriptValue& result);
+  bool run_condition(NodeId id, std::uint32_t use, bool& result);
+  /// The same for a text that is known only now.
+  bool run_text(NodeId id, const std::string& text, ScriptValue& result);
+
+  /// A leaf that a skill runs.
+  Next enter_external(const Node& n, NodeId id);
+  void halt_external(const Node& n, NodeId id);
+
+  static constexpr std::uint32_t kSuspend = kNoNode - 1;  ///< `Next::child`: wait for the leaf's answer.
+
+ private:
+  struct Outcome {
+    bool suspended;
+    Status status;
+  };
+  /// Goes on from `id`: enters it, or, with `entered`, takes `status` as what it returned. Ends when `top` has returned.
+  Outcome walk(NodeId id, bool entered, Status status, NodeId top);
+  Next enter(const Node& n, NodeId id);
+  Next child_done(const Node& n, NodeId id, NodeId child, Status status);
+  void halt_kind(const Node& n, NodeId id);
+  /// True if a pre-condition decides; `status` is its verdict.
+  bool precondition(const Node& n, NodeId id, Status& status);
+  void postcondition(const Node& n, NodeId id, Status status);
+
+  StepResult tick();
+  StepResult answer(const Input& input);
+  StepResult leaf_halted(NodeId leaf);
+  StepResult halt_tree();
+  bool fire_timers();
+  StepResult finish(Outcome outcome);
+  StepResult finish(StepResult result);
+  void append_inputs(const Node& n, NodeId id, Map& inputs);
+
+  const Tree& tree_;
+  const Model& model_;
+  const Node* nodes_;
+  Status* status_;
+  std::int32_t* memory_;
+  Observer* observer_;
+  Blackboard blackboard_;
+  State& state_;
+  Effects& effects_;
+  TimePoint now_;
+  bool failed_ = false;
+  bool halting_tree_ = false;
+  std::uint32_t cycles_ = 0;
+  int nested_ = 0;  ///< Inside tick_now.
+};
+
+}  // namespace sentree::bt

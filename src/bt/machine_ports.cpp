@@ -1,0 +1,252 @@
+#include <utility>
+
+#include "sentree/bt/machine.h"
+
+// Values in and out of nodes: ports and scripts.
+
+namespace sentree::bt {
+
+namespace {
+
+/// True if a value of that kind is what a port of that type holds, so that no conversion is needed.
+bool fits(const PortType& wanted, const Datum& datum) {
+  if (datum.object != nullptr) return wanted.kind == PortType::Class::kObject && datum.object->type() == wanted;
+  switch (wanted.kind) {
+    case PortType::Class::kAny: return true;
+    case PortType::Class::kBool: return datum.value.as_bool() != nullptr;
+    case PortType::Class::kReal: return datum.value.as_double() != nullptr;
+    case PortType::Class::kString: return datum.value.as_string() != nullptr;
+    case PortType::Class::kInteger: {
+      const auto* integer = datum.value.as_int();
+      return integer != nullptr && *integer >= wanted.min && *integer <= wanted.max;
+    }
+    case PortType::Class::kStatus:
+    case PortType::Class::kOther: return !datum.value.text().empty() ? false : wanted.accepts(datum.value);
+    case PortType::Class::kObject: return false;
+  }
+  return false;
+}
+
+/// Text is parsed, numbers are converted where nothing is lost, numbers become text.
+bool convert(const PortType& wanted, const Datum& from, Datum& into) {
+  if (from.object != nullptr || wanted.kind == PortType::Class::kObject) return false;
+  into.object = nullptr;
+  if (const auto* text = from.value.as_string(); text != nullptr && wanted.kind != PortType::Class::kString) {
+    if (wanted.parse == nullptr) return false;
+    auto parsed = wanted.parse(*text);
+    if (!parsed) return false;
+    into.value = std::move(*parsed);
+    return true;
+  }
+  switch (wanted.kind) {
+    case PortType::Class::kBool: {
+      const auto number = detail::to_real(from.value);
+      if (!number) return false;
+      into.value = *number != 0.0;
+      return true;
+    }
+    case PortType::Class::kReal: {
+      const auto number = detail::to_real(from.value);
+      if (!number) return false;
+      into.value = *number;
+      return true;
+    }
+    case PortType::Class::kInteger: {
+      const auto number = detail::to_integer(from.value);
+      if (!number || *number < wanted.min || *number > wanted.max) return false;
+      into.value = *number;
+      return true;
+    }
+    case PortType::Class::kString: {
+      auto text = detail::to_text(from.value);
+      if (!text) return false;
+      into.value = std::move(*text);
+      return true;
+    }
+    default: return false;
+  }
+}
+
+}  // namespace
+
+const Binding* Machine::binding(const Node& n, std::string_view port) const {
+  for (std::uint32_t i = 0; i < n.port_count; ++i) {
+    const Binding& b = model_.bindings[n.ports + i];
+    if (model_.strings[b.name] == port) return b.kind == Binding::Kind::kAbsent ? nullptr : &b;
+  }
+  return nullptr;
+}
+
+const Datum* Machine::read(const Binding& binding, const PortType* wanted, Datum& scratch, Diagnostic& error) {
+  const Datum* datum = nullptr;
+  if (binding.kind == Binding::Kind::kLiteral) {
+    datum = &model_.literals[binding.target];
+  } else {
+    const Blackboard::Entry* entry = blackboard_.find(binding.target);
+    if (entry == nullptr) {
+      error.code = "bt.no-entry";
+      error.message = "port \"" + model_.strings[binding.name] + "\": there is no entry " + model_.strings[binding.text];
+      return nullptr;
+    }
+    datum = &entry->datum;
+    if (datum->empty()) {
+      error.code = "bt.empty-entry";
+      error.message =
+          "port \"" + model_.strings[binding.name] + "\": entry " + model_.strings[binding.text] + " holds no value yet";
+      return nullptr;
+    }
+  }
+  if (wanted == nullptr || fits(*wanted, *datum)) return datum;
+  if (convert(*wanted, *datum, scratch)) return &scratch;
+  error.code = "bt.conversion";
+  error.message = "port \"" + model_.strings[binding.name] + "\": " +
+                  (datum->object != nullptr ? "a C++ object of type " + datum->object->type().name : to_json(datum->value)) +
+                  " is no " + wanted->name;
+  return nullptr;
+}
+
+std::optional<std::int64_t> Machine::read_integer(const Node& n, std::uint32_t port) {
+  const Binding* b = binding(n, port);
+  if (b == nullptr) return std::nullopt;
+  if (b->kind == Binding::Kind::kLiteral) {
+    if (const auto* value = model_.literals[b->target].value.as_int()) return *value;
+  }
+  Datum scratch;
+  Diagnostic error;
+  const Datum* datum = read(*b, &type_of<std::int64_t>(), scratch, error);
+  return datum != nullptr ? std::optional(*datum->value.as_int()) : std::nullopt;
+}
+
+std::optional<std::string> Machine::read_text(const Node& n, std::uint32_t port) {
+  const Binding* b = binding(n, port);
+  if (b == nullptr) return std::nullopt;
+  Datum scratch;
+  Diagnostic error;
+  const Datum* datum = read(*b, &type_of<std::string>(), scratch, error);
+  return datum != nullptr ? std::optional(std::string(datum->value.text())) : std::nullopt;
+}
+
+bool Machine::read_bool(const Node& n, std::uint32_t port, bool otherwise) {
+  const Binding* b = binding(n, port);
+  if (b == nullptr) return otherwise;
+  Datum scratch;
+  Diagnostic error;
+  const Datum* datum = read(*b, &type_of<bool>(), scratch, error);
+  return datum != nullptr ? *datum->value.as_bool() : otherwise;
+}
+
+std::optional<Status> Machine::read_status(const Node& n, std::uint32_t port) {
+  const auto text = read_text(n, port);
+  return text ? parse_status(*text) : std::nullopt;
+}
+
+bool Machine::write(const Binding& binding, Datum datum, const PortType* type, std::string& error) {
+  if (binding.kind != Binding::Kind::kEntry) {
+    error = "port \"" + model_.strings[binding.name] + "\" is \"" + model_.strings[binding.text] +
+            "\", which is no entry to write to; write \"{" + model_.strings[binding.text] + "}\"";
+    return false;
+  }
+  return blackboard_.set(binding.target, std::move(datum), type, error);
+}
+
+bool Machine::run(NodeId id, std::uint32_t use, ScriptValue& result) {
+  const ScriptUse& u = model_.uses[use];
+  std::string error;
+  if (run_script(model_, blackboard_, model_.scripts[u.script], model_.script_cells.data() + u.first_cell, result,
+                 error)) {
+    return true;
+  }
+  fail(id, "bt.script", std::move(error));
+  return false;
+}
+
+bool Machine::run_condition(NodeId id, std::uint32_t use, bool& result) {
+  ScriptValue value;
+  if (!run(id, use, value)) return false;
+  std::string error;
+  if (truth(value, result, error)) return true;
+  fail(id, "bt.script", "script \"" + model_.scripts[model_.uses[use].script].text + "\": " + error);
+  return false;
+}
+
+bool Machine::run_text(NodeId id, const std::string& text, ScriptValue& result) {
+  const auto script = compile_script(text, [this](std::string_view name) { return model_.enum_value(name); });
+  if (!script) {
+    fail(id, script.error().code, script.error().message);
+    return false;
+  }
+  std::vector<std::uint32_t> cells;
+  for (const NameUse& use : script->names) cells.push_back(blackboard_.cell(model_.scope(id), use.name));
+  std::string error;
+  if (run_script(model_, blackboard_, *script, cells.data(), result, error)) {
+    // The constants of this script end with it.
+    if (result.tag == ScriptValue::Tag::kString) result = ScriptValue::of(1.0);
+    return true;
+  }
+  fail(id, "bt.script", std::move(error));
+  return false;
+}
+
+// --- Context: what C++ nodes see ------------------------------------------------------------------------------------
+
+std::string_view Context::name() const { return machine_.model().name(node_); }
+std::string Context::path() const { return machine_.tree().path(node_); }
+const Tree& Context::tree() const { return machine_.tree(); }
+TimePoint Context::now() const { return machine_.now(); }
+Status Context::status() const { return machine_.status(node_); }
+bool Context::failed() const { return machine_.failed(); }
+void Context::wake() { machine_.wake(); }
+std::function<void()> Context::waker() const { return machine_.effects().waker; }
+void Context::fail(std::string message) { machine_.fail(node_, "bt.node-failed", std::move(message)); }
+std::size_t Context::child_count() const { return machine_.node(node_).child_count; }
+Status Context::child_status(std::size_t child) const {
+  return machine_.status(machine_.child(machine_.node(node_), static_cast<std::uint32_t>(child)));
+}
+void Context::reset_child(std::size_t child) {
+  machine_.reset(machine_.child(machine_.node(node_), static_cast<std::uint32_t>(child)));
+}
+void Context::reset_children() { machine_.reset_children(machine_.node(node_)); }
+
+std::string_view Context::raw(std::string_view port) const {
+  const Binding* b = machine_.binding(machine_.node(node_), port);
+  return b != nullptr ? std::string_view(machine_.model().strings[b->text]) : std::string_view();
+}
+
+std::uint64_t Context::sequence(std::string_view port) const {
+  const Binding* b = machine_.binding(machine_.node(node_), port);
+  if (b == nullptr || b->kind != Binding::Kind::kEntry) return 0;
+  const Blackboard::Entry* entry = machine_.blackboard().find(b->target);
+  return entry != nullptr ? entry->sequence : 0;
+}
+
+const Datum* Context::read(std::string_view port, const PortType& wanted, Datum& scratch, Diagnostic& error) const {
+  const Binding* b = machine_.binding(machine_.node(node_), port);
+  if (b == nullptr) {
+    error.code = "bt.no-port";
+    error.message = "node \"" + path() + "\" has no value for port \"" + std::string(port) + "\"";
+    return nullptr;
+  }
+  const Datum* datum = machine_.read(*b, &wanted, scratch, error);
+  if (datum == nullptr) error.message = "node \"" + path() + "\", " + error.message;
+  return datum;
+}
+
+Result<void> Context::write(std::string_view port, Datum datum, const PortType& type) {
+  const Binding* b = machine_.binding(machine_.node(node_), port);
+  std::string error;
+  if (b == nullptr) {
+    error = "there is no entry for output port \"" + std::string(port) + "\"";
+  } else if (machine_.write(*b, std::move(datum), &type, error)) {
+    return {};
+  }
+  const std::string code = b == nullptr ? "bt.no-port" : b->kind == Binding::Kind::kEntry ? "bt.entry-type" : "bt.not-an-entry";
+  if (b != nullptr) machine_.fail(node_, code, error);
+  return sentree::fail(code, "node \"" + path() + "\": " + error);
+}
+
+Diagnostic Context::conversion_error(std::string_view port, const PortType& wanted) const {
+  return {Severity::kError, "bt.conversion",
+          "node \"" + path() + "\", port \"" + std::string(port) + "\" holds no " + wanted.name, {}};
+}
+
+}  // namespace sentree::bt

@@ -1,0 +1,158 @@
+#pragma once
+
+#include <algorithm>
+
+#include "sentree/bt/machine.h"
+
+// Parallel and ParallelAll. A negative threshold t means children + 1 + t.
+
+namespace sentree::bt::nodes {
+
+struct ParallelMemory {
+  std::int32_t current;
+  std::int32_t succeeded;
+  std::int32_t failed;
+  std::int32_t skipped;            ///< In this tick.
+  std::int32_t success_threshold;  ///< As written, read anew at each tick.
+  std::int32_t failure_threshold;
+  // Then one bit per child: it has completed.
+};
+inline constexpr std::uint32_t kParallelWords = sizeof(ParallelMemory) / sizeof(std::int32_t);
+
+inline std::int64_t threshold(std::int32_t written, std::uint32_t children) {
+  return written < 0 ? std::max<std::int64_t>(std::int64_t{children} + 1 + written, 0) : written;
+}
+
+struct ParallelBits {
+  std::uint32_t* words;
+  ParallelBits(Machine& m, const Node& n) : words(reinterpret_cast<std::uint32_t*>(m.memory(n) + kParallelWords)) {}
+  [[nodiscard]] bool get(std::uint32_t i) const { return (words[i / 32] >> (i % 32) & 1U) != 0; }
+  void set(std::uint32_t i) { words[i / 32] |= 1U << (i % 32); }
+  void clear(std::uint32_t children) { std::fill_n(words, (children + 31) / 32, 0U); }
+};
+
+struct Parallel {
+  static constexpr std::uint32_t kSuccessPort = 0;
+  static constexpr std::uint32_t kFailurePort = 1;
+  static ParallelMemory& memory(Machine& m, const Node& n) { return *reinterpret_cast<ParallelMemory*>(m.memory(n)); }
+
+  static void clear(Machine& m, const Node& n) {
+    memory(m, n) = {};
+    ParallelBits(m, n).clear(n.child_count);
+  }
+
+  static Next enter(Machine& m, const Node& n, NodeId id) {
+    ParallelMemory& mem = memory(m, n);
+    const auto success = m.read_integer(n, kSuccessPort);
+    const auto failure = m.read_integer(n, kFailurePort);
+    if (!success || !failure) return m.fail(id, "bt.missing-port", "needs its thresholds as whole numbers");
+    mem.success_threshold = static_cast<std::int32_t>(std::clamp<std::int64_t>(*success, INT32_MIN, INT32_MAX));
+    mem.failure_threshold = static_cast<std::int32_t>(std::clamp<std::int64_t>(*failure, INT32_MIN, INT32_MAX));
+    if (threshold(mem.success_threshold, n.child_count) > n.child_count ||
+        threshold(mem.failure_threshold, n.child_count) > n.child_count) {
+      return m.fail(id, "bt.threshold",
+                    "a threshold is greater than the number of children, " + std::to_string(n.child_count));
+    }
+    m.set_status(id, Status::kRunning);
+    mem.current = -1;
+    mem.skipped = 0;
+    return next_child(m, n, mem);
+  }
+
+  static Next child_done(Machine& m, const Node& n, NodeId /*id*/, Status status) {
+    ParallelMemory& mem = memory(m, n);
+    if (status == Status::kSkipped) ++mem.skipped;
+    if (is_completed(status)) {
+      ParallelBits(m, n).set(static_cast<std::uint32_t>(mem.current));
+      ++(status == Status::kSuccess ? mem.succeeded : mem.failed);
+    }
+    return next_child(m, n, mem, is_completed(status));
+  }
+
+  /// Checks the thresholds for the child that was just visited, then goes to the next unfinished one.
+  static Next next_child(Machine& m, const Node& n, ParallelMemory& mem, bool completed_now = false) {
+    const ParallelBits done(m, n);
+    for (;;) {
+      if (mem.current >= 0) {
+        if (const Status verdict = decided(m, n, mem, completed_now); verdict != Status::kIdle) {
+          clear(m, n);
+          m.reset_children(n);
+          return Next::done(verdict);
+        }
+      }
+      ++mem.current;
+      const auto current = static_cast<std::uint32_t>(mem.current);
+      if (current == n.child_count) break;
+      if (!done.get(current)) return Next::tick(current);
+    }
+    const bool all_skipped = mem.skipped == static_cast<std::int32_t>(n.child_count);
+    return Next::done(all_skipped ? Status::kSkipped : Status::kRunning);
+  }
+
+  static Status decided(const Machine& m, const Node& n, const ParallelMemory& mem, bool completed_now) {
+    const std::int64_t success = threshold(mem.success_threshold, n.child_count);
+    const std::int64_t failure = threshold(mem.failure_threshold, n.child_count);
+    if (m.format3()) {
+      // Format 3 compares the counts when a child completes, for equality: a threshold of 0 is never met.
+      if (!completed_now) return Status::kIdle;
+      if (mem.succeeded == success) return Status::kSuccess;
+      if (mem.failed > n.child_count - success || mem.failed == failure) return Status::kFailure;
+      return Status::kIdle;
+    }
+    if (mem.succeeded >= success || (mem.success_threshold < 0 && mem.succeeded + mem.skipped >= success)) {
+      return Status::kSuccess;
+    }
+    if (std::int64_t{n.child_count} - mem.failed < success || mem.failed >= failure) return Status::kFailure;
+    return Status::kIdle;
+  }
+
+  static void halt(Machine& m, const Node& n) {
+    clear(m, n);
+    m.reset_children(n);
+  }
+};
+
+struct ParallelAll {
+  static Next enter(Machine& m, const Node& n, NodeId id) {
+    ParallelMemory& mem = Parallel::memory(m, n);
+    const auto failures = m.read_integer(n, 0);
+    if (!failures) return m.fail(id, "bt.missing-port", "needs max_failures as a whole number");
+    mem.failure_threshold = static_cast<std::int32_t>(std::clamp<std::int64_t>(*failures, INT32_MIN, INT32_MAX));
+    if (threshold(mem.failure_threshold, n.child_count) > n.child_count) {
+      return m.fail(id, "bt.threshold",
+                    "max_failures is greater than the number of children, " + std::to_string(n.child_count));
+    }
+    m.set_status(id, Status::kRunning);
+    mem.current = -1;
+    mem.skipped = 0;
+    return next_child(m, n, mem);
+  }
+
+  static Next child_done(Machine& m, const Node& n, NodeId /*id*/, Status status) {
+    ParallelMemory& mem = Parallel::memory(m, n);
+    if (status == Status::kSkipped) ++mem.skipped;
+    if (is_completed(status)) {
+      ParallelBits(m, n).set(static_cast<std::uint32_t>(mem.current));
+      ++(status == Status::kSuccess ? mem.succeeded : mem.failed);
+    }
+    return next_child(m, n, mem);
+  }
+
+  static Next next_child(Machine& m, const Node& n, ParallelMemory& mem) {
+    const ParallelBits done(m, n);
+    for (++mem.current; static_cast<std::uint32_t>(mem.current) < n.child_count; ++mem.current) {
+      if (!done.get(static_cast<std::uint32_t>(mem.current))) {
+        return Next::tick(static_cast<std::uint32_t>(mem.current));
+      }
+    }
+    const auto children = static_cast<std::int32_t>(n.child_count);
+    if (mem.skipped == children) return Next::done(Status::kSkipped);
+    if (mem.skipped + mem.succeeded + mem.failed < children) return Next::done(Status::kRunning);
+    const bool failure = mem.failed >= threshold(mem.failure_threshold, n.child_count);
+    Parallel::clear(m, n);
+    m.reset_children(n);
+    return Next::done(failure ? Status::kFailure : Status::kSuccess);
+  }
+};
+
+}  // namespace sentree::bt::nodes

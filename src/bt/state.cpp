@@ -1,0 +1,108 @@
+#include "sentree/bt/state.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "sentree/base/assert.h"
+#include "sentree/bt/blackboard.h"
+#include "sentree/bt/model.h"
+#include "sentree/bt/tree.h"
+
+namespace sentree::bt {
+
+State::State(const Tree& tree) {
+  const Model& model = tree.model();
+  status_.assign(model.nodes.size(), Status::kIdle);
+  memory_.assign(model.memory_words, 0);
+  links_.assign(model.cells.size(), kNoEntry);
+  entries_.resize(model.homes);
+  objects_.resize(model.objects);
+  for (const UserNode& user : model.users) {
+    if (user.object != kNone) objects_[user.object] = ObjectSlot(user.behaviour->make_memory());
+  }
+  Blackboard blackboard(model, *this, TimePoint{});
+  std::string error;
+  for (const InitialEntry& initial : model.initial) {
+    Entry* entry = blackboard.find(initial.cell);
+    if (initial.local) {
+      // The constant that a SubTree was given; never remapped.
+      const std::uint32_t home = model.cells[initial.cell].home;
+      entries_[home] = Entry{initial.datum, initial.type, 1, TimePoint{}, 1};
+      links_[initial.cell] = home;
+    } else if (entry == nullptr) {
+      blackboard.create(initial.cell, initial.type, error);
+    }
+  }
+}
+
+TimePoint State::next_timer() const {
+  TimePoint next = kNever;
+  for (const Timer& timer : timers_) next = std::min(next, timer.due);
+  return next;
+}
+
+bool operator==(const State& a, const State& b) {
+  return a.waiting_ == b.waiting_ && a.status_ == b.status_ && a.memory_ == b.memory_ && a.links_ == b.links_ &&
+         a.entries_ == b.entries_ && a.dynamic_ == b.dynamic_ && a.timers_ == b.timers_ && a.halting_ == b.halting_ &&
+         a.objects_ == b.objects_;
+}
+
+std::uint64_t State::hash() const {
+  std::uint64_t h = hash_combine(waiting_, status_.size());
+  h = hash_combine(h, hash_bytes({reinterpret_cast<const char*>(status_.data()), status_.size()}));
+  for (const std::int32_t word : memory_) h = hash_combine(h, static_cast<std::uint32_t>(word));
+  for (const std::uint32_t link : links_) h = hash_combine(h, link);
+  for (const Entry& entry : entries_) {
+    h = hash_combine(h, entry.datum.value.hash());
+    h = hash_combine(h, entry.sequence);
+  }
+  for (const DynamicCell& cell : dynamic_) h = hash_combine(h, hash_bytes(cell.name) + cell.link);
+  for (const Timer& timer : timers_) {
+    h = hash_combine(h, static_cast<std::uint64_t>(timer.due.time_since_epoch().count()) + timer.node);
+  }
+  for (const NodeId node : halting_) h = hash_combine(h, node);
+  for (const ObjectSlot& slot : objects_) {
+    if (slot.get() == nullptr) continue;
+    if (const auto saved = slot.get()->save()) h = hash_combine(h, saved->hash());
+  }
+  return h;
+}
+
+namespace {
+
+std::uint32_t scope_of(const Model& model, NodeId subtree) {
+  if (subtree == kNoNode) return 0;
+  for (std::size_t i = 1; i < model.scopes.size(); ++i) {
+    if (model.scopes[i].subtree == subtree) return static_cast<std::uint32_t>(i);
+  }
+  return model.scope(subtree);
+}
+
+}  // namespace
+
+const Value* entry(const Tree& tree, const State& state, std::string_view name, NodeId subtree) {
+  const Model& model = tree.model();
+  return Blackboard::peek(model, state, scope_of(model, subtree), name);
+}
+
+std::vector<EntryFact> blackboard(const Tree& tree, const State& state) { return Blackboard::list(tree, state); }
+
+Result<void> set_entry(const Tree& tree, State& state, std::string_view name, Value value, TimePoint now,
+                       NodeId subtree) {
+  const Model& model = tree.model();
+  Blackboard blackboard(model, state, now);
+  std::string error;
+  const std::uint32_t cell = blackboard.cell(scope_of(model, subtree), name);
+  if (auto* held = blackboard.find(cell)) {
+    if (!copy_into(Datum{std::move(value), nullptr}, held->datum)) {
+      return fail("bt.entry-type", "entry \"" + std::string(name) + "\" holds " +
+                                       std::string(to_string(held->datum.value.type())) + " and cannot take that value");
+    }
+    blackboard.written(*held);
+    return {};
+  }
+  if (!blackboard.set(cell, Datum{std::move(value), nullptr}, nullptr, error)) return fail("bt.entry-type", error);
+  return {};
+}
+
+}  // namespace sentree::bt
