@@ -74,7 +74,9 @@ bool Blackboard::set(std::uint32_t cell, Datum datum, const PortType* type, std:
   Entry& entry = state_.entries_[link_of(cell)];
   if (entry.type == nullptr || !entry.type->strong()) {
     entry.type = type;
-    entry.datum = std::move(datum);
+    // As recorded from BehaviorTree.CPP: text over a number loses both.
+    const bool lost = is_text && model_.format != 3 && entry.datum.value.is_number();
+    entry.datum = lost ? Datum{} : std::move(datum);
     written(entry);
     return true;
   }
@@ -82,7 +84,8 @@ bool Blackboard::set(std::uint32_t cell, Datum datum, const PortType* type, std:
     std::optional<Value> converted;
     if (is_text && entry.type->parse != nullptr) converted = entry.type->parse(datum.value.text());
     const auto numeric = [](const PortType& t) {
-      return t.kind == PortType::Class::kInteger || t.kind == PortType::Class::kReal || t.kind == PortType::Class::kBool;
+      return t.kind == PortType::Class::kInteger || t.kind == PortType::Class::kReal ||
+             t.kind == PortType::Class::kBool;
     };
     if (!converted && numeric(*type) && numeric(*entry.type) && entry.type->accepts(datum.value)) {
       converted = std::move(datum.value);
@@ -171,9 +174,9 @@ std::vector<EntryFact> Blackboard::list(const Tree& tree, const State& state) {
     listed[link] = true;
     const Entry& entry = state.entries_[link];
     const NodeId subtree = model.scopes[scope].subtree;
-    facts.push_back({subtree == kNoNode ? std::string() : tree.path(subtree), std::string(view.name(cell)),
-                     &entry.datum.value, entry.type != nullptr ? std::string_view(entry.type->name) : std::string_view(),
-                     entry.sequence, entry.stamp});
+    facts.push_back(
+        {subtree == kNoNode ? std::string() : tree.path(subtree), std::string(view.name(cell)), &entry.datum.value,
+         entry.type != nullptr ? std::string_view(entry.type->name) : std::string_view(), entry.sequence, entry.stamp});
   };
   for (std::uint32_t scope = 0; scope < model.scopes.size(); ++scope) {
     for (const std::uint32_t cell : model.scopes[scope].first_mention) add(scope, cell);

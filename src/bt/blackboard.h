@@ -13,7 +13,8 @@
 namespace sentree::bt {
 
 /// The entries of a state, by the rules of BehaviorTree.CPP: a name of a SubTree's blackboard is linked to an entry of
-/// its own or, where it is remapped, to the parent's. The link is made at the first use and outlives an Unset elsewhere.
+/// its own or, where it is remapped, to the parent's. The link is made at the first use and outlives an Unset
+/// elsewhere.
 ///
 /// Cells beyond the model's are names made at run time. Refers to model and state; for the files of this library.
 class Blackboard {
@@ -44,7 +45,8 @@ class Blackboard {
   [[nodiscard]] std::uint32_t find_cell(std::uint32_t scope, std::string_view name) const;
   [[nodiscard]] std::string_view name(std::uint32_t cell) const;
   /// The value of a name without linking anything; null if there is none.
-  [[nodiscard]] static const Value* peek(const Model& model, const State& state, std::uint32_t scope, std::string_view name);
+  [[nodiscard]] static const Value* peek(const Model& model, const State& state, std::uint32_t scope,
+                                         std::string_view name);
   /// All entries for listing (see `blackboard`).
   [[nodiscard]] static std::vector<EntryFact> list(const Tree& tree, const State& state);
 
@@ -53,7 +55,8 @@ class Blackboard {
     return cell < state_.links_.size() ? state_.links_[cell] : state_.dynamic_[cell - state_.links_.size()].link;
   }
   [[nodiscard]] std::uint32_t parent_of(std::uint32_t cell) const {
-    return cell < state_.links_.size() ? model_.cells[cell].parent : state_.dynamic_[cell - state_.links_.size()].parent;
+    return cell < state_.links_.size() ? model_.cells[cell].parent
+                                       : state_.dynamic_[cell - state_.links_.size()].parent;
   }
   void link(std::uint32_t cell, std::uint32_t entry);
   Entry* find_slow(std::uint32_t cell);
@@ -65,7 +68,8 @@ class Blackboard {
   TimePoint now_;
 };
 
-/// Numbers are converted to the kind that `into` holds, if nothing is lost; an empty one takes anything. False otherwise.
+/// Numbers are converted to the kind that `into` holds, if nothing is lost; an empty one takes anything. False
+/// otherwise.
 [[nodiscard]] bool copy_into(const Datum& from, Datum& into);
 
 }  // namespace sentree::bt

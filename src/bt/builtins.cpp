@@ -70,8 +70,10 @@ void add_common(std::vector<Manifest>& all) {
   all.push_back(decorator("ForceSuccess", Kind::kForceSuccess));
   all.push_back(decorator("ForceFailure", Kind::kForceFailure));
   all.push_back(decorator("KeepRunningUntilFailure", Kind::kKeepRunningUntilFailure));
-  all.push_back(decorator("Delay", Kind::kDelay, {input<std::uint32_t>("delay_msec", "milliseconds before the child")}));
-  all.push_back(decorator("Timeout", Kind::kTimeout, {input<std::uint32_t>("msec", "milliseconds until the child is halted")}));
+  all.push_back(
+      decorator("Delay", Kind::kDelay, {input<std::uint32_t>("delay_msec", "milliseconds before the child")}));
+  all.push_back(
+      decorator("Timeout", Kind::kTimeout, {input<std::uint32_t>("msec", "milliseconds until the child is halted")}));
   all.push_back(leaf("AlwaysSuccess", Kind::kAlwaysSuccess, Category::kAction));
   all.push_back(leaf("AlwaysFailure", Kind::kAlwaysFailure, Category::kAction));
   all.push_back(leaf("SetBlackboard", Kind::kSetBlackboard, Category::kAction, {input("value"), inout("output_key")}));
@@ -85,11 +87,12 @@ std::vector<Manifest> make_format4() {
   all.push_back(control("AsyncSequence", Kind::kAsyncSequence));
   all.push_back(control("AsyncFallback", Kind::kAsyncFallback));
   all.push_back(control("SequenceWithMemory", Kind::kSequenceWithMemory));
-  all.push_back(control("Parallel", Kind::kParallel,
-                        {input_default<std::int32_t>("success_count", "-1"),
-                         input_default<std::int32_t>("failure_count", "1")}));
+  all.push_back(
+      control("Parallel", Kind::kParallel,
+              {input_default<std::int32_t>("success_count", "-1"), input_default<std::int32_t>("failure_count", "1")}));
   all.push_back(control("ParallelAll", Kind::kParallelAll, {input_default<std::int32_t>("max_failures", "1")}));
   all.push_back(control("TryCatch", Kind::kTryCatch, {input_default<bool>("catch_on_halt", "false")}));
+  all.back().children_min = 2;
   all.push_back(decorator("Repeat", Kind::kRepeat, {input<std::int32_t>("num_cycles")}));
   all.push_back(decorator("RetryUntilSuccessful", Kind::kRetry, {input<std::int32_t>("num_attempts")}));
   all.push_back(decorator("RunOnce", Kind::kRunOnce, {input_default<bool>("then_skip", "true")}));
@@ -113,9 +116,9 @@ std::vector<Manifest> make_format3() {
   std::vector<Manifest> all;
   add_common(all);
   all.push_back(control("SequenceStar", Kind::kSequenceWithMemory));
-  all.push_back(control("Parallel", Kind::kParallel,
-                        {input_default<std::int32_t>("success_threshold", "-1"),
-                         input_default<std::int32_t>("failure_threshold", "1")}));
+  all.push_back(control(
+      "Parallel", Kind::kParallel,
+      {input_default<std::int32_t>("success_threshold", "-1"), input_default<std::int32_t>("failure_threshold", "1")}));
   all.push_back(decorator("Repeat", Kind::kRepeat, {input<std::int32_t>("num_cycles")}));
   all.push_back(decorator("RetryUntilSuccessful", Kind::kRetry, {input<std::int32_t>("num_attempts")}));
   // The misspelt name of early releases, which is still in many files.

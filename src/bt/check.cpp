@@ -12,13 +12,15 @@ void Loader::check_definitions() {
   for (Definition& definition : definitions_) {
     if (!definition.reached) {
       define(definition);
-      warn("bt.unused-tree", "BehaviorTree \"" + definition.id + "\" is not part of the main tree", definition.element.span());
+      warn("bt.unused-tree", "BehaviorTree \"" + definition.id + "\" is not part of the main tree",
+           definition.element.span());
     }
     if (!definition.nodes.empty()) check_corners(definition);
   }
   for (const auto& [id, ports] : subtree_ports_) {
     if (!definition_index_.contains(id)) {
-      warn("bt.unused-model", "the TreeNodesModel declares SubTree \"" + id + "\", and there is no such BehaviorTree", ports.span);
+      warn("bt.unused-model", "the TreeNodesModel declares SubTree \"" + id + "\", and there is no such BehaviorTree",
+           ports.span);
     }
   }
 }
@@ -39,13 +41,15 @@ void Loader::check_corners(const Definition& definition) {
     if (node.parent != kNone) {
       place = position[node.parent]++;
       if (ends[node.parent] != nullptr) {
-        warn("bt.unreachable-child", own.id + " is never reached: " + manifest(*ends[node.parent]).id +
-                                         " before it always ends its parent", node.element.span());
+        warn("bt.unreachable-child",
+             own.id + " is never reached: " + manifest(*ends[node.parent]).id + " before it always ends its parent",
+             node.element.span());
         ends[node.parent] = nullptr;
       }
       const bool sequence = above == Kind::kSequence || above == Kind::kReactiveSequence ||
                             above == Kind::kAsyncSequence || above == Kind::kSequenceWithMemory;
-      const bool fallback = above == Kind::kFallback || above == Kind::kReactiveFallback || above == Kind::kAsyncFallback;
+      const bool fallback =
+          above == Kind::kFallback || above == Kind::kReactiveFallback || above == Kind::kAsyncFallback;
       const bool fails = own.kind == Kind::kAlwaysFailure || own.kind == Kind::kForceFailure;
       const bool succeeds = own.kind == Kind::kAlwaysSuccess || own.kind == Kind::kForceSuccess;
       if (!has_conditions && ((sequence && fails && own.kind == Kind::kAlwaysFailure) ||
@@ -56,36 +60,45 @@ void Loader::check_corners(const Definition& definition) {
     if (own.kind == Kind::kIfThenElse || own.kind == Kind::kWhileDoElse) {
       const std::uint32_t least = own.kind == Kind::kWhileDoElse && model_->format == 3 ? 3 : 2;
       if (node.child_count < least || node.child_count > 3) {
-        warn("bt.child-count", own.id + " has " + std::to_string(node.child_count) + " children; with other than " +
-                                   (least == 3 ? "3" : "2 or 3") + " every tick of it fails", node.element.span());
+        warn("bt.child-count",
+             own.id + " has " + std::to_string(node.child_count) + " children; with other than " +
+                 (least == 3 ? "3" : "2 or 3") + " every tick of it fails",
+             node.element.span());
       }
     }
     if (own.kind == Kind::kSwitch && node.child_count != own.ports.size()) {
-      warn("bt.child-count", own.id + " has " + std::to_string(node.child_count) + " children; it needs one per case and the default, " +
-                                 std::to_string(own.ports.size()) + ", or every tick of it fails", node.element.span());
+      warn("bt.child-count",
+           own.id + " has " + std::to_string(node.child_count) + " children; it needs one per case and the default, " +
+               std::to_string(own.ports.size()) + ", or every tick of it fails",
+           node.element.span());
     }
-    if (own.kind == Kind::kTryCatch && node.child_count < 2) {
-      warn("bt.child-count", "TryCatch has one child; it needs 2 or every tick of it fails", node.element.span());
-    }
-    const bool may_skip = own.kind == Kind::kRunOnce || own.kind == Kind::kSkipUnlessUpdated ||
-                          (has_conditions && (definition.conditions[node.conditions].use[Conditions::kSkipIf] != kNone ||
-                                              definition.conditions[node.conditions].use[Conditions::kWhile] != kNone));
+    const bool may_skip =
+        own.kind == Kind::kRunOnce || own.kind == Kind::kSkipUnlessUpdated ||
+        (has_conditions && (definition.conditions[node.conditions].use[Conditions::kSkipIf] != kNone ||
+                            definition.conditions[node.conditions].use[Conditions::kWhile] != kNone));
     if (may_skip && place == 0 && (above == Kind::kIfThenElse || above == Kind::kWhileDoElse)) {
-      warn("bt.skipped-condition", "the condition of " + manifest(definition.nodes[node.parent]).id +
-                                       " may be SKIPPED; that gives the tick up", node.element.span());
+      warn("bt.skipped-condition",
+           "the condition of " + manifest(definition.nodes[node.parent]).id + " may be SKIPPED; that gives the tick up",
+           node.element.span());
     }
     if (has_conditions && definition.conditions[node.conditions].use[Conditions::kOnHalted] != kNone) {
-      warn("bt.on-halted", "_onHalted also runs for nodes that never ran when the whole tree is halted, and twice for those that run",
+      warn("bt.on-halted",
+           "_onHalted also runs for nodes that never ran when the whole tree is halted, and twice for those that run",
            node.element.attribute_span("_onHalted"));
     }
     if (own.kind == Kind::kPrecondition && (above == Kind::kReactiveSequence || above == Kind::kReactiveFallback)) {
-      warn("bt.precondition-once", "Precondition does not check \"if\" again once its child has started, not even after a halt; "
-                                   "_while and ScriptCondition do", node.element.span());
+      warn("bt.precondition-once",
+           "Precondition does not check \"if\" again once its child has started, not even after a halt; "
+           "_while and ScriptCondition do",
+           node.element.span());
     }
     const std::string_view tag = node.element.name();
-    if (above == Kind::kReactiveSequence && (tag == "Action" || tag == "Condition" || tag == "Control" || tag == "Decorator")) {
-      warn("bt.explicit-in-reactive", "BehaviorTree.CPP 4.10 refuses <" + std::string(tag) + " ID=…> under ReactiveSequence; <" +
-                                          own.id + "> works in both", node.element.span());
+    if (above == Kind::kReactiveSequence &&
+        (tag == "Action" || tag == "Condition" || tag == "Control" || tag == "Decorator")) {
+      warn("bt.explicit-in-reactive",
+           "BehaviorTree.CPP 4.10 refuses <" + std::string(tag) + " ID=…> under ReactiveSequence; <" + own.id +
+               "> works in both",
+           node.element.span());
     }
   }
 }
@@ -113,8 +126,9 @@ void Loader::check_entries() {
         // SetBlackboard output_key="{key}": the name comes from an entry, so any name may be written.
         if (node.kind == Kind::kSetBlackboard && i == 1) open[model_->scope(id)] = true;
       } else if (node.kind == Kind::kSetBlackboard && i == 1 && b.kind == Binding::Kind::kLiteral) {
-        written[owner(cell(model_->scope(id), b.text))] = true;
+        const std::uint32_t target = owner(cell(model_->scope(id), b.text));
         written.resize(model_->cells.size(), false);
+        written[target] = true;
       }
     }
   }
@@ -132,7 +146,8 @@ void Loader::check_entries() {
       const std::uint32_t home = owner(model_->script_cells[use.first_cell + i]);
       if (name.created || written[home] || open[model_->cells[home].scope]) continue;
       if (!told.emplace(model_->infos[id].offset, name.name).second) continue;
-      warn("bt.unknown-entry", std::string(attribute) + " uses entry \"" + name.name + "\", which nothing in the tree creates",
+      warn("bt.unknown-entry",
+           std::string(attribute) + " uses entry \"" + name.name + "\", which nothing in the tree creates",
            span_of(id));
     }
   };

@@ -95,16 +95,22 @@ std::uint32_t Loader::find_manifest(const XmlElement& element, bool& is_explicit
     if (definition_index_.contains(id)) {
       error("bt.unknown-node", "\"" + shown + "\" is a BehaviorTree; write <SubTree ID=\"" + shown + "\"/>", place);
     } else if (declared != declared_.end()) {
-      error("bt.unknown-node", "\"" + shown + "\" is declared as " + std::string(to_string(declared->second.category)) +
-                                   ", and no C++ node of that ID is registered", place);
+      error("bt.unknown-node",
+            "\"" + shown + "\" is declared as " + std::string(to_string(declared->second.category)) +
+                ", and no C++ node of that ID is registered",
+            place);
     } else if (options_.has_skill && options_.has_skill(id, element.attribute("name").value_or(id))) {
-      error("bt.undeclared-kind", "is \"" + shown + "\" an action or a condition? Write <Action ID=\"" + shown +
-                                      "\"/> or declare it in the TreeNodesModel", place);
+      error("bt.undeclared-kind",
+            "is \"" + shown + "\" an action or a condition? Write <Action ID=\"" + shown +
+                "\"/> or declare it in the TreeNodesModel",
+            place);
     } else {
-      error("bt.unknown-node", "there is no node \"" + shown + "\"" + did_you_mean(id, known_ids()) +
-                                   (find_builtin(id, 7 - model_->format) != nullptr
-                                        ? " (it exists in format " + std::to_string(7 - model_->format) + ")"
-                                        : ""), place);
+      error("bt.unknown-node",
+            "there is no node \"" + shown + "\"" + did_you_mean(id, known_ids()) +
+                (find_builtin(id, 7 - model_->format) != nullptr
+                     ? " (it exists in format " + std::to_string(7 - model_->format) + ")"
+                     : ""),
+            place);
     }
     return kNone;
   }
@@ -186,7 +192,8 @@ void Loader::unknown_attribute(const XmlElement& element, const Manifest& manife
   if (name.starts_with('_')) {
     static constexpr std::string_view kQuiet[] = {"_description", "_uid", "_fullpath", "_autoremap"};
     if (std::find(std::begin(kQuiet), std::end(kQuiet), name) != std::end(kQuiet)) return;
-    warn("bt.unknown-attribute", "attribute " + shown + " of " + manifest.id + " means nothing and is kept" + hint, place);
+    warn("bt.unknown-attribute", "attribute " + shown + " of " + manifest.id + " means nothing and is kept" + hint,
+         place);
   } else if (!manifest.external) {
     report(lenient_ ? Severity::kWarning : Severity::kError, "bt.unknown-port",
            manifest.id + " has no port " + shown + hint, place);
@@ -194,7 +201,8 @@ void Loader::unknown_attribute(const XmlElement& element, const Manifest& manife
     report(lenient_ ? Severity::kWarning : Severity::kError, "bt.unknown-port",
            manifest.id + " has no port " + shown + " in the TreeNodesModel" + hint, place);
   } else if (manifest.declared) {
-    warn("bt.undeclared-attribute", "attribute " + shown + " of " + manifest.id + " is declared nowhere and is kept", place);
+    warn("bt.undeclared-attribute", "attribute " + shown + " of " + manifest.id + " is declared nowhere and is kept",
+         place);
   }
 }
 
@@ -282,11 +290,13 @@ void Loader::define_subtree(Definition& definition, DefinedNode& node, const std
   }
   if (const auto model = subtree_ports_.find(*id); model != subtree_ports_.end() && !node.autoremap && !format3) {
     for (const PortInfo& info : model->second.ports) {
-      const bool present = std::any_of(given.begin(), given.end(), [&](const XmlAttribute& a) { return a.name == info.name; });
+      const bool present =
+          std::any_of(given.begin(), given.end(), [&](const XmlAttribute& a) { return a.name == info.name; });
       if (present) continue;
       if (!info.default_text || info.default_text->empty()) {
         report(lenient_ ? Severity::kWarning : Severity::kError, "bt.missing-port",
-               "SubTree \"" + std::string(*id) + "\" needs port \"" + info.name + "\": the TreeNodesModel gives no default",
+               "SubTree \"" + std::string(*id) + "\" needs port \"" + info.name +
+                   "\": the TreeNodesModel gives no default",
                node.element.span());
         continue;
       }
@@ -309,7 +319,7 @@ void Loader::define_attributes(Definition& definition, DefinedNode& node, bool i
       model_->text += value;
       return;
     }
-    if (name == "ID" && (is_explicit || is_subtree_tag(node.element.name()))) return;
+    if (name == "ID" && (is_explicit || is_subtree_tag(node.element.name()) || model_->format == 3)) return;
     // Another program's attribute in a namespace of its own.
     if (name.find(':') != std::string_view::npos || name == "xmlns") return;
     const auto condition = std::find(std::begin(kConditionNames), std::end(kConditionNames), name);
@@ -333,15 +343,18 @@ void Loader::define_attributes(Definition& definition, DefinedNode& node, bool i
     return;
   }
   if (!manifest.ports.empty() || !given.empty()) define_ports(definition, node, manifest, given);
-  if (manifest.kind == Kind::kScript || manifest.kind == Kind::kScriptCondition || manifest.kind == Kind::kPrecondition) {
+  if (manifest.kind == Kind::kScript || manifest.kind == Kind::kScriptCondition ||
+      manifest.kind == Kind::kPrecondition) {
     const DefinedPort& port = definition.ports[node.first_port];
     if (port.kind == Binding::Kind::kLiteral) {
-      node.script = define_script(model_->strings[port.text], node.element, manifest.kind == Kind::kPrecondition ? "if" : "code");
+      node.script =
+          define_script(model_->strings[port.text], node.element, manifest.kind == Kind::kPrecondition ? "if" : "code");
     } else if (port.kind == Binding::Kind::kAbsent) {
       error("bt.missing-port", manifest.id + " needs " + (manifest.kind == Kind::kPrecondition ? "\"if\"" : "\"code\""),
             node.element.span());
     } else if (manifest.kind == Kind::kPrecondition) {
-      error("bt.bad-value", "\"if\" of Precondition must be a script, not an entry", node.element.attribute_value_span("if"));
+      error("bt.bad-value", "\"if\" of Precondition must be a script, not an entry",
+            node.element.attribute_value_span("if"));
     }
   }
   if (manifest.kind == Kind::kLoop) {
@@ -360,14 +373,17 @@ void Loader::check_children(const Definition& definition, std::uint32_t index) {
   if (node.child_count >= manifest.children_min && node.child_count <= manifest.children_max) return;
   std::string wanted;
   if (manifest.children_max == 0) {
-    wanted = manifest.kind == Kind::kSubTree ? "a SubTree has no children here: its content is the BehaviorTree of that ID"
-                                             : "a leaf has no children";
+    wanted = manifest.kind == Kind::kSubTree
+                 ? "a SubTree has no children here: its content is the BehaviorTree of that ID"
+                 : "a leaf has no children";
   } else if (manifest.children_max == 1) {
     wanted = "a decorator has exactly one child";
   } else {
-    wanted = "a control node has at least one child";
+    wanted = manifest.children_min == 1 ? "a control node has at least one child"
+                                        : "it needs at least " + std::to_string(manifest.children_min);
   }
-  error("bt.child-count", manifest.id + " has " + std::to_string(node.child_count) + " children; " + wanted, node.element.span());
+  error("bt.child-count", manifest.id + " has " + std::to_string(node.child_count) + " children; " + wanted,
+        node.element.span());
 }
 
 bool Loader::define_node(Definition& definition, const XmlElement& element, std::uint32_t parent, std::size_t depth) {
@@ -398,11 +414,13 @@ void Loader::define(Definition& definition) {
   definition.defined = true;
   const XmlElement first = definition.element.first_child();
   if (!first) {
-    error("bt.child-count", "BehaviorTree \"" + definition.id + "\" is empty; it needs one node", definition.element.span());
+    error("bt.child-count", "BehaviorTree \"" + definition.id + "\" is empty; it needs one node",
+          definition.element.span());
     return;
   }
   if (const XmlElement second = first.next_sibling()) {
-    error("bt.child-count", "BehaviorTree \"" + definition.id + "\" has a second root node; put both under a control node",
+    error("bt.child-count",
+          "BehaviorTree \"" + definition.id + "\" has a second root node; put both under a control node",
           second.span());
   }
   if (!define_node(definition, first, kNone, 0)) definition.nodes.clear();

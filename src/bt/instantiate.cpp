@@ -64,7 +64,7 @@ std::uint32_t Loader::open_scope(const Definition& definition, const DefinedNode
     if (model_->format != 3) {
       if (const auto integer = detail::parse_integer(text)) {
         initial.datum.value = *integer;
-        initial.type = &type_of<std::int64_t>();
+        initial.type = std::in_range<std::int32_t>(*integer) ? &type_of<std::int32_t>() : &type_of<std::int64_t>();
       } else if (const auto real = detail::parse_real(text)) {
         initial.datum.value = *real;
         initial.type = &type_of<double>();
@@ -77,7 +77,8 @@ std::uint32_t Loader::open_scope(const Definition& definition, const DefinedNode
   return scope;
 }
 
-void Loader::declare_entry(std::uint32_t cell, const PortType* type, const DefinedNode& defined, std::string_view port) {
+void Loader::declare_entry(std::uint32_t cell, const PortType* type, const DefinedNode& defined,
+                           std::string_view port) {
   // Where the entry lives: up the remapping, but not past a constant.
   std::uint32_t owner = cell;
   while (!local_cells_.contains(owner) && model_->cells[owner].parent != kNone) owner = model_->cells[owner].parent;
@@ -93,10 +94,12 @@ void Loader::declare_entry(std::uint32_t cell, const PortType* type, const Defin
   if (!strong || *known == *type) return;
   const std::string shown = "entry \"" + model_->strings[model_->cells[cell].name] + "\"";
   if (known->kind == PortType::Class::kString) return;
-  if (type->kind == PortType::Class::kString) {
+  if (type->kind == PortType::Class::kString && !local_cells_.contains(owner)) {
     // BehaviorTree.CPP accepts this in the other order only; the order of nodes should not matter.
-    warn("bt.text-of-number", shown + " is a " + known->name + " for " + who + " and text for " + self +
-                                  "; BehaviorTree.CPP refuses this order of nodes", defined.element.span());
+    warn("bt.text-of-number",
+         shown + " is a " + known->name + " for " + who + " and text for " + self +
+             "; BehaviorTree.CPP refuses this order of nodes",
+         defined.element.span());
     return;
   }
   error("bt.type-clash", shown + " is a " + known->name + " for " + who + " and a " + type->name + " for " + self,
@@ -160,6 +163,13 @@ void Loader::bind_special(const DefinedNode& defined, NodeId id, std::uint32_t s
       node.data = entry.kind == Binding::Kind::kEntry ? entry.target : cell(scope, entry.text);
       break;
     }
+    case Kind::kSetBlackboard:
+    case Kind::kUnsetBlackboard: {
+      // The entry that a literal key names is known now.
+      const Binding& key = model_->bindings[node.ports + (node.kind == Kind::kSetBlackboard ? 1 : 0)];
+      if (key.kind == Binding::Kind::kLiteral) cell(scope, key.text);
+      break;
+    }
     case Kind::kUser: {
       node.data = static_cast<std::uint32_t>(model_->users.size());
       const bool remembers = manifest.behaviour->make_memory() != nullptr;
@@ -187,7 +197,8 @@ NodeId Loader::add_node(const Definition& definition, const DefinedNode& defined
   model_->children.resize(model_->children.size() + node.child_count, kNoNode);
   model_->nodes.push_back(node);
   model_->infos.push_back({defined.name_offset, defined.name_length, defined.manifest, tree,
-                           static_cast<std::uint32_t>(defined.element.offset()), documents_[definition.document]->file});
+                           static_cast<std::uint32_t>(defined.element.offset()),
+                           documents_[definition.document]->file});
   return id;
 }
 
@@ -216,7 +227,8 @@ bool matches(std::string_view pattern, std::string_view text) {
 
 }  // namespace
 
-std::uint32_t Loader::add_test_node(const Substitution::TestNode& test, const XmlElement& element, std::uint32_t scope) {
+std::uint32_t Loader::add_test_node(const Substitution::TestNode& test, const XmlElement& element,
+                                    std::uint32_t scope) {
   const auto script = [&](const std::string& text) -> std::uint32_t {
     if (text.empty()) return kNone;
     // The statuses are enums in these scripts: SUCCESS, FAILURE, SKIPPED, RUNNING.
@@ -257,7 +269,8 @@ bool Loader::substitute(DefinedNode& defined, NodeId subtree, std::uint32_t scop
   for (const Substitution& rule : options_.substitutions) {
     if (!matches(rule.filter, path) && !matches(rule.filter, slashes) && !matches(rule.filter, original.id)) continue;
     if (defined.child_count != 0 || original.kind == Kind::kSubTree) {
-      error("bt.bad-substitution", "\"" + path + "\" has children and cannot be replaced by a leaf", defined.element.span());
+      error("bt.bad-substitution", "\"" + path + "\" has children and cannot be replaced by a leaf",
+            defined.element.span());
       return false;
     }
     Manifest replacement;
@@ -275,8 +288,10 @@ bool Loader::substitute(DefinedNode& defined, NodeId subtree, std::uint32_t scop
       replacement.synchronous = entry->synchronous;
       replacement.behaviour = entry->behaviour;
     } else {
-      error("bt.bad-substitution", "\"" + path + "\" is to be replaced by \"" + rule.id + "\", which is no leaf" +
-                                       did_you_mean(rule.id, known_ids()), defined.element.span());
+      error("bt.bad-substitution",
+            "\"" + path + "\" is to be replaced by \"" + rule.id + "\", which is no leaf" +
+                did_you_mean(rule.id, known_ids()),
+            defined.element.span());
       return false;
     }
     // It takes the ports of the node that it stands for.
@@ -290,7 +305,8 @@ bool Loader::substitute(DefinedNode& defined, NodeId subtree, std::uint32_t scop
 bool Loader::instantiate(std::uint32_t index, NodeId subtree, std::uint32_t scope, std::size_t depth) {
   Definition& definition = definitions_[index];
   if (definition.expanding) {
-    error("bt.recursive-tree", "BehaviorTree \"" + definition.id + "\" contains itself", model_->nodes.empty() ? definition.element.span() : span_of(subtree));
+    error("bt.recursive-tree", "BehaviorTree \"" + definition.id + "\" contains itself",
+          model_->nodes.empty() ? definition.element.span() : span_of(subtree));
     return false;
   }
   definition.reached = true;
@@ -315,7 +331,8 @@ bool Loader::instantiate(std::uint32_t index, NodeId subtree, std::uint32_t scop
     if (!options_.substitutions.empty() && !substitute(defined, subtree, scope, test)) complete = false;
     depths[i] = defined.parent == kNone ? depth : depths[defined.parent] + 1;
     if (depths[i] > kDepthMax) {
-      error("bt.too-deep", "nodes are nested deeper than " + std::to_string(kDepthMax) + " levels", defined.element.span());
+      error("bt.too-deep", "nodes are nested deeper than " + std::to_string(kDepthMax) + " levels",
+            defined.element.span());
       complete = false;
       break;
     }
@@ -374,13 +391,15 @@ void Loader::check_leaf_names() {
     }
     const std::string& kind = model_->manifest(id).id;
     if (options_.has_skill && !options_.has_skill(kind, model_->name(id))) {
-      error("bt.unknown-node", "leaf \"" + path + "\": there is no skill \"" + kind + "\"" + did_you_mean(kind, known_skills()),
+      error("bt.unknown-node",
+            "leaf \"" + path + "\": there is no skill \"" + kind + "\"" + did_you_mean(kind, known_skills()),
             span_of(id));
     }
     const auto [place, fresh] = seen.try_emplace(event_name(path), id);
     if (!fresh) {
-      error("bt.duplicate-leaf", "there are two leaves \"" + place->first + "\" in messages; the other is at " +
-                                     to_string(span_of(place->second)) + ". Give one of them, or its SubTree, another name",
+      error("bt.duplicate-leaf",
+            "there are two leaves \"" + place->first + "\" in messages; the other is at " +
+                to_string(span_of(place->second)) + ". Give one of them, or its SubTree, another name",
             span_of(id));
     }
   }

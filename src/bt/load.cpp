@@ -56,8 +56,10 @@ void Loader::read_root(std::uint32_t document) {
   if (document == 0) {
     model_->format = format;
   } else if (format != model_->format) {
-    warn("bt.mixed-formats", "this file is of format " + std::to_string(format) + " and runs with the semantics of format " +
-                                 std::to_string(model_->format) + ", the including file's", root.span());
+    warn("bt.mixed-formats",
+         "this file is of format " + std::to_string(format) + " and runs with the semantics of format " +
+             std::to_string(model_->format) + ", the including file's",
+         root.span());
   }
   // Models first: they say what the nodes of the trees are.
   for (XmlElement child = root.first_child(); child; child = child.next_sibling()) {
@@ -71,8 +73,9 @@ void Loader::read_root(std::uint32_t document) {
       read_include(document, child);
     } else if (name != "TreeNodesModel" && name != "Metadata" && name.find(":") == std::string_view::npos) {
       static const std::vector<std::string> kKnown = {"BehaviorTree", "TreeNodesModel", "include"};
-      warn("bt.unknown-element", "<" + std::string(name) + "> inside <root> is kept and means nothing" +
-                                     did_you_mean(name, kKnown), child.span());
+      warn("bt.unknown-element",
+           "<" + std::string(name) + "> inside <root> is kept and means nothing" + did_you_mean(name, kKnown),
+           child.span());
     }
   }
 }
@@ -88,8 +91,9 @@ void Loader::read_tree(std::uint32_t document, const XmlElement& element) {
   const auto index = static_cast<std::uint32_t>(definitions_.size());
   const auto [place, added] = definition_index_.try_emplace(name, index);
   if (!added) {
-    error("bt.duplicate-tree", "there are two BehaviorTrees \"" + name + "\"; the other is at " +
-                                   to_string(definitions_[place->second].element.span()),
+    error("bt.duplicate-tree",
+          "there are two BehaviorTrees \"" + name + "\"; the other is at " +
+              to_string(definitions_[place->second].element.span()),
           element.attribute_value_span("ID"));
     return;
   }
@@ -122,8 +126,9 @@ void Loader::read_models(const XmlElement& models) {
       manifest.category = Category::kSubTree;
     } else {
       static const std::vector<std::string> kKnown = {"Action", "Condition", "Control", "Decorator", "SubTree"};
-      warn("bt.unknown-element", "<" + std::string(tag) + "> in the TreeNodesModel means nothing" +
-                                     did_you_mean(tag, kKnown), element.span());
+      warn("bt.unknown-element",
+           "<" + std::string(tag) + "> in the TreeNodesModel means nothing" + did_you_mean(tag, kKnown),
+           element.span());
       continue;
     }
     for (XmlElement port = element.first_child(); port; port = port.next_sibling()) {
@@ -144,14 +149,16 @@ void Loader::read_models(const XmlElement& models) {
         continue;
       }
       if (manifest.ports.size() >= kPortsMax) {
-        error("bt.too-large", "\"" + manifest.id + "\" has more than " + std::to_string(kPortsMax) + " ports", port.span());
+        error("bt.too-large", "\"" + manifest.id + "\" has more than " + std::to_string(kPortsMax) + " ports",
+              port.span());
         break;
       }
       info.name = std::string(*name);
       const bool twice = std::any_of(manifest.ports.begin(), manifest.ports.end(),
                                      [&info](const PortInfo& other) { return other.name == info.name; });
       if (twice) {
-        error("bt.duplicate-port", "port \"" + info.name + "\" of \"" + manifest.id + "\" is declared twice", port.span());
+        error("bt.duplicate-port", "port \"" + info.name + "\" of \"" + manifest.id + "\" is declared twice",
+              port.span());
         continue;
       }
       const std::string_view type = port.attribute("type").value_or("");
@@ -170,7 +177,8 @@ void Loader::read_models(const XmlElement& models) {
     manifest.kind = manifest.category == Category::kCondition ? Kind::kExternalCondition : Kind::kExternalAction;
     const std::string key = manifest.id;
     if (!declared_.try_emplace(key, std::move(manifest)).second) {
-      warn("bt.duplicate-model", "\"" + key + "\" is declared twice in the TreeNodesModel; the first counts", element.span());
+      warn("bt.duplicate-model", "\"" + key + "\" is declared twice in the TreeNodesModel; the first counts",
+           element.span());
     }
   }
 }
@@ -218,7 +226,8 @@ void Loader::read_include(std::uint32_t document, const XmlElement& element) {
   }
   include_bytes_ += content->size();
   if (include_bytes_ > kIncludeBytesMax) {
-    error("bt.too-large", "the included files have more than " + std::to_string(kIncludeBytesMax) + " bytes together", place);
+    error("bt.too-large", "the included files have more than " + std::to_string(kIncludeBytesMax) + " bytes together",
+          place);
     return;
   }
   open_files_.insert(key);
@@ -230,15 +239,19 @@ std::uint32_t Loader::main_definition(const XmlElement& root) {
   std::vector<std::string> ids;
   for (const Definition& definition : definitions_) ids.push_back(definition.id);
   if (!options_.main_tree.empty()) {
-    if (const auto found = definition_index_.find(options_.main_tree); found != definition_index_.end()) return found->second;
-    error("bt.unknown-tree", "there is no BehaviorTree \"" + options_.main_tree + "\"" +
-                                 did_you_mean(options_.main_tree, ids), root.span());
+    if (const auto found = definition_index_.find(options_.main_tree); found != definition_index_.end())
+      return found->second;
+    error("bt.unknown-tree",
+          "there is no BehaviorTree \"" + options_.main_tree + "\"" + did_you_mean(options_.main_tree, ids),
+          root.span());
     return kNone;
   }
   if (const auto wanted = root.attribute("main_tree_to_execute")) {
     if (const auto found = definition_index_.find(*wanted); found != definition_index_.end()) return found->second;
-    error("bt.unknown-tree", "main_tree_to_execute is \"" + std::string(*wanted) + "\", and there is no such BehaviorTree" +
-                                 did_you_mean(*wanted, ids), root.attribute_value_span("main_tree_to_execute"));
+    error("bt.unknown-tree",
+          "main_tree_to_execute is \"" + std::string(*wanted) + "\", and there is no such BehaviorTree" +
+              did_you_mean(*wanted, ids),
+          root.attribute_value_span("main_tree_to_execute"));
     return kNone;
   }
   std::vector<std::uint32_t> own;

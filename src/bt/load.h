@@ -14,15 +14,15 @@
 namespace sentree::bt {
 
 /// Bounds of what a file may ask for; a file beyond them is refused with bt.too-large or bt.too-deep.
-inline constexpr std::size_t kNodesMax = 4'000'000;      ///< After expanding SubTrees.
-inline constexpr std::size_t kDepthMax = 4'000;          ///< Nodes inside nodes, SubTrees expanded.
-inline constexpr std::size_t kIncludesMax = 1'000;       ///< Files read through <include>, all together.
+inline constexpr std::size_t kNodesMax = 4'000'000;  ///< After expanding SubTrees.
+inline constexpr std::size_t kDepthMax = 4'000;      ///< Nodes inside nodes, SubTrees expanded.
+inline constexpr std::size_t kIncludesMax = 1'000;   ///< Files read through <include>, all together.
 inline constexpr std::size_t kIncludeBytesMax = 64U << 20U;
 
 /// Replaces nodes when the tree is made, e.g. by something that needs no robot.
 struct Substitution {
-  std::string filter;            ///< Path with '/' or '.', or registration ID; '*' and '?' as in a shell.
-  std::string id;                ///< Registration ID to use instead; or, if empty, `test`:
+  std::string filter;  ///< Path with '/' or '.', or registration ID; '*' and '?' as in a shell.
+  std::string id;      ///< Registration ID to use instead; or, if empty, `test`:
   struct TestNode {
     Status return_status = Status::kSuccess;
     std::string return_status_script;  ///< Its value gives the status; wins over `return_status`.

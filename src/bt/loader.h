@@ -28,28 +28,28 @@ class Loader {
   struct Document {
     text::XmlDocument xml;
     std::filesystem::path path;
-    std::uint32_t file = 0;   ///< In Model::files.
+    std::uint32_t file = 0;  ///< In Model::files.
   };
   struct DefinedPort {
-    std::uint32_t name = 0, text = 0;   ///< In Model::strings.
+    std::uint32_t name = 0, text = 0;  ///< In Model::strings.
     std::uint16_t declared = 0xFFFF;
     Binding::Kind kind = Binding::Kind::kAbsent;
     bool from_default = false;
-    std::uint32_t target = kNone;       ///< kLiteral: in Model::literals; kEntry: name of the entry, in Model::strings.
+    std::uint32_t target = kNone;  ///< kLiteral: in Model::literals; kEntry: name of the entry, in Model::strings.
     const PortType* type = nullptr;
   };
   struct DefinedNode {
     std::uint32_t manifest = 0;
-    std::uint32_t parent = kNone;       ///< In the definition.
+    std::uint32_t parent = kNone;  ///< In the definition.
     std::uint32_t child_count = 0;
-    std::uint32_t first_port = 0;       ///< In Definition::ports.
+    std::uint32_t first_port = 0;  ///< In Definition::ports.
     std::uint16_t port_count = 0;
     bool autoremap = false;
     bool shared = false;
-    bool plain_names = false;           ///< Format 3's SubTree: the values are names, without braces.
-    std::uint32_t conditions = kNone;   ///< In Definition::conditions.
-    std::uint32_t script = kNone;       ///< In Model::scripts.
-    std::uint32_t target = kNone;       ///< SubTree: in definitions_.
+    bool plain_names = false;          ///< Format 3's SubTree: the values are names, without braces.
+    std::uint32_t conditions = kNone;  ///< In Definition::conditions.
+    std::uint32_t script = kNone;      ///< In Model::scripts.
+    std::uint32_t target = kNone;      ///< SubTree: in definitions_.
     std::uint32_t queue = kNone;
     std::uint32_t name_offset = 0, name_length = 0;
     text::XmlElement element;
@@ -129,18 +129,19 @@ class Loader {
   std::unique_ptr<Model> model_;
   Diagnostics diagnostics_;
   std::vector<std::unique_ptr<Document>> documents_;
-  std::set<std::string> open_files_;                    ///< Being read: an include of one is a cycle.
+  std::set<std::string> open_files_;  ///< Being read: an include of one is a cycle.
   std::set<std::string> read_files_;
   std::size_t include_bytes_ = 0;
   std::vector<Definition> definitions_;
   std::map<std::string, std::uint32_t, std::less<>> definition_index_;
-  std::map<std::string, Manifest, std::less<>> declared_;   ///< Action, Condition … of the TreeNodesModel.
+  std::map<std::string, Manifest, std::less<>> declared_;  ///< Action, Condition … of the TreeNodesModel.
   std::map<std::string, SubTreePorts, std::less<>> subtree_ports_;
   std::unordered_map<std::string_view, std::uint32_t> manifest_index_;
-  std::unordered_map<std::uint32_t, std::pair<const PortType*, std::string>> entry_types_;  ///< By owner cell: type, who.
-  std::set<std::uint32_t> local_cells_;                 ///< Cells of constants.
+  std::unordered_map<std::uint32_t, std::pair<const PortType*, std::string>>
+      entry_types_;                      ///< By owner cell: type, who.
+  std::set<std::uint32_t> local_cells_;  ///< Cells of constants.
   std::unordered_map<std::string, std::uint32_t> script_index_;
-  bool lenient_ = false;   ///< In a tree that is not reached, findings about ports and scripts are warnings.
+  bool lenient_ = false;  ///< In a tree that is not reached, findings about ports and scripts are warnings.
 };
 
 /// The name inside "{entry}"; nothing if the text is a literal. Spaces around and inside the braces do not count.

@@ -200,7 +200,8 @@ Machine::Outcome Machine::walk(NodeId id, bool entered, Status status, NodeId to
     // Up, as long as parents are done too.
     for (;;) {
       if ((n->flags & Node::kHasPost) != 0 && is_completed(status) && !failed_) postcondition(*n, id, status);
-      if (failed_) [[unlikely]] return {false, Status::kIdle};
+      if (failed_) [[unlikely]]
+        return {false, Status::kIdle};
       if (status != Status::kSkipped) {
         set_status(id, status);
       } else if (observer_ != nullptr) {

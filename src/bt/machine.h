@@ -48,7 +48,9 @@ class Machine {
     if (observer_ != nullptr) observer_->status_changed(id, status_[id], status, now_);
     status_[id] = status;
   }
-  [[nodiscard]] NodeId child(const Node& n, std::uint32_t index) const { return model_.children[n.first_child + index]; }
+  [[nodiscard]] NodeId child(const Node& n, std::uint32_t index) const {
+    return model_.children[n.first_child + index];
+  }
   [[nodiscard]] bool format3() const { return model_.format == 3; }
   [[nodiscard]] TimePoint now() const { return now_; }
   [[nodiscard]] Blackboard& blackboard() { return blackboard_; }
@@ -74,7 +76,8 @@ class Machine {
   Next fail(NodeId id, std::string_view code, std::string message);
   /// Counts repetitions within one step; false, and the tick is given up, beyond `kCyclesMax`.
   [[nodiscard]] bool count_cycle(NodeId id) {
-    if (++cycles_ <= kCyclesMax) [[likely]] return true;
+    if (++cycles_ <= kCyclesMax) [[likely]]
+      return true;
     fail(id, "bt.endless-tick", "repeats without end within one tick");
     return false;
   }
@@ -118,7 +121,8 @@ class Machine {
     bool suspended;
     Status status;
   };
-  /// Goes on from `id`: enters it, or, with `entered`, takes `status` as what it returned. Ends when `top` has returned.
+  /// Goes on from `id`: enters it, or, with `entered`, takes `status` as what it returned. Ends when `top` has
+  /// returned.
   Outcome walk(NodeId id, bool entered, Status status, NodeId top);
   Next enter(const Node& n, NodeId id);
   Next child_done(const Node& n, NodeId id, NodeId child, Status status);

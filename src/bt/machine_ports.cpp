@@ -85,23 +85,25 @@ const Datum* Machine::read(const Binding& binding, const PortType* wanted, Datum
     const Blackboard::Entry* entry = blackboard_.find(binding.target);
     if (entry == nullptr) {
       error.code = "bt.no-entry";
-      error.message = "port \"" + model_.strings[binding.name] + "\": there is no entry " + model_.strings[binding.text];
+      error.message =
+          "port \"" + model_.strings[binding.name] + "\": there is no entry " + model_.strings[binding.text];
       return nullptr;
     }
     datum = &entry->datum;
     if (datum->empty()) {
       error.code = "bt.empty-entry";
-      error.message =
-          "port \"" + model_.strings[binding.name] + "\": entry " + model_.strings[binding.text] + " holds no value yet";
+      error.message = "port \"" + model_.strings[binding.name] + "\": entry " + model_.strings[binding.text] +
+                      " holds no value yet";
       return nullptr;
     }
   }
   if (wanted == nullptr || fits(*wanted, *datum)) return datum;
   if (convert(*wanted, *datum, scratch)) return &scratch;
   error.code = "bt.conversion";
-  error.message = "port \"" + model_.strings[binding.name] + "\": " +
-                  (datum->object != nullptr ? "a C++ object of type " + datum->object->type().name : to_json(datum->value)) +
-                  " is no " + wanted->name;
+  error.message =
+      "port \"" + model_.strings[binding.name] + "\": " +
+      (datum->object != nullptr ? "a C++ object of type " + datum->object->type().name : to_json(datum->value)) +
+      " is no " + wanted->name;
   return nullptr;
 }
 
@@ -239,14 +241,18 @@ Result<void> Context::write(std::string_view port, Datum datum, const PortType& 
   } else if (machine_.write(*b, std::move(datum), &type, error)) {
     return {};
   }
-  const std::string code = b == nullptr ? "bt.no-port" : b->kind == Binding::Kind::kEntry ? "bt.entry-type" : "bt.not-an-entry";
+  const std::string code = b == nullptr                       ? "bt.no-port"
+                           : b->kind == Binding::Kind::kEntry ? "bt.entry-type"
+                                                              : "bt.not-an-entry";
   if (b != nullptr) machine_.fail(node_, code, error);
   return sentree::fail(code, "node \"" + path() + "\": " + error);
 }
 
 Diagnostic Context::conversion_error(std::string_view port, const PortType& wanted) const {
-  return {Severity::kError, "bt.conversion",
-          "node \"" + path() + "\", port \"" + std::string(port) + "\" holds no " + wanted.name, {}};
+  return {Severity::kError,
+          "bt.conversion",
+          "node \"" + path() + "\", port \"" + std::string(port) + "\" holds no " + wanted.name,
+          {}};
 }
 
 }  // namespace sentree::bt

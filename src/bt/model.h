@@ -25,12 +25,46 @@
 namespace sentree::bt {
 
 enum class Kind : std::uint8_t {
-  kSequence, kFallback, kAsyncSequence, kAsyncFallback, kSequenceWithMemory, kReactiveSequence, kReactiveFallback,
-  kParallel, kParallelAll, kIfThenElse, kWhileDoElse, kSwitch, kTryCatch,
-  kInverter, kForceSuccess, kForceFailure, kRepeat, kRetry, kKeepRunningUntilFailure, kDelay, kTimeout, kRunOnce,
-  kPrecondition, kSkipUnlessUpdated, kWaitValueUpdate, kLoop, kBlackboardCheck, kSubTree,
-  kAlwaysSuccess, kAlwaysFailure, kScript, kScriptCondition, kSetBlackboard, kUnsetBlackboard, kSleep,
-  kWasEntryUpdated, kTestNode, kExternalAction, kExternalCondition, kUser,
+  kSequence,
+  kFallback,
+  kAsyncSequence,
+  kAsyncFallback,
+  kSequenceWithMemory,
+  kReactiveSequence,
+  kReactiveFallback,
+  kParallel,
+  kParallelAll,
+  kIfThenElse,
+  kWhileDoElse,
+  kSwitch,
+  kTryCatch,
+  kInverter,
+  kForceSuccess,
+  kForceFailure,
+  kRepeat,
+  kRetry,
+  kKeepRunningUntilFailure,
+  kDelay,
+  kTimeout,
+  kRunOnce,
+  kPrecondition,
+  kSkipUnlessUpdated,
+  kWaitValueUpdate,
+  kLoop,
+  kBlackboardCheck,
+  kSubTree,
+  kAlwaysSuccess,
+  kAlwaysFailure,
+  kScript,
+  kScriptCondition,
+  kSetBlackboard,
+  kUnsetBlackboard,
+  kSleep,
+  kWasEntryUpdated,
+  kTestNode,
+  kExternalAction,
+  kExternalCondition,
+  kUser,
 };
 
 inline constexpr std::uint32_t kNone = 0xFFFFFFFFU;
@@ -42,7 +76,7 @@ struct Manifest {
   Kind kind = Kind::kUser;
   bool synchronous = false;
   bool external = false;
-  bool declared = true;        ///< Ports are known: built in, registered, or in the TreeNodesModel.
+  bool declared = true;  ///< Ports are known: built in, registered, or in the TreeNodesModel.
   Ports ports;
   std::string description;
   std::shared_ptr<const Behaviour> behaviour;
@@ -61,21 +95,21 @@ struct Node {
   std::uint8_t flags = 0;
   std::uint16_t port_count = 0;
   NodeId parent = kNoNode;
-  std::uint32_t first_child = 0;   ///< In Model::children.
+  std::uint32_t first_child = 0;  ///< In Model::children.
   std::uint32_t child_count = 0;
-  std::uint32_t memory = 0;        ///< In State::memory_.
-  std::uint32_t ports = 0;         ///< In Model::bindings.
-  std::uint32_t data = kNone;      ///< By kind: a script use, a user node, a test node, …
+  std::uint32_t memory = 0;    ///< In State::memory_.
+  std::uint32_t ports = 0;     ///< In Model::bindings.
+  std::uint32_t data = kNone;  ///< By kind: a script use, a user node, a test node, …
   std::uint32_t conditions = kNone;
 };
 
 /// What people ask about a node.
 struct NodeInfo {
-  std::uint32_t name_offset = 0;   ///< In Model::text.
+  std::uint32_t name_offset = 0;  ///< In Model::text.
   std::uint32_t name_length = 0;
   std::uint32_t manifest = 0;
-  std::uint32_t tree = 0;          ///< In Model::trees.
-  std::uint32_t offset = 0;        ///< Byte of the '<' in its file.
+  std::uint32_t tree = 0;    ///< In Model::trees.
+  std::uint32_t offset = 0;  ///< Byte of the '<' in its file.
   std::uint32_t file = 0;
 };
 
@@ -84,42 +118,42 @@ struct Binding {
   enum class Kind : std::uint8_t { kAbsent, kLiteral, kEntry };
   Kind kind = Kind::kAbsent;
   bool from_default = false;
-  std::uint16_t declared = 0xFFFF;      ///< Index into the manifest's ports; 0xFFFF: an attribute nobody declared.
-  std::uint32_t name = 0;               ///< In Model::strings.
-  std::uint32_t text = 0;               ///< As written; in Model::strings.
-  std::uint32_t target = kNone;         ///< kLiteral: in Model::literals. kEntry: a cell.
-  const PortType* type = nullptr;       ///< Null: any.
+  std::uint16_t declared = 0xFFFF;  ///< Index into the manifest's ports; 0xFFFF: an attribute nobody declared.
+  std::uint32_t name = 0;           ///< In Model::strings.
+  std::uint32_t text = 0;           ///< As written; in Model::strings.
+  std::uint32_t target = kNone;     ///< kLiteral: in Model::literals. kEntry: a cell.
+  const PortType* type = nullptr;   ///< Null: any.
 };
 
 /// A name in one blackboard.
 struct Cell {
   std::uint32_t scope = 0;
-  std::uint32_t name = 0;           ///< In Model::strings.
-  std::uint32_t parent = kNone;     ///< The cell it is remapped to.
-  std::uint32_t home = kNone;       ///< Where an entry of its own lives in State::entries_.
+  std::uint32_t name = 0;        ///< In Model::strings.
+  std::uint32_t parent = kNone;  ///< The cell it is remapped to.
+  std::uint32_t home = kNone;    ///< Where an entry of its own lives in State::entries_.
 };
 
 /// The blackboard of one SubTree instance; scope 0 is the root's.
 struct Scope {
   std::uint32_t parent = kNone;
-  NodeId subtree = kNoNode;         ///< Its SubTree node.
+  NodeId subtree = kNoNode;  ///< Its SubTree node.
   bool autoremap = false;
-  bool shared = false;              ///< Format 3, __shared_blackboard: every name is the parent's, '_' included.
-  std::unordered_map<std::uint32_t, std::uint32_t> cells;   ///< By string.
+  bool shared = false;  ///< Format 3, __shared_blackboard: every name is the parent's, '_' included.
+  std::unordered_map<std::uint32_t, std::uint32_t> cells;       ///< By string.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> remaps;  ///< Own name → parent's name, by string.
-  std::vector<std::uint32_t> first_mention;                 ///< Cells in order, for listing.
+  std::vector<std::uint32_t> first_mention;                     ///< Cells in order, for listing.
 };
 
 /// An instance of a BehaviorTree.
 struct TreeInstance {
-  NodeId subtree = kNoNode;         ///< Its SubTree node; kNoNode for the main tree.
+  NodeId subtree = kNoNode;  ///< Its SubTree node; kNoNode for the main tree.
   std::uint32_t scope = 0;
 };
 
 /// A script with its names resolved in one scope.
 struct ScriptUse {
-  std::uint32_t script = kNone;     ///< In Model::scripts.
-  std::uint32_t first_cell = 0;     ///< In Model::script_cells, one per name of the script.
+  std::uint32_t script = kNone;  ///< In Model::scripts.
+  std::uint32_t first_cell = 0;  ///< In Model::script_cells, one per name of the script.
   std::uint32_t scope = 0;
 };
 
@@ -133,7 +167,7 @@ extern const std::string_view kConditionNames[Conditions::kCount];
 
 struct UserNode {
   const Behaviour* behaviour = nullptr;
-  std::uint32_t object = kNone;     ///< In State::objects_.
+  std::uint32_t object = kNone;  ///< In State::objects_.
 };
 
 struct TestNodeData {
@@ -147,7 +181,7 @@ struct InitialEntry {
   std::uint32_t cell;
   Datum datum;
   const PortType* type;
-  bool local = false;               ///< A constant in the SubTree's own blackboard; else declared and typed, without a value.
+  bool local = false;  ///< A constant in the SubTree's own blackboard; else declared and typed, without a value.
 };
 
 struct Model {
@@ -156,10 +190,10 @@ struct Model {
   std::vector<Node> nodes;
   std::vector<NodeInfo> infos;
   std::vector<NodeId> children;
-  std::string text;                 ///< Node names.
+  std::string text;  ///< Node names.
   std::vector<Manifest> manifests;
   std::vector<Binding> bindings;
-  std::deque<std::string> strings;          ///< A deque: the texts do not move.
+  std::deque<std::string> strings;                                   ///< A deque: the texts do not move.
   std::unordered_map<std::string_view, std::uint32_t> string_index;  ///< Views into `strings`.
   std::vector<Datum> literals;
   std::vector<Cell> cells;
@@ -171,7 +205,7 @@ struct Model {
   std::vector<Conditions> conditions;
   std::vector<UserNode> users;
   std::vector<TestNodeData> tests;
-  std::vector<std::vector<Value>> queues;   ///< Literal queues of Loop nodes.
+  std::vector<std::vector<Value>> queues;  ///< Literal queues of Loop nodes.
   std::vector<NodeId> externals;
   std::vector<InitialEntry> initial;
   std::vector<std::pair<std::string, std::int64_t>> enums;
@@ -179,7 +213,7 @@ struct Model {
   std::uint32_t homes = 0;
   std::uint32_t objects = 0;
   std::vector<std::string> files;
-  std::vector<LineIndex> lines;             ///< Per file.
+  std::vector<LineIndex> lines;  ///< Per file.
 
   [[nodiscard]] std::string_view name(NodeId node) const {
     const NodeInfo& info = infos[node];

@@ -84,7 +84,9 @@ class TypedMemory final : public NodeMemory {
   [[nodiscard]] std::optional<Value> save() const override {
     if constexpr (std::is_empty_v<T>) {
       return Value(true);
-    } else if constexpr (requires { { content.save() } -> std::convertible_to<Value>; }) {
+    } else if constexpr (requires {
+                           { content.save() } -> std::convertible_to<Value>;
+                         }) {
       return content.save();
     } else if constexpr (Convertible<T>) {
       return Convert<T>::to_value(content);
@@ -95,7 +97,9 @@ class TypedMemory final : public NodeMemory {
   [[nodiscard]] bool restore(const Value& saved) override {
     if constexpr (std::is_empty_v<T>) {
       return true;
-    } else if constexpr (requires { { content.restore(saved) } -> std::convertible_to<bool>; }) {
+    } else if constexpr (requires {
+                           { content.restore(saved) } -> std::convertible_to<bool>;
+                         }) {
       return content.restore(saved);
     } else if constexpr (Convertible<T>) {
       auto restored = Convert<T>::from_value(saved);

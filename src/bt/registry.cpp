@@ -23,7 +23,8 @@ class FunctionDecorator final : public Behaviour {
  public:
   explicit FunctionDecorator(std::function<Status(Context&, Status)> map) : map_(std::move(map)) {}
   [[nodiscard]] Next tick(Context& /*self*/, NodeMemory* /*memory*/) const override { return Next::tick(0); }
-  [[nodiscard]] Next child_done(Context& self, NodeMemory* /*memory*/, std::size_t /*child*/, Status status) const override {
+  [[nodiscard]] Next child_done(Context& self, NodeMemory* /*memory*/, std::size_t /*child*/,
+                                Status status) const override {
     return Next::done(map_(self, status));
   }
 
@@ -46,15 +47,25 @@ bool is_identifier(std::string_view name) {
 }  // namespace
 
 void Registry::action(std::string id, Ports ports, Function tick) {
-  add(Entry{std::move(id), Category::kAction, true, std::move(ports), {}, std::make_shared<FunctionLeaf>(std::move(tick))});
+  add(Entry{
+      std::move(id), Category::kAction, true, std::move(ports), {}, std::make_shared<FunctionLeaf>(std::move(tick))});
 }
 
 void Registry::condition(std::string id, Ports ports, Function tick) {
-  add(Entry{std::move(id), Category::kCondition, true, std::move(ports), {}, std::make_shared<FunctionLeaf>(std::move(tick))});
+  add(Entry{std::move(id),
+            Category::kCondition,
+            true,
+            std::move(ports),
+            {},
+            std::make_shared<FunctionLeaf>(std::move(tick))});
 }
 
 void Registry::decorator(std::string id, Ports ports, std::function<Status(Context&, Status)> map) {
-  add(Entry{std::move(id), Category::kDecorator, false, std::move(ports), {},
+  add(Entry{std::move(id),
+            Category::kDecorator,
+            false,
+            std::move(ports),
+            {},
             std::make_shared<FunctionDecorator>(std::move(map))});
 }
 
@@ -66,7 +77,8 @@ void Registry::add(Entry entry) {
     return problem("bt.bad-name", "an ID starts with a letter and has letters, digits, '_', '-', '.' and ':' only");
   }
   if (find_builtin(entry.id, 4) != nullptr) return problem("bt.duplicate-node", "this ID is built in");
-  if (entry.ports.size() > kPortsMax) return problem("bt.too-large", "has more than " + std::to_string(kPortsMax) + " ports");
+  if (entry.ports.size() > kPortsMax)
+    return problem("bt.too-large", "has more than " + std::to_string(kPortsMax) + " ports");
   for (PortInfo& port : entry.ports) {
     if (!is_identifier(port.name) || port.name.front() == '_' || port.name == "name" || port.name == "ID") {
       return problem("bt.bad-name", "\"" + port.name + "\" cannot be the name of a port");
@@ -76,8 +88,10 @@ void Registry::add(Entry entry) {
   std::string id = entry.id;
   const std::string shown = entry.id;
   if (!entries_.try_emplace(std::move(id), std::move(entry)).second) {
-    problems_.push_back(
-        {Severity::kError, "bt.duplicate-node", "C++ node \"" + shown + "\" is registered twice; remove the first", {}});
+    problems_.push_back({Severity::kError,
+                         "bt.duplicate-node",
+                         "C++ node \"" + shown + "\" is registered twice; remove the first",
+                         {}});
   }
 }
 
@@ -92,7 +106,8 @@ void Registry::enum_value(std::string name, std::int64_t value) {
   for (const auto& [known, old] : enums_) {
     if (known != name) continue;
     if (old != value) {
-      problems_.push_back({Severity::kError, "bt.duplicate-enum",
+      problems_.push_back({Severity::kError,
+                           "bt.duplicate-enum",
                            "script enum \"" + name + "\" is " + std::to_string(old) + " and cannot be " +
                                std::to_string(value) + " too",
                            {}});
@@ -106,14 +121,16 @@ Result<void> Registry::plugin(const std::filesystem::path& path) {
   void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (library == nullptr) {
     const char* why = dlerror();
-    return fail("bt.plugin-unreadable", "plug-in " + path.string() + ": " + (why != nullptr ? why : "cannot be loaded"));
+    return fail("bt.plugin-unreadable",
+                "plug-in " + path.string() + ": " + (why != nullptr ? why : "cannot be loaded"));
   }
   using Register = void (*)(Registry&);
   const auto function = reinterpret_cast<Register>(dlsym(library, "sentree_register_nodes"));
   if (function == nullptr) {
     dlclose(library);
-    return fail("bt.plugin-symbol", "plug-in " + path.string() +
-                                        " has no function sentree_register_nodes; write it with SENTREE_REGISTER_NODES");
+    return fail(
+        "bt.plugin-symbol",
+        "plug-in " + path.string() + " has no function sentree_register_nodes; write it with SENTREE_REGISTER_NODES");
   }
   function(*this);
   return {};

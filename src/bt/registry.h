@@ -26,7 +26,8 @@ class Behaviour {
   /// What a fresh node remembers; null if nothing.
   [[nodiscard]] virtual std::unique_ptr<NodeMemory> make_memory() const { return nullptr; }
   [[nodiscard]] virtual Next tick(Context& self, NodeMemory* memory) const = 0;
-  [[nodiscard]] virtual Next child_done(Context& /*self*/, NodeMemory* /*memory*/, std::size_t /*child*/, Status status) const {
+  [[nodiscard]] virtual Next child_done(Context& /*self*/, NodeMemory* /*memory*/, std::size_t /*child*/,
+                                        Status status) const {
     return Next::done(status);
   }
   /// Called when the node is halted while it runs, before its children are.
@@ -167,7 +168,8 @@ void Registry::add(std::string id, Category category, Node prototype) {
 
 template <class Node>
 void Registry::add(std::string id, Node prototype) {
-  static_assert(!detail::Composite<Node>, "say whether it is a control or a decorator: add<Node>(id, Category::kControl)");
+  static_assert(!detail::Composite<Node>,
+                "say whether it is a control or a decorator: add<Node>(id, Category::kControl)");
   add<Node>(std::move(id), Category::kAction, std::move(prototype));
 }
 

@@ -25,7 +25,8 @@ class Lexer {
   explicit Lexer(std::string_view text) : text_(text) {}
 
   Lexeme next() {
-    while (at_ < text_.size() && (text_[at_] == ' ' || text_[at_] == '\t' || text_[at_] == '\n' || text_[at_] == '\r')) {
+    while (at_ < text_.size() &&
+           (text_[at_] == ' ' || text_[at_] == '\t' || text_[at_] == '\n' || text_[at_] == '\r')) {
       ++at_;
     }
     const std::size_t start = at_;
@@ -48,9 +49,9 @@ class Lexer {
       at_ = end + 1;
       return {Token::kString, text_.substr(start + 1, end - start - 1), start};
     }
-    static constexpr std::string_view kOperators[] = {":=", "+=", "-=", "*=", "/=", "==", "!=", "<=", ">=", "&&", "||",
-                                                      "..", "=",  "+",  "-",  "*",  "/",  "<",  ">",  "&",  "|",  "^",
-                                                      "~",  "!",  "?",  ":",  "(",  ")",  ";"};
+    static constexpr std::string_view kOperators[] = {":=", "+=", "-=", "*=", "/=", "==", "!=", "<=", ">=", "&&",
+                                                      "||", "..", "=",  "+",  "-",  "*",  "/",  "<",  ">",  "&",
+                                                      "|",  "^",  "~",  "!",  "?",  ":",  "(",  ")",  ";"};
     for (const std::string_view op : kOperators) {
       if (text_.substr(at_).starts_with(op)) {
         at_ += op.size();
@@ -110,17 +111,26 @@ struct Infix {
 // Lowest first. Comparisons share a level, because they chain.
 constexpr int kLevelOr = 1, kLevelCompare = 3, kLevelPrefix = 8;
 constexpr Infix kInfix[] = {
-    {"||", kLevelOr, Op::kLogicOr}, {"&&", 2, Op::kLogicAnd},
-    {"==", kLevelCompare, Op::kEqual}, {"!=", kLevelCompare, Op::kNotEqual},
-    {"<", kLevelCompare, Op::kLess}, {"<=", kLevelCompare, Op::kLessEqual},
-    {">", kLevelCompare, Op::kGreater}, {">=", kLevelCompare, Op::kGreaterEqual},
-    {"|", 4, Op::kBitOr}, {"^", 4, Op::kBitXor}, {"&", 5, Op::kBitAnd},
-    {"+", 6, Op::kAdd}, {"-", 6, Op::kSubtract}, {"..", 6, Op::kConcat},
-    {"*", 7, Op::kMultiply}, {"/", 7, Op::kDivide},
+    {"||", kLevelOr, Op::kLogicOr},
+    {"&&", 2, Op::kLogicAnd},
+    {"==", kLevelCompare, Op::kEqual},
+    {"!=", kLevelCompare, Op::kNotEqual},
+    {"<", kLevelCompare, Op::kLess},
+    {"<=", kLevelCompare, Op::kLessEqual},
+    {">", kLevelCompare, Op::kGreater},
+    {">=", kLevelCompare, Op::kGreaterEqual},
+    {"|", 4, Op::kBitOr},
+    {"^", 4, Op::kBitXor},
+    {"&", 5, Op::kBitAnd},
+    {"+", 6, Op::kAdd},
+    {"-", 6, Op::kSubtract},
+    {"..", 6, Op::kConcat},
+    {"*", 7, Op::kMultiply},
+    {"/", 7, Op::kDivide},
 };
 constexpr std::pair<std::string_view, Op> kAssignments[] = {
-    {":=", Op::kCreate}, {"=", Op::kAssign}, {"+=", Op::kAddAssign}, {"-=", Op::kSubtractAssign},
-    {"*=", Op::kMultiplyAssign}, {"/=", Op::kDivideAssign},
+    {":=", Op::kCreate},         {"=", Op::kAssign},          {"+=", Op::kAddAssign},
+    {"-=", Op::kSubtractAssign}, {"*=", Op::kMultiplyAssign}, {"/=", Op::kDivideAssign},
 };
 
 /// Recursive descent by operator levels; emits code for a stack machine as it goes.
@@ -134,7 +144,8 @@ class Compiler {
   Result<Script> compile() {
     if (script_.text.size() > kScriptBytesMax) {
       return sentree::fail("bt.script-too-large", "script of " + std::to_string(script_.text.size()) +
-                                             " bytes; at most " + std::to_string(kScriptBytesMax) + " are accepted");
+                                                      " bytes; at most " + std::to_string(kScriptBytesMax) +
+                                                      " are accepted");
     }
     bool any = false;
     while (ok_) {

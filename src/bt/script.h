@@ -19,19 +19,38 @@ inline constexpr int kScriptNestingMax = 200;
 /// One instruction of a stack machine.
 struct Instruction {
   enum class Op : std::uint8_t {
-    kNumber,      ///< push numbers[arg] (double)
-    kInteger,     ///< push integers[arg]
-    kString,      ///< push strings[arg]
-    kLoad,        ///< push the entry of names[arg]
-    kCreate,      ///< pop, names[arg] := value, push what the entry now holds
-    kAssign, kAddAssign, kSubtractAssign, kMultiplyAssign, kDivideAssign,
-    kAdd, kSubtract, kMultiply, kDivide, kConcat,
-    kBitAnd, kBitOr, kBitXor, kLogicAnd, kLogicOr,
-    kNegate, kBitNot, kNot,
+    kNumber,   ///< push numbers[arg] (double)
+    kInteger,  ///< push integers[arg]
+    kString,   ///< push strings[arg]
+    kLoad,     ///< push the entry of names[arg]
+    kCreate,   ///< pop, names[arg] := value, push what the entry now holds
+    kAssign,
+    kAddAssign,
+    kSubtractAssign,
+    kMultiplyAssign,
+    kDivideAssign,
+    kAdd,
+    kSubtract,
+    kMultiply,
+    kDivide,
+    kConcat,
+    kBitAnd,
+    kBitOr,
+    kBitXor,
+    kLogicAnd,
+    kLogicOr,
+    kNegate,
+    kBitNot,
+    kNot,
     // arg 0: push 1 or 0. Else part of a chain: false pushes 0 and jumps to arg, true keeps the right operand.
-    kEqual, kNotEqual, kLess, kLessEqual, kGreater, kGreaterEqual,
-    kJumpIfFalse, ///< pop; jump to arg if it is false
-    kJump,        ///< jump to arg
+    kEqual,
+    kNotEqual,
+    kLess,
+    kLessEqual,
+    kGreater,
+    kGreaterEqual,
+    kJumpIfFalse,  ///< pop; jump to arg if it is false
+    kJump,         ///< jump to arg
     kPop,
   };
   Op op;
@@ -41,8 +60,8 @@ struct Instruction {
 /// How a name is used, for static checks.
 struct NameUse {
   std::string name;
-  bool created = false;    ///< Assigned by ':='.
-  bool assigned = false;   ///< Assigned by '=' or '+=' and the like: must exist.
+  bool created = false;   ///< Assigned by ':='.
+  bool assigned = false;  ///< Assigned by '=' or '+=' and the like: must exist.
   bool read = false;
 };
 

@@ -369,11 +369,12 @@ bool truth(const ScriptValue& value, bool& result, std::string& error) {
     return true;
   }
   if (value.tag == Tag::kString) {
-    if (const auto parsed = detail::parse_bool(*value.string)) {
-      result = *parsed;
+    // "true" is text here, as in BehaviorTree.CPP.
+    if (const auto number = detail::parse_real(*value.string)) {
+      result = *number != 0.0;
       return true;
     }
-    error = "\"" + *value.string + "\" is neither true nor false";
+    error = "the text \"" + *value.string + "\" is neither true nor false; compare it with ==";
     return false;
   }
   error = "the script's value is empty: it is neither true nor false";

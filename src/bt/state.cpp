@@ -96,7 +96,8 @@ Result<void> set_entry(const Tree& tree, State& state, std::string_view name, Va
   if (auto* held = blackboard.find(cell)) {
     if (!copy_into(Datum{std::move(value), nullptr}, held->datum)) {
       return fail("bt.entry-type", "entry \"" + std::string(name) + "\" holds " +
-                                       std::string(to_string(held->datum.value.type())) + " and cannot take that value");
+                                       std::string(to_string(held->datum.value.type())) +
+                                       " and cannot take that value");
     }
     blackboard.written(*held);
     return {};

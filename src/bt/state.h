@@ -82,7 +82,7 @@ class State {
   std::vector<std::uint32_t> links_;  ///< Per cell of the model: index of an entry, or kNoEntry.
   std::vector<Entry> entries_;
   std::vector<DynamicCell> dynamic_;
-  std::vector<ObjectSlot> objects_;   ///< What C++ nodes remember.
+  std::vector<ObjectSlot> objects_;  ///< What C++ nodes remember.
   std::vector<Timer> timers_;
   std::vector<NodeId> halting_;
   NodeId waiting_ = kNoNode;
@@ -99,7 +99,7 @@ class State {
 struct EntryFact {
   std::string scope;  ///< Path of the SubTree that owns it; empty for the root's.
   std::string name;
-  const Value* value; ///< Null value if it was declared and never written, or holds a C++ object.
+  const Value* value;  ///< Null value if it was declared and never written, or holds a C++ object.
   std::string_view type;
   std::uint64_t sequence;
   TimePoint stamp;
@@ -110,7 +110,7 @@ struct EntryFact {
 /// The value of an entry by name, as the root tree or the given SubTree sees it; null if there is none or it is empty.
 [[nodiscard]] const Value* entry(const Tree& tree, const State& state, std::string_view name, NodeId subtree = kNoNode);
 /// Writes an entry from outside, as an untyped port would. Error: bt.entry-type.
-[[nodiscard]] Result<void> set_entry(const Tree& tree, State& state, std::string_view name, Value value,
-                                     TimePoint now, NodeId subtree = kNoNode);
+[[nodiscard]] Result<void> set_entry(const Tree& tree, State& state, std::string_view name, Value value, TimePoint now,
+                                     NodeId subtree = kNoNode);
 
 }  // namespace sentree::bt

@@ -14,8 +14,7 @@ std::string_view to_string(Status status) {
 }
 
 std::optional<Status> parse_status(std::string_view text) {
-  for (const Status status :
-       {Status::kIdle, Status::kRunning, Status::kSuccess, Status::kFailure, Status::kSkipped}) {
+  for (const Status status : {Status::kIdle, Status::kRunning, Status::kSuccess, Status::kFailure, Status::kSkipped}) {
     if (to_string(status) == text) return status;
   }
   return std::nullopt;

@@ -19,9 +19,9 @@ struct Input {
   enum class Kind { kTick, kAnswer, kLeafHalted, kHalt, kTimer };
 
   Kind kind = Kind::kTick;
-  NodeId leaf = kNoNode;            ///< kAnswer, kLeafHalted.
-  Status status = Status::kIdle;    ///< kAnswer: RUNNING, SUCCESS, FAILURE or SKIPPED.
-  Map outputs;                      ///< kAnswer: values for the output ports of these names.
+  NodeId leaf = kNoNode;          ///< kAnswer, kLeafHalted.
+  Status status = Status::kIdle;  ///< kAnswer: RUNNING, SUCCESS, FAILURE or SKIPPED.
+  Map outputs;                    ///< kAnswer: values for the output ports of these names.
 
   [[nodiscard]] static Input tick() { return {}; }
   [[nodiscard]] static Input answer(NodeId leaf, Status status, Map outputs = {}) {
@@ -62,12 +62,12 @@ class Observer {
 /// What a step asks for. Reuse one object: `step` clears the list and keeps its memory.
 struct Effects {
   std::vector<Effect> list;
-  TimePoint next_timer = kNever;       ///< When `Input::timer` is wanted.
-  bool wake = false;                   ///< Tick again at once: a node yielded, or a timer let one go on.
-  std::optional<Diagnostic> error;     ///< StepResult::Kind::kFailed: why.
+  TimePoint next_timer = kNever;    ///< When `Input::timer` is wanted.
+  bool wake = false;                ///< Tick again at once: a node yielded, or a timer let one go on.
+  std::optional<Diagnostic> error;  ///< StepResult::Kind::kFailed: why.
 
-  Observer* observer = nullptr;        ///< Borrowed; may be null. Not cleared.
-  std::function<void()> waker;         ///< Given to C++ leaves that finish between ticks. Not cleared.
+  Observer* observer = nullptr;  ///< Borrowed; may be null. Not cleared.
+  std::function<void()> waker;   ///< Given to C++ leaves that finish between ticks. Not cleared.
 };
 
 struct StepResult {

@@ -56,9 +56,7 @@ NodeId Tree::subtree_end(NodeId node) const {
   return node + 1;
 }
 
-NodeId Tree::enclosing_subtree(NodeId node) const {
-  return model_->trees[model_->infos[node].tree].subtree;
-}
+NodeId Tree::enclosing_subtree(NodeId node) const { return model_->trees[model_->infos[node].tree].subtree; }
 
 SourceSpan Tree::span(NodeId node) const {
   const NodeInfo& info = model_->infos[node];

@@ -24,11 +24,11 @@ enum class Category : std::uint8_t { kControl, kDecorator, kAction, kCondition, 
 /// A port of a node as the file gives it.
 struct PortFact {
   std::string_view name;
-  std::string_view text;       ///< As written, or the default: "30", "{entry}", "{=}".
-  std::string_view type;       ///< Declared type, e.g. "double"; empty if nobody declared one.
+  std::string_view text;  ///< As written, or the default: "30", "{entry}", "{=}".
+  std::string_view type;  ///< Declared type, e.g. "double"; empty if nobody declared one.
   bool input = true;
   bool output = false;
-  bool declared = false;       ///< By the TreeNodesModel or by the C++ node.
+  bool declared = false;  ///< By the TreeNodesModel or by the C++ node.
 };
 
 /// A Behavior Tree, loaded, checked and compiled. Never changes; cheap to move; safe to share between threads.
@@ -41,22 +41,22 @@ class Tree {
   Tree& operator=(Tree&&) noexcept;
   ~Tree();
 
-  [[nodiscard]] std::size_t size() const;               ///< Nodes, at least one.
-  [[nodiscard]] std::string_view id() const;            ///< Of the main tree.
-  [[nodiscard]] int format() const;                     ///< 3 or 4: whose semantics the tree runs with.
+  [[nodiscard]] std::size_t size() const;     ///< Nodes, at least one.
+  [[nodiscard]] std::string_view id() const;  ///< Of the main tree.
+  [[nodiscard]] int format() const;           ///< 3 or 4: whose semantics the tree runs with.
 
   [[nodiscard]] Category category(NodeId node) const;
   [[nodiscard]] std::string_view registration(NodeId node) const;  ///< ID, e.g. "Sequence", "GoToLocation".
   [[nodiscard]] std::string_view name(NodeId node) const;          ///< The attribute `name`, else the ID.
   /// Names of the enclosing SubTrees and of the node, joined with '.', e.g. "Sub.GoToStation".
   [[nodiscard]] std::string path(NodeId node) const;
-  [[nodiscard]] NodeId parent(NodeId node) const;                  ///< kNoNode for the root.
+  [[nodiscard]] NodeId parent(NodeId node) const;  ///< kNoNode for the root.
   [[nodiscard]] std::span<const NodeId> children(NodeId node) const;
-  [[nodiscard]] NodeId subtree_end(NodeId node) const;             ///< One past the last descendant.
+  [[nodiscard]] NodeId subtree_end(NodeId node) const;  ///< One past the last descendant.
   /// The SubTree node whose definition the node belongs to; kNoNode in the main tree.
   [[nodiscard]] NodeId enclosing_subtree(NodeId node) const;
-  [[nodiscard]] SourceSpan span(NodeId node) const;                ///< Of the element that made it.
-  [[nodiscard]] std::vector<PortFact> ports(NodeId node) const;    ///< Also those of SubTrees.
+  [[nodiscard]] SourceSpan span(NodeId node) const;              ///< Of the element that made it.
+  [[nodiscard]] std::vector<PortFact> ports(NodeId node) const;  ///< Also those of SubTrees.
   /// Pre- and post-conditions as written: {"_skipIf", "n > 3"} …
   [[nodiscard]] std::vector<std::pair<std::string_view, std::string_view>> conditions(NodeId node) const;
 

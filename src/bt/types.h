@@ -24,7 +24,8 @@ namespace sentree::bt {
 ///       static std::optional<Pose> from_text(std::string_view);  // optional: literals in the XML
 ///     };
 ///
-/// A type without a specialisation passes as an opaque C++ object: it works, but a state that holds one cannot be saved.
+/// A type without a specialisation passes as an opaque C++ object: it works, but a state that holds one cannot be
+/// saved.
 template <class T>
 struct Convert;
 
@@ -205,7 +206,8 @@ template <class T>
         t.kind = PortType::Class::kBool;
       } else if constexpr (std::is_integral_v<T>) {
         t.kind = PortType::Class::kInteger;
-        t.min = std::in_range<std::int64_t>(std::numeric_limits<T>::min()) ? std::int64_t(std::numeric_limits<T>::min()) : 0;
+        t.min = std::in_range<std::int64_t>(std::numeric_limits<T>::min()) ? std::int64_t(std::numeric_limits<T>::min())
+                                                                           : 0;
         t.max = std::in_range<std::int64_t>(std::numeric_limits<T>::max())
                     ? static_cast<std::int64_t>(std::numeric_limits<T>::max())
                     : std::numeric_limits<std::int64_t>::max();
@@ -235,10 +237,10 @@ enum class PortDirection : std::uint8_t { kInput, kOutput, kInOut };
 struct PortInfo {
   std::string name;
   PortDirection direction = PortDirection::kInput;
-  const PortType* type = nullptr;            ///< Null: any.
-  std::optional<std::string> default_text;   ///< Literal, or "{entry}".
+  const PortType* type = nullptr;           ///< Null: any.
+  std::optional<std::string> default_text;  ///< Literal, or "{entry}".
   std::string description;
-  std::string declared_type;                 ///< The text of the TreeNodesModel where it is none of our types.
+  std::string declared_type;  ///< The text of the TreeNodesModel where it is none of our types.
 };
 
 using Ports = std::vector<PortInfo>;

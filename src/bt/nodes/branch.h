@@ -69,7 +69,10 @@ struct WhileDoElse {
     std::int32_t& mem = current(m, n);
     if (mem == 0) {
       if (status == Status::kRunning) return Next::done(status);
-      if (status == Status::kSkipped) return m.fail(id, "bt.skipped-condition", "its condition was skipped");
+      if (status == Status::kSkipped) {
+        m.reset_children(n);
+        return m.fail(id, "bt.skipped-condition", "its condition was skipped");
+      }
       if (status == Status::kSuccess) {
         if (n.child_count == 3) m.reset(m.child(n, 2));
         mem = 1;
@@ -111,8 +114,12 @@ struct Switch {
     if (const auto i = integer(a)) {
       if (const auto j = integer(b); j && *i == *j) return true;
     }
-    const auto x = detail::parse_real(a);
-    const auto y = detail::parse_real(b);
+    const auto real = [&m](const std::string& text) -> std::optional<double> {
+      if (const auto value = m.model().enum_value(text)) return static_cast<double>(*value);
+      return detail::parse_real(text);
+    };
+    const auto x = real(a);
+    const auto y = real(b);
     return x && y && std::abs(*x - *y) <= static_cast<double>(std::numeric_limits<float>::epsilon());
   }
 

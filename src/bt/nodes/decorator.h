@@ -126,7 +126,8 @@ struct RunOnce {
   }
 };
 
-/// The script is not evaluated again once it let the child start, until the child completes; halting does not change that.
+/// The script is not evaluated again once it let the child start, until the child completes; halting does not change
+/// that.
 struct Precondition {
   static constexpr std::uint32_t kElsePort = 1;
   static std::int32_t& started(Machine& m, const Node& n) { return *m.memory(n); }
@@ -155,7 +156,7 @@ struct Precondition {
 template <Status kOtherwise>
 struct Updated {
   struct Memory {
-    std::int32_t seen_low, seen_high;  ///< Sequence number + 1; 0: never seen.
+    std::int32_t seen_low, seen_high;  ///< Sequence number; an entry that was never written has 0.
     std::int32_t executing;
   };
   static Memory& memory(Machine& m, const Node& n) { return *reinterpret_cast<Memory*>(m.memory(n)); }
@@ -167,9 +168,9 @@ struct Updated {
     Memory& mem = memory(m, n);
     if (mem.executing != 0) return Next::tick(0);
     const Blackboard::Entry* entry = m.blackboard().find(n.data);
-    if (entry == nullptr || entry->sequence + 1 == seen(mem)) return Next::done(kOtherwise);
-    mem.seen_low = static_cast<std::int32_t>(entry->sequence + 1);
-    mem.seen_high = static_cast<std::int32_t>((entry->sequence + 1) >> 32);
+    if (entry == nullptr || entry->sequence == seen(mem)) return Next::done(kOtherwise);
+    mem.seen_low = static_cast<std::int32_t>(entry->sequence);
+    mem.seen_high = static_cast<std::int32_t>(entry->sequence >> 32);
     return Next::tick(0);
   }
   static Next child_done(Machine& m, const Node& n, NodeId /*id*/, Status status) {
@@ -177,7 +178,8 @@ struct Updated {
     return Next::done(status);
   }
   static void halt(Machine& m, const Node& n) {
-    memory(m, n) = {};
+    // What was seen stays seen.
+    memory(m, n).executing = 0;
     m.reset(only_child(m, n));
   }
 };
@@ -204,9 +206,7 @@ struct BlackboardCheck {
     if (!otherwise) return m.fail(id, "bt.missing-port", "needs \"return_on_mismatch\" as a status");
     return Next::done(*otherwise);
   }
-  static Next child_done(Machine& /*m*/, const Node& /*n*/, NodeId /*id*/, Status status) {
-    return Next::done(status);
-  }
+  static Next child_done(Machine& /*m*/, const Node& /*n*/, NodeId /*id*/, Status status) { return Next::done(status); }
 };
 
 }  // namespace sentree::bt::nodes

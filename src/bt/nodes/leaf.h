@@ -69,12 +69,19 @@ struct SetBlackboard {
     const PortType* type = source->type;
     const std::uint32_t target = m.blackboard().cell(scope, *key);
     Blackboard::Entry* entry = m.blackboard().find(target);
+    const bool text = copy.value.as_string() != nullptr;
     if (entry == nullptr) {
+      // The new entry gets the type of the source; a number in an entry declared as text does not fit its own type.
+      if (type != nullptr && type->kind == PortType::Class::kString && copy.value.is_number() && !m.format3()) {
+        return m.fail(id, "bt.entry-type",
+                      "entry \"" + *key + "\" would be text and cannot take the number " + to_json(copy.value));
+      }
       m.blackboard().create(target, type, error);
       entry = m.blackboard().find(target);
       if (entry == nullptr) return m.fail(id, "bt.entry-type", error);
-    }
-    if (!copy_into(copy, entry->datum)) {
+      // As recorded from BehaviorTree.CPP: text copied to an entry that did not exist leaves it empty.
+      if (!text || m.format3()) entry->datum = copy;
+    } else if ((text && !m.format3() && entry->datum.empty()) || !copy_into(copy, entry->datum)) {
       return m.fail(id, "bt.entry-type", "entry \"" + *key + "\" cannot take the value " + to_json(copy.value));
     }
     m.blackboard().written(*entry);
@@ -178,8 +185,8 @@ struct User {
       return next;
     }
     if (next.child >= n.child_count) {
-      return m.fail(id, "bt.child-count", "ticks child " + std::to_string(next.child) + " and has " +
-                                              std::to_string(n.child_count));
+      return m.fail(id, "bt.child-count",
+                    "ticks child " + std::to_string(next.child) + " and has " + std::to_string(n.child_count));
     }
     m.set_status(id, Status::kRunning);
     return m.count_cycle(id) ? next : Next::done(Status::kIdle);

@@ -56,6 +56,8 @@ struct Parallel {
     m.set_status(id, Status::kRunning);
     mem.current = -1;
     mem.skipped = 0;
+    // Format 3 counts anew at each tick, in the order of the children.
+    if (m.format3()) mem.succeeded = mem.failed = 0;
     return next_child(m, n, mem);
   }
 
@@ -66,15 +68,15 @@ struct Parallel {
       ParallelBits(m, n).set(static_cast<std::uint32_t>(mem.current));
       ++(status == Status::kSuccess ? mem.succeeded : mem.failed);
     }
-    return next_child(m, n, mem, is_completed(status));
+    return next_child(m, n, mem, status);
   }
 
   /// Checks the thresholds for the child that was just visited, then goes to the next unfinished one.
-  static Next next_child(Machine& m, const Node& n, ParallelMemory& mem, bool completed_now = false) {
+  static Next next_child(Machine& m, const Node& n, ParallelMemory& mem, Status last = Status::kIdle) {
     const ParallelBits done(m, n);
     for (;;) {
       if (mem.current >= 0) {
-        if (const Status verdict = decided(m, n, mem, completed_now); verdict != Status::kIdle) {
+        if (const Status verdict = decided(m, n, mem, last); verdict != Status::kIdle) {
           clear(m, n);
           m.reset_children(n);
           return Next::done(verdict);
@@ -84,25 +86,27 @@ struct Parallel {
       const auto current = static_cast<std::uint32_t>(mem.current);
       if (current == n.child_count) break;
       if (!done.get(current)) return Next::tick(current);
+      last = m.status(m.child(n, current));
+      if (m.format3()) ++(last == Status::kSuccess ? mem.succeeded : mem.failed);
     }
     const bool all_skipped = mem.skipped == static_cast<std::int32_t>(n.child_count);
     return Next::done(all_skipped ? Status::kSkipped : Status::kRunning);
   }
 
-  static Status decided(const Machine& m, const Node& n, const ParallelMemory& mem, bool completed_now) {
+  static Status decided(const Machine& m, const Node& n, const ParallelMemory& mem, Status last) {
     const std::int64_t success = threshold(mem.success_threshold, n.child_count);
     const std::int64_t failure = threshold(mem.failure_threshold, n.child_count);
     if (m.format3()) {
-      // Format 3 compares the counts when a child completes, for equality: a threshold of 0 is never met.
-      if (!completed_now) return Status::kIdle;
-      if (mem.succeeded == success) return Status::kSuccess;
-      if (mem.failed > n.child_count - success || mem.failed == failure) return Status::kFailure;
+      // Format 3 compares each count when it grows, for equality: a threshold of 0 is never met.
+      if (last == Status::kSuccess && mem.succeeded == success) return last;
+      if (last == Status::kFailure && (mem.failed > n.child_count - success || mem.failed == failure)) return last;
       return Status::kIdle;
     }
     if (mem.succeeded >= success || (mem.success_threshold < 0 && mem.succeeded + mem.skipped >= success)) {
       return Status::kSuccess;
     }
-    if (std::int64_t{n.child_count} - mem.failed < success || mem.failed >= failure) return Status::kFailure;
+    // Equality: with a threshold of 0, a first child that fails goes beyond it, one that does not meets it.
+    if (std::int64_t{n.child_count} - mem.failed < success || mem.failed == failure) return Status::kFailure;
     return Status::kIdle;
   }
 

@@ -34,8 +34,7 @@ struct Reactive {
       mem.all_skipped = 0;
     }
     if (status == Status::kRunning) {
-      // Format 3 leaves the children before it alone: they have completed.
-      if (!m.format3()) m.reset_children(n, 0, current);
+      m.reset_children(n, 0, current);
       m.reset_children(n, current + 1, n.child_count);
       mem.current = 0;
       return Next::done(Status::kRunning);

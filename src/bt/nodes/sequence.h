@@ -73,7 +73,8 @@ using Fallback = Ordered<Status::kFailure, Status::kSuccess, false>;
 using AsyncSequence = Ordered<Status::kSuccess, Status::kFailure, true>;
 using AsyncFallback = Ordered<Status::kFailure, Status::kSuccess, true>;
 
-/// Keeps its place when a child fails and when it is halted. Format 3 (SequenceStar): forgets it when halted, never yields.
+/// Keeps its place when a child fails and when it is halted. Format 3 (SequenceStar): forgets it when halted, never
+/// yields.
 struct SequenceWithMemory {
   static Next enter(Machine& m, const Node& n, NodeId id) {
     SequenceMemory& mem = AsyncSequence::memory(m, n);

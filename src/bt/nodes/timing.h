@@ -4,7 +4,8 @@
 
 #include "sentree/bt/machine.h"
 
-// Delay, Timeout, Sleep, and the delay of a TestNode, on the run's time. A timer that is due makes the tree ask for a tick.
+// Delay, Timeout, Sleep, and the delay of a TestNode, on the run's time. A timer that is due makes the tree ask for a
+// tick.
 
 namespace sentree::bt::nodes {
 
@@ -21,7 +22,8 @@ struct Delay {
     std::int32_t& mem = phase(m, n);
     if (mem == kIdle) {
       const auto delay = m.read_integer(n, 0);
-      if (!delay || *delay < 0) return m.fail(id, "bt.missing-port", "needs delay_msec as a whole number, not negative");
+      if (!delay || *delay < 0)
+        return m.fail(id, "bt.missing-port", "needs delay_msec as a whole number, not negative");
       m.set_status(id, Status::kRunning);
       m.start_timer(id, after(m.now(), *delay));
       mem = kWaiting;

@@ -1,0 +1,163 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "sentree/bt/load.h"
+#include "sentree/bt/runner.h"
+#include "sentree/bt/step.h"
+
+namespace sentree::bt {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+constexpr const char* kMission = R"(<root BTCPP_format="4" main_tree_to_execute="Main">
+  <BehaviorTree ID="Main">
+    <ReactiveSequence>
+      <ReactiveFallback>
+        <BatteryOk name="Battery" threshold="30"/>
+        <SubTree ID="Recharge" name="Recharge" station="{home}"/>
+      </ReactiveFallback>
+      <GoTo name="GoToKitchen" destination="kitchen" reason="{why}" carrier="x"/>
+    </ReactiveSequence>
+  </BehaviorTree>
+  <BehaviorTree ID="Recharge"><GoTo name="Go" destination="{station}"/></BehaviorTree>
+  <TreeNodesModel>
+    <Condition ID="BatteryOk"><input_port name="threshold" type="double"/></Condition>
+    <Action ID="GoTo"><input_port name="destination" type="std::string"/><output_port name="reason" type="std::string"/></Action>
+  </TreeNodesModel>
+</root>)";
+
+/// A tree with external leaves, answered by the test.
+struct Mission {
+  explicit Mission(const std::string& xml, LoadOptions options = {}) : loaded(load(xml, options, "mission.xml")) {
+    for (const Diagnostic& d : loaded.diagnostics) messages += to_string(d) + "\n";
+    if (loaded.ok()) state = State(tree());
+  }
+  [[nodiscard]] const Tree& tree() const { return *loaded.value; }
+  [[nodiscard]] NodeId leaf(const std::string& path) const { return tree().find(path); }
+  StepResult step(const Input& input) { return bt::step(tree(), state, input, now, effects); }
+  StepResult answer(const std::string& path, Status status, Map outputs = {}) {
+    return step(Input::answer(leaf(path), status, std::move(outputs)));
+  }
+  [[nodiscard]] std::string todo() const {
+    std::string text;
+    for (const Effect& e : effects.list) {
+      text += e.kind == Effect::Kind::kTickLeaf   ? (e.started ? "start " : "tick ")
+              : e.kind == Effect::Kind::kHaltLeaf ? "halt "
+                                                  : "cancel ";
+      text += tree().path(e.leaf) + " ";
+    }
+    return text;
+  }
+
+  Loaded<Tree> loaded;
+  std::string messages;
+  State state;
+  Effects effects;
+  TimePoint now{};
+};
+
+TEST(Step, SuspendsForAnExternalLeafAndGoesOnWithItsAnswer) {
+  Mission m(kMission);
+  ASSERT_TRUE(m.loaded.ok()) << m.messages;
+  StepResult result = m.step(Input::tick());
+  ASSERT_TRUE(result.waiting());
+  EXPECT_EQ(m.tree().path(result.leaf), "Battery");
+  EXPECT_EQ(m.todo(), "start Battery ");
+  EXPECT_EQ(m.effects.list[0].inputs, (Map{{"threshold", 30.0}}));
+  EXPECT_TRUE(m.answer("Battery", Status::kSuccess).waiting());
+  EXPECT_EQ(m.todo(), "start GoToKitchen ");
+  result = m.answer("GoToKitchen", Status::kRunning);
+  EXPECT_TRUE(result.done());
+  EXPECT_EQ(result.status, Status::kRunning);
+}
+
+TEST(Step, TicksTheSuccessorBeforeItsPredecessorIsHalted) {
+  Mission m(kMission);
+  m.step(Input::tick());
+  m.answer("Battery", Status::kSuccess);
+  m.answer("GoToKitchen", Status::kRunning);
+  m.step(Input::tick());
+  m.answer("Battery", Status::kFailure);
+  EXPECT_EQ(m.todo(), "start Recharge.Go ");
+  m.answer("Recharge.Go", Status::kRunning);
+  EXPECT_EQ(m.todo(), "halt GoToKitchen ");
+  EXPECT_THAT(m.state.outstanding_halts(), ElementsAre(m.leaf("GoToKitchen")));
+}
+
+TEST(Step, ALeafTickedWhileItIsHaltingIsRunningAndStartsAnewAfterwards) {
+  Mission m(kMission);
+  m.step(Input::tick());
+  m.answer("Battery", Status::kSuccess);
+  m.answer("GoToKitchen", Status::kRunning);
+  m.step(Input::tick());
+  m.answer("Battery", Status::kFailure);
+  m.answer("Recharge.Go", Status::kRunning);
+  m.step(Input::tick());
+  const StepResult result = m.answer("Battery", Status::kSuccess);
+  EXPECT_TRUE(result.done());
+  EXPECT_EQ(result.status, Status::kRunning);
+  EXPECT_EQ(m.todo(), "halt Recharge.Go ");
+  m.step(Input::leaf_halted(m.leaf("GoToKitchen")));
+  EXPECT_TRUE(m.effects.wake);
+  m.step(Input::tick());
+  m.answer("Battery", Status::kSuccess);
+  EXPECT_EQ(m.todo(), "start GoToKitchen ");
+}
+
+TEST(Step, HaltingTheTreeCancelsTheLeafThatIsWaitedFor) {
+  Mission m(kMission);
+  m.step(Input::tick());
+  EXPECT_EQ(m.step(Input::halt()).kind, StepResult::Kind::kApplied);
+  EXPECT_EQ(m.todo(), "cancel Battery ");
+  EXPECT_EQ(m.state.waiting_leaf(), kNoNode);
+  EXPECT_EQ(m.answer("Battery", Status::kSuccess).kind, StepResult::Kind::kIgnored);
+}
+
+TEST(Step, IgnoresWhatDoesNotFit) {
+  Mission m(kMission);
+  EXPECT_EQ(m.answer("Battery", Status::kSuccess).kind, StepResult::Kind::kIgnored);
+  m.step(Input::tick());
+  EXPECT_EQ(m.step(Input::tick()).kind, StepResult::Kind::kIgnored);
+  EXPECT_EQ(m.step(Input::leaf_halted(m.leaf("Battery"))).kind, StepResult::Kind::kIgnored);
+  EXPECT_EQ(m.answer("GoToKitchen", Status::kSuccess).kind, StepResult::Kind::kIgnored);
+}
+
+TEST(Step, WritesTheOutputsOfAnAnswer) {
+  Mission m(kMission);
+  m.step(Input::tick());
+  m.answer("Battery", Status::kSuccess);
+  m.answer("GoToKitchen", Status::kFailure, {{"reason", "NO_VALID_PATH"}});
+  const Value* why = entry(m.tree(), m.state, "why");
+  ASSERT_NE(why, nullptr);
+  EXPECT_EQ(*why, Value("NO_VALID_PATH"));
+}
+
+TEST(Load, WarnsOfAnAttributeThatNobodyDeclaredAndKeepsIt) {
+  Mission m(kMission);
+  EXPECT_THAT(m.messages, HasSubstr("carrier"));
+  m.step(Input::tick());
+  m.answer("Battery", Status::kSuccess);
+  EXPECT_NE(m.effects.list[0].inputs.find("carrier"), nullptr);
+}
+
+TEST(Runner, TicksAnXmlWithACppLeaf) {
+  int greeted = 0;
+  Registry registry;
+  registry.action("SayHello", {input<std::string>("to")}, [&](Context& self) {
+    if (self.input_or<std::string>("to", "") == "world") ++greeted;
+    return Status::kSuccess;
+  });
+  auto loaded = load(R"(<root BTCPP_format="4"><BehaviorTree ID="Main"><SayHello to="world"/></BehaviorTree></root>)",
+                     {.registry = &registry});
+  ASSERT_TRUE(loaded.ok());
+  Runner runner(std::move(*loaded.value));
+  EXPECT_EQ(runner.tick(), Status::kSuccess);
+  EXPECT_EQ(greeted, 1);
+}
+
+}  // namespace
+}  // namespace sentree::bt
