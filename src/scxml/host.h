@@ -36,8 +36,7 @@ struct OutgoingSend {
 
 struct LogLine {
   std::string label;
-  std::optional<Value> value;
-  std::string text;  ///< The value as a script would print it.
+  std::string text;  ///< The value of expr: strings as they are, objects as JSON. Empty without expr.
   SourceSpan span;
   friend bool operator==(const LogLine&, const LogLine&) = default;
 };

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -15,43 +17,40 @@
 #include "sentree/scxml/chart.h"
 #include "sentree/scxml/event.h"
 #include "sentree/scxml/host.h"
+#include "sentree/scxml/state_set.h"
 
 namespace sentree::scxml {
 
-/// The states that are active, as a set in document order.
-class StateSet {
+/// Events waiting, first in, first out.
+class EventQueue {
  public:
-  StateSet() = default;
-  explicit StateSet(std::size_t states) : words_((states + 63) / 64) {}
-
-  [[nodiscard]] bool contains(StateIndex s) const { return (words_[s / 64] >> (s % 64) & 1U) != 0; }
-  void insert(StateIndex s) { words_[s / 64] |= std::uint64_t{1} << (s % 64); }
-  void erase(StateIndex s) { words_[s / 64] &= ~(std::uint64_t{1} << (s % 64)); }
+  [[nodiscard]] bool empty() const { return head_ == events_.size(); }
+  [[nodiscard]] std::size_t size() const { return events_.size() - head_; }
+  void push(Event event) { events_.push_back(std::move(event)); }
+  [[nodiscard]] Event pop() {
+    Event event = std::move(events_[head_++]);
+    if (head_ == events_.size()) clear();
+    return event;
+  }
   void clear() {
-    for (auto& word : words_) word = 0;
+    events_.clear();
+    head_ = 0;
   }
-  [[nodiscard]] bool empty() const {
-    for (const auto word : words_) {
-      if (word != 0) return false;
-    }
-    return true;
+  /// Drops what came from the invocation of that id.
+  void drop_from(std::string_view invokeid) {
+    events_.erase(events_.begin(), events_.begin() + static_cast<std::ptrdiff_t>(head_));
+    head_ = 0;
+    std::erase_if(events_, [&](const Event& event) { return event.invokeid == invokeid; });
   }
-  [[nodiscard]] std::size_t words() const { return words_.size(); }
-  [[nodiscard]] std::uint64_t word(std::size_t i) const { return words_[i]; }
-  [[nodiscard]] std::uint64_t& word(std::size_t i) { return words_[i]; }
-  /// Calls `visit(state)` in document order; `visit` must not change the set.
-  template <class Visitor>
-  void for_each(Visitor&& visit) const {
-    for (std::size_t i = 0; i < words_.size(); ++i) {
-      for (std::uint64_t word = words_[i]; word != 0; word &= word - 1) {
-        visit(static_cast<StateIndex>(i * 64 + static_cast<unsigned>(__builtin_ctzll(word))));
-      }
-    }
+  [[nodiscard]] auto begin() const { return events_.begin() + static_cast<std::ptrdiff_t>(head_); }
+  [[nodiscard]] auto end() const { return events_.end(); }
+  friend bool operator==(const EventQueue& a, const EventQueue& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end());
   }
-  friend bool operator==(const StateSet&, const StateSet&) = default;
 
  private:
-  std::vector<std::uint64_t> words_;
+  std::vector<Event> events_;
+  std::size_t head_ = 0;
 };
 
 /// A delayed <send>. It holds the event as it was evaluated when the <send> was executed (SCXML 6.2.4).
@@ -151,6 +150,7 @@ class Session {
   friend class Interpreter;
   friend class EcmaScriptModel;
   friend struct SessionAccess;
+  friend void reset_session(const Chart& chart, Session& session, std::string id, std::uint64_t seed);
 
   std::uint64_t fingerprint_ = 0;  // of the chart
   SessionStatus status_ = SessionStatus::kNew;
@@ -161,8 +161,8 @@ class Session {
   StateSet configuration_;
   StateSet initialized_;           // late binding: states whose data have been bound
   std::vector<std::pair<StateIndex, std::vector<StateIndex>>> history_;
-  std::vector<Event> internal_;    // empty in a stable configuration
-  std::vector<Event> external_;
+  EventQueue internal_;            // empty in a stable configuration
+  EventQueue external_;            // empty between steps
   std::vector<Timer> timers_;      // by due time, then sequence
   std::vector<Invocation> invocations_;
   std::vector<std::optional<Value>> variables_;  // of <data>, by slot; nothing: undefined
@@ -172,10 +172,12 @@ class Session {
   Rng rng_{1};
   std::optional<Diagnostic> failure_;
   std::optional<Value> done_data_;
+  bool scripts_run_ = false;       // the chart's own scripts have been executed
 
   // A disposable cache, no part of the value: the JavaScript heap whose content has this tag holds these data.
   std::uint64_t heap_tag_ = 0;
   std::shared_ptr<ScriptHeap> pinned_;  // data without a Value form live here only
+  std::optional<Diagnostic> unsaveable_;
 };
 
 /// The whole session as a value (JSON can hold it): configuration, history, queues, timers, invocations, data.

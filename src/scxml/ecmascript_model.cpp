@@ -1,0 +1,271 @@
+#include "sentree/scxml/ecmascript_model.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "sentree/scxml/interpreter.h"
+
+namespace sentree::scxml {
+namespace {
+
+// Strings made while a native expression is evaluated. Per thread: an evaluation never waits for another.
+std::vector<std::string>& native_text() {
+  thread_local std::vector<std::string> text;
+  return text;
+}
+
+}  // namespace
+
+EcmaScriptModel::EcmaScriptModel(const Interpreter& interpreter, Session& session)
+    : interpreter_(interpreter), session_(session), model_(interpreter.chart().model()) {}
+
+void EcmaScriptModel::set_event(const Event* event) {
+  event_ = event;
+  event_current_ = false;
+}
+
+// ---- Without the interpreter ----
+
+bool EcmaScriptModel::variable(std::uint32_t slot, ScriptValue& value) {
+  if (heap_newer_) return heap_->read_primitive(slot, value);
+  const std::optional<Value>& variable = session_.variables_[slot];
+  value = variable ? ScriptValue::of(*variable) : ScriptValue();
+  return true;
+}
+
+std::string_view EcmaScriptModel::system(SystemVariable variable) {
+  return variable == SystemVariable::kSessionId ? std::string_view(session_.id_) : std::string_view(model_.name);
+}
+
+bool EcmaScriptModel::in(std::string_view state_id) {
+  const auto state = interpreter_.chart().find(state_id);
+  return state && interpreter_.is_active(*state);
+}
+
+double EcmaScriptModel::script_now_ms() {
+  return static_cast<double>(interpreter_.now().time_since_epoch() / std::chrono::milliseconds(1));
+}
+
+const std::vector<NativeFunction>& EcmaScriptModel::script_functions() { return interpreter_.host().functions; }
+
+bool EcmaScriptModel::evaluate_here(ExpressionId id, ScriptValue& value) {
+  const NativeCode& code = model_.expressions[id].native;
+  return !code.empty() && !session_.pinned_ && evaluate_native(code, *this, native_text(), value);
+}
+
+void EcmaScriptModel::store(std::uint32_t slot, std::optional<Value> value) {
+  session_.variables_[slot] = std::move(value);
+  if (!heap_) session_.heap_tag_ = 0;
+  else if (std::find(unwritten_.begin(), unwritten_.end(), slot) == unwritten_.end()) unwritten_.push_back(slot);
+}
+
+// ---- Evaluation ----
+
+Result<bool> EcmaScriptModel::condition(ExpressionId id) {
+  ScriptValue value;
+  if (evaluate_here(id, value)) return value.truthy();
+  auto h = heap(id, !model_.expressions[id].pure);
+  if (!h) return tl::unexpected(std::move(h.error()));
+  auto result = (*h)->condition(id);
+  leave();
+  return result;
+}
+
+Result<std::optional<Value>> EcmaScriptModel::evaluate(ExpressionId id) {
+  ScriptValue value;
+  if (evaluate_here(id, value)) return value.to_value();
+  auto h = heap(id, !model_.expressions[id].pure);
+  if (!h) return tl::unexpected(std::move(h.error()));
+  auto result = (*h)->evaluate(id);
+  leave();
+  return result;
+}
+
+Result<std::string> EcmaScriptModel::text(ExpressionId id) {
+  ScriptValue value;
+  if (evaluate_here(id, value)) {
+    switch (value.kind) {
+      case ScriptValue::Kind::kUndefined: return "undefined";
+      case ScriptValue::Kind::kNull: return "null";
+      case ScriptValue::Kind::kBool: return value.boolean ? "true" : "false";
+      case ScriptValue::Kind::kNumber: return number_to_string(value.number);
+      case ScriptValue::Kind::kString: return std::string(value.string);
+      case ScriptValue::Kind::kObject: break;
+    }
+  }
+  auto h = heap(id, !model_.expressions[id].pure);
+  if (!h) return tl::unexpected(std::move(h.error()));
+  auto result = (*h)->text(id);
+  leave();
+  return result;
+}
+
+Result<void> EcmaScriptModel::assign(ExpressionId location, ExpressionId expr) {
+  const auto slot = model_.expressions[location].slot;
+  ScriptValue value;
+  // Objects are shared, not copied, when scripts assign them: that is left to the interpreter.
+  const bool here = evaluate_here(expr, value) && value.kind != ScriptValue::Kind::kObject;
+  if (here && slot) {
+    store(*slot, value.to_value());
+    return {};
+  }
+  auto h = heap(expr, true);
+  if (!h) return tl::unexpected(std::move(h.error()));
+  auto result = (*h)->assign(location, expr);
+  leave();
+  return result;
+}
+
+Result<void> EcmaScriptModel::assign_value(ExpressionId location, const std::optional<Value>& value) {
+  const auto slot = model_.expressions[location].slot;
+  if (slot && !session_.pinned_) {
+    store(*slot, value);
+    return {};
+  }
+  auto h = heap(location, true);
+  if (!h) return tl::unexpected(std::move(h.error()));
+  auto result = (*h)->assign_value(location, value);
+  leave();
+  return result;
+}
+
+Result<void> EcmaScriptModel::bind(std::uint32_t slot, ExpressionId expr) {
+  ScriptValue value;
+  if (evaluate_here(expr, value) && value.kind != ScriptValue::Kind::kObject) {
+    store(slot, value.to_value());
+    return {};
+  }
+  auto h = heap(expr, true);
+  if (!h) return tl::unexpected(std::move(h.error()));
+  auto result = (*h)->bind(slot, expr);
+  leave();
+  return result;
+}
+
+void EcmaScriptModel::bind_value(std::uint32_t slot, const std::optional<Value>& value) {
+  if (session_.pinned_) {
+    if (auto h = heap(kNoExpression, true)) static_cast<void>((*h)->write(slot, value));
+    return;
+  }
+  store(slot, value);
+}
+
+Result<void> EcmaScriptModel::run(ExpressionId script) {
+  auto h = heap(script, true);
+  if (!h) return tl::unexpected(std::move(h.error()));
+  auto result = (*h)->run(script);
+  if (std::find(model_.scripts.begin(), model_.scripts.end(), script) != model_.scripts.end()) {
+    session_.scripts_run_ = true;
+    static_cast<void>((*h)->keep_functions());
+  }
+  leave();
+  return result;
+}
+
+Result<void> EcmaScriptModel::for_each(const Foreach& loop, const std::function<bool()>& body) {
+  auto h = heap(loop.array, true);
+  if (!h) return tl::unexpected(std::move(h.error()));
+  Result<void> failure;
+  const std::function<bool()> with_current_data = [&] {
+    heap_newer_ = true;
+    const bool go_on = body();
+    // The body may have written natively, or seen another event's error; the next item needs the heap up to date.
+    if (auto again = heap(loop.array, true); !again) failure = tl::unexpected(std::move(again.error()));
+    return go_on && failure.has_value();
+  };
+  auto result = (*h)->for_each(loop, with_current_data);
+  leave();
+  return result ? failure : result;
+}
+
+// ---- The heap ----
+
+Result<ScriptHeap*> EcmaScriptModel::heap(ExpressionId id, bool changes) {
+  if (!heap_) {
+    if (session_.pinned_) {
+      heap_ = session_.pinned_;
+    } else {
+      heap_ = model_.heaps->take(session_.heap_tag_);
+    }
+    if (heap_ && !session_.pinned_ && (session_.heap_tag_ == 0 || heap_->tag != session_.heap_tag_) && !heap_->reset()) heap_.reset();
+    if (!heap_) {
+      auto created = ScriptHeap::create(model_, interpreter_.host().limits.script_memory_max);
+      if (!created) return tl::unexpected(std::move(created.error()));
+      heap_ = *std::move(created);
+    }
+    heap_->attach(this);
+    heap_->foreach_max = interpreter_.host().limits.foreach_max;
+    if (heap_->session_id != session_.id_ || !interpreter_.host().functions.empty()) {
+      if (auto set = heap_->set_system(session_.id_, interpreter_.host().processors); !set) return tl::unexpected(std::move(set.error()));
+    }
+    if (heap_->tag == 0 && !session_.pinned_) {
+      if (auto loaded = load_heap(); !loaded) return tl::unexpected(std::move(loaded.error()));
+    }
+  }
+  for (const std::uint32_t slot : unwritten_) {
+    if (auto written = heap_->write(slot, session_.variables_[slot]); !written) return tl::unexpected(std::move(written.error()));
+  }
+  if (!unwritten_.empty()) heap_->tag = 0;
+  unwritten_.clear();
+  if (!event_current_) {
+    if (auto set = heap_->set_event(event_); !set) return tl::unexpected(std::move(set.error()));
+    event_current_ = true;
+  }
+  // What the heap holds is no longer what its tag says.
+  if (changes) {
+    heap_newer_ = true;
+    heap_->tag = 0;
+  }
+  if (ExecutionWatch* watch = interpreter_.host().watch) {
+    watch->line.store(id == kNoExpression ? 0 : model_.expressions[id].place.line, std::memory_order_relaxed);
+    watch->evaluations.fetch_add(1, std::memory_order_relaxed);
+    watch->chart.store(&model_, std::memory_order_release);
+  }
+  return heap_.get();
+}
+
+void EcmaScriptModel::leave() {
+  if (ExecutionWatch* watch = interpreter_.host().watch) watch->chart.store(nullptr, std::memory_order_release);
+}
+
+Result<void> EcmaScriptModel::load_heap() {
+  const auto write_all = [&]() -> Result<void> {
+    for (std::uint32_t slot = 0; slot < session_.variables_.size(); ++slot) {
+      if (!session_.variables_[slot]) continue;
+      if (auto written = heap_->write(slot, session_.variables_[slot]); !written) return written;
+    }
+    return heap_->write_globals(session_.globals_);
+  };
+  if (auto written = write_all(); !written) return written;
+  unwritten_.clear();
+  if (!session_.scripts_run_ || model_.scripts.empty()) return {};
+  // The chart's own scripts define its functions again; what they did to the data is undone.
+  const Rng rng = session_.rng_;
+  for (const ExpressionId script : model_.scripts) static_cast<void>(heap_->run(script));
+  session_.rng_ = rng;
+  if (auto kept = heap_->keep_functions(); !kept) return kept;
+  return write_all();
+}
+
+void EcmaScriptModel::finish() {
+  if (!heap_) return;
+  event_ = nullptr;
+  static_cast<void>(heap_->set_event(nullptr));
+  for (const std::uint32_t slot : unwritten_) static_cast<void>(heap_->write(slot, session_.variables_[slot]));
+  if (!unwritten_.empty()) heap_->tag = 0;
+  if (heap_newer_) {
+    if (auto read = heap_->read_all(session_.variables_, session_.globals_); !read) {
+      session_.pinned_ = std::move(heap_);
+      session_.pinned_->attach(nullptr);
+      session_.unsaveable_ = std::move(read.error());
+      return;
+    }
+  }
+  session_.pinned_.reset();
+  session_.unsaveable_.reset();
+  if (heap_->tag == 0) heap_->tag = model_.heaps->next_tag();
+  session_.heap_tag_ = heap_->tag;
+  model_.heaps->give(std::move(heap_));
+}
+
+}  // namespace sentree::scxml

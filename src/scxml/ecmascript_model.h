@@ -1,0 +1,64 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sentree/scxml/data_model.h"
+#include "sentree/scxml/expression.h"
+#include "sentree/scxml/script_heap.h"
+#include "sentree/scxml/session.h"
+
+namespace sentree::scxml {
+
+class Interpreter;
+
+/// SCXML B.2. The session's data are Values; simple expressions are evaluated on them directly. The first expression that
+/// needs the interpreter leases a JavaScript heap for the rest of the step and gives it the data.
+class EcmaScriptModel final : public DataModel, private NativeScope, private ScriptWorld {
+ public:
+  EcmaScriptModel(const Interpreter& interpreter, Session& session);
+
+  void set_event(const Event* event) override;
+  Result<bool> condition(ExpressionId id) override;
+  Result<std::optional<Value>> evaluate(ExpressionId id) override;
+  Result<std::string> text(ExpressionId id) override;
+  Result<void> assign(ExpressionId location, ExpressionId expr) override;
+  Result<void> assign_value(ExpressionId location, const std::optional<Value>& value) override;
+  Result<void> bind(std::uint32_t slot, ExpressionId expr) override;
+  void bind_value(std::uint32_t slot, const std::optional<Value>& value) override;
+  Result<void> run(ExpressionId script) override;
+  Result<void> for_each(const Foreach& loop, const std::function<bool()>& body) override;
+  void finish() override;
+
+ private:
+  // NativeScope
+  bool variable(std::uint32_t slot, ScriptValue& value) override;
+  const Event* event() override { return event_; }
+  std::string_view system(SystemVariable variable) override;
+  bool in(std::string_view state_id) override;
+  // ScriptWorld
+  bool script_in(std::string_view state_id) override { return in(state_id); }
+  double script_now_ms() override;
+  double script_random() override { return session_.rng_.uniform(); }
+  const std::vector<NativeFunction>& script_functions() override;
+
+  /// Primitive results only; false: the interpreter must evaluate.
+  bool evaluate_here(ExpressionId id, ScriptValue& value);
+  void store(std::uint32_t slot, std::optional<Value> value);
+  /// A heap that holds this session's data and event. `changes`: what is called next may change data.
+  Result<ScriptHeap*> heap(ExpressionId id, bool changes);
+  Result<void> load_heap();
+  void leave();
+
+  const Interpreter& interpreter_;
+  Session& session_;
+  const Model& model_;
+  const Event* event_ = nullptr;
+  std::shared_ptr<ScriptHeap> heap_;
+  bool event_current_ = false;  // the heap has the present event
+  bool heap_newer_ = false;     // the heap's data may be newer than the session's
+  std::vector<std::uint32_t> unwritten_;  // variables that are newer in the session than in the heap
+};
+
+}  // namespace sentree::scxml

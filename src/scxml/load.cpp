@@ -1,0 +1,415 @@
+#include <array>
+#include <utility>
+
+#include "sentree/scxml/loader.h"
+
+namespace sentree::scxml {
+namespace {
+
+constexpr std::string_view kNamespace = "http://www.w3.org/2005/07/scxml";
+
+}  // namespace
+
+Loader::Loader(const text::XmlDocument& document, const LoadOptions& options, int depth)
+    : document_(document), options_(options), model_(std::make_unique<Model>()), depth_(depth) {}
+
+std::shared_ptr<const Model> Loader::run() {
+  const Element root = document_.root();
+  model_->file = document_.file();
+  model_->source = document_.source();
+  model_->fingerprint = hash_bytes(model_->source);
+  namespace_ = root.namespace_uri();
+  if (root.local_name() != "scxml" || (!namespace_.empty() && namespace_ != kNamespace)) {
+    error("scxml.no-scxml", "the root element is <" + std::string(root.name()) + ">, not <scxml> of the namespace " + std::string(kNamespace),
+          place(root));
+    return nullptr;
+  }
+  load_root(root);
+  if (!has_errors(diagnostics_)) resolve();
+  if (has_errors(diagnostics_)) return nullptr;
+  return std::shared_ptr<const Model>(std::move(model_));
+}
+
+void Loader::load_root(const Element& root) {
+  know_attributes(root, {"initial", "name", "version", "datamodel", "binding", "exmode"});
+  model_->name = root.attribute("name").value_or("");
+  const std::string_view version = root.attribute("version").value_or("1.0");
+  if (version != "1.0") {
+    error("scxml.bad-attribute", "version \"" + std::string(version) + "\" is not supported; SCXML is version \"1.0\"",
+          value_place(root, "version"));
+  }
+  const std::string_view data_model = root.attribute("datamodel").value_or("null");
+  if (data_model == "ecmascript") {
+    model_->data_model = DataModelKind::kEcmaScript;
+  } else if (data_model != "null") {
+    const std::array<std::string, 2> known{"ecmascript", "null"};
+    error("scxml.data-model", "data model \"" + std::string(data_model) + "\" is not supported; there are \"ecmascript\" and \"null\"" +
+                                  did_you_mean(data_model, known),
+          value_place(root, "datamodel"));
+  }
+  const std::string_view binding = root.attribute("binding").value_or("early");
+  model_->late_binding = binding == "late";
+  if (binding != "early" && binding != "late") {
+    error("scxml.bad-attribute", "binding \"" + std::string(binding) + "\" is neither \"early\" nor \"late\"", value_place(root, "binding"));
+  }
+
+  add_state(root, StateKind::kRoot, kNoState);
+  for (Element child = root.first_child(); child; child = child.next_sibling()) {
+    if (!is_scxml(child)) continue;
+    const std::string_view name = child.local_name();
+    if (name == "state" || name == "parallel" || name == "final") load_state(child, 0, 1);
+    else if (name == "datamodel") load_datamodel(child, 0);
+    else if (name == "script") model_->scripts.push_back(load_script(child).code);
+    else unknown_element(child, "scxml", {"state", "parallel", "final", "datamodel", "script"});
+  }
+  model_->states[0].end = static_cast<StateIndex>(model_->states.size());
+  if (const auto initial = root.attribute("initial")) add_default(0, *initial, value_place(root, "initial"), true);
+  if (model_->states[0].children.empty()) error("scxml.no-state", "<scxml> has no state to be in", place(root));
+}
+
+StateIndex Loader::add_state(const Element& element, StateKind kind, StateIndex parent) {
+  const auto index = static_cast<StateIndex>(model_->states.size());
+  State& state = model_->states.emplace_back();
+  StateCode& code = model_->state_code.emplace_back();
+  state.kind = kind;
+  state.parent = parent;
+  state.place = place(element);
+  if (parent != kNoState) {
+    state.depth = model_->states[parent].depth + 1;
+    model_->states[parent].children.push_back(index);
+    state.id = element.attribute("id").value_or("");
+  }
+  if (!state.id.empty() && !model_->ids.emplace(state.id, index).second) {
+    const State& first = model_->states[model_->ids.at(state.id)];
+    error("scxml.duplicate-id", "state id \"" + state.id + "\" is given twice; first in line " + std::to_string(first.place.line),
+          value_place(element, "id"));
+  }
+  // SCXML 3.14: the processor makes up an id where there is none.
+  code.done_event = "done.state." + (state.id.empty() ? "$" + std::to_string(index) : state.id);
+  if (model_->states.size() == options_.limits.states_max + 1) {
+    error("scxml.too-large", "the chart has more than " + std::to_string(options_.limits.states_max) + " states", state.place);
+  }
+  return index;
+}
+
+void Loader::load_state(const Element& element, StateIndex parent, int depth) {
+  if (too_deep(element, depth) || model_->states.size() > options_.limits.states_max) return;
+  const std::string_view name = element.local_name();
+  const bool parallel = name == "parallel";
+  const bool final = name == "final";
+  const StateIndex index = add_state(element, parallel ? StateKind::kParallel : final ? StateKind::kFinal : StateKind::kAtomic, parent);
+  if (name == "state") know_attributes(element, {"id", "initial"});
+  else know_attributes(element, {"id"});
+  for (Element child = element.first_child(); child; child = child.next_sibling()) {
+    if (is_scxml(child)) load_state_child(child, index, depth + 1);
+  }
+  State& state = model_->states[index];
+  state.end = static_cast<StateIndex>(model_->states.size());
+  bool has_child_state = false;
+  for (const StateIndex child : state.children) has_child_state |= !model_->states[child].is_history();
+  if (state.kind == StateKind::kAtomic && has_child_state) state.kind = StateKind::kCompound;
+  const auto initial = name == "state" ? element.attribute("initial") : std::nullopt;
+  if (initial && state.kind != StateKind::kCompound) {
+    error("scxml.bad-initial", "state \"" + state.id + "\" has an initial state but no child states", value_place(element, "initial"));
+  } else if (initial && model_->state_code[index].initial != kNoTransition) {
+    error("scxml.bad-initial", "state \"" + state.id + "\" has both an initial attribute and an <initial>; keep one",
+          value_place(element, "initial"));
+  } else if (initial) {
+    add_default(index, *initial, value_place(element, "initial"), true);
+  }
+}
+
+void Loader::load_state_child(const Element& element, StateIndex state, int depth) {
+  const std::string_view name = element.local_name();
+  const StateKind kind = model_->states[state].kind;
+  state_ = state;
+  if (name == "onentry" || name == "onexit") {
+    know_attributes(element, {});
+    Block block = load_block(element, depth);
+    auto& blocks = name == "onentry" ? model_->state_code[state].onentry : model_->state_code[state].onexit;
+    blocks.push_back(std::move(block));
+  } else if (kind == StateKind::kFinal) {
+    if (name == "donedata") load_donedata(element, state);
+    else unknown_element(element, "final", {"onentry", "onexit", "donedata"});
+  } else if (name == "state" || name == "parallel" || (name == "final" && kind != StateKind::kParallel)) {
+    load_state(element, state, depth);
+  } else if (name == "transition") {
+    const TransitionIndex transition = load_transition(element, state, false);
+    model_->states[state].transitions.push_back(transition);
+  } else if (name == "history") {
+    load_history(element, state);
+  } else if (name == "datamodel") {
+    load_datamodel(element, state);
+  } else if (name == "invoke") {
+    load_invoke(element, state);
+  } else if (name == "initial" && kind != StateKind::kParallel) {
+    load_initial(element, state);
+  } else if (kind == StateKind::kParallel) {
+    unknown_element(element, "parallel", {"onentry", "onexit", "transition", "state", "parallel", "history", "datamodel", "invoke"});
+  } else {
+    unknown_element(element, "state",
+                    {"onentry", "onexit", "transition", "initial", "state", "parallel", "final", "history", "datamodel", "invoke"});
+  }
+}
+
+void Loader::load_history(const Element& element, StateIndex parent) {
+  if (model_->states.size() > options_.limits.states_max) return;
+  know_attributes(element, {"id", "type"});
+  const std::string_view type = element.attribute("type").value_or("shallow");
+  if (type != "shallow" && type != "deep") {
+    error("scxml.bad-attribute", "type \"" + std::string(type) + "\" of <history> is neither \"shallow\" nor \"deep\"", value_place(element, "type"));
+  }
+  const StateIndex index = add_state(element, type == "deep" ? StateKind::kHistoryDeep : StateKind::kHistoryShallow, parent);
+  model_->states[index].end = index + 1;
+  model_->state_code[parent].history.push_back(index);
+  model_->has_history = true;
+  for (Element child = element.first_child(); child; child = child.next_sibling()) {
+    if (!is_scxml(child)) continue;
+    if (child.local_name() == "transition" && model_->state_code[index].initial == kNoTransition) {
+      const TransitionIndex transition = load_transition(child, parent, true);
+      model_->state_code[index].initial = transition;
+    } else {
+      unknown_element(child, "history", {"transition"});
+    }
+  }
+  if (model_->state_code[index].initial == kNoTransition) {
+    error("scxml.missing-element", "<history> \"" + model_->states[index].id + "\" needs a <transition> to its default state", place(element));
+  }
+}
+
+void Loader::load_initial(const Element& element, StateIndex state) {
+  know_attributes(element, {});
+  if (model_->state_code[state].initial != kNoTransition) {
+    error("scxml.bad-initial", "state \"" + model_->states[state].id + "\" has two <initial>; keep one", place(element));
+    return;
+  }
+  for (Element child = element.first_child(); child; child = child.next_sibling()) {
+    if (!is_scxml(child)) continue;
+    if (child.local_name() == "transition" && model_->state_code[state].initial == kNoTransition) {
+      const TransitionIndex transition = load_transition(child, state, true);
+      model_->state_code[state].initial = transition;
+    } else {
+      unknown_element(child, "initial", {"transition"});
+    }
+  }
+  if (model_->state_code[state].initial == kNoTransition) error("scxml.missing-element", "<initial> needs a <transition>", place(element));
+}
+
+TransitionIndex Loader::load_transition(const Element& element, StateIndex source, bool pseudo) {
+  know_attributes(element, {"event", "cond", "target", "type"});
+  const auto index = static_cast<TransitionIndex>(model_->transitions.size());
+  model_->transitions.emplace_back();
+  model_->transition_code.emplace_back();
+  if (model_->transitions.size() == options_.limits.transitions_max + 1) {
+    error("scxml.too-large", "the chart has more than " + std::to_string(options_.limits.transitions_max) + " transitions", place(element));
+  }
+  Transition transition;
+  TransitionCode code;
+  transition.source = source;
+  transition.place = place(element);
+  for (const std::string_view name : {"event", "cond"}) {
+    if (pseudo && element.attribute(name)) {
+      error("scxml.bad-attribute", "the <transition> of <" + std::string(element.parent().local_name()) + "> cannot have \"" + std::string(name) + "\"",
+            attribute_place(element, name));
+    }
+  }
+  for (const std::string& descriptor : split_names(element.attribute("event").value_or(""))) {
+    const DescriptorId id = model_->descriptors.add(descriptor);
+    code.descriptors.push_back(id);
+    transition.events.push_back(model_->descriptors.all()[id]);
+  }
+  code.eventless = code.descriptors.empty();
+  if (!pseudo && code.eventless) model_->has_eventless = true;
+  transition.condition = element.attribute("cond").value_or("");
+  code.condition = load_expression(element, "cond", ExpressionUse::kCondition);
+  const std::string_view type = element.attribute("type").value_or("external");
+  transition.internal = type == "internal";
+  if (type != "internal" && type != "external") {
+    error("scxml.bad-attribute", "type \"" + std::string(type) + "\" of <transition> is neither \"internal\" nor \"external\"",
+          value_place(element, "type"));
+  }
+  const auto target = element.attribute("target");
+  if (target && !split_names(*target).empty()) references_.push_back({index, std::string(*target), value_place(element, "target"), pseudo});
+  else if (pseudo) required(element, "target");
+  code.content = load_block(element, static_cast<int>(model_->states[source].depth) + 1);
+  model_->transitions[index] = std::move(transition);
+  model_->transition_code[index] = std::move(code);
+  return index;
+}
+
+TransitionIndex Loader::add_default(StateIndex source, std::string_view targets, const Place& place, bool initial) {
+  const auto index = static_cast<TransitionIndex>(model_->transitions.size());
+  Transition& transition = model_->transitions.emplace_back();
+  model_->transition_code.emplace_back();
+  transition.source = source;
+  transition.place = place;
+  model_->state_code[source].initial = index;
+  references_.push_back({index, std::string(targets), place, initial});
+  return index;
+}
+
+void Loader::load_datamodel(const Element& element, StateIndex state) {
+  know_attributes(element, {});
+  for (Element child = element.first_child(); child; child = child.next_sibling()) {
+    if (!is_scxml(child)) continue;
+    if (child.local_name() != "data") {
+      unknown_element(child, "datamodel", {"data"});
+      continue;
+    }
+    know_attributes(child, {"id", "src", "expr"});
+    Variable variable;
+    variable.id = required(child, "id");
+    variable.state = state;
+    variable.place = place(child);
+    variable.expr = load_expression(child, "expr", ExpressionUse::kValue);
+    if (variable.expr == kNoExpression) {
+      if (const auto src = child.attribute("src")) {
+        auto text = read(*src);
+        if (text) variable.content = value_of_text(*text);
+        else variable.failure = text.error().message;
+      } else {
+        variable.content = inline_content(child);
+      }
+    }
+    const auto slot = static_cast<std::uint32_t>(model_->variables.size());
+    if (!model_->slots.emplace(variable.id, slot).second) {
+      error("scxml.duplicate-id", "data id \"" + variable.id + "\" is given twice; all data of a chart share one scope", value_place(child, "id"));
+      continue;
+    }
+    if (state == 0) {
+      DataItem item;
+      item.id = variable.id;
+      item.has_value = variable.expr != kNoExpression || variable.content || !variable.failure.empty();
+      item.initial = variable.expr != kNoExpression ? constant_value(model_->expressions[variable.expr].text) : variable.content;
+      item.place = variable.place;
+      model_->data.push_back(std::move(item));
+    }
+    model_->state_code[state].variables.push_back(slot);
+    model_->variables.push_back(std::move(variable));
+  }
+}
+
+void Loader::load_invoke(const Element& element, StateIndex state) {
+  know_attributes(element, {"type", "typeexpr", "src", "srcexpr", "id", "idlocation", "namelist", "autoforward"});
+  Invoke invoke;
+  invoke.state = state;
+  invoke.place = place(element);
+  invoke.id = element.attribute("id").value_or("");
+  invoke.idlocation = load_expression(element, "idlocation", ExpressionUse::kLocation);
+  invoke.type = load_text(element, "type", "typeexpr");
+  invoke.src = load_text(element, "src", "srcexpr");
+  invoke.autoforward = element.attribute("autoforward").value_or("false") == "true";
+  invoke.payload = load_payload(element, true, nullptr);
+  if (!invoke.src.constant.empty()) {
+    if (auto text = read(invoke.src.constant)) invoke.src_text = *std::move(text);
+  }
+  for (Element child = element.first_child(); child; child = child.next_sibling()) {
+    if (!is_scxml(child)) continue;
+    const std::string_view name = child.local_name();
+    if (name == "finalize") {
+      know_attributes(child, {});
+      invoke.has_finalize = true;
+      invoke.finalize = load_block(child, static_cast<int>(model_->states[state].depth) + 2);
+    } else if (name != "param" && name != "content") {
+      unknown_element(child, "invoke", {"param", "content", "finalize"});
+    }
+  }
+  model_->state_code[state].invokes.push_back(static_cast<std::uint32_t>(model_->invokes.size()));
+  model_->invokes.push_back(std::move(invoke));
+}
+
+void Loader::load_donedata(const Element& element, StateIndex state) {
+  know_attributes(element, {});
+  auto payload = std::make_unique<Payload>(load_payload(element, false, nullptr));
+  for (const Param& param : payload->params) model_->states[state].donedata.push_back(param.name);
+  model_->state_code[state].donedata = std::move(payload);
+}
+
+// ---- Attributes and messages ----
+
+namespace {
+
+Place to_place(const SourceSpan& span) { return {span.line, span.column, span.length}; }
+
+std::string quoted_list(std::initializer_list<std::string_view> names) {
+  std::string text;
+  for (const std::string_view name : names) {
+    if (!text.empty()) text += ", ";
+    text += name;
+  }
+  return text;
+}
+
+}  // namespace
+
+Place Loader::place(const Element& element) const { return to_place(element.span()); }
+Place Loader::attribute_place(const Element& element, std::string_view name) const { return to_place(element.attribute_span(name)); }
+Place Loader::value_place(const Element& element, std::string_view name) const { return to_place(element.attribute_value_span(name)); }
+
+bool Loader::is_scxml(const Element& element) const { return element.namespace_uri() == namespace_; }
+
+std::string_view Loader::required(const Element& element, std::string_view name) {
+  const auto value = element.attribute(name);
+  if (value && !value->empty()) return *value;
+  error("scxml.missing-attribute", "<" + std::string(element.local_name()) + "> needs the attribute \"" + std::string(name) + "\"", place(element));
+  return {};
+}
+
+void Loader::know_attributes(const Element& element, std::initializer_list<std::string_view> names) {
+  element.for_each_attribute([&](std::string_view name, std::string_view) {
+    if (name.starts_with("xmlns") || name.find(':') != std::string_view::npos) return;
+    for (const std::string_view known : names) {
+      if (name == known) return;
+    }
+    const std::vector<std::string> candidates(names.begin(), names.end());
+    warn("scxml.unknown-attribute", "<" + std::string(element.local_name()) + "> has no attribute \"" + std::string(name) + "\"; it is ignored" +
+                                        did_you_mean(name, candidates),
+         attribute_place(element, name));
+  });
+}
+
+void Loader::unknown_element(const Element& element, std::string_view inside, std::initializer_list<std::string_view> allowed) {
+  const std::vector<std::string> candidates(allowed.begin(), allowed.end());
+  const std::string hint = did_you_mean(element.local_name(), candidates);
+  const bool empty = allowed.size() == 0;
+  error("scxml.unknown-element",
+        "<" + std::string(element.local_name()) + "> cannot stand inside <" + std::string(inside) + ">" +
+            (!hint.empty() ? hint : empty ? "" : "; there can be " + quoted_list(allowed)),
+        place(element));
+}
+
+void Loader::error(std::string code, std::string message, const Place& where) {
+  diagnostics_.push_back({Severity::kError, std::move(code), std::move(message), {model_->file, where.line, where.column, where.length}});
+}
+
+void Loader::warn(std::string code, std::string message, const Place& where) {
+  diagnostics_.push_back({Severity::kWarning, std::move(code), std::move(message), {model_->file, where.line, where.column, where.length}});
+}
+
+bool Loader::too_deep(const Element& element, int depth) {
+  if (depth <= options_.limits.nesting_max) return false;
+  error("scxml.too-deep", "elements are nested more than " + std::to_string(options_.limits.nesting_max) + " deep", place(element));
+  return true;
+}
+
+Loaded<Chart> load(std::string_view source, std::string file, const LoadOptions& options) {
+  Loaded<Chart> loaded;
+  if (source.size() > options.limits.source_bytes_max) {
+    loaded.diagnostics.push_back({Severity::kError, "scxml.too-large",
+                                  "the chart is larger than " + std::to_string(options.limits.source_bytes_max) + " bytes", {file}});
+    return loaded;
+  }
+  auto document = text::XmlDocument::parse(std::string(source), std::move(file));
+  if (!document) {
+    loaded.diagnostics.push_back(std::move(document.error()));
+    return loaded;
+  }
+  Loader loader(*document, options);
+  auto model = loader.run();
+  loaded.diagnostics = loader.take_diagnostics();
+  sort_by_place(loaded.diagnostics);
+  if (model) loaded.value.emplace(std::move(model));
+  return loaded;
+}
+
+}  // namespace sentree::scxml

@@ -1,0 +1,174 @@
+#include <algorithm>
+
+#include "sentree/scxml/loader.h"
+
+namespace sentree::scxml {
+
+void Loader::resolve() {
+  for (const Reference& reference : references_) {
+    resolve_targets(reference.transition, reference.ids, reference.place, reference.initial);
+  }
+  add_default_initials();
+  if (has_errors(diagnostics_)) return;
+  compute_domains();
+  compile_expressions();
+  load_children();
+  model_->atomic = StateSet(model_->states.size());
+  for (StateIndex s = 0; s < model_->states.size(); ++s) {
+    if (model_->states[s].is_atomic()) model_->atomic.insert(s);
+  }
+}
+
+void Loader::resolve_targets(TransitionIndex index, std::string_view ids, const Place& place, bool initial) {
+  Transition& transition = model_->transitions[index];
+  for (const std::string& id : split_names(ids)) {
+    const auto found = model_->ids.find(id);
+    if (found == model_->ids.end()) {
+      std::vector<std::string> candidates;
+      for (const State& state : model_->states) {
+        if (!state.id.empty()) candidates.push_back(state.id);
+      }
+      const bool attribute = initial && transition.place == place;
+      error(attribute ? "scxml.unknown-initial" : "scxml.unknown-target",
+            (attribute ? "initial state \"" : "transition target \"") + id + "\" is not a state" + did_you_mean(id, candidates), place);
+      continue;
+    }
+    transition.targets.push_back(found->second);
+  }
+  check_targets(index, place, initial);
+}
+
+void Loader::check_targets(TransitionIndex index, const Place& place, bool initial) {
+  const Transition& transition = model_->transitions[index];
+  const auto name = [&](StateIndex s) { return "\"" + model_->states[s].id + "\""; };
+  for (const StateIndex target : transition.targets) {
+    if (initial && model_->states[target].is_history() && is_history_default(index)) {
+      error("scxml.bad-targets", "the default of a <history> cannot be a <history>", place);
+    }
+    // SCXML 3.3.2, 3.10.2: initial and default states lie inside the state whose they are.
+    if (initial && !model_->is_descendant(target, transition.source)) {
+      error("scxml.bad-initial", "initial state " + name(target) + " is not inside " +
+                                     (transition.source == 0 ? "<scxml>" : name(transition.source)),
+            place);
+    }
+  }
+  // SCXML 3.5: several targets must fit into one configuration, so any two of them lie in different regions of a <parallel>.
+  for (std::size_t i = 0; i < transition.targets.size(); ++i) {
+    for (std::size_t k = i + 1; k < transition.targets.size(); ++k) {
+      StateIndex a = transition.targets[i];
+      const StateIndex b = transition.targets[k];
+      const bool nested = a == b || model_->is_descendant(a, b) || model_->is_descendant(b, a);
+      while (!nested && !model_->is_descendant(b, a)) a = model_->states[a].parent;
+      if (nested || model_->states[a].kind != StateKind::kParallel) {
+        error("scxml.bad-targets", "targets " + name(transition.targets[i]) + " and " + name(b) + " cannot be active together", place);
+        return;
+      }
+    }
+  }
+}
+
+void Loader::add_default_initials() {
+  for (StateIndex s = 0; s < model_->states.size(); ++s) {
+    const State& state = model_->states[s];
+    StateCode& code = model_->state_code[s];
+    if ((state.kind != StateKind::kCompound && state.kind != StateKind::kRoot) || code.initial != kNoTransition) continue;
+    const auto first = std::find_if(state.children.begin(), state.children.end(),
+                                    [&](StateIndex child) { return !model_->states[child].is_history(); });
+    if (first == state.children.end()) continue;
+    code.initial = static_cast<TransitionIndex>(model_->transitions.size());
+    Transition& transition = model_->transitions.emplace_back();
+    model_->transition_code.emplace_back();
+    transition.source = s;
+    transition.targets = {*first};
+    transition.place = state.place;
+  }
+}
+
+// SCXML Appendix D, getTransitionDomain, for the transitions where it does not depend on history.
+void Loader::compute_domains() {
+  for (TransitionIndex t = 0; t < model_->transitions.size(); ++t) {
+    const Transition& transition = model_->transitions[t];
+    TransitionCode& code = model_->transition_code[t];
+    if (transition.targets.empty()) continue;
+    const StateIndex source = transition.source;
+    bool inside = true;
+    for (const StateIndex target : transition.targets) {
+      code.dynamic |= model_->states[target].is_history();
+      inside &= model_->is_descendant(target, source);
+    }
+    if (transition.internal && inside && model_->states[source].kind == StateKind::kCompound) {
+      code.domain = source;
+      continue;
+    }
+    StateIndex domain = source == 0 ? 0 : model_->states[source].parent;
+    const auto fits = [&](StateIndex s) {
+      if (model_->states[s].kind != StateKind::kCompound && model_->states[s].kind != StateKind::kRoot) return false;
+      return std::all_of(transition.targets.begin(), transition.targets.end(), [&](StateIndex target) { return model_->is_descendant(target, s); });
+    };
+    while (!fits(domain)) domain = model_->states[domain].parent;
+    code.domain = domain;
+  }
+}
+
+// Charts of <invoke> whose text is in the document, or in a file that it names, are loaded with it. One that is wrong is
+// found when it is invoked (SCXML 6.4), and by `check`.
+void Loader::load_children() {
+  if (depth_ >= kChildDepthMax) return;
+  for (Invoke& invoke : model_->invokes) {
+    const bool inline_chart = invoke.payload.content && invoke.payload.content_expr == kNoExpression && invoke.src.absent();
+    std::string source = inline_chart ? invoke.payload.content_source : invoke.src_text;
+    if (source.find('<') == std::string::npos) continue;
+    if (inline_chart) {
+      // Padded, so that messages and observers name lines of this document.
+      source.erase(0, source.find('<'));
+      source.insert(0, std::string(static_cast<std::size_t>(std::max(0, invoke.payload.content_place.line - 1)), '\n') +
+                           std::string(static_cast<std::size_t>(std::max(0, invoke.payload.content_place.column - 1)), ' '));
+    }
+    auto document = text::XmlDocument::parse(std::move(source), inline_chart ? model_->file : invoke.src.constant);
+    if (!document) continue;
+    Loader loader(*document, options_, depth_ + 1);
+    if (auto child = loader.run()) invoke.child.emplace(std::move(child));
+  }
+}
+
+bool Loader::is_history_default(TransitionIndex transition) const {
+  return std::any_of(model_->states.begin(), model_->states.end(), [&](const State& state) {
+    return state.is_history() && model_->state_code[static_cast<std::size_t>(&state - model_->states.data())].initial == transition;
+  });
+}
+
+namespace {
+
+// Evaluating it changes no data: there is no call, no assignment, no "new" and no accessor of scripts in it.
+bool is_pure(std::string_view text) {
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '(' || c == '{' || c == '`' || text.substr(i).starts_with("++") || text.substr(i).starts_with("--")) return false;
+    if (c != '=') continue;
+    const bool comparison = (i > 0 && (text[i - 1] == '=' || text[i - 1] == '!' || text[i - 1] == '<' || text[i - 1] == '>')) ||
+                            (i + 1 < text.size() && text[i + 1] == '=');
+    if (!comparison || text.substr(i).starts_with("=>")) return false;
+    if (i >= 2 && (text.substr(i - 2, 3) == "<<=" || text.substr(i - 2, 3) == ">>=")) return false;
+  }
+  return text.find("delete") == std::string_view::npos && text.find("new") == std::string_view::npos;
+}
+
+}  // namespace
+
+void Loader::compile_expressions() {
+  if (model_->data_model != DataModelKind::kEcmaScript) {
+    for (Expression& expression : model_->expressions) expression.native = compile_null(expression.text);
+    return;
+  }
+  const SlotLookup slots = [this](std::string_view name) -> std::optional<std::uint32_t> {
+    const auto found = model_->slots.find(std::string(name));
+    return found == model_->slots.end() ? std::nullopt : std::optional(found->second);
+  };
+  for (Expression& expression : model_->expressions) {
+    expression.pure = expression.use != ExpressionUse::kScript && is_pure(expression.text);
+    if (expression.use == ExpressionUse::kLocation) expression.slot = as_variable(expression.text, slots);
+    else if (expression.use != ExpressionUse::kScript) expression.native = compile_native(expression.text, slots);
+  }
+}
+
+}  // namespace sentree::scxml

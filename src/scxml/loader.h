@@ -1,0 +1,112 @@
+#pragma once
+
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sentree/base/diagnostic.h"
+#include "sentree/scxml/chart.h"
+#include "sentree/scxml/model.h"
+#include "sentree/text/xml.h"
+
+namespace sentree::scxml {
+
+/// Builds a model from a document. The work behind `load`: states in load.cpp, executable content in
+/// load_content.cpp, references between states in load_resolve.cpp.
+class Loader {
+ public:
+  /// `depth`: of charts inside charts.
+  Loader(const text::XmlDocument& document, const LoadOptions& options, int depth = 0);
+
+  /// Null if there were errors.
+  std::shared_ptr<const Model> run();
+  [[nodiscard]] Diagnostics take_diagnostics() { return std::move(diagnostics_); }
+
+ private:
+  using Element = text::XmlElement;
+
+  // States (load.cpp).
+  void load_root(const Element& root);
+  void load_state(const Element& element, StateIndex parent, int depth);
+  void load_state_child(const Element& element, StateIndex state, int depth);
+  void load_history(const Element& element, StateIndex state);
+  void load_initial(const Element& element, StateIndex state);
+  TransitionIndex load_transition(const Element& element, StateIndex source, bool pseudo);
+  void load_datamodel(const Element& element, StateIndex state);
+  void load_invoke(const Element& element, StateIndex state);
+  void load_donedata(const Element& element, StateIndex state);
+  StateIndex add_state(const Element& element, StateKind kind, StateIndex parent);
+  TransitionIndex add_default(StateIndex source, std::string_view targets, const Place& place, bool initial);
+
+  // Executable content (load_content.cpp).
+  Block load_block(const Element& element, int depth);
+  bool load_action(const Element& element, int depth, Block& block);
+  If load_if(const Element& element, int depth);
+  Send load_send(const Element& element);
+  Payload load_payload(const Element& element, bool with_namelist, SendInfo* info);
+  Param load_param(const Element& element, SendInfo* info);
+  Assign load_assign(const Element& element);
+  Script load_script(const Element& element);
+  Text load_text(const Element& element, std::string_view name, std::string_view expr_name, Place* constant_place = nullptr);
+  ExpressionId load_expression(const Element& element, std::string_view attribute, ExpressionUse use);
+  ExpressionId add_expression(std::string_view text, ExpressionUse use, const Place& place);
+  std::optional<Value> inline_content(const Element& element);
+  Result<std::string> read(std::string_view uri) const;
+
+  // References (load_resolve.cpp).
+  void resolve();
+  void resolve_targets(TransitionIndex transition, std::string_view ids, const Place& place, bool initial);
+  void check_targets(TransitionIndex transition, const Place& place, bool initial);
+  void add_default_initials();
+  void compute_domains();
+  void compile_expressions();
+  void load_children();
+  [[nodiscard]] bool is_history_default(TransitionIndex transition) const;
+
+  // Attributes and messages.
+  [[nodiscard]] Place place(const Element& element) const;
+  [[nodiscard]] Place attribute_place(const Element& element, std::string_view name) const;
+  [[nodiscard]] Place value_place(const Element& element, std::string_view name) const;
+  [[nodiscard]] bool is_scxml(const Element& element) const;
+  std::string_view required(const Element& element, std::string_view name);
+  void know_attributes(const Element& element, std::initializer_list<std::string_view> names);
+  void unknown_element(const Element& element, std::string_view inside, std::initializer_list<std::string_view> allowed);
+  void error(std::string code, std::string message, const Place& where);
+  void warn(std::string code, std::string message, const Place& where);
+  [[nodiscard]] bool too_deep(const Element& element, int depth);
+
+  struct Reference {
+    TransitionIndex transition;
+    std::string ids;
+    Place place;
+    bool initial;  // of a state: the targets must be its descendants
+  };
+
+  const text::XmlDocument& document_;
+  const LoadOptions& options_;
+  std::unique_ptr<Model> model_;
+  Diagnostics diagnostics_;
+  int depth_ = 0;
+  std::string_view namespace_;
+  std::vector<Reference> references_;
+  StateIndex state_ = 0;  // whose content is being read
+};
+
+/// Charts inside charts that are loaded with the document; deeper ones are loaded when they are invoked.
+inline constexpr int kChildDepthMax = 8;
+
+/// A CSS2 time as SCXML has it: "1.5s", ".5s", "100ms"; nothing if it is none.
+[[nodiscard]] std::optional<Duration> parse_delay(std::string_view text);
+
+/// Runs of white space as one space, none at the ends.
+[[nodiscard]] std::string normalize_space(std::string_view text);
+
+/// What text becomes as a value (SCXML B.2): JSON where it is JSON, XML where it is XML, else a string with white space normalised.
+[[nodiscard]] Value value_of_text(std::string_view text);
+
+[[nodiscard]] std::vector<std::string> split_names(std::string_view text);
+
+}  // namespace sentree::scxml

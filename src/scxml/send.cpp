@@ -1,0 +1,209 @@
+#include <algorithm>
+#include <utility>
+
+#include "sentree/scxml/interpreter.h"
+#include "sentree/scxml/loader.h"
+
+namespace sentree::scxml {
+namespace {
+
+bool is_scxml_processor(std::string_view type) {
+  return type.empty() || type == kScxmlProcessor || type == kScxmlProcessorShort;
+}
+
+bool is_basic_http(std::string_view type) { return type == kBasicHttpProcessor || type == kBasicHttpProcessorShort; }
+
+constexpr std::string_view kSessionTarget = "#_scxml_";
+
+}  // namespace
+
+void Interpreter::raise(Event event) {
+  if (session_.internal_.size() >= run_.host.limits.events_max) {
+    fail_session("scxml.queue-full", "more than " + std::to_string(run_.host.limits.events_max) + " internal events wait; the last is " + event.name,
+                 {});
+    return;
+  }
+  session_.internal_.push(std::move(event));
+}
+
+void Interpreter::raise_error(std::string_view name, std::string message, std::string sendid) {
+  raise({.name = std::string(name),
+         .type = EventType::kPlatform,
+         .sendid = std::move(sendid),
+         .data = Value(Map{{"message", Value(std::move(message))}})});
+}
+
+std::string Interpreter::make_id(std::string_view prefix) {
+  return std::string(prefix) + std::to_string(++session_.ids_);
+}
+
+bool Interpreter::execute_send(const Send& send, const Place& place) {
+  Timer timer;
+  timer.place = place;
+  timer.event.sendid = send.id;
+  if (send.idlocation != kNoExpression) {
+    timer.event.sendid = make_id(session_.id_ + ".send");
+    if (auto assigned = data_->assign_value(send.idlocation, Value(timer.event.sendid)); !assigned) {
+      raise_error("error.execution", std::move(assigned.error().message));
+      return false;
+    }
+  }
+  if (auto prepared = prepare_send(send, timer); !prepared) {
+    // SCXML 6.2.3: if an argument cannot be evaluated, nothing is sent.
+    raise_error("error.execution", std::move(prepared.error().message), timer.event.sendid);
+    return false;
+  }
+  const bool outside = !is_scxml_processor(timer.type);
+  if (outside && timer.event.sendid.empty()) timer.event.sendid = make_id(session_.id_ + ".send");
+  if (outside && run_.host.on_send) {
+    if (auto allowed = run_.host.on_send(outgoing(timer)); !allowed) {
+      raise_error("error.execution", std::move(allowed.error().message), timer.event.sendid);
+      return false;
+    }
+  }
+  if (timer.delay <= Duration(0)) {
+    dispatch(std::move(timer));
+    return true;
+  }
+  if (session_.timers_.size() >= run_.host.limits.timers_max) {
+    raise_error("error.execution", "more than " + std::to_string(run_.host.limits.timers_max) + " delayed events wait", timer.event.sendid);
+    return false;
+  }
+  timer.due = add_saturating(run_.now, timer.delay);
+  timer.sequence = session_.sequence_++;
+  const auto later = [](const Timer& a, const Timer& b) { return std::pair(a.due, a.sequence) < std::pair(b.due, b.sequence); };
+  session_.timers_.insert(std::upper_bound(session_.timers_.begin(), session_.timers_.end(), timer, later), std::move(timer));
+  return true;
+}
+
+// Evaluates the arguments and refuses what can never be sent (SCXML 6.2.4, C.1).
+Result<void> Interpreter::prepare_send(const Send& send, Timer& timer) {
+  const auto into = [](std::string& out, Result<std::string>&& text) -> Result<void> {
+    if (!text) return tl::unexpected(std::move(text.error()));
+    out = *std::move(text);
+    return {};
+  };
+  if (auto r = into(timer.event.name, text_of(send.event)); !r) return r;
+  if (auto r = into(timer.target, text_of(send.target)); !r) return r;
+  if (auto r = into(timer.type, text_of(send.type)); !r) return r;
+  timer.delay = send.delay_constant;
+  if (send.delay.expr != kNoExpression) {
+    auto text = data_->text(send.delay.expr);
+    if (!text) return tl::unexpected(std::move(text.error()));
+    const auto delay = parse_delay(*text);
+    if (!delay) return fail("scxml.bad-delay", "delay \"" + *text + "\" is no time; write a number with s or ms, as in \"1.5s\"");
+    timer.delay = *delay;
+  }
+  auto data = payload_data(send.payload, true);
+  if (!data) return tl::unexpected(std::move(data.error()));
+  timer.event.data = *std::move(data);
+  timer.is_content = send.payload.has_content;
+
+  if (!is_scxml_processor(timer.type)) {
+    const auto& processors = run_.host.processors;
+    const bool offered = std::any_of(processors.begin(), processors.end(), [&](const Processor& p) {
+      return p.type == timer.type || (is_basic_http(p.type) && is_basic_http(timer.type));
+    });
+    if (!offered) return fail("scxml.unknown-type", "no I/O processor of type \"" + timer.type + "\" is offered here");
+    return {};
+  }
+  if (!timer.target.empty() && !timer.target.starts_with("#_")) {
+    return fail("scxml.bad-target", "\"" + timer.target + "\" is no target of the SCXML processor");
+  }
+  if (timer.target == "#_internal" && timer.delay > Duration(0)) {
+    return fail("scxml.bad-target", "an event to #_internal cannot be delayed");
+  }
+  return {};
+}
+
+OutgoingSend Interpreter::outgoing(const Timer& timer) const {
+  OutgoingSend send;
+  send.session = session_.id_;
+  send.type = timer.type;
+  send.target = timer.target;
+  send.event = timer.event.name;
+  send.sendid = timer.event.sendid;
+  send.data = timer.event.data;
+  send.is_content = timer.is_content;
+  send.delay = timer.delay;
+  send.span = chart_.span(timer.place);
+  return send;
+}
+
+// The time of the event has come. Errors found here are error.communication: the target was legal, but is not there.
+void Interpreter::dispatch(Timer&& timer) {
+  if (!is_scxml_processor(timer.type)) return send_outside(std::move(timer));
+  Event event = std::move(timer.event);
+  event.type = EventType::kExternal;
+  event.origin = std::string(kSessionTarget) + session_.id_;
+  event.origintype = kScxmlProcessor;
+  const std::string& target = timer.target;
+  if (target.empty()) return send_to_session(session_, std::move(event));
+  if (target == "#_internal") {
+    event.type = EventType::kInternal;
+    event.origin.clear();
+    event.origintype.clear();
+    return raise(std::move(event));
+  }
+  if (target == "#_parent") {
+    event.invokeid = session_.invokeid_;
+    if (parent_) return send_to_session(*parent_, std::move(event));
+    return raise_error("error.communication", "no session invoked this one, so there is no #_parent", std::move(event.sendid));
+  }
+  if (target.starts_with(kSessionTarget)) {
+    const std::string_view id = std::string_view(target).substr(kSessionTarget.size());
+    if (Session* session = find_session(run_.root, id)) return send_to_session(*session, std::move(event));
+    if (run_.host.knows_session && run_.host.knows_session(id)) {
+      timer.event = std::move(event);
+      timer.type = kScxmlProcessor;
+      return send_outside(std::move(timer));
+    }
+    return raise_error("error.communication", "there is no session \"" + std::string(id) + "\"", std::move(event.sendid));
+  }
+  const std::string_view invokeid = std::string_view(target).substr(2);
+  for (Invocation& invocation : session_.invocations_) {
+    if (invocation.id != invokeid) continue;
+    if (invocation.child) return send_to_session(*invocation.child, std::move(event));
+    run_.effects.emplace_back(InvokeEvent{session_.id_, invocation.id, std::move(event)});
+    return;
+  }
+  raise_error("error.communication", "there is no invocation \"" + std::string(invokeid) + "\" running", std::move(event.sendid));
+}
+
+void Interpreter::send_to_session(Session& target, Event&& event) {
+  if (target.external_.size() >= run_.host.limits.events_max) {
+    return fail_session("scxml.queue-full",
+                        "more than " + std::to_string(run_.host.limits.events_max) + " external events wait; the last is " + event.name, {});
+  }
+  target.external_.push(std::move(event));
+}
+
+void Interpreter::send_outside(Timer&& timer) {
+  if (is_basic_http(timer.type) && timer.target.empty()) {
+    return raise_error("error.communication", "a <send> over HTTP needs a target", std::move(timer.event.sendid));
+  }
+  OutgoingSend send = outgoing(timer);
+  send.delay = Duration(0);
+  run_.effects.emplace_back(std::move(send));
+}
+
+bool Interpreter::execute_cancel(const Cancel& cancel) {
+  std::string id = cancel.sendid;
+  if (cancel.sendid_expr != kNoExpression) {
+    auto text = data_->text(cancel.sendid_expr);
+    if (!text) {
+      raise_error("error.execution", std::move(text.error().message));
+      return false;
+    }
+    id = *std::move(text);
+  }
+  std::erase_if(session_.timers_, [&](const Timer& timer) { return timer.event.sendid == id; });
+  return true;
+}
+
+void Interpreter::deliver(Timer timer) {
+  dispatch(std::move(timer));
+  if (!session_.internal_.empty()) run_to_completion();
+}
+
+}  // namespace sentree::scxml

@@ -1,0 +1,98 @@
+#include "sentree/scxml/step.h"
+
+#include <utility>
+
+#include "sentree/base/assert.h"
+#include "sentree/scxml/interpreter.h"
+
+namespace sentree::scxml {
+
+/// The engine's way into a session.
+struct SessionAccess {
+  static bool ready(const Chart& chart, Session& session) {
+    if (!session.running()) return false;
+    SENTREE_ASSERT(session.fingerprint_ == chart.fingerprint());
+    if (!session.data_lost_) return true;
+    session.failure_ = session.unsaveable_.value_or(
+        Diagnostic{Severity::kError, "scxml.no-value-form", "the session is a copy of one whose data cannot be copied", {}});
+    session.status_ = SessionStatus::kFailed;
+    return false;
+  }
+
+  static void settle(Run& run, const Chart& chart, Session& session) {
+    if (session.external_.empty() && session.invocations_.empty()) return;
+    Interpreter::run_family(run, chart, session, nullptr);
+  }
+
+  // The session of the family whose timer is due first, at `now` at the latest; with its chart and parent.
+  struct Owner {
+    Session* session = nullptr;
+    const Chart* chart = nullptr;
+    Session* parent = nullptr;
+  };
+  static void find_due(Session& session, const Chart& chart, Session* parent, TimePoint now, Owner& best) {
+    if (session.running() && !session.timers_.empty() && session.timers_.front().due <= now &&
+        (!best.session || session.timers_.front().due < best.session->timers_.front().due)) {
+      best = {&session, &chart, parent};
+    }
+    for (Invocation& invocation : session.invocations_) {
+      if (invocation.child) find_due(*invocation.child, *invocation.chart, &session, now, best);
+    }
+  }
+  static Timer take_timer(Session& session) {
+    Timer timer = std::move(session.timers_.front());
+    session.timers_.erase(session.timers_.begin());
+    return timer;
+  }
+};
+
+StepInfo start(const Chart& chart, Session& session, StartOptions options, TimePoint now, Effects& effects, const Host& host) {
+  reset_session(chart, session, std::move(options.session_id), options.seed);
+  Run run{session, now, effects, host, {}};
+  {
+    Interpreter interpreter(run, chart, session, nullptr);
+    interpreter.start(options.data);
+  }
+  SessionAccess::settle(run, chart, session);
+  return run.info;
+}
+
+StepInfo step(const Chart& chart, Session& session, const Event& event, TimePoint now, Effects& effects, const Host& host) {
+  Run run{session, now, effects, host, {}};
+  if (!SessionAccess::ready(chart, session)) return run.info;
+  {
+    Interpreter interpreter(run, chart, session, nullptr);
+    if (event.type == EventType::kExternal) interpreter.process_external_event(event);
+    else interpreter.process_platform_event(event);
+  }
+  SessionAccess::settle(run, chart, session);
+  return run.info;
+}
+
+StepInfo step_timers(const Chart& chart, Session& session, TimePoint now, Effects& effects, const Host& host) {
+  Run run{session, now, effects, host, {}};
+  while (SessionAccess::ready(chart, session)) {
+    SessionAccess::Owner owner;
+    SessionAccess::find_due(session, chart, nullptr, now, owner);
+    if (!owner.session) break;
+    {
+      // Held here: the delivery may end the invocation whose chart this is.
+      const Chart owner_chart = *owner.chart;
+      Timer timer = SessionAccess::take_timer(*owner.session);
+      Interpreter interpreter(run, owner_chart, *owner.session, owner.parent);
+      interpreter.deliver(std::move(timer));
+    }
+    SessionAccess::settle(run, chart, session);
+  }
+  return run.info;
+}
+
+StepInfo cancel(const Chart& chart, Session& session, TimePoint now, Effects& effects, const Host& host) {
+  Run run{session, now, effects, host, {}};
+  if (!SessionAccess::ready(chart, session)) return run.info;
+  Interpreter interpreter(run, chart, session, nullptr);
+  interpreter.cancel();
+  return run.info;
+}
+
+}  // namespace sentree::scxml
