@@ -32,7 +32,7 @@ struct Verdict {
 std::string stem_of(std::string_view uri) {
   const std::size_t slash = uri.rfind('/');
   if (slash != std::string_view::npos) uri.remove_prefix(slash + 1);
-  if (uri.ends_with(".txml")) uri.remove_suffix(5);
+  uri = uri.substr(0, uri.rfind('.'));
   if (uri.starts_with("test")) uri.remove_prefix(4);
   return std::string(uri);
 }

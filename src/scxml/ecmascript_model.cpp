@@ -27,7 +27,8 @@ void EcmaScriptModel::set_event(const Event* event) {
 // ---- Without the interpreter ----
 
 bool EcmaScriptModel::variable(std::uint32_t slot, ScriptValue& value) {
-  if (heap_newer_) return heap_->read_primitive(slot, value);
+  const bool here = std::find(unwritten_.begin(), unwritten_.end(), slot) != unwritten_.end();
+  if (heap_newer_ && !here) return heap_->read_primitive(slot, value);
   const std::optional<Value>& variable = session_.variables_[slot];
   value = variable ? ScriptValue::of(*variable) : ScriptValue();
   return true;

@@ -149,6 +149,7 @@ void Interpreter::cancel_invocation(std::size_t position) {
   Invocation invocation = std::move(session_.invocations_[position]);
   session_.invocations_.erase(session_.invocations_.begin() + static_cast<std::ptrdiff_t>(position));
   if (invocation.child) {
+    if (!invocation.child->running()) return;  // it ended by itself, and what it sent counts
     Interpreter interpreter(run_, *invocation.chart, *invocation.child, &session_);
     interpreter.cancel();
   } else {

@@ -162,8 +162,8 @@ bool Loader::load_action(const Element& element, int depth, Block& block) {
     required(element, "item");
     Foreach loop;
     loop.array = load_expression(element, "array", ExpressionUse::kValue);
-    loop.item = load_expression(element, "item", ExpressionUse::kLocation);
-    loop.index = load_expression(element, "index", ExpressionUse::kLocation);
+    loop.item = load_expression(element, "item", ExpressionUse::kItem);
+    loop.index = load_expression(element, "index", ExpressionUse::kItem);
     loop.body = std::make_unique<Block>(load_block(element, depth));
     block.push_back({std::move(loop), where});
   } else {
@@ -264,7 +264,7 @@ Payload Loader::load_payload(const Element& element, bool with_namelist, SendInf
       unknown_element(child, element.local_name(), {"param", "content"});
     }
   }
-  if (payload.has_content && (!payload.params.empty() || (!payload.namelist.empty() && element.local_name() == "send"))) {
+  if (payload.has_content && element.local_name() != "invoke" && (!payload.params.empty() || !payload.namelist.empty())) {
     error("scxml.misplaced-element", "<" + std::string(element.local_name()) + "> has both <content> and parameters; keep one", place(element));
   }
   return payload;

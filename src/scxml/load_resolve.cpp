@@ -167,7 +167,7 @@ void Loader::compile_expressions() {
   for (Expression& expression : model_->expressions) {
     expression.pure = expression.use != ExpressionUse::kScript && is_pure(expression.text);
     if (expression.use == ExpressionUse::kLocation) expression.slot = as_variable(expression.text, slots);
-    else if (expression.use != ExpressionUse::kScript) expression.native = compile_native(expression.text, slots);
+    else if (expression.use == ExpressionUse::kValue || expression.use == ExpressionUse::kCondition) expression.native = compile_native(expression.text, slots);
   }
 }
 

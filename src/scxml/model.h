@@ -23,7 +23,13 @@ using ExpressionId = std::uint32_t;
 inline constexpr ExpressionId kNoExpression = 0xFFFFFFFFU;
 inline constexpr TransitionIndex kNoTransition = 0xFFFFFFFFU;
 
-enum class ExpressionUse : std::uint8_t { kValue, kCondition, kLocation, kScript };
+enum class ExpressionUse : std::uint8_t {
+  kValue,
+  kCondition,
+  kLocation,
+  kItem,  ///< Of <foreach>: a location that is declared if it is not there.
+  kScript,
+};
 
 struct Expression {
   std::string text;

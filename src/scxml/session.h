@@ -150,6 +150,7 @@ class Session {
   friend class Interpreter;
   friend class EcmaScriptModel;
   friend struct SessionAccess;
+  friend struct SessionSnapshot;
   friend void reset_session(const Chart& chart, Session& session, std::string id, std::uint64_t seed);
 
   std::uint64_t fingerprint_ = 0;  // of the chart
