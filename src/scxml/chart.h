@@ -67,6 +67,7 @@ struct DataItem {
 struct SendParam {
   std::string name;
   std::optional<Value> constant;  ///< Its value if that is a constant.
+  std::string expression;         ///< As written.
   Place place;
 };
 

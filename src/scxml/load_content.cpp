@@ -242,7 +242,7 @@ Payload Loader::load_payload(const Element& element, bool with_namelist, SendInf
     const Place where = element.attribute("namelist") ? value_place(element, "namelist") : Place{};
     for (std::string& name : split_names(element.attribute("namelist").value_or(""))) {
       const ExpressionId expr = add_expression(name, ExpressionUse::kValue, where);
-      if (info) info->params.push_back({name, std::nullopt, where});
+      if (info) info->params.push_back({name, std::nullopt, name, where});
       const ExpressionId location = info ? kNoExpression : add_expression(name, ExpressionUse::kLocation, where);
       payload.namelist.push_back({std::move(name), expr, location});
     }
@@ -281,7 +281,8 @@ Param Loader::load_param(const Element& element, SendInfo* info) {
   param.expr = load_expression(element, has_expr ? "expr" : "location", ExpressionUse::kValue);
   if (!has_expr && !info) param.location = load_expression(element, "location", ExpressionUse::kLocation);
   if (info && param.expr != kNoExpression) {
-    info->params.push_back({param.name, constant_value(model_->expressions[param.expr].text), place(element)});
+    const std::string& text = model_->expressions[param.expr].text;
+    info->params.push_back({param.name, constant_value(text), text, place(element)});
   }
   return param;
 }
