@@ -30,7 +30,7 @@ Neither root nor sudo is at hand. As root, run: apt-get update && apt-get instal
   fi
   "${as_root[@]}" apt-get update -qq ||
     say "apt-get update failed; trying with the package lists that are there"
-  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" >&2 ||
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq -o Dpkg::Use-Pty=0 --no-install-recommends "$@" >&2 ||
     die "apt-get could not install the packages above. ./$(basename "$0") needs them; see its messages."
 }
 
