@@ -73,7 +73,10 @@ class Checker {
   }
 
   void check(const std::string& path, const Include& include) {
-    if (path.ends_with(".h") && path.find("/detail/") == std::string::npos) {
+    const auto is_private = [](const std::string& p) { return p.find("/detail/") != std::string::npos; };
+    if (path.ends_with(".h") && !is_private(path)) {
+      if (is_private(include.path))
+        report(path, include.line, "public header includes the private \"" + include.path + "\"");
       for (const std::string_view heavy : kHeavy) {
         if (include.path.starts_with(heavy))
           report(path, include.line, "public header includes <" + include.path + ">; keep it in a .cpp");

@@ -67,6 +67,12 @@ TEST(LayersChecker, KeepsHeavyHeadersOutOfPublicOnes) {
   }
 }
 
+TEST(LayersChecker, KeepsPrivateHeadersOutOfPublicOnes) {
+  EXPECT_THAT(violations({{"idl/detail/a.h", ""}, {"idl/b.h", "#include \"sentree/idl/detail/a.h\"\n"}}),
+              ElementsAre("src/idl/b.h:1: public header includes the private \"sentree/idl/detail/a.h\""));
+  EXPECT_THAT(violations({{"idl/detail/a.h", ""}, {"idl/b.cpp", "#include \"sentree/idl/detail/a.h\"\n"}}), IsEmpty());
+}
+
 TEST(LayersChecker, FollowsIncludesToWhatMustStayHidden) {
   const std::vector<SourceFile> files = {{"sim/ground_truth.h", ""},
                                          {"sim/robot.h", "#include \"sentree/sim/ground_truth.h\"\n"},
