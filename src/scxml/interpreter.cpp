@@ -218,6 +218,16 @@ bool Interpreter::condition_match(const TransitionCode& transition) {
 }
 
 void Interpreter::remove_conflicting_transitions() {
+  // The common case of regions that move on side by side: domains that follow one another in the document are disjoint.
+  StateIndex end = 0;
+  bool disjoint = true;
+  for (const TransitionIndex t : scratch_->enabled) {
+    const StateIndex domain = transition_domain(t);
+    if (domain == kNoState) continue;
+    disjoint = disjoint && domain >= end;
+    end = model_.states[domain].end;
+  }
+  if (disjoint) return;
   auto& filtered = scratch_->filtered;
   filtered.clear();
   for (const TransitionIndex t1 : scratch_->enabled) {

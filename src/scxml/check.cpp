@@ -1,0 +1,245 @@
+#include "sentree/scxml/check.h"
+
+#include <algorithm>
+#include <set>
+#include <string_view>
+#include <unordered_set>
+#include <utility>
+
+#include "sentree/scxml/event.h"
+#include "sentree/scxml/loader.h"
+#include "sentree/scxml/model.h"
+#include "sentree/scxml/script_heap.h"
+
+namespace sentree::scxml {
+namespace {
+
+class Checker {
+ public:
+  Checker(const Chart& chart, const CheckOptions& options) : chart_(chart), model_(chart.model()), options_(options) {}
+
+  Diagnostics run() {
+    expressions();
+    states();
+    transitions();
+    events();
+    data();
+    children();
+    sort_by_place(diagnostics_);
+    return std::move(diagnostics_);
+  }
+
+ private:
+  void report(Severity severity, std::string code, std::string message, const Place& place) {
+    diagnostics_.push_back({severity, std::move(code), std::move(message), chart_.span(place)});
+  }
+  void warn(std::string code, std::string message, const Place& place) {
+    report(Severity::kWarning, std::move(code), std::move(message), place);
+  }
+
+  [[nodiscard]] std::string name(StateIndex s) const {
+    return model_.states[s].id.empty() ? "<" + std::string(to_string(model_.states[s].kind)) + ">" : "\"" + model_.states[s].id + "\"";
+  }
+
+  [[nodiscard]] std::vector<std::string> state_ids() const {
+    std::vector<std::string> ids;
+    for (const State& state : model_.states) {
+      if (!state.id.empty()) ids.push_back(state.id);
+    }
+    return ids;
+  }
+
+  void expressions() {
+    std::shared_ptr<ScriptHeap> heap;
+    for (ExpressionId id = 0; id < model_.expressions.size(); ++id) {
+      const Expression& expression = model_.expressions[id];
+      for (const NativeCode::Node& node : expression.native.nodes) {
+        if (node.op != NativeCode::Op::kIn) continue;
+        const std::string& state = expression.native.strings[node.a];
+        if (!chart_.find(state)) {
+          warn("scxml.unknown-state", "In('" + state + "') is never true: there is no such state" + did_you_mean(state, state_ids()), expression.place);
+        }
+      }
+      if (!expression.native.empty() || expression.slot) continue;
+      if (model_.data_model == DataModelKind::kNull) {
+        report(Severity::kError, "scxml.expression-syntax",
+               "the null data model has no expressions but In('state'); write datamodel=\"ecmascript\" at <scxml> for \"" + expression.text + "\"",
+               expression.place);
+        continue;
+      }
+      if (!heap) {
+        auto created = ScriptHeap::create(model_, Limits().script_memory_max);
+        if (!created) return;
+        heap = *std::move(created);
+      }
+      int line = expression.place.line;
+      if (auto problem = heap->syntax_error(id, line)) {
+        Place place = expression.place;
+        if (line != place.line) place = {line, 1, 0};
+        const std::string shown = expression.text.size() > 60 ? expression.text.substr(0, 57) + "..." : expression.text;
+        std::string message = *std::move(problem);
+        message = message.substr(0, message.rfind(" (line "));
+        report(Severity::kError, "scxml.expression-syntax",
+               (expression.use == ExpressionUse::kScript ? "the script does not parse: " : "\"" + shown + "\" does not parse: ") + message, place);
+      }
+    }
+  }
+
+  // Which states some sequence of events could enter, if every condition could hold.
+  void states() {
+    reached_.assign(model_.states.size(), false);
+    std::vector<StateIndex> work;
+    const auto reach = [&](StateIndex s) {
+      if (!reached_[s]) work.push_back(s);
+      reached_[s] = true;
+    };
+    reach(0);
+    while (!work.empty()) {
+      const StateIndex s = work.back();
+      work.pop_back();
+      const State& state = model_.states[s];
+      if (state.parent != kNoState) reach(state.parent);
+      const TransitionIndex initial = model_.state_code[s].initial;
+      // A compound state's initial states count even where every transition names a child: being entered by default is
+      // what <initial> is for, and it cannot be known who targets the state from outside.
+      if (initial != kNoTransition) {
+        for (const StateIndex target : model_.transitions[initial].targets) reach(target);
+      }
+      if (state.kind == StateKind::kParallel) {
+        for (const StateIndex child : state.children) {
+          if (!model_.states[child].is_history()) reach(child);
+        }
+      }
+      for (const TransitionIndex t : state.transitions) {
+        for (const StateIndex target : model_.transitions[t].targets) reach(target);
+      }
+    }
+    for (StateIndex s = 1; s < model_.states.size(); ++s) {
+      const State& state = model_.states[s];
+      if (reached_[s] || !reached_[state.parent]) continue;  // of nested ones, the outermost is enough
+      warn("scxml.unreachable-state", "state " + name(s) + " is never entered: no transition of a reachable state leads to it", state.place);
+    }
+  }
+
+  [[nodiscard]] static bool covers(const Transition& earlier, const Transition& later) {
+    if (!earlier.condition.empty() || earlier.events.empty() != later.events.empty()) return false;
+    return std::all_of(later.events.begin(), later.events.end(), [&](const std::string& event) {
+      return std::any_of(earlier.events.begin(), earlier.events.end(), [&](const std::string& wider) {
+        return wider == "*" || (event != "*" && event_matches(wider, event));
+      });
+    });
+  }
+
+  void transitions() {
+    for (StateIndex s = 0; s < model_.states.size(); ++s) {
+      const auto& list = model_.states[s].transitions;
+      // Transitions of one state are few; a state with thousands would only be slow to check, so it is looked at in part.
+      for (std::size_t i = 1; i < std::min<std::size_t>(list.size(), 500); ++i) {
+        for (std::size_t k = 0; k < i; ++k) {
+          const Transition& earlier = model_.transitions[list[k]];
+          const Transition& later = model_.transitions[list[i]];
+          if (!covers(earlier, later)) continue;
+          warn("scxml.transition-never-taken",
+               "this transition of state " + name(s) + " is never taken: the one in line " + std::to_string(earlier.place.line) +
+                   " has no condition and takes the same events first",
+               later.place);
+          break;
+        }
+      }
+    }
+  }
+
+  [[nodiscard]] bool handled(std::string_view event) const {
+    const auto& all = model_.descriptors.all();
+    return std::any_of(all.begin(), all.end(), [&](const std::string& descriptor) { return event_matches(descriptor, event); });
+  }
+
+  void events() {
+    std::vector<std::string> inside;
+    const std::vector<std::string> handled_names = chart_.events_handled();
+    const auto sent = [&](const std::string& event, const Place& place) {
+      inside.push_back(event);
+      if (!handled(event)) {
+        warn("scxml.event-not-handled", "event \"" + event + "\" is raised, but no transition handles it" + did_you_mean(event, handled_names), place);
+      }
+    };
+    for (const auto& [event, place] : model_.raises) sent(event, place);
+    for (const SendInfo& send : model_.sends) {
+      const bool to_self = send.type && (send.type->empty() || *send.type == kScxmlProcessor || *send.type == kScxmlProcessorShort) &&
+                           send.target && (send.target->empty() || *send.target == "#_internal");
+      if (to_self && send.event && !send.event->empty()) sent(*send.event, send.event_place);
+    }
+    for (const StateCode& code : model_.state_code) inside.push_back(code.done_event);
+    for (TransitionIndex t = 0; t < model_.transitions.size(); ++t) {
+      const Transition& transition = model_.transitions[t];
+      for (const std::string& descriptor : transition.events) handled_event(descriptor, transition, inside);
+    }
+  }
+
+  void handled_event(const std::string& descriptor, const Transition& transition, const std::vector<std::string>& inside) {
+    if (descriptor == "*" || descriptor == "error" || descriptor.starts_with("error.")) return;
+    if (descriptor.starts_with("done.state.")) {
+      const std::string id = descriptor.substr(11);
+      if (!chart_.find(id)) {
+        warn("scxml.event-not-sent", "event \"" + descriptor + "\" never comes: there is no state \"" + id + "\"" + did_you_mean(id, state_ids()),
+             transition.place);
+      }
+      return;
+    }
+    if (!options_.external_events || descriptor == "done" || descriptor.starts_with("done.")) return;
+    std::vector<std::string> known = *options_.external_events;
+    known.insert(known.end(), inside.begin(), inside.end());
+    const bool comes = std::any_of(known.begin(), known.end(), [&](const std::string& event) { return event_matches(descriptor, event); });
+    if (!comes) warn("scxml.event-not-sent", "event \"" + descriptor + "\" is handled, but nobody sends it" + did_you_mean(descriptor, known), transition.place);
+  }
+
+  void data() {
+    std::unordered_set<std::string_view> used;
+    const auto is_name = [](char c) {
+      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '$' || static_cast<unsigned char>(c) >= 0x80;
+    };
+    for (const Expression& expression : model_.expressions) {
+      const std::string_view text = expression.text;
+      for (std::size_t i = 0; i < text.size();) {
+        if (!is_name(text[i])) {
+          ++i;
+          continue;
+        }
+        const std::size_t begin = i;
+        while (i < text.size() && is_name(text[i])) ++i;
+        used.insert(text.substr(begin, i - begin));
+      }
+    }
+    for (const Variable& variable : model_.variables) {
+      if (!used.contains(variable.id)) warn("scxml.unused-data", "data \"" + variable.id + "\" is never used", variable.place);
+    }
+  }
+
+  void children() {
+    for (const Invoke& invoke : model_.invokes) {
+      if (invoke.child) {
+        for (Diagnostic& diagnostic : check(*invoke.child)) diagnostics_.push_back(std::move(diagnostic));
+        continue;
+      }
+      const bool inline_chart = invoke.payload.content && invoke.payload.content_expr == kNoExpression && invoke.type.expr == kNoExpression &&
+                                (invoke.type.constant.empty() || invoke.type.constant.starts_with("http://www.w3.org/TR/scxml"));
+      if (!inline_chart) continue;
+      for (const Diagnostic& diagnostic : load(invoke.payload.content_source).diagnostics) {
+        if (diagnostic.severity != Severity::kError) continue;
+        report(Severity::kError, diagnostic.code, "the invoked chart cannot be loaded: " + diagnostic.message, invoke.place);
+      }
+    }
+  }
+
+  const Chart& chart_;
+  const Model& model_;
+  const CheckOptions& options_;
+  Diagnostics diagnostics_;
+  std::vector<bool> reached_;
+};
+
+}  // namespace
+
+Diagnostics check(const Chart& chart, const CheckOptions& options) { return Checker(chart, options).run(); }
+
+}  // namespace sentree::scxml

@@ -1,0 +1,117 @@
+#include "sentree/scxml/check.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "sentree/scxml/graph.h"
+#include "sentree/text/file.h"
+
+namespace sentree::scxml {
+namespace {
+
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+std::string document(std::string_view body, std::string_view data_model = "ecmascript") {
+  return "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"" + std::string(data_model) + "\">\n" + std::string(body) + "</scxml>";
+}
+
+std::vector<std::string> texts(const Diagnostics& diagnostics) {
+  std::vector<std::string> result;
+  for (const Diagnostic& diagnostic : diagnostics) result.push_back(to_string(diagnostic));
+  return result;
+}
+
+std::vector<std::string> load_messages(std::string_view body) { return texts(load(document(body), "door.scxml").diagnostics); }
+
+std::vector<std::string> check_messages(std::string_view body, const CheckOptions& options = {}) {
+  const auto loaded = load(document(body), "door.scxml");
+  EXPECT_TRUE(loaded.ok()) << testing::PrintToString(texts(loaded.diagnostics));
+  return loaded.ok() ? texts(check(*loaded.value, options)) : std::vector<std::string>();
+}
+
+TEST(Load, NamesAnUnknownTargetAndTheNearestState) {
+  EXPECT_THAT(load_messages(R"(<state id="open"><transition event="e" target="opne"/></state>)"),
+              ElementsAre(R"(door.scxml:2:48: transition target "opne" is not a state; did you mean "open"?)"));
+}
+
+TEST(Load, ReportsAllProblemsAtOnce) {
+  EXPECT_THAT(load_messages("<state id=\"a\" initial=\"b\"/>\n<state id=\"a\"/>\n<stat/>\n<state><onentry><sned/></onentry></state>"), testing::SizeIs(4));
+}
+
+TEST(Load, RefusesWhatCannotBeActiveTogether) {
+  EXPECT_THAT(load_messages(R"(<state id="a"><transition event="e" target="a b"/></state><state id="b"/>)"),
+              ElementsAre(HasSubstr(R"(targets "a" and "b" cannot be active together)")));
+}
+
+TEST(Load, RefusesNestingBeyondTheBound) {
+  std::string deep;
+  for (int i = 0; i < 250; ++i) deep += "<state>";
+  for (int i = 0; i < 250; ++i) deep += "</state>";
+  EXPECT_THAT(load_messages(deep), Contains(HasSubstr("nested more than 200 deep")));
+}
+
+TEST(Load, RefusesMoreStatesThanTheBound) {
+  LoadOptions options;
+  options.limits.states_max = 3;
+  EXPECT_THAT(texts(load(document("<state/><state/><state/><state/>"), {}, options).diagnostics), Contains(HasSubstr("more than 3 states")));
+}
+
+TEST(Load, WarnsOfAnAttributeThatNobodyKnows) {
+  EXPECT_THAT(load_messages(R"(<state id="a"><transition evnet="e"/></state>)"),
+              ElementsAre(HasSubstr(R"(<transition> has no attribute "evnet"; it is ignored; did you mean "event"?)")));
+}
+
+TEST(Check, FindsExpressionsThatDoNotParse) {
+  EXPECT_THAT(check_messages(R"(<state id="a"><transition event="e" cond="x ==== 1"/><onentry><script>
+    var y = ;</script></onentry></state>)"),
+              ElementsAre(testing::StartsWith("door.scxml:2:"), testing::StartsWith("door.scxml:3:1: the script does not parse: SyntaxError")));
+}
+
+TEST(Check, FindsStatesThatAreNeverEntered) {
+  EXPECT_THAT(check_messages(R"(<state id="a"/><state id="island"><state id="inner"/></state>)"),
+              ElementsAre(HasSubstr(R"(state "island" is never entered)")));
+}
+
+TEST(Check, FindsTransitionsThatAnEarlierOneAlwaysTakes) {
+  EXPECT_THAT(check_messages(R"(<state id="a"><transition event="e"/><transition event="e.x" cond="true"/><transition event="f"/></state>)"),
+              ElementsAre(HasSubstr("this transition of state \"a\" is never taken")));
+}
+
+TEST(Check, FindsEventsWithoutHandlerAndHandlersWithoutEvent) {
+  CheckOptions options;
+  options.external_events = std::vector<std::string>{"halt"};
+  EXPECT_THAT(check_messages(R"(<state id="a"><onentry><raise event="tik"/></onentry><transition event="halt tick done.state.b"/></state>)", options),
+              ElementsAre(HasSubstr(R"(event "tik" is raised, but no transition handles it; did you mean "tick"?)"),
+                          HasSubstr(R"(event "tick" is handled, but nobody sends it; did you mean "tik"?)"), HasSubstr("there is no state \"b\"")));
+}
+
+TEST(Check, FindsDataThatNobodyUses) {
+  EXPECT_THAT(check_messages(R"(<datamodel><data id="x"/><data id="y"/></datamodel><state id="a"><onentry><log expr="y"/></onentry></state>)"),
+              ElementsAre(HasSubstr("data \"x\" is never used")));
+}
+
+TEST(Check, FindsInOfAStateThatIsNotThere) {
+  EXPECT_THAT(check_messages(R"xml(<state id="open"><transition event="e" cond="In('opn')"/></state>)xml"),
+              ElementsAre(HasSubstr("In('opn') is never true: there is no such state; did you mean \"open\"?")));
+}
+
+TEST(Graph, HasADotForEachInitialStateAndMarksWhatIsActive) {
+  const auto loaded = load(document(R"(<state id="a" initial="c"><state id="b"/><state id="c"/><transition event="e" cond="true" target="f"/></state><final id="f"/>)"));
+  ASSERT_TRUE(loaded.ok());
+  std::vector<StateIndex> origin;
+  const draw::Chart drawn = to_graph(*loaded.value, nullptr, 0, &origin);
+  EXPECT_THAT(origin, ElementsAre(kNoState, 1U, kNoState, 2U, 3U, 4U));
+  EXPECT_EQ(drawn.states[1].name, "a");
+  EXPECT_EQ(drawn.states[2].parent, 1);
+  EXPECT_EQ(drawn.transitions.size(), 3U);
+  EXPECT_THAT(draw::to_svg(drawn), HasSubstr("e [true]"));
+}
+
+}  // namespace
+}  // namespace sentree::scxml
