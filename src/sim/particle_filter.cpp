@@ -25,8 +25,14 @@ constexpr double kCluster_rad = 0.5;
 // Localized while the cluster is this narrow and holds most of the weight.
 constexpr double kLocalized_m = 0.4;
 constexpr double kLocalizedShare = 0.6;
-// Short-run readings have to be this much worse than long-run ones before particles are spent on a search.
+// How well the readings fit where the robot believes to be, from 0 to 1: measured 0.94 to 0.98 at the right place on
+// three maps with noise, 0.48 to 0.87 at a wrong one. Below this, particles are spent on a search …
+constexpr double kGoodFit = 0.93;
+// … and below this the robot does not claim to know its place.
+constexpr double kPoorFit = 0.75;
+// Readings worse than in the long run mean a search too, also where people hide the walls.
 constexpr double kWorse = 0.85;
+constexpr double kSearchMax = 0.5;  // share of the particles
 
 std::vector<Cell> free_cells(const GridMap& map) {
   std::vector<Cell> cells;
@@ -152,7 +158,9 @@ class LikelihoodField {
       const double range = scan.ranges[i];
       if (!(range > 0.0 && range < laser.range_max_m)) continue;
       const double angle = laser.angle_min_rad + static_cast<double>(i) * laser.angle_increment_rad;
-      const Vec2 end = transform(laser.mount, {range * std::cos(angle), range * std::sin(angle)});
+      // A beam ends on the near edge of a cell; the field measures to cell centres.
+      const double reach = range + map.resolution_m() / 2;
+      const Vec2 end = transform(laser.mount, {reach * std::cos(angle), reach * std::sin(angle)});
       ends_.push_back((1.0 / map.resolution_m()) * end);
     }
   }
@@ -283,21 +291,21 @@ void update_particles(const LocalizationSpec& spec, const GridMap& map, const Di
   if (field.beams() > 0) {
     std::vector<double> logs(state.particles.size());
     double best = -1e300;
-    double mean_reading = 0.0;
     const double beams = static_cast<double>(field.beams());
     for (std::size_t i = 0; i < logs.size(); ++i) {
-      const double log = field.at(state.particles[i].pose);
-      mean_reading += std::exp(log / beams);
-      logs[i] = spec.tempering * log;
+      logs[i] = field.at(state.particles[i].pose);
       best = std::max(best, logs[i]);
     }
-    mean_reading /= static_cast<double>(logs.size());
     double sum = 0.0;
+    // Of the particles as weighted: those that were thrown in at random and fit nowhere say nothing about the fit.
+    double mean_reading = 0.0;
     for (std::size_t i = 0; i < logs.size(); ++i) {
       double& weight = state.particles[i].weight;
-      weight *= std::exp(logs[i] - best);
+      weight *= std::exp(spec.tempering * (logs[i] - best));
       sum += weight;
+      mean_reading += weight * std::exp(logs[i] / beams);
     }
+    mean_reading /= sum;
     for (Particle& p : state.particles) p.weight /= sum;
     const auto average = [&](double& value, double rate) {
       value = value == 0.0 ? mean_reading : value + rate * (mean_reading - value);
@@ -307,19 +315,22 @@ void update_particles(const LocalizationSpec& spec, const GridMap& map, const Di
   }
   const double share = summarize(state);
   const double spread = std::sqrt(state.estimate.covariance[0] + state.estimate.covariance[4]);
-  const bool localized = spread < kLocalized_m && share > kLocalizedShare;
+  const double best_reading = 1.0 + spec.random_share;
+  const double fit = state.likelihood_fast / best_reading;
+  const bool localized = spread < kLocalized_m && share > kLocalizedShare && fit > kPoorFit;
   state.status = localized ? LocalizationStatus::kLocalizedOk : LocalizationStatus::kNotYetLocalized;
 
-  const double worse = state.likelihood_slow > 0.0 ? state.likelihood_fast / (kWorse * state.likelihood_slow) : 1.0;
-  const double random_share = std::max(0.0, 1.0 - worse);
+  const double expected = std::max(kWorse * state.likelihood_slow, kGoodFit * best_reading);
+  const double random_share = std::clamp(2.0 * (1.0 - state.likelihood_fast / expected), 0.0, kSearchMax);
   std::vector<Cell> cells;
   if (random_share > 0.0) cells = free_cells(map);
   // The next generation.
   std::vector<double> cumulative(state.particles.size());
   double sum = 0.0;
   for (std::size_t i = 0; i < cumulative.size(); ++i) cumulative[i] = sum += state.particles[i].weight;
-  const auto most =
-      static_cast<std::size_t>(localized ? spec.particles_max : std::max(spec.particles_max, spec.particles_global));
+  // Lost, it may take a quarter of what covers the whole map: more only costs time.
+  const auto most = static_cast<std::size_t>(localized ? spec.particles_max
+                                                       : std::max(spec.particles_max, spec.particles_global / 4));
   const auto least = static_cast<std::size_t>(spec.particles_min);
   std::vector<Particle> next;
   next.reserve(std::min<std::size_t>(most, state.particles.size() + least));

@@ -1,0 +1,231 @@
+#include "sentree/sim/localization.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <iostream>
+
+#include "sentree/sim/astar.h"
+#include "sentree/sim/simulation.h"
+#include "sentree/sim/test_support.h"
+
+namespace sentree::sim {
+namespace {
+
+LocalizationSpec amcl() { return {.method = LocalizationSpec::Method::kAmcl}; }
+
+// A robot with the errors of real wheels and a real laser.
+World noisy_world(GridMap map, Pose2 start) {
+  World world = test::world_around(std::move(map), start, amcl());
+  RobotSpec& robot = world.robots[0];
+  robot.odometry = {.scale = 0.03, .turn_scale = 0.02, .white = 0.1};
+  robot.laser.noise_m = 0.02;
+  robot.laser.dropout = 0.02;
+  return world;
+}
+
+// A place that the robot can reach from `from`, or stand on if there is no `from`.
+Pose2 random_place(const World& world, Rng& rng, const Pose2* from) {
+  const CostGrid& costs = world.robots[0].costs;
+  for (;;) {
+    const Cell c{static_cast<int>(rng.below(static_cast<std::uint64_t>(world.map.width()))),
+                 static_cast<int>(rng.below(static_cast<std::uint64_t>(world.map.height())))};
+    if (costs.at(c) == CostGrid::kBlocked) continue;
+    if (from != nullptr) {
+      const Plan plan = find_path(costs, world.map.cell_at(from->position()), c, 10'000'000);
+      if (plan.outcome != Plan::Outcome::kFound || plan.cells.size() < 40) continue;
+    }
+    const Vec2 p = world.map.centre(c);
+    return {p.x, p.y, rng.uniform(-std::numbers::pi, std::numbers::pi)};
+  }
+}
+
+double error_m(const RobotState& robot) {
+  return distance(estimated_pose(robot.localization, robot.odometry).position(), robot.truth.pose.position());
+}
+
+// Drives to random places for `limit_s` and calls `each` every 0.1 s, until it says false.
+template <class Each>
+void drive(const World& world, State& state, Rng& rng, double limit_s, Each&& each) {
+  const TimePoint end = state.time + from_seconds(limit_s);
+  while (state.time < end) {
+    RobotState& robot = state.robots[0];
+    if (!is_active(robot.navigator.status)) {
+      const Pose2 goal = random_place(world, rng, &robot.truth.pose);
+      start_goal(world.robots[0].navigation, robot.navigator, "", {goal}, state.time);
+    }
+    advance_by(world, state, std::chrono::milliseconds(100));
+    if (!each(state.robots[0])) return;
+  }
+}
+
+// Turns and drives about by itself, as long as it is lost: forward where there is room, else turning.
+template <class Each>
+void wander(const World& world, State& state, double limit_s, Each&& each) {
+  const TimePoint end = state.time + from_seconds(limit_s);
+  int turn_left = 0;
+  while (state.time < end) {
+    RobotState& robot = state.robots[0];
+    double front = 10.0;
+    const auto& ranges = robot.scan.ranges;
+    for (std::size_t i = 130; i < 230; ++i) {
+      if (ranges[i] > 0.0) front = std::min(front, ranges[i]);
+    }
+    if (front < 0.6 && turn_left == 0) turn_left = 25;
+    const Twist2 twist = turn_left > 0 ? Twist2{0.0, 0.7} : Twist2{0.3, 0.0};
+    if (turn_left > 0) --turn_left;
+    robot.command = {twist, TimePoint(std::chrono::hours(1000))};
+    advance_by(world, state, std::chrono::milliseconds(100));
+    if (!each(state.robots[0])) return;
+  }
+}
+
+// House always; the others where the real maps are.
+std::optional<GridMap> test_map(const std::string& name) {
+  if (name == "house") {
+    const Loaded<World> house = test::load_house();
+    return house.ok() ? std::optional(house.value->map) : std::nullopt;
+  }
+  const auto folder = test::real_maps();
+  if (!folder) return std::nullopt;
+  Loaded<GridMap> map = test::load_map(*folder / name);
+  return map.ok() ? std::optional(cropped_to_known(*map.value)) : std::nullopt;
+}
+
+class Amcl : public ::testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override {
+    map_ = test_map(GetParam());
+    if (!map_) GTEST_SKIP() << "no " << GetParam() << ": set SENTREE_TEST_MAPS to a folder that has it";
+  }
+  std::optional<GridMap> map_;
+};
+
+TEST_P(Amcl, TracksWithinFiveCentimetresThroughNoise) {
+  constexpr std::uint64_t kSeed = 4;
+  SCOPED_TRACE(kSeed);
+  Rng rng(kSeed);
+  World world = noisy_world(*map_, {});
+  world.robots[0].start = random_place(world, rng, nullptr);
+  State state = initial_state(world, kSeed);
+  double squares = 0.0;
+  double worst = 0.0;
+  int count = 0;
+  drive(world, state, rng, 300.0, [&](const RobotState& robot) {
+    const double error = error_m(robot);
+    worst = std::max(worst, error);
+    squares += error * error;
+    ++count;
+    return true;
+  });
+  const double rmse = std::sqrt(squares / count);
+  std::cout << GetParam() << ": rmse " << rmse << " m, worst " << worst << " m\n";
+  EXPECT_LT(rmse, 0.05);
+}
+
+TEST_P(Amcl, FindsItselfAnywhere) {
+  constexpr int kSeeds = 20;
+  int found = 0;
+  double time_s = 0.0;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    Rng rng(seed);
+    World world = noisy_world(*map_, {});
+    world.robots[0].start = random_place(world, rng, nullptr);
+    State state = initial_state(world, seed);
+    RobotState& robot = state.robots[0];
+    reinitialize_globally(world.robots[0].localization, world.map, robot.localization, robot.odometry);
+    EXPECT_EQ(robot.localization.status, LocalizationStatus::kNotYetLocalized);
+    int good = 0;
+    // Found means found for ten seconds, not once by chance.
+    wander(world, state, 180.0, [&](const RobotState& r) {
+      const bool is_good = r.localization.status == LocalizationStatus::kLocalizedOk && error_m(r) < 0.15;
+      good = is_good ? good + 1 : 0;
+      return good < 100;
+    });
+    if (good >= 100)
+      ++found;
+    else
+      std::cout << GetParam() << ": seed " << seed << " not found, error " << error_m(state.robots[0]) << " m\n";
+    time_s += seconds(state.time);
+  }
+  std::cout << GetParam() << ": " << found << " of " << kSeeds << " seeds, " << time_s / kSeeds << " s on average\n";
+  EXPECT_GE(found, 19);
+}
+
+TEST_P(Amcl, FindsItselfAgainAfterBeingCarriedAway) {
+  constexpr int kSeeds = 5;
+  int found = 0;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    Rng rng(seed);
+    World world = noisy_world(*map_, {});
+    world.robots[0].start = random_place(world, rng, nullptr);
+    State state = initial_state(world, seed);
+    wander(world, state, 20.0, [](const RobotState&) { return true; });
+    state.robots[0].truth.pose = random_place(world, rng, nullptr);
+    int good = 0;
+    wander(world, state, 400.0, [&](const RobotState& r) {
+      good = error_m(r) < 0.15 ? good + 1 : 0;
+      return good < 100;
+    });
+    found += good >= 100 ? 1 : 0;
+    std::cout << GetParam() << ": seed " << seed << (good >= 100 ? " found after " : " lost for ")
+              << seconds(state.time) - 20.0 << " s\n";
+  }
+  EXPECT_EQ(found, kSeeds);
+}
+
+INSTANTIATE_TEST_SUITE_P(Maps, Amcl, ::testing::Values("house", "nav2/depot.yaml", "aws_small_house/map.yaml"),
+                         [](const auto& map) { return map.param.substr(0, map.param.find('/')); });
+
+TEST(OdometryLocalization, IsExactWithoutNoise) {
+  Loaded<World> house = test::load_house();
+  ASSERT_TRUE(house.ok());
+  State state = initial_state(*house.value, 1);
+  Rng rng(2);
+  drive(*house.value, state, rng, 120.0, [](const RobotState& robot) {
+    EXPECT_LT(error_m(robot), 1e-6);
+    return true;
+  });
+}
+
+TEST(OdometryLocalization, DriftsWithNoiseAndIsTheSameForTheSameSeed) {
+  Loaded<World> house = test::load_house();
+  ASSERT_TRUE(house.ok());
+  house.value->robots[0].odometry = {.scale = 0.03, .turn_scale = 0.02, .white = 0.1};
+  const auto run = [&](std::uint64_t seed) {
+    State state = initial_state(*house.value, seed);
+    state.robots[0].command = {{0.2, 0.1}, TimePoint(std::chrono::hours(1000))};
+    advance_by(*house.value, state, std::chrono::seconds(20));
+    EXPECT_GT(error_m(state.robots[0]), 0.01);
+    return state.hash();
+  };
+  EXPECT_EQ(run(1), run(1));
+  EXPECT_NE(run(1), run(2));
+}
+
+TEST(AmclFilter, IsToldWhereItIs) {
+  const GridMap map(100, 100, 0.05, {}, std::vector<std::int8_t>(10'000, 0));
+  Localization state = initial_localization(amcl(), {.pose = {1, 1, 0}}, Rng(1));
+  set_initial_pose(amcl(), state, {.pose = {3, 2, 1}, .covariance = {0.04, 0, 0, 0, 0.09, 0, 0, 0, 0.01}}, {5, 5, 2});
+  const Pose2 pose = estimated_pose(state, {5, 5, 2});
+  EXPECT_NEAR(pose.x, 3, 1e-12);
+  EXPECT_NEAR(pose.y, 2, 1e-12);
+  EXPECT_NEAR(pose.theta, 1, 1e-12);
+  Vec2 mean;
+  double spread_y = 0.0;
+  for (const Particle& p : state.particles) mean = mean + p.weight * p.pose.position();
+  for (const Particle& p : state.particles) spread_y += p.weight * (p.pose.y - mean.y) * (p.pose.y - mean.y);
+  EXPECT_NEAR(mean.x, 3, 0.02);
+  EXPECT_NEAR(std::sqrt(spread_y), 0.3, 0.03);
+}
+
+TEST(AmclFilter, StandsStillWhileTheRobotDoes) {
+  World world = noisy_world(test_map("house").value(), {1.2, 1.2, 0});
+  State state = initial_state(world, 1);
+  const Localization before = state.robots[0].localization;
+  advance_by(world, state, std::chrono::seconds(10));
+  EXPECT_EQ(state.robots[0].localization, before);
+}
+
+}  // namespace
+}  // namespace sentree::sim
