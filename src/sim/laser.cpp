@@ -37,44 +37,31 @@ RayField::RayField(const GridMap& map) : width_(map.width()), height_(map.height
 
 double RayField::cast(Vec2 from, Vec2 direction, double range_max) const {
   if (!(from.x >= 0.0 && from.y >= 0.0 && from.x < width_ && from.y < height_)) return kInfinity;
-  const int step_x = direction.x > 0.0 ? 1 : -1;
-  const int step_y = direction.y > 0.0 ? 1 : -1;
-  const int ahead_x = direction.x > 0.0 ? 1 : 0;
-  const int ahead_y = direction.y > 0.0 ? 1 : 0;
+  // Along an axis on which the ray does not move, it is taken to move up, infinitely slowly.
+  const bool up_x = direction.x >= 0.0;
+  const bool up_y = direction.y >= 0.0;
   const double inverse_x = direction.x != 0.0 ? 1.0 / direction.x : kInfinity;
   const double inverse_y = direction.y != 0.0 ? 1.0 / direction.y : kInfinity;
-  const double inverse_max = 1.0 / std::max(std::abs(direction.x), std::abs(direction.y));
   int x = static_cast<int>(from.x);
   int y = static_cast<int>(from.y);
   double t = 0.0;
-  // The parameter at which the ray leaves cell (x, y) is computed from the boundary each time, never summed up, so
-  // that skipping cells cannot change it.
-  const auto exit_x = [&] { return direction.x != 0.0 ? (x + ahead_x - from.x) * inverse_x : kInfinity; };
-  const auto exit_y = [&] { return direction.y != 0.0 ? (y + ahead_y - from.y) * inverse_y : kInfinity; };
-  double next_x = exit_x();
-  double next_y = exit_y();
   for (;;) {
     const int empty = empty_[static_cast<std::size_t>((y + 1) * stride_ + x + 1)];
     if (empty == 0) break;
-    if (empty > 3) {
-      // Every cell up to empty - 1 away is free. The margin keeps rounding from reaching one further.
-      t += (empty - 1 - 1e-6) * inverse_max;
-      if (t > range_max) return kInfinity;
-      x = static_cast<int>(from.x + t * direction.x);
-      y = static_cast<int>(from.y + t * direction.y);
-      next_x = exit_x();
-      next_y = exit_y();
-      continue;
-    }
-    if (next_x < next_y) {
-      t = next_x;
-      x += step_x;
-      next_x = exit_x();
+    // The square of free cells around (x, y) is left as a single large cell would be. Where the ray crosses a boundary
+    // is computed from the boundary, never summed up, so the size of the steps does not change a bit of it.
+    const double exit_x = ((up_x ? x + empty : x + 1 - empty) - from.x) * inverse_x;
+    const double exit_y = ((up_y ? y + empty : y + 1 - empty) - from.y) * inverse_y;
+    if (exit_x < exit_y) {
+      t = exit_x;
+      x += up_x ? empty : -empty;
+      y = std::clamp(static_cast<int>(from.y + t * direction.y), y + 1 - empty, y + empty - 1);
     } else {
-      t = next_y;
-      y += step_y;
-      next_y = exit_y();
+      t = exit_y;
+      y += up_y ? empty : -empty;
+      x = std::clamp(static_cast<int>(from.x + t * direction.x), x + 1 - empty, x + empty - 1);
     }
+    if (t > range_max) return kInfinity;
   }
   const bool border = x < 0 || y < 0 || x >= width_ || y >= height_;
   return border || t > range_max ? kInfinity : t;
@@ -88,19 +75,24 @@ void cast_scan(const GridMap& map, const RayField& field, std::span<const Shape>
   const double range_cells = spec.range_max_m / resolution;
   const Vec2 from = map.to_grid(laser_pose.position());
   const double first = laser_pose.theta + spec.angle_min_rad;
+  const double turn_cos = std::cos(spec.angle_increment_rad);
+  const double turn_sin = std::sin(spec.angle_increment_rad);
+  // Turns a direction from beam to beam; after kBeamsMax turns it is off by less than 1e-11.
+  const auto turn = [&](Vec2& direction) {
+    direction = {turn_cos * direction.x - turn_sin * direction.y, turn_sin * direction.x + turn_cos * direction.y};
+  };
   const double first_in_grid = first - map.origin().theta;
-  for (std::size_t i = 0; i < beams; ++i) {
-    const double angle = first_in_grid + static_cast<double>(i) * spec.angle_increment_rad;
-    ranges[i] = field.cast(from, {std::cos(angle), std::sin(angle)}, range_cells) * resolution;
+  Vec2 direction{std::cos(first_in_grid), std::sin(first_in_grid)};
+  for (std::size_t i = 0; i < beams; ++i, turn(direction)) {
+    ranges[i] = field.cast(from, direction, range_cells) * resolution;
   }
   for (const Shape& shape : shapes) {
     const double reach = spec.range_max_m + bounding_radius(shape);
     const Vec2 offset = shape.pose.position() - laser_pose.position();
     if (dot(offset, offset) > reach * reach) continue;
-    for (std::size_t i = 0; i < beams; ++i) {
-      const double angle = first + static_cast<double>(i) * spec.angle_increment_rad;
-      const double range = ray_distance(shape, laser_pose.position(), {std::cos(angle), std::sin(angle)});
-      ranges[i] = std::min(ranges[i], range);
+    Vec2 ray{std::cos(first), std::sin(first)};
+    for (std::size_t i = 0; i < beams; ++i, turn(ray)) {
+      ranges[i] = std::min(ranges[i], ray_distance(shape, laser_pose.position(), ray));
     }
   }
   for (double& range : ranges) {

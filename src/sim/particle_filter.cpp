@@ -98,6 +98,17 @@ double kld_size(const LocalizationSpec& spec, std::size_t bins) {
   return k / (2.0 * spec.kld_error) * b * b * b;
 }
 
+// Standard normal but for its tails, which end at 3.5 sigma: the sum of four uniform draws. The filter draws three a
+// particle, and this costs a tenth of the exact one.
+double nearly_normal(Rng& rng) {
+  const std::uint64_t word = rng.next();
+  const auto sum =
+      static_cast<double>((word & 0xFFFFU) + (word >> 16U & 0xFFFFU) + (word >> 32U & 0xFFFFU) + (word >> 48U));
+  constexpr double kMean = 2.0 * 65535.0;
+  constexpr double kSigma = 37837.22;  // 2^16 · sqrt(4 / 12)
+  return (sum - kMean) / kSigma;
+}
+
 // Turn, drive, turn; each with noise that grows with all three.
 class MotionModel {
  public:
@@ -121,10 +132,10 @@ class MotionModel {
     sigma_trans_ = a[2] * length + a[3] * (std::abs(rot1_) + std::abs(rot2_));
   }
   Pose2 sample(const Pose2& from, Rng& rng) const {
-    const double heading = from.theta + rot1_ + sigma1_ * rng.normal();
-    const double trans = trans_ + sigma_trans_ * rng.normal();
+    const double heading = from.theta + rot1_ + sigma1_ * nearly_normal(rng);
+    const double trans = trans_ + sigma_trans_ * nearly_normal(rng);
     return {from.x + trans * std::cos(heading), from.y + trans * std::sin(heading),
-            wrap_angle(heading + rot2_ + sigma2_ * rng.normal())};
+            wrap_angle(heading + rot2_ + sigma2_ * nearly_normal(rng))};
   }
 
  private:
