@@ -1,0 +1,112 @@
+#include "sentree/rpc/address.h"
+
+#include <algorithm>
+#include <charconv>
+
+namespace sentree::rpc {
+namespace {
+
+constexpr std::string_view kForms = "; an address is unix:/path, tcp://host:port or tls://host:port";
+
+tl::unexpected<Diagnostic> wrong(std::string_view text, std::string_view why) {
+  return fail("rpc.address", "address \"" + std::string(text) + "\" " + std::string(why) + std::string(kForms));
+}
+
+bool set_option(std::string_view option, Address& out) {
+  if (option == "protocol=compact") return out.protocol = Address::Protocol::kCompact, true;
+  if (option == "protocol=binary") return out.protocol = Address::Protocol::kBinary, true;
+  if (option == "transport=framed") return out.framed = true, true;
+  if (option == "transport=buffered") return out.framed = false, true;
+  return false;
+}
+
+// The longest path that a Unix socket's address holds, its ending NUL left out.
+constexpr std::size_t kSocketPathMax = 107;
+
+}  // namespace
+
+Result<Address> Address::parse(std::string_view text) {
+  Address out;
+  std::string_view rest = text;
+  if (const auto question = rest.find('?'); question != std::string_view::npos) {
+    std::string_view options = rest.substr(question + 1);
+    rest = rest.substr(0, question);
+    while (!options.empty()) {
+      const std::string_view option = options.substr(0, options.find('&'));
+      if (!set_option(option, out)) {
+        return wrong(text, "has the unknown option \"" + std::string(option) +
+                               "\" (there is protocol=binary|compact, transport=buffered|framed)");
+      }
+      options.remove_prefix(std::min(option.size() + 1, options.size()));
+    }
+  }
+  if (rest.starts_with("local:") || rest.starts_with("unix:")) {
+    const bool local = rest.starts_with("local:");
+    out.kind = local ? Kind::kLocal : Kind::kUnix;
+    rest.remove_prefix(rest.find(':') + 1);
+    const auto hash = rest.find('#');
+    if (hash != std::string_view::npos) {
+      out.service = rest.substr(hash + 1);
+      if (out.service.empty()) return wrong(text, "has no service after \"#\"");
+    }
+    out.path = rest.substr(0, hash);
+    if (out.path.empty()) return wrong(text, local ? "has no name" : "has no path");
+    if (!local && out.path.size() > kSocketPathMax) {
+      return wrong(text,
+                   "has a path of more than " + std::to_string(kSocketPathMax) + " bytes, which no socket can have");
+    }
+    if (out.path.find('\0') != std::string::npos) return wrong(text, "has a NUL in its path");
+    return out;
+  }
+  if (!rest.starts_with("tcp://") && !rest.starts_with("tls://"))
+    return wrong(text, "begins with none of the known schemes");
+  out.kind = rest.starts_with("tcp://") ? Kind::kTcp : Kind::kTls;
+  rest.remove_prefix(6);
+  if (const auto slash = rest.find('/'); slash != std::string_view::npos) {
+    out.service = rest.substr(slash + 1);
+    rest = rest.substr(0, slash);
+  }
+  const auto colon = rest.rfind(':');
+  const bool bracketed = rest.starts_with('[');
+  const auto bracket = rest.find(']');
+  if (bracketed && (bracket == std::string_view::npos || bracket + 1 != colon)) return wrong(text, "needs [host]:port");
+  if (colon == std::string_view::npos) return wrong(text, "has no port");
+  const std::string_view port = rest.substr(colon + 1);
+  out.host = bracketed ? rest.substr(1, bracket - 1) : rest.substr(0, colon);
+  if (out.host.empty()) return wrong(text, "has no host");
+  if (!bracketed && out.host.find(':') != std::string::npos)
+    return wrong(text, "has colons in its host; write IPv6 in brackets");
+  const auto read = std::from_chars(port.data(), port.data() + port.size(), out.port);
+  if (port.empty() || read.ec != std::errc() || read.ptr != port.data() + port.size()) {
+    return wrong(text, "has the port \"" + std::string(port) + "\", which is no number from 0 to 65535");
+  }
+  return out;
+}
+
+std::string to_string(const Address& address) {
+  std::string out;
+  switch (address.kind) {
+    case Address::Kind::kLocal: out = "local:" + address.path; break;
+    case Address::Kind::kUnix: out = "unix:" + address.path; break;
+    case Address::Kind::kTcp:
+    case Address::Kind::kTls: {
+      const bool ipv6 = address.host.find(':') != std::string::npos;
+      out = address.kind == Address::Kind::kTcp ? "tcp://" : "tls://";
+      out += (ipv6 ? "[" + address.host + "]" : address.host) + ":" + std::to_string(address.port);
+      break;
+    }
+  }
+  if (!address.service.empty()) {
+    const bool socket = address.kind == Address::Kind::kTcp || address.kind == Address::Kind::kTls;
+    out += (socket ? "/" : "#") + address.service;
+  }
+  char mark = '?';
+  if (address.protocol == Address::Protocol::kCompact) {
+    out += "?protocol=compact";
+    mark = '&';
+  }
+  if (address.framed) out += std::string(1, mark) + "transport=framed";
+  return out;
+}
+
+}  // namespace sentree::rpc

@@ -1,0 +1,234 @@
+#pragma once
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <condition_variable>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sentree/rpc/client.h"
+#include "sentree/rpc/server.h"
+
+/// What the tests of the library share.
+namespace sentree::rpc::test {
+
+inline constexpr std::string_view kIdl = R"(
+  enum Status { IDLE = 0, MOVING = 1 }
+  struct Pose { 1: double x, 2: double y, 3: double theta = 0 }
+  struct Nest { 1: optional Nest nest }
+  exception Refused { 1: Status status, 2: string why = "" }
+  service Base { void ping() }
+  service Robot extends Base {
+    Pose go(1: Pose target, 2: bool fast = true) throws (1: Refused refused)
+    string echo(1: string text)
+    list<i32> numbers(1: list<i32> numbers)
+    Nest nest(1: Nest nest)
+    oneway void note(1: string text)
+    void wait()
+  }
+)";
+
+inline idl::Schema schema(std::string_view source = kIdl) {
+  auto loaded = idl::Schema::load(source, "robot.thrift");
+  for (const Diagnostic& d : loaded.diagnostics) ADD_FAILURE() << to_string(d);
+  return *loaded.value;
+}
+
+/// Echoes; `wait` blocks until `release`.
+class Robot final : public Service {
+ public:
+  explicit Robot(idl::ServicePtr interface = schema().service("Robot")) : interface_(std::move(interface)) {}
+  ~Robot() override { release(); }
+
+  const idl::Service& interface() const override { return *interface_; }
+
+  Outcome call(const idl::Method& method, const Value& arguments, const CallContext&) override {
+    if (method.name == "go") {
+      if (arguments.at({"target", "x"})->number() < 0) {
+        return tl::unexpected(
+            CallError{CallErrorKind::kException, "no", "Refused", Map{{"status", "MOVING"}, {"why", "behind"}}});
+      }
+      return *arguments.find("target");
+    }
+    if (method.name == "note") {
+      const std::lock_guard lock(mutex_);
+      notes_.emplace_back(arguments.find("text")->text());
+      changed_.notify_all();
+      return Value();
+    }
+    if (method.name == "wait") {
+      std::unique_lock lock(mutex_);
+      ++waiting_;
+      changed_.notify_all();
+      changed_.wait(lock, [&] { return released_; });
+      return Value();
+    }
+    if (method.name == "ping") return Value();
+    return arguments.as_map()->begin()->second;
+  }
+
+  void release() {
+    const std::lock_guard lock(mutex_);
+    released_ = true;
+    changed_.notify_all();
+  }
+  void await_waiting(int count) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return waiting_ >= count; });
+  }
+  std::vector<std::string> await_notes(std::size_t count) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return notes_.size() >= count; });
+    return notes_;
+  }
+
+ private:
+  idl::ServicePtr interface_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<std::string> notes_;
+  int waiting_ = 0;
+  bool released_ = false;
+};
+
+/// Writes down what it sees.
+class Diary final : public Hook {
+ public:
+  Verdict before(const Call& call) override {
+    write("request " + call.method.name + " " + to_json(call.arguments));
+    const std::lock_guard lock(mutex_);
+    return verdict;
+  }
+  void replied(const Call& call, const Value& result) override {
+    write("reply " + call.method.name + " " + to_json(result));
+  }
+  void failed(const Call& call, const CallError& error) override {
+    write("error " + call.method.name + " " + std::string(to_string(error.kind)));
+  }
+  void late(const Call& call, const Outcome& outcome) override {
+    write("late " + call.method.name + " " + std::to_string(call.id) + (outcome ? " result" : " error"));
+  }
+
+  std::vector<std::string> lines() {
+    const std::lock_guard lock(mutex_);
+    return lines_;
+  }
+  /// Waits for a line; the tests' time limit ends it.
+  void await(const std::string& line) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return std::find(lines_.begin(), lines_.end(), line) != lines_.end(); });
+  }
+
+  Verdict verdict;
+
+ private:
+  void write(std::string line) {
+    const std::lock_guard lock(mutex_);
+    lines_.push_back(std::move(line));
+    changed_.notify_all();
+  }
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<std::string> lines_;
+};
+
+/// A folder of this test's own.
+class Folder {
+ public:
+  Folder() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "sentree-rpc-XXXXXX").string();
+    path_ = ::mkdtemp(pattern.data());
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  ~Folder() { std::filesystem::remove_all(path_); }
+  [[nodiscard]] std::string file(std::string_view name) const { return (path_ / name).string(); }
+  [[nodiscard]] Address socket() const { return *Address::parse("unix:" + file("socket")); }
+
+ private:
+  std::filesystem::path path_;
+};
+
+inline Deadline in(std::chrono::milliseconds time) { return std::chrono::steady_clock::now() + time; }
+
+inline std::unique_ptr<Server> serve(const Address& address, std::shared_ptr<Service> service,
+                                     ServerOptions options = {}) {
+  auto server = Server::start(address, {{"robot", std::move(service)}}, std::move(options));
+  if (!server) ADD_FAILURE() << server.error().message;
+  return server ? std::move(*server) : nullptr;
+}
+
+inline std::unique_ptr<Client> connect(const Address& address, ClientOptions options = {}) {
+  auto client = Client::remote(address, schema().service("Robot"), std::move(options));
+  if (!client) ADD_FAILURE() << client.error().message;
+  return client ? std::move(*client) : nullptr;
+}
+
+/// Bytes to and from a Unix socket, without any protocol.
+class RawPeer {
+ public:
+  explicit RawPeer(int connected) : fd_(connected) {}
+  explicit RawPeer(const Address& address) : fd_(::socket(AF_UNIX, SOCK_STREAM, 0)) {
+    sockaddr_un at{};
+    at.sun_family = AF_UNIX;
+    std::memcpy(at.sun_path, address.path.c_str(), address.path.size() + 1);
+    EXPECT_EQ(::connect(fd_, reinterpret_cast<const sockaddr*>(&at), sizeof at), 0);
+  }
+  RawPeer(const RawPeer&) = delete;
+  RawPeer& operator=(const RawPeer&) = delete;
+  ~RawPeer() { close(); }
+  void close() {
+    if (fd_ >= 0) ::close(fd_);
+    fd_ = -1;
+  }
+  void send(std::string_view bytes) const { (void)!::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
+  /// True once the other side has closed.
+  [[nodiscard]] bool await_end() const {
+    std::array<char, 4096> buffer;
+    ssize_t got = 0;
+    while ((got = ::recv(fd_, buffer.data(), buffer.size(), 0)) > 0) {
+    }
+    return got == 0 || errno == ECONNRESET;
+  }
+  [[nodiscard]] std::string receive() const {
+    std::array<char, 4096> buffer;
+    const ssize_t got = ::recv(fd_, buffer.data(), buffer.size(), 0);
+    return got > 0 ? std::string(buffer.data(), static_cast<std::size_t>(got)) : std::string();
+  }
+
+ private:
+  int fd_;
+};
+
+/// A server that does nothing by itself.
+class RawServer {
+ public:
+  explicit RawServer(const Address& address) : fd_(::socket(AF_UNIX, SOCK_STREAM, 0)) {
+    sockaddr_un at{};
+    at.sun_family = AF_UNIX;
+    std::memcpy(at.sun_path, address.path.c_str(), address.path.size() + 1);
+    EXPECT_EQ(::bind(fd_, reinterpret_cast<const sockaddr*>(&at), sizeof at), 0);
+    EXPECT_EQ(::listen(fd_, 4), 0);
+  }
+  RawServer(const RawServer&) = delete;
+  RawServer& operator=(const RawServer&) = delete;
+  ~RawServer() { ::close(fd_); }
+  [[nodiscard]] int accept() const { return ::accept(fd_, nullptr, nullptr); }
+
+ private:
+  int fd_;
+};
+
+}  // namespace sentree::rpc::test

@@ -1,0 +1,265 @@
+#include "sentree/rpc/detail/stream.h"
+
+#include <fcntl.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/time.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cerrno>
+#include <condition_variable>
+#include <cstring>
+#include <limits>
+#include <mutex>
+#include <system_error>
+#include <thread>
+
+namespace sentree::rpc {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::steady_clock;
+
+// The kernel rounds a socket's time limit up to its tick, so the last stretch before a deadline is waited for with
+// poll.
+constexpr microseconds kLastStretch{20'000};
+constexpr microseconds kForever{0};
+
+std::string text_of(int error) { return std::generic_category().message(error); }
+
+class PlainStream final : public Stream {
+ public:
+  explicit PlainStream(Descriptor socket) : socket_(std::move(socket)) {}
+
+  Received receive(std::uint8_t* out, std::size_t size, Deadline deadline) override {
+    while (true) {
+      const Wait wait = arm(SO_RCVTIMEO, receive_limit_, deadline, POLLIN);
+      const ssize_t got = ::recv(socket_.get(), out, size, wait == Wait::kNone ? MSG_DONTWAIT : 0);
+      if (got > 0) return {StreamStatus::kOk, static_cast<std::size_t>(got)};
+      if (got == 0) return {StreamStatus::kClosed, 0};
+      if (const auto status = failed(wait); status != StreamStatus::kOk) return {status, 0};
+    }
+  }
+
+  StreamStatus send(const std::uint8_t* data, std::size_t size, Deadline deadline) override {
+    // Almost always the socket takes everything at once, and nobody has to ask for the time.
+    int flags = MSG_DONTWAIT;
+    Wait wait = Wait::kBlocks;
+    while (size > 0) {
+      const ssize_t sent = ::send(socket_.get(), data, size, MSG_NOSIGNAL | flags);
+      if (sent > 0) {
+        data += sent;
+        size -= static_cast<std::size_t>(sent);
+        continue;
+      }
+      if (const auto status = failed(wait); status != StreamStatus::kOk) return status;
+      wait = arm(SO_SNDTIMEO, send_limit_, deadline, POLLOUT);
+      flags = wait == Wait::kNone ? MSG_DONTWAIT : 0;
+    }
+    return StreamStatus::kOk;
+  }
+
+  void shut_down() override { ::shutdown(socket_.get(), SHUT_RDWR); }
+  int descriptor() const override { return socket_.get(); }
+  std::string why() const override { return error_ == 0 ? "the peer closed the connection" : text_of(error_); }
+
+ private:
+  enum class Wait : std::uint8_t { kBlocks, kNone };
+
+  // Sees to it that the next call of recv or send ends in time. A blocking call with the socket's own limit costs no
+  // extra system call as long as the limit stays, so it is set to a power of two below what remains.
+  Wait arm(int option, microseconds& limit, Deadline deadline, short events) {
+    microseconds wanted = kForever;
+    if (deadline != kNoDeadline) {
+      const auto remaining = std::chrono::duration_cast<microseconds>(deadline - steady_clock::now());
+      if (remaining <= kLastStretch) {
+        if (remaining.count() > 0) {
+          pollfd p{socket_.get(), events, 0};
+          const timespec t{0, static_cast<long>(remaining.count()) * 1000};
+          ::ppoll(&p, 1, &t, nullptr);
+        }
+        return Wait::kNone;
+      }
+      wanted = microseconds(std::bit_floor(static_cast<std::uint64_t>((remaining - kLastStretch / 2).count())));
+    }
+    if (wanted != limit) {
+      const timeval t{static_cast<time_t>(wanted.count() / 1'000'000),
+                      static_cast<suseconds_t>(wanted.count() % 1'000'000)};
+      ::setsockopt(socket_.get(), SOL_SOCKET, option, &t, sizeof t);
+      limit = wanted;
+    }
+    return Wait::kBlocks;
+  }
+
+  // After a call that moved nothing: kOk means "try again".
+  StreamStatus failed(Wait wait) {
+    if (errno == EINTR) return StreamStatus::kOk;
+    if (errno == EAGAIN || errno == EWOULDBLOCK) return wait == Wait::kNone ? StreamStatus::kLate : StreamStatus::kOk;
+    error_ = errno;
+    return errno == EPIPE || errno == ECONNRESET ? StreamStatus::kClosed : StreamStatus::kFailed;
+  }
+
+  Descriptor socket_;
+  microseconds receive_limit_ = kForever;
+  microseconds send_limit_ = kForever;
+  int error_ = 0;
+};
+
+bool wait_connected(int fd, Deadline deadline, int& error) {
+  while (true) {
+    pollfd p{fd, POLLOUT, 0};
+    const int ready = ::poll(&p, 1, poll_timeout(deadline));
+    if (ready < 0 && errno == EINTR) continue;
+    if (ready == 0 && steady_clock::now() < deadline) continue;
+    if (ready <= 0) {
+      error = ETIMEDOUT;
+      return false;
+    }
+    socklen_t size = sizeof error;
+    ::getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &size);
+    return error == 0;
+  }
+}
+
+Connected connect_socket(int family, const sockaddr* address, socklen_t size, Deadline deadline) {
+  Descriptor socket(::socket(family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (!socket) return {nullptr, StreamStatus::kFailed, text_of(errno)};
+  int error = ::connect(socket.get(), address, size) == 0 ? 0 : errno;
+  if (error == EINPROGRESS) {
+    error = 0;
+    if (!wait_connected(socket.get(), deadline, error)) {
+      return {nullptr, error == ETIMEDOUT ? StreamStatus::kLate : StreamStatus::kFailed, text_of(error)};
+    }
+  }
+  // A full backlog of a Unix socket: somebody is there, but accepts nobody.
+  if (error != 0) return {nullptr, StreamStatus::kFailed, text_of(error)};
+  const int flags = ::fcntl(socket.get(), F_GETFL);
+  ::fcntl(socket.get(), F_SETFL, flags & ~O_NONBLOCK);
+  if (family != AF_UNIX) {
+    const int on = 1;
+    ::setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  }
+  return {plain_stream(std::move(socket)), StreamStatus::kOk, {}};
+}
+
+}  // namespace
+
+Descriptor& Descriptor::operator=(Descriptor&& other) noexcept {
+  if (this != &other) {
+    if (fd_ >= 0) ::close(fd_);
+    fd_ = std::exchange(other.fd_, -1);
+  }
+  return *this;
+}
+
+Descriptor::~Descriptor() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+std::unique_ptr<Stream> plain_stream(Descriptor socket) { return std::make_unique<PlainStream>(std::move(socket)); }
+
+int poll_timeout(Deadline deadline) {
+  if (deadline == kNoDeadline) return -1;
+  const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - steady_clock::now()).count();
+  return static_cast<int>(std::clamp<std::int64_t>(left, 0, 60'000));
+}
+
+struct Resolver::Lookup {
+  std::mutex mutex;
+  std::condition_variable done;
+  std::string host;
+  std::uint16_t port = 0;
+  bool finished = false;
+  Answer answer;
+};
+
+Resolver::Resolver() = default;
+Resolver::~Resolver() = default;
+
+namespace {
+
+Resolver::Answer look_up(const std::string& host, std::uint16_t port, bool passive, bool numeric_only) {
+  addrinfo hints{};
+  hints.ai_family = AF_UNSPEC;
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_NUMERICSERV | (passive ? AI_PASSIVE : 0) | (numeric_only ? AI_NUMERICHOST : 0);
+  addrinfo* found = nullptr;
+  const int error = ::getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &found);
+  if (error != 0) return {StreamStatus::kFailed, ::gai_strerror(error), {}, 0};
+  // An IPv4 address where there is one: "localhost" is served there more often.
+  const addrinfo* best = found;
+  for (const addrinfo* a = found; a != nullptr; a = a->ai_next) {
+    if (a->ai_family == AF_INET) {
+      best = a;
+      break;
+    }
+  }
+  Resolver::Answer out{StreamStatus::kOk,
+                       {},
+                       std::string(reinterpret_cast<const char*>(best->ai_addr), best->ai_addrlen),
+                       best->ai_family};
+  ::freeaddrinfo(found);
+  return out;
+}
+
+}  // namespace
+
+Resolver::Answer Resolver::resolve(const std::string& host, std::uint16_t port, bool passive, Deadline deadline) {
+  Answer numeric = look_up(host == "localhost" ? "127.0.0.1" : host, port, passive, true);
+  if (numeric.status == StreamStatus::kOk) return numeric;
+  // One look-up at a time: while the system's resolver hangs, later calls wait for the same answer.
+  if (lookup_ == nullptr) {
+    lookup_ = std::make_shared<Lookup>();
+    lookup_->host = host;
+    lookup_->port = port;
+    try {
+      std::thread([lookup = lookup_, passive] {
+        Answer answer = look_up(lookup->host, lookup->port, passive, false);
+        const std::lock_guard lock(lookup->mutex);
+        lookup->answer = std::move(answer);
+        lookup->finished = true;
+        lookup->done.notify_all();
+      }).detach();
+    } catch (const std::system_error& e) {
+      lookup_.reset();
+      return {StreamStatus::kFailed, e.what(), {}, 0};
+    }
+  }
+  std::unique_lock lock(lookup_->mutex);
+  const auto finished = [&] { return lookup_->finished; };
+  if (deadline == kNoDeadline) {
+    lookup_->done.wait(lock, finished);
+  } else if (!lookup_->done.wait_until(lock, deadline, finished)) {
+    return {StreamStatus::kLate, "no answer from the name service yet", {}, 0};
+  }
+  Answer out = lookup_->answer;
+  lock.unlock();
+  lookup_.reset();  // Names may move; the next connection asks again.
+  return out;
+}
+
+Connected connect_to(const Address& address, Resolver& resolver, const std::shared_ptr<const TlsContext>& tls,
+                     Deadline deadline) {
+  if (address.kind == Address::Kind::kUnix) {
+    sockaddr_un at{};
+    at.sun_family = AF_UNIX;
+    if (address.path.size() >= sizeof at.sun_path)
+      return {nullptr, StreamStatus::kFailed, "the path is too long for a socket"};
+    std::memcpy(at.sun_path, address.path.c_str(), address.path.size() + 1);
+    return connect_socket(AF_UNIX, reinterpret_cast<const sockaddr*>(&at), sizeof at, deadline);
+  }
+  const Resolver::Answer at = resolver.resolve(address.host, address.port, false, deadline);
+  if (at.status != StreamStatus::kOk) return {nullptr, at.status, "\"" + address.host + "\": " + at.why};
+  Connected out = connect_socket(at.family, reinterpret_cast<const sockaddr*>(at.socket_address.data()),
+                                 static_cast<socklen_t>(at.socket_address.size()), deadline);
+  if (out.stream == nullptr || address.kind != Address::Kind::kTls) return out;
+  return tls_stream(std::move(out.stream), tls, address.host, deadline);
+}
+
+}  // namespace sentree::rpc
