@@ -1,5 +1,5 @@
-// Runs a folder of the W3C's SCXML documents (ECMAScript form) by their manifest.xml: a document passes if it comes to rest in
-// the state "pass". Virtual time; HTTP, where a document asks for it, over a loopback socket.
+// Runs a folder of the W3C's SCXML documents (ECMAScript form) by their manifest.xml: a document passes if it comes to
+// rest in the state "pass". Virtual time; HTTP, where a document asks for it, over a loopback socket.
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
@@ -19,8 +19,8 @@ namespace {
 constexpr Duration kRunTimeMax = std::chrono::seconds(120);
 
 struct Test {
-  std::string id;        // as in the file's name: 403a
-  std::string number;    // as in the manifest: 403
+  std::string id;      // as in the file's name: 403a
+  std::string number;  // as in the manifest: 403
   bool manual = false;
 };
 
@@ -97,10 +97,14 @@ int run(const std::vector<std::string>& arguments) {
   std::string folder;
   std::string only;
   for (const std::string& argument : arguments) {
-    if (argument == "--json") json = true;
-    else if (argument.starts_with("--only=")) only = argument.substr(7);
-    else if (!argument.starts_with("-") && folder.empty()) folder = argument;
-    else folder.clear(), json = false;
+    if (argument == "--json")
+      json = true;
+    else if (argument.starts_with("--only="))
+      only = argument.substr(7);
+    else if (!argument.starts_with("-") && folder.empty())
+      folder = argument;
+    else
+      folder.clear(), json = false;
   }
   if (folder.empty()) {
     std::cerr << "usage: conformance_scxml DIR [--json] [--only=ID]\n";
@@ -120,13 +124,17 @@ int run(const std::vector<std::string>& arguments) {
     if (test.manual) manual.emplace_back(test.id);
     if (test.manual && only.empty()) continue;
     const Verdict verdict = player.run(std::filesystem::path(folder) / ("test" + test.id + ".txml.scxml"));
-    if (verdict.passed) ++passed;
-    else failed.emplace_back(test.id);
+    if (verdict.passed)
+      ++passed;
+    else
+      failed.emplace_back(test.id);
     if (!verdict.passed || !only.empty()) std::cerr << test.id << ": " << verdict.why << "\n";
   }
   const Value report = Map{{"passed", passed}, {"failed", failed}, {"manual", manual}};
-  if (json) std::cout << to_json(report) << "\n";
-  else std::cout << passed << " passed, " << failed.size() << " failed, " << manual.size() << " manual\n";
+  if (json)
+    std::cout << to_json(report) << "\n";
+  else
+    std::cout << passed << " passed, " << failed.size() << " failed, " << manual.size() << " manual\n";
   return failed.empty() ? 0 : 1;
 }
 

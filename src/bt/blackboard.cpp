@@ -72,6 +72,11 @@ bool Blackboard::set(std::uint32_t cell, Datum datum, const PortType* type, std:
     return true;
   }
   Entry& entry = state_.entries_[link_of(cell)];
+  if (type != nullptr && entry.type == type && entry.datum.value.type() == datum.value.type()) {
+    entry.datum = std::move(datum);
+    written(entry);
+    return true;
+  }
   if (entry.type == nullptr || !entry.type->strong()) {
     entry.type = type;
     // As recorded from BehaviorTree.CPP: text over a number loses both.

@@ -78,10 +78,10 @@ class Context {
   void reset_children();
 
  private:
-  /// Points at the value converted to `wanted`, or null with `error` set.
-  const Datum* read(std::string_view port, const PortType& wanted, Datum& scratch, Diagnostic& error) const;
+  /// Points at the value converted to `wanted`, or null.
+  const Datum* read(std::string_view port, const PortType& wanted, Datum& scratch) const;
+  [[nodiscard]] Diagnostic read_error(std::string_view port, const PortType& wanted) const;
   Result<void> write(std::string_view port, Datum datum, const PortType& type);
-  [[nodiscard]] Diagnostic conversion_error(std::string_view port, const PortType& wanted) const;
 
   Machine& machine_;
   NodeId node_;
@@ -90,15 +90,14 @@ class Context {
 template <class T>
 Result<T> Context::input(std::string_view port) const {
   Datum scratch;
-  Diagnostic error;
-  const Datum* datum = read(port, type_of<T>(), scratch, error);
-  if (datum == nullptr) return tl::unexpected(std::move(error));
+  const Datum* datum = read(port, type_of<T>(), scratch);
+  if (datum == nullptr) return tl::unexpected(read_error(port, type_of<T>()));
   if constexpr (Convertible<T>) {
     if (auto value = Convert<T>::from_value(datum->value)) return std::move(*value);
   } else {
     if (const auto* boxed = dynamic_cast<const Boxed<T>*>(datum->object.get())) return boxed->content();
   }
-  return tl::unexpected(conversion_error(port, type_of<T>()));
+  return tl::unexpected(read_error(port, type_of<T>()));
 }
 
 template <class T>

@@ -95,8 +95,11 @@ class Machine {
     return b.kind == Binding::Kind::kAbsent ? nullptr : &b;
   }
   [[nodiscard]] const Binding* binding(const Node& n, std::string_view port) const;
-  /// The present value of a port, converted to `wanted` in `scratch` where it is of another type. Null, with `error`.
-  const Datum* read(const Binding& binding, const PortType* wanted, Datum& scratch, Diagnostic& error);
+  /// The present value of a port, converted to `wanted` in `scratch` where it is of another type. Null if there is
+  /// none.
+  const Datum* read(const Binding& binding, const PortType* wanted, Datum& scratch);
+  /// Why `read` gave null: bt.no-entry, bt.empty-entry, bt.conversion.
+  [[nodiscard]] Diagnostic read_error(const Binding& binding, const PortType* wanted);
   /// Numbers and text of built-in nodes; nothing if the port is absent or its value does not fit.
   std::optional<std::int64_t> read_integer(const Node& n, std::uint32_t port);
   std::optional<std::string> read_text(const Node& n, std::uint32_t port);

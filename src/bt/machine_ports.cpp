@@ -77,34 +77,37 @@ const Binding* Machine::binding(const Node& n, std::string_view port) const {
   return nullptr;
 }
 
-const Datum* Machine::read(const Binding& binding, const PortType* wanted, Datum& scratch, Diagnostic& error) {
+const Datum* Machine::read(const Binding& binding, const PortType* wanted, Datum& scratch) {
   const Datum* datum = nullptr;
   if (binding.kind == Binding::Kind::kLiteral) {
     datum = &model_.literals[binding.target];
   } else {
     const Blackboard::Entry* entry = blackboard_.find(binding.target);
-    if (entry == nullptr) {
-      error.code = "bt.no-entry";
-      error.message =
-          "port \"" + model_.strings[binding.name] + "\": there is no entry " + model_.strings[binding.text];
-      return nullptr;
-    }
+    if (entry == nullptr || entry->datum.empty()) return nullptr;
     datum = &entry->datum;
-    if (datum->empty()) {
-      error.code = "bt.empty-entry";
-      error.message = "port \"" + model_.strings[binding.name] + "\": entry " + model_.strings[binding.text] +
-                      " holds no value yet";
-      return nullptr;
-    }
   }
   if (wanted == nullptr || fits(*wanted, *datum)) return datum;
-  if (convert(*wanted, *datum, scratch)) return &scratch;
-  error.code = "bt.conversion";
-  error.message =
-      "port \"" + model_.strings[binding.name] + "\": " +
-      (datum->object != nullptr ? "a C++ object of type " + datum->object->type().name : to_json(datum->value)) +
-      " is no " + wanted->name;
-  return nullptr;
+  return convert(*wanted, *datum, scratch) ? &scratch : nullptr;
+}
+
+Diagnostic Machine::read_error(const Binding& binding, const PortType* wanted) {
+  const std::string port = "port \"" + model_.strings[binding.name] + "\": ";
+  const Datum* datum = nullptr;
+  if (binding.kind == Binding::Kind::kLiteral) {
+    datum = &model_.literals[binding.target];
+  } else {
+    const Blackboard::Entry* entry = blackboard_.find(binding.target);
+    const std::string& shown = model_.strings[binding.text];
+    if (entry == nullptr) return {Severity::kError, "bt.no-entry", port + "there is no entry " + shown, {}};
+    if (entry->datum.empty()) {
+      return {Severity::kError, "bt.empty-entry", port + "entry " + shown + " holds no value yet", {}};
+    }
+    datum = &entry->datum;
+  }
+  const std::string what =
+      datum->object != nullptr ? "a C++ object of type " + datum->object->type().name : to_json(datum->value);
+  return {
+      Severity::kError, "bt.conversion", port + what + " is no " + (wanted != nullptr ? wanted->name : "value"), {}};
 }
 
 std::optional<std::int64_t> Machine::read_integer(const Node& n, std::uint32_t port) {
@@ -114,8 +117,7 @@ std::optional<std::int64_t> Machine::read_integer(const Node& n, std::uint32_t p
     if (const auto* value = model_.literals[b->target].value.as_int()) return *value;
   }
   Datum scratch;
-  Diagnostic error;
-  const Datum* datum = read(*b, &type_of<std::int64_t>(), scratch, error);
+  const Datum* datum = read(*b, &type_of<std::int64_t>(), scratch);
   return datum != nullptr ? std::optional(*datum->value.as_int()) : std::nullopt;
 }
 
@@ -123,8 +125,7 @@ std::optional<std::string> Machine::read_text(const Node& n, std::uint32_t port)
   const Binding* b = binding(n, port);
   if (b == nullptr) return std::nullopt;
   Datum scratch;
-  Diagnostic error;
-  const Datum* datum = read(*b, &type_of<std::string>(), scratch, error);
+  const Datum* datum = read(*b, &type_of<std::string>(), scratch);
   return datum != nullptr ? std::optional(std::string(datum->value.text())) : std::nullopt;
 }
 
@@ -132,8 +133,7 @@ bool Machine::read_bool(const Node& n, std::uint32_t port, bool otherwise) {
   const Binding* b = binding(n, port);
   if (b == nullptr) return otherwise;
   Datum scratch;
-  Diagnostic error;
-  const Datum* datum = read(*b, &type_of<bool>(), scratch, error);
+  const Datum* datum = read(*b, &type_of<bool>(), scratch);
   return datum != nullptr ? *datum->value.as_bool() : otherwise;
 }
 
@@ -221,16 +221,21 @@ std::uint64_t Context::sequence(std::string_view port) const {
   return entry != nullptr ? entry->sequence : 0;
 }
 
-const Datum* Context::read(std::string_view port, const PortType& wanted, Datum& scratch, Diagnostic& error) const {
+const Datum* Context::read(std::string_view port, const PortType& wanted, Datum& scratch) const {
+  const Binding* b = machine_.binding(machine_.node(node_), port);
+  return b != nullptr ? machine_.read(*b, &wanted, scratch) : nullptr;
+}
+
+Diagnostic Context::read_error(std::string_view port, const PortType& wanted) const {
   const Binding* b = machine_.binding(machine_.node(node_), port);
   if (b == nullptr) {
-    error.code = "bt.no-port";
-    error.message = "node \"" + path() + "\" has no value for port \"" + std::string(port) + "\"";
-    return nullptr;
+    return {Severity::kError, "bt.no-port",
+            "node \"" + path() + "\" has no value for port \"" + std::string(port) + "\"", machine_.tree().span(node_)};
   }
-  const Datum* datum = machine_.read(*b, &wanted, scratch, error);
-  if (datum == nullptr) error.message = "node \"" + path() + "\", " + error.message;
-  return datum;
+  Diagnostic error = machine_.read_error(*b, &wanted);
+  error.message = "node \"" + path() + "\", " + error.message;
+  error.span = machine_.tree().span(node_);
+  return error;
 }
 
 Result<void> Context::write(std::string_view port, Datum datum, const PortType& type) {
@@ -246,13 +251,6 @@ Result<void> Context::write(std::string_view port, Datum datum, const PortType& 
                                                               : "bt.not-an-entry";
   if (b != nullptr) machine_.fail(node_, code, error);
   return sentree::fail(code, "node \"" + path() + "\": " + error);
-}
-
-Diagnostic Context::conversion_error(std::string_view port, const PortType& wanted) const {
-  return {Severity::kError,
-          "bt.conversion",
-          "node \"" + path() + "\", port \"" + std::string(port) + "\" holds no " + wanted.name,
-          {}};
 }
 
 }  // namespace sentree::bt

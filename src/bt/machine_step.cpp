@@ -96,15 +96,15 @@ void Machine::append_inputs(const Node& n, NodeId id, Map& inputs) {
     if (b.kind == Binding::Kind::kAbsent) continue;
     if (b.declared != 0xFFFF && manifest.ports[b.declared].direction == PortDirection::kOutput) continue;
     Datum scratch;
-    Diagnostic error;
-    const Datum* datum = read(b, b.type, scratch, error);
-    if (datum != nullptr) {
+    if (const Datum* datum = read(b, b.type, scratch)) {
       inputs[model_.strings[b.name]] = datum->value;
-    } else if (error.code == "bt.conversion") {
-      // An entry that is not there leaves the port out; one that does not fit its type is a mistake of the mission.
-      fail(id, error.code, error.message);
-      return;
+      continue;
     }
+    // An entry that is not there leaves the port out; one that does not fit its type is a mistake of the mission.
+    Diagnostic error = read_error(b, b.type);
+    if (error.code != "bt.conversion") continue;
+    fail(id, error.code, std::move(error.message));
+    return;
   }
 }
 

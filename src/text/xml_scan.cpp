@@ -209,11 +209,14 @@ class Scanner {
   void character_data() {
     const std::size_t begin = at_;
     const std::size_t end = std::min(source_.find('<', at_), source_.size());
-    for (std::size_t i = source_.find('&', begin); i < end; i = source_.find('&', i + 1)) {
-      if (!reference(i)) return;
+    // Searched up to the next tag only, else reading a long file would take quadratic time.
+    const std::string_view text = source_.substr(begin, end - begin);
+    for (std::size_t i = text.find('&'); i != std::string_view::npos; i = text.find('&', i + 1)) {
+      if (!reference(begin + i)) return;
     }
-    const std::size_t marker = source_.find("]]>", begin);
-    if (marker < end) return error(marker, "\"]]>\" is not allowed in text; write \"]]&gt;\"");
+    if (const std::size_t marker = text.find("]]>"); marker != std::string_view::npos) {
+      return error(begin + marker, "\"]]>\" is not allowed in text; write \"]]&gt;\"");
+    }
     at_ = end;
   }
 

@@ -194,9 +194,8 @@ struct BlackboardCheck {
     const Binding* a = m.binding(n, kValueAPort);
     const Binding* b = m.binding(n, kValueBPort);
     Datum x, y;
-    Diagnostic ignored;
-    const Datum* left = a != nullptr ? m.read(*a, a->type, x, ignored) : nullptr;
-    const Datum* right = b != nullptr ? m.read(*b, b->type, y, ignored) : nullptr;
+    const Datum* left = a != nullptr ? m.read(*a, a->type, x) : nullptr;
+    const Datum* right = b != nullptr ? m.read(*b, b->type, y) : nullptr;
     if (left != nullptr && right != nullptr && left->value == right->value) {
       m.set_status(id, Status::kRunning);
       return Next::tick(0);

@@ -13,14 +13,16 @@ struct ParallelMemory {
   std::int32_t succeeded;
   std::int32_t failed;
   std::int32_t skipped;            ///< In this tick.
-  std::int32_t success_threshold;  ///< As written, read anew at each tick.
+  std::int32_t success_threshold;  ///< In children; read anew at each tick.
   std::int32_t failure_threshold;
+  std::int32_t skipped_succeeds;  ///< The success threshold was written negative.
   // Then one bit per child: it has completed.
 };
 inline constexpr std::uint32_t kParallelWords = sizeof(ParallelMemory) / sizeof(std::int32_t);
 
-inline std::int64_t threshold(std::int32_t written, std::uint32_t children) {
-  return written < 0 ? std::max<std::int64_t>(std::int64_t{children} + 1 + written, 0) : written;
+inline std::int32_t threshold(std::int64_t written, std::uint32_t children) {
+  const std::int64_t wanted = written < 0 ? std::max<std::int64_t>(written, INT32_MIN) + children + 1 : written;
+  return static_cast<std::int32_t>(std::clamp<std::int64_t>(wanted, 0, INT32_MAX));
 }
 
 struct ParallelBits {
@@ -46,10 +48,11 @@ struct Parallel {
     const auto success = m.read_integer(n, kSuccessPort);
     const auto failure = m.read_integer(n, kFailurePort);
     if (!success || !failure) return m.fail(id, "bt.missing-port", "needs its thresholds as whole numbers");
-    mem.success_threshold = static_cast<std::int32_t>(std::clamp<std::int64_t>(*success, INT32_MIN, INT32_MAX));
-    mem.failure_threshold = static_cast<std::int32_t>(std::clamp<std::int64_t>(*failure, INT32_MIN, INT32_MAX));
-    if (threshold(mem.success_threshold, n.child_count) > n.child_count ||
-        threshold(mem.failure_threshold, n.child_count) > n.child_count) {
+    mem.success_threshold = threshold(*success, n.child_count);
+    mem.failure_threshold = threshold(*failure, n.child_count);
+    mem.skipped_succeeds = *success < 0;
+    const auto children = static_cast<std::int32_t>(n.child_count);
+    if (mem.success_threshold > children || mem.failure_threshold > children) {
       return m.fail(id, "bt.threshold",
                     "a threshold is greater than the number of children, " + std::to_string(n.child_count));
     }
@@ -94,19 +97,20 @@ struct Parallel {
   }
 
   static Status decided(const Machine& m, const Node& n, const ParallelMemory& mem, Status last) {
-    const std::int64_t success = threshold(mem.success_threshold, n.child_count);
-    const std::int64_t failure = threshold(mem.failure_threshold, n.child_count);
+    const std::int32_t success = mem.success_threshold;
+    const std::int32_t failure = mem.failure_threshold;
+    const auto children = static_cast<std::int32_t>(n.child_count);
     if (m.format3()) {
       // Format 3 compares each count when it grows, for equality: a threshold of 0 is never met.
       if (last == Status::kSuccess && mem.succeeded == success) return last;
-      if (last == Status::kFailure && (mem.failed > n.child_count - success || mem.failed == failure)) return last;
+      if (last == Status::kFailure && (mem.failed > children - success || mem.failed == failure)) return last;
       return Status::kIdle;
     }
-    if (mem.succeeded >= success || (mem.success_threshold < 0 && mem.succeeded + mem.skipped >= success)) {
+    if (mem.succeeded >= success || (mem.skipped_succeeds != 0 && mem.succeeded + mem.skipped >= success)) {
       return Status::kSuccess;
     }
     // Equality: with a threshold of 0, a first child that fails goes beyond it, one that does not meets it.
-    if (std::int64_t{n.child_count} - mem.failed < success || mem.failed == failure) return Status::kFailure;
+    if (children - mem.failed < success || mem.failed == failure) return Status::kFailure;
     return Status::kIdle;
   }
 
@@ -121,8 +125,8 @@ struct ParallelAll {
     ParallelMemory& mem = Parallel::memory(m, n);
     const auto failures = m.read_integer(n, 0);
     if (!failures) return m.fail(id, "bt.missing-port", "needs max_failures as a whole number");
-    mem.failure_threshold = static_cast<std::int32_t>(std::clamp<std::int64_t>(*failures, INT32_MIN, INT32_MAX));
-    if (threshold(mem.failure_threshold, n.child_count) > n.child_count) {
+    mem.failure_threshold = threshold(*failures, n.child_count);
+    if (mem.failure_threshold > static_cast<std::int32_t>(n.child_count)) {
       return m.fail(id, "bt.threshold",
                     "max_failures is greater than the number of children, " + std::to_string(n.child_count));
     }
@@ -152,7 +156,7 @@ struct ParallelAll {
     const auto children = static_cast<std::int32_t>(n.child_count);
     if (mem.skipped == children) return Next::done(Status::kSkipped);
     if (mem.skipped + mem.succeeded + mem.failed < children) return Next::done(Status::kRunning);
-    const bool failure = mem.failed >= threshold(mem.failure_threshold, n.child_count);
+    const bool failure = mem.failed >= mem.failure_threshold;
     Parallel::clear(m, n);
     m.reset_children(n);
     return Next::done(failure ? Status::kFailure : Status::kSuccess);

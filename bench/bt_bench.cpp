@@ -1,0 +1,221 @@
+#include <benchmark/benchmark.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+#include <string>
+
+#include "sentree/bt/load.h"
+#include "sentree/bt/model.h"
+#include "sentree/bt/registry.h"
+#include "sentree/bt/runner.h"
+#include "sentree/bt/step.h"
+
+// One iteration is one tick, or one load. Counters: nodes visited, ns per node, heap allocations per tick in the steady
+// state.
+
+namespace {
+
+std::atomic<std::size_t> allocations{0};
+std::atomic<std::size_t> allocated_bytes{0};
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+  allocations.fetch_add(1, std::memory_order_relaxed);
+  allocated_bytes.fetch_add(size, std::memory_order_relaxed);
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace {
+
+using namespace sentree;
+
+std::string tree(const std::string& body, const std::string& more = {}) {
+  return "<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\"><BehaviorTree ID=\"Main\">" + body +
+         "</BehaviorTree>" + more + "</root>";
+}
+
+std::string repeat(int count, const std::string& text) {
+  std::string all;
+  for (int i = 0; i < count; ++i) all += text;
+  return all;
+}
+
+bt::Registry registry() {
+  bt::Registry r;
+  r.action("UserSync", [](bt::Context&) { return bt::Status::kSuccess; });
+  r.action("AddOne", {bt::input<double>("in"), bt::output<double>("out")}, [](bt::Context& self) {
+    const auto value = self.input<double>("in");
+    if (!value) return bt::Status::kFailure;
+    return self.output<double>("out", *value + 1.0) ? bt::Status::kSuccess : bt::Status::kFailure;
+  });
+  r.condition("BatteryLow", [](bt::Context&) { return bt::Status::kFailure; });
+  r.condition("BatteryOk", [](bt::Context&) { return bt::Status::kSuccess; });
+  struct GoTo {
+    bt::Status on_start(bt::Context&) { return bt::Status::kRunning; }
+    bt::Status on_running(bt::Context&) { return bt::Status::kRunning; }
+    void on_halted(bt::Context&) {}
+  };
+  r.add<GoTo>("GoTo");
+  return r;
+}
+
+void tick(benchmark::State& bench, const std::string& xml, double visited, bool once_per_tick = true) {
+  const bt::Registry nodes = registry();
+  auto loaded = bt::load(xml, {.registry = &nodes});
+  if (!loaded.ok()) {
+    bench.SkipWithError(to_string(loaded.diagnostics.front()).c_str());
+    return;
+  }
+  bt::Runner runner(std::move(*loaded.value));
+  for (int i = 0; i < 10; ++i) runner.tick();
+  const std::size_t before = allocations;
+  std::size_t ticks = 0;
+  for (auto _ : bench) {
+    benchmark::DoNotOptimize(once_per_tick ? runner.tick() : runner.tick_until_waiting());
+    ++ticks;
+  }
+  bench.counters["allocs"] = static_cast<double>(allocations - before) / static_cast<double>(ticks);
+  bench.counters["nodes"] = visited;
+  bench.counters["s/node"] =
+      benchmark::Counter(visited, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+
+void sequence10(benchmark::State& s) {
+  tick(s, tree("<Sequence>" + repeat(10, "<AlwaysSuccess/>") + "</Sequence>"), 11);
+}
+void sequence100(benchmark::State& s) {
+  tick(s, tree("<Sequence>" + repeat(100, "<AlwaysSuccess/>") + "</Sequence>"), 101);
+}
+void sequence1000(benchmark::State& s) {
+  tick(s, tree("<Sequence>" + repeat(1000, "<AlwaysSuccess/>") + "</Sequence>"), 1001);
+}
+void sequence100000(benchmark::State& s) {
+  tick(s, tree("<Sequence>" + repeat(100000, "<AlwaysSuccess/>") + "</Sequence>"), 100001);
+}
+void sequence100_user_sync(benchmark::State& s) {
+  tick(s, tree("<Sequence>" + repeat(100, "<UserSync/>") + "</Sequence>"), 101);
+}
+
+std::string mission(const std::string& battery, const std::string& at) {
+  return tree("<ReactiveSequence><ReactiveFallback><ReactiveSequence><" + battery +
+              "/><BatteryOk/></ReactiveSequence>"
+              "<GoTo/></ReactiveFallback><ReactiveFallback><" +
+              at + "/><GoTo/></ReactiveFallback></ReactiveSequence>");
+}
+void battery_ok_going_to_destination(benchmark::State& s) { tick(s, mission("BatteryOk", "BatteryLow"), 8); }
+void battery_ok_going_to_destination_tick_once(benchmark::State& s) {
+  tick(s, mission("BatteryOk", "BatteryLow"), 8, false);
+}
+void battery_low_going_to_charge(benchmark::State& s) { tick(s, mission("BatteryLow", "BatteryLow"), 5); }
+void battery_ok_at_destination(benchmark::State& s) { tick(s, mission("BatteryOk", "BatteryOk"), 7); }
+
+/// Three children at each of six inner levels; alternately Sequence, a Fallback behind inverters, ForceSuccess.
+std::string balanced(int depth) {
+  if (depth == 0) return "<AlwaysSuccess/>";
+  if (depth % 2 == 0) return "<Sequence>" + repeat(3, balanced(depth - 1)) + "</Sequence>";
+  return "<Parallel success_count=\"3\">" + repeat(3, balanced(depth - 1)) + "</Parallel>";
+}
+void balanced_mixed_1093(benchmark::State& s) { tick(s, tree(balanced(6)), 1093); }
+
+std::string ten_leaves() { return "<Sequence>" + repeat(10, "<AddOne in=\"{a}\" out=\"{b}\"/>") + "</Sequence>"; }
+void subtree10x10_remapped_ports(benchmark::State& s) {
+  tick(s,
+       tree("<Sequence><Script code=\"x := 1.0\"/>" + repeat(10, "<SubTree ID=\"Ten\" a=\"{x}\" b=\"{y}\"/>") +
+                "</Sequence>",
+            "<BehaviorTree ID=\"Ten\">" + ten_leaves() + "</BehaviorTree>"),
+       122);
+}
+void flat100_ports(benchmark::State& s) {
+  tick(s,
+       tree("<Sequence><Script code=\"a := 1.0\"/>" + repeat(100, "<AddOne in=\"{a}\" out=\"{b}\"/>") + "</Sequence>"),
+       102);
+}
+void nested4_subtree_100_ports(benchmark::State& s) {
+  std::string more;
+  for (int i = 1; i <= 3; ++i) {
+    more += "<BehaviorTree ID=\"T" + std::to_string(i) + "\"><SubTree ID=\"T" + std::to_string(i + 1) +
+            "\" a=\"{a}\" b=\"{b}\"/></BehaviorTree>";
+  }
+  more += "<BehaviorTree ID=\"T4\"><Sequence>" + repeat(100, "<AddOne in=\"{a}\" out=\"{b}\"/>") +
+          "</Sequence></BehaviorTree>";
+  tick(s, tree("<Sequence><Script code=\"x := 1.0\"/><SubTree ID=\"T1\" a=\"{x}\" b=\"{y}\"/></Sequence>", more), 107);
+}
+void script10_increment(benchmark::State& s) {
+  tick(s,
+       tree("<Sequence><RunOnce then_skip=\"false\"><Script code=\"n := 1\"/></RunOnce>" +
+            repeat(10, "<Script code=\"n += 1\"/>") + "</Sequence>"),
+       12);
+}
+void skipIf100_false(benchmark::State& s) {
+  tick(s,
+       tree("<Sequence><Script code=\"n := 1\"/>" + repeat(100, "<AlwaysSuccess _skipIf=\"n &gt; 5\"/>") +
+            "</Sequence>"),
+       102);
+}
+void skipIf100_true(benchmark::State& s) {
+  tick(s,
+       tree("<Sequence><Script code=\"n := 9\"/>" + repeat(100, "<AlwaysSuccess _skipIf=\"n &gt; 5\"/>") +
+            "</Sequence>"),
+       102);
+}
+
+void load_tree(benchmark::State& bench, const std::string& xml) {
+  const bt::Registry nodes = registry();
+  std::size_t size = 0;
+  for (auto _ : bench) {
+    auto loaded = bt::load(xml, {.registry = &nodes});
+    if (!loaded.ok()) {
+      bench.SkipWithError(to_string(loaded.diagnostics.front()).c_str());
+      return;
+    }
+    size = loaded.value->size();
+  }
+  auto loaded = bt::load(xml, {.registry = &nodes});
+  const bt::Model& model = loaded.value->model();
+  const std::size_t before = allocated_bytes;
+  const bt::State state(*loaded.value);
+  const std::size_t state_bytes = allocated_bytes - before;
+  const std::size_t model_bytes =
+      model.nodes.capacity() * sizeof(bt::Node) + model.infos.capacity() * sizeof(bt::NodeInfo) +
+      model.children.capacity() * sizeof(bt::NodeId) + model.text.capacity() +
+      model.bindings.capacity() * sizeof(bt::Binding) + model.literals.capacity() * sizeof(bt::Datum);
+  bench.counters["nodes"] = static_cast<double>(size);
+  bench.counters["B/node"] = static_cast<double>(model_bytes + state_bytes) / static_cast<double>(size);
+}
+void load_plain(benchmark::State& s) {
+  load_tree(
+      s, tree("<Sequence>" + repeat(static_cast<int>(s.range(0)), "<AlwaysSuccess name=\"abcd\"/>\n") + "</Sequence>"));
+}
+void load_ports(benchmark::State& s) {
+  load_tree(s,
+            tree("<Sequence>" + repeat(static_cast<int>(s.range(0)), "<AddOne in=\"{abcdef}\" out=\"{bcdefg}\"/>\n") +
+                 "</Sequence>"));
+}
+
+BENCHMARK(sequence10);
+BENCHMARK(sequence100);
+BENCHMARK(sequence1000);
+BENCHMARK(sequence100000);
+BENCHMARK(sequence100_user_sync);
+BENCHMARK(battery_ok_going_to_destination);
+BENCHMARK(battery_ok_going_to_destination_tick_once);
+BENCHMARK(battery_low_going_to_charge);
+BENCHMARK(battery_ok_at_destination);
+BENCHMARK(balanced_mixed_1093);
+BENCHMARK(subtree10x10_remapped_ports);
+BENCHMARK(flat100_ports);
+BENCHMARK(nested4_subtree_100_ports);
+BENCHMARK(script10_increment);
+BENCHMARK(skipIf100_false);
+BENCHMARK(skipIf100_true);
+BENCHMARK(load_plain)->Arg(1000)->Arg(10000);
+BENCHMARK(load_ports)->Arg(1000)->Arg(10000);
+
+}  // namespace
+
+BENCHMARK_MAIN();

@@ -1,0 +1,251 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "sentree/base/rng.h"
+#include "sentree/bt/load.h"
+#include "sentree/bt/state.h"
+#include "sentree/bt/step.h"
+
+// Properties of steps and states on random trees: what a leaf answers depends on its own history only.
+
+namespace sentree::bt {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A random tree of built-in nodes over external and scripted leaves, timers included.
+class RandomTree {
+ public:
+  explicit RandomTree(std::uint64_t seed) : rng_(seed) {}
+
+  std::string xml() {
+    return "<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\"><BehaviorTree ID=\"Main\"><Sequence>"
+           "<RunOnce then_skip=\"false\"><Script code=\"n := 1; s := 'a'\"/></RunOnce>" +
+           node(5) + "</Sequence></BehaviorTree><BehaviorTree ID=\"Sub\">" + "<Fallback><Script code=\"n += 1\"/>" +
+           "<AlwaysSuccess/></Fallback></BehaviorTree></root>";
+  }
+
+ private:
+  std::string children(int depth, std::uint64_t least, std::uint64_t most) {
+    std::string text;
+    const std::uint64_t count = least + rng_.below(most - least + 1);
+    for (std::uint64_t i = 0; i < count; ++i) text += node(depth - 1);
+    return text;
+  }
+  std::string condition() {
+    static const std::vector<std::string> kConditions = {"",
+                                                         "",
+                                                         "",
+                                                         " _skipIf=\"n &gt; 6\"",
+                                                         " _while=\"n &lt; 9\"",
+                                                         " _onSuccess=\"n := n + 1\"",
+                                                         " _onHalted=\"n := 0\"",
+                                                         " _failureIf=\"n == 4\""};
+    return kConditions[rng_.below(kConditions.size())];
+  }
+  std::string leaf() {
+    const std::string name = " name=\"l" + std::to_string(++leaves_) + "\"";
+    switch (rng_.below(8)) {
+      case 0: return "<Script code=\"n := n * 2 - 3\"/>";
+      case 1: return "<ScriptCondition code=\"n &gt; 2\"/>";
+      case 2: return "<SubTree ID=\"Sub\"" + name + " n=\"{n}\"/>";
+      case 3: return "<Sleep msec=\"150\"/>";
+      case 4: return "<Condition ID=\"Ask\"" + name + condition() + "/>";
+      default:
+        return "<Action ID=\"Do\"" + name + " in=\"{n}\" out=\"{o" + std::to_string(leaves_) + "}\"" + condition() +
+               "/>";
+    }
+  }
+  std::string node(int depth) {
+    if (depth == 0 || rng_.below(5) == 0) return leaf();
+    static const std::vector<std::string> kControls = {"Sequence",         "Fallback",           "ReactiveSequence",
+                                                       "ReactiveFallback", "SequenceWithMemory", "AsyncSequence",
+                                                       "AsyncFallback",    "ParallelAll"};
+    static const std::vector<std::string> kDecorators = {"Inverter",
+                                                         "ForceSuccess",
+                                                         "ForceFailure",
+                                                         "KeepRunningUntilFailure",
+                                                         "RunOnce",
+                                                         "Repeat num_cycles=\"2\"",
+                                                         "RetryUntilSuccessful num_attempts=\"3\"",
+                                                         "Timeout msec=\"250\"",
+                                                         "Delay delay_msec=\"100\"",
+                                                         "SkipUnlessUpdated entry=\"{n}\""};
+    switch (rng_.below(6)) {
+      case 0: {
+        const std::string& tag = kDecorators[rng_.below(kDecorators.size())];
+        return "<" + tag + ">" + node(depth - 1) + "</" + tag.substr(0, tag.find(' ')) + ">";
+      }
+      case 1: return "<TryCatch>" + children(depth, 2, 3) + "</TryCatch>";
+      case 2: return "<Parallel success_count=\"1\" failure_count=\"1\">" + children(depth, 2, 3) + "</Parallel>";
+      default: {
+        const std::string& tag = kControls[rng_.below(kControls.size())];
+        return "<" + tag + condition() + ">" + children(depth, 1, 4) + "</" + tag + ">";
+      }
+    }
+  }
+
+  Rng rng_;
+  int leaves_ = 0;
+};
+
+/// Everything that a tree did, as text.
+struct Play {
+  Play(const Tree& tree_, std::uint64_t seed_) : tree(tree_), seed(seed_), state(tree_) {}
+
+  /// What the leaf answers the n-th time it is asked; the same whoever asks.
+  Status answer_of(NodeId leaf) {
+    const std::uint64_t n = ++asked[leaf];
+    Rng rng = Rng::of(seed, std::to_string(leaf) + "/" + std::to_string(n));
+    if (tree.category(leaf) == Category::kCondition) return rng.below(2) == 0 ? Status::kSuccess : Status::kFailure;
+    const std::uint64_t choice = rng.below(4);
+    return choice < 2 ? Status::kRunning : choice == 2 ? Status::kSuccess : Status::kFailure;
+  }
+
+  void note() {
+    for (const Effect& effect : effects.list) {
+      log += std::to_string(static_cast<int>(effect.kind)) + ":" + tree.path(effect.leaf) +
+             (effect.started ? "+ " : " ") + to_json(Value(effect.inputs));
+    }
+  }
+
+  /// One root tick. `between` runs while the tick is suspended.
+  template <class Between>
+  void tick(TimePoint now, Between&& between) {
+    StepResult result = step(tree, state, Input::tick(), now, effects);
+    note();
+    while (result.waiting()) {
+      const NodeId leaf = result.leaf;
+      between();
+      const Status status = answer_of(leaf);
+      result = step(tree, state, Input::answer(leaf, status, {{"out", static_cast<std::int64_t>(asked[leaf])}}), now,
+                    effects);
+      note();
+    }
+    log += " = " + std::string(to_string(result.status)) + (effects.error ? effects.error->message : "") + "\n";
+    // Leaves halt late: the first one outstanding says so after each tick.
+    if (!state.outstanding_halts().empty()) {
+      step(tree, state, Input::leaf_halted(state.outstanding_halts().front()), now, effects);
+    }
+    if (result.kind == StepResult::Kind::kFailed) {
+      step(tree, state, Input::halt(), now, effects);
+      note();
+    }
+  }
+
+  const Tree& tree;
+  std::uint64_t seed;
+  State state;
+  Effects effects;
+  std::map<NodeId, std::uint64_t> asked;
+  std::string log;
+};
+
+Tree random_tree(std::uint64_t seed) {
+  RandomTree random(seed);
+  auto loaded = load(random.xml());
+  for (const Diagnostic& d : loaded.diagnostics) {
+    if (d.severity == Severity::kError) ADD_FAILURE() << "seed " << seed << ": " << to_string(d);
+  }
+  return std::move(*loaded.value);
+}
+
+constexpr std::uint64_t kTrees = 300;
+constexpr int kTicks = 25;
+TimePoint at_tick(int tick) { return TimePoint(tick * 100ms); }
+
+TEST(Property, ARestoredStateGoesOnExactlyAsTheOriginal) {
+  for (std::uint64_t seed = 1; seed <= kTrees; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const Tree tree = random_tree(seed);
+    Play play(tree, seed);
+    Rng rng(seed);
+    const int cut = static_cast<int>(rng.below(kTicks));
+    for (int tick = 0; tick < cut; ++tick) play.tick(at_tick(tick), [] {});
+    const auto bytes = save(tree, play.state);
+    ASSERT_TRUE(bytes.has_value());
+    const auto restored = restore(tree, *bytes);
+    ASSERT_TRUE(restored.has_value()) << restored.error().message;
+    ASSERT_TRUE(*restored == play.state);
+    ASSERT_EQ(restored->hash(), play.state.hash());
+    ASSERT_EQ(save(tree, *restored).value(), *bytes);
+    Play other = play;
+    other.state = *restored;
+    for (int tick = cut; tick < kTicks; ++tick) {
+      play.tick(at_tick(tick), [] {});
+      other.tick(at_tick(tick), [] {});
+    }
+    ASSERT_EQ(play.log, other.log);
+    ASSERT_TRUE(play.state == other.state);
+  }
+}
+
+TEST(Property, TheOutcomeDoesNotDependOnWhatHappensWhileATickIsSuspended) {
+  for (std::uint64_t seed = 1; seed <= kTrees; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const Tree tree = random_tree(seed);
+    Play at_once(tree, seed);
+    Play later(tree, seed);
+    Effects quiet;
+    for (int tick = 0; tick < kTicks; ++tick) {
+      at_once.tick(at_tick(tick), [] {});
+      later.tick(at_tick(tick), [&] {
+        // Ticks, timers and stray answers do not fit in; being saved and restored is not noticed.
+        EXPECT_EQ(step(tree, later.state, Input::tick(), at_tick(tick), quiet).kind, StepResult::Kind::kIgnored);
+        EXPECT_EQ(step(tree, later.state, Input::timer(), at_tick(tick), quiet).kind, StepResult::Kind::kIgnored);
+        EXPECT_EQ(step(tree, later.state, Input::answer(0, Status::kSuccess), at_tick(tick), quiet).kind,
+                  StepResult::Kind::kIgnored);
+        later.state = restore(tree, save(tree, later.state).value()).value();
+      });
+    }
+    ASSERT_EQ(at_once.log, later.log);
+    ASSERT_TRUE(at_once.state == later.state);
+  }
+}
+
+TEST(Property, HaltingAtAnyMomentLeavesAllNodesIdle) {
+  for (std::uint64_t seed = 1; seed <= kTrees; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const Tree tree = random_tree(seed);
+    Play play(tree, seed);
+    Rng rng(seed + 1000);
+    for (int tick = 0; tick < static_cast<int>(rng.below(10)); ++tick) play.tick(at_tick(tick), [] {});
+    // In the middle of a tick, or between two.
+    if (rng.below(2) == 0) step(tree, play.state, Input::tick(), at_tick(20), play.effects);
+    step(tree, play.state, Input::halt(), at_tick(20), play.effects);
+    EXPECT_EQ(play.state.waiting_leaf(), kNoNode);
+    EXPECT_EQ(play.state.next_timer(), kNever);
+    for (const Status status : play.state.statuses()) ASSERT_EQ(status, Status::kIdle);
+  }
+}
+
+TEST(Snapshot, RefusesDamagedBytesAndOtherTrees) {
+  const Tree tree = random_tree(3);
+  Play play(tree, 3);
+  for (int tick = 0; tick < 8; ++tick) play.tick(at_tick(tick), [] {});
+  const std::string bytes = save(tree, play.state).value();
+  EXPECT_EQ(restore(random_tree(4), bytes).error().code, "bt.bad-snapshot");
+  EXPECT_EQ(restore(tree, "").error().code, "bt.bad-snapshot");
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    ASSERT_FALSE(restore(tree, bytes.substr(0, size)).has_value()) << size;
+  }
+  // A changed byte is refused, or gives a state that can be stepped.
+  Rng rng(5);
+  for (int i = 0; i < 3000; ++i) {
+    std::string damaged = bytes;
+    damaged[rng.below(damaged.size())] = static_cast<char>(rng.next());
+    const auto restored = restore(tree, damaged);
+    if (!restored) continue;
+    Play other(tree, 3);
+    other.state = *restored;
+    step(tree, other.state, Input::halt(), at_tick(9), other.effects);
+    other.tick(at_tick(9), [] {});
+  }
+}
+
+}  // namespace
+}  // namespace sentree::bt
