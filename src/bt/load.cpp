@@ -24,11 +24,12 @@ std::uint32_t Loader::string(std::string_view text) {
 }
 
 bool Loader::read_document(std::string xml, std::string file, const std::filesystem::path& path) {
-  auto parsed = text::XmlDocument::parse(std::move(xml), file);
+  auto parsed = text::XmlDocument::parse(std::move(xml), file, {.lenient = true});
   if (!parsed) {
     diagnostics_.push_back(std::move(parsed.error()));
     return false;
   }
+  diagnostics_.insert(diagnostics_.end(), parsed->warnings().begin(), parsed->warnings().end());
   model_->files.push_back(std::move(file));
   model_->lines.emplace_back(parsed->source());
   const auto index = static_cast<std::uint32_t>(documents_.size());

@@ -1,0 +1,119 @@
+#include "sentree/bt/write.h"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "sentree/bt/model.h"
+#include "sentree/text/xml.h"
+
+namespace sentree::bt {
+
+using text::XmlElement;
+
+std::vector<NodeModel> models(const Registry& registry, bool with_builtins) {
+  std::vector<NodeModel> all;
+  if (with_builtins) {
+    for (const Manifest& m : builtins(4)) {
+      if (m.kind != Kind::kSubTree) all.push_back({m.id, m.category, m.ports, m.description});
+    }
+  }
+  for (const auto& [id, entry] : registry.entries())
+    all.push_back({id, entry.category, entry.ports, entry.description});
+  std::sort(all.begin(), all.end(), [](const NodeModel& a, const NodeModel& b) { return a.id < b.id; });
+  return all;
+}
+
+namespace {
+
+std::string attribute(std::string_view name, std::string_view value) {
+  return " " + std::string(name) + "=\"" + text::xml_escape(value) + "\"";
+}
+
+std::string write_model(const NodeModel& model, const std::string& indent) {
+  std::string out = indent + "<" + std::string(to_string(model.category)) + attribute("ID", model.id);
+  if (model.ports.empty()) return out + "/>\n";
+  out += ">\n";
+  for (const PortInfo& port : model.ports) {
+    const std::string tag(to_string(port.direction));
+    out += indent + "  <" + tag + attribute("name", port.name);
+    const std::string type = !port.declared_type.empty() ? port.declared_type
+                             : port.type != nullptr      ? port.type->name
+                                                         : "";
+    if (!type.empty()) out += attribute("type", type);
+    if (port.default_text) out += attribute("default", *port.default_text);
+    out += port.description.empty() ? "/>\n" : ">" + text::xml_escape(port.description) + "</" + tag + ">\n";
+  }
+  return out + indent + "</" + std::string(to_string(model.category)) + ">\n";
+}
+
+std::string trimmed_end(std::string text) {
+  while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
+  return text;
+}
+
+std::string trimmed_start(std::string text) {
+  return text.substr(std::min(text.find_first_not_of(" \n"), text.size()));
+}
+
+}  // namespace
+
+std::string write_models(const std::vector<NodeModel>& models) {
+  std::string out = "  <TreeNodesModel>\n";
+  for (const NodeModel& model : models) out += write_model(model, "    ");
+  return out + "  </TreeNodesModel>\n";
+}
+
+Result<std::string> with_models(std::string_view xml, const std::vector<NodeModel>& models, std::string file) {
+  auto document = text::XmlDocument::parse(std::string(xml), std::move(file), {.lenient = true});
+  if (!document) return tl::unexpected(std::move(document.error()));
+  const XmlElement root = document->root();
+  if (root.name() != "root") return fail("bt.not-a-tree", "the root element is no <root>", root.span());
+  text::XmlEdit edit(*document);
+  const XmlElement old = root.child("TreeNodesModel");
+  if (!old) {
+    edit.append_child(root, trimmed_end(trimmed_start(write_models(models))));
+    return edit.apply();
+  }
+  std::set<std::string_view> written;
+  for (XmlElement element = old.first_child(); element; element = element.next_sibling()) {
+    const auto id = element.attribute("ID");
+    const auto model =
+        std::find_if(models.begin(), models.end(), [&](const NodeModel& m) { return id && m.id == *id; });
+    if (model == models.end()) continue;
+    written.insert(model->id);
+    edit.replace(element, trimmed_end(trimmed_start(write_model(*model, "    "))));
+  }
+  for (const NodeModel& model : models) {
+    if (!written.contains(model.id)) edit.append_child(old, trimmed_end(trimmed_start(write_model(model, "    "))));
+  }
+  return edit.apply();
+}
+
+namespace {
+
+XmlElement element_at(const XmlElement& element, std::size_t offset) {
+  if (element.offset() == offset) return element;
+  for (XmlElement child = element.first_child(); child; child = child.next_sibling()) {
+    if (offset >= child.offset() && offset < child.end_offset()) return element_at(child, offset);
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<std::string> with_attribute(std::string_view xml, const Tree& tree, NodeId node, std::string_view name,
+                                   std::string_view value) {
+  const SourceSpan place = tree.span(node);
+  auto document = text::XmlDocument::parse(std::string(xml), place.file, {.lenient = true});
+  if (!document) return tl::unexpected(std::move(document.error()));
+  const XmlElement element = element_at(document->root(), tree.model().infos[node].offset);
+  if (!element || element.span().line != place.line || tree.model().infos[node].file != 0) {
+    return fail("bt.no-such-node", "node \"" + tree.path(node) + "\" is not in this file", place);
+  }
+  text::XmlEdit edit(*document);
+  edit.set_attribute(element, name, value);
+  return edit.apply();
+}
+
+}  // namespace sentree::bt

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sentree/base/result.h"
+#include "sentree/bt/registry.h"
+#include "sentree/bt/tree.h"
+#include "sentree/bt/types.h"
+
+namespace sentree::bt {
+
+/// What a palette (Groot's, the studio's) must know of a node.
+struct NodeModel {
+  std::string id;
+  Category category = Category::kAction;
+  Ports ports;
+  std::string description;
+};
+
+/// The C++ nodes of a registry as models, by ID; with the built-in ones of format 4 if asked for.
+[[nodiscard]] std::vector<NodeModel> models(const Registry& registry, bool with_builtins = false);
+
+/// A `<TreeNodesModel>` element with those nodes, indented by two spaces, ending in a line break.
+[[nodiscard]] std::string write_models(const std::vector<NodeModel>& models);
+
+/// The file with its TreeNodesModel replaced by (or, where it has none, extended by) these models. Nodes of the file's
+/// own model that are not among them stay; everything outside it stays byte for byte. Errors: xml.*, bt.not-a-tree.
+[[nodiscard]] Result<std::string> with_models(std::string_view xml, const std::vector<NodeModel>& models,
+                                              std::string file = {});
+
+/// The file with one attribute of one node changed or added, everything else byte for byte as it was.
+/// `node` must be of a tree loaded from this text. Errors: xml.*, bt.no-such-node (the node is not of this file).
+[[nodiscard]] Result<std::string> with_attribute(std::string_view xml, const Tree& tree, NodeId node,
+                                                 std::string_view name, std::string_view value);
+
+/// The file in canonical form: two spaces a level, one element a line, attributes as `ID`, `name`, ports, conditions;
+/// comments, unknown attributes and the order of elements kept. Formatting twice changes nothing, and the tree stays
+/// the same. Errors: xml.*.
+[[nodiscard]] Result<std::string> format(std::string_view xml, std::string file = {});
+
+/// One difference in meaning between two files.
+struct Difference {
+  enum class Kind { kAdded, kRemoved, kChanged, kMoved };
+  Kind kind = Kind::kChanged;
+  std::string path;   ///< Tree, then names or IDs: "Main/Root/GoToKitchen".
+  std::string what;   ///< For people: `destination: "kitchen" → "hall"`.
+  SourceSpan before;  ///< In the first file; no line for kAdded.
+  SourceSpan after;   ///< In the second; no line for kRemoved.
+};
+
+/// What differs in meaning: trees, nodes, ports, conditions. White space, comments, the order of attributes and whether
+/// a node is written explicitly or compactly do not count. Errors: xml.*.
+[[nodiscard]] Result<std::vector<Difference>> diff(std::string_view before, std::string_view after,
+                                                   std::string before_file = {}, std::string after_file = {});
+
+}  // namespace sentree::bt
