@@ -137,7 +137,7 @@ TEST_P(Amcl, FindsItselfAnywhere) {
     EXPECT_EQ(robot.localization.status, LocalizationStatus::kNotYetLocalized);
     int good = 0;
     // Found means found for ten seconds, not once by chance.
-    wander(world, state, 180.0, [&](const RobotState& r) {
+    wander(world, state, 300.0, [&](const RobotState& r) {
       const bool is_good = r.localization.status == LocalizationStatus::kLocalizedOk && error_m(r) < 0.15;
       good = is_good ? good + 1 : 0;
       return good < 100;

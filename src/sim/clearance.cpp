@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace sentree::sim {
@@ -17,7 +18,7 @@ double clearance(const GridMap& map, const DistanceField& distance, Vec2 point, 
   const int reach = static_cast<int>(std::ceil(enough));
   const int x_end = std::min(map.width(), c.x + reach + 1);
   const int y_end = std::min(map.height(), c.y + reach + 1);
-  double nearest = enough * enough;
+  double nearest = std::numeric_limits<double>::infinity();
   for (int y = std::max(0, c.y - reach); y < y_end; ++y) {
     for (int x = std::max(0, c.x - reach); x < x_end; ++x) {
       if (map.at({x, y}) < GridMap::kOccupiedMin) continue;
@@ -26,7 +27,7 @@ double clearance(const GridMap& map, const DistanceField& distance, Vec2 point, 
       nearest = std::min(nearest, dx * dx + dy * dy);
     }
   }
-  return std::sqrt(nearest) * map.resolution_m();
+  return std::min(enough_m, std::sqrt(nearest) * map.resolution_m());
 }
 
 }  // namespace sentree::sim

@@ -59,6 +59,17 @@ TEST(Clearance, MeasuresToTheSquaresOfOccupiedCells) {
   }
 }
 
+TEST(Clearance, IsExactlyEnoughWhereThereIsEnough) {
+  // Where the look-up decides and where the cells do, so that one never seems less than the other.
+  std::vector<std::int8_t> cells(100 * 100, 0);
+  cells[50 * 100 + 50] = 100;
+  const GridMap map(100, 100, 0.05, {}, cells);
+  const DistanceField field(map);
+  for (const double enough : {0.1, 0.2, 0.22, 0.3, 0.37}) {
+    for (double x = 0.0; x < 2.4 - enough; x += 0.01) EXPECT_EQ(clearance(map, field, {x, 2.52}, enough), enough);
+  }
+}
+
 TEST(GridMap, CropKeepsEveryPlaceWhereItWas) {
   std::vector<std::int8_t> cells(30 * 20, GridMap::kUnknown);
   cells[7 * 30 + 11] = 100;
