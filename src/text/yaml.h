@@ -16,6 +16,14 @@ namespace sentree::text {
 struct YamlNode {
   enum class Kind { kNull, kScalar, kSequence, kMapping };
 
+  // Out of line: an entry is a pair of nodes, complete only after the node is.
+  YamlNode();
+  YamlNode(const YamlNode&);
+  YamlNode(YamlNode&&) noexcept;
+  YamlNode& operator=(const YamlNode&);
+  YamlNode& operator=(YamlNode&&) noexcept;
+  ~YamlNode();
+
   Kind kind = Kind::kNull;
   SourceSpan span;
   std::string scalar;                                  ///< kScalar: the text, unquoted.
