@@ -18,7 +18,7 @@ struct LibraryRule {
   std::vector<std::string_view> may_include;
 };
 
-/// Headers that some files of a library must not see, not even through others.
+/// Headers that some files of a library must not see, not even through others. Tests may.
 struct SecrecyRule {
   std::string_view files;   ///< Start of the path, e.g. "sim/localization".
   std::string_view header;  ///< e.g. "sim/ground_truth.h".
