@@ -1,0 +1,33 @@
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "sentree/bt/graph.h"
+#include "sentree/bt/load.h"
+#include "sentree/bt/runner.h"
+#include "sentree/bt/state.h"
+#include "sentree/bt/write.h"
+
+// A file loads or is refused with a message; what loads can be ticked, halted, saved, restored and drawn, and stays the
+// same when it is formatted.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace sentree;
+  const std::string xml(reinterpret_cast<const char*>(data), size);
+  bt::LoadOptions options;
+  options.read_file = [&xml](const std::filesystem::path&) -> Result<std::string> { return xml; };
+  auto loaded = bt::load(xml, options, "fuzz.xml");
+  const auto formatted = bt::format(xml);
+  if (!loaded.ok()) {
+    if (loaded.diagnostics.empty()) __builtin_trap();
+    return 0;
+  }
+  if (!formatted || *bt::format(*formatted) != *formatted) __builtin_trap();
+  if (loaded.value->size() > 2000) return 0;
+  static_cast<void>(bt::to_graph(*loaded.value));
+  bt::Runner runner(std::move(*loaded.value));
+  for (int i = 0; i < 3; ++i) runner.tick(TimePoint(std::chrono::milliseconds(100 * i)));
+  const auto saved = bt::save(runner.tree(), runner.state());
+  if (!saved || !(bt::restore(runner.tree(), *saved).value() == runner.state())) __builtin_trap();
+  runner.halt();
+  return 0;
+}

@@ -1,0 +1,196 @@
+#include "sentree/bt/load.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <string>
+
+#include "sentree/bt/runner.h"
+#include "sentree/bt/script.h"
+
+namespace sentree::bt {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+std::string in_tree(const std::string& body, const std::string& more = {}) {
+  return "<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\">\n<BehaviorTree ID=\"Main\">" + body +
+         "</BehaviorTree>" + more + "</root>";
+}
+
+std::string messages(const std::string& xml, const LoadOptions& options = {}) {
+  std::string all;
+  for (const Diagnostic& d : load(xml, options, "m.xml").diagnostics) all += to_string(d) + "\n";
+  return all;
+}
+
+struct Broken {
+  std::string xml;
+  std::string message;
+};
+
+class BrokenTree : public ::testing::TestWithParam<Broken> {};
+
+TEST_P(BrokenTree, IsRefusedOrWarnedAboutWithPlaceAndWayOut) {
+  EXPECT_THAT(messages(GetParam().xml), HasSubstr(GetParam().message));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Load, BrokenTree,
+    ::testing::Values(
+        Broken{"<root><a></root>", "m.xml:1:"},
+        Broken{"<tree/>", "m.xml:1:1: the root element is <tree>; a tree's is <root>"},
+        Broken{in_tree("<Sequnce><AlwaysSuccess/></Sequnce>"),
+               "m.xml:2:25: there is no node \"Sequnce\"; did you mean \"Sequence\"?"},
+        Broken{in_tree("<Sequence/>"), "m.xml:2:25: Sequence has 0 children; a control node has at least one child"},
+        Broken{in_tree("<Inverter><AlwaysSuccess/><AlwaysSuccess/></Inverter>"), "a decorator has exactly one child"},
+        Broken{in_tree("<AlwaysSuccess><AlwaysSuccess/></AlwaysSuccess>"), "a leaf has no children"},
+        Broken{in_tree("<AlwaysSuccess/><AlwaysSuccess/>"), "m.xml:2:41: BehaviorTree \"Main\" has a second root node"},
+        Broken{in_tree("<Repeat num_cycle=\"2\"><AlwaysSuccess/></Repeat>"),
+               "m.xml:2:33: Repeat has no port \"num_cycle\"; did you mean \"num_cycles\"?"},
+        Broken{in_tree("<Repeat num_cycles=\"two\"><AlwaysSuccess/></Repeat>"),
+               "port \"num_cycles\" of Repeat: \"two\" is no int"},
+        Broken{in_tree("<AlwaysSuccess _skipif=\"1\"/>"),
+               "m.xml:2:40: warning: attribute \"_skipif\" of AlwaysSuccess means nothing and is kept; did you mean "
+               "\"_skipIf\"?"},
+        Broken{in_tree("<AlwaysSuccess _skipIf=\"n >\"/>"),
+               "_skipIf: script \"n >\", column 4: the script ends where a value is expected"},
+        Broken{in_tree("<SubTree ID=\"Sup\"/>", "<BehaviorTree ID=\"Sub\"><AlwaysSuccess/></BehaviorTree>"),
+               "there is no BehaviorTree \"Sup\"; did you mean \"Sub\"?"},
+        Broken{in_tree("<SubTree ID=\"Main\"/>"), "BehaviorTree \"Main\" contains itself"},
+        Broken{in_tree("<AlwaysSuccess/>", "<BehaviorTree ID=\"Main\"><AlwaysSuccess/></BehaviorTree>"),
+               "there are two BehaviorTrees \"Main\"; the other is at m.xml:2:1"},
+        Broken{in_tree("<Sequence><Action ID=\"Go\"/><Action ID=\"Go\"/></Sequence>"),
+               "there are two leaves \"Go\" in messages; the other is at m.xml:2:35"},
+        Broken{in_tree("<Script code=\"n = 1\"/>"), "code uses entry \"n\", which nothing in the tree creates"},
+        Broken{in_tree("<Sequence><AlwaysFailure/><AlwaysSuccess/></Sequence>"), "AlwaysSuccess is never reached"},
+        Broken{in_tree("<Sequence><Repeat num_cycles=\"{n}\"><AlwaysSuccess/></Repeat><LoopDouble queue=\"1;2\" "
+                       "value=\"{n}\"><AlwaysSuccess/></LoopDouble></Sequence>"),
+               "entry \"n\" is a int for port \"num_cycles\" of Repeat and a double for port \"value\" of LoopDouble"},
+        Broken{in_tree("<ReactiveSequence><Action ID=\"A\"/></ReactiveSequence>"),
+               "BehaviorTree.CPP 4.10 refuses <Action ID=…>"},
+        Broken{in_tree("<include path=\"x.xml\"/>"), "there is no node \"include\""},
+        Broken{"<root BTCPP_format=\"5\"><BehaviorTree ID=\"A\"><AlwaysSuccess/></BehaviorTree></root>",
+               "BTCPP_format is \"5\"; 3 and 4 are known"},
+        Broken{"<root BTCPP_format=\"4\"/>", "there is no <BehaviorTree>"}));
+
+TEST(Load, ReportsEverythingAtOnce) {
+  const std::string all =
+      messages(in_tree("<Sequence><Foo/><Repeat/><AlwaysSuccess x=\"1\"/><SubTree ID=\"Nope\"/></Sequence>"));
+  EXPECT_THAT(all, HasSubstr("\"Foo\""));
+  EXPECT_THAT(all, HasSubstr("Repeat has 0 children"));
+  EXPECT_THAT(all, HasSubstr("has no port \"x\""));
+  EXPECT_THAT(all, HasSubstr("\"Nope\""));
+}
+
+TEST(Load, AsksWhoKnowsTheSkills) {
+  LoadOptions options;
+  options.skills = {"GoToLocation"};
+  options.has_skill = [](std::string_view id, std::string_view) { return id == "GoToLocation"; };
+  EXPECT_THAT(messages(in_tree("<Action ID=\"GoToLocatoin\"/>"), options),
+              HasSubstr("there is no skill \"GoToLocatoin\"; did you mean \"GoToLocation\"?"));
+  EXPECT_EQ(messages(in_tree("<Action ID=\"GoToLocation\"/>"), options), "");
+  EXPECT_THAT(messages(in_tree("<GoToLocation/>"), options),
+              HasSubstr("is \"GoToLocation\" an action or a condition?"));
+}
+
+TEST(Load, TellsATypoOfADeclaredPortFromAnAttributeThatNobodyDeclared) {
+  const std::string model =
+      "<TreeNodesModel><Action ID=\"Go\"><input_port name=\"destination\"/></Action></TreeNodesModel>";
+  EXPECT_THAT(
+      messages(in_tree("<Go destinaton=\"x\"/>", model)),
+      HasSubstr("m.xml:2:29: Go has no port \"destinaton\" in the TreeNodesModel; did you mean \"destination\"?"));
+  EXPECT_THAT(messages(in_tree("<Go carrier=\"x\"/>", model)),
+              HasSubstr("warning: attribute \"carrier\" of Go is declared nowhere"));
+}
+
+TEST(Include, ReadsFilesRelativeToTheIncludingOneAndRefusesCycles) {
+  std::map<std::string, std::string> files = {
+      {"a/b.xml",
+       "<root BTCPP_format=\"4\"><include path=\"c/d.xml\"/><BehaviorTree ID=\"B\"><SubTree "
+       "ID=\"D\"/></BehaviorTree></root>"},
+      {"a/c/d.xml", "<root BTCPP_format=\"4\"><BehaviorTree ID=\"D\"><AlwaysFailure/></BehaviorTree></root>"},
+      {"loop.xml", "<root BTCPP_format=\"4\"><include path=\"loop.xml\"/></root>"}};
+  LoadOptions options;
+  options.read_file = [&](const std::filesystem::path& path) -> Result<std::string> {
+    const auto found = files.find(path.string());
+    if (found == files.end()) return fail("file.not-found", "no file " + path.string());
+    return found->second;
+  };
+  const std::string start = "<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\"><include path=\"";
+  const std::string end = "\"/><BehaviorTree ID=\"Main\"><SubTree ID=\"B\"/></BehaviorTree></root>";
+  auto loaded = load(start + "a/b.xml" + end, options, "m.xml");
+  ASSERT_TRUE(loaded.ok());
+  EXPECT_EQ(Runner(std::move(*loaded.value)).tick(), Status::kFailure);
+  EXPECT_THAT(messages(start + "loop.xml" + end, options), HasSubstr("\"loop.xml\" includes itself"));
+  EXPECT_THAT(messages(start + "none.xml" + end, options), HasSubstr("no file none.xml"));
+}
+
+TEST(Bounds, SubTreesThatMultiplyAreRefused) {
+  // Each tree holds the next one ten times: a billion nodes from twelve lines.
+  std::string more;
+  for (int i = 0; i < 10; ++i) {
+    more += "<BehaviorTree ID=\"T" + std::to_string(i) + "\"><Sequence>";
+    for (int k = 0; k < 10; ++k) {
+      more += i == 9 ? "<AlwaysSuccess/>" : "<SubTree ID=\"T" + std::to_string(i + 1) + "\"/>";
+    }
+    more += "</Sequence></BehaviorTree>";
+  }
+  EXPECT_THAT(messages(in_tree("<SubTree ID=\"T0\"/>", more)), HasSubstr("the tree has more than 4000000 nodes"));
+}
+
+TEST(Bounds, SubTreesNestedTooDeeplyAreRefused) {
+  std::string more;
+  const int trees = static_cast<int>(kDepthMax) / 900 + 1;
+  for (int i = 0; i < trees; ++i) {
+    std::string body = i + 1 < trees ? "<SubTree ID=\"T" + std::to_string(i + 1) + "\"/>" : "<AlwaysSuccess/>";
+    for (int k = 0; k < 900; ++k) body = "<Inverter>" + body + "</Inverter>";
+    more += "<BehaviorTree ID=\"T" + std::to_string(i) + "\">" + body + "</BehaviorTree>";
+  }
+  EXPECT_THAT(messages(in_tree("<SubTree ID=\"T0\"/>", more)), HasSubstr("nested deeper than 4000 levels"));
+}
+
+TEST(Bounds, ScriptsNestedTooDeeplyAreRefused) {
+  std::string script(1000, '(');
+  EXPECT_THAT(messages(in_tree("<Script code=\"" + script + "\"/>")), HasSubstr("nested deeper than 200 levels"));
+  EXPECT_THAT(messages(in_tree("<Script code=\"" + std::string(kScriptBytesMax + 1, '1') + "\"/>")),
+              HasSubstr("are accepted"));
+}
+
+TEST(Tree, HoldsMoreThan65536Nodes) {
+  std::string body = "<Sequence>";
+  for (int i = 0; i < 70'000; ++i) body += "<AlwaysSuccess/>";
+  auto loaded = load(in_tree(body + "</Sequence>"));
+  ASSERT_TRUE(loaded.ok());
+  EXPECT_EQ(loaded.value->size(), 70'001U);
+  EXPECT_EQ(Runner(std::move(*loaded.value)).tick(), Status::kSuccess);
+}
+
+TEST(Substitution, ReplacesLeavesByTestNodes) {
+  const auto rules =
+      parse_substitutions(R"({"TestNodeConfigs": {"Slow": {"async_delay": 200, "return_status": "FAILURE",
+      "post_script": "n := 5"}}, "SubstitutionRules": {"Do*": "Slow", "*/AlwaysFailure": "AlwaysSuccess"}})");
+  ASSERT_TRUE(rules.has_value());
+  LoadOptions options;
+  options.substitutions = *rules;
+  auto loaded = load(in_tree("<Action ID=\"DoIt\" x=\"1\"/>"), options);
+  ASSERT_TRUE(loaded.ok());
+  Runner runner(std::move(*loaded.value));
+  using namespace std::chrono_literals;
+  EXPECT_EQ(runner.tick(TimePoint(0ms)), Status::kRunning);
+  EXPECT_EQ(runner.tick(TimePoint(199ms)), Status::kRunning);
+  EXPECT_EQ(runner.tick(TimePoint(200ms)), Status::kFailure);
+  EXPECT_EQ(*entry(runner.tree(), runner.state(), "n"), Value(5));
+}
+
+TEST(Substitution, RefusesWhatItDoesNotKnow) {
+  EXPECT_THAT(parse_substitutions(R"({"TestNodeConfigs": {"A": {"async_dely": 1}}, "SubstitutionRules": {"x": "A"}})")
+                  .error()
+                  .message,
+              HasSubstr("did you mean \"async_delay\"?"));
+}
+
+}  // namespace
+}  // namespace sentree::bt
