@@ -3,10 +3,15 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
+#include <mutex>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sentree/base/value.h"
+#include "sentree/http/http.h"
+#include "sentree/scxml/basic_http.h"
 #include "sentree/scxml/chart.h"
 #include "sentree/scxml/step.h"
 #include "sentree/text/file.h"
@@ -63,6 +68,15 @@ class Player {
       std::string name(uri.starts_with("file:") ? uri.substr(5) : uri);
       return text::read_file(folder / std::filesystem::path(name).filename());
     };
+    // Off the loopback interface nothing is needed, and nothing is sent.
+    auto server = http::Server::listen("127.0.0.1", 0, [this](const http::Request& request) {
+      const std::lock_guard lock(mutex_);
+      inbox_.push_back(scxml::from_http(request.method, request.header("Content-Type"), request.body, request.text()));
+      return http::Response();
+    });
+    if (server) server_.emplace(*std::move(server));
+    host_.processors.push_back({std::string(scxml::kBasicHttpProcessor), server_ ? server_->url() + "/" : ""});
+    host_.yield_after_send = true;
   }
 
   Verdict run(const std::filesystem::path& file) {
@@ -78,8 +92,13 @@ class Player {
     scxml::Effects effects;
     scxml::start(chart, session, {}, now, effects, host_);
     while (session.running()) {
-      now = session.next_timer();
-      if (now > TimePoint(kRunTimeMax)) break;
+      if (post(effects)) {
+        deliver(chart, session, now, effects);
+        continue;
+      }
+      const TimePoint next = session.next_timer();
+      if (next > TimePoint(kRunTimeMax)) break;
+      now = std::max(now, next);
       scxml::step_timers(chart, session, now, effects, host_);
     }
     if (session.failure()) return {false, to_string(*session.failure())};
@@ -89,7 +108,35 @@ class Player {
   }
 
  private:
+  // Posts what the last step sent over HTTP. An answer means that the server, ours too, has taken it.
+  bool post(scxml::Effects& effects) {
+    bool posted = false;
+    for (const scxml::Effect& effect : std::exchange(effects, {})) {
+      const auto* send = std::get_if<scxml::OutgoingSend>(&effect);
+      if (!send) continue;
+      scxml::HttpPost message = scxml::to_http(*send);
+      posted = true;
+      const auto answer = http::send(send->target, {.method = "POST", .headers = {{"Content-Type", message.content_type}}, .body = message.body});
+      if (answer) continue;
+      const std::lock_guard lock(mutex_);
+      inbox_.push_back({.name = "error.communication", .type = scxml::EventType::kPlatform, .sendid = send->sendid});
+    }
+    return posted;
+  }
+
+  void deliver(const scxml::Chart& chart, scxml::Session& session, TimePoint now, scxml::Effects& effects) {
+    std::vector<scxml::Event> events;
+    {
+      const std::lock_guard lock(mutex_);
+      events.swap(inbox_);
+    }
+    for (const scxml::Event& event : events) scxml::step(chart, session, event, now, effects, host_);
+  }
+
   scxml::Host host_;
+  std::mutex mutex_;
+  std::vector<scxml::Event> inbox_;
+  std::optional<http::Server> server_;
 };
 
 int run(const std::vector<std::string>& arguments) {

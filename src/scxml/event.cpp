@@ -13,7 +13,7 @@ std::string_view to_string(EventType type) {
 
 std::uint64_t Event::hash() const {
   std::uint64_t h = hash_combine(hash_bytes(name), static_cast<std::uint64_t>(type));
-  for (const std::string* part : {&sendid, &origin, &origintype, &invokeid}) h = hash_combine(h, hash_bytes(*part));
+  for (const std::string* part : {&sendid, &origin, &origintype, &invokeid, &raw}) h = hash_combine(h, hash_bytes(*part));
   return data ? hash_combine(h, data->hash()) : h;
 }
 

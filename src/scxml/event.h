@@ -28,6 +28,8 @@ struct Event {
   std::string invokeid = {};
   std::optional<Value> data = {};  ///< Nothing: `undefined`.
 
+  std::string raw = {};  ///< The message as it came, from processors that have one (BasicHTTP); for looking at only.
+
   friend bool operator==(const Event&, const Event&) = default;
   [[nodiscard]] std::uint64_t hash() const;
 };

@@ -133,6 +133,10 @@ struct Host {
   std::function<bool(std::string_view session_id)> knows_session;
   /// Reads documents that <invoke srcexpr> names at run time.
   std::function<Result<std::string>(std::string_view uri)> read;
+  /// A step ends early once it has sent something outside and only events that the session sent to itself wait: the world
+  /// gets its turn first, as if all messages went through one queue. `Session::next_timer` then says that the session
+  /// wants to go on at once, and `step_timers` does.
+  bool yield_after_send = false;
   Observer* observer = nullptr;
   ExecutionWatch* watch = nullptr;
   Limits limits;

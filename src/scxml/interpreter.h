@@ -27,6 +27,7 @@ struct Run {
   Effects& effects;
   const Host& host;
   StepInfo info;
+  bool sent = false;        ///< Something left for the world outside.
   std::uint32_t depth = 0;  ///< Of invocations inside invocations, while one starts.
 };
 
@@ -137,6 +138,7 @@ class Interpreter {
 
   /// Ends the session: a bound was exceeded.
   void fail_session(std::string code, std::string message, const Place& place);
+  [[nodiscard]] static bool must_yield(const Run& run) { return run.sent && run.host.yield_after_send; }
   [[nodiscard]] bool running() const { return session_.status_ == SessionStatus::kRunning; }
 
   Run& run_;

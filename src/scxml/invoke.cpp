@@ -190,7 +190,7 @@ void Interpreter::apply_default_finalize(const Invoke& invoke, const Event& even
 
 bool Interpreter::run_family(Run& run, const Chart& chart, Session& session, Session* parent) {
   bool again = true;
-  while (again) {
+  while (again && !must_yield(run)) {
     again = false;
     if (session.running() && !session.external_.empty()) {
       const Event event = session.external_.pop();

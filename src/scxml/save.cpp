@@ -37,7 +37,7 @@ bool restore_optional(const Value* saved, std::optional<Value>& value) {
 Value save_event(const Event& event) {
   return Map{{"name", event.name},         {"type", static_cast<int>(event.type)}, {"sendid", event.sendid},
              {"origin", event.origin},     {"origintype", event.origintype},       {"invokeid", event.invokeid},
-             {"data", save_optional(event.data)}};
+             {"data", save_optional(event.data)}, {"raw", event.raw}};
 }
 
 bool restore_event(const Value& saved, Event& event) {
@@ -48,7 +48,8 @@ bool restore_event(const Value& saved, Event& event) {
                                     {"sendid", &event.sendid},
                                     {"origin", &event.origin},
                                     {"origintype", &event.origintype},
-                                    {"invokeid", &event.invokeid}}) {
+                                    {"invokeid", &event.invokeid},
+                                    {"raw", &event.raw}}) {
     const Value* text = saved.find(key);
     if (!text || !text->as_string()) return false;
     *member = *text->as_string();

@@ -345,6 +345,7 @@ Result<void> ScriptHeap::set_event(const Event* event) {
       add("origin", event->origin, false);
       add("origintype", event->origintype, false);
       add("invokeid", event->invokeid, false);
+      if (!event->raw.empty()) add("raw", event->raw, true);
       if (event->data) push_value(ctx, *event->data, make_dom_);
       else duk_push_undefined(ctx);
       duk_put_prop_string(ctx, -2, "data");

@@ -185,6 +185,7 @@ void Interpreter::send_outside(Timer&& timer) {
   OutgoingSend send = outgoing(timer);
   send.delay = Duration(0);
   run_.effects.emplace_back(std::move(send));
+  run_.sent = true;
 }
 
 bool Interpreter::execute_cancel(const Cancel& cancel) {

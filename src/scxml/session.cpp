@@ -103,6 +103,7 @@ Map Session::data(const Chart& chart) const {
 }
 
 TimePoint Session::next_timer() const {
+  if (running() && !external_.empty()) return TimePoint::min();
   TimePoint next = timers_.empty() ? kNever : timers_.front().due;
   for (const Invocation& invocation : invocations_) {
     if (invocation.child) next = std::min(next, invocation.child->next_timer());

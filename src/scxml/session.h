@@ -127,7 +127,8 @@ class Session {
   /// All data as a map in document order, then what scripts added. What scripts see as undefined is left out.
   [[nodiscard]] Map data(const Chart& chart) const;
 
-  /// Due time of the earliest delayed send, children's included; kNever: none.
+  /// Due time of the earliest delayed send, children's included; kNever: none;
+  /// TimePoint::min(): the session wants to go on at once (see Host::yield_after_send).
   [[nodiscard]] TimePoint next_timer() const;
   [[nodiscard]] const std::vector<Timer>& timers() const { return timers_; }
   [[nodiscard]] const std::vector<Invocation>& invocations() const { return invocations_; }

@@ -71,7 +71,8 @@ StepInfo step(const Chart& chart, Session& session, const Event& event, TimePoin
 
 StepInfo step_timers(const Chart& chart, Session& session, TimePoint now, Effects& effects, const Host& host) {
   Run run{session, now, effects, host, {}};
-  while (SessionAccess::ready(chart, session)) {
+  if (SessionAccess::ready(chart, session)) SessionAccess::settle(run, chart, session);
+  while (SessionAccess::ready(chart, session) && !(run.sent && host.yield_after_send)) {
     SessionAccess::Owner owner;
     SessionAccess::find_due(session, chart, nullptr, now, owner);
     if (!owner.session) break;
