@@ -1,0 +1,347 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sentree/bt/load.h"
+#include "sentree/bt/observer.h"
+#include "sentree/bt/runner.h"
+
+namespace sentree::bt {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+
+std::string in_tree(const std::string& body, const std::string& more = {}) {
+  return "<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\"><BehaviorTree ID=\"Main\">" + body +
+         "</BehaviorTree>" + more + "</root>";
+}
+
+Runner runner(const std::string& body, const Registry* registry = nullptr) {
+  LoadOptions options;
+  options.registry = registry;
+  auto loaded = load(in_tree(body), options);
+  for (const Diagnostic& d : loaded.diagnostics) {
+    if (d.severity == Severity::kError) ADD_FAILURE() << to_string(d);
+  }
+  return Runner(std::move(*loaded.value));
+}
+
+TimePoint at(Duration time) { return TimePoint(time); }
+
+TEST(Delay, TicksItsChildAfterTheDelayAndNotBefore) {
+  Runner r = runner("<Delay delay_msec=\"100\"><AlwaysFailure/></Delay>");
+  EXPECT_EQ(r.tick(at(0ms)), Status::kRunning);
+  EXPECT_EQ(r.effects().next_timer, at(100ms));
+  EXPECT_EQ(r.tick(at(99ms)), Status::kRunning);
+  EXPECT_EQ(r.tick(at(100ms)), Status::kFailure);
+  EXPECT_EQ(r.effects().next_timer, kNever);
+}
+
+TEST(Sleep, RunsForItsTime) {
+  Runner r = runner("<Sleep msec=\"50\"/>");
+  EXPECT_EQ(r.tick(at(0ms)), Status::kRunning);
+  EXPECT_EQ(r.tick(at(49ms)), Status::kRunning);
+  EXPECT_EQ(r.tick(at(50ms)), Status::kSuccess);
+}
+
+TEST(Timeout, HaltsItsChildWhenTheTimerFiresAndFailsAtTheNextTick) {
+  auto loaded = load(in_tree("<Timeout msec=\"100\"><Action ID=\"Go\"/></Timeout>"));
+  const Tree& tree = *loaded.value;
+  State state(tree);
+  Effects effects;
+  step(tree, state, Input::tick(), at(0ms), effects);
+  step(tree, state, Input::answer(1, Status::kRunning), at(0ms), effects);
+  EXPECT_EQ(effects.next_timer, at(100ms));
+  step(tree, state, Input::timer(), at(99ms), effects);
+  EXPECT_TRUE(effects.list.empty());
+  step(tree, state, Input::timer(), at(100ms), effects);
+  ASSERT_EQ(effects.list.size(), 1U);
+  EXPECT_EQ(effects.list[0].kind, Effect::Kind::kHaltLeaf);
+  EXPECT_TRUE(effects.wake);
+  EXPECT_EQ(step(tree, state, Input::tick(), at(100ms), effects).status, Status::kFailure);
+}
+
+TEST(Repeat, IsStoppedWhenItNeverEndsWithinOneTick) {
+  // Format 3 does not yield between cycles.
+  auto loaded =
+      load("<root><BehaviorTree ID=\"A\"><Repeat num_cycles=\"-1\"><AlwaysSuccess/></Repeat></BehaviorTree></root>");
+  Runner r(std::move(*loaded.value));
+  EXPECT_EQ(r.tick(), Status::kFailure);
+  ASSERT_TRUE(r.error().has_value());
+  EXPECT_EQ(r.error()->code, "bt.endless-tick");
+}
+
+TEST(Runner, TicksOnceUntilNoNodeYields) {
+  Runner r = runner("<Repeat num_cycles=\"5\"><AlwaysSuccess/></Repeat>");
+  EXPECT_EQ(r.tick_until_waiting(), Status::kSuccess);
+}
+
+struct Position {
+  double x = 0;
+  double y = 0;
+};
+
+}  // namespace
+
+template <>
+struct Convert<Position> {
+  static std::string name() { return "Position"; }
+  static Value to_value(const Position& p) { return Map{{"x", p.x}, {"y", p.y}}; }
+  static std::optional<Position> from_value(const Value& v) {
+    if (v.find("x") == nullptr || v.find("y") == nullptr) return std::nullopt;
+    return Position{v.find("x")->number(), v.find("y")->number()};
+  }
+  static std::optional<Position> from_text(std::string_view text) {
+    const auto parts = detail::split_list(text);
+    if (parts.size() != 2) return std::nullopt;
+    const auto x = detail::parse_real(parts[0]);
+    const auto y = detail::parse_real(parts[1]);
+    if (!x || !y) return std::nullopt;
+    return Position{*x, *y};
+  }
+};
+
+namespace {
+
+TEST(Ports, CarryTypesOfOnesOwn) {
+  Registry registry;
+  double seen = 0;
+  registry.action("Show", {input<Position>("at")}, [&](Context& self) {
+    const auto position = self.input<Position>("at");
+    if (position) seen = position->x + position->y;
+    return position ? Status::kSuccess : Status::kFailure;
+  });
+  registry.action("Where", {output<Position>("at")}, [](Context& self) {
+    return self.output("at", Position{3, 4}) ? Status::kSuccess : Status::kFailure;
+  });
+  Runner r = runner("<Sequence><Show at=\"1.5;2\"/><Where at=\"{p}\"/><Show at=\"{p}\"/></Sequence>", &registry);
+  EXPECT_EQ(r.tick(), Status::kSuccess);
+  EXPECT_EQ(seen, 7);
+  EXPECT_EQ(load(in_tree("<Show at=\"1.5\"/>"), {.registry = &registry}).ok(), false);
+}
+
+/// Has no value form: a handle of a driver.
+struct Driver {
+  int number = 0;
+};
+
+TEST(Ports, CarryCppObjectsThatTheStateCannotSave) {
+  Registry registry;
+  registry.action("Open", {output<std::shared_ptr<Driver>>("driver")}, [](Context& self) {
+    return self.output("driver", std::make_shared<Driver>(Driver{42})) ? Status::kSuccess : Status::kFailure;
+  });
+  registry.action("Use", {input<std::shared_ptr<Driver>>("driver")}, [](Context& self) {
+    const auto driver = self.input<std::shared_ptr<Driver>>("driver");
+    return driver && (*driver)->number == 42 ? Status::kSuccess : Status::kFailure;
+  });
+  Runner r = runner("<Sequence><Open driver=\"{d}\"/><Use driver=\"{d}\"/></Sequence>", &registry);
+  EXPECT_EQ(r.tick(), Status::kSuccess);
+  const auto saved = save(r.tree(), r.state());
+  ASSERT_FALSE(saved.has_value());
+  EXPECT_EQ(saved.error().code, "bt.unsavable");
+}
+
+struct CountTo {
+  std::int64_t count = 0;
+  static Ports ports() { return {input<int>("limit")}; }
+  Status on_start(Context& self) {
+    count = 0;
+    return on_running(self);
+  }
+  Status on_running(Context& self) {
+    return ++count < self.input_or<int>("limit", 1) ? Status::kRunning : Status::kSuccess;
+  }
+  void on_halted(Context&) { count = -100; }
+  [[nodiscard]] Value save() const { return count; }
+  bool restore(const Value& saved) {
+    if (saved.as_int() == nullptr) return false;
+    count = *saved.as_int();
+    return true;
+  }
+};
+
+TEST(Stateful, KeepsItsMembersInTheStateOfTheTree) {
+  Registry registry;
+  registry.add<CountTo>("CountTo");
+  Runner r = runner("<CountTo limit=\"3\"/>", &registry);
+  EXPECT_EQ(r.tick(), Status::kRunning);
+  const State copy = r.state();
+  const std::string saved = save(r.tree(), r.state()).value();
+  EXPECT_EQ(r.tick(), Status::kRunning);
+  EXPECT_EQ(r.tick(), Status::kSuccess);
+  r.state() = copy;
+  EXPECT_EQ(r.tick(), Status::kRunning);
+  EXPECT_EQ(r.tick(), Status::kSuccess);
+  r.state() = restore(r.tree(), saved).value();
+  EXPECT_EQ(r.tick(), Status::kRunning);
+  EXPECT_EQ(r.tick(), Status::kSuccess);
+}
+
+struct Unsavable {
+  std::vector<void*> handles{nullptr};
+  Status tick(Context&) { return Status::kSuccess; }
+};
+
+TEST(Stateful, WhatCannotBeSavedSaysSo) {
+  Registry registry;
+  registry.add<Unsavable>("Opaque");
+  Runner r = runner("<Opaque name=\"camera\"/>", &registry);
+  EXPECT_THAT(save(r.tree(), r.state()).error().message,
+              HasSubstr("node \"camera\" (Opaque) keeps what cannot be saved"));
+}
+
+/// Ticks its children in turn, one per tick.
+struct RoundRobin {
+  std::size_t next = 0;
+  Next on_tick(Context& self) { return Next::tick(next % self.child_count()); }
+  Next on_child(Context& self, std::size_t child, Status status) {
+    self.reset_child(child);
+    next = child + 1;
+    return Next::done(status);
+  }
+  [[nodiscard]] Value save() const { return static_cast<std::int64_t>(next); }
+  bool restore(const Value& saved) {
+    next = static_cast<std::size_t>(saved.number());
+    return true;
+  }
+};
+
+TEST(Control, WrittenInCppDrivesItsChildrenAlsoExternalOnes) {
+  Registry registry;
+  registry.add<RoundRobin>("RoundRobin", Category::kControl);
+  registry.decorator("Swap", {}, [](Context&, Status child) {
+    return child == Status::kSuccess ? Status::kFailure : Status::kSuccess;
+  });
+  Runner r =
+      runner("<RoundRobin><AlwaysSuccess/><Swap><AlwaysSuccess/></Swap><Action ID=\"Go\"/></RoundRobin>", &registry);
+  r.on_leaf = [](NodeId, const Map&) { return std::pair(Status::kSuccess, Map{}); };
+  EXPECT_EQ(r.tick(), Status::kSuccess);
+  EXPECT_EQ(r.tick(), Status::kFailure);
+  EXPECT_EQ(r.tick(), Status::kSuccess);
+}
+
+TEST(Registry, ReportsMistakesWhenATreeIsLoaded) {
+  Registry registry;
+  registry.action("Sequence", [](Context&) { return Status::kSuccess; });
+  registry.action("Twice", [](Context&) { return Status::kSuccess; });
+  registry.action("Twice", [](Context&) { return Status::kSuccess; });
+  registry.action("BadPort", {input<int>("_x")}, [](Context&) { return Status::kSuccess; });
+  const auto loaded = load(in_tree("<AlwaysSuccess/>"), {.registry = &registry});
+  EXPECT_FALSE(loaded.ok());
+  EXPECT_EQ(loaded.diagnostics.size(), 3U);
+}
+
+TEST(Registry, TellsAPluginThatIsNone) {
+  Registry registry;
+  EXPECT_EQ(registry.plugin("/nonexistent.so").error().code, "bt.plugin-unreadable");
+}
+
+TEST(Context, AFailedNodeGivesTheTickUp) {
+  Registry registry;
+  registry.action("Break", [](Context& self) {
+    self.fail("the arm is gone");
+    return Status::kSuccess;
+  });
+  registry.action("Lie", [](Context&) { return Status::kRunning; });
+  Runner broken = runner("<Sequence><Break/></Sequence>", &registry);
+  EXPECT_EQ(broken.tick(), Status::kFailure);
+  EXPECT_THAT(broken.error()->message, HasSubstr("the arm is gone"));
+  Runner lying = runner("<Lie/>", &registry);
+  EXPECT_EQ(lying.tick(), Status::kFailure);
+  EXPECT_EQ(lying.error()->code, "bt.running-returned");
+}
+
+TEST(Context, AWakerAsksForATickFromOutside) {
+  Registry registry;
+  std::function<void()> waker;
+  registry.add<CountTo>("CountTo");
+  registry.action("Keep", [&](Context& self) {
+    waker = self.waker();
+    return Status::kSuccess;
+  });
+  Runner r = runner("<Keep/>", &registry);
+  int asked = 0;
+  r.effects().waker = [&] { ++asked; };
+  r.tick();
+  waker();
+  EXPECT_EQ(asked, 1);
+}
+
+TEST(Statistics, CountsResultsAndKeepsTheLastWithItsTime) {
+  Runner r = runner("<Fallback><AlwaysFailure/><AlwaysSuccess _skipIf=\"1\"/><AlwaysSuccess/></Fallback>");
+  Statistics statistics(r.tree());
+  r.effects().observer = &statistics;
+  r.tick(at(5ms));
+  r.tick(at(7ms));
+  EXPECT_EQ(statistics.node(1).failed, 2U);
+  EXPECT_EQ(statistics.node(2).skipped, 2U);
+  EXPECT_EQ(statistics.node(3).succeeded, 2U);
+  EXPECT_EQ(statistics.node(3).last_result, Status::kSuccess);
+  EXPECT_EQ(statistics.node(3).changed, at(7ms));
+}
+
+TEST(Format3, RunsWithItsOwnSemantics) {
+  auto loaded =
+      load("<root><BehaviorTree ID=\"A\"><Repeat num_cycles=\"3\"><AlwaysSuccess/></Repeat></BehaviorTree></root>");
+  EXPECT_EQ(loaded.value->format(), 3);
+  EXPECT_EQ(Runner(std::move(*loaded.value)).tick(), Status::kSuccess);
+  EXPECT_EQ(runner("<Repeat num_cycles=\"3\"><AlwaysSuccess/></Repeat>").tick(), Status::kRunning);
+}
+
+TEST(EventName, KeepsLettersDigitsAndWhatIsBeyondAscii) {
+  EXPECT_EQ(event_name("Sub.Go to (kitchen)/1-a_b"), "Sub.Go_to__kitchen__1-a_b");
+  EXPECT_EQ(event_name("Küche"), "Küche");
+}
+
+TEST(TryCatch, CleansUpWhenItIsHalted) {
+  auto loaded =
+      load(in_tree("<TryCatch catch_on_halt=\"true\"><Action ID=\"Work\"/><Script code=\"n := 1\"/></TryCatch>"));
+  const Tree& tree = *loaded.value;
+  State state(tree);
+  Effects effects;
+  step(tree, state, Input::tick(), at(0ms), effects);
+  step(tree, state, Input::answer(1, Status::kRunning), at(0ms), effects);
+  step(tree, state, Input::halt(), at(0ms), effects);
+  ASSERT_EQ(effects.list.size(), 1U);
+  EXPECT_EQ(effects.list[0].kind, Effect::Kind::kHaltLeaf);
+  ASSERT_NE(entry(tree, state, "n"), nullptr);
+}
+
+TEST(Halt, GoesOnWhenAnOnHaltedScriptFails) {
+  auto loaded = load(in_tree("<Parallel><AlwaysSuccess _onHalted=\"nope = 1\"/><Action ID=\"A\"/></Parallel>"));
+  const Tree& tree = *loaded.value;
+  State state(tree);
+  Effects effects;
+  step(tree, state, Input::tick(), at(0ms), effects);
+  step(tree, state, Input::answer(2, Status::kRunning), at(0ms), effects);
+  EXPECT_EQ(step(tree, state, Input::halt(), at(0ms), effects).kind, StepResult::Kind::kFailed);
+  ASSERT_EQ(effects.list.size(), 1U);
+  EXPECT_EQ(effects.list[0].leaf, 2U);
+  EXPECT_EQ(state.status(2), Status::kIdle);
+}
+
+TEST(SubTree, RemapsAutoremapsAndKeepsPrivateEntries) {
+  auto loaded = load(
+      in_tree("<Sequence><Script code=\"a := 1; b := 2; _p := 3\"/><SubTree ID=\"S\" name=\"s\" x=\"{a}\" c=\"7\" "
+              "_autoremap=\"true\"/></Sequence>",
+              "<BehaviorTree ID=\"S\"><Script code=\"x := 10; b := 20; _p := 30; c := 70; @r := 5\"/></BehaviorTree>"));
+  Runner r(std::move(*loaded.value));
+  EXPECT_EQ(r.tick(), Status::kSuccess);
+  const auto value = [&](std::string_view name, NodeId subtree = kNoNode) {
+    return *entry(r.tree(), r.state(), name, subtree);
+  };
+  EXPECT_EQ(value("a"), Value(10));
+  EXPECT_EQ(value("b"), Value(20));
+  EXPECT_EQ(value("_p"), Value(3));
+  EXPECT_EQ(value("_p", 2), Value(30));
+  EXPECT_EQ(value("c", 2), Value(70));
+  EXPECT_EQ(value("r"), Value(5));
+  EXPECT_EQ(entry(r.tree(), r.state(), "c"), nullptr);
+}
+
+}  // namespace
+}  // namespace sentree::bt
