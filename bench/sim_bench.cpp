@@ -156,7 +156,6 @@ void WholeRobot(benchmark::State& state) {
   const Vec2 start = world.map.centre(places[0]);
   robot.start = {start.x, start.y, 0.0};
   robot.costs = setup().costs;
-  robot.navigation.inflation = {0.28, 0.78};
   robot.odometry = {.scale = 0.03, .turn_scale = 0.02, .white = 0.1};
   robot.laser.noise_m = 0.02;
   if (state.range(0) != 0) robot.localization.method = LocalizationSpec::Method::kAmcl;

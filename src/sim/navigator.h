@@ -43,7 +43,8 @@ enum class NavigationError {
 
 /// Times of a goal that may run out; all in simulated time.
 struct NavigationSpec {
-  InflationSpec inflation;
+  double margin_m = 0.06;  ///< Kept from walls beyond the robot's radius, when planning.
+  double fade_m = 0.5;     ///< Beyond that, nearness to a wall costs something over this distance.
   double goal_linear_tolerance_m = 0.10;
   double goal_angular_tolerance_rad = 0.05;
   double lookahead_m = 0.45;
@@ -52,6 +53,9 @@ struct NavigationSpec {
   int recoveries_max = 4;
   Duration goal_time_max = std::chrono::seconds(900);
 
+  [[nodiscard]] InflationSpec inflation(double radius_m) const {
+    return {.blocked_m = radius_m + margin_m, .inflated_m = radius_m + margin_m + fade_m};
+  }
   friend bool operator==(const NavigationSpec&, const NavigationSpec&) = default;
 };
 

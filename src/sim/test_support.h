@@ -69,8 +69,7 @@ inline World world_around(GridMap map, Pose2 start, LocalizationSpec localizatio
   RobotSpec robot;
   robot.start = start;
   robot.localization = localization;
-  robot.navigation.inflation = {robot.radius_m + 0.06, robot.radius_m + 0.56};
-  robot.costs = CostGrid(world.map, world.distance, robot.navigation.inflation);
+  robot.costs = CostGrid(world.map, world.distance, robot.navigation.inflation(robot.radius_m));
   world.robots.push_back(std::move(robot));
   return world;
 }

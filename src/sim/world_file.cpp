@@ -268,11 +268,15 @@ class WorldReader {
     section("laser", [&](YamlFields& f) { laser(f, robot.laser); });
     section("battery", [&](YamlFields& f) { battery(f, robot.battery); });
     section("localization", [&](YamlFields& f) { localization(f, robot.localization); });
-    section("navigation", [&](YamlFields& f) { navigation(f, robot); });
+    section("navigation", [&](YamlFields& f) { navigation(f, robot.navigation); });
   }
 
   void laser(YamlFields& f, LaserSpec& laser) {
-    double view = laser.angle_increment_rad * laser.beams;
+    // A whole turn does not measure its first direction twice; a part of one has a beam at both ends.
+    constexpr double kTurn = 2.0 * std::numbers::pi;
+    const auto gaps = [&](bool whole_turn) { return whole_turn ? laser.beams : std::max(1, laser.beams - 1); };
+    const bool was_whole = laser.angle_increment_rad * laser.beams > kTurn - 1e-6;
+    double view = laser.angle_increment_rad * gaps(was_whole);
     f.pose("mount", laser.mount);
     f.integer("beams", laser.beams, 1, kBeamsMax);
     f.number("view", view, {0.0, 2.0 * std::numbers::pi + 1e-9}, angle_units());
@@ -281,11 +285,8 @@ class WorldReader {
     f.duration("period", laser.period, {0.001, 10.0});
     f.number("noise", laser.noise_m, {0.0, 10.0});
     f.number("dropout", laser.dropout, {0.0, 1.0}, ratio_units());
-    // A whole turn does not measure its first direction twice; a part of one has a beam at both ends.
-    const bool whole_turn = view > 2.0 * std::numbers::pi - 1e-6;
-    const int gaps = whole_turn ? laser.beams : std::max(1, laser.beams - 1);
     laser.angle_min_rad = -view / 2;
-    laser.angle_increment_rad = view / gaps;
+    laser.angle_increment_rad = view / gaps(view > kTurn - 1e-6);
   }
 
   void battery(YamlFields& f, BatterySpec& battery) {
@@ -324,13 +325,9 @@ class WorldReader {
     }
   }
 
-  void navigation(YamlFields& f, RobotSpec& robot) {
-    NavigationSpec& spec = robot.navigation;
-    double margin = 0.06;
-    f.number("margin", margin, {0.0, 10.0});
-    spec.inflation.blocked_m = robot.radius_m + margin;
-    spec.inflation.inflated_m = spec.inflation.blocked_m + 0.5;
-    f.number("inflation", spec.inflation.inflated_m, {0.0, 12.0});
+  void navigation(YamlFields& f, NavigationSpec& spec) {
+    f.number("margin", spec.margin_m, {0.0, 10.0});
+    f.number("fade", spec.fade_m, {0.0, 10.0});
     f.number("linear_tolerance", spec.goal_linear_tolerance_m, {0.01, 10.0});
     f.number("angular_tolerance", spec.goal_angular_tolerance_rad, {0.01, std::numbers::pi}, angle_units());
     f.number("lookahead", spec.lookahead_m, {0.15, 10.0});
@@ -379,7 +376,7 @@ class WorldReader {
   void check_sense() {
     for (std::size_t i = 0; i < world_.robots.size(); ++i) {
       RobotSpec& robot = world_.robots[i];
-      robot.costs = CostGrid(world_.map, world_.distance, robot.navigation.inflation);
+      robot.costs = CostGrid(world_.map, world_.distance, robot.navigation.inflation(robot.radius_m));
       const Cell cell = world_.map.cell_at(robot.start.position());
       const double room = clearance(world_.map, world_.distance, robot.start.position(), robot.radius_m);
       if (!world_.map.is_free(cell) || room < robot.radius_m) {
@@ -395,7 +392,8 @@ class WorldReader {
       error("bad-place",
             place.what + " is " + where(place.pose) +
                 ", where the robot cannot stand: off the known floor, or within " +
-                shortest_decimal(world_.robots.front().navigation.inflation.blocked_m) + " m of a wall",
+                shortest_decimal(world_.robots.front().navigation.inflation(world_.robots.front().radius_m).blocked_m) +
+                " m of a wall",
             place.span);
     }
     const Tolerances goal = navigation_tolerances(world_);
