@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -11,6 +12,11 @@
 #include "sentree/sim/map_file.h"
 #include "sentree/sim/world.h"
 #include "sentree/text/file.h"
+
+// Test programs are told where the sources are; a build of the header alone is not.
+#ifndef SENTREE_SOURCE_DIR
+#define SENTREE_SOURCE_DIR "."
+#endif
 
 namespace sentree::sim::test {
 
