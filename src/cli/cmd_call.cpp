@@ -1,0 +1,115 @@
+#include "commands.h"
+#include "output.h"
+#include "sentree/runtime/control.h"
+#include "sentree/runtime/plan.h"
+#include "sentree/runtime/remote_service.h"
+#include "sentree/text/file.h"
+#include "sentree/text/json.h"
+#include "sentree/text/yaml.h"
+
+namespace sentree::cli {
+
+namespace {
+
+// name=value, the value as YAML has it (10, true, text, {x: 1}); or one JSON object.
+std::optional<Value> parse_arguments(const std::vector<std::string>& arguments) {
+  if (arguments.size() == 1 && arguments.front().starts_with('{')) {
+    auto value = text::parse_json(arguments.front(), "arguments");
+    if (value) return *value;
+    say(to_string(value.error()));
+    return std::nullopt;
+  }
+  Map map;
+  for (const std::string& argument : arguments) {
+    const auto equals = argument.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      say("argument \"" + argument + "\" must be name=value, e.g. percent=10");
+      return std::nullopt;
+    }
+    const auto value = text::parse_yaml(argument.substr(equals + 1), argument.substr(0, equals));
+    if (!value) {
+      say(to_string(value.error()));
+      return std::nullopt;
+    }
+    map[argument.substr(0, equals)] = value->value();
+  }
+  return map;
+}
+
+int finish(bool ok, const std::string& result, const std::string& kind, const std::string& message) {
+  if (ok) {
+    print(result + "\n");
+    return kOk;
+  }
+  say(kind + ": " + message);
+  return kind == "arguments" ? kUsage : kind == "exception" ? kFindings : kEnvironment;
+}
+
+int call_address(const CallCommand& command, const rpc::Address& address, const Value& arguments, Duration deadline) {
+  const auto slash = command.interface.rfind('/');
+  if (slash == std::string::npos) {
+    say("calling an address needs --interface FILE.thrift/SERVICE");
+    return kUsage;
+  }
+  std::filesystem::path file = command.interface.substr(0, slash);
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) file = runtime::shipped_folder("interfaces") / file;
+  const auto source = text::read_file(file, command.interface.substr(0, slash));
+  if (!source) {
+    say(to_string(source.error()));
+    return kInvalidInput;
+  }
+  const auto schema = idl::Schema::load(*source, command.interface.substr(0, slash));
+  say(schema.diagnostics);
+  if (!schema.ok()) return kInvalidInput;
+  const idl::ServicePtr service = schema.value->service(command.interface.substr(slash + 1));
+  if (!service) {
+    const auto names = schema.value->service_names();
+    const std::string wanted = command.interface.substr(slash + 1);
+    say(file.string() + ": no service \"" + wanted + "\"" + did_you_mean(wanted, names));
+    return kInvalidInput;
+  }
+  const auto outcome = runtime::call_once(address, service, address.service, command.method, arguments, deadline);
+  return finish(outcome.ok, to_json(outcome.result), outcome.kind, outcome.message);
+}
+
+}  // namespace
+
+int call(const CallCommand& command) {
+  const auto arguments = parse_arguments(command.arguments);
+  if (!arguments) return kUsage;
+  const auto deadline = runtime::parse_duration(command.deadline);
+  if (!deadline) {
+    say("--deadline " + command.deadline + ": not a duration such as 500 ms");
+    return kUsage;
+  }
+  if (command.service.find(':') != std::string::npos) {
+    const auto address = rpc::Address::parse(command.service);
+    if (address) return call_address(command, *address, *arguments, *deadline);
+    say(address.error().message);
+    return kUsage;
+  }
+  int pid = 0;
+  if (!command.run.empty()) pid = std::atoi(command.run.c_str());
+  const auto client = runtime::connect_control(pid);
+  if (!client) {
+    say(client.error().message);
+    return kEnvironment;
+  }
+  const rpc::CallContext context{
+      .source = "control", .call = 0, .deadline = std::chrono::steady_clock::now() + *deadline};
+  if (command.service.empty()) {
+    const auto services = (*client)->call("services", Map(), context);
+    return services ? finish(true, std::string(services->text()), "", "")
+                    : finish(false, "", "unreachable", services.error().message);
+  }
+  const auto reply = (*client)->call(
+      "call", Map{{"service", command.service}, {"method", command.method}, {"arguments", to_json(*arguments)}},
+      context);
+  if (!reply) return finish(false, "", "unreachable", reply.error().message);
+  const Value* ok = reply->find("ok");
+  return finish(ok != nullptr && ok->as_bool() != nullptr && *ok->as_bool(), std::string(reply->find("result")->text()),
+                std::string(reply->find("kind")->text()), std::string(reply->find("message")->text()));
+}
+
+}  // namespace sentree::cli

@@ -1,0 +1,33 @@
+#include <map>
+
+#include "commands.h"
+#include "output.h"
+#include "sentree/runtime/component.h"
+#include "serve.h"
+
+namespace sentree::cli {
+
+int component(const ComponentCommand& command) {
+  if (command.name != "sim") {
+    say("component \"" + command.name + "\" is not known; there is \"sim\", the simulated robot");
+    return kUsage;
+  }
+  if (command.project.empty() == command.world.empty()) {
+    say("give either --project PROJECT or --world FILE");
+    return kUsage;
+  }
+  Loaded<runtime::SimComponent> loaded;
+  if (command.world.empty()) {
+    const auto scenario = load_file(command.project);
+    if (!scenario) return kInvalidInput;
+    loaded = runtime::prepare_sim(scenario->project);
+  } else {
+    loaded = runtime::prepare_sim_world(command.world);
+  }
+  say(loaded.diagnostics);
+  if (!loaded.ok()) return kInvalidInput;
+  const runtime::SimServer server(std::move(*loaded.value), command.seed, command.factor);
+  return serve_until_signal(command.listen, server.services(), command.insecure);
+}
+
+}  // namespace sentree::cli

@@ -1,0 +1,118 @@
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <cstdio>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+#include "commands.h"
+#include "output.h"
+#include "sentree/rpc/server.h"
+#include "sentree/runtime/control.h"
+#include "sentree/runtime/plan.h"
+#include "sentree/runtime/remote_skill.h"
+
+namespace sentree::cli {
+
+namespace {
+
+// What one check found: good, or what to do.
+struct Finding {
+  std::string name;
+  std::string detail;
+  std::string remedy;  // empty: good
+};
+
+Finding check_shipped() {
+  const auto interfaces = runtime::shipped_folder("interfaces");
+  if (interfaces.empty() || !runtime::skill_interface() || !runtime::observer_interface()) {
+    return {"interfaces", "the Thrift interfaces that come with Sentree are not found",
+            "install it whole: cmake --install build/release"};
+  }
+  return {"interfaces", interfaces.string(), ""};
+}
+
+Finding check_socket(const std::string& name, const std::string& address_text) {
+  const auto interface = runtime::skill_interface();
+  const auto address = rpc::Address::parse(address_text);
+  if (!interface || !address) return {name, "not tried", "mend the findings above first"};
+  auto service = std::make_shared<rpc::FunctionService>(
+      *interface, [](const idl::Method&, const Value&, const rpc::CallContext&) -> rpc::Outcome { return Value(); });
+  const auto server = rpc::Server::start(*address, {{"skill", std::move(service)}});
+  if (!server)
+    return {name, server.error().message,
+            "parts in processes of their own cannot be reached this way; use another kind of address"};
+  return {name, to_string((*server)->address()), ""};
+}
+
+Finding check_control_folder() {
+  const auto folder = runtime::control_folder();
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error || access(folder.c_str(), W_OK) != 0) {
+    return {"control folder", folder.string() + " cannot be written",
+            "set XDG_RUNTIME_DIR to a folder of yours; otherwise sentree call finds no run"};
+  }
+  return {"control folder", folder.string(), ""};
+}
+
+// How late a timer of 1 ms wakes up: what the machine adds to the jitter of ticks.
+Finding check_timer() {
+  std::mutex mutex;
+  std::condition_variable never;
+  std::unique_lock lock(mutex);
+  std::chrono::nanoseconds worst{0};
+  for (int i = 0; i < 100; ++i) {
+    const auto due = std::chrono::steady_clock::now() + std::chrono::milliseconds(1);
+    never.wait_until(lock, due, [] { return false; });
+    worst =
+        std::max(worst, std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - due));
+  }
+  const double worst_ms = static_cast<double>(worst.count()) / 1e6;
+  char text[64];
+  std::snprintf(text, sizeof text, "a timer wakes at most %.2f ms late", worst_ms);
+  if (worst_ms > 20) return {"timer", text, "the machine is busy; ticks will jitter in real time"};
+  return {"timer", text, ""};
+}
+
+Finding check_cores() {
+  const unsigned cores = std::thread::hardware_concurrency();
+  const std::string text = std::to_string(cores) + " cores";
+  if (cores < 2) return {"processor", text, "real time works better with two"};
+  return {"processor", text, ""};
+}
+
+}  // namespace
+
+int doctor(const DoctorCommand& command) {
+  const std::vector<Finding> findings{
+      check_shipped(),
+      check_control_folder(),
+      check_socket("unix sockets",
+                   "unix:" + (runtime::control_folder() / ("doctor-" + std::to_string(getpid()) + ".sock")).string()),
+      check_socket("loopback TCP", "tcp://127.0.0.1:0"),
+      check_timer(),
+      check_cores()};
+  const bool good = std::all_of(findings.begin(), findings.end(), [](const Finding& f) { return f.remedy.empty(); });
+  if (command.json) {
+    List list;
+    for (const Finding& finding : findings) {
+      list.push_back(Map{{"name", finding.name},
+                         {"ok", finding.remedy.empty()},
+                         {"detail", finding.detail},
+                         {"remedy", finding.remedy}});
+    }
+    print(to_json(Value(Map{{"ok", good}, {"checks", std::move(list)}})) + "\n");
+  } else {
+    for (const Finding& finding : findings) {
+      print((finding.remedy.empty() ? "✓ " : "✗ ") + finding.name + ": " + finding.detail + "\n");
+      if (!finding.remedy.empty()) print("    " + finding.remedy + "\n");
+    }
+  }
+  return good ? kOk : kEnvironment;
+}
+
+}  // namespace sentree::cli

@@ -1,0 +1,125 @@
+#include <pthread.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <memory>
+#include <thread>
+
+#include "commands.h"
+#include "live_view.h"
+#include "output.h"
+#include "report.h"
+
+namespace sentree::cli {
+
+namespace {
+
+// Turns Ctrl-C and SIGTERM into an orderly end. The signals are blocked in all threads and awaited in one.
+class Interrupts {
+ public:
+  explicit Interrupts(runtime::Run& run) : run_(run) {
+    sigemptyset(&signals_);
+    for (const int signal : {SIGINT, SIGTERM, SIGUSR1}) sigaddset(&signals_, signal);
+    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
+    thread_ = std::thread([this] { wait(); });
+  }
+  ~Interrupts() {
+    done_ = true;
+    pthread_kill(thread_.native_handle(), SIGUSR1);
+    thread_.join();
+  }
+
+ private:
+  void wait() {
+    for (int received = 0;;) {
+      int signal = 0;
+      sigwait(&signals_, &signal);
+      if (done_) return;
+      if (signal == SIGUSR1) continue;
+      if (++received > 1) _exit(kInterrupted);  // asked twice: at once
+      run_.interrupt();
+    }
+  }
+
+  runtime::Run& run_;
+  sigset_t signals_{};
+  std::atomic<bool> done_ = false;
+  std::thread thread_;
+};
+
+int exit_code(const runtime::Scenario& scenario, const runtime::RunReport& report) {
+  if (!report.error.empty()) return kEnvironment;
+  if (report.interrupted) return kInterrupted;
+  if (report.any_violated()) return kFindings;
+  if (scenario.mission) return report.unmet.empty() ? kOk : kFindings;
+  if (report.timed_out) return kTimeLimit;
+  return report.mission == bt::Status::kSuccess ? kOk : kFindings;
+}
+
+bool apply_options(const RunCommand& command, runtime::Scenario& scenario) {
+  if (command.virtual_clock) scenario.virtual_time = *command.virtual_clock;
+  if (command.factor) scenario.factor = *command.factor;
+  if (scenario.virtual_time) scenario.factor = 1.0;
+  if (command.seed) scenario.seed = *command.seed;
+  if (command.duration) {
+    const auto duration = runtime::parse_duration(*command.duration);
+    if (!duration) {
+      say("--duration " + *command.duration + ": not a duration such as 90 s or 5 min");
+      return false;
+    }
+    scenario.duration = *duration;
+  }
+  return true;
+}
+
+}  // namespace
+
+int run(const RunCommand& command) {
+  auto scenario = load(command.project, command.scenario);
+  if (!scenario) return kInvalidInput;
+  if (!apply_options(command, *scenario)) return kUsage;
+  auto plan = runtime::prepare(std::move(*scenario));
+  say(plan.diagnostics);
+  if (!plan.ok()) return kInvalidInput;
+
+  const bool live = command.live && !command.headless && !command.json;
+  std::unique_ptr<LiveView> view;
+  Narrator narrator;
+  runtime::RunOptions options;
+  if (live) {
+    view = std::make_unique<LiveView>(*plan.value);
+    options.listeners.push_back([&](const Message& message) { view->observe(message); });
+    options.on_decision = [&](const runtime::MonitorReport& report) { view->decided(report); };
+    options.on_problem = [&](const std::string& what) { view->note("! " + what); };
+    options.on_view = [&](runtime::RunView* run_view) { view->attach(run_view); };
+  } else if (!command.json) {
+    options.listeners.push_back([&](const Message& message) {
+      const std::string text = command.verbose ? line(message) : narrator.tell(message);
+      if (!text.empty()) print(text + "\n");
+    });
+    options.on_decision = [](const runtime::MonitorReport& report) { print(story(report)); };
+    options.on_problem = [](const std::string& what) { say("! " + what); };
+  }
+  runtime::Run run(*plan.value, std::move(options));
+  runtime::RunReport report;
+  {
+    const Interrupts interrupts(run);
+    report = run.execute();
+  }
+  view.reset();
+  if (command.json) {
+    print(to_json(to_value(report)) + "\n");
+  } else {
+    if (live) {
+      for (const auto& monitor : report.monitors) {
+        if (monitor.decision) print(story(monitor));
+      }
+    }
+    print(summary(report));
+  }
+  if (!report.error.empty()) say(report.error);
+  return exit_code(plan.value->scenario, report);
+}
+
+}  // namespace sentree::cli

@@ -1,0 +1,74 @@
+#include <thread>
+
+#include "commands.h"
+#include "output.h"
+#include "sentree/runtime/remote_skill.h"
+#include "serve.h"
+
+namespace sentree::cli {
+
+int skill(const SkillCommand& command) {
+  auto scenario = load_file(command.project);
+  if (!scenario) return kInvalidInput;
+  for (const std::string& text : command.at) {
+    const auto equals = text.find('=');
+    const std::string name = text.substr(0, equals);
+    bool known = false;
+    for (runtime::ServiceEntry& service : scenario->project.services) {
+      if (equals == std::string::npos || service.name != name) continue;
+      service.at = text.substr(equals + 1);
+      known = true;
+    }
+    if (known) continue;
+    say("--at " + text + ": must be SERVICE=ADDRESS with a service of the project");
+    return kUsage;
+  }
+  auto plan = runtime::prepare_skill(scenario->project, command.leaf);
+  say(plan.diagnostics);
+  if (!plan.ok()) return kInvalidInput;
+  for (const auto& [name, service] : plan.value->services) {
+    if (service.at != "sim") continue;
+    say("service \"" + name + "\" is at: sim, which is inside another process; give its address with --at " + name +
+        "=ADDRESS");
+    return kInvalidInput;
+  }
+  const auto interface = runtime::skill_interface();
+  const auto observers = runtime::observer_interface();
+  if (!interface || !observers) {
+    say(to_string(interface ? observers.error() : interface.error()));
+    return kEnvironment;
+  }
+  const auto problem = [](const std::string& what) { say("! " + what); };
+  std::unique_ptr<runtime::Publisher> publisher = runtime::make_silent_publisher();
+  if (!command.observer.empty()) {
+    const auto address = rpc::Address::parse(command.observer);
+    if (!address) {
+      say("--observer: " + address.error().message);
+      return kUsage;
+    }
+    auto remote = runtime::make_remote_publisher(*address, *observers, command.leaf, problem);
+    if (!remote) {
+      say(to_string(remote.error()));
+      return kEnvironment;
+    }
+    publisher = std::move(*remote);
+  }
+  const auto scheduler = runtime::make_real_scheduler(command.factor);
+  runtime::SkillServerOptions options;
+  options.factor = command.factor;
+  options.seed = command.seed;
+  options.problem = problem;
+  options.log = [](const std::string& leaf, const scxml::LogLine& line) {
+    say(leaf + ": " + line.label + " " + line.text);
+  };
+  const auto service = runtime::make_skill_service(*plan.value, *interface, *publisher, *scheduler, std::move(options));
+  std::thread actors([&] {
+    if (const auto error = scheduler->run()) problem(*error);
+  });
+  const int code = serve_until_signal(command.listen, {{"skill", service}}, command.insecure);
+  scheduler->stop();
+  actors.join();
+  return code;
+}
+
+}  // namespace sentree::cli

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace sentree::cli {
+
+/// Exit codes of every command.
+inline constexpr int kOk = 0;
+inline constexpr int kFindings = 1;  ///< Findings, a failed expectation, a violated monitor.
+inline constexpr int kUsage = 2;
+inline constexpr int kInvalidInput = 3;  ///< Unreadable or invalid input.
+inline constexpr int kEnvironment = 4;   ///< Port taken, peer gone.
+inline constexpr int kTimeLimit = 124;
+inline constexpr int kInterrupted = 130;
+
+struct RunCommand {
+  std::string project = ".";
+  std::string scenario;  ///< Name in the project's scenarios/; empty: none.
+  std::optional<bool> virtual_clock;
+  std::optional<double> factor;
+  std::optional<std::uint64_t> seed;
+  std::optional<std::string> duration;
+  bool json = false;
+  bool live = false;
+  bool headless = false;
+  bool verbose = false;
+};
+int run(const RunCommand& command);
+
+struct TestCommand {
+  std::string project = ".";
+  std::vector<std::string> scenarios;  ///< Names; empty: all.
+  bool json = false;
+};
+int test(const TestCommand& command);
+
+struct CheckCommand {
+  std::string project = ".";
+  bool json = false;
+};
+int check(const CheckCommand& command);
+
+struct GraphCommand {
+  std::string file;
+  std::string format;  ///< svg, dot, mermaid or plantuml; empty: by the output's ending, else svg.
+  std::string output;  ///< Empty: standard output.
+  std::string tree;
+};
+int graph(const GraphCommand& command);
+
+struct CallCommand {
+  std::string service;  ///< A service of a running mission, or an address.
+  std::string method;
+  std::vector<std::string> arguments;  ///< name=value, or one JSON object.
+  std::string interface;               ///< FILE.thrift/SERVICE, for an address.
+  std::string run;                     ///< Process id of the run; empty: the only one.
+  std::string deadline = "1 s";
+};
+int call(const CallCommand& command);
+
+struct InitCommand {
+  std::string folder;
+};
+int init(const InitCommand& command);
+
+struct SkillCommand {
+  std::string project = ".";
+  std::string leaf;
+  std::string listen;
+  std::string observer;
+  std::vector<std::string> at;  ///< SERVICE=ADDRESS
+  double factor = 1.0;
+  std::uint64_t seed = 1;
+  bool insecure = false;
+};
+int skill(const SkillCommand& command);
+
+struct ComponentCommand {
+  std::string name;
+  std::string project;
+  std::string world;
+  std::string listen;
+  double factor = 1.0;
+  std::uint64_t seed = 1;
+  bool insecure = false;
+};
+int component(const ComponentCommand& command);
+
+struct DoctorCommand {
+  bool json = false;
+};
+int doctor(const DoctorCommand& command);
+
+}  // namespace sentree::cli

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "report.h"
+#include "sentree/runtime/run.h"
+
+namespace sentree::cli {
+
+/// The run in a terminal: map with robot, battery, tree with statuses, monitors, the last events; drawn ten times a
+/// second by a thread of its own. On a terminal that is too small it leaves out the map.
+class LiveView {
+ public:
+  explicit LiveView(const runtime::Plan& plan);
+  ~LiveView();
+  LiveView(const LiveView&) = delete;
+  LiveView& operator=(const LiveView&) = delete;
+
+  void observe(const Message& message);
+  void decided(const runtime::MonitorReport& report);
+  void note(const std::string& what);
+  /// Null ends the drawing.
+  void attach(runtime::RunView* view);
+
+ private:
+  void draw_until_done();
+  [[nodiscard]] std::string frame();
+  [[nodiscard]] std::vector<std::string> map_lines(const sim::State& state, int width, int height) const;
+  [[nodiscard]] std::vector<std::string> tree_lines() const;
+
+  const runtime::Plan& plan_;
+  Narrator narrator_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  runtime::RunView* view_ = nullptr;
+  bool done_ = false;
+  std::uint64_t tick_ = 0;
+  std::map<bt::NodeId, std::string> status_;         // present status
+  std::map<bt::NodeId, std::uint64_t> status_tick_;  // tick of its last completed status
+  std::map<bt::NodeId, std::string> last_;           // last completed status
+  std::map<std::string, std::string> verdicts_;
+  std::deque<std::string> events_;
+  std::thread thread_;
+};
+
+}  // namespace sentree::cli

@@ -1,0 +1,154 @@
+#include <CLI/CLI.hpp>
+
+#include "commands.h"
+
+namespace {
+
+using namespace sentree::cli;
+
+void add_run(CLI::App& app, RunCommand& command) {
+  auto* sub = app.add_subcommand("run", "Execute a mission");
+  sub->footer(
+      "Examples:\n"
+      "  sentree run examples/recharge --scenario recharge --clock virtual\n"
+      "  sentree run examples/recharge --scenario experiment1 --clock virtual --seed 7 --json\n"
+      "  sentree run examples/recharge --clock real --factor 8 --live\n"
+      "Exit code: 0 the mission did as expected, 1 it did not or a monitor is violated, 3 invalid project,\n"
+      "4 environment (port taken), 124 time limit, 130 interrupted.");
+  sub->add_option("project", command.project, "Folder with a sentree.yaml, or a scenario file")->capture_default_str();
+  sub->add_option("--scenario", command.scenario, "Name of a file in the project's scenarios/");
+  sub->add_option_function<std::string>(
+         "--clock", [&](const std::string& clock) { command.virtual_clock = clock == "virtual"; },
+         "virtual: as fast as the machine allows, the same every time; real")
+      ->check(CLI::IsMember({"virtual", "real"}));
+  sub->add_option("--factor", command.factor, "Run seconds per wall second, with the real clock")
+      ->check(CLI::Range(0.01, 1000.0));
+  sub->add_option("--seed", command.seed, "Of all that is random; same seed, same run in virtual time");
+  sub->add_option("--duration", command.duration, "Time limit of the run, e.g. 90 s");
+  sub->add_flag("--live", command.live, "Show map, tree and monitors in the terminal");
+  sub->add_flag("--headless", command.headless, "Print the log and the summary (default)");
+  sub->add_flag("--verbose,-v", command.verbose, "Print every observation");
+  sub->add_flag("--json", command.json, "Print the report as JSON, with the witness of every verdict");
+}
+
+void add_test(CLI::App& app, TestCommand& command) {
+  auto* sub = app.add_subcommand("test", "Run scenarios and say which expectations held");
+  sub->footer(
+      "Examples:\n  sentree test examples/recharge\n  sentree test examples/recharge --scenario experiment1 --json");
+  sub->add_option("project", command.project, "Folder with a sentree.yaml")->capture_default_str();
+  sub->add_option("--scenario", command.scenarios, "Only these");
+  sub->add_flag("--json", command.json, "Print the results as JSON");
+}
+
+void add_check(CLI::App& app, CheckCommand& command) {
+  auto* sub = app.add_subcommand("check", "Find everything that is wrong with a project without running it");
+  sub->footer("Example:\n  sentree check examples/recharge\nExit code: 0 nothing, 1 warnings, 3 errors.");
+  sub->add_option("project", command.project, "Folder with a sentree.yaml")->capture_default_str();
+  sub->add_flag("--json", command.json, "Print the findings as JSON");
+}
+
+void add_graph(CLI::App& app, GraphCommand& command) {
+  auto* sub = app.add_subcommand("graph", "Draw a tree or a state chart");
+  sub->footer(
+      "Examples:\n"
+      "  sentree graph examples/recharge -o mission.svg\n"
+      "  sentree graph examples/recharge/skills/GoToLocation.scxml --to mermaid");
+  sub->add_option("file", command.file, "Tree (.xml), state chart (.scxml) or project")->required();
+  sub->add_option("--to", command.format, "Default: by the ending of the output, else svg")
+      ->check(CLI::IsMember({"svg", "dot", "mermaid", "plantuml"}));
+  sub->add_option("--output,-o", command.output, "Default: standard output");
+  sub->add_option("--tree", command.tree, "Which BehaviorTree of the file");
+}
+
+void add_call(CLI::App& app, CallCommand& command) {
+  auto* sub = app.add_subcommand("call", "Call a service of a running mission, or of any address");
+  sub->footer(
+      "Examples:\n"
+      "  sentree call                                          what the running mission offers\n"
+      "  sentree call battery getBatteryState\n"
+      "  sentree call simulation setBatteryCharge percent=10   experiment 1, by hand\n"
+      "  sentree call tcp://127.0.0.1:9090/battery getBatteryState --interface robot.thrift/Battery");
+  sub->add_option("service", command.service, "Name in the running mission, or an address");
+  sub->add_option("method", command.method);
+  sub->add_option("arguments", command.arguments, "name=value …, or one JSON object");
+  sub->add_option("--interface", command.interface, "FILE.thrift/SERVICE, when calling an address");
+  sub->add_option("--run", command.run, "Process id of the run, where several run");
+  sub->add_option("--deadline", command.deadline)->capture_default_str();
+}
+
+void add_init(CLI::App& app, InitCommand& command) {
+  auto* sub = app.add_subcommand("init", "Start a new project: small, and it runs");
+  sub->footer("Example:\n  sentree init my_robot && sentree run my_robot --clock virtual");
+  sub->add_option("folder", command.folder)->required();
+}
+
+void add_skill(CLI::App& app, SkillCommand& command) {
+  auto* sub = app.add_subcommand("skill", "Run one skill in a process of its own");
+  sub->footer(
+      "Example:\n"
+      "  sentree skill examples/recharge GoToLocation --listen unix:/tmp/goto.sock --at "
+      "navigation=tcp://127.0.0.1:9090");
+  sub->add_option("project", command.project)->required();
+  sub->add_option("leaf", command.leaf, "ID or name of the leaves that it runs")->required();
+  sub->add_option("--listen", command.listen, "unix:PATH, tcp://HOST:PORT (port 0: any)")->required();
+  sub->add_option("--observer", command.observer, "Where the run listens for what is observed here");
+  sub->add_option("--at", command.at, "SERVICE=ADDRESS, instead of what sentree.yaml says");
+  sub->add_option("--factor", command.factor, "Run seconds per wall second")->check(CLI::Range(0.01, 1000.0));
+  sub->add_option("--seed", command.seed);
+  sub->add_flag("--insecure", command.insecure, "Allow other machines to connect without TLS");
+}
+
+void add_component(CLI::App& app, ComponentCommand& command) {
+  auto* sub = app.add_subcommand("component", "Serve a component from a process of its own");
+  sub->footer(
+      "Example:\n  sentree component sim --world examples/recharge/world/world.yaml --listen tcp://127.0.0.1:9090");
+  sub->add_option("name", command.name, "sim: the simulated robot")->required();
+  sub->add_option("--project", command.project, "Project or scenario whose simulated services to serve");
+  sub->add_option("--world", command.world, "World file; all services are served");
+  sub->add_option("--listen", command.listen, "unix:PATH, tcp://HOST:PORT (port 0: any)")->required();
+  sub->add_option("--factor", command.factor, "Run seconds per wall second")->check(CLI::Range(0.01, 1000.0));
+  sub->add_option("--seed", command.seed);
+  sub->add_flag("--insecure", command.insecure, "Allow other machines to connect without TLS");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Sentree: design, execute, monitor and verify robot behaviours", "sentree"};
+  app.set_version_flag("--version", SENTREE_VERSION);
+  app.require_subcommand(1);
+  RunCommand run_command;
+  TestCommand test_command;
+  CheckCommand check_command;
+  GraphCommand graph_command;
+  CallCommand call_command;
+  InitCommand init_command;
+  SkillCommand skill_command;
+  ComponentCommand component_command;
+  DoctorCommand doctor_command;
+  add_init(app, init_command);
+  add_check(app, check_command);
+  add_run(app, run_command);
+  add_test(app, test_command);
+  add_graph(app, graph_command);
+  add_call(app, call_command);
+  add_skill(app, skill_command);
+  add_component(app, component_command);
+  app.add_subcommand("doctor", "Say whether this machine has what Sentree needs")
+      ->add_flag("--json", doctor_command.json);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    // Help and version are answers, not errors.
+    return app.exit(error) == 0 ? kOk : kUsage;
+  }
+  if (app.got_subcommand("init")) return init(init_command);
+  if (app.got_subcommand("check")) return check(check_command);
+  if (app.got_subcommand("run")) return run(run_command);
+  if (app.got_subcommand("test")) return test(test_command);
+  if (app.got_subcommand("graph")) return graph(graph_command);
+  if (app.got_subcommand("call")) return call(call_command);
+  if (app.got_subcommand("skill")) return skill(skill_command);
+  if (app.got_subcommand("component")) return component(component_command);
+  return doctor(doctor_command);
+}

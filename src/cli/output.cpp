@@ -1,0 +1,65 @@
+#include "output.h"
+
+#include <cstdio>
+
+namespace sentree::cli {
+
+void print(const std::string& text) {
+  std::fwrite(text.data(), 1, text.size(), stdout);
+  std::fflush(stdout);
+}
+
+void say(const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); }
+
+void say(const Diagnostics& diagnostics) {
+  for (const Diagnostic& diagnostic : diagnostics) say(to_string(diagnostic));
+}
+
+Value to_value(const Diagnostic& diagnostic) {
+  return Map{{"severity", to_string(diagnostic.severity)},
+             {"code", diagnostic.code},
+             {"file", diagnostic.span.file},
+             {"line", diagnostic.span.line},
+             {"column", diagnostic.span.column},
+             {"message", diagnostic.message}};
+}
+
+Value to_value(const Diagnostics& diagnostics) {
+  List list;
+  for (const Diagnostic& diagnostic : diagnostics) list.push_back(to_value(diagnostic));
+  return list;
+}
+
+std::optional<runtime::Scenario> load(const std::string& project, const std::string& scenario) {
+  if (scenario.empty()) return load_file(project);
+  auto loaded_project = runtime::load_project(project);
+  if (!loaded_project.ok()) {
+    say(loaded_project.diagnostics);
+    return std::nullopt;
+  }
+  std::vector<std::string> names;
+  for (const auto& file : runtime::scenario_files(*loaded_project.value)) {
+    names.push_back(file.stem().string());
+    if (names.back() == scenario) return load_file(file.string());
+  }
+  say(loaded_project.value->file + ": the project has no scenario \"" + scenario + "\"" +
+      did_you_mean(scenario, names));
+  return std::nullopt;
+}
+
+std::optional<runtime::Scenario> load_file(const std::string& path) {
+  std::error_code error;
+  const std::filesystem::path file(path);
+  if (std::filesystem::is_directory(file, error) || file.filename() == "sentree.yaml" ||
+      !std::filesystem::exists(file, error)) {
+    auto project = runtime::load_project(file);
+    say(project.diagnostics);
+    if (!project.ok()) return std::nullopt;
+    return runtime::plain_scenario(std::move(*project.value));
+  }
+  auto scenario = runtime::load_scenario(file);
+  say(scenario.diagnostics);
+  return std::move(scenario.value);
+}
+
+}  // namespace sentree::cli

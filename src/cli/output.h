@@ -1,0 +1,28 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "sentree/base/diagnostic.h"
+#include "sentree/base/value.h"
+#include "sentree/runtime/project.h"
+
+namespace sentree::cli {
+
+/// Data for programs and people who asked for it: standard output.
+void print(const std::string& text);
+/// Messages: standard error.
+void say(const std::string& text);
+void say(const Diagnostics& diagnostics);
+
+[[nodiscard]] Value to_value(const Diagnostic& diagnostic);
+[[nodiscard]] Value to_value(const Diagnostics& diagnostics);
+
+/// A scenario by its name in the project, or the plain project. Says what is wrong on standard error.
+[[nodiscard]] std::optional<runtime::Scenario> load(const std::string& project, const std::string& scenario);
+
+/// A scenario file, or a project (a folder or its sentree.yaml) as a plain scenario.
+[[nodiscard]] std::optional<runtime::Scenario> load_file(const std::string& path);
+
+}  // namespace sentree::cli

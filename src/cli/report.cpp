@@ -1,0 +1,178 @@
+#include "report.h"
+
+#include <fmt/format.h>
+
+namespace sentree::cli {
+
+namespace {
+
+Value to_value(const Message& message) {
+  Map map{{"time", seconds(message.time)},
+          {"tick", static_cast<std::int64_t>(message.tick)},
+          {"name", message.name},
+          {"source", message.source}};
+  if (!message.target.empty()) map["target"] = message.target;
+  map["sequence"] = static_cast<std::int64_t>(message.sequence);
+  map["data"] = message.data;
+  return map;
+}
+
+double milliseconds(Duration duration) { return seconds(duration) * 1e3; }
+
+// The part of an observation's data that says most, short.
+std::string brief(const Message& message) {
+  const Value* shown = message.data.find("result");
+  if (shown == nullptr) shown = message.data.find("status");
+  if (shown == nullptr && message.kind == MessageKind::kError) shown = message.data.find("message");
+  if (shown == nullptr) shown = message.data.find("args");
+  if (shown == nullptr) shown = message.data.find("inputs");
+  if (shown == nullptr || shown->is_null()) return {};
+  if (const Map* map = shown->as_map(); map != nullptr && map->empty()) return {};
+  std::string text = shown->as_string() != nullptr ? *shown->as_string() : to_json(*shown);
+  constexpr std::size_t kBriefMax = 160;
+  if (text.size() > kBriefMax) text = text.substr(0, kBriefMax) + "…";
+  return text;
+}
+
+}  // namespace
+
+std::string time_column(TimePoint time) { return fmt::format("{:>8.3f} s", seconds(time)); }
+
+std::string line(const Message& message) {
+  std::string text = time_column(message.time) + "  " + message.name;
+  if (message.kind != MessageKind::kEvent)
+    text += "  " + message.source + " → " + message.target;
+  else if (message.name == "node.status")
+    text += "  " + message.source;
+  if (message.name == "node.status") text += "  " + std::string(message.data.find("to")->text());
+  const std::string detail = brief(message);
+  if (!detail.empty()) text += "  " + detail;
+  return text;
+}
+
+std::string Narrator::tell(const Message& message) {
+  const auto say_line = [&](const std::string& what) { return time_column(message.time) + "  " + what; };
+  if (message.name == "scenario.injection") {
+    const Value* args = message.data.find("args");
+    return say_line("scenario: " + std::string(message.data.find("what")->text()) +
+                    (args != nullptr ? " " + to_json(*args) : ""));
+  }
+  if (message.name == "mission.status") return say_line("mission: " + std::string(message.data.find("status")->text()));
+  if (message.name.ends_with(".log")) {
+    return say_line(message.source + ": " + std::string(message.data.find("label")->text()) + " " +
+                    std::string(message.data.find("text")->text()));
+  }
+  if (message.name.ends_with(".halt.reply")) {
+    last_.erase(message.source);
+    return say_line(message.source + ": halted");
+  }
+  if (message.name.ends_with(".tick.error"))
+    return say_line(message.source + ": " + std::string(message.data.find("message")->text()));
+  if (!message.name.ends_with(".tick.reply")) return {};
+  const std::string status(message.data.find("status")->text());
+  std::string& last = last_[message.source];
+  if (last == status) return {};
+  last = status;
+  std::string text = message.source + ": " + status;
+  if (const Value* outputs = message.data.find("outputs"); outputs != nullptr && !outputs->as_map()->empty())
+    text += " " + to_json(*outputs);
+  return say_line(text);
+}
+
+std::string story(const runtime::MonitorReport& report) {
+  const auto& decision = *report.decision;
+  std::string text = fmt::format(
+      "{}  {} {} at {:.3f} s{}\n", decision.verdict == monitor::Verdict::kViolated ? "✗" : "✓", report.name,
+      to_string(report.verdict), seconds(decision.at), decision.deciding ? "" : ", in silence: a deadline passed");
+  text += decision.witness_complete ? "   The observations that led there, none of which can be left out:\n"
+                                    : "   The last observations before it (the earlier ones are no longer known):\n";
+  constexpr std::size_t kShownMax = 40;
+  for (std::size_t i = 0; i < decision.witness.size(); ++i) {
+    if (i == kShownMax) {
+      text += fmt::format("   … and {} more (--json has all)\n", decision.witness.size() - kShownMax);
+      break;
+    }
+    text += "   " + line(decision.witness[i]) + "\n";
+  }
+  return text;
+}
+
+Value to_value(const runtime::RunReport& report) {
+  Map map{{"scenario", report.scenario},
+          {"ok", report.unmet.empty()},
+          {"clock", report.virtual_time ? "virtual" : "real"},
+          {"seed", static_cast<std::int64_t>(report.seed)},
+          {"mission", to_string(report.mission)}};
+  if (!report.reason.empty()) map["reason"] = report.reason;
+  map["time"] = seconds(report.ended);
+  map["ticks"] = static_cast<std::int64_t>(report.timing.ticks);
+  map["observations"] = static_cast<std::int64_t>(report.observations);
+  if (report.timed_out) map["timed_out"] = true;
+  if (report.interrupted) map["interrupted"] = true;
+  List monitors;
+  for (const runtime::MonitorReport& monitor : report.monitors) {
+    Map entry{{"monitor", monitor.name}, {"verdict", to_string(monitor.verdict)}};
+    if (monitor.decision) {
+      entry["time"] = seconds(monitor.decision->at);
+      entry["state"] = monitor.decision->state;
+      if (monitor.decision->deciding) entry["deciding"] = to_value(*monitor.decision->deciding);
+      List witness;
+      for (const Message& message : monitor.decision->witness) witness.push_back(to_value(message));
+      entry["witness"] = std::move(witness);
+      if (!monitor.decision->witness_complete) entry["witness_complete"] = false;
+    }
+    if (!monitor.failure.empty()) entry["failure"] = monitor.failure;
+    monitors.push_back(std::move(entry));
+  }
+  map["monitors"] = std::move(monitors);
+  if (!report.virtual_time) {
+    const runtime::TickTiming& timing = report.timing;
+    map["timing"] = Map{{"missed", static_cast<std::int64_t>(timing.missed)},
+                        {"late_median_ms", milliseconds(timing.late_median)},
+                        {"late_p99_ms", milliseconds(timing.late_p99)},
+                        {"late_max_ms", milliseconds(timing.late_max)},
+                        {"tick_median_ms", milliseconds(timing.tick_median)}};
+    List processes;
+    for (const runtime::ProcessReport& process : report.processes)
+      processes.push_back(Map{{"name", process.name}, {"pid", process.pid}});
+    map["processes"] = std::move(processes);
+  }
+  if (!report.problems.empty()) {
+    List problems;
+    for (const std::string& problem : report.problems) problems.push_back(problem);
+    map["problems"] = std::move(problems);
+  }
+  if (!report.error.empty()) map["error"] = report.error;
+  List unmet;
+  for (const std::string& sentence : report.unmet) unmet.push_back(sentence);
+  map["unmet"] = std::move(unmet);
+  return map;
+}
+
+std::string summary(const runtime::RunReport& report) {
+  std::string text = fmt::format(
+      "\n{}: mission {}{} after {:.1f} s, {} ticks, {} observations\n", report.scenario, to_string(report.mission),
+      report.reason.empty() || report.mission != bt::Status::kFailure ? "" : " (" + report.reason + ")",
+      seconds(report.ended), report.timing.ticks, report.observations);
+  if (report.timed_out) text += "  ended by its time limit\n";
+  if (report.interrupted) text += "  interrupted\n";
+  for (const runtime::MonitorReport& monitor : report.monitors) {
+    const char* mark = monitor.verdict == monitor::Verdict::kViolated    ? "✗"
+                       : monitor.verdict == monitor::Verdict::kSatisfied ? "✓"
+                                                                         : "·";
+    text += fmt::format("  {} monitor {}: {}{}\n", mark, monitor.name, to_string(monitor.verdict),
+                        monitor.decision ? fmt::format(" at {:.3f} s", seconds(monitor.decision->at)) : std::string());
+  }
+  if (!report.virtual_time) {
+    text += fmt::format(
+        "  ticks began late by {:.2f} ms (median), {:.2f} ms (99 %), {:.2f} ms (most); {} periods missed; a tick took "
+        "{:.2f} ms (median)\n",
+        milliseconds(report.timing.late_median), milliseconds(report.timing.late_p99),
+        milliseconds(report.timing.late_max), report.timing.missed, milliseconds(report.timing.tick_median));
+  }
+  for (const std::string& problem : report.problems) text += "  ! " + problem + "\n";
+  for (const std::string& sentence : report.unmet) text += "  ✗ " + sentence + "\n";
+  return text;
+}
+
+}  // namespace sentree::cli

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "sentree/base/value.h"
+#include "sentree/runtime/run.h"
+
+namespace sentree::cli {
+
+/// The whole report as data. In virtual time it depends on project, scenario and seed only.
+[[nodiscard]] Value to_value(const runtime::RunReport& report);
+
+/// The report as a few lines for people.
+[[nodiscard]] std::string summary(const runtime::RunReport& report);
+
+/// A decision as a short story: what was required, what was seen, when.
+[[nodiscard]] std::string story(const runtime::MonitorReport& report);
+
+/// One observation on one line.
+[[nodiscard]] std::string line(const Message& message);
+
+/// "123.400 s", right-aligned in ten characters.
+[[nodiscard]] std::string time_column(TimePoint time);
+
+/// Picks the observations that tell the story of a run: what leaves begin, how they end, when a condition changes, what
+/// the scenario does. Empty text: nothing new.
+class Narrator {
+ public:
+  [[nodiscard]] std::string tell(const Message& message);
+
+ private:
+  std::map<std::string, std::string> last_;  // status by leaf
+};
+
+}  // namespace sentree::cli

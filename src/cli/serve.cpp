@@ -1,0 +1,38 @@
+#include "serve.h"
+
+#include <pthread.h>
+#include <signal.h>
+
+#include "commands.h"
+#include "output.h"
+
+namespace sentree::cli {
+
+int serve_until_signal(const std::string& listen, std::vector<rpc::NamedService> services, bool insecure) {
+  const auto address = rpc::Address::parse(listen);
+  if (!address) {
+    say("--listen: " + address.error().message);
+    return kUsage;
+  }
+  // Blocked before the server's threads begin, so that they inherit it.
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  rpc::ServerOptions options;
+  options.insecure = insecure;
+  options.on_peer_error = [](const std::string& message) { say(message); };
+  auto server = rpc::Server::start(*address, std::move(services), std::move(options));
+  if (!server) {
+    say(to_string(server.error()));
+    return kEnvironment;
+  }
+  print("listening on " + to_string((*server)->address()) + "\n");
+  int signal = 0;
+  sigwait(&signals, &signal);
+  (*server)->stop();
+  return kOk;
+}
+
+}  // namespace sentree::cli

@@ -1,0 +1,238 @@
+#include "sentree/monitor/monitor.h"
+
+#include <algorithm>
+#include <charconv>
+#include <variant>
+
+#include "sentree/monitor/model.h"
+#include "sentree/scxml/step.h"
+
+namespace sentree::monitor {
+
+namespace {
+
+// Catches the entry of a deciding state, also of one that the same macrostep leaves again.
+class EntryWatch final : public scxml::Observer {
+ public:
+  explicit EntryWatch(const Model::Parts& parts) : parts_(parts) {}
+
+  void entered(const scxml::Chart& chart, std::string_view, scxml::StateIndex state) override {
+    if (verdict != Verdict::kUndecided || !(chart == parts_.spec.chart)) return;
+    const scxml::State& entered_state = chart.states()[state];
+    if (std::find(parts_.violated.begin(), parts_.violated.end(), state) != parts_.violated.end()) {
+      verdict = Verdict::kViolated;
+    } else if (entered_state.kind == scxml::StateKind::kFinal && entered_state.parent == 0) {
+      if (entered_state.id == "violated") verdict = Verdict::kViolated;
+      if (entered_state.id == "satisfied") verdict = Verdict::kSatisfied;
+    }
+    if (verdict != Verdict::kUndecided) state_id = entered_state.id;
+  }
+
+  Verdict verdict = Verdict::kUndecided;
+  std::string state_id;
+
+ private:
+  const Model::Parts& parts_;
+};
+
+struct Stepped {
+  Verdict verdict = Verdict::kUndecided;
+  std::string state;
+};
+
+// What the chart's step did, and whether it had to be given up.
+Stepped judge(State& state, const EntryWatch& watch) {
+  if (state.session.status() == scxml::SessionStatus::kFailed) state.failure = state.session.failure();
+  return {watch.verdict, watch.state_id};
+}
+
+scxml::Host host_with(EntryWatch& watch) {
+  scxml::Host host;
+  host.observer = &watch;
+  return host;
+}
+
+Stepped fire_timers(const Model& model, State& state, TimePoint up_to) {
+  const Model::Parts& parts = Access::parts(model);
+  EntryWatch watch(parts);
+  const scxml::Host host = host_with(watch);
+  scxml::Effects effects;
+  // One instant at a time: what a timer sends without delay is due at the instant of that timer.
+  while (state.session.running() && state.session.next_timer() <= up_to && watch.verdict == Verdict::kUndecided) {
+    scxml::step_timers(parts.spec.chart, state.session, state.session.next_timer(), effects, host);
+    effects.clear();
+  }
+  return judge(state, watch);
+}
+
+Stepped deliver(const Model& model, State& state, std::string name, Value data, TimePoint time) {
+  const Model::Parts& parts = Access::parts(model);
+  EntryWatch watch(parts);
+  const scxml::Host host = host_with(watch);
+  scxml::Effects effects;
+  scxml::Event event;
+  event.name = std::move(name);
+  event.data = std::move(data);
+  scxml::step(parts.spec.chart, state.session, event, time, effects, host);
+  return judge(state, watch);
+}
+
+scxml::Host renaming_host() {
+  scxml::Host host;
+  host.processors.push_back({"rename", ""});
+  return host;
+}
+
+Stepped deliver_renamed(const Model& model, State& state, const Message& message) {
+  const Model::Parts& parts = Access::parts(model);
+  const scxml::Host host = renaming_host();
+  Stepped stepped;
+  for (std::size_t i = 0; i < parts.spec.renames.size() && stepped.verdict == Verdict::kUndecided; ++i) {
+    if (parts.spec.renames[i].on != message.name) continue;
+    scxml::Effects effects;
+    scxml::Event event;
+    event.name = "rename" + std::to_string(i);
+    event.data = event_data(message);
+    scxml::step(*parts.renaming, state.renaming, event, message.time, effects, host);
+    for (scxml::Effect& effect : effects) {
+      if (auto* send = std::get_if<scxml::OutgoingSend>(&effect)) {
+        stepped = deliver(model, state, parts.spec.renames[i].event, send->data.value_or(Value(Map())), message.time);
+      }
+    }
+  }
+  return stepped;
+}
+
+// Timers before the message, then the message itself; the history stays.
+Stepped feed(const Model& model, State& state, const Message& message) {
+  Stepped stepped = fire_timers(model, state, message.time - Duration(1));
+  if (stepped.verdict != Verdict::kUndecided || !state.session.running()) return stepped;
+  if (Access::parts(model).renaming) return deliver_renamed(model, state, message);
+  return deliver(model, state, message.name, event_data(message), message.time);
+}
+
+void remember(State& state, const Message& message) {
+  if (state.history.size() >= kHistoryMax) {
+    state.history.erase(state.history.begin(), state.history.begin() + kHistoryMax / 2);
+    state.history_complete = false;
+  }
+  state.history.push_back(message);
+}
+
+Decision decide(const Model& model, State& state, const Stepped& stepped, TimePoint at, const Message* deciding) {
+  Decision decision{.verdict = stepped.verdict, .at = at, .state = stepped.state, .deciding = {}, .witness = {}};
+  if (deciding != nullptr) decision.deciding = *deciding;
+  decision.witness_complete = state.history_complete;
+  decision.witness = minimal_witness(model, state, decision);
+  state.verdict = stepped.verdict;
+  state.history.clear();
+  return decision;
+}
+
+State begin(const Model& model, TimePoint now) {
+  const Model::Parts& parts = Access::parts(model);
+  State state;
+  scxml::Effects effects;
+  scxml::start(parts.spec.chart, state.session, {.data = {}, .session_id = parts.spec.name}, now, effects);
+  if (parts.renaming) {
+    scxml::start(*parts.renaming, state.renaming, {.data = {}, .session_id = "renaming"}, now, effects,
+                 renaming_host());
+  }
+  if (state.session.status() == scxml::SessionStatus::kFailed) state.failure = state.session.failure();
+  state.started = now;
+  return state;
+}
+
+using Selection = std::vector<const Message*>;
+
+// Whether a fresh replay of `messages` decides as `decision` did, and not before its last message.
+bool decides_alike(const Model& model, TimePoint started, const Selection& messages, const Decision& decision) {
+  State replay = begin(model, started);
+  for (std::size_t i = 0; i < messages.size(); ++i) {
+    const Stepped stepped = feed(model, replay, *messages[i]);
+    if (stepped.verdict == Verdict::kUndecided) continue;
+    return stepped.verdict == decision.verdict && stepped.state == decision.state && i + 1 == messages.size() &&
+           messages[i]->time == decision.at;
+  }
+  if (decision.deciding) return false;
+  if (fire_timers(model, replay, decision.at - Duration(1)).verdict != Verdict::kUndecided) return false;
+  const Stepped stepped = fire_timers(model, replay, decision.at);
+  return stepped.verdict == decision.verdict && stepped.state == decision.state;
+}
+
+}  // namespace
+
+State start(const Model& model, TimePoint now) {
+  State state = begin(model, now);
+  state.initial = state.session;
+  return state;
+}
+
+TimePoint next_timer(const State& state) {
+  return state.verdict == Verdict::kUndecided && state.session.running() ? state.session.next_timer() : kNever;
+}
+
+std::optional<Decision> observe(const Model& model, State& state, const Message& message) {
+  if (state.verdict != Verdict::kUndecided || !state.session.running() || !model.listens_to(message.name))
+    return std::nullopt;
+  if (state.session.next_timer() < message.time) {
+    if (auto decision = advance(model, state, message.time - Duration(1))) return decision;
+  }
+  remember(state, message);
+  const Stepped stepped = feed(model, state, message);
+  if (stepped.verdict != Verdict::kUndecided) return decide(model, state, stepped, message.time, &message);
+  // Back at the beginning, what was observed so far can no longer matter.
+  if (state.session.configuration() == state.initial.configuration() && state.session == state.initial) {
+    state.history.clear();
+    state.history_complete = true;
+  }
+  return std::nullopt;
+}
+
+std::optional<Decision> advance(const Model& model, State& state, TimePoint now) {
+  while (state.verdict == Verdict::kUndecided && state.session.running() && state.session.next_timer() <= now) {
+    const TimePoint due = state.session.next_timer();
+    const Stepped stepped = fire_timers(model, state, due);
+    if (stepped.verdict != Verdict::kUndecided) return decide(model, state, stepped, due, nullptr);
+  }
+  return std::nullopt;
+}
+
+bool would_violate(const Model& model, const State& state, const Message& message) {
+  if (state.verdict == Verdict::kViolated) return true;
+  if (!state.session.running() || !model.listens_to(message.name)) return false;
+  State copy;
+  copy.session = state.session;
+  copy.renaming = state.renaming;
+  return feed(model, copy, message).verdict == Verdict::kViolated;
+}
+
+std::vector<Message> minimal_witness(const Model& model, const State& state, const Decision& decision) {
+  if (!state.history_complete) return state.history;
+  Selection kept;
+  for (const Message& message : state.history) kept.push_back(&message);
+  // Delta debugging (Zeller and Hildebrandt 2002), removal of chunks only: ends when no single one can go.
+  std::size_t chunk = std::max<std::size_t>(kept.size() / 2, 1);
+  while (!kept.empty()) {
+    bool removed = false;
+    for (std::size_t begin = 0; begin < kept.size();) {
+      const auto from = kept.begin() + static_cast<std::ptrdiff_t>(begin);
+      const auto to = kept.begin() + static_cast<std::ptrdiff_t>(std::min(begin + chunk, kept.size()));
+      Selection shorter(kept.begin(), from);
+      shorter.insert(shorter.end(), to, kept.end());
+      if (decides_alike(model, state.started, shorter, decision)) {
+        kept = std::move(shorter);
+        removed = true;
+      } else {
+        begin += chunk;
+      }
+    }
+    if (chunk == 1 && !removed) break;
+    if (chunk > 1) chunk /= 2;
+  }
+  std::vector<Message> witness;
+  for (const Message* message : kept) witness.push_back(*message);
+  return witness;
+}
+
+}  // namespace sentree::monitor

@@ -1,0 +1,220 @@
+#include "sentree/monitor/monitor.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sentree/base/rng.h"
+#include "sentree/scxml/step.h"
+
+namespace sentree::monitor {
+namespace {
+
+using std::chrono::milliseconds;
+using testing::ElementsAre;
+
+scxml::Chart chart(const std::string& states) {
+  auto loaded = scxml::load(
+      "<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0' datamodel='ecmascript'>" + states + "</scxml>",
+      "m.scxml");
+  EXPECT_TRUE(loaded.ok()) << (loaded.ok() ? "" : to_string(loaded.diagnostics.front()));
+  return *loaded.value;
+}
+
+Model model(const std::string& states, std::vector<std::string> violated = {}, std::vector<Rename> renames = {}) {
+  auto made = Model::make({.name = "m",
+                           .chart = chart(states),
+                           .violated = std::move(violated),
+                           .renames = std::move(renames),
+                           .span = {}});
+  EXPECT_TRUE(made.ok()) << (made.ok() ? "" : to_string(made.diagnostics.front()));
+  return *made.value;
+}
+
+Message message(const std::string& name, int ms, Value data = Map()) {
+  Message m;
+  m.name = name;
+  m.time = TimePoint(milliseconds(ms));
+  m.sequence = static_cast<std::uint64_t>(ms) + 1;
+  m.data = std::move(data);
+  return m;
+}
+
+std::vector<std::string> names(const std::vector<Message>& messages) {
+  std::vector<std::string> all;
+  for (const Message& m : messages)
+    all.push_back(m.name + "@" + std::to_string(m.time.time_since_epoch() / milliseconds(1)));
+  return all;
+}
+
+constexpr const char* kLevel =
+    "<state id='ok'><transition event='level' cond='_event.data.value &lt; 20' target='bad'/></state><state id='bad'/>";
+
+TEST(Monitor, DecidesOnceAtTheEntryOfABadState) {
+  const Model m = model(kLevel, {"bad"});
+  State state = start(m, TimePoint{});
+  EXPECT_FALSE(observe(m, state, message("level", 1, Map{{"value", 20}})));
+  const auto decision = observe(m, state, message("level", 2, Map{{"value", 19}}));
+  ASSERT_TRUE(decision);
+  EXPECT_EQ(decision->verdict, Verdict::kViolated);
+  EXPECT_EQ(decision->state, "bad");
+  EXPECT_EQ(decision->deciding->time, TimePoint(milliseconds(2)));
+  EXPECT_FALSE(observe(m, state, message("level", 3, Map{{"value", 1}})));
+}
+
+TEST(Monitor, SeesABadStateThatIsLeftAtOnce) {
+  const Model m = model(
+      "<state id='ok'><transition event='e' target='bad'/></state><state id='bad'><transition target='ok'/></state>",
+      {"bad"});
+  State state = start(m, TimePoint{});
+  EXPECT_TRUE(observe(m, state, message("e", 1)));
+}
+
+TEST(Monitor, FinalStatesNameTheirVerdict) {
+  const Model m = model(
+      "<state id='a'><transition event='good' target='satisfied'/><transition event='bad' target='violated'/></state>"
+      "<final id='satisfied'/><final id='violated'/>");
+  State good = start(m, TimePoint{});
+  State bad = good;
+  EXPECT_EQ(observe(m, good, message("good", 1))->verdict, Verdict::kSatisfied);
+  EXPECT_EQ(observe(m, bad, message("bad", 1))->verdict, Verdict::kViolated);
+}
+
+constexpr const char* kDeadline =
+    "<state id='idle'><transition event='ask' target='owing'/></state>"
+    "<state id='owing'><onentry><send event='late' id='t' delay='100ms'/></onentry><onexit><cancel "
+    "sendid='t'/></onexit>"
+    "<transition event='answer' target='idle'/><transition event='late' target='bad'/></state><state id='bad'/>";
+
+TEST(Monitor, AnObservationWinsOverATimerAtTheSameInstant) {
+  const Model m = model(kDeadline, {"bad"});
+  State state = start(m, TimePoint{});
+  observe(m, state, message("ask", 10));
+  EXPECT_FALSE(observe(m, state, message("answer", 110)));
+  observe(m, state, message("ask", 200));
+  const auto decision = observe(m, state, message("answer", 301));
+  ASSERT_TRUE(decision);
+  EXPECT_EQ(decision->at, TimePoint(milliseconds(300)));
+  EXPECT_FALSE(decision->deciding);
+}
+
+TEST(Monitor, NoticesSilence) {
+  const Model m = model(kDeadline, {"bad"});
+  State state = start(m, TimePoint{});
+  observe(m, state, message("ask", 10));
+  EXPECT_EQ(next_timer(state), TimePoint(milliseconds(110)));
+  EXPECT_FALSE(advance(m, state, TimePoint(milliseconds(109))));
+  const auto decision = advance(m, state, TimePoint(milliseconds(500)));
+  ASSERT_TRUE(decision);
+  EXPECT_EQ(decision->at, TimePoint(milliseconds(110)));
+  EXPECT_THAT(names(decision->witness), ElementsAre("ask@10"));
+}
+
+constexpr const char* kAfterArmed =
+    "<datamodel><data id='armed' expr='0'/><data id='seen' expr='0'/></datamodel>"
+    "<state id='s'><transition event='arm'><assign location='armed' expr='1'/></transition>"
+    "<transition event='disarm'><assign location='armed' expr='0'/></transition>"
+    "<transition event='other'><assign location='seen' expr='seen + 1'/></transition>"
+    "<transition event='shot' cond='armed === 1' target='bad'/></state><state id='bad'/>";
+
+TEST(Witness, KeepsOnlyWhatIsNeeded) {
+  const Model m = model(kAfterArmed, {"bad"});
+  State state = start(m, TimePoint{});
+  int ms = 0;
+  for (int i = 0; i < 50; ++i) observe(m, state, message("other", ++ms));
+  observe(m, state, message("arm", ++ms));
+  observe(m, state, message("disarm", ++ms));
+  observe(m, state, message("arm", ++ms));
+  for (int i = 0; i < 50; ++i) observe(m, state, message("other", ++ms));
+  const auto decision = observe(m, state, message("shot", ++ms));
+  ASSERT_TRUE(decision);
+  EXPECT_EQ(decision->witness.size(), 2U);
+  EXPECT_EQ(decision->witness[0].name, "arm");
+  EXPECT_EQ(decision->witness[1].name, "shot");
+}
+
+TEST(Witness, ReplayedAloneDecidesAlikeAndIsMinimal) {
+  const Model m = model(kAfterArmed, {"bad"});
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Rng rng(seed);
+    State state = start(m, TimePoint{});
+    std::optional<Decision> decision;
+    for (int ms = 1; ms < 200 && !decision; ++ms) {
+      constexpr const char* kNames[] = {"other", "arm", "disarm", "shot"};
+      decision = observe(m, state, message(kNames[rng.below(4)], ms));
+    }
+    ASSERT_TRUE(decision);
+    const auto replay = [&](std::size_t without) {
+      State again = start(m, TimePoint{});
+      std::optional<Decision> found;
+      for (std::size_t i = 0; i < decision->witness.size(); ++i) {
+        if (i != without && !found) found = observe(m, again, decision->witness[i]);
+      }
+      return found;
+    };
+    const auto same = replay(decision->witness.size());
+    ASSERT_TRUE(same);
+    EXPECT_EQ(same->at, decision->at);
+    for (std::size_t i = 0; i < decision->witness.size(); ++i) EXPECT_FALSE(replay(i));
+  }
+}
+
+TEST(Monitor, ForgetsThePastWhenItIsBackAtItsBeginning) {
+  const Model m = model(
+      "<state id='a'><transition event='e' target='b'/></state><state id='b'><transition event='e' "
+      "target='a'/><transition event='x' target='bad'/></state><state id='bad'/>",
+      {"bad"});
+  State state = start(m, TimePoint{});
+  for (int i = 1; i <= 1000; ++i) observe(m, state, message("e", i));
+  EXPECT_TRUE(state.history.empty());
+}
+
+TEST(Monitor, AChartWrittenElsewhereSeesRenamedEventsOnly) {
+  Rename rename{.event = "batteryLevelChanged",
+                .on = "battery.getBatteryState.reply",
+                .data = {{"level", "result.percentage * 100"}},
+                .span = {}};
+  const Model m = model(
+      "<state id='ok'><transition event='batteryLevelChanged' cond='_event.data.level &lt; 20' "
+      "target='bad'/></state><state id='bad'/>",
+      {"bad"}, {rename});
+  EXPECT_TRUE(m.listens_to("battery.getBatteryState.reply"));
+  EXPECT_FALSE(m.listens_to("batteryLevelChanged"));
+  State state = start(m, TimePoint{});
+  const auto level = [](double ratio) { return Map{{"result", Map{{"percentage", ratio}}}}; };
+  EXPECT_FALSE(observe(m, state, message("batteryLevelChanged", 1, Map{{"level", 1}})));
+  EXPECT_FALSE(observe(m, state, message("battery.getBatteryState.reply", 2, level(0.2))));
+  const auto decision = observe(m, state, message("battery.getBatteryState.reply", 3, level(0.19)));
+  ASSERT_TRUE(decision);
+  EXPECT_THAT(names(decision->witness), ElementsAre("battery.getBatteryState.reply@3"));
+}
+
+TEST(Monitor, AVetoIsAskedOfACopy) {
+  const Model m = model(kLevel, {"bad"});
+  const State state = start(m, TimePoint{});
+  EXPECT_TRUE(would_violate(m, state, message("level", 1, Map{{"value", 1}})));
+  EXPECT_FALSE(would_violate(m, state, message("level", 1, Map{{"value", 50}})));
+  EXPECT_EQ(state.verdict, Verdict::kUndecided);
+}
+
+TEST(Monitor, AChartThatExceedsABoundIsGivenUp) {
+  const Model m = model(
+      "<state id='a'><transition event='e' target='b'/></state><state id='b'><transition target='c'/></state>"
+      "<state id='c'><transition target='b'/></state><state id='bad'/>",
+      {"bad"});
+  State state = start(m, TimePoint{});
+  EXPECT_FALSE(observe(m, state, message("e", 1)));
+  ASSERT_TRUE(state.failure);
+}
+
+TEST(Monitor, RefusesWhatCanDecideNothing) {
+  const auto unknown = Model::make(
+      {.name = "m", .chart = chart(kLevel), .violated = {"bda"}, .renames = {}, .span = {"sentree.yaml", 4, 5, 0}});
+  EXPECT_EQ(to_string(unknown.diagnostics.front()),
+            "sentree.yaml:4:5: monitor \"m\": \"bda\" is no state of m.scxml; did you mean \"bad\"?");
+  const auto none = Model::make({.name = "m", .chart = chart(kLevel), .violated = {}, .renames = {}, .span = {}});
+  EXPECT_EQ(none.diagnostics.front().code, "monitor.no-verdict");
+}
+
+}  // namespace
+}  // namespace sentree::monitor

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sentree/runtime/plan.h"
+#include "sentree/runtime/scheduler.h"
+#include "sentree/runtime/services.h"
+#include "sentree/runtime/skill.h"
+
+namespace sentree::runtime {
+
+/// Where a caller publishes what it does: the run's stream, or another process's.
+class Publisher {
+ public:
+  virtual ~Publisher() = default;
+  /// False: a gate vetoes the request.
+  virtual bool publish(Message message) = 0;
+  [[nodiscard]] virtual std::uint64_t next_call() = 0;
+};
+
+/// Delays that a scenario puts on messages, by name.
+class Delays {
+ public:
+  Delays() = default;
+  explicit Delays(std::vector<DelayFault> faults) : faults_(std::move(faults)) {}
+  /// How long a message named "<leaf>.halt", "<service>.<method>" is held back; 0: not at all.
+  [[nodiscard]] Duration of(std::string_view message) const;
+
+ private:
+  std::vector<DelayFault> faults_;
+};
+
+/// Makes the calls of one chart: checks them against the IDL, publishes request and outcome, keeps their order.
+/// This is the one seam that every call of every skill passes through. Used in the skill's actor only.
+class Caller {
+ public:
+  using MakePort = std::function<std::unique_ptr<ServicePort>(const ServicePlan&)>;
+
+  /// @param deliver  Gives the chart an outcome; false if the run it belongs to is over.
+  Caller(std::string name, const std::map<std::string, ServicePlan>& services, MakePort make_port, Publisher& publisher,
+         Scheduler& scheduler, ActorId actor, const Delays& delays, std::function<bool(const SkillEvent&)> deliver,
+         std::function<bool(std::uint64_t run)> is_current);
+
+  /// Whether the call can be made at all; for `SkillOptions::check_call`.
+  [[nodiscard]] Result<void> check(const scxml::OutgoingSend& send) const;
+  void call(SkillCall call);
+
+ private:
+  struct Pending {
+    SkillCall call;
+    const idl::Method* method = nullptr;
+    std::uint64_t id = 0;
+    Value args;
+  };
+  void execute(std::shared_ptr<Pending> pending);
+  void finish(const Pending& pending, CallOutcome outcome);
+
+  std::string name_;
+  const std::map<std::string, ServicePlan>& services_;
+  MakePort make_port_;
+  Publisher& publisher_;
+  Scheduler& scheduler_;
+  ActorId actor_;
+  const Delays& delays_;
+  std::function<bool(const SkillEvent&)> deliver_;
+  std::function<bool(std::uint64_t)> is_current_;
+  std::map<std::string, std::unique_ptr<ServicePort>> ports_;
+  std::map<std::string, TimePoint> not_before_;  // by service: a delayed call holds back the later ones
+};
+
+}  // namespace sentree::runtime

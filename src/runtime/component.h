@@ -1,0 +1,42 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sentree/rpc/server.h"
+#include "sentree/runtime/plan.h"
+#include "sentree/runtime/scheduler.h"
+#include "sentree/runtime/services.h"
+
+namespace sentree::runtime {
+
+/// What the simulator serves from a process of its own: its services by name.
+struct SimComponent {
+  std::shared_ptr<const sim::World> world;
+  struct Served {
+    std::string name;       ///< As clients ask for it.
+    std::string interface;  ///< In robot.thrift.
+    idl::ServicePtr service;
+  };
+  std::vector<Served> services;  ///< Test control, "simulation", among them.
+};
+
+/// The simulated services of a project, by their names in it.
+[[nodiscard]] Loaded<SimComponent> prepare_sim(const Project& project);
+/// All services that the simulator has, by their interfaces' names in lower case.
+[[nodiscard]] Loaded<SimComponent> prepare_sim_world(const std::string& world_file);
+
+/// A simulator with its own clock, ready to be served.
+class SimServer {
+ public:
+  SimServer(SimComponent component, std::uint64_t seed, double factor);
+  [[nodiscard]] std::vector<rpc::NamedService> services() const { return services_; }
+
+ private:
+  std::unique_ptr<Scheduler> clock_;
+  std::unique_ptr<SimHost> host_;
+  std::vector<rpc::NamedService> services_;
+};
+
+}  // namespace sentree::runtime

@@ -1,0 +1,119 @@
+#include "sentree/runtime/control.h"
+
+#include <signal.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+
+#include "sentree/idl/conform.h"
+#include "sentree/runtime/plan.h"
+#include "sentree/text/file.h"
+#include "sentree/text/json.h"
+
+namespace sentree::runtime {
+
+namespace {
+
+Result<idl::ServicePtr> control_interface() {
+  const auto source = text::read_file(shipped_folder("interfaces") / "control.thrift", "control.thrift");
+  if (!source) return tl::unexpected(source.error());
+  const auto schema = idl::Schema::load(*source, "control.thrift");
+  if (!schema.value) return tl::unexpected(schema.diagnostics.front());
+  return idl::find_service(*schema.value, "Control");
+}
+
+rpc::Address socket_of(int pid) {
+  rpc::Address address;
+  address.kind = rpc::Address::Kind::kUnix;
+  address.path = (control_folder() / (std::to_string(pid) + ".sock")).string();
+  return address;
+}
+
+Value serve(const ControlHandler& handler, const idl::Method& method, const Value& arguments) {
+  if (method.name == "info") {
+    return Map{{"scenario", handler.scenario()},
+               {"pid", static_cast<std::int64_t>(getpid())},
+               {"time", seconds(handler.now())}};
+  }
+  if (method.name == "services") {
+    List list;
+    for (const auto& entry : handler.services()) {
+      List methods;
+      for (const idl::Method* served : entry.service->methods) methods.push_back(idl::signature(*served));
+      list.push_back(Map{{"name", entry.name}, {"interface", entry.service->name}, {"methods", std::move(methods)}});
+    }
+    return to_json(Value(std::move(list)));
+  }
+  const auto args = text::parse_json(arguments.find("arguments")->text());
+  CallOutcome outcome;
+  if (!args)
+    outcome = {.ok = false, .result = {}, .kind = "arguments", .message = args.error().message};
+  else
+    outcome = handler.call(std::string(arguments.find("service")->text()),
+                           std::string(arguments.find("method")->text()), *args);
+  return Map{{"ok", outcome.ok},
+             {"result", outcome.ok ? to_json(outcome.result) : ""},
+             {"kind", outcome.kind},
+             {"message", outcome.message}};
+}
+
+// Process ids whose sockets are there and who live.
+std::vector<int> runs() {
+  std::vector<int> pids;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(control_folder(), error)) {
+    const std::string stem = entry.path().stem().string();
+    int pid = 0;
+    const auto read = std::from_chars(stem.data(), stem.data() + stem.size(), pid);
+    if (read.ec == std::errc() && pid > 0 && ::kill(pid, 0) == 0) pids.push_back(pid);
+  }
+  std::sort(pids.begin(), pids.end());
+  return pids;
+}
+
+}  // namespace
+
+std::filesystem::path control_folder() {
+  const char* runtime = std::getenv("XDG_RUNTIME_DIR");
+  if (runtime != nullptr && *runtime != '\0') return std::filesystem::path(runtime) / "sentree";
+  return std::filesystem::temp_directory_path() / ("sentree-" + std::to_string(getuid()));
+}
+
+Result<std::unique_ptr<rpc::Server>> start_control(ControlHandler handler) {
+  auto interface = control_interface();
+  if (!interface) return tl::unexpected(interface.error());
+  const std::filesystem::path folder = control_folder();
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  std::filesystem::permissions(folder, std::filesystem::perms::owner_all, error);
+  if (error)
+    return fail("file.unwritable", "the control folder cannot be made: " + error.message(),
+                SourceSpan{folder.string()});
+  auto service = std::make_shared<rpc::FunctionService>(
+      *interface,
+      [handler = std::move(handler)](const idl::Method& method, const Value& arguments, const rpc::CallContext&)
+          -> rpc::Outcome { return serve(handler, method, arguments); });
+  return rpc::Server::start(socket_of(getpid()), {{"control", std::move(service)}});
+}
+
+Result<std::unique_ptr<rpc::Client>> connect_control(int pid) {
+  auto interface = control_interface();
+  if (!interface) return tl::unexpected(interface.error());
+  if (pid == 0) {
+    const std::vector<int> pids = runs();
+    if (pids.empty())
+      return fail("control.no-run",
+                  "no mission runs in real time on this machine; start one with: sentree run PROJECT --clock real");
+    if (pids.size() > 1) {
+      std::string list;
+      for (const int each : pids) list += (list.empty() ? "" : ", ") + std::to_string(each);
+      return fail("control.many-runs", "several missions run (process ids " + list + "); choose one with --run PID");
+    }
+    pid = pids.front();
+  }
+  return rpc::Client::remote(socket_of(pid), std::move(*interface), {.target = "control"});
+}
+
+}  // namespace sentree::runtime

@@ -1,0 +1,400 @@
+#include "sentree/runtime/plan.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <set>
+
+#include "sentree/bt/load.h"
+#include "sentree/idl/conform.h"
+#include "sentree/rpc/address.h"
+#include "sentree/runtime/checks.h"
+#include "sentree/scxml/check.h"
+#include "sentree/sim/services.h"
+#include "sentree/text/file.h"
+#include "sentree/text/yaml.h"
+
+namespace sentree::runtime {
+
+namespace {
+
+using std::filesystem::path;
+
+void append(Diagnostics& to, const Diagnostics& from) { to.insert(to.end(), from.begin(), from.end()); }
+
+// A file that the project names and that cannot be read: the message stands where it is named.
+Diagnostic missing(const Project& project, const FileRef& file, Diagnostic why) {
+  if (file.span.line > 0) {
+    why.message = "file \"" + project.shown(file.path) + "\": " + why.message;
+    why.span = file.span;
+  }
+  return why;
+}
+
+class Preparation {
+ public:
+  explicit Preparation(const Project& project) : project_(project) {}
+
+  void services() {
+    for (const ServiceEntry& entry : project_.services) {
+      check_address(entry);
+      const idl::Schema* schema = interface(entry.idl, entry.span);
+      if (schema == nullptr) continue;
+      const auto service = idl::find_service(*schema, entry.interface, entry.span);
+      if (!service) {
+        diagnostics.push_back(service.error());
+        continue;
+      }
+      services_[entry.name] = {entry.name, *service, entry.interface, entry.at};
+      if (const auto* info = sim::find_service(entry.interface); info != nullptr && info->is_test_control) {
+        add("check.test-control",
+            "\"" + entry.interface +
+                "\" is test control; skills must not reach it, and scenarios do so by the name \"" +
+                std::string(kTestControl) + "\"",
+            entry.span);
+      }
+      if (entry.at == "sim" && sim::find_service(entry.interface) == nullptr) {
+        add("check.not-simulated",
+            "the simulator does not serve \"" + entry.interface + "\"; give the service an address (at: tcp://…)",
+            entry.span);
+      }
+    }
+  }
+
+  void world() {
+    if (!project_.world) {
+      const auto simulated =
+          std::find_if(project_.services.begin(), project_.services.end(), [](const auto& s) { return s.at == "sim"; });
+      if (simulated != project_.services.end()) {
+        add("check.no-world", "service \"" + simulated->name + "\" is at: sim, but the project has no world: FILE",
+            simulated->span);
+      }
+      return;
+    }
+    auto loaded = load_project_world(project_);
+    append(diagnostics, loaded.diagnostics);
+    if (loaded.value) world_ = std::make_shared<const sim::World>(std::move(*loaded.value));
+    if (const idl::Schema* schema = interface("robot.thrift", project_.world->span))
+      test_control_ = schema->service("Simulation");
+  }
+
+  std::optional<bt::Tree> tree() {
+    const path file = project_.folder / project_.mission.path;
+    const std::string shown = project_.shown(project_.mission.path);
+    auto source = text::read_file(file, shown);
+    if (!source) {
+      diagnostics.push_back(missing(project_, project_.mission, source.error()));
+      return std::nullopt;
+    }
+    bt::LoadOptions options;
+    options.main_tree = project_.tree;
+    options.skills = skill_names();
+    options.read_file = [this](const path& included) { return text::read_file(absolute(included), included.string()); };
+    auto loaded = bt::load(std::move(*source), options, shown);
+    append(diagnostics, loaded.diagnostics);
+    return std::move(loaded.value);
+  }
+
+  void leaves(const bt::Tree& tree) {
+    for (const bt::NodeId node : tree.external_leaves()) {
+      const std::string id(tree.registration(node));
+      const SkillEntry* entry = project_.skill(tree.name(node), id);
+      FileRef file = file_of(entry, id);
+      if (file.span.line == 0) file.span = tree.span(node);  // nobody else names it
+      const auto chart = skill_chart(file);
+      if (!chart) continue;
+      LeafPlan leaf{.node = node,
+                    .name = tree.event_name(node),
+                    .id = id,
+                    .condition = tree.category(node) == bt::Category::kCondition,
+                    .chart = *chart,
+                    .at = entry != nullptr ? entry->at : ""};
+      check_leaf_ports(tree, leaf, diagnostics);
+      leaves_.push_back(std::move(leaf));
+    }
+    check_names(tree, leaves_, services_, project_, diagnostics);
+    if (world_) {
+      check_tolerances(leaves_, *world_, diagnostics);
+      check_locations(tree, leaves_, *world_, project_.shown(project_.world->path), diagnostics);
+    }
+  }
+
+  // A chart is loaded and checked once, however many leaves run it.
+  std::optional<scxml::Chart> skill_chart(const FileRef& file) {
+    if (const auto known = charts_.find(file.path); known != charts_.end()) return known->second;
+    auto chart = load_chart(file);
+    if (chart) check_skill_chart(*chart, services_, project_, diagnostics);
+    return charts_[file.path] = chart;
+  }
+
+  void monitors() {
+    for (const MonitorEntry& entry : project_.monitors) {
+      const auto chart = load_chart(entry.file);
+      if (!chart) continue;
+      monitor::Spec spec{
+          .name = entry.name, .chart = *chart, .violated = entry.violated, .renames = {}, .span = entry.span};
+      for (const EventRename& rename : entry.events)
+        spec.renames.push_back({rename.event, rename.on, rename.data, rename.span});
+      auto model = monitor::Model::make(std::move(spec));
+      append(diagnostics, model.diagnostics);
+      if (model.value) monitors_.push_back(std::move(*model.value));
+    }
+  }
+
+  FileRef file_of(const SkillEntry* entry, const std::string& id) const {
+    if (entry != nullptr && !entry->file.path.empty()) return entry->file;
+    return {"skills/" + (entry != nullptr ? entry->leaf : id) + ".scxml",
+            entry != nullptr ? entry->span : SourceSpan{}};
+  }
+
+  void add(std::string code, std::string message, SourceSpan span) {
+    diagnostics.push_back({Severity::kError, std::move(code), std::move(message), std::move(span)});
+  }
+
+  Diagnostics diagnostics;
+  std::map<std::string, ServicePlan> services_;
+  std::vector<LeafPlan> leaves_;
+  std::vector<monitor::Model> monitors_;
+  std::shared_ptr<const sim::World> world_;
+  idl::ServicePtr test_control_;
+
+ private:
+  path absolute(const path& shown) const {
+    if (shown.is_absolute()) return shown;
+    const path above = path(project_.file).parent_path();
+    return project_.folder / shown.lexically_relative(above.empty() ? path(".") : above);
+  }
+
+  void check_address(const ServiceEntry& entry) {
+    // "{name}" is the address of a process that the scenario starts.
+    if (entry.at == "sim" || entry.at.starts_with('{')) return;
+    const auto address = rpc::Address::parse(entry.at);
+    if (!address) add(address.error().code, "service \"" + entry.name + "\": " + address.error().message, entry.span);
+  }
+
+  const idl::Schema* interface(const std::string& name, const SourceSpan& span) {
+    if (const auto known = schemas_.find(name); known != schemas_.end())
+      return known->second ? &*known->second : nullptr;
+    std::optional<idl::Schema>& slot = schemas_[name];
+    const path own = project_.folder / "interfaces" / name;
+    const path shipped = shipped_folder("interfaces");
+    std::error_code error;
+    const bool is_own = std::filesystem::exists(own, error);
+    const path folder = is_own ? own.parent_path() : shipped;
+    const std::string shown = is_own ? project_.shown("interfaces/" + name) : name;
+    const auto source = text::read_file(folder / name, shown);
+    if (!source) {
+      add("check.no-interface",
+          "interface file \"" + name + "\" is neither in the project's interfaces/ nor among those of Sentree", span);
+      return nullptr;
+    }
+    const idl::IncludeReader include = [&](std::string_view included, std::string_view) -> Result<idl::IncludedFile> {
+      auto text = text::read_file(folder / included, std::string(included));
+      if (!text) return tl::unexpected(text.error());
+      return idl::IncludedFile{std::string(included), std::move(*text)};
+    };
+    auto loaded = idl::Schema::load(*source, shown, include);
+    append(diagnostics, loaded.diagnostics);
+    slot = std::move(loaded.value);
+    return slot ? &*slot : nullptr;
+  }
+
+  std::vector<std::string> skill_names() const {
+    std::vector<std::string> names;
+    for (const SkillEntry& entry : project_.skills) names.push_back(entry.leaf);
+    std::error_code error;
+    for (const auto& file : std::filesystem::directory_iterator(project_.folder / "skills", error)) {
+      if (file.path().extension() == ".scxml") names.push_back(file.path().stem().string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+  }
+
+  std::optional<scxml::Chart> load_chart(const FileRef& file) {
+    const std::string shown = project_.shown(file.path);
+    const path full = project_.folder / file.path;
+    const auto source = text::read_file(full, shown);
+    if (!source) {
+      diagnostics.push_back(missing(project_, file, source.error()));
+      return std::nullopt;
+    }
+    scxml::LoadOptions options;
+    options.read = [&](std::string_view uri) {
+      return text::read_file(full.parent_path() / std::string(uri),
+                             project_.shown((path(file.path).parent_path() / uri).string()));
+    };
+    auto loaded = scxml::load(*source, shown, options);
+    append(diagnostics, loaded.diagnostics);
+    if (loaded.value) append(diagnostics, scxml::check(*loaded.value));
+    return std::move(loaded.value);
+  }
+
+  const Project& project_;
+  std::map<std::string, std::optional<idl::Schema>> schemas_;
+  std::map<std::string, std::optional<scxml::Chart>> charts_;
+};
+
+// What is said to run elsewhere does so: every "{name}" is a process, and nothing elsewhere needs what is in this one.
+void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
+  const auto check = [&](const std::string& at, const std::string& what, const SourceSpan& span) {
+    if (!at.starts_with('{')) return;
+    const std::string name = at.substr(1, at.find('}') == std::string::npos ? at.size() : at.find('}') - 1);
+    const auto& processes = scenario.processes;
+    if (std::any_of(processes.begin(), processes.end(), [&](const auto& p) { return p.name == name; })) return;
+    diagnostics.push_back({Severity::kError, "scenario.process",
+                           what + " is at \"" + at + "\", but the scenario has no process \"" + name + "\"", span});
+  };
+  for (const ServiceEntry& service : scenario.project.services)
+    check(service.at, "service \"" + service.name + "\"", service.span);
+  for (const SkillEntry& skill : scenario.project.skills) check(skill.at, "skill \"" + skill.leaf + "\"", skill.span);
+  bool remote_parts = !scenario.processes.empty();
+  for (const SkillEntry& skill : scenario.project.skills) remote_parts = remote_parts || !skill.at.empty();
+  for (const ServiceEntry& service : scenario.project.services) remote_parts = remote_parts || service.at != "sim";
+  if (remote_parts && scenario.virtual_time) {
+    diagnostics.push_back(
+        {Severity::kError, "scenario.clock",
+         "a part runs in another process, which has no virtual time; use clock: real or {real: FACTOR}",
+         SourceSpan{scenario.file}});
+  }
+  for (const ProcessEntry& process : scenario.processes) {
+    if (process.skill.empty()) continue;
+    for (const ServiceEntry& service : scenario.project.services) {
+      if (service.at != "sim") continue;
+      diagnostics.push_back({Severity::kError, "scenario.process",
+                             "skill \"" + process.skill + "\" runs in another process and cannot reach service \"" +
+                                 service.name + "\", which is at: sim in this one; run the simulator in a process too",
+                             process.span});
+    }
+  }
+}
+
+}  // namespace
+
+std::filesystem::path shipped_folder(std::string_view what) {
+  std::error_code error;
+  const path program = std::filesystem::read_symlink("/proc/self/exe", error);
+  for (const path& candidate :
+       {program.parent_path() / "../share/sentree" / what, path(SENTREE_SOURCE_FOLDER) / what}) {
+    if (std::filesystem::is_directory(candidate, error)) return candidate.lexically_normal();
+  }
+  return {};
+}
+
+namespace {
+
+// Mappings are merged member by member; anything else is replaced.
+void merge(text::YamlNode& into, const text::YamlNode& changes) {
+  for (const auto& [key, change] : changes.entries) {
+    const auto old = std::find_if(into.entries.begin(), into.entries.end(),
+                                  [&](const auto& entry) { return entry.first.scalar == key.scalar; });
+    if (old == into.entries.end())
+      into.entries.emplace_back(key, change);
+    else if (old->second.is_mapping() && change.is_mapping())
+      merge(old->second, change);
+    else
+      old->second = change;
+  }
+}
+
+}  // namespace
+
+Loaded<sim::World> load_project_world(const Project& project) {
+  const path file = project.folder / project.world->path;
+  const std::string shown = project.shown(project.world->path);
+  const auto source = text::read_file(file, shown);
+  if (!source) return {.value = std::nullopt, .diagnostics = {missing(project, *project.world, source.error())}};
+  const auto read = [&](const std::string& name) {
+    return text::read_file(file.parent_path() / name,
+                           project.shown((path(project.world->path).parent_path() / name).string()));
+  };
+  auto root = text::parse_yaml(*source, shown);
+  if (!root) return {.value = std::nullopt, .diagnostics = {root.error()}};
+  if (project.world_overrides) merge(*root, *project.world_overrides);
+  return sim::parse_world(*root, read);
+}
+
+Loaded<Plan> prepare(Scenario scenario) {
+  Loaded<Plan> prepared;
+  Preparation preparation(scenario.project);
+  preparation.services();
+  preparation.world();
+  auto tree = preparation.tree();
+  if (tree) preparation.leaves(*tree);
+  preparation.monitors();
+  check_processes(scenario, preparation.diagnostics);
+  for (const Injection& injection : scenario.timeline) {
+    if (!injection.kill.empty()) {
+      const auto& processes = scenario.processes;
+      const bool known =
+          std::any_of(processes.begin(), processes.end(), [&](const auto& p) { return p.name == injection.kill; });
+      if (!known)
+        preparation.add("scenario.kill", "the scenario has no process \"" + injection.kill + "\"", injection.span);
+      continue;
+    }
+    const idl::ServicePtr service = injection.service == kTestControl ? preparation.test_control_
+                                    : preparation.services_.contains(injection.service)
+                                        ? preparation.services_[injection.service].service
+                                        : nullptr;
+    if (!service) {
+      preparation.add("scenario.call", "the project has no service \"" + injection.service + "\"", injection.span);
+      continue;
+    }
+    const auto method = idl::find_method(*service, injection.method, injection.service, injection.span);
+    if (!method) {
+      preparation.diagnostics.push_back(method.error());
+    } else if (const auto args = idl::conform_arguments(**method, injection.args); !args) {
+      preparation.add(args.error().code, args.error().message, injection.span);
+    }
+  }
+  sort_by_place(preparation.diagnostics);
+  prepared.diagnostics = std::move(preparation.diagnostics);
+  if (has_errors(prepared.diagnostics) || !tree) return prepared;
+  prepared.value = Plan{.scenario = std::move(scenario),
+                        .tree = std::move(*tree),
+                        .leaves = std::move(preparation.leaves_),
+                        .services = std::move(preparation.services_),
+                        .test_control = std::move(preparation.test_control_),
+                        .monitors = std::move(preparation.monitors_),
+                        .world = std::move(preparation.world_),
+                        .warnings = prepared.diagnostics};
+  return prepared;
+}
+
+Loaded<SkillPlan> prepare_skill(const Project& project, const std::string& leaf) {
+  Loaded<SkillPlan> prepared;
+  Preparation preparation(project);
+  preparation.services();
+  // The mission tells the leaf's ID, and whether it is a condition.
+  const auto tree = preparation.tree();
+  std::optional<SkillPlan> plan;
+  if (tree) {
+    std::vector<std::string> names;
+    for (const bt::NodeId node : tree->external_leaves()) {
+      const std::string id(tree->registration(node));
+      names.push_back(tree->event_name(node));
+      names.push_back(id);
+      if (plan || (names.end()[-2] != leaf && id != leaf)) continue;
+      const auto chart = preparation.skill_chart(preparation.file_of(project.skill(leaf, id), id));
+      if (chart)
+        plan = SkillPlan{.chart = *chart,
+                         .services = {},
+                         .condition = tree->category(node) == bt::Category::kCondition,
+                         .id = id,
+                         .deadlines = project.deadlines};
+    }
+    if (!plan && !has_errors(preparation.diagnostics)) {
+      preparation.add("check.unknown-leaf",
+                      "the mission has no leaf named \"" + leaf + "\"" + did_you_mean(leaf, names),
+                      project.mission.span);
+    }
+  }
+  sort_by_place(preparation.diagnostics);
+  prepared.diagnostics = std::move(preparation.diagnostics);
+  if (plan && !has_errors(prepared.diagnostics)) {
+    plan->services = std::move(preparation.services_);
+    prepared.value = std::move(plan);
+  }
+  return prepared;
+}
+
+}  // namespace sentree::runtime

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sentree/bt/tree.h"
+#include "sentree/idl/schema.h"
+#include "sentree/monitor/monitor.h"
+#include "sentree/runtime/project.h"
+#include "sentree/scxml/chart.h"
+#include "sentree/sim/world.h"
+
+namespace sentree::runtime {
+
+/// Name under which scenarios, and nobody else, reach the simulator's test control.
+inline constexpr std::string_view kTestControl = "simulation";
+/// Names that observations use for themselves: neither leaves nor services may have them.
+inline constexpr std::string_view kReservedNames[] = {"mission",    "scenario", "monitor", "node",
+                                                      kTestControl, "error",    "done"};
+
+struct LeafPlan {
+  bt::NodeId node = bt::kNoNode;
+  std::string name;  ///< In messages: `bt::Tree::event_name`.
+  std::string id;
+  bool condition = false;
+  scxml::Chart chart;
+  std::string at;  ///< Address of the process that runs it; empty: a thread of this one.
+};
+
+struct ServicePlan {
+  std::string name;
+  idl::ServicePtr service;
+  std::string interface;
+  std::string at;  ///< "sim" or an address.
+};
+
+/// A scenario with everything that its project names, loaded and checked against each other.
+struct Plan {
+  Scenario scenario;
+  bt::Tree tree;
+  std::vector<LeafPlan> leaves;  ///< External leaves, in the order of the tree.
+  std::map<std::string, ServicePlan> services;
+  idl::ServicePtr test_control;  ///< The Simulation interface; null without a world.
+  std::vector<monitor::Model> monitors;
+  std::shared_ptr<const sim::World> world;  ///< Null: the project has none.
+  Diagnostics warnings;
+};
+
+/// Follows a scenario's project: mission, skills, interfaces, monitors and world, and checks what each says of the
+/// others. Reports every problem of the project at once, sorted by place.
+/// Codes: those of the libraries, and check.*.
+[[nodiscard]] Loaded<Plan> prepare(Scenario scenario);
+
+/// The project's world with the scenario's changes to it. Codes: sim.*, map.*, file.*.
+[[nodiscard]] Loaded<sim::World> load_project_world(const Project& project);
+
+/// The parts of a plan that one skill in a process of its own needs: the chart and the services.
+struct SkillPlan {
+  scxml::Chart chart;
+  std::map<std::string, ServicePlan> services;
+  bool condition = false;
+  std::string id;
+  Deadlines deadlines;
+};
+/// @param leaf  Name or ID of a leaf.
+[[nodiscard]] Loaded<SkillPlan> prepare_skill(const Project& project, const std::string& leaf);
+
+/// Where the interfaces and examples that come with Sentree are: beside the program when installed, else the source
+/// tree. Empty if they are not found.
+[[nodiscard]] std::filesystem::path shipped_folder(std::string_view what);
+
+}  // namespace sentree::runtime

@@ -1,0 +1,185 @@
+#include <sys/prctl.h>
+
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <queue>
+#include <thread>
+#include <vector>
+
+#include "sentree/base/assert.h"
+#include "sentree/runtime/scheduler.h"
+
+namespace sentree::runtime {
+
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+
+class RealScheduler final : public Scheduler {
+ public:
+  explicit RealScheduler(double factor) : factor_(factor), start_(SteadyClock::now()) { SENTREE_ASSERT(factor > 0); }
+  ~RealScheduler() override {
+    stop();
+    join();
+  }
+
+  TimePoint now() const override {
+    const std::chrono::duration<double, std::nano> passed = SteadyClock::now() - start_;
+    return TimePoint(Duration(static_cast<std::int64_t>(passed.count() * factor_)));
+  }
+  bool is_virtual() const override { return false; }
+
+  ActorId add_actor(std::string name) override {
+    const std::lock_guard lock(mutex_);
+    Actor& actor = *actors_.emplace_back(std::make_unique<Actor>());
+    actor.name = std::move(name);
+    if (running_) start(actor);
+    return actors_.size() - 1;
+  }
+
+  void post(ActorId to, Task task) override {
+    push(to, [&](Actor& actor) { actor.tasks.push_back(std::move(task)); });
+  }
+
+  void at(ActorId to, TimePoint when, Rank rank, Task task) override {
+    push(to, [&](Actor& actor) { actor.timers.push({when, rank, actor.order++, std::move(task)}); });
+  }
+
+  std::optional<std::string> run() override {
+    std::unique_lock lock(mutex_);
+    running_ = true;
+    for (auto& actor : actors_) start(*actor);
+    stopped_changed_.wait(lock, [&] { return stopped_.load(); });
+    lock.unlock();
+    join();
+    return error_;
+  }
+
+  void stop() override {
+    {
+      const std::lock_guard lock(mutex_);
+      stopped_ = true;
+    }
+    stopped_changed_.notify_all();
+    // Actors are never removed, so the list can be walked while more are added only under the lock.
+    const std::lock_guard lock(mutex_);
+    for (auto& actor : actors_) {
+      const std::lock_guard actor_lock(actor->mutex);
+      actor->wake.notify_all();
+    }
+  }
+
+ private:
+  struct Timer {
+    TimePoint when;
+    Rank rank;
+    std::uint64_t order;
+    Task task;
+  };
+  struct Later {
+    bool operator()(const Timer& a, const Timer& b) const {
+      if (a.when != b.when) return a.when > b.when;
+      if (a.rank != b.rank) return a.rank > b.rank;
+      return a.order > b.order;
+    }
+  };
+  struct Actor {
+    std::string name;
+    std::mutex mutex;
+    std::condition_variable wake;
+    std::deque<Task> tasks;
+    std::priority_queue<Timer, std::vector<Timer>, Later> timers;
+    std::uint64_t order = 0;
+    std::thread thread;
+  };
+
+  template <class Add>
+  void push(ActorId to, Add add) {
+    Actor* actor = nullptr;
+    {
+      const std::lock_guard lock(mutex_);
+      actor = actors_[to].get();
+    }
+    bool full = false;
+    {
+      const std::lock_guard lock(actor->mutex);
+      full = actor->tasks.size() + actor->timers.size() >= kQueueMax;
+      if (!full) add(*actor);
+    }
+    if (full) {
+      fail("more than " + std::to_string(kQueueMax) + " messages are waiting for " + actor->name);
+    } else {
+      actor->wake.notify_one();
+    }
+  }
+
+  void fail(std::string why) {
+    const std::lock_guard lock(mutex_);
+    if (!error_) error_ = std::move(why);
+    stopped_ = true;
+    stopped_changed_.notify_all();
+  }
+
+  SteadyClock::time_point wall(TimePoint when) const {
+    const double ns = static_cast<double>(when.time_since_epoch().count()) / factor_;
+    if (ns > 9e18) return SteadyClock::time_point::max();
+    return start_ + std::chrono::duration_cast<SteadyClock::duration>(Duration(static_cast<std::int64_t>(ns)));
+  }
+
+  void start(Actor& actor) {
+    if (!actor.thread.joinable()) actor.thread = std::thread([this, &actor] { work(actor); });
+  }
+
+  void work(Actor& actor) {
+    prctl(PR_SET_NAME, actor.name.substr(0, 15).c_str());
+    prctl(PR_SET_TIMERSLACK, 1000UL);  // 1 µs: the default of 50 µs would show as jitter of every tick
+    std::unique_lock lock(actor.mutex);
+    while (!stopped_) {
+      Task task;
+      if (!actor.timers.empty() && actor.timers.top().when <= now()) {
+        task = std::move(const_cast<Timer&>(actor.timers.top()).task);
+        actor.timers.pop();
+      } else if (!actor.tasks.empty()) {
+        task = std::move(actor.tasks.front());
+        actor.tasks.pop_front();
+      } else if (actor.timers.empty()) {
+        actor.wake.wait(lock);
+        continue;
+      } else {
+        actor.wake.wait_until(lock, wall(actor.timers.top().when));
+        continue;
+      }
+      lock.unlock();
+      task();
+      task = nullptr;
+      lock.lock();
+    }
+  }
+
+  void join() {
+    for (auto& actor : actors_) {
+      {
+        const std::lock_guard lock(actor->mutex);
+        actor->wake.notify_all();
+      }
+      if (actor->thread.joinable()) actor->thread.join();
+    }
+  }
+
+  const double factor_;
+  const SteadyClock::time_point start_;
+  std::mutex mutex_;
+  std::condition_variable stopped_changed_;
+  std::atomic<bool> stopped_ = false;
+  bool running_ = false;
+  std::optional<std::string> error_;
+  std::vector<std::unique_ptr<Actor>> actors_;
+};
+
+}  // namespace
+
+std::unique_ptr<Scheduler> make_real_scheduler(double factor) { return std::make_unique<RealScheduler>(factor); }
+
+}  // namespace sentree::runtime

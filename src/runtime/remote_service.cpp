@@ -1,0 +1,64 @@
+#include "sentree/runtime/remote_service.h"
+
+#include "sentree/runtime/worker.h"
+
+namespace sentree::runtime {
+
+CallOutcome to_call_outcome(rpc::Outcome outcome) {
+  if (outcome) return {.ok = true, .result = std::move(*outcome), .kind = {}, .message = {}};
+  const rpc::CallError& error = outcome.error();
+  return {.ok = false, .result = {}, .kind = std::string(to_string(error.kind)), .message = error.message};
+}
+
+namespace {
+
+class RemotePort final : public ServicePort {
+ public:
+  RemotePort(std::unique_ptr<rpc::Client> client, std::string name, Duration deadline)
+      : client_(std::move(client)), name_(std::move(name)), deadline_(deadline), worker_(kRemoteCallsMax) {}
+  ~RemotePort() override { client_->close(); }
+
+  void call(const idl::Method& method, Value args, Done done) override {
+    const rpc::CallContext context{.source = {}, .call = 0, .deadline = std::chrono::steady_clock::now() + deadline_};
+    const bool taken = worker_.post([this, &method, args = std::move(args), done, context] {
+      done(to_call_outcome(client_->call(method, args, context)));
+    });
+    if (!taken) {
+      done({.ok = false,
+            .result = {},
+            .kind = "unreachable",
+            .message = name_ + ": " + std::to_string(kRemoteCallsMax) + " calls are waiting already"});
+    }
+  }
+
+ private:
+  std::unique_ptr<rpc::Client> client_;
+  std::string name_;
+  Duration deadline_;
+  Worker worker_;  // last: its job uses the client
+};
+
+}  // namespace
+
+Result<std::unique_ptr<ServicePort>> make_remote_port(const rpc::Address& address, idl::ServicePtr interface,
+                                                      std::string name, Duration deadline) {
+  rpc::ClientOptions options;
+  options.target = name;
+  auto client = rpc::Client::remote(address, std::move(interface), std::move(options));
+  if (!client) return tl::unexpected(client.error());
+  return std::unique_ptr<ServicePort>(std::make_unique<RemotePort>(std::move(*client), std::move(name), deadline));
+}
+
+CallOutcome call_once(const rpc::Address& address, const idl::ServicePtr& interface, const std::string& name,
+                      const std::string& method, const Value& args, Duration deadline) {
+  rpc::Address target = address;
+  if (target.service.empty()) target.service = name;
+  rpc::ClientOptions options;
+  options.target = name;
+  const auto client = rpc::Client::remote(target, interface, std::move(options));
+  if (!client) return {.ok = false, .result = {}, .kind = "unreachable", .message = client.error().message};
+  return to_call_outcome((*client)->call(
+      method, args, {.source = {}, .call = 0, .deadline = std::chrono::steady_clock::now() + deadline}));
+}
+
+}  // namespace sentree::runtime

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <memory>
+
+#include "sentree/rpc/client.h"
+#include "sentree/runtime/services.h"
+
+namespace sentree::runtime {
+
+/// Calls waiting for one remote service from one caller; one more fails at once as unreachable.
+inline constexpr std::size_t kRemoteCallsMax = 256;
+
+/// A service at an address. Calls are made one after the other by a thread of its own, so that the caller never
+/// waits; each has `deadline` [wall time] from the moment it was asked for.
+/// The error of a service that does not exist yet or is gone is kind unreachable.
+[[nodiscard]] Result<std::unique_ptr<ServicePort>> make_remote_port(const rpc::Address& address,
+                                                                    idl::ServicePtr interface, std::string name,
+                                                                    Duration deadline);
+
+/// What an rpc outcome is for a chart.
+[[nodiscard]] CallOutcome to_call_outcome(rpc::Outcome outcome);
+
+/// One synchronous call, for injections and the command line. `address` without service name means `name`.
+[[nodiscard]] CallOutcome call_once(const rpc::Address& address, const idl::ServicePtr& interface,
+                                    const std::string& name, const std::string& method, const Value& args,
+                                    Duration deadline);
+
+}  // namespace sentree::runtime

@@ -1,0 +1,357 @@
+#include "sentree/runtime/remote_skill.h"
+
+#include <unistd.h>
+
+#include <atomic>
+
+#include "sentree/base/assert.h"
+#include "sentree/idl/conform.h"
+#include "sentree/rpc/client.h"
+#include "sentree/runtime/remote_service.h"
+#include "sentree/runtime/worker.h"
+#include "sentree/text/file.h"
+#include "sentree/text/json.h"
+
+namespace sentree::runtime {
+
+namespace {
+
+Result<idl::ServicePtr> shipped_interface(const std::string& file, std::string_view service) {
+  const auto source = text::read_file(shipped_folder("interfaces") / file, file);
+  if (!source) return tl::unexpected(source.error());
+  const auto schema = idl::Schema::load(*source, file);
+  if (!schema.value) return tl::unexpected(schema.diagnostics.front());
+  return idl::find_service(*schema.value, service);
+}
+
+Map json_object(const Value* text) {
+  auto value = text::parse_json(text != nullptr ? text->text() : "{}");
+  if (!value || value->as_map() == nullptr) return {};
+  return *value->as_map();
+}
+
+class RemoteSkill final : public LeafDriver {
+ public:
+  RemoteSkill(std::unique_ptr<rpc::Client> client, RemoteSkillOptions options, RemoteSkillReplies replies)
+      : client_(std::move(client)), options_(std::move(options)), replies_(std::move(replies)), worker_(kJobsMax) {}
+  ~RemoteSkill() override { client_->close(); }
+
+  void tick(std::uint64_t tick, bool started, const Map& inputs) override {
+    if (started) ++run_;
+    const Value request = Map{{"leaf", options_.leaf},
+                              {"run", static_cast<std::int64_t>(run_)},
+                              {"tick", static_cast<std::int64_t>(tick)},
+                              {"inputs", to_json(Value(inputs))}};
+    const bool taken = worker_.post([this, tick, request] {
+      const auto reply = client_->call("tick", Map{{"tick", request}}, context(options_.tick_deadline));
+      if (!reply) {
+        replies_.problem(options_.leaf + ": " + reply.error().message);
+        replies_.answered(tick, bt::Status::kFailure, {{"reason", reply.error().message}});
+        return;
+      }
+      const Value* status = reply->find("status");
+      replies_.answered(tick, bt::parse_status(status ? status->text() : "").value_or(bt::Status::kFailure),
+                        json_object(reply->find("outputs")));
+    });
+    if (!taken) replies_.problem(options_.leaf + ": its process does not keep up; a tick was not sent");
+  }
+
+  void halt() override {
+    const bool taken = worker_.post([this, run = run_] {
+      // The skill says within each call whether it has halted; the deadline bounds how often it is asked.
+      const auto until = std::chrono::steady_clock::now() + options_.halt_deadline;
+      const Value args = Map{{"leaf", options_.leaf}, {"run", static_cast<std::int64_t>(run)}};
+      for (;;) {
+        const auto reply = client_->call("halt", args, {.source = {}, .call = 0, .deadline = until});
+        const Value* halted = reply ? reply->find("halted") : nullptr;
+        if (!reply) replies_.problem(options_.leaf + ": halt: " + reply.error().message);
+        if (!reply || (halted != nullptr && halted->as_bool() != nullptr && *halted->as_bool())) break;
+        if (std::chrono::steady_clock::now() >= until) {
+          replies_.problem(options_.leaf + " did not halt in time and was cancelled");
+          (void)client_->call("cancel", args, context(options_.tick_deadline));
+          break;
+        }
+      }
+      replies_.halted();
+    });
+    if (!taken) replies_.halted();
+  }
+
+  void cancel() override {
+    const Value args = Map{{"leaf", options_.leaf}, {"run", static_cast<std::int64_t>(run_)}};
+    if (!worker_.post([this, args] { (void)client_->call("cancel", args, context(options_.tick_deadline)); })) {
+      replies_.problem(options_.leaf + ": its process does not keep up; a cancellation was not sent");
+    }
+  }
+
+ private:
+  static constexpr std::size_t kJobsMax = 64;
+  static rpc::CallContext context(Duration deadline) {
+    return {.source = {}, .call = 0, .deadline = std::chrono::steady_clock::now() + deadline};
+  }
+
+  std::unique_ptr<rpc::Client> client_;
+  RemoteSkillOptions options_;
+  RemoteSkillReplies replies_;
+  std::uint64_t run_ = 0;  // of the mission's actor
+  Worker worker_;
+};
+
+MessageKind kind_of(std::string_view name) {
+  if (name == "REQUEST") return MessageKind::kRequest;
+  if (name == "REPLY") return MessageKind::kReply;
+  if (name == "ERROR") return MessageKind::kError;
+  return MessageKind::kEvent;
+}
+
+std::string_view name_of(MessageKind kind) {
+  switch (kind) {
+    case MessageKind::kRequest: return "REQUEST";
+    case MessageKind::kReply: return "REPLY";
+    case MessageKind::kError: return "ERROR";
+    case MessageKind::kEvent: return "EVENT";
+  }
+  return "EVENT";
+}
+
+std::string text_of(const Value& map, std::string_view key) {
+  const Value* value = map.find(key);
+  return value != nullptr ? std::string(value->text()) : std::string();
+}
+
+std::uint64_t number_of(const Value& map, std::string_view key) {
+  const Value* value = map.find(key);
+  return value != nullptr && value->as_int() != nullptr ? static_cast<std::uint64_t>(*value->as_int()) : 0;
+}
+
+class RemotePublisher final : public Publisher {
+ public:
+  RemotePublisher(std::unique_ptr<rpc::Client> client, std::uint64_t calls_from,
+                  std::function<void(const std::string&)> problem)
+      : client_(std::move(client)), calls_(calls_from), problem_(std::move(problem)) {}
+
+  bool publish(Message message) override {
+    const Value struct_value = Map{{"sequence", 0},
+                                   {"time_ns", 0},
+                                   {"stamp", static_cast<std::int64_t>(message.stamp)},
+                                   {"kind", name_of(message.kind)},
+                                   {"source", message.source},
+                                   {"target", message.target},
+                                   {"name", message.name},
+                                   {"call", static_cast<std::int64_t>(message.call)},
+                                   {"tick", 0},
+                                   {"data", to_json(message.data)}};
+    const auto verdict = client_->call(
+        "observe", Map{{"message", struct_value}},
+        {.source = {}, .call = 0, .deadline = std::chrono::steady_clock::now() + std::chrono::seconds(1)});
+    if (!verdict) {
+      problem_("an observation was lost (" + message.name + "): " + verdict.error().message);
+      return true;
+    }
+    const Value* accept = verdict->find("accept");
+    return accept == nullptr || accept->as_bool() == nullptr || *accept->as_bool();
+  }
+  std::uint64_t next_call() override { return ++calls_; }
+
+ private:
+  std::unique_ptr<rpc::Client> client_;
+  std::atomic<std::uint64_t> calls_;
+  std::function<void(const std::string&)> problem_;
+};
+
+class SilentPublisher final : public Publisher {
+ public:
+  bool publish(Message) override { return true; }
+  std::uint64_t next_call() override { return ++calls_; }
+
+ private:
+  std::atomic<std::uint64_t> calls_ = 0;
+};
+
+// One leaf that a skill server runs: an actor, and the answer its caller waits for.
+struct ServedLeaf {
+  std::unique_ptr<SkillActor> actor;
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::uint64_t run = 0;
+  std::uint64_t answered = 0;  // number of the last answered tick
+  bt::Status status = bt::Status::kIdle;
+  Map outputs;
+  std::uint64_t halts_asked = 0;
+  std::uint64_t halts_done = 0;
+};
+
+class SkillService final : public rpc::Service {
+ public:
+  SkillService(const SkillPlan& plan, idl::ServicePtr interface, Publisher& publisher, Scheduler& scheduler,
+               SkillServerOptions options)
+      : plan_(plan),
+        interface_(std::move(interface)),
+        publisher_(publisher),
+        scheduler_(scheduler),
+        options_(std::move(options)) {}
+
+  const idl::Service& interface() const override { return *interface_; }
+
+  rpc::Outcome call(const idl::Method& method, const Value& arguments, const rpc::CallContext&) override {
+    if (method.name == "info") {
+      return Value(
+          Map{{"name", plan_.id}, {"pid", static_cast<std::int64_t>(getpid())}, {"condition", plan_.condition}});
+    }
+    if (method.name == "reset") {
+      const std::lock_guard lock(mutex_);
+      for (auto& [name, leaf] : leaves_) leaf->actor->cancel();
+      return Value();
+    }
+    const Value* tick = arguments.find("tick");
+    ServedLeaf* leaf = find(text_of(tick != nullptr ? *tick : arguments, "leaf"));
+    if (leaf == nullptr) {
+      return tl::unexpected(rpc::CallError{
+          rpc::CallErrorKind::kProtocol, "runs " + std::to_string(kServedLeavesMax) + " leaves already", {}, {}});
+    }
+    if (method.name == "tick") return serve_tick(*leaf, *tick);
+    if (method.name == "halt") return serve_halt(*leaf);
+    leaf->actor->cancel();
+    return Value();
+  }
+
+ private:
+  ServedLeaf* find(const std::string& name) {
+    const std::lock_guard lock(mutex_);
+    auto& slot = leaves_[name];
+    if (slot) return slot.get();
+    if (leaves_.size() > kServedLeavesMax) {
+      leaves_.erase(name);
+      return nullptr;
+    }
+    slot = std::make_unique<ServedLeaf>();
+    ServedLeaf& leaf = *slot;
+    SkillActor::Replies replies;
+    replies.answered = [&leaf](std::uint64_t tick, bt::Status status, Map outputs) {
+      const std::lock_guard leaf_lock(leaf.mutex);
+      leaf.answered = tick;
+      leaf.status = status;
+      leaf.outputs = std::move(outputs);
+      leaf.changed.notify_all();
+    };
+    replies.halted = [&leaf] {
+      const std::lock_guard leaf_lock(leaf.mutex);
+      leaf.halts_done = leaf.halts_asked;
+      leaf.changed.notify_all();
+    };
+    replies.problem = options_.problem;
+    replies.log = [this, name](const scxml::LogLine& line) { options_.log(name, line); };
+    const auto stretched = [this](Duration wall) {
+      return Duration(static_cast<std::int64_t>(static_cast<double>(wall.count()) * options_.factor));
+    };
+    leaf.actor = std::make_unique<SkillActor>(
+        plan_.chart,
+        SkillActor::Options{.name = name,
+                            .condition = plan_.condition,
+                            .halt_deadline = stretched(plan_.deadlines.halt),
+                            .seed = options_.seed},
+        plan_.services, [this](const ServicePlan& service) { return port(service); }, publisher_, scheduler_, delays_,
+        std::move(replies));
+    return &leaf;
+  }
+
+  std::unique_ptr<ServicePort> port(const ServicePlan& service) {
+    auto address = rpc::Address::parse(service.at);
+    SENTREE_ASSERT(address.has_value());  // checked when the plan was prepared
+    if (address->service.empty()) address->service = service.name;
+    auto made = make_remote_port(*address, service.service, service.name, plan_.deadlines.call);
+    SENTREE_ASSERT(made.has_value());
+    return std::move(*made);
+  }
+
+  rpc::Outcome serve_tick(ServedLeaf& leaf, const Value& request) {
+    const std::uint64_t number = number_of(request, "tick");
+    const std::uint64_t run = number_of(request, "run");
+    std::unique_lock lock(leaf.mutex);
+    const bool started = leaf.run != run;
+    leaf.run = run;
+    lock.unlock();
+    leaf.actor->tick(number, started, json_object(request.find("inputs")));
+    lock.lock();
+    // A condition may take as long as its deadline, which the caller keeps; this bounds a caller that is gone.
+    leaf.changed.wait_for(lock, plan_.deadlines.unresponsive, [&] { return leaf.answered == number; });
+    if (leaf.answered != number) {
+      return tl::unexpected(rpc::CallError{rpc::CallErrorKind::kProtocol, "the skill did not answer the tick", {}, {}});
+    }
+    return Value(Map{{"status", to_string(leaf.status)}, {"outputs", to_json(Value(leaf.outputs))}, {"stamp", 0}});
+  }
+
+  rpc::Outcome serve_halt(ServedLeaf& leaf) {
+    std::unique_lock lock(leaf.mutex);
+    const bool asked_already = leaf.halts_asked != leaf.halts_done;
+    if (!asked_already) ++leaf.halts_asked;
+    lock.unlock();
+    if (!asked_already) leaf.actor->halt();
+    lock.lock();
+    leaf.changed.wait_for(lock, std::chrono::milliseconds(100), [&] { return leaf.halts_done == leaf.halts_asked; });
+    return Value(Map{{"halted", leaf.halts_done == leaf.halts_asked}, {"stamp", 0}});
+  }
+
+  const SkillPlan& plan_;
+  idl::ServicePtr interface_;
+  Publisher& publisher_;
+  Scheduler& scheduler_;
+  SkillServerOptions options_;
+  Delays delays_;
+  std::mutex mutex_;
+  std::map<std::string, std::unique_ptr<ServedLeaf>> leaves_;
+};
+
+}  // namespace
+
+Result<idl::ServicePtr> skill_interface() { return shipped_interface("skill.thrift", "Skill"); }
+Result<idl::ServicePtr> observer_interface() { return shipped_interface("observer.thrift", "Observer"); }
+
+Result<std::unique_ptr<LeafDriver>> make_remote_skill(RemoteSkillOptions options, RemoteSkillReplies replies) {
+  auto client = rpc::Client::remote(options.address, options.interface, {.target = options.leaf});
+  if (!client) return tl::unexpected(client.error());
+  return std::unique_ptr<LeafDriver>(
+      std::make_unique<RemoteSkill>(std::move(*client), std::move(options), std::move(replies)));
+}
+
+std::shared_ptr<rpc::Service> make_observer_service(idl::ServicePtr interface, Publisher& publisher) {
+  return std::make_shared<rpc::FunctionService>(
+      std::move(interface),
+      [&publisher](const idl::Method& method, const Value& arguments, const rpc::CallContext&) -> rpc::Outcome {
+        if (method.name == "info") {
+          return Value(Map{{"name", "run"},
+                           {"pid", static_cast<std::int64_t>(getpid())},
+                           {"observes", List{"*"}},
+                           {"gates", List{}}});
+        }
+        const Value& sent = *arguments.find("message");
+        Message message;
+        message.stamp = number_of(sent, "stamp");
+        message.kind = kind_of(text_of(sent, "kind"));
+        message.source = text_of(sent, "source");
+        message.target = text_of(sent, "target");
+        message.name = text_of(sent, "name");
+        message.call = number_of(sent, "call");
+        message.data = json_object(sent.find("data"));
+        return Value(Map{{"accept", publisher.publish(std::move(message))}, {"reason", ""}, {"stamp", 0}});
+      });
+}
+
+Result<std::unique_ptr<Publisher>> make_remote_publisher(const rpc::Address& observer, idl::ServicePtr interface,
+                                                         std::string_view self,
+                                                         std::function<void(const std::string&)> problem) {
+  auto client = rpc::Client::remote(observer, std::move(interface), {.target = "observer"});
+  if (!client) return tl::unexpected(client.error());
+  // Call numbers join request and reply in one run; each process draws from a range of its own.
+  const std::uint64_t from = (hash_bytes(self) & 0xFFFFU) << 40U;
+  return std::unique_ptr<Publisher>(std::make_unique<RemotePublisher>(std::move(*client), from, std::move(problem)));
+}
+
+std::unique_ptr<Publisher> make_silent_publisher() { return std::make_unique<SilentPublisher>(); }
+
+std::shared_ptr<rpc::Service> make_skill_service(const SkillPlan& plan, idl::ServicePtr interface, Publisher& publisher,
+                                                 Scheduler& scheduler, SkillServerOptions options) {
+  return std::make_shared<SkillService>(plan, std::move(interface), publisher, scheduler, std::move(options));
+}
+
+}  // namespace sentree::runtime

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "sentree/rpc/server.h"
+#include "sentree/runtime/local_skill.h"
+#include "sentree/runtime/mission.h"
+
+namespace sentree::runtime {
+
+/// The interface in interfaces/skill.thrift and interfaces/observer.thrift. Error: file.not-found where Sentree is not
+/// installed whole.
+[[nodiscard]] Result<idl::ServicePtr> skill_interface();
+[[nodiscard]] Result<idl::ServicePtr> observer_interface();
+
+/// Carries a leaf's ticks and halts to a skill in another process. A skill that cannot be reached fails its leaf.
+struct RemoteSkillOptions {
+  std::string leaf;
+  bool condition = false;
+  rpc::Address address;
+  idl::ServicePtr interface;
+  Duration tick_deadline{};  ///< Wall time.
+  Duration halt_deadline{};  ///< Wall time.
+};
+struct RemoteSkillReplies {
+  std::function<void(std::uint64_t tick, bt::Status status, Map outputs)> answered;
+  std::function<void()> halted;
+  std::function<void(const std::string&)> problem;
+};
+[[nodiscard]] Result<std::unique_ptr<LeafDriver>> make_remote_skill(RemoteSkillOptions options,
+                                                                    RemoteSkillReplies replies);
+
+/// Lets other processes publish into the run's stream: serves interfaces/observer.thrift.
+[[nodiscard]] std::shared_ptr<rpc::Service> make_observer_service(idl::ServicePtr interface, Publisher& publisher);
+
+/// Publishes into the stream of a run elsewhere. Synchronous, so that a request is in the run's total order before it
+/// is sent.
+[[nodiscard]] Result<std::unique_ptr<Publisher>> make_remote_publisher(const rpc::Address& observer,
+                                                                       idl::ServicePtr interface, std::string_view self,
+                                                                       std::function<void(const std::string&)> problem);
+
+/// A publisher for a skill that nobody observes.
+[[nodiscard]] std::unique_ptr<Publisher> make_silent_publisher();
+
+/// Serves the skill of a plan: one actor a leaf, made when the leaf first ticks.
+struct SkillServerOptions {
+  double factor = 1.0;
+  std::uint64_t seed = 1;
+  std::function<void(const std::string&)> problem;
+  std::function<void(const std::string& leaf, const scxml::LogLine&)> log;
+};
+/// Leaves that one skill server runs at most.
+inline constexpr std::size_t kServedLeavesMax = 1000;
+[[nodiscard]] std::shared_ptr<rpc::Service> make_skill_service(const SkillPlan& plan, idl::ServicePtr interface,
+                                                               Publisher& publisher, Scheduler& scheduler,
+                                                               SkillServerOptions options);
+
+}  // namespace sentree::runtime

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sentree/monitor/monitor.h"
+#include "sentree/runtime/mission.h"
+#include "sentree/runtime/plan.h"
+#include "sentree/runtime/stream.h"
+#include "sentree/sim/state.h"
+
+namespace sentree::runtime {
+
+struct MonitorReport {
+  std::string name;
+  monitor::Verdict verdict = monitor::Verdict::kUndecided;
+  std::optional<monitor::Decision> decision;
+  std::string failure;  ///< Why it was given up; empty: it was not.
+};
+
+struct ProcessReport {
+  std::string name;
+  std::int64_t pid = 0;
+};
+
+/// What came out of a run.
+struct RunReport {
+  std::string scenario;
+  bool virtual_time = true;
+  std::uint64_t seed = 1;
+  bt::Status mission = bt::Status::kIdle;
+  std::string reason;      ///< Why it failed, as the failing leaf said.
+  TimePoint ended{};       ///< Run time.
+  bool timed_out = false;  ///< Ended by the scenario's duration.
+  bool interrupted = false;
+  std::uint64_t observations = 0;
+  TickTiming timing;
+  std::vector<MonitorReport> monitors;
+  std::vector<ProcessReport> processes;  ///< The run itself first.
+  std::vector<std::string> problems;
+  std::string error;  ///< The run could not go on; empty otherwise.
+  /// Expectations of the scenario that did not hold, one sentence each; empty: all held.
+  std::vector<std::string> unmet;
+
+  [[nodiscard]] bool any_violated() const;
+};
+
+/// What a live view may look at while a run goes on. From any thread.
+class RunView {
+ public:
+  virtual ~RunView() = default;
+  [[nodiscard]] virtual TimePoint now() const = 0;
+  /// The simulated world as of now; nothing if this process has none.
+  [[nodiscard]] virtual std::optional<sim::State> world() = 0;
+};
+
+struct RunOptions {
+  /// Sees every observation in order.
+  std::vector<Stream::Listener> listeners;
+  /// Told of a decision right after the observation that caused it.
+  std::function<void(const MonitorReport&)> on_decision;
+  /// Told of problems as they occur, in any thread.
+  std::function<void(const std::string&)> on_problem;
+  /// Called with the view before the run begins and with null after it has ended.
+  std::function<void(RunView*)> on_view;
+};
+
+/// Runs a scenario to its end. One run at a time per object.
+class Run {
+ public:
+  Run(const Plan& plan, RunOptions options);
+  ~Run();
+
+  /// Blocks until the run has ended. Errors that prevent the start (port taken, process that does not start) are in
+  /// `RunReport::error`.
+  [[nodiscard]] RunReport execute();
+  /// Halts the mission and ends the run in order. From any thread, not from a signal handler.
+  void interrupt();
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Compares a report with what its scenario expects; fills `unmet`.
+void judge(const Scenario& scenario, RunReport& report);
+
+}  // namespace sentree::runtime

@@ -1,0 +1,203 @@
+#include <algorithm>
+
+#include "sentree/runtime/project.h"
+#include "sentree/runtime/yaml_reader.h"
+#include "sentree/text/file.h"
+
+namespace sentree::runtime {
+
+namespace {
+
+void read_clock(YamlReader& reader, Scenario& scenario) {
+  const auto* clock = reader.node("clock");
+  if (clock == nullptr) return;
+  if (clock->is_scalar() && clock->scalar == "virtual") return;
+  scenario.virtual_time = false;
+  if (clock->is_scalar() && clock->scalar == "real") return;
+  const auto* factor = clock->find("real");
+  const auto number = factor ? factor->number() : std::nullopt;
+  if (number && *number > 0 && *number <= 1000 && clock->entries.size() == 1) {
+    scenario.factor = *number;
+  } else {
+    reader.error(clock->span, "scenario.clock",
+                 "clock must be virtual, real, or {real: FACTOR} with a factor up to 1000");
+  }
+}
+
+void read_timeline(const text::YamlNode& node, Scenario& scenario, Diagnostics& diagnostics) {
+  for (const text::YamlNode& entry : node.items) {
+    YamlReader reader(entry, "an entry of the timeline", diagnostics);
+    Injection injection;
+    injection.span = entry.span;
+    injection.at = TimePoint(reader.duration("at").value_or(Duration(0)));
+    if (reader.node("at") == nullptr)
+      reader.error(entry.span, "project.missing-key", "an entry of the timeline needs \"at\"");
+    injection.kill = reader.string("kill").value_or("");
+    const std::string call =
+        injection.kill.empty() ? reader.required_string("call") : reader.string("call").value_or("");
+    if (const auto* args = reader.mapping("args"))
+      injection.args = args->value();
+    else
+      injection.args = Map();
+    const auto dot = call.rfind('.');
+    if (!call.empty() && dot == std::string::npos) {
+      reader.error(reader.span("call"), "scenario.call", "call \"" + call + "\" must be SERVICE.METHOD");
+    } else if (!call.empty()) {
+      injection.service = call.substr(0, dot);
+      injection.method = call.substr(dot + 1);
+    }
+    scenario.timeline.push_back(std::move(injection));
+  }
+}
+
+void read_delays(const text::YamlNode& node, Scenario& scenario, Diagnostics& diagnostics) {
+  for (const text::YamlNode& entry : node.items) {
+    YamlReader reader(entry, "a delay", diagnostics);
+    scenario.delays.push_back(
+        {reader.required_string("message"), reader.duration("by").value_or(Duration(0)), entry.span});
+  }
+}
+
+void read_processes(const text::YamlNode& node, Scenario& scenario, Diagnostics& diagnostics) {
+  for (const auto& [name, entry] : node.entries) {
+    YamlReader reader(entry, "process \"" + name.scalar + "\"", diagnostics);
+    ProcessEntry process{.name = name.scalar,
+                         .component = reader.string("component").value_or(""),
+                         .skill = reader.string("skill").value_or(""),
+                         .listen = reader.required_string("listen"),
+                         .span = name.span};
+    if (process.component.empty() == process.skill.empty()) {
+      reader.error(name.span, "scenario.process",
+                   "process \"" + name.scalar + "\" needs either \"component: sim\" or \"skill: LEAF\"");
+    } else if (!process.component.empty() && process.component != "sim") {
+      reader.error(reader.span("component"), "scenario.process",
+                   "component \"" + process.component + "\" is not known; there is \"sim\"");
+    }
+    scenario.processes.push_back(std::move(process));
+  }
+}
+
+void read_expect(const text::YamlNode& node, Scenario& scenario, Diagnostics& diagnostics) {
+  YamlReader reader(node, "expect", diagnostics);
+  scenario.expect_span = node.span;
+  scenario.mission = reader.string("mission");
+  if (scenario.mission && *scenario.mission != "SUCCESS" && *scenario.mission != "FAILURE" &&
+      *scenario.mission != "RUNNING") {
+    reader.error(reader.span("mission"), "scenario.expect",
+                 "mission \"" + *scenario.mission + "\" must be SUCCESS, FAILURE or RUNNING");
+  }
+  scenario.mission_reason = reader.string("reason").value_or("");
+  scenario.distinct_processes = reader.boolean("distinct_processes").value_or(false);
+  const auto* monitors = reader.mapping("monitors");
+  if (monitors == nullptr) return;
+  std::vector<std::string> names;
+  for (const MonitorEntry& monitor : scenario.project.monitors) names.push_back(monitor.name);
+  for (const auto& [name, verdict] : monitors->entries) {
+    if (std::find(names.begin(), names.end(), name.scalar) == names.end()) {
+      reader.error(name.span, "scenario.expect",
+                   "the project has no monitor \"" + name.scalar + "\"" + did_you_mean(name.scalar, names));
+    }
+    if (verdict.scalar != "violated" && verdict.scalar != "satisfied" && verdict.scalar != "undecided") {
+      reader.error(verdict.span, "scenario.expect",
+                   "verdict \"" + verdict.scalar + "\" must be violated, satisfied or undecided");
+    }
+    scenario.verdicts[name.scalar] = verdict.scalar;
+  }
+}
+
+// Changes that a scenario makes to its project.
+void read_overrides(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
+  YamlReader reader(node, "override", diagnostics);
+  if (const auto* skills = reader.mapping("skills")) {
+    for (const auto& [name, entry] : skills->entries) {
+      YamlReader skill(entry, "skill \"" + name.scalar + "\"", diagnostics);
+      SkillEntry changed{.leaf = name.scalar, .file = {}, .at = {}, .span = name.span};
+      const auto old = std::find_if(project.skills.begin(), project.skills.end(),
+                                    [&](const auto& s) { return s.leaf == name.scalar; });
+      if (old != project.skills.end()) changed = *old;
+      if (const auto file = skill.string("file")) changed.file = {*file, skill.span("file")};
+      if (const auto at = skill.string("at")) changed.at = *at;
+      if (old != project.skills.end())
+        *old = std::move(changed);
+      else
+        project.skills.push_back(std::move(changed));
+    }
+  }
+  if (const auto* services = reader.mapping("services")) {
+    std::vector<std::string> names;
+    for (const ServiceEntry& service : project.services) names.push_back(service.name);
+    for (const auto& [name, entry] : services->entries) {
+      YamlReader service(entry, "service \"" + name.scalar + "\"", diagnostics);
+      const auto at = service.required_string("at");
+      const auto old = std::find_if(project.services.begin(), project.services.end(),
+                                    [&](const auto& s) { return s.name == name.scalar; });
+      if (old != project.services.end())
+        old->at = at;
+      else
+        service.error(name.span, "scenario.override",
+                      "the project has no service \"" + name.scalar + "\"" + did_you_mean(name.scalar, names));
+    }
+  }
+  if (const auto* deadlines = reader.mapping("deadlines")) {
+    YamlReader limits(*deadlines, "deadlines", diagnostics);
+    Deadlines& d = project.deadlines;
+    d.call = limits.duration("call").value_or(d.call);
+    d.condition = limits.duration("condition").value_or(d.condition);
+    d.budget = limits.duration("budget").value_or(d.budget);
+    d.halt = limits.duration("halt").value_or(d.halt);
+    d.unresponsive = limits.duration("unresponsive").value_or(d.unresponsive);
+  }
+  if (const auto* world = reader.mapping("world")) project.world_overrides = *world;
+}
+
+}  // namespace
+
+Scenario plain_scenario(Project project) {
+  Scenario scenario;
+  scenario.file = project.file;
+  scenario.name = project.folder.filename().string();
+  scenario.project = std::move(project);
+  scenario.virtual_time = false;
+  return scenario;
+}
+
+Loaded<Scenario> load_scenario(const std::filesystem::path& file) {
+  Loaded<Scenario> loaded;
+  const auto source = text::read_file(file);
+  if (!source) {
+    loaded.diagnostics.push_back(source.error());
+    return loaded;
+  }
+  const auto yaml = text::parse_yaml(*source, file.string());
+  if (!yaml) {
+    loaded.diagnostics.push_back(yaml.error());
+    return loaded;
+  }
+  Scenario scenario;
+  scenario.file = file.string();
+  {
+    YamlReader reader(*yaml, "the scenario", loaded.diagnostics);
+    scenario.name = reader.string("name").value_or(file.stem().string());
+    scenario.description = reader.string("description").value_or("");
+    const std::filesystem::path project_path = file.parent_path() / reader.string("project").value_or("..");
+    Loaded<Project> project = load_project(project_path.lexically_normal());
+    loaded.diagnostics.insert(loaded.diagnostics.end(), project.diagnostics.begin(), project.diagnostics.end());
+    if (!project.ok()) return loaded;
+    scenario.project = std::move(*project.value);
+
+    read_clock(reader, scenario);
+    if (const auto seed = reader.integer("seed")) scenario.seed = static_cast<std::uint64_t>(*seed);
+    scenario.duration = reader.duration("duration").value_or(scenario.duration);
+    scenario.stop_when_violated = reader.boolean("stop_when_violated").value_or(false);
+    if (const auto* overrides = reader.mapping("override"))
+      read_overrides(*overrides, scenario.project, loaded.diagnostics);
+    if (const auto* timeline = reader.sequence("timeline")) read_timeline(*timeline, scenario, loaded.diagnostics);
+    if (const auto* delays = reader.sequence("delays")) read_delays(*delays, scenario, loaded.diagnostics);
+    if (const auto* processes = reader.mapping("processes")) read_processes(*processes, scenario, loaded.diagnostics);
+    if (const auto* expect = reader.mapping("expect")) read_expect(*expect, scenario, loaded.diagnostics);
+  }
+  if (!has_errors(loaded.diagnostics)) loaded.value = std::move(scenario);
+  return loaded;
+}
+
+}  // namespace sentree::runtime

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "sentree/base/time.h"
+#include "sentree/base/value.h"
+#include "sentree/idl/schema.h"
+#include "sentree/sim/state.h"
+#include "sentree/sim/world.h"
+
+namespace sentree::runtime {
+
+/// How a call ended.
+struct CallOutcome {
+  bool ok = false;
+  Value result;      ///< If ok.
+  std::string kind;  ///< Else: exception, vetoed, unreachable, late or protocol.
+  std::string message;
+};
+
+/// A service as one caller sees it. Calls are executed in the order given.
+class ServicePort {
+ public:
+  using Done = std::function<void(CallOutcome)>;
+  virtual ~ServicePort() = default;
+  /// `args` conform to the method. `done` is called once: before this returns, or later from another thread.
+  virtual void call(const idl::Method& method, Value args, Done done) = 0;
+};
+
+/// The simulated robot of a run: one world's state, shared by all its services.
+class SimHost {
+ public:
+  SimHost(std::shared_ptr<const sim::World> world, std::uint64_t seed, const Clock& clock);
+
+  /// Advances the world to now and serves the call. From any thread.
+  [[nodiscard]] CallOutcome call(const std::string& interface, const std::string& method, const Value& args);
+  /// A copy of the state, advanced to now.
+  [[nodiscard]] sim::State snapshot();
+  [[nodiscard]] const sim::World& world() const { return *world_; }
+
+ private:
+  std::shared_ptr<const sim::World> world_;
+  const Clock& clock_;
+  std::mutex mutex_;
+  sim::State state_;
+};
+
+/// A service of the simulator in this process; answers before `call` returns.
+[[nodiscard]] std::unique_ptr<ServicePort> make_sim_port(SimHost& host, std::string interface);
+
+}  // namespace sentree::runtime

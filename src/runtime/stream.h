@@ -1,0 +1,66 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <vector>
+
+#include "sentree/base/message.h"
+#include "sentree/runtime/scheduler.h"
+
+namespace sentree::runtime {
+
+/// The one ordered stream of everything observed in a run.
+///
+/// `publish` fixes the message's place in the total order before it returns; since a request is published before
+/// it is sent and a reply before it is delivered, the order extends causality. Listeners see all messages in that
+/// order, one at a time: in virtual time before `publish` returns, in real time on a thread of their own.
+class Stream {
+ public:
+  using Listener = std::function<void(const Message&)>;
+
+  /// Messages waiting for the listeners; beyond that a publisher waits for them to catch up.
+  static constexpr std::size_t kPendingMax = 1U << 16U;
+
+  explicit Stream(Scheduler& scheduler);
+
+  /// Before the run starts.
+  void subscribe(Listener listener) { listeners_.push_back(std::move(listener)); }
+
+  /// Gives the message its sequence, stamp, time and tick and hands it on. From any thread.
+  /// Returns it as published.
+  Message publish(Message message);
+
+  /// A number for a call that nobody else has.
+  [[nodiscard]] std::uint64_t next_call() { return ++calls_; }
+  void set_tick(std::uint64_t tick) { tick_ = tick; }
+  [[nodiscard]] std::uint64_t tick() const { return tick_; }
+  /// A stamp from elsewhere has been seen; later ones are greater.
+  void witness(CausalStamp stamp);
+
+  /// Hands on what is still pending; for the end of a run, when no actor works any more.
+  void flush();
+  /// In which listeners are called in real time.
+  [[nodiscard]] ActorId actor() const { return actor_; }
+  [[nodiscard]] std::uint64_t published() const { return sequence_; }
+
+ private:
+  void drain();
+
+  Scheduler& scheduler_;
+  ActorId actor_;
+  std::vector<Listener> listeners_;
+  std::mutex mutex_;
+  std::condition_variable_any room_;
+  std::deque<Message> pending_;
+  bool draining_ = false;
+  std::uint64_t sequence_ = 0;
+  CausalStamp stamp_ = 0;
+  std::atomic<std::uint64_t> calls_ = 0;
+  std::atomic<std::uint64_t> tick_ = 0;
+};
+
+}  // namespace sentree::runtime
