@@ -194,6 +194,8 @@ class RawPeer {
     fd_ = -1;
   }
   void send(std::string_view bytes) const { (void)!::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
+  /// Says that nothing more will be sent.
+  void finish() const { ::shutdown(fd_, SHUT_WR); }
   /// True once the other side has closed.
   [[nodiscard]] bool await_end() const {
     std::array<char, 4096> buffer;

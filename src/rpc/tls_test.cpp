@@ -1,0 +1,123 @@
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+
+#include "sentree/rpc/detail/test_peers.h"
+
+namespace sentree::rpc {
+namespace {
+
+using namespace std::chrono_literals;
+using test::Folder;
+using test::in;
+using test::Robot;
+using ::testing::HasSubstr;
+
+// Certificates as docs/how-to/certificates.md makes them.
+class Tls : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new Folder;
+    for (const char* authority : {"ours", "theirs"}) {
+      run(std::string("req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -days 30 -subj /CN=") +
+          authority + " -keyout " + file(authority, "key") + " -out " + file(authority, "pem"));
+    }
+    issue("server", "ours", "DNS:localhost,IP:127.0.0.1");
+    issue("client", "ours", "DNS:client");
+    issue("elsewhere", "ours", "DNS:elsewhere");
+    issue("stranger", "theirs", "DNS:localhost,IP:127.0.0.1");
+  }
+  static void TearDownTestSuite() {
+    delete folder_;
+    folder_ = nullptr;
+  }
+  static std::string file(const std::string& name, const char* kind) { return folder_->file(name + "." + kind); }
+  static void run(const std::string& arguments) {
+    ASSERT_EQ(std::system(("openssl " + arguments + " 2>/dev/null").c_str()), 0) << arguments;
+  }
+  static void issue(const std::string& name, const std::string& authority, const std::string& names) {
+    run("req -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -subj /CN=" + name +
+        " -addext subjectAltName=" + names + " -keyout " + file(name, "key") + " -out " + file(name, "csr"));
+    run("x509 -req -days 30 -copy_extensions copy -in " + file(name, "csr") + " -CA " + file(authority, "pem") +
+        " -CAkey " + file(authority, "key") + " -CAcreateserial -out " + file(name, "pem"));
+  }
+  static TlsFiles files(const std::string& name, const std::string& authority = "ours") {
+    return {file(authority, "pem"), file(name, "pem"), file(name, "key")};
+  }
+
+  std::unique_ptr<Server> start(TlsFiles tls) {
+    return test::serve(*Address::parse("tls://127.0.0.1:0"), robot_,
+                       {.tls = std::move(tls), .message_time_max = 2000ms});
+  }
+  static Outcome ping(const Server& server, TlsFiles tls) {
+    return test::connect(server.address(), {.tls = std::move(tls)})->call("ping", {}, {.deadline = in(10s)});
+  }
+
+  static Folder* folder_;
+  std::shared_ptr<Robot> robot_ = std::make_shared<Robot>();
+};
+Folder* Tls::folder_ = nullptr;
+
+TEST_F(Tls, CarriesCallsBetweenThoseWhoTrustEachOther) {
+  const auto server = start(files("server"));
+  const auto client = test::connect(server->address(), {.tls = files("client")});
+  const std::string text(100000, 'x');
+  for (int i = 0; i < 5; ++i)
+    EXPECT_EQ(client->call("echo", Map{{"text", text}}, {.deadline = in(10s)}), Outcome(Value(text)));
+  EXPECT_EQ(client->counters().connections, 1U);
+}
+
+TEST_F(Tls, ADeadlineHolds) {
+  const auto server = start(files("server"));
+  const auto client = test::connect(server->address(), {.tls = files("client")});
+  ASSERT_TRUE(client->call("ping", {}, {.deadline = in(10s)}));
+  EXPECT_EQ(client->call("wait", {}, {.deadline = in(50ms)}).error().kind, CallErrorKind::kLate);
+  robot_->release();
+  EXPECT_TRUE(client->call("ping", {}, {.deadline = in(10s)}));
+  EXPECT_EQ(client->counters().late_replies, 1U);
+}
+
+TEST_F(Tls, AClientOfAnotherAuthorityIsRefused) {
+  const auto server = start(files("server"));
+  EXPECT_FALSE(ping(*server, files("stranger")));
+  EXPECT_TRUE(ping(*server, files("client")));
+}
+
+TEST_F(Tls, AServerOfAnotherAuthorityIsRefused) {
+  const auto server = start(files("stranger"));
+  const Outcome out = ping(*server, files("client"));
+  ASSERT_FALSE(out);
+  EXPECT_THAT(out.error().message, HasSubstr("certificate refused"));
+}
+
+TEST_F(Tls, AServerUnderAnotherNameIsRefused) {
+  const auto server = start(files("elsewhere"));
+  const Outcome out = ping(*server, files("client"));
+  ASSERT_FALSE(out);
+  EXPECT_THAT(out.error().message, HasSubstr("certificate refused"));
+}
+
+TEST_F(Tls, APlainPeerIsAnErrorOnEitherSide) {
+  const auto server = start(files("server"));
+  Address plain = server->address();
+  plain.kind = Address::Kind::kTcp;
+  EXPECT_FALSE(test::connect(plain)->call("ping", {}, {.deadline = in(10s)}));
+  const auto open = test::serve(*Address::parse("tcp://127.0.0.1:0"), robot_, {.message_time_max = 100ms});
+  Address secure = open->address();
+  secure.kind = Address::Kind::kTls;
+  EXPECT_FALSE(test::connect(secure, {.tls = files("client")})->call("ping", {}, {.deadline = in(10s)}));
+}
+
+TEST_F(Tls, MissingAndWrongFilesAreNamed) {
+  const auto message = [&](TlsFiles tls) {
+    const auto server = Server::start(*Address::parse("tls://127.0.0.1:0"), {}, {.tls = std::move(tls)});
+    return server ? std::string() : server.error().message;
+  };
+  EXPECT_THAT(message({}), HasSubstr("there is no authority"));
+  EXPECT_THAT(message({file("ours", "pem"), "/no/such.pem", file("server", "key")}),
+              HasSubstr("the certificate \"/no/such.pem\" cannot be used"));
+  EXPECT_THAT(message({file("ours", "pem"), file("server", "pem"), file("client", "key")}), HasSubstr("the key"));
+}
+
+}  // namespace
+}  // namespace sentree::rpc
