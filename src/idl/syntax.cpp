@@ -352,12 +352,14 @@ class Parser {
     const bool map = is_word("map");
     if (map || is_word("list") || is_word("set")) {
       out.form = map ? TypeUse::Form::kMap : is_word("list") ? TypeUse::Form::kList : TypeUse::Form::kSet;
-      if (!advance() || !cpp_type() || !symbol('<')) return false;
+      // Of a list the compiler reads it behind, of the others before the brackets.
+      const bool list = out.form == TypeUse::Form::kList;
+      if (!advance() || (!list && !cpp_type()) || !symbol('<')) return false;
       out.arguments.resize(map ? 2 : 1);
       if (!type(out.arguments[0], depth + 1)) return false;
       if (map && (!symbol(',') || !type(out.arguments[1], depth + 1))) return false;
       if (!symbol('>')) return false;
-      if (out.form == TypeUse::Form::kList && !cpp_type()) return false;
+      if (list && !cpp_type()) return false;
       return annotations();
     }
     if (is_word("void")) return error(out.span, "idl.syntax", "only a method's result can be void");
