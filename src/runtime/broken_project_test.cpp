@@ -24,30 +24,56 @@ struct Broken {
 
 const Broken kBroken[] = {
     {"MalformedXml", "mission.xml", "</BehaviorTree>", "</BehaviourTree>",
-     "mission.xml:33:3: </BehaviourTree> closes <BehaviorTree>"},
-    {"UnknownLeaf", "mission.xml", "<WaitForUser name=\"WaitForUser\"/>", "<WaitForUsr name=\"WaitForUser\"/>", ""},
-    {"MissingSkillFile", "skills/WaitForUser.scxml", nullptr, nullptr, ""},
-    {"MisspeltPort", "mission.xml", "threshold=\"30\"", "treshold=\"30\"", ""},
+     "mission.xml:30:3: </BehaviourTree> closes <BehaviorTree>"},
+    {"UnknownLeaf", "mission.xml", "<WaitForUser name=\"WaitForUser\"/>", "<WaitForUsr name=\"WaitForUser\"/>",
+     "mission.xml:22:11: there is no node \"WaitForUsr\"; did you mean \"WaitForUser\"?"},
+    {"MissingSkillFile", "skills/WaitForUser.scxml", nullptr, nullptr,
+     "mission.xml:22:11: file \"skills/WaitForUser.scxml\": no such file"},
+    {"MisspeltPort", "mission.xml", "threshold=\"30\"", "treshold=\"30\"",
+     "mission.xml:14:60: BatteryLevelAbove has no port \"treshold\" in the TreeNodesModel; did you mean "
+     "\"threshold\"?"},
     {"TwoRootTrees", "mission.xml", "  <TreeNodesModel>",
-     "  <BehaviorTree ID=\"Main\"><AlwaysSuccess/></BehaviorTree>\n  <TreeNodesModel>", ""},
-    {"BadChartTarget", "skills/BatteryLevelAbove.scxml", "target=\"success\"/>", "target=\"succes\"/>", ""},
-    {"ScriptSyntax", "skills/BatteryLevelAbove.scxml", "&gt; threshold", "&gt; (threshold", ""},
+     "  <BehaviorTree ID=\"Main\"><AlwaysSuccess/></BehaviorTree>\n  <TreeNodesModel>",
+     "mission.xml:32:21: there are two BehaviorTrees \"Main\"; the other is at mission.xml:10:3"},
+    {"BadChartTarget", "skills/BatteryLevelAbove.scxml", "target=\"success\"/>", "target=\"succes\"/>",
+     "skills/BatteryLevelAbove.scxml:14:83: transition target \"succes\" is not a state; did you mean \"success\"?"},
+    {"ScriptSyntax", "skills/BatteryLevelAbove.scxml", "&gt; threshold", "&gt; (threshold",
+     "skills/BatteryLevelAbove.scxml:14:23: \"_event.data.result.percentage * 100 > (threshold\" does not parse: "
+     "SyntaxError: parse error"},
     {"UnknownService", "skills/BatteryLevelAbove.scxml", "target=\"battery\"", "target=\"batery\"",
-     "skills/BatteryLevelAbove.scxml:12:34: service \"batery\" is not in sentree.yaml; did you mean \"battery\"?"},
-    {"UnknownMethod", "skills/BatteryLevelAbove.scxml", "event=\"getBatteryState\"", "event=\"getBateryState\"", ""},
-    {"WrongArgumentType", "skills/AtLocation.scxml", "expr=\"linear_tolerance\"", "expr=\"'near'\"", ""},
-    {"TruncatedMap", "world/house.pgm", nullptr, "P5\n10 10\n255\nabc", ""},
+     "skills/BatteryLevelAbove.scxml:11:35: service \"batery\" is not in sentree.yaml; did you mean \"battery\"?"},
+    {"UnknownMethod", "skills/BatteryLevelAbove.scxml", "event=\"getBatteryState\"", "event=\"getBateryState\"",
+     "skills/BatteryLevelAbove.scxml:11:51: service \"battery\" (Battery) has no method \"getBateryState\"; did you "
+     "mean \"getBatteryState\"?"},
+    {"WrongArgumentType", "skills/AtLocation.scxml", "expr=\"linear_tolerance\"", "expr=\"'near'\"",
+     "skills/AtLocation.scxml:8:5: warning: data \"linear_tolerance\" is never used\nskills/AtLocation.scxml:16:9: "
+     "argument \"linear_tolerance\" of Navigation.checkNearToLocation: expected double, got string \"near\""},
+    {"TruncatedMap", "world/house.pgm", nullptr, "P5\n10 10\n255\nabc",
+     "world/house.pgm: the image ends after 3 of 100 cells; the file was cut off, fetch it again"},
     {"UnknownDestination", "mission.xml", "destination=\"kitchen\"", "destination=\"kichen\"",
-     "mission.xml:30:9: \"kichen\", the destination of GoToKitchen, is no location or area of world/world.yaml; did "
+     "mission.xml:27:9: \"kichen\", the destination of GoToKitchen, is no location or area of world/world.yaml; did "
      "you mean \"kitchen\"?"},
-    {"OutcomeThatIsNone", "skills/GoToLocation.scxml", "<final id=\"halted\"/>", "<final id=\"stopped\"/>", ""},
-    {"ToleranceTooNarrow", "skills/AtLocation.scxml", "expr=\"0.3\"", "expr=\"0.01\"", ""},
-    {"ToleranceTooWide", "skills/AtLocation.scxml", "expr=\"0.3\"", "expr=\"3\"", ""},
-    {"UnknownMonitorState", "sentree.yaml", "violated: [failure]}\n  - ", "violated: [failed]}\n  - ", ""},
-    {"NoInterface", "sentree.yaml", "robot.thrift/Battery", "robots.thrift/Battery", ""},
-    {"TestControlAsService", "skills/BatteryLevelAbove.scxml", "target=\"battery\"", "target=\"simulation\"", ""},
-    {"BadAddress", "sentree.yaml", "Battery,    at: sim", "Battery,    at: 'http://here'", ""},
-    {"AttributeNobodyDeclared", "mission.xml", "threshold=\"30\"", "threshold=\"30\" carrier=\"tcp\"", ""},
+    {"OutcomeThatIsNone", "skills/GoToLocation.scxml", "<final id=\"halted\"/>",
+     "<final id=\"halted\"/><final id=\"stopped\"/>", "OUTCOME"},
+    {"ToleranceTooNarrow", "skills/AtLocation.scxml", "expr=\"0.3\"", "expr=\"0.01\"",
+     "skills/AtLocation.scxml:16:9: linear_tolerance of 0.01 m is narrower than navigation's 0.1 m: the robot can stop "
+     "where this skill does not see it arrived"},
+    {"ToleranceTooWide", "skills/AtLocation.scxml", "expr=\"0.3\"", "expr=\"3\"",
+     "skills/AtLocation.scxml:16:9: linear_tolerance of 3 m is not below the charging station's 0.5 m: the robot can "
+     "wait where the station does not charge it"},
+    {"UnknownMonitorState", "sentree.yaml", "violated: [failure]}\n  - ", "violated: [failed]}\n  - ",
+     "sentree.yaml:10:5: monitor \"battery\": \"failed\" is no state of monitors/battery.scxml"},
+    {"NoInterface", "sentree.yaml", "robot.thrift/Battery", "robots.thrift/Battery",
+     "sentree.yaml:6:3: interface file \"robots.thrift\" is neither in the project's interfaces/ nor among those of "
+     "Sentree"},
+    {"TestControlAsService", "skills/BatteryLevelAbove.scxml", "target=\"battery\"", "target=\"simulation\"",
+     "skills/BatteryLevelAbove.scxml:11:35: service \"simulation\" is test control; skills cannot reach it, scenarios "
+     "can"},
+    {"BadAddress", "sentree.yaml", "Battery,    at: sim", "Battery,    at: 'http://here'",
+     "sentree.yaml:6:3: service \"battery\": address \"http://here\" begins with none of the known schemes; an address "
+     "is unix:/path, tcp://host:port or tls://host:port"},
+    {"AttributeNobodyDeclared", "mission.xml", "threshold=\"30\"", "threshold=\"30\" carrier=\"tcp\"",
+     "mission.xml:14:75: warning: attribute \"carrier\" of BatteryLevelAbove is declared nowhere and is kept"},
 };
 
 class BrokenProject : public testing::TestWithParam<Broken> {};

@@ -89,12 +89,12 @@ TEST(Skill, AConditionIsAnsweredWhenItsRunEnds) {
 
 TEST(Skill, AnActionAnswersRunningAndTellsItsEndToTheNextTick) {
   Player p(kAsking);
-  p.tick(true, {{"n", 1.0}});
-  EXPECT_THAT(p.take(), ElementsAre("call s.ask {\"n\":1.0}", "RUNNING"));
+  p.tick(true, {{"n", 1.5}});
+  EXPECT_THAT(p.take(), ElementsAre("call s.ask {\"n\":1.5}", "RUNNING"));
   p.reply("s.ask.reply", Map{{"result", true}});
   EXPECT_THAT(p.take(), ElementsAre("log left"));
   p.tick();
-  EXPECT_THAT(p.take(), ElementsAre("SUCCESS {\"out\":1.0}"));
+  EXPECT_THAT(p.take(), ElementsAre("SUCCESS {\"out\":1.5}"));
 }
 
 TEST(Skill, TheFirstTickIsDeliveredToo) {

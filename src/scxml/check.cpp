@@ -38,7 +38,8 @@ class Checker {
   }
 
   [[nodiscard]] std::string name(StateIndex s) const {
-    return model_.states[s].id.empty() ? "<" + std::string(to_string(model_.states[s].kind)) + ">" : "\"" + model_.states[s].id + "\"";
+    return model_.states[s].id.empty() ? "<" + std::string(to_string(model_.states[s].kind)) + ">"
+                                       : "\"" + model_.states[s].id + "\"";
   }
 
   [[nodiscard]] std::vector<std::string> state_ids() const {
@@ -57,14 +58,18 @@ class Checker {
         if (node.op != NativeCode::Op::kIn) continue;
         const std::string& state = expression.native.strings[node.a];
         if (!chart_.find(state)) {
-          warn("scxml.unknown-state", "In('" + state + "') is never true: there is no such state" + did_you_mean(state, state_ids()), expression.place);
+          warn("scxml.unknown-state",
+               "In('" + state + "') is never true: there is no such state" + did_you_mean(state, state_ids()),
+               expression.place);
         }
       }
       if (!expression.native.empty() || expression.slot) continue;
       if (model_.data_model == DataModelKind::kNull) {
-        report(Severity::kError, "scxml.expression-syntax",
-               "the null data model has no expressions but In('state'); write datamodel=\"ecmascript\" at <scxml> for \"" + expression.text + "\"",
-               expression.place);
+        report(
+            Severity::kError, "scxml.expression-syntax",
+            "the null data model has no expressions but In('state'); write datamodel=\"ecmascript\" at <scxml> for \"" +
+                expression.text + "\"",
+            expression.place);
         continue;
       }
       if (!heap) {
@@ -75,12 +80,16 @@ class Checker {
       int line = expression.place.line;
       if (auto problem = heap->syntax_error(id, line)) {
         Place place = expression.place;
-        if (line != place.line) place = {line, 1, 0};
+        // An attribute is one line to the script, whatever its lines in the file.
+        if (line != place.line && expression.use == ExpressionUse::kScript) place = {line, 1, 0};
         const std::string shown = expression.text.size() > 60 ? expression.text.substr(0, 57) + "..." : expression.text;
         std::string message = *std::move(problem);
         message = message.substr(0, message.rfind(" (line "));
         report(Severity::kError, "scxml.expression-syntax",
-               (expression.use == ExpressionUse::kScript ? "the script does not parse: " : "\"" + shown + "\" does not parse: ") + message, place);
+               (expression.use == ExpressionUse::kScript ? "the script does not parse: "
+                                                         : "\"" + shown + "\" does not parse: ") +
+                   message,
+               place);
       }
     }
   }
@@ -117,7 +126,8 @@ class Checker {
     for (StateIndex s = 1; s < model_.states.size(); ++s) {
       const State& state = model_.states[s];
       if (reached_[s] || !reached_[state.parent]) continue;  // of nested ones, the outermost is enough
-      warn("scxml.unreachable-state", "state " + name(s) + " is never entered: no transition of a reachable state leads to it", state.place);
+      warn("scxml.unreachable-state",
+           "state " + name(s) + " is never entered: no transition of a reachable state leads to it", state.place);
     }
   }
 
@@ -133,15 +143,16 @@ class Checker {
   void transitions() {
     for (StateIndex s = 0; s < model_.states.size(); ++s) {
       const auto& list = model_.states[s].transitions;
-      // Transitions of one state are few; a state with thousands would only be slow to check, so it is looked at in part.
+      // Transitions of one state are few; a state with thousands would only be slow to check, so it is looked at in
+      // part.
       for (std::size_t i = 1; i < std::min<std::size_t>(list.size(), 500); ++i) {
         for (std::size_t k = 0; k < i; ++k) {
           const Transition& earlier = model_.transitions[list[k]];
           const Transition& later = model_.transitions[list[i]];
           if (!covers(earlier, later)) continue;
           warn("scxml.transition-never-taken",
-               "this transition of state " + name(s) + " is never taken: the one in line " + std::to_string(earlier.place.line) +
-                   " has no condition and takes the same events first",
+               "this transition of state " + name(s) + " is never taken: the one in line " +
+                   std::to_string(earlier.place.line) + " has no condition and takes the same events first",
                later.place);
           break;
         }
@@ -151,7 +162,8 @@ class Checker {
 
   [[nodiscard]] bool handled(std::string_view event) const {
     const auto& all = model_.descriptors.all();
-    return std::any_of(all.begin(), all.end(), [&](const std::string& descriptor) { return event_matches(descriptor, event); });
+    return std::any_of(all.begin(), all.end(),
+                       [&](const std::string& descriptor) { return event_matches(descriptor, event); });
   }
 
   void events() {
@@ -160,13 +172,16 @@ class Checker {
     const auto sent = [&](const std::string& event, const Place& place) {
       inside.push_back(event);
       if (!handled(event)) {
-        warn("scxml.event-not-handled", "event \"" + event + "\" is raised, but no transition handles it" + did_you_mean(event, handled_names), place);
+        warn("scxml.event-not-handled",
+             "event \"" + event + "\" is raised, but no transition handles it" + did_you_mean(event, handled_names),
+             place);
       }
     };
     for (const auto& [event, place] : model_.raises) sent(event, place);
     for (const SendInfo& send : model_.sends) {
-      const bool to_self = send.type && (send.type->empty() || *send.type == kScxmlProcessor || *send.type == kScxmlProcessorShort) &&
-                           send.target && (send.target->empty() || *send.target == "#_internal");
+      const bool to_self =
+          send.type && (send.type->empty() || *send.type == kScxmlProcessor || *send.type == kScxmlProcessorShort) &&
+          send.target && (send.target->empty() || *send.target == "#_internal");
       if (to_self && send.event && !send.event->empty()) sent(*send.event, send.event_place);
     }
     for (const StateCode& code : model_.state_code) inside.push_back(code.done_event);
@@ -176,12 +191,15 @@ class Checker {
     }
   }
 
-  void handled_event(const std::string& descriptor, const Transition& transition, const std::vector<std::string>& inside) {
+  void handled_event(const std::string& descriptor, const Transition& transition,
+                     const std::vector<std::string>& inside) {
     if (descriptor == "*" || descriptor == "error" || descriptor.starts_with("error.")) return;
     if (descriptor.starts_with("done.state.")) {
       const std::string id = descriptor.substr(11);
       if (!chart_.find(id)) {
-        warn("scxml.event-not-sent", "event \"" + descriptor + "\" never comes: there is no state \"" + id + "\"" + did_you_mean(id, state_ids()),
+        warn("scxml.event-not-sent",
+             "event \"" + descriptor + "\" never comes: there is no state \"" + id + "\"" +
+                 did_you_mean(id, state_ids()),
              transition.place);
       }
       return;
@@ -189,14 +207,19 @@ class Checker {
     if (!options_.external_events || descriptor == "done" || descriptor.starts_with("done.")) return;
     std::vector<std::string> known = *options_.external_events;
     known.insert(known.end(), inside.begin(), inside.end());
-    const bool comes = std::any_of(known.begin(), known.end(), [&](const std::string& event) { return event_matches(descriptor, event); });
-    if (!comes) warn("scxml.event-not-sent", "event \"" + descriptor + "\" is handled, but nobody sends it" + did_you_mean(descriptor, known), transition.place);
+    const bool comes = std::any_of(known.begin(), known.end(),
+                                   [&](const std::string& event) { return event_matches(descriptor, event); });
+    if (!comes)
+      warn("scxml.event-not-sent",
+           "event \"" + descriptor + "\" is handled, but nobody sends it" + did_you_mean(descriptor, known),
+           transition.place);
   }
 
   void data() {
     std::unordered_set<std::string_view> used;
     const auto is_name = [](char c) {
-      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '$' || static_cast<unsigned char>(c) >= 0x80;
+      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '$' ||
+             static_cast<unsigned char>(c) >= 0x80;
     };
     for (const Expression& expression : model_.expressions) {
       const std::string_view text = expression.text;
@@ -211,7 +234,8 @@ class Checker {
       }
     }
     for (const Variable& variable : model_.variables) {
-      if (!used.contains(variable.id)) warn("scxml.unused-data", "data \"" + variable.id + "\" is never used", variable.place);
+      if (!used.contains(variable.id))
+        warn("scxml.unused-data", "data \"" + variable.id + "\" is never used", variable.place);
     }
   }
 
@@ -221,12 +245,14 @@ class Checker {
         for (Diagnostic& diagnostic : check(*invoke.child)) diagnostics_.push_back(std::move(diagnostic));
         continue;
       }
-      const bool inline_chart = invoke.payload.content && invoke.payload.content_expr == kNoExpression && invoke.type.expr == kNoExpression &&
-                                (invoke.type.constant.empty() || invoke.type.constant.starts_with("http://www.w3.org/TR/scxml"));
+      const bool inline_chart =
+          invoke.payload.content && invoke.payload.content_expr == kNoExpression && invoke.type.expr == kNoExpression &&
+          (invoke.type.constant.empty() || invoke.type.constant.starts_with("http://www.w3.org/TR/scxml"));
       if (!inline_chart) continue;
       for (const Diagnostic& diagnostic : load(invoke.payload.content_source).diagnostics) {
         if (diagnostic.severity != Severity::kError) continue;
-        report(Severity::kError, diagnostic.code, "the invoked chart cannot be loaded: " + diagnostic.message, invoke.place);
+        report(Severity::kError, diagnostic.code, "the invoked chart cannot be loaded: " + diagnostic.message,
+               invoke.place);
       }
     }
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <optional>
 #include <utility>
 
@@ -183,7 +184,9 @@ Loaded<GridMap> parse_map(std::string_view source, const std::string& file, cons
     loaded.diagnostics.push_back(std::move(missing));
     return loaded;
   }
-  const auto image = parse_image(*bytes, image_name);
+  // Shown beside the yaml, where a person finds it.
+  const std::string shown = (std::filesystem::path(file).parent_path() / image_name).string();
+  const auto image = parse_image(*bytes, shown);
   if (!image) {
     loaded.diagnostics.push_back(image.error());
     return loaded;

@@ -68,7 +68,8 @@ class WorldReader {
     }
     const std::filesystem::path folder = std::filesystem::path(name).parent_path();
     const auto beside = [&](const std::string& image) { return read_((folder / image).string()); };
-    Loaded<GridMap> map = parse_map(*source, name, beside);
+    const std::string shown = (std::filesystem::path(node->span.file).parent_path() / name).string();
+    Loaded<GridMap> map = parse_map(*source, shown, beside);
     found_.insert(found_.end(), map.diagnostics.begin(), map.diagnostics.end());
     if (!map.ok()) return;
     world_.map_id = std::filesystem::path(name).stem().string();
