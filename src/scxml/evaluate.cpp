@@ -324,6 +324,7 @@ bool evaluate_native(const NativeCode& code, NativeScope& scope, std::vector<std
 }
 
 Value number_value(double number) {
+  if (std::isnan(number)) return std::numeric_limits<double>::quiet_NaN();  // scripts know one NaN; its sign is an accident
   constexpr double kExactMax = 9007199254740992.0;
   if (number >= -kExactMax && number <= kExactMax) {
     const auto integer = static_cast<std::int64_t>(number);

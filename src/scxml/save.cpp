@@ -232,10 +232,10 @@ struct SessionSnapshot {
       }
     }
     for (const Value& item : *lists[3]) {
-      if (!restore_timer(item, session.timers_.emplace_back())) return false;
+      Timer timer;
+      if (!restore_timer(item, timer)) return false;
+      session.timers_.insert(std::move(timer));
     }
-    std::sort(session.timers_.begin(), session.timers_.end(),
-              [](const Timer& a, const Timer& b) { return std::pair(a.due, a.sequence) < std::pair(b.due, b.sequence); });
     for (const Value& item : *lists[4]) {
       if (!restore_invocation(chart, item, options, depth, session.invocations_.emplace_back())) return false;
     }

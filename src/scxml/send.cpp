@@ -71,8 +71,7 @@ bool Interpreter::execute_send(const Send& send, const Place& place) {
   }
   timer.due = add_saturating(run_.now, timer.delay);
   timer.sequence = session_.sequence_++;
-  const auto later = [](const Timer& a, const Timer& b) { return std::pair(a.due, a.sequence) < std::pair(b.due, b.sequence); };
-  session_.timers_.insert(std::upper_bound(session_.timers_.begin(), session_.timers_.end(), timer, later), std::move(timer));
+  session_.timers_.insert(std::move(timer));
   return true;
 }
 
@@ -198,7 +197,7 @@ bool Interpreter::execute_cancel(const Cancel& cancel) {
     }
     id = *std::move(text);
   }
-  std::erase_if(session_.timers_, [&](const Timer& timer) { return timer.event.sendid == id; });
+  session_.timers_.cancel(id);
   return true;
 }
 

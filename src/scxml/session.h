@@ -66,6 +66,45 @@ struct Timer {
   friend bool operator==(const Timer&, const Timer&) = default;
 };
 
+/// Delayed sends by due time, then in the order sent.
+class TimerQueue {
+ public:
+  [[nodiscard]] bool empty() const { return head_ == timers_.size(); }
+  [[nodiscard]] std::size_t size() const { return timers_.size() - head_; }
+  [[nodiscard]] const Timer& front() const { return timers_[head_]; }
+  [[nodiscard]] auto begin() const { return timers_.begin() + static_cast<std::ptrdiff_t>(head_); }
+  [[nodiscard]] auto end() const { return timers_.end(); }
+  void insert(Timer timer) {
+    // Taken ones are dropped when they are half of all, so that taking costs no more than a move.
+    if (head_ > 0 && head_ * 2 >= timers_.size()) {
+      timers_.erase(timers_.begin(), timers_.begin() + static_cast<std::ptrdiff_t>(head_));
+      head_ = 0;
+    }
+    const auto earlier = [](const Timer& a, const Timer& b) { return a.due != b.due ? a.due < b.due : a.sequence < b.sequence; };
+    timers_.insert(std::upper_bound(timers_.begin() + static_cast<std::ptrdiff_t>(head_), timers_.end(), timer, earlier), std::move(timer));
+  }
+  [[nodiscard]] Timer pop() {
+    Timer timer = std::move(timers_[head_++]);
+    if (empty()) clear();
+    return timer;
+  }
+  void cancel(std::string_view sendid) {
+    timers_.erase(std::remove_if(timers_.begin() + static_cast<std::ptrdiff_t>(head_), timers_.end(),
+                                 [&](const Timer& timer) { return timer.event.sendid == sendid; }),
+                  timers_.end());
+    if (empty()) clear();
+  }
+  void clear() {
+    timers_.clear();
+    head_ = 0;
+  }
+  friend bool operator==(const TimerQueue& a, const TimerQueue& b) { return std::equal(a.begin(), a.end(), b.begin(), b.end()); }
+
+ private:
+  std::vector<Timer> timers_;
+  std::size_t head_ = 0;
+};
+
 class Session;
 
 /// A running <invoke>.
@@ -130,7 +169,7 @@ class Session {
   /// Due time of the earliest delayed send, children's included; kNever: none;
   /// TimePoint::min(): the session wants to go on at once (see Host::yield_after_send).
   [[nodiscard]] TimePoint next_timer() const;
-  [[nodiscard]] const std::vector<Timer>& timers() const { return timers_; }
+  [[nodiscard]] const TimerQueue& timers() const { return timers_; }
   [[nodiscard]] const std::vector<Invocation>& invocations() const { return invocations_; }
 
   /// Why the session cannot be copied or saved faithfully (a script keeps a function or a cycle in its data); nothing: it can.
@@ -165,7 +204,7 @@ class Session {
   std::vector<std::pair<StateIndex, std::vector<StateIndex>>> history_;
   EventQueue internal_;            // empty in a stable configuration
   EventQueue external_;            // empty between steps
-  std::vector<Timer> timers_;      // by due time, then sequence
+  TimerQueue timers_;
   std::vector<Invocation> invocations_;
   std::vector<std::optional<Value>> variables_;  // of <data>, by slot; nothing: undefined
   Map globals_;                    // what scripts added

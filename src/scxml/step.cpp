@@ -39,11 +39,7 @@ struct SessionAccess {
       if (invocation.child) find_due(*invocation.child, *invocation.chart, &session, now, best);
     }
   }
-  static Timer take_timer(Session& session) {
-    Timer timer = std::move(session.timers_.front());
-    session.timers_.erase(session.timers_.begin());
-    return timer;
-  }
+  static Timer take_timer(Session& session) { return session.timers_.pop(); }
 };
 
 StepInfo start(const Chart& chart, Session& session, StartOptions options, TimePoint now, Effects& effects, const Host& host) {
