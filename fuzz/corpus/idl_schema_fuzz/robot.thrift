@@ -1,0 +1,118 @@
+// Services of the simulated robot. SI units: m, rad, s, V, A, degC; charge as a ratio 0..1.
+// Frames follow REP 103/105: "map" -> "odom" -> "base_link" -> "laser". Poses are (x, y, theta), theta in (-pi, pi], CCW from +x.
+// Names map 1:1 to YARP INavigation2D/ILocalization2D/IMap2D/IBattery/IRangefinder2D and to ROS 2 nav2_msgs, nav_msgs, sensor_msgs.
+namespace cpp robot
+
+enum ReturnCode { OK = 0, ERROR = 1, NOT_IMPLEMENTED = 2, NOT_READY = 3, OUT_OF_BOUNDS = 4, UNKNOWN_NAME = 5 }   // ~ yarp ReturnValue
+struct Header   { 1: double stamp, 2: string frame_id = "map" }                 // stamp: simulated s since start
+struct Pose2D   { 1: double x, 2: double y, 3: double theta }
+struct Twist2D  { 1: double vx, 2: double vy = 0, 3: double omega }              // m/s, m/s, rad/s in base_link
+struct PoseStamped { 1: Header header, 2: Pose2D pose }
+struct PoseWithCovariance { 1: Header header, 2: Pose2D pose, 3: list<double> covariance }  // 3x3 row-major (x, y, theta)
+struct Odometry { 1: Header header, 2: Pose2D pose, 3: Twist2D twist, 4: string child_frame_id = "base_link" }
+struct Point2D  { 1: double x, 2: double y }
+struct Location { 1: string map_id, 2: Pose2D pose, 3: string description = "" }             // yarp Map2DLocation (theta in rad here)
+struct Area     { 1: string map_id, 2: list<Point2D> points, 3: string description = "" }
+struct Path     { 1: Header header, 2: list<Pose2D> poses }
+
+// --- navigation (YARP INavigation2D*, Nav2 NavigateToPose) ---
+enum NavigationStatus { IDLE = 0, PREPARING_BEFORE_MOVE = 1, MOVING = 2, WAITING_OBSTACLE = 3, GOAL_REACHED = 4,
+                        ABORTED = 5, FAILING = 6, PAUSED = 7, THINKING = 8, ERROR = 9 }      // the ten of YARP
+enum NavigationError  { NONE = 0, GOAL_REJECTED = 1, SEND_GOAL_FAILURE = 2,
+                        PLAN_UNKNOWN = 200, START_OUTSIDE_MAP = 203, GOAL_OUTSIDE_MAP = 204, START_OCCUPIED = 205, GOAL_OCCUPIED = 206,
+                        PLAN_TIMEOUT = 207, NO_VALID_PATH = 208, FAILED_TO_MAKE_PROGRESS = 105, NO_VALID_CONTROL = 106,
+                        UNKNOWN = 9000, TF_ERROR = 9002, TIMEOUT = 9003 }                    // Nav2 numbers
+struct NavigationState { 1: NavigationStatus status, 2: NavigationError error_code = NavigationError.NONE, 3: string error_msg = "",
+                         4: i64 goal_id, 5: string target_name = "", 6: Location target,
+                         7: double navigation_time, 8: double estimated_time_remaining, 9: double distance_remaining, 10: i32 number_of_recoveries }
+struct GoalReply { 1: ReturnCode code, 2: i64 goal_id, 3: NavigationError error_code = NavigationError.NONE }
+service Navigation {
+  GoalReply  gotoTargetByLocationName(1: string name)          // location, or an area (its centre)
+  GoalReply  gotoTargetByAbsoluteLocation(1: Location target)
+  GoalReply  gotoTargetByRelativeLocation(1: Pose2D delta)     // base_link
+  GoalReply  followPath(1: Path path)
+  NavigationState  getNavigationState()
+  NavigationStatus getNavigationStatus()
+  string     getNameOfCurrentTarget()                          // "" when none
+  ReturnCode stopNavigation(1: i64 goal_id)                    // that goal only (no effect on any other) -> IDLE; 0: whichever is current
+  ReturnCode suspendNavigation(1: double time_s)               // < 0: until resumed
+  ReturnCode resumeNavigation()
+  ReturnCode recomputeCurrentNavigationPath()
+  Path       getAllNavigationWaypoints()
+  bool       checkInsideArea(1: string area_name)
+  bool       checkNearToLocation(1: string name, 2: double linear_tolerance, 3: double angular_tolerance)
+}
+
+// --- localization (ILocalization2D, amcl_pose) ---
+enum LocalizationStatus { NOT_YET_LOCALIZED = 0, LOCALIZED_OK = 1, ERROR = 2 }
+service Localization {
+  LocalizationStatus getLocalizationStatus()
+  PoseWithCovariance getCurrentPosition()
+  list<PoseStamped>  getEstimatedPoses()                       // particle cloud, may be decimated
+  Odometry   getEstimatedOdometry()
+  ReturnCode setInitialPose(1: PoseWithCovariance pose)
+  ReturnCode reinitializeGlobalLocalization()
+}
+
+// --- map (IMap2D, nav_msgs/OccupancyGrid) ---
+struct MapInfo { 1: string map_id, 2: double resolution, 3: i32 width, 4: i32 height, 5: Pose2D origin }
+struct OccupancyGrid { 1: Header header, 2: MapInfo info, 3: binary data }      // int8 row-major from lower left: -1 unknown, 0..100
+struct OccupancyGridReply { 1: ReturnCode code, 2: OccupancyGrid grid }
+struct LocationReply { 1: ReturnCode code, 2: Location location }
+struct AreaReply { 1: ReturnCode code, 2: Area area }
+service MapServer {
+  OccupancyGridReply getMap(1: string map_id)
+  list<string>  getMapNames()
+  list<string>  getLocationsList()
+  LocationReply getLocation(1: string name)
+  ReturnCode    storeLocation(1: string name, 2: Location location)
+  ReturnCode    deleteLocation(1: string name)
+  list<string>  getAreasList()
+  AreaReply     getArea(1: string name)
+  ReturnCode    storeArea(1: string name, 2: Area area)
+}
+
+// --- battery (IBattery, sensor_msgs/BatteryState) ---
+enum PowerSupplyStatus { UNKNOWN = 0, CHARGING = 1, DISCHARGING = 2, NOT_CHARGING = 3, FULL = 4 }
+enum BatteryWarning    { NONE = 0, LOW = 1, CRITICAL = 2 }                       // YARP BATTERY_LOW/CRITICAL_WARNING
+struct BatteryState { 1: Header header, 2: double voltage, 3: double current,     // current < 0 while discharging (ROS sign)
+                      4: double percentage,                                       // 0..1, as in sensor_msgs
+                      5: double temperature, 6: PowerSupplyStatus power_supply_status, 7: BatteryWarning warning, 8: bool present = true }
+service Battery {
+  BatteryState getBatteryState()
+  double       getBatteryCharge()                              // 0..100 %, YARP name and unit
+  bool         isCharging()
+}
+
+// --- laser (IRangefinder2D, sensor_msgs/LaserScan) ---
+struct LaserScan { 1: Header header, 2: double angle_min, 3: double angle_max, 4: double angle_increment, 5: double scan_time,
+                   6: double range_min, 7: double range_max, 8: list<double> ranges }  // +inf: nothing within range_max
+service Laser { LaserScan getLaserMeasurement() }
+
+// --- base ---
+service Base {
+  ReturnCode applyVelocityCommand(1: Twist2D cmd, 2: double timeout)   // stops after timeout (YARP default 0.1 s)
+  Twist2D    getLastVelocityCommand()
+  Odometry   getOdometry()
+  ReturnCode resetOdometry()
+}
+
+// --- test control: never used by a skill ---
+// The robot is the one whose Simulation service is called; obstacles, doors, and time are of the whole world.
+service Simulation {
+  ReturnCode setBatteryCharge(1: double percent)               // the paper's experiment 1: force 10 %
+  ReturnCode plugIn()                                          // a person connects the robot; NOT_READY away from a station
+  ReturnCode unplug()
+  ReturnCode setRobotPose(1: Pose2D pose)                      // teleport ground truth; localization by odometry is told, AMCL is not
+  Pose2D     getGroundTruth()
+  i64        getCollisions()                                   // motions that a wall or an obstacle stopped
+  ReturnCode addObstacle(1: string id, 2: Point2D centre, 3: double radius)                           // a disc that only the laser sees
+  ReturnCode addWall(1: string id, 2: Point2D a, 3: Point2D b, 4: double thickness, 5: bool on_map)   // on_map: the robots know it unseen
+  ReturnCode moveObstacle(1: string id, 2: Point2D centre)
+  ReturnCode removeObstacle(1: string id)
+  ReturnCode setDoor(1: string id, 2: bool open)
+  ReturnCode setTimeFactor(1: double factor)                   // simulated seconds per second; 0: as fast as possible
+  ReturnCode setPaused(1: bool paused)
+  double     step(1: double seconds)                           // paused or not; returns simulated time
+  ReturnCode reset(1: i64 seed)                                // back to the start and to simulated time 0; the clock's settings stay
+}

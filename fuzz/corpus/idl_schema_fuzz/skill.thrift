@@ -1,0 +1,53 @@
+// A skill in another process, in any language: what a leaf of the tree calls.
+// Data are JSON objects, because ports and observations have no fixed type. An integer beyond 2^53 is a decimal string,
+// octets are {"$bytes": "<base64>"}.
+
+namespace cpp sentree.skill
+namespace py sentree.skill
+
+/// A leaf's status, with BehaviorTree.CPP's numbers.
+enum Status {
+  IDLE = 0,
+  RUNNING = 1,
+  SUCCESS = 2,
+  FAILURE = 3
+}
+
+struct SkillInfo {
+  1: string name,          // the ID of the leaves that it runs
+  2: i64 pid,
+  3: bool condition = false // answers with SUCCESS or FAILURE only
+}
+
+struct Tick {
+  1: string leaf,          // the leaf's full path
+  2: i64 run,              // counts the leaf's runs from 1; a new number starts the skill anew
+  3: i64 tick,             // number of the root tick
+  4: string inputs = "{}", // present values of the input ports
+  5: i64 stamp = 0         // causal stamp (Lamport): a reply's is greater
+}
+
+struct TickReply {
+  1: Status status,
+  2: string outputs = "{}", // values of output ports; read when the status is SUCCESS or FAILURE
+  3: i64 stamp = 0
+}
+
+struct HaltReply {
+  1: bool halted,          // false: still halting; ask again
+  2: i64 stamp = 0
+}
+
+service Skill {
+  SkillInfo info()
+  TickReply tick(1: Tick tick)
+
+  // Ends the run in order. A run that has ended, or was never started, is halted.
+  HaltReply halt(1: string leaf, 2: i64 run)
+
+  // Ends the run at once: halting took too long, or the mission is over.
+  void cancel(1: string leaf, 2: i64 run)
+
+  // Forgets every run, as if just started.
+  void reset()
+}
