@@ -41,7 +41,7 @@ enum class NavigationError {
   kTimeout = 9003,
 };
 
-/// Times of a goal that may run out; all in simulated time.
+/// How a robot pursues its goals; durations are of simulated time.
 struct NavigationSpec {
   double margin_m = 0.06;  ///< Kept from walls beyond the robot's radius, when planning.
   double fade_m = 0.5;     ///< Beyond that, nearness to a wall costs something over this distance.
