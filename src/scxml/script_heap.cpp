@@ -519,6 +519,7 @@ Result<void> ScriptHeap::for_each(const Foreach& loop, const std::function<bool(
     is_array = duk_is_array(ctx, -1) != 0;
     if (!is_array) return;
     length = duk_get_length(ctx, -1);
+    if (length > foreach_max) return;
     duk_push_string(ctx, "slice");
     duk_call_prop(ctx, -2, 0);
     duk_put_prop_lstring(ctx, -3, key.data(), key.size());

@@ -61,7 +61,10 @@ StepInfo step(const Chart& chart, Session& session, const Event& event, TimePoin
     if (event.type == EventType::kExternal) interpreter.process_external_event(event);
     else interpreter.process_platform_event(event);
   }
+  // What follows, events that the session sends to itself, was not enabled by this event.
+  const bool enabled = run.info.enabled;
   SessionAccess::settle(run, chart, session);
+  run.info.enabled = enabled;
   return run.info;
 }
 

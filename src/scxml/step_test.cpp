@@ -62,6 +62,20 @@ TEST(Step, EntersTheFirstStateAndFollowsEvents) {
   EXPECT_THAT(p.configuration(), ElementsAre("b"));
 }
 
+TEST(Step, TellsWhetherThisVeryEventEnabledATransition) {
+  Player p(R"xml(<state id="a"><onentry><send event="own"/></onentry><transition event="own"/><transition event="again"><send event="own"/></transition></state>)xml");
+  p.begin();
+  EXPECT_FALSE(p.send("halt").enabled);
+  EXPECT_TRUE(p.send("again").enabled);
+}
+
+TEST(Bounds, AForeachOverTooManyItemsIsAnErrorInTheSession) {
+  Player p(R"xml(<datamodel><data id="list" expr="new Array(100001)"/></datamodel>
+    <state id="a"><onentry><foreach array="list" item="i"/></onentry><transition event="error.execution" target="b"/></state><state id="b"/>)xml");
+  p.begin();
+  EXPECT_THAT(p.configuration(), ElementsAre("b"));
+}
+
 TEST(Step, InitialDataReplaceTopLevelDataOfTheSameId) {
   Player p(R"xml(<datamodel><data id="x" expr="1"/><data id="y" expr="2"/></datamodel><state id="a"/>)xml");
   p.begin({{"x", "given"}, {"z", 3}});
