@@ -49,6 +49,8 @@ foreach(library IN LISTS libraries)
 endforeach()
 if(TARGET sentree)
   install(TARGETS sentree RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  # What the command looks for beside itself: interfaces, and the example that a new project starts from.
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/interfaces ${PROJECT_SOURCE_DIR}/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/sentree)
 endif()
 
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/SentreeConfig.cmake.in ${PROJECT_BINARY_DIR}/SentreeConfig.cmake

@@ -22,5 +22,5 @@ service Control {
   // JSON: [{"name": …, "interface": …, "methods": ["signature", …]}, …]; "simulation" is the simulator's test control.
   string services()
   // Calls a service as the run itself would; the call is observed, its source is "control".
-  CallReply call(1: string service, 2: string method, 3: string arguments = "{}")
+  CallReply call(1: string target, 2: string method, 3: string arguments = "{}")
 }

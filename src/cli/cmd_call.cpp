@@ -104,7 +104,7 @@ int call(const CallCommand& command) {
                     : finish(false, "", "unreachable", services.error().message);
   }
   const auto reply = (*client)->call(
-      "call", Map{{"service", command.service}, {"method", command.method}, {"arguments", to_json(*arguments)}},
+      "call", Map{{"target", command.service}, {"method", command.method}, {"arguments", to_json(*arguments)}},
       context);
   if (!reply) return finish(false, "", "unreachable", reply.error().message);
   const Value* ok = reply->find("ok");

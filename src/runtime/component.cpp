@@ -80,7 +80,7 @@ Loaded<SimComponent> prepare_sim_world(const std::string& world_file) {
 }
 
 SimServer::SimServer(SimComponent component, std::uint64_t seed, double factor)
-    : clock_(make_real_scheduler(factor)), host_(std::make_unique<SimHost>(component.world, seed, *clock_)) {
+    : clock_(make_real_clock(factor)), host_(std::make_unique<SimHost>(component.world, seed, *clock_)) {
   for (SimComponent::Served& served : component.services) {
     auto service = std::make_shared<rpc::FunctionService>(
         served.service,

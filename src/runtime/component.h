@@ -34,7 +34,7 @@ class SimServer {
   [[nodiscard]] std::vector<rpc::NamedService> services() const { return services_; }
 
  private:
-  std::unique_ptr<Scheduler> clock_;
+  std::unique_ptr<Clock> clock_;
   std::unique_ptr<SimHost> host_;
   std::vector<rpc::NamedService> services_;
 };

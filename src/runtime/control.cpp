@@ -51,8 +51,8 @@ Value serve(const ControlHandler& handler, const idl::Method& method, const Valu
   if (!args)
     outcome = {.ok = false, .result = {}, .kind = "arguments", .message = args.error().message};
   else
-    outcome = handler.call(std::string(arguments.find("service")->text()),
-                           std::string(arguments.find("method")->text()), *args);
+    outcome = handler.call(std::string(arguments.find("target")->text()), std::string(arguments.find("method")->text()),
+                           *args);
   return Map{{"ok", outcome.ok},
              {"result", outcome.ok ? to_json(outcome.result) : ""},
              {"kind", outcome.kind},

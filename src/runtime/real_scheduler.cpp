@@ -17,18 +17,40 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
+// Run time that stands at 0 until it is started. Any thread may read it.
+class StretchedClock final : public Clock {
+ public:
+  explicit StretchedClock(double factor) : factor_(factor) { SENTREE_ASSERT(factor > 0); }
+
+  void start() { start_ns_ = SteadyClock::now().time_since_epoch().count(); }
+  TimePoint now() const override {
+    const std::int64_t start = start_ns_;
+    if (start == kNotStarted) return {};
+    const auto passed = static_cast<double>(SteadyClock::now().time_since_epoch().count() - start);
+    return TimePoint(Duration(static_cast<std::int64_t>(passed * factor_)));
+  }
+  /// Only once started.
+  SteadyClock::time_point wall(TimePoint when) const {
+    const double ns = static_cast<double>(when.time_since_epoch().count()) / factor_;
+    if (ns > 9e18 - static_cast<double>(start_ns_)) return SteadyClock::time_point::max();
+    return SteadyClock::time_point(Duration(start_ns_ + static_cast<std::int64_t>(ns)));
+  }
+
+ private:
+  static constexpr std::int64_t kNotStarted = INT64_MIN;
+  const double factor_;
+  std::atomic<std::int64_t> start_ns_ = kNotStarted;
+};
+
 class RealScheduler final : public Scheduler {
  public:
-  explicit RealScheduler(double factor) : factor_(factor), start_(SteadyClock::now()) { SENTREE_ASSERT(factor > 0); }
+  explicit RealScheduler(double factor) : clock_(factor) {}
   ~RealScheduler() override {
     stop();
     join();
   }
 
-  TimePoint now() const override {
-    const std::chrono::duration<double, std::nano> passed = SteadyClock::now() - start_;
-    return TimePoint(Duration(static_cast<std::int64_t>(passed.count() * factor_)));
-  }
+  TimePoint now() const override { return clock_.now(); }
   bool is_virtual() const override { return false; }
 
   ActorId add_actor(std::string name) override {
@@ -50,6 +72,7 @@ class RealScheduler final : public Scheduler {
   std::optional<std::string> run() override {
     std::unique_lock lock(mutex_);
     running_ = true;
+    clock_.start();
     for (auto& actor : actors_) start(*actor);
     stopped_changed_.wait(lock, [&] { return stopped_.load(); });
     lock.unlock();
@@ -122,12 +145,6 @@ class RealScheduler final : public Scheduler {
     stopped_changed_.notify_all();
   }
 
-  SteadyClock::time_point wall(TimePoint when) const {
-    const double ns = static_cast<double>(when.time_since_epoch().count()) / factor_;
-    if (ns > 9e18) return SteadyClock::time_point::max();
-    return start_ + std::chrono::duration_cast<SteadyClock::duration>(Duration(static_cast<std::int64_t>(ns)));
-  }
-
   void start(Actor& actor) {
     if (!actor.thread.joinable()) actor.thread = std::thread([this, &actor] { work(actor); });
   }
@@ -148,7 +165,7 @@ class RealScheduler final : public Scheduler {
         actor.wake.wait(lock);
         continue;
       } else {
-        actor.wake.wait_until(lock, wall(actor.timers.top().when));
+        actor.wake.wait_until(lock, clock_.wall(actor.timers.top().when));
         continue;
       }
       lock.unlock();
@@ -168,8 +185,7 @@ class RealScheduler final : public Scheduler {
     }
   }
 
-  const double factor_;
-  const SteadyClock::time_point start_;
+  StretchedClock clock_;
   std::mutex mutex_;
   std::condition_variable stopped_changed_;
   std::atomic<bool> stopped_ = false;
@@ -181,5 +197,11 @@ class RealScheduler final : public Scheduler {
 }  // namespace
 
 std::unique_ptr<Scheduler> make_real_scheduler(double factor) { return std::make_unique<RealScheduler>(factor); }
+
+std::unique_ptr<Clock> make_real_clock(double factor) {
+  auto clock = std::make_unique<StretchedClock>(factor);
+  clock->start();
+  return clock;
+}
 
 }  // namespace sentree::runtime

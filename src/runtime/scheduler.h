@@ -53,7 +53,10 @@ class Scheduler : public Clock {
 /// Virtual time: as fast as the machine allows, the same every time.
 [[nodiscard]] std::unique_ptr<Scheduler> make_virtual_scheduler();
 
-/// The steady clock, run time passing `factor` times as fast as wall time (> 0).
+/// The steady clock, run time passing `factor` times as fast as wall time (> 0). It stands at 0 until `run()`.
 [[nodiscard]] std::unique_ptr<Scheduler> make_real_scheduler(double factor = 1.0);
+
+/// A clock that runs from now on, `factor` times as fast as wall time; for what needs no tasks.
+[[nodiscard]] std::unique_ptr<Clock> make_real_clock(double factor = 1.0);
 
 }  // namespace sentree::runtime
