@@ -58,7 +58,7 @@ Blackboard::Entry* Blackboard::create(std::uint32_t cell, const PortType* type, 
   return &state_.entries_[made];
 }
 
-bool Blackboard::set(std::uint32_t cell, Datum datum, const PortType* type, std::string& error) {
+bool Blackboard::set(std::uint32_t cell, Datum&& datum, const PortType* type, std::string& error) {
   if (type != nullptr && !type->strong()) type = nullptr;
   const bool is_text = type != nullptr && type->kind == PortType::Class::kString;
   if (link_of(cell) == State::kNoEntry) {

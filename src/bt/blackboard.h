@@ -31,7 +31,7 @@ class Blackboard {
   /// The entry, made where it does not exist. Null, with `error` set, where it exists with another strong type.
   Entry* create(std::uint32_t cell, const PortType* type, std::string& error);
   /// Writes as a typed port does. False, with `error` set, where the entry has another type.
-  bool set(std::uint32_t cell, Datum datum, const PortType* type, std::string& error);
+  bool set(std::uint32_t cell, Datum&& datum, const PortType* type, std::string& error);
   /// Forgets the name in this blackboard; other names linked to the entry keep it.
   void unset(std::uint32_t cell);
   /// Counts and stamps a write made through the pointer.

@@ -81,7 +81,7 @@ class Context {
   /// Points at the value converted to `wanted`, or null.
   const Datum* read(std::string_view port, const PortType& wanted, Datum& scratch) const;
   [[nodiscard]] Diagnostic read_error(std::string_view port, const PortType& wanted) const;
-  Result<void> write(std::string_view port, Datum datum, const PortType& type);
+  Result<void> write(std::string_view port, Datum&& datum, const PortType& type);
 
   Machine& machine_;
   NodeId node_;

@@ -15,7 +15,7 @@
 
 namespace sentree::bt {
 
-Next Machine::enter(const Node& n, NodeId id) {
+[[gnu::always_inline]] inline Next Machine::enter(const Node& n, NodeId id) {
   switch (n.kind) {
     case Kind::kSequence: return nodes::Sequence::enter(*this, n, id);
     case Kind::kFallback: return nodes::Fallback::enter(*this, n, id);
@@ -61,7 +61,7 @@ Next Machine::enter(const Node& n, NodeId id) {
   return Next::done(Status::kFailure);
 }
 
-Next Machine::child_done(const Node& n, NodeId id, NodeId child, Status status) {
+[[gnu::always_inline]] inline Next Machine::child_done(const Node& n, NodeId id, NodeId child, Status status) {
   switch (n.kind) {
     case Kind::kSequence: return nodes::Sequence::child_done(*this, n, id, status);
     case Kind::kFallback: return nodes::Fallback::child_done(*this, n, id, status);

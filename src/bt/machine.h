@@ -105,7 +105,7 @@ class Machine {
   std::optional<std::string> read_text(const Node& n, std::uint32_t port);
   bool read_bool(const Node& n, std::uint32_t port, bool otherwise);
   std::optional<Status> read_status(const Node& n, std::uint32_t port);
-  bool write(const Binding& binding, Datum datum, const PortType* type, std::string& error);
+  bool write(const Binding& binding, Datum&& datum, const PortType* type, std::string& error);
 
   /// Runs a script of the node. False: it failed, and the tick is given up.
   bool run(NodeId id, std::uint32_t use, ScriptValue& result);

@@ -142,7 +142,7 @@ std::optional<Status> Machine::read_status(const Node& n, std::uint32_t port) {
   return text ? parse_status(*text) : std::nullopt;
 }
 
-bool Machine::write(const Binding& binding, Datum datum, const PortType* type, std::string& error) {
+bool Machine::write(const Binding& binding, Datum&& datum, const PortType* type, std::string& error) {
   if (binding.kind != Binding::Kind::kEntry) {
     error = "port \"" + model_.strings[binding.name] + "\" is \"" + model_.strings[binding.text] +
             "\", which is no entry to write to; write \"{" + model_.strings[binding.text] + "}\"";
@@ -238,7 +238,7 @@ Diagnostic Context::read_error(std::string_view port, const PortType& wanted) co
   return error;
 }
 
-Result<void> Context::write(std::string_view port, Datum datum, const PortType& type) {
+Result<void> Context::write(std::string_view port, Datum&& datum, const PortType& type) {
   const Binding* b = machine_.binding(machine_.node(node_), port);
   std::string error;
   if (b == nullptr) {
