@@ -112,7 +112,7 @@ class Reader {
         const std::string_view octets = text();
         Bytes b;
         b.octets.resize(octets.size());
-        std::memcpy(b.octets.data(), octets.data(), octets.size());
+        if (!octets.empty()) std::memcpy(b.octets.data(), octets.data(), octets.size());
         return b;
       }
       case 6: {
