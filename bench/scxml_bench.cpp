@@ -1,5 +1,5 @@
-// Speed and size of the state chart engine. One iteration is one event up to the stable configuration, by the very functions
-// that run skills. SCXML_MACHINES=DIR takes the charts from DIR/NAME.scxml instead.
+// Speed and size of the state chart engine. One iteration is one event up to the stable configuration, by the very
+// functions that run skills. SCXML_MACHINES=DIR takes the charts from DIR/NAME.scxml instead.
 #include <benchmark/benchmark.h>
 #include <malloc.h>
 
@@ -16,11 +16,13 @@ namespace {
 using namespace sentree;
 
 std::string head(std::string_view data_model) {
-  return R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel=")" + std::string(data_model) + "\">";
+  return R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel=")" + std::string(data_model) +
+         "\">";
 }
 
 std::string flipflop(std::string_view data_model) {
-  return head(data_model) + R"(<state id="a"><transition event="e" target="b"/></state><state id="b"><transition event="e" target="a"/></state></scxml>)";
+  return head(data_model) +
+         R"(<state id="a"><transition event="e" target="b"/></state><state id="b"><transition event="e" target="a"/></state></scxml>)";
 }
 
 std::string guardassign() {
@@ -39,8 +41,8 @@ std::string par10() {
   std::string text = head("null") + "<parallel id=\"p\">";
   for (int i = 0; i < 10; ++i) {
     const std::string n = std::to_string(i);
-    text += "<state id=\"r" + n + "\"><state id=\"a" + n + "\"><transition event=\"e\" target=\"b" + n + "\"/></state><state id=\"b" + n +
-            "\"><transition event=\"e\" target=\"a" + n + "\"/></state></state>";
+    text += "<state id=\"r" + n + "\"><state id=\"a" + n + "\"><transition event=\"e\" target=\"b" + n +
+            "\"/></state><state id=\"b" + n + "\"><transition event=\"e\" target=\"a" + n + "\"/></state></state>";
   }
   return text + "</parallel></scxml>";
 }
@@ -48,8 +50,8 @@ std::string par10() {
 std::string load1000() {
   std::string text = head("ecmascript") + "<datamodel><data id=\"x\" expr=\"0\"/></datamodel>\n";
   for (int i = 0; i < 1000; ++i) {
-    text += "<state id=\"s" + std::to_string(i) + "\"><transition event=\"e\" cond=\"x &gt;= 0\" target=\"s" + std::to_string((i + 1) % 1000) +
-            "\"><assign location=\"x\" expr=\"x + 1\"/></transition></state>\n";
+    text += "<state id=\"s" + std::to_string(i) + "\"><transition event=\"e\" cond=\"x &gt;= 0\" target=\"s" +
+            std::to_string((i + 1) % 1000) + "\"><assign location=\"x\" expr=\"x + 1\"/></transition></state>\n";
   }
   return text + "</scxml>";
 }
@@ -116,14 +118,21 @@ void run_size(benchmark::State& state, const std::string& name, std::string fall
 }  // namespace
 
 int main(int argc, char** argv) {
-  benchmark::RegisterBenchmark("flipflop_null", [](benchmark::State& s) { run_events(s, "flipflop_null", flipflop("null")); });
-  benchmark::RegisterBenchmark("flipflop_ecmascript", [](benchmark::State& s) { run_events(s, "flipflop_ecmascript", flipflop("ecmascript")); });
+  benchmark::RegisterBenchmark("flipflop_null",
+                               [](benchmark::State& s) { run_events(s, "flipflop_null", flipflop("null")); });
+  benchmark::RegisterBenchmark(
+      "flipflop_ecmascript", [](benchmark::State& s) { run_events(s, "flipflop_ecmascript", flipflop("ecmascript")); });
   benchmark::RegisterBenchmark("guardassign", [](benchmark::State& s) { run_events(s, "guardassign", guardassign()); });
-  benchmark::RegisterBenchmark("level_monitor", [](benchmark::State& s) { run_events(s, "level_monitor", level_monitor()); });
+  benchmark::RegisterBenchmark("level_monitor",
+                               [](benchmark::State& s) { run_events(s, "level_monitor", level_monitor()); });
   benchmark::RegisterBenchmark("par10_null", [](benchmark::State& s) { run_events(s, "par10_null", par10()); });
   benchmark::RegisterBenchmark("load1000", run_load)->Unit(benchmark::kMillisecond);
-  benchmark::RegisterBenchmark("size_null", [](benchmark::State& s) { run_size(s, "flipflop_null", flipflop("null")); })->Iterations(1);
-  benchmark::RegisterBenchmark("size_ecmascript", [](benchmark::State& s) { run_size(s, "guardassign", guardassign()); })->Iterations(1);
+  benchmark::RegisterBenchmark("size_null", [](benchmark::State& s) {
+    run_size(s, "flipflop_null", flipflop("null"));
+  })->Iterations(1);
+  benchmark::RegisterBenchmark("size_ecmascript", [](benchmark::State& s) {
+    run_size(s, "guardassign", guardassign());
+  })->Iterations(1);
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
 }

@@ -116,7 +116,8 @@ class Player {
       if (!send) continue;
       scxml::HttpPost message = scxml::to_http(*send);
       posted = true;
-      const auto answer = http::send(send->target, {.method = "POST", .headers = {{"Content-Type", message.content_type}}, .body = message.body});
+      const auto answer = http::send(
+          send->target, {.method = "POST", .headers = {{"Content-Type", message.content_type}}, .body = message.body});
       if (answer) continue;
       const std::lock_guard lock(mutex_);
       inbox_.push_back({.name = "error.communication", .type = scxml::EventType::kPlatform, .sendid = send->sendid});

@@ -9,7 +9,8 @@
 
 namespace {
 
-constexpr std::string_view kChart = R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
+constexpr std::string_view kChart =
+    R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
   <datamodel><data id="x"/><data id="n" expr="0"/></datamodel>
   <state id="a">
     <transition event="e" cond="_event.data.level &gt; n || _event.data.result.name === 'x'"><assign location="x" expr="_event.data.level"/></transition>

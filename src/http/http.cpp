@@ -46,7 +46,8 @@ std::optional<Url> parse_url(std::string_view text) {
   url.host = authority;
   // White space and control characters would let a target write header lines.
   const auto bad = [](char c) { return static_cast<unsigned char>(c) <= ' ' || c == '\x7f'; };
-  if (url.host.empty() || std::any_of(url.host.begin(), url.host.end(), bad) || std::any_of(url.target.begin(), url.target.end(), bad)) {
+  if (url.host.empty() || std::any_of(url.host.begin(), url.host.end(), bad) ||
+      std::any_of(url.target.begin(), url.target.end(), bad)) {
     return std::nullopt;
   }
   return url;
@@ -100,7 +101,8 @@ class Server::Impl::Connection : public std::enable_shared_from_this<Connection>
     parser_->header_limit(server_.limits.head_bytes_max);
     parser_->body_limit(server_.limits.body_bytes_max);
     stream_.expires_after(server_.limits.timeout);
-    bhttp::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](beast::error_code error, std::size_t) { self->answer(error); });
+    bhttp::async_read(stream_, buffer_, *parser_,
+                      [self = shared_from_this()](beast::error_code error, std::size_t) { self->answer(error); });
   }
 
  private:
@@ -110,16 +112,20 @@ class Server::Impl::Connection : public std::enable_shared_from_this<Connection>
     const bool gone = error && (error == bhttp::error::end_of_stream || error == beast::error::timeout ||
                                 error.category() == asio::error::get_system_category());
     if (gone) return;
-    if (error == bhttp::error::body_limit) response = {413, "text/plain", "the body is too large\n"};
-    else if (error == bhttp::error::header_limit) response = {431, "text/plain", "the head is too large\n"};
-    else if (error) response = {400, "text/plain", "this is no HTTP request\n"};
+    if (error == bhttp::error::body_limit)
+      response = {413, "text/plain", "the body is too large\n"};
+    else if (error == bhttp::error::header_limit)
+      response = {431, "text/plain", "the head is too large\n"};
+    else if (error)
+      response = {400, "text/plain", "this is no HTTP request\n"};
     else {
       const auto& message = parser_->get();
       keep = message.keep_alive();
       Request request;
       request.method = std::string(message.method_string());
       request.target = std::string(message.target());
-      for (const auto& field : message) request.headers.emplace_back(std::string(field.name_string()), std::string(field.value()));
+      for (const auto& field : message)
+        request.headers.emplace_back(std::string(field.name_string()), std::string(field.value()));
       request.body = message.body();
       response = server_.handler(request);
     }
@@ -132,8 +138,10 @@ class Server::Impl::Connection : public std::enable_shared_from_this<Connection>
     answer_->prepare_payload();
     stream_.expires_after(server_.limits.timeout);
     bhttp::async_write(stream_, *answer_, [self = shared_from_this(), keep](beast::error_code failed, std::size_t) {
-      if (!failed && keep) self->read();
-      else self->stream_.socket().shutdown(tcp::socket::shutdown_both, failed);
+      if (!failed && keep)
+        self->read();
+      else
+        self->stream_.socket().shutdown(tcp::socket::shutdown_both, failed);
     });
   }
 
@@ -157,12 +165,14 @@ Server::Server(Server&&) noexcept = default;
 Server& Server::operator=(Server&&) noexcept = default;
 Server::~Server() = default;
 
-Result<Server> Server::listen(std::string_view address, std::uint16_t port, Handler handler, Limits limits, bool allow_remote) {
+Result<Server> Server::listen(std::string_view address, std::uint16_t port, Handler handler, Limits limits,
+                              bool allow_remote) {
   beast::error_code error;
   const auto ip = asio::ip::make_address(std::string(address), error);
   if (error) return fail("http.bad-address", "\"" + std::string(address) + "\" is no IP address");
   if (!ip.is_loopback() && !allow_remote) {
-    return fail("http.not-loopback", "address " + std::string(address) + " can be reached by others; use 127.0.0.1, or allow it explicitly");
+    return fail("http.not-loopback",
+                "address " + std::string(address) + " can be reached by others; use 127.0.0.1, or allow it explicitly");
   }
   auto impl = std::make_unique<Impl>();
   impl->handler = std::move(handler);
@@ -173,7 +183,9 @@ Result<Server> Server::listen(std::string_view address, std::uint16_t port, Hand
   if (!error) impl->acceptor.set_option(asio::socket_base::reuse_address(true), error);
   if (!error) impl->acceptor.bind(endpoint, error);
   if (!error) impl->acceptor.listen(asio::socket_base::max_listen_connections, error);
-  if (error) return fail("http.port-taken", "cannot listen on " + std::string(address) + ":" + std::to_string(port) + ": " + error.message());
+  if (error)
+    return fail("http.port-taken",
+                "cannot listen on " + std::string(address) + ":" + std::to_string(port) + ": " + error.message());
   impl->accept();
   impl->thread = std::thread([raw = impl.get()] { raw->context.run(); });
   return Server(std::move(impl));
@@ -190,7 +202,8 @@ std::string Server::url() const { return "http://" + impl_->address + ":" + std:
 
 Result<Response> send(std::string_view url_text, Request request, const Limits& limits) {
   const auto url = parse_url(url_text);
-  if (!url) return fail("http.bad-url", "\"" + std::string(url_text) + "\" is no address of the form http://host:port/path");
+  if (!url)
+    return fail("http.bad-url", "\"" + std::string(url_text) + "\" is no address of the form http://host:port/path");
   asio::io_context context{1};
   tcp::resolver resolver(context);
   beast::tcp_stream stream(context);
@@ -201,7 +214,8 @@ Result<Response> send(std::string_view url_text, Request request, const Limits& 
   };
   const auto failed = [&](const char* what) {
     const bool late = error == beast::error::timeout;
-    return fail(late ? "http.timeout" : "http.unreachable", std::string(url_text) + ": " + what + ": " + error.message());
+    return fail(late ? "http.timeout" : "http.unreachable",
+                std::string(url_text) + ": " + what + ": " + error.message());
   };
   const auto endpoints = resolver.resolve(url->host, url->port, error);
   if (error) return failed("no such host");

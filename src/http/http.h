@@ -37,7 +37,7 @@ struct Response {
 struct Limits {
   std::uint32_t head_bytes_max = 64U << 10U;
   std::uint64_t body_bytes_max = 8U << 20U;
-  std::size_t connections_max = 64;       ///< Of a server at once; more are closed unanswered.
+  std::size_t connections_max = 64;           ///< Of a server at once; more are closed unanswered.
   std::chrono::milliseconds timeout{10'000};  ///< To connect, and for each read or write.
 };
 
@@ -46,10 +46,10 @@ class Server {
  public:
   using Handler = std::function<Response(const Request&)>;
 
-  /// Listens on an IP address, at any free port for 0. Errors: http.bad-address, http.not-loopback (an address that others
-  /// can reach is refused unless `allow_remote`), http.port-taken.
-  [[nodiscard]] static Result<Server> listen(std::string_view address, std::uint16_t port, Handler handler, Limits limits = {},
-                                             bool allow_remote = false);
+  /// Listens on an IP address, at any free port for 0. Errors: http.bad-address, http.not-loopback (an address that
+  /// others can reach is refused unless `allow_remote`), http.port-taken.
+  [[nodiscard]] static Result<Server> listen(std::string_view address, std::uint16_t port, Handler handler,
+                                             Limits limits = {}, bool allow_remote = false);
   Server(Server&&) noexcept;
   Server& operator=(Server&&) noexcept;
   /// Closes all connections and waits for the thread.

@@ -8,7 +8,12 @@ namespace sentree::http {
 namespace {
 
 Result<Server> echo(Limits limits = {}) {
-  return Server::listen("127.0.0.1", 0, [](const Request& request) { return Response{200, "text/plain", request.text()}; }, limits);
+  return Server::listen(
+      "127.0.0.1", 0,
+      [](const Request& request) {
+        return Response{200, "text/plain", request.text()};
+      },
+      limits);
 }
 
 TEST(Http, AServerAnswersWhatAClientSends) {
@@ -31,7 +36,9 @@ TEST(Http, ABodyBeyondTheBoundIsRefused) {
 }
 
 TEST(Http, AnAnswerBeyondTheBoundIsAnError) {
-  auto server = Server::listen("127.0.0.1", 0, [](const Request&) { return Response{200, "text/plain", std::string(1000, 'x')}; });
+  auto server = Server::listen("127.0.0.1", 0, [](const Request&) {
+    return Response{200, "text/plain", std::string(1000, 'x')};
+  });
   ASSERT_TRUE(server);
   const auto answer = send(server->url(), {}, {.body_bytes_max = 999});
   ASSERT_FALSE(answer);
@@ -43,7 +50,8 @@ TEST(Http, AConnectionBeyondTheBoundIsClosed) {
   ASSERT_TRUE(server);
   const auto answer = send(server->url(), {});
   ASSERT_FALSE(answer);
-  EXPECT_TRUE(answer.error().code == "http.bad-answer" || answer.error().code == "http.unreachable") << answer.error().message;
+  EXPECT_TRUE(answer.error().code == "http.bad-answer" || answer.error().code == "http.unreachable")
+      << answer.error().message;
 }
 
 TEST(Http, RefusesAddressesThatOthersCanReach) {

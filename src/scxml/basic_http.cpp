@@ -19,7 +19,8 @@ std::string encode(std::string_view text) {
   std::string result;
   for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '.' || c == '_' || c == '~';
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
+                       c == '.' || c == '_' || c == '~';
     if (plain) {
       result += c;
     } else {
@@ -98,8 +99,10 @@ Event from_http(std::string_view method, std::string_view content_type, std::str
     const std::size_t equals = std::min(pair.find('='), pair.size());
     const std::string name = decode(pair.substr(0, equals));
     std::string value = decode(equals < pair.size() ? pair.substr(equals + 1) : std::string_view());
-    if (name == kEventName) event.name = std::move(value);
-    else data[name] = std::move(value);
+    if (name == kEventName)
+      event.name = std::move(value);
+    else
+      data[name] = std::move(value);
     body.remove_prefix(std::min(end + 1, body.size()));
   }
   if (!data.empty()) event.data = std::move(data);

@@ -8,7 +8,8 @@
 namespace sentree::scxml {
 
 std::string_view to_string(StateKind kind) {
-  constexpr std::array<std::string_view, 7> kNames{"scxml", "atomic", "compound", "parallel", "final", "shallow history", "deep history"};
+  constexpr std::array<std::string_view, 7> kNames{"scxml", "atomic",          "compound",    "parallel",
+                                                   "final", "shallow history", "deep history"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 

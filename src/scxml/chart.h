@@ -33,10 +33,10 @@ enum class StateKind : std::uint8_t { kRoot, kAtomic, kCompound, kParallel, kFin
 enum class DataModelKind : std::uint8_t { kNull, kEcmaScript };
 
 struct State {
-  std::string id;                 ///< As written; empty if the document gives none.
+  std::string id;  ///< As written; empty if the document gives none.
   StateKind kind = StateKind::kAtomic;
-  StateIndex parent = kNoState;   ///< kNoState for the root.
-  StateIndex end = 0;             ///< One past the last descendant: the descendants are (index, end).
+  StateIndex parent = kNoState;  ///< kNoState for the root.
+  StateIndex end = 0;            ///< One past the last descendant: the descendants are (index, end).
   std::uint32_t depth = 0;
   std::vector<StateIndex> children;          ///< Document order, history states included.
   std::vector<TransitionIndex> transitions;  ///< Document order; <initial>'s and <history>'s are not among them.
@@ -74,12 +74,12 @@ struct SendParam {
 /// One <send> of the document, for checks against what its target understands. Nothing where the document gives an
 /// expression.
 struct SendInfo {
-  StateIndex state = 0;               ///< In which it is written.
-  std::optional<std::string> type;    ///< Empty string: the SCXML processor.
+  StateIndex state = 0;             ///< In which it is written.
+  std::optional<std::string> type;  ///< Empty string: the SCXML processor.
   std::optional<std::string> target;
   std::optional<std::string> event;
   std::string id;
-  std::vector<SendParam> params;      ///< <param>s and namelist.
+  std::vector<SendParam> params;  ///< <param>s and namelist.
   bool has_content = false;
   Place place;        ///< Of the element.
   Place event_place;  ///< Of the event's name, if written.
@@ -93,9 +93,9 @@ class Chart {
  public:
   explicit Chart(std::shared_ptr<const Model> model) : model_(std::move(model)) {}
 
-  [[nodiscard]] const std::string& name() const;   ///< The name attribute.
+  [[nodiscard]] const std::string& name() const;  ///< The name attribute.
   [[nodiscard]] const std::string& file() const;
-  [[nodiscard]] const std::string& source() const; ///< The document, byte for byte.
+  [[nodiscard]] const std::string& source() const;  ///< The document, byte for byte.
   [[nodiscard]] DataModelKind data_model() const;
   [[nodiscard]] std::span<const State> states() const;  ///< Document order; [0] is the root.
   [[nodiscard]] std::span<const Transition> transitions() const;
@@ -123,13 +123,14 @@ struct LoadLimits {
   std::size_t source_bytes_max = 16U << 20U;
   std::size_t states_max = 100'000;
   std::size_t transitions_max = 200'000;
-  int nesting_max = 200;                        ///< Elements inside elements, executable content included.
+  int nesting_max = 200;  ///< Elements inside elements, executable content included.
   std::size_t expression_bytes_max = 256U << 10U;
 };
 
 struct LoadOptions {
   LoadLimits limits;
-  /// Reads what `src` attributes of <script>, <data>, <assign> and <invoke> name, as written. Not set: every src is an error.
+  /// Reads what `src` attributes of <script>, <data>, <assign> and <invoke> name, as written. Not set: every src is an
+  /// error.
   std::function<Result<std::string>(std::string_view uri)> read;
 };
 

@@ -18,7 +18,8 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 
 std::string document(std::string_view body, std::string_view data_model = "ecmascript") {
-  return "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"" + std::string(data_model) + "\">\n" + std::string(body) + "</scxml>";
+  return "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"" + std::string(data_model) +
+         "\">\n" + std::string(body) + "</scxml>";
 }
 
 std::vector<std::string> texts(const Diagnostics& diagnostics) {
@@ -27,7 +28,9 @@ std::vector<std::string> texts(const Diagnostics& diagnostics) {
   return result;
 }
 
-std::vector<std::string> load_messages(std::string_view body) { return texts(load(document(body), "door.scxml").diagnostics); }
+std::vector<std::string> load_messages(std::string_view body) {
+  return texts(load(document(body), "door.scxml").diagnostics);
+}
 
 std::vector<std::string> check_messages(std::string_view body, const CheckOptions& options = {}) {
   const auto loaded = load(document(body), "door.scxml");
@@ -41,7 +44,10 @@ TEST(Load, NamesAnUnknownTargetAndTheNearestState) {
 }
 
 TEST(Load, ReportsAllProblemsAtOnce) {
-  EXPECT_THAT(load_messages("<state id=\"a\" initial=\"b\"/>\n<state id=\"a\"/>\n<stat/>\n<state><onentry><sned/></onentry></state>"), testing::SizeIs(4));
+  EXPECT_THAT(
+      load_messages(
+          "<state id=\"a\" initial=\"b\"/>\n<state id=\"a\"/>\n<stat/>\n<state><onentry><sned/></onentry></state>"),
+      testing::SizeIs(4));
 }
 
 TEST(Load, RefusesWhatCannotBeActiveTogether) {
@@ -59,7 +65,8 @@ TEST(Load, RefusesNestingBeyondTheBound) {
 TEST(Load, RefusesMoreStatesThanTheBound) {
   LoadOptions options;
   options.limits.states_max = 3;
-  EXPECT_THAT(texts(load(document("<state/><state/><state/><state/>"), {}, options).diagnostics), Contains(HasSubstr("more than 3 states")));
+  EXPECT_THAT(texts(load(document("<state/><state/><state/><state/>"), {}, options).diagnostics),
+              Contains(HasSubstr("more than 3 states")));
 }
 
 TEST(Load, WarnsOfAnAttributeThatNobodyKnows) {
@@ -70,7 +77,8 @@ TEST(Load, WarnsOfAnAttributeThatNobodyKnows) {
 TEST(Check, FindsExpressionsThatDoNotParse) {
   EXPECT_THAT(check_messages(R"(<state id="a"><transition event="e" cond="x ==== 1"/><onentry><script>
     var y = ;</script></onentry></state>)"),
-              ElementsAre(testing::StartsWith("door.scxml:2:"), testing::StartsWith("door.scxml:3:1: the script does not parse: SyntaxError")));
+              ElementsAre(testing::StartsWith("door.scxml:2:"),
+                          testing::StartsWith("door.scxml:3:1: the script does not parse: SyntaxError")));
 }
 
 TEST(Check, FindsStatesThatAreNeverEntered) {
@@ -79,21 +87,29 @@ TEST(Check, FindsStatesThatAreNeverEntered) {
 }
 
 TEST(Check, FindsTransitionsThatAnEarlierOneAlwaysTakes) {
-  EXPECT_THAT(check_messages(R"(<state id="a"><transition event="e"/><transition event="e.x" cond="true"/><transition event="f"/></state>)"),
-              ElementsAre(HasSubstr("this transition of state \"a\" is never taken")));
+  EXPECT_THAT(
+      check_messages(
+          R"(<state id="a"><transition event="e"/><transition event="e.x" cond="true"/><transition event="f"/></state>)"),
+      ElementsAre(HasSubstr("this transition of state \"a\" is never taken")));
 }
 
 TEST(Check, FindsEventsWithoutHandlerAndHandlersWithoutEvent) {
   CheckOptions options;
   options.external_events = std::vector<std::string>{"halt"};
-  EXPECT_THAT(check_messages(R"(<state id="a"><onentry><raise event="tik"/></onentry><transition event="halt tick done.state.b"/></state>)", options),
-              ElementsAre(HasSubstr(R"(event "tik" is raised, but no transition handles it; did you mean "tick"?)"),
-                          HasSubstr(R"(event "tick" is handled, but nobody sends it; did you mean "tik"?)"), HasSubstr("there is no state \"b\"")));
+  EXPECT_THAT(
+      check_messages(
+          R"(<state id="a"><onentry><raise event="tik"/></onentry><transition event="halt tick done.state.b"/></state>)",
+          options),
+      ElementsAre(HasSubstr(R"(event "tik" is raised, but no transition handles it; did you mean "tick"?)"),
+                  HasSubstr(R"(event "tick" is handled, but nobody sends it; did you mean "tik"?)"),
+                  HasSubstr("there is no state \"b\"")));
 }
 
 TEST(Check, FindsDataThatNobodyUses) {
-  EXPECT_THAT(check_messages(R"(<datamodel><data id="x"/><data id="y"/></datamodel><state id="a"><onentry><log expr="y"/></onentry></state>)"),
-              ElementsAre(HasSubstr("data \"x\" is never used")));
+  EXPECT_THAT(
+      check_messages(
+          R"(<datamodel><data id="x"/><data id="y"/></datamodel><state id="a"><onentry><log expr="y"/></onentry></state>)"),
+      ElementsAre(HasSubstr("data \"x\" is never used")));
 }
 
 TEST(Check, FindsInOfAStateThatIsNotThere) {
@@ -102,7 +118,8 @@ TEST(Check, FindsInOfAStateThatIsNotThere) {
 }
 
 TEST(Graph, HasADotForEachInitialStateAndMarksWhatIsActive) {
-  const auto loaded = load(document(R"(<state id="a" initial="c"><state id="b"/><state id="c"/><transition event="e" cond="true" target="f"/></state><final id="f"/>)"));
+  const auto loaded = load(document(
+      R"(<state id="a" initial="c"><state id="b"/><state id="c"/><transition event="e" cond="true" target="f"/></state><final id="f"/>)"));
   ASSERT_TRUE(loaded.ok());
   std::vector<StateIndex> origin;
   const draw::Chart drawn = to_graph(*loaded.value, nullptr, 0, &origin);

@@ -97,8 +97,10 @@ Result<std::optional<Value>> Interpreter::payload_data(const Payload& payload, b
     for (const Param& param : *list) {
       auto value = data_->evaluate(param.expr);
       if (value) {
-        if (*value) map[param.name] = **std::move(value);
-        else if (strict) map[param.name] = Value();
+        if (*value)
+          map[param.name] = **std::move(value);
+        else if (strict)
+          map[param.name] = Value();
         continue;
       }
       if (strict) return tl::unexpected(std::move(value.error()));

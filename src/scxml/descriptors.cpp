@@ -19,8 +19,10 @@ std::uint32_t hash_of(std::string_view name) {
 }  // namespace
 
 DescriptorId DescriptorTable::add(std::string_view descriptor) {
-  if (descriptor.ends_with(".*")) descriptor.remove_suffix(2);
-  else if (descriptor.ends_with('.')) descriptor.remove_suffix(1);
+  if (descriptor.ends_with(".*"))
+    descriptor.remove_suffix(2);
+  else if (descriptor.ends_with('.'))
+    descriptor.remove_suffix(1);
   if ((names_.size() + 1) * 4 > table_.size()) grow();
   const std::uint32_t hash = hash_of(descriptor);
   const std::size_t place = find_slot(descriptor, hash);

@@ -9,7 +9,8 @@ namespace sentree::scxml {
 
 using DescriptorId = std::uint32_t;
 
-/// The event descriptors of one chart, numbered, so that an event's name is looked up once and transitions compare numbers.
+/// The event descriptors of one chart, numbered, so that an event's name is looked up once and transitions compare
+/// numbers.
 class DescriptorTable {
  public:
   /// The number of a descriptor; equal ones share it. Trailing ".*" and "." do not count.

@@ -56,8 +56,10 @@ bool EcmaScriptModel::evaluate_here(ExpressionId id, ScriptValue& value) {
 
 void EcmaScriptModel::store(std::uint32_t slot, std::optional<Value> value) {
   session_.variables_[slot] = std::move(value);
-  if (!heap_) session_.heap_tag_ = 0;
-  else if (std::find(unwritten_.begin(), unwritten_.end(), slot) == unwritten_.end()) unwritten_.push_back(slot);
+  if (!heap_)
+    session_.heap_tag_ = 0;
+  else if (std::find(unwritten_.begin(), unwritten_.end(), slot) == unwritten_.end())
+    unwritten_.push_back(slot);
 }
 
 // ---- Evaluation ----
@@ -188,7 +190,8 @@ Result<ScriptHeap*> EcmaScriptModel::heap(ExpressionId id, bool changes) {
     } else {
       heap_ = model_.heaps->take(session_.heap_tag_);
     }
-    if (heap_ && !session_.pinned_ && (session_.heap_tag_ == 0 || heap_->tag != session_.heap_tag_) && !heap_->reset()) heap_.reset();
+    if (heap_ && !session_.pinned_ && (session_.heap_tag_ == 0 || heap_->tag != session_.heap_tag_) && !heap_->reset())
+      heap_.reset();
     if (!heap_) {
       auto created = ScriptHeap::create(model_, interpreter_.host().limits.script_memory_max);
       if (!created) return tl::unexpected(std::move(created.error()));
@@ -197,14 +200,16 @@ Result<ScriptHeap*> EcmaScriptModel::heap(ExpressionId id, bool changes) {
     heap_->attach(this);
     heap_->foreach_max = interpreter_.host().limits.foreach_max;
     if (heap_->session_id != session_.id_ || !interpreter_.host().functions.empty()) {
-      if (auto set = heap_->set_system(session_.id_, interpreter_.host().processors); !set) return tl::unexpected(std::move(set.error()));
+      if (auto set = heap_->set_system(session_.id_, interpreter_.host().processors); !set)
+        return tl::unexpected(std::move(set.error()));
     }
     if (heap_->tag == 0 && !session_.pinned_) {
       if (auto loaded = load_heap(); !loaded) return tl::unexpected(std::move(loaded.error()));
     }
   }
   for (const std::uint32_t slot : unwritten_) {
-    if (auto written = heap_->write(slot, session_.variables_[slot]); !written) return tl::unexpected(std::move(written.error()));
+    if (auto written = heap_->write(slot, session_.variables_[slot]); !written)
+      return tl::unexpected(std::move(written.error()));
   }
   if (!unwritten_.empty()) heap_->tag = 0;
   unwritten_.clear();

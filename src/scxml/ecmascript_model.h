@@ -13,8 +13,8 @@ namespace sentree::scxml {
 
 class Interpreter;
 
-/// SCXML B.2. The session's data are Values; simple expressions are evaluated on them directly. The first expression that
-/// needs the interpreter leases a JavaScript heap for the rest of the step and gives it the data.
+/// SCXML B.2. The session's data are Values; simple expressions are evaluated on them directly. The first expression
+/// that needs the interpreter leases a JavaScript heap for the rest of the step and gives it the data.
 class EcmaScriptModel final : public DataModel, private NativeScope, private ScriptWorld {
  public:
   EcmaScriptModel(const Interpreter& interpreter, Session& session);
@@ -56,8 +56,8 @@ class EcmaScriptModel final : public DataModel, private NativeScope, private Scr
   const Model& model_;
   const Event* event_ = nullptr;
   std::shared_ptr<ScriptHeap> heap_;
-  bool event_current_ = false;  // the heap has the present event
-  bool heap_newer_ = false;     // the heap's data may be newer than the session's
+  bool event_current_ = false;            // the heap has the present event
+  bool heap_newer_ = false;               // the heap's data may be newer than the session's
   std::vector<std::uint32_t> unwritten_;  // variables that are newer in the session than in the heap
 };
 

@@ -15,8 +15,8 @@ using Kind = ScriptValue::Kind;
 // Members that objects inherit: their absence from a map does not make them undefined.
 bool is_inherited(std::string_view name) {
   for (const std::string_view inherited :
-       {"constructor", "hasOwnProperty", "isPrototypeOf", "propertyIsEnumerable", "toLocaleString", "toString", "valueOf", "__proto__",
-        "__defineGetter__", "__defineSetter__", "__lookupGetter__", "__lookupSetter__"}) {
+       {"constructor", "hasOwnProperty", "isPrototypeOf", "propertyIsEnumerable", "toLocaleString", "toString",
+        "valueOf", "__proto__", "__defineGetter__", "__defineSetter__", "__lookupGetter__", "__lookupSetter__"}) {
     if (name == inherited) return true;
   }
   return false;
@@ -50,7 +50,8 @@ bool decimal(std::string_view text, double& number) {
 
 class Evaluator {
  public:
-  Evaluator(const NativeCode& code, NativeScope& scope, std::vector<std::string>& text) : code_(code), scope_(scope), text_(text) {}
+  Evaluator(const NativeCode& code, NativeScope& scope, std::vector<std::string>& text)
+      : code_(code), scope_(scope), text_(text) {}
 
   bool evaluate(std::uint32_t index, ScriptValue& out) {
     const Node& node = code_.nodes[index];
@@ -141,7 +142,8 @@ class Evaluator {
       return out.kind == Kind::kObject && out.object->as_map() && member(key.string, out);
     }
     const List* list = out.kind == Kind::kObject ? out.object->as_list() : nullptr;
-    if (!list || key.kind != Kind::kNumber || !(key.number >= 0) || key.number >= static_cast<double>(list->size())) return false;
+    if (!list || key.kind != Kind::kNumber || !(key.number >= 0) || key.number >= static_cast<double>(list->size()))
+      return false;
     const auto position = static_cast<std::size_t>(key.number);
     if (static_cast<double>(position) != key.number || is_opaque((*list)[position])) return false;
     out = ScriptValue::of((*list)[position]);
@@ -217,7 +219,10 @@ class Evaluator {
           // Scripts compare UTF-16 units, which bytes agree with for ASCII.
           if (!is_ascii(a.string) || !is_ascii(b.string)) return false;
           const int order = a.string.compare(b.string);
-          out = ScriptValue::of(op == Op::kLess ? order < 0 : op == Op::kLessEqual ? order <= 0 : op == Op::kGreater ? order > 0 : order >= 0);
+          out = ScriptValue::of(op == Op::kLess        ? order < 0
+                                : op == Op::kLessEqual ? order <= 0
+                                : op == Op::kGreater   ? order > 0
+                                                       : order >= 0);
           return true;
         }
         break;
@@ -324,7 +329,8 @@ bool evaluate_native(const NativeCode& code, NativeScope& scope, std::vector<std
 }
 
 Value number_value(double number) {
-  if (std::isnan(number)) return std::numeric_limits<double>::quiet_NaN();  // scripts know one NaN; its sign is an accident
+  if (std::isnan(number))
+    return std::numeric_limits<double>::quiet_NaN();  // scripts know one NaN; its sign is an accident
   constexpr double kExactMax = 9007199254740992.0;
   if (number >= -kExactMax && number <= kExactMax) {
     const auto integer = static_cast<std::int64_t>(number);
@@ -351,7 +357,8 @@ std::string number_to_string(double number) {
   const int k = static_cast<int>(digits.size());
   std::string text = number < 0 ? "-" : "";
   if (k <= n && n <= 21) return text + digits + std::string(static_cast<std::size_t>(n - k), '0');
-  if (0 < n && n <= 21) return text + digits.substr(0, static_cast<std::size_t>(n)) + "." + digits.substr(static_cast<std::size_t>(n));
+  if (0 < n && n <= 21)
+    return text + digits.substr(0, static_cast<std::size_t>(n)) + "." + digits.substr(static_cast<std::size_t>(n));
   if (-6 < n && n <= 0) return text + "0." + std::string(static_cast<std::size_t>(-n), '0') + digits;
   text += digits[0];
   if (k > 1) text += "." + digits.substr(1);

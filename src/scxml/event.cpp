@@ -13,14 +13,17 @@ std::string_view to_string(EventType type) {
 
 std::uint64_t Event::hash() const {
   std::uint64_t h = hash_combine(hash_bytes(name), static_cast<std::uint64_t>(type));
-  for (const std::string* part : {&sendid, &origin, &origintype, &invokeid, &raw}) h = hash_combine(h, hash_bytes(*part));
+  for (const std::string* part : {&sendid, &origin, &origintype, &invokeid, &raw})
+    h = hash_combine(h, hash_bytes(*part));
   return data ? hash_combine(h, data->hash()) : h;
 }
 
 bool event_matches(std::string_view descriptor, std::string_view event_name) {
   if (descriptor == "*") return true;
-  if (descriptor.ends_with(".*")) descriptor.remove_suffix(2);
-  else if (descriptor.ends_with('.')) descriptor.remove_suffix(1);
+  if (descriptor.ends_with(".*"))
+    descriptor.remove_suffix(2);
+  else if (descriptor.ends_with('.'))
+    descriptor.remove_suffix(1);
   if (!event_name.starts_with(descriptor)) return false;
   return event_name.size() == descriptor.size() || event_name[descriptor.size()] == '.';
 }

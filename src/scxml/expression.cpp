@@ -19,10 +19,11 @@ bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; 
 // Reserved words of ECMAScript 5.1 and later: none of them is a variable.
 bool is_reserved(std::string_view name) {
   constexpr std::array<std::string_view, 43> kWords{
-      "break",   "case",   "catch",  "class",  "const",      "continue",  "debugger", "default", "delete",  "do",         "else",
-      "enum",    "export", "extends", "false", "finally",    "for",       "function", "if",      "implements", "import",  "in",
-      "instanceof", "interface", "let", "new", "null",       "package",   "private",  "protected", "public", "return",    "static",
-      "super",   "switch", "this",   "throw",  "true",       "try",       "typeof",   "var",     "void",    "while"};
+      "break",   "case",       "catch",     "class",  "const",      "continue",  "debugger", "default", "delete",
+      "do",      "else",       "enum",      "export", "extends",    "false",     "finally",  "for",     "function",
+      "if",      "implements", "import",    "in",     "instanceof", "interface", "let",      "new",     "null",
+      "package", "private",    "protected", "public", "return",     "static",    "super",    "switch",  "this",
+      "throw",   "true",       "try",       "typeof", "var",        "void",      "while"};
   for (const std::string_view word : kWords) {
     if (name == word) return true;
   }
@@ -52,7 +53,8 @@ constexpr std::array<Operator, 15> kOperators{{{"===", Op::kStrictEqual, 4},
                                                {"/", Op::kDivide, 7},
                                                {"%", Op::kModulo, 7}}};
 
-// Recursive descent by operator precedence. Whatever it does not know makes the expression "not native", never an error.
+// Recursive descent by operator precedence. Whatever it does not know makes the expression "not native", never an
+// error.
 class Compiler {
  public:
   Compiler(std::string_view source, const SlotLookup& slots) : source_(source), slots_(slots) {}
@@ -98,7 +100,8 @@ class Compiler {
       if (!rest.starts_with(o.text)) continue;
       const char next = rest.size() > o.text.size() ? rest[o.text.size()] : '\0';
       const bool one = o.text.size() == 1;
-      if (next == '=' || (one && (next == o.text[0] || (o.text == "/" && next == '*') || (o.text == "<" && next == '!')))) {
+      if (next == '=' ||
+          (one && (next == o.text[0] || (o.text == "/" && next == '*') || (o.text == "<" && next == '!')))) {
         ok_ = false;
         return nullptr;
       }
@@ -217,7 +220,8 @@ class Compiler {
   std::uint32_t event_field() {
     if (!accept('.')) return give_up();
     const std::string_view name = identifier();
-    constexpr std::array<std::string_view, 7> kFields{"name", "type", "sendid", "origin", "origintype", "invokeid", "data"};
+    constexpr std::array<std::string_view, 7> kFields{"name",       "type",     "sendid", "origin",
+                                                      "origintype", "invokeid", "data"};
     for (std::uint32_t i = 0; ok_ && i < kFields.size(); ++i) {
       if (name == kFields[i]) return add(Op::kEventField, i);
     }
@@ -261,7 +265,8 @@ class Compiler {
       if (end == source_.size() || !is_digit(source_[end])) return give_up();
       while (end < source_.size() && is_digit(source_[end])) ++end;
     }
-    if (end < source_.size() && (is_name_part(source_[end]) || source_[end] == '.' || static_cast<unsigned char>(source_[end]) >= 0x80)) {
+    if (end < source_.size() &&
+        (is_name_part(source_[end]) || source_[end] == '.' || static_cast<unsigned char>(source_[end]) >= 0x80)) {
       return give_up();
     }
     double number = 0;
@@ -302,7 +307,8 @@ NativeCode compile_null(std::string_view source) {
   text = trim(text.substr(2));
   if (text.size() < 3 || text.front() != '(' || text.back() != ')') return {};
   text = trim(text.substr(1, text.size() - 2));
-  if (text.size() > 2 && (text.front() == '\'' || text.front() == '"') && text.back() == text.front()) text = text.substr(1, text.size() - 2);
+  if (text.size() > 2 && (text.front() == '\'' || text.front() == '"') && text.back() == text.front())
+    text = text.substr(1, text.size() - 2);
   if (text.empty() || text.find_first_of("'\"() \t\r\n") != std::string_view::npos) return {};
   NativeCode code;
   code.strings.emplace_back(text);
@@ -310,13 +316,16 @@ NativeCode compile_null(std::string_view source) {
   return code;
 }
 
-std::optional<std::uint32_t> as_variable(std::string_view source, const SlotLookup& slots) { return slots(trim(source)); }
+std::optional<std::uint32_t> as_variable(std::string_view source, const SlotLookup& slots) {
+  return slots(trim(source));
+}
 
 std::optional<Value> constant_value(std::string_view source) {
   static const SlotLookup kNone;
   const NativeCode code = compile_native(source, kNone);
   for (const Node& node : code.nodes) {
-    if (node.op == Op::kVariable || node.op == Op::kEventField || node.op == Op::kSystem || node.op == Op::kIn) return std::nullopt;
+    if (node.op == Op::kVariable || node.op == Op::kEventField || node.op == Op::kSystem || node.op == Op::kIn)
+      return std::nullopt;
   }
   NoScope scope;
   std::vector<std::string> text;

@@ -12,22 +12,44 @@
 
 namespace sentree::scxml {
 
-/// The part of ECMAScript that is evaluated without an interpreter: literals, variables of <data>, members of them and of
+/// The part of ECMAScript that is evaluated without an interpreter: literals, variables of <data>, members of them and
+/// of
 /// `_event`, In('id'), arithmetic, comparison, logic. It is free of side effects, so that whatever it cannot decide (an
 /// object where a primitive is needed, an error to be raised) can be evaluated again by the interpreter.
 struct NativeCode {
   enum class Op : std::uint8_t {
-    kUndefined, kNull, kTrue, kFalse, kNumber, kString,  // literals
-    kVariable,                                           // a: slot
-    kEventField,                                         // a: EventField
-    kSystem,                                             // a: SystemVariable
-    kIn,                                                 // a: string
-    kMember, kIndex,                                     // a: object, b: string / node
-    kNot, kNegate, kPlus, kTypeof,                       // a
-    kAdd, kSubtract, kMultiply, kDivide, kModulo,        // a, b
-    kLess, kLessEqual, kGreater, kGreaterEqual,
-    kEqual, kNotEqual, kStrictEqual, kStrictNotEqual,
-    kAnd, kOr, kConditional,                             // a ? b : c
+    kUndefined,
+    kNull,
+    kTrue,
+    kFalse,
+    kNumber,
+    kString,      // literals
+    kVariable,    // a: slot
+    kEventField,  // a: EventField
+    kSystem,      // a: SystemVariable
+    kIn,          // a: string
+    kMember,
+    kIndex,  // a: object, b: string / node
+    kNot,
+    kNegate,
+    kPlus,
+    kTypeof,  // a
+    kAdd,
+    kSubtract,
+    kMultiply,
+    kDivide,
+    kModulo,  // a, b
+    kLess,
+    kLessEqual,
+    kGreater,
+    kGreaterEqual,
+    kEqual,
+    kNotEqual,
+    kStrictEqual,
+    kStrictNotEqual,
+    kAnd,
+    kOr,
+    kConditional,  // a ? b : c
   };
   struct Node {
     Op op = Op::kUndefined;

@@ -24,7 +24,9 @@ class Scope final : public NativeScope {
     return true;
   }
   const Event* event() override { return &present; }
-  std::string_view system(SystemVariable which) override { return which == SystemVariable::kName ? "chart" : "session"; }
+  std::string_view system(SystemVariable which) override {
+    return which == SystemVariable::kName ? "chart" : "session";
+  }
   bool in(std::string_view) override { return false; }
 };
 
@@ -51,9 +53,13 @@ Value random_value(Rng& rng, int depth) {
     case 0: return {};
     case 1: return rng.below(2) == 0;
     case 2: return static_cast<std::int64_t>(rng.below(7)) - 3;
-    case 3: return pick<double>(rng, {0.5, -0.0, 1e21, 1e-7, 123456789.125, 0.1, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()});
+    case 3:
+      return pick<double>(rng, {0.5, -0.0, 1e21, 1e-7, 123456789.125, 0.1, std::numeric_limits<double>::quiet_NaN(),
+                                std::numeric_limits<double>::infinity()});
     case 4:
-    case 5: return pick<std::string>(rng, {"", "5", " 12 ", "abc", "abd", "1e3", "0x10", "-3", "é", "true", "a b", ".5", "5.", "NaN"});
+    case 5:
+      return pick<std::string>(
+          rng, {"", "5", " 12 ", "abc", "abd", "1e3", "0x10", "-3", "é", "true", "a b", ".5", "5.", "NaN"});
     case 6: return List{random_value(rng, depth + 1), random_value(rng, depth + 1)};
     default: return Map{{"level", random_value(rng, depth + 1)}, {"name", random_value(rng, depth + 1)}};
   }
@@ -61,9 +67,40 @@ Value random_value(Rng& rng, int depth) {
 
 std::string random_expression(Rng& rng, int depth) {
   if (depth > 4 || rng.below(4) == 0) {
-    return pick<std::string>(rng, {"a", "b", "c", "d", "e", "_event.data", "_event.name", "_event.sendid", "_event.data.level", "a.level", "b.name", "c[0]",
-                                   "c.length", "d['level']", "e[1]", "_name", "_sessionid", "undefined", "null", "true", "false", "0", "1", "20", "1.5", "1e3",
-                                   ".25", "'x'", "\"level\"", "''", "'5'", "a.toString", "b.missing", "c[7]"});
+    return pick<std::string>(rng, {"a",
+                                   "b",
+                                   "c",
+                                   "d",
+                                   "e",
+                                   "_event.data",
+                                   "_event.name",
+                                   "_event.sendid",
+                                   "_event.data.level",
+                                   "a.level",
+                                   "b.name",
+                                   "c[0]",
+                                   "c.length",
+                                   "d['level']",
+                                   "e[1]",
+                                   "_name",
+                                   "_sessionid",
+                                   "undefined",
+                                   "null",
+                                   "true",
+                                   "false",
+                                   "0",
+                                   "1",
+                                   "20",
+                                   "1.5",
+                                   "1e3",
+                                   ".25",
+                                   "'x'",
+                                   "\"level\"",
+                                   "''",
+                                   "'5'",
+                                   "a.toString",
+                                   "b.missing",
+                                   "c[7]"});
   }
   const auto sub = [&] { return random_expression(rng, depth + 1); };
   switch (rng.below(8)) {
@@ -74,20 +111,23 @@ std::string random_expression(Rng& rng, int depth) {
     case 4: return sub() + " ? " + sub() + " : " + sub();
     case 5: return "+" + sub();
     default: {
-      const std::string op = pick<std::string>(rng, {"+", "-", "*", "/", "%", "<", ">", "<=", ">=", "==", "!=", "===", "!==", "&&", "||"});
+      const std::string op =
+          pick<std::string>(rng, {"+", "-", "*", "/", "%", "<", ">", "<=", ">=", "==", "!=", "===", "!==", "&&", "||"});
       const std::string space = rng.below(3) ? " " : "";
       return sub() + space + op + space + sub();
     }
   }
 }
 
-// Whatever the native evaluator decides, the interpreter decides alike; and where the interpreter fails, it does not decide.
+// Whatever the native evaluator decides, the interpreter decides alike; and where the interpreter fails, it does not
+// decide.
 TEST(NativeExpressions, AgreeWithTheInterpreterOnRandomInputs) {
   int native = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Rng rng(seed);
-    std::string source = R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" name="chart"><datamodel>)";
+    std::string source =
+        R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" name="chart"><datamodel>)";
     for (const std::string& name : kNames) source += "<data id=\"" + name + "\"/>";
     source += "</datamodel><state id=\"s\"><onentry>";
     for (int i = 0; i < 150; ++i) source += "<log expr=\"" + text::xml_escape(random_expression(rng, 0)) + "\"/>";
@@ -121,8 +161,9 @@ TEST(NativeExpressions, AgreeWithTheInterpreterOnRandomInputs) {
         const auto condition = (*heap)->condition(id);
         EXPECT_EQ(here.truthy(), *condition) << expression.text;
         if (here.kind == ScriptValue::Kind::kObject) continue;
-        EXPECT_EQ(here.to_value(), *there) << expression.text << " here " << (here.to_value() ? to_json(*here.to_value()) : "undefined") << " there "
-                                           << (*there ? to_json(**there) : "undefined");
+        EXPECT_EQ(here.to_value(), *there)
+            << expression.text << " here " << (here.to_value() ? to_json(*here.to_value()) : "undefined") << " there "
+            << (*there ? to_json(**there) : "undefined");
       }
     }
   }
@@ -130,9 +171,13 @@ TEST(NativeExpressions, AgreeWithTheInterpreterOnRandomInputs) {
 }
 
 TEST(NativeExpressions, LeaveTheRestToTheInterpreter) {
-  const SlotLookup slots = [](std::string_view name) { return name == "x" ? std::optional<std::uint32_t>(0) : std::nullopt; };
-  for (const char* source : {"x = 1", "x++", "--x", "f(x)", "[1]", "{}", "y", "x => 1", "x ** 2", "x & 1", "010", "x /* */", "1 // 2", "'\\u0041'", "x.y()",
-                             "new X", "x in y", "a <!-- b", "1.5.2", "x === ", "(x", "x)", "", "return", "this", "x, 1", "`x`", "é"}) {
+  const SlotLookup slots = [](std::string_view name) {
+    return name == "x" ? std::optional<std::uint32_t>(0) : std::nullopt;
+  };
+  for (const char* source : {"x = 1",  "x++",    "--x",    "f(x)",     "[1]",     "{}",     "y",
+                             "x => 1", "x ** 2", "x & 1",  "010",      "x /* */", "1 // 2", "'\\u0041'",
+                             "x.y()",  "new X",  "x in y", "a <!-- b", "1.5.2",   "x === ", "(x",
+                             "x)",     "",       "return", "this",     "x, 1",    "`x`",    "é"}) {
     EXPECT_TRUE(compile_native(source, slots).empty()) << source;
   }
   EXPECT_FALSE(compile_native(" ( x + 1 ) * - 2 % 3 >= x.y ? x['z'] : ! x ", slots).empty());

@@ -10,7 +10,8 @@ namespace {
 
 class Drawer {
  public:
-  Drawer(const Chart& chart, const Session* session, TransitionIndex last) : model_(chart.model()), session_(session), last_(last) {}
+  Drawer(const Chart& chart, const Session* session, TransitionIndex last)
+      : model_(chart.model()), session_(session), last_(last) {}
 
   draw::Chart run(std::vector<StateIndex>* states_of) {
     drawn_.title = model_.name;
@@ -40,7 +41,9 @@ class Drawer {
       for (const Block& block : code.onexit) add_line(drawn, "exit / ", block);
       for (const std::uint32_t i : code.invokes) {
         const Invoke& invoke = model_.invokes[i];
-        drawn.lines.push_back("invoke / " + (!invoke.id.empty() ? invoke.id : !invoke.src.constant.empty() ? invoke.src.constant : "chart"));
+        drawn.lines.push_back("invoke / " + (!invoke.id.empty()             ? invoke.id
+                                             : !invoke.src.constant.empty() ? invoke.src.constant
+                                                                            : "chart"));
       }
       drawn.active = session_ && session_->is_active(s);
       index_[s] = static_cast<int>(drawn_.states.size());
@@ -108,12 +111,14 @@ class Drawer {
     if (const auto* assign = std::get_if<Assign>(&action.what)) {
       return text(assign->location) + " = " + (assign->expr == kNoExpression ? "…" : text(assign->expr));
     }
-    if (const auto* log = std::get_if<Log>(&action.what)) return "log " + (log->label.empty() ? text(log->expr) : log->label);
+    if (const auto* log = std::get_if<Log>(&action.what))
+      return "log " + (log->label.empty() ? text(log->expr) : log->label);
     if (const auto* cancelled = std::get_if<Cancel>(&action.what)) {
       return "cancel " + (cancelled->sendid.empty() ? text(cancelled->sendid_expr) : cancelled->sendid);
     }
     if (std::holds_alternative<Script>(action.what)) return "script";
-    if (const auto* loop = std::get_if<Foreach>(&action.what)) return "for each " + text(loop->item) + " of " + text(loop->array);
+    if (const auto* loop = std::get_if<Foreach>(&action.what))
+      return "for each " + text(loop->item) + " of " + text(loop->array);
     const If& branch = std::get<If>(action.what);
     return "if " + text(branch.branches.front().condition) + " …";
   }
@@ -129,7 +134,8 @@ class Drawer {
 
 }  // namespace
 
-draw::Chart to_graph(const Chart& chart, const Session* session, TransitionIndex last, std::vector<StateIndex>* states_of) {
+draw::Chart to_graph(const Chart& chart, const Session* session, TransitionIndex last,
+                     std::vector<StateIndex>* states_of) {
   return Drawer(chart, session, last).run(states_of);
 }
 

@@ -21,9 +21,9 @@ namespace sentree::scxml {
 
 /// A <send> that leaves the session.
 struct OutgoingSend {
-  std::string session;        ///< The sender's _sessionid.
-  std::string type;           ///< As written, e.g. "thrift"; the SCXML processor's URI for another session.
-  std::string target;         ///< As written.
+  std::string session;  ///< The sender's _sessionid.
+  std::string type;     ///< As written, e.g. "thrift"; the SCXML processor's URI for another session.
+  std::string target;   ///< As written.
   std::string event;
   std::string sendid;         ///< Never empty: made up if the document gives none.
   std::optional<Value> data;  ///< Params and namelist as a Map, or the content. Nothing: none was written.
@@ -77,7 +77,8 @@ using Effect = std::variant<OutgoingSend, LogLine, Done, StartInvoke, CancelInvo
 /// What a step wants done, in this order. The caller clears it.
 using Effects = std::vector<Effect>;
 
-/// Sees what a step does, in the order in which it happens. `session` is the _sessionid, so that children can be told apart.
+/// Sees what a step does, in the order in which it happens. `session` is the _sessionid, so that children can be told
+/// apart.
 class Observer {
  public:
   virtual ~Observer() = default;
@@ -89,24 +90,25 @@ class Observer {
   virtual void stable(const Chart& /*chart*/, std::string_view /*session*/) {}
 };
 
-/// What executes now, readable from another thread: for a watchdog, since an endless script cannot be stopped from inside.
-/// All members are consistent enough for a message; none is a lock.
+/// What executes now, readable from another thread: for a watchdog, since an endless script cannot be stopped from
+/// inside. All members are consistent enough for a message; none is a lock.
 struct ExecutionWatch {
-  std::atomic<const Model*> chart{nullptr};         ///< Null: nothing executes. Valid as long as the chart is kept by the caller.
-  std::atomic<int> line{0};                         ///< Of the script or expression.
-  std::atomic<std::uint64_t> evaluations{0};        ///< Counts evaluations begun; unchanged for long: it hangs.
+  std::atomic<const Model*> chart{
+      nullptr};              ///< Null: nothing executes. Valid as long as the chart is kept by the caller.
+  std::atomic<int> line{0};  ///< Of the script or expression.
+  std::atomic<std::uint64_t> evaluations{0};  ///< Counts evaluations begun; unchanged for long: it hangs.
 };
 
 /// Bounds of one session; exceeding one ends the session with an error that names the place, except where noted.
 struct Limits {
-  std::uint32_t microsteps_max = 10'000;     ///< In one macrostep.
-  std::uint32_t macrosteps_max = 10'000;     ///< In one step: events between a session and its children.
-  std::uint32_t events_max = 10'000;         ///< Waiting in one queue.
-  std::uint32_t timers_max = 10'000;         ///< Delayed sends. Beyond: error.execution in the session.
-  std::uint32_t invocations_max = 64;        ///< At once in one session. Beyond: error.execution.
-  std::uint32_t invocation_depth_max = 8;    ///< Children of children. Beyond: error.execution.
-  std::uint32_t foreach_max = 100'000;       ///< Items of one <foreach>. Beyond: error.execution.
-  std::size_t script_memory_max = 16U << 20U; ///< Bytes of one JavaScript heap. Beyond: error.execution.
+  std::uint32_t microsteps_max = 10'000;       ///< In one macrostep.
+  std::uint32_t macrosteps_max = 10'000;       ///< In one step: events between a session and its children.
+  std::uint32_t events_max = 10'000;           ///< Waiting in one queue.
+  std::uint32_t timers_max = 10'000;           ///< Delayed sends. Beyond: error.execution in the session.
+  std::uint32_t invocations_max = 64;          ///< At once in one session. Beyond: error.execution.
+  std::uint32_t invocation_depth_max = 8;      ///< Children of children. Beyond: error.execution.
+  std::uint32_t foreach_max = 100'000;         ///< Items of one <foreach>. Beyond: error.execution.
+  std::size_t script_memory_max = 16U << 20U;  ///< Bytes of one JavaScript heap. Beyond: error.execution.
 };
 
 /// An I/O processor that the embedding program offers beside SCXML's own.
@@ -124,18 +126,18 @@ struct NativeFunction {
 /// What the embedding program offers to sessions. Borrowed by each step; must offer the same at each step of a session.
 struct Host {
   std::vector<Processor> processors;
-  std::vector<std::string> invoke_types;   ///< Types of <invoke> beside SCXML that become effects.
+  std::vector<std::string> invoke_types;  ///< Types of <invoke> beside SCXML that become effects.
   std::vector<NativeFunction> functions;
-  /// Called while a <send> to outside executes. A failure raises error.execution there, with the sendid; `_event.data.message`
-  /// is the message. Must not step this session.
+  /// Called while a <send> to outside executes. A failure raises error.execution there, with the sendid;
+  /// `_event.data.message` is the message. Must not step this session.
   std::function<Result<void>(const OutgoingSend&)> on_send;
   /// Whether `#_scxml_<id>` names a session beyond this one and its children; not set: none does.
   std::function<bool(std::string_view session_id)> knows_session;
   /// Reads documents that <invoke srcexpr> names at run time.
   std::function<Result<std::string>(std::string_view uri)> read;
-  /// A step ends early once it has sent something outside and only events that the session sent to itself wait: the world
-  /// gets its turn first, as if all messages went through one queue. `Session::next_timer` then says that the session
-  /// wants to go on at once, and `step_timers` does.
+  /// A step ends early once it has sent something outside and only events that the session sent to itself wait: the
+  /// world gets its turn first, as if all messages went through one queue. `Session::next_timer` then says that the
+  /// session wants to go on at once, and `step_timers` does.
   bool yield_after_send = false;
   Observer* observer = nullptr;
   ExecutionWatch* watch = nullptr;

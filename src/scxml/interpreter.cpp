@@ -8,8 +8,8 @@
 namespace sentree::scxml {
 namespace {
 
-// Scratch memory of this thread, so that a step in the steady state allocates nothing. A step inside a step (from a hook)
-// takes a second one.
+// Scratch memory of this thread, so that a step in the steady state allocates nothing. A step inside a step (from a
+// hook) takes a second one.
 class ScratchPool {
  public:
   std::unique_ptr<Scratch> take() {
@@ -48,10 +48,17 @@ bool any_in_range(const StateSet& set, StateIndex begin, StateIndex end) {
 }  // namespace
 
 Interpreter::Interpreter(Run& run, const Chart& chart, Session& session, Session* parent)
-    : run_(run), chart_(chart), model_(chart.model()), session_(session), parent_(parent), observer_(run.host.observer),
+    : run_(run),
+      chart_(chart),
+      model_(chart.model()),
+      session_(session),
+      parent_(parent),
+      observer_(run.host.observer),
       scratch_(scratch_pool.take()) {
-  if (model_.data_model == DataModelKind::kEcmaScript) data_ = &ecma_model_.emplace(*this, session);
-  else data_ = &null_model_.emplace(*this);
+  if (model_.data_model == DataModelKind::kEcmaScript)
+    data_ = &ecma_model_.emplace(*this, session);
+  else
+    data_ = &null_model_.emplace(*this);
   Scratch& s = *scratch_;
   if (s.exit_set.words() * 64 < model_.states.size() || s.exit_set.words() != session.configuration_.words()) {
     s.exit_set = s.entry_set = s.default_entry = s.to_invoke = StateSet(model_.states.size());
@@ -83,7 +90,8 @@ void Interpreter::initialize_datamodel(StateIndex state, const Map* overrides) {
     if (given) {
       data_->bind_value(slot, *given);
     } else if (variable.expr != kNoExpression) {
-      if (auto bound = data_->bind(slot, variable.expr); !bound) raise_error("error.execution", std::move(bound.error().message));
+      if (auto bound = data_->bind(slot, variable.expr); !bound)
+        raise_error("error.execution", std::move(bound.error().message));
     } else {
       if (!variable.failure.empty()) raise_error("error.execution", variable.failure);
       data_->bind_value(slot, variable.content);
@@ -130,8 +138,10 @@ void Interpreter::run_to_completion() {
   Event event;
   while (running()) {
     // SCXML 3.12.2: eventless transitions first, then internal events, until neither is left.
-    if (model_.has_eventless) select_eventless_transitions();
-    else scratch_->enabled.clear();
+    if (model_.has_eventless)
+      select_eventless_transitions();
+    else
+      scratch_->enabled.clear();
     if (scratch_->enabled.empty()) {
       if (session_.internal_.empty()) {
         if (!scratch_->has_to_invoke) break;
@@ -145,7 +155,8 @@ void Interpreter::run_to_completion() {
     if (scratch_->enabled.empty()) continue;
     if (++microsteps > run_.host.limits.microsteps_max) {
       fail_session("scxml.endless-macrostep",
-                   "the chart does not come to rest: more than " + std::to_string(run_.host.limits.microsteps_max) + " microsteps in one macrostep",
+                   "the chart does not come to rest: more than " + std::to_string(run_.host.limits.microsteps_max) +
+                       " microsteps in one macrostep",
                    model_.transitions[scratch_->enabled.front()].place);
       break;
     }
@@ -196,8 +207,8 @@ void Interpreter::select_for_state(StateIndex atomic, const DescriptorTable::Mat
       const TransitionCode& code = model_.transition_code[t];
       if (matches == nullptr) {
         if (!code.eventless) continue;
-      } else if (code.eventless ||
-                 std::none_of(code.descriptors.begin(), code.descriptors.end(), [&](DescriptorId id) { return matches->contains(id); })) {
+      } else if (code.eventless || std::none_of(code.descriptors.begin(), code.descriptors.end(),
+                                                [&](DescriptorId id) { return matches->contains(id); })) {
         continue;
       }
       if (!condition_match(code)) continue;
@@ -234,7 +245,8 @@ void Interpreter::remove_conflicting_transitions() {
     const StateIndex domain1 = transition_domain(t1);
     bool preempted = false;
     std::size_t kept = 0;
-    // Exit sets are the active states below the domains, so two of them intersect if one domain is, or is inside, the other.
+    // Exit sets are the active states below the domains, so two of them intersect if one domain is, or is inside, the
+    // other.
     const auto conflicts = [&](TransitionIndex t2) {
       const StateIndex domain2 = transition_domain(t2);
       if (domain1 == kNoState || domain2 == kNoState) return false;
@@ -312,8 +324,10 @@ void Interpreter::record_history(StateIndex state) {
         if (!model_.states[child].is_history() && is_active(child)) value.push_back(child);
       }
     }
-    auto entry = std::find_if(session_.history_.begin(), session_.history_.end(), [&](const auto& e) { return e.first >= history; });
-    if (entry == session_.history_.end() || entry->first != history) entry = session_.history_.insert(entry, {history, {}});
+    auto entry = std::find_if(session_.history_.begin(), session_.history_.end(),
+                              [&](const auto& e) { return e.first >= history; });
+    if (entry == session_.history_.end() || entry->first != history)
+      entry = session_.history_.insert(entry, {history, {}});
     entry->second = std::move(value);
   }
 }
@@ -337,7 +351,8 @@ void Interpreter::enter_states() {
   Scratch& s = *scratch_;
   const std::size_t words = s.entry_set.words();
   for (std::size_t i = 0; i < words; ++i) {
-    for (std::uint64_t word = s.entry_set.word(i); word != 0 && session_.status_ != SessionStatus::kFailed; word &= word - 1) {
+    for (std::uint64_t word = s.entry_set.word(i); word != 0 && session_.status_ != SessionStatus::kFailed;
+         word &= word - 1) {
       enter_state(static_cast<StateIndex>(i * 64 + static_cast<unsigned>(std::countr_zero(word))));
     }
   }
@@ -388,7 +403,9 @@ void Interpreter::enter_final(StateIndex state) {
 
 bool Interpreter::is_in_final_state(StateIndex state) const {
   const State& s = model_.states[state];
-  const auto child_is_final = [&](StateIndex child) { return model_.states[child].kind == StateKind::kFinal && is_active(child); };
+  const auto child_is_final = [&](StateIndex child) {
+    return model_.states[child].kind == StateKind::kFinal && is_active(child);
+  };
   if (s.kind == StateKind::kCompound) return std::any_of(s.children.begin(), s.children.end(), child_is_final);
   if (s.kind != StateKind::kParallel) return false;
   return std::all_of(s.children.begin(), s.children.end(),
@@ -474,11 +491,13 @@ StateIndex Interpreter::transition_domain(TransitionIndex transition) {
   effective_targets(transition, targets);
   const Transition& t = model_.transitions[transition];
   const auto holds_all = [&](StateIndex s) {
-    return std::all_of(targets.begin(), targets.end(), [&](StateIndex target) { return model_.is_descendant(target, s); });
+    return std::all_of(targets.begin(), targets.end(),
+                       [&](StateIndex target) { return model_.is_descendant(target, s); });
   };
   if (t.internal && model_.states[t.source].kind == StateKind::kCompound && holds_all(t.source)) return t.source;
   StateIndex domain = t.source == 0 ? 0 : model_.states[t.source].parent;
-  while (domain != 0 && (model_.states[domain].kind != StateKind::kCompound || !holds_all(domain))) domain = model_.states[domain].parent;
+  while (domain != 0 && (model_.states[domain].kind != StateKind::kCompound || !holds_all(domain)))
+    domain = model_.states[domain].parent;
   return domain;
 }
 
@@ -493,8 +512,10 @@ void Interpreter::exit_interpreter(SessionStatus status) {
   for (auto s = states.rbegin(); s != states.rend(); ++s) {
     execute_blocks(model_.state_code[*s].onexit);
     cancel_invocations_of(*s);
-    if (model_.states[*s].kind == StateKind::kFinal && model_.states[*s].parent == 0) final_id = model_.states[*s].id;
-    else session_.configuration_.erase(*s);
+    if (model_.states[*s].kind == StateKind::kFinal && model_.states[*s].parent == 0)
+      final_id = model_.states[*s].id;
+    else
+      session_.configuration_.erase(*s);
     if (observer_) observer_->exited(chart_, session_.id_, *s);
   }
   session_.status_ = status;
@@ -504,7 +525,8 @@ void Interpreter::exit_interpreter(SessionStatus status) {
   if (parent_ == nullptr) {
     run_.effects.emplace_back(Done{std::move(final_id), session_.done_data_});
   } else if (status == SessionStatus::kFinished) {
-    parent_->external_.push({.name = "done.invoke." + session_.invokeid_, .invokeid = session_.invokeid_, .data = session_.done_data_});
+    parent_->external_.push(
+        {.name = "done.invoke." + session_.invokeid_, .invokeid = session_.invokeid_, .data = session_.done_data_});
   }
 }
 

@@ -47,8 +47,9 @@ struct Scratch {
 /// A new session of `chart`, not yet started.
 void reset_session(const Chart& chart, Session& session, std::string id, std::uint64_t seed);
 
-/// The algorithm of SCXML Appendix D for one session. Functions have the appendix's names, so that they can be read side by
-/// side. interpreter.cpp: the algorithm; content.cpp: executable content; send.cpp: <send>, <cancel>; invoke.cpp: <invoke>.
+/// The algorithm of SCXML Appendix D for one session. Functions have the appendix's names, so that they can be read
+/// side by side. interpreter.cpp: the algorithm; content.cpp: executable content; send.cpp: <send>, <cancel>;
+/// invoke.cpp: <invoke>.
 class Interpreter {
  public:
   /// `parent`: the session that invoked this one, or null.

@@ -8,7 +8,8 @@ namespace sentree::scxml {
 namespace {
 
 bool is_scxml_type(std::string_view type) {
-  return type.empty() || type == "scxml" || type == "http://www.w3.org/TR/scxml" || type == "http://www.w3.org/TR/scxml/";
+  return type.empty() || type == "scxml" || type == "http://www.w3.org/TR/scxml" ||
+         type == "http://www.w3.org/TR/scxml/";
 }
 
 }  // namespace
@@ -42,10 +43,12 @@ Result<void> Interpreter::start_invocation(std::uint32_t index) {
   const Invoke& invoke = model_.invokes[index];
   const Limits& limits = run_.host.limits;
   if (session_.invocations_.size() >= limits.invocations_max) {
-    return fail("scxml.too-many-invocations", "more than " + std::to_string(limits.invocations_max) + " invocations at once");
+    return fail("scxml.too-many-invocations",
+                "more than " + std::to_string(limits.invocations_max) + " invocations at once");
   }
   if (run_.depth >= limits.invocation_depth_max) {
-    return fail("scxml.too-deep", "invocations are nested more than " + std::to_string(limits.invocation_depth_max) + " deep");
+    return fail("scxml.too-deep",
+                "invocations are nested more than " + std::to_string(limits.invocation_depth_max) + " deep");
   }
   Invocation invocation;
   invocation.invoke = index;
@@ -84,8 +87,8 @@ Result<void> Interpreter::start_invocation(std::uint32_t index) {
       if (!value) return tl::unexpected(std::move(value.error()));
       content = *std::move(value);
     }
-    run_.effects.emplace_back(StartInvoke{session_.id_, invocation.id, *std::move(type), *std::move(src), std::move(content), std::move(data),
-                                          chart_.span(invoke.place)});
+    run_.effects.emplace_back(StartInvoke{session_.id_, invocation.id, *std::move(type), *std::move(src),
+                                          std::move(content), std::move(data), chart_.span(invoke.place)});
     session_.invocations_.push_back(std::move(invocation));
     return {};
   }
@@ -164,13 +167,17 @@ void Interpreter::apply_finalize_and_autoforward(const Event& event) {
     const Invocation& invocation = session_.invocations_[i];
     const Invoke& invoke = model_.invokes[invocation.invoke];
     if (!event.invokeid.empty() && event.invokeid == invocation.id && invoke.has_finalize) {
-      if (invoke.finalize.empty()) apply_default_finalize(invoke, event);
-      else execute(invoke.finalize);
+      if (invoke.finalize.empty())
+        apply_default_finalize(invoke, event);
+      else
+        execute(invoke.finalize);
     }
     if (!invoke.autoforward) continue;
     Event copy = event;
-    if (invocation.child) send_to_session(*invocation.child, std::move(copy));
-    else run_.effects.emplace_back(InvokeEvent{session_.id_, invocation.id, std::move(copy)});
+    if (invocation.child)
+      send_to_session(*invocation.child, std::move(copy));
+    else
+      run_.effects.emplace_back(InvokeEvent{session_.id_, invocation.id, std::move(copy)});
   }
 }
 
@@ -199,7 +206,8 @@ bool Interpreter::run_family(Run& run, const Chart& chart, Session& session, Ses
       again = true;
       if (run.info.macrosteps > run.host.limits.macrosteps_max) {
         interpreter.fail_session("scxml.endless-step",
-                                 "sessions keep sending to each other: more than " + std::to_string(run.host.limits.macrosteps_max) +
+                                 "sessions keep sending to each other: more than " +
+                                     std::to_string(run.host.limits.macrosteps_max) +
                                      " macrosteps in one step; the last event was " + event.name,
                                  {});
       }
@@ -219,7 +227,8 @@ bool Interpreter::run_family(Run& run, const Chart& chart, Session& session, Ses
         session.status_ = SessionStatus::kFailed;
         return false;
       }
-      if (!child->running()) session.invocations_.erase(session.invocations_.begin() + static_cast<std::ptrdiff_t>(i--));
+      if (!child->running())
+        session.invocations_.erase(session.invocations_.begin() + static_cast<std::ptrdiff_t>(i--));
     }
     again |= session.running() && !session.external_.empty();
   }

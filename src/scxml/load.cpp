@@ -20,7 +20,9 @@ std::shared_ptr<const Model> Loader::run() {
   model_->fingerprint = hash_bytes(model_->source);
   namespace_ = root.namespace_uri();
   if (root.local_name() != "scxml" || (!namespace_.empty() && namespace_ != kNamespace)) {
-    error("scxml.no-scxml", "the root element is <" + std::string(root.name()) + ">, not <scxml> of the namespace " + std::string(kNamespace),
+    error("scxml.no-scxml",
+          "the root element is <" + std::string(root.name()) + ">, not <scxml> of the namespace " +
+              std::string(kNamespace),
           place(root));
     return nullptr;
   }
@@ -43,24 +45,30 @@ void Loader::load_root(const Element& root) {
     model_->data_model = DataModelKind::kEcmaScript;
   } else if (data_model != "null") {
     const std::array<std::string, 2> known{"ecmascript", "null"};
-    error("scxml.data-model", "data model \"" + std::string(data_model) + "\" is not supported; there are \"ecmascript\" and \"null\"" +
-                                  did_you_mean(data_model, known),
+    error("scxml.data-model",
+          "data model \"" + std::string(data_model) + "\" is not supported; there are \"ecmascript\" and \"null\"" +
+              did_you_mean(data_model, known),
           value_place(root, "datamodel"));
   }
   const std::string_view binding = root.attribute("binding").value_or("early");
   model_->late_binding = binding == "late";
   if (binding != "early" && binding != "late") {
-    error("scxml.bad-attribute", "binding \"" + std::string(binding) + "\" is neither \"early\" nor \"late\"", value_place(root, "binding"));
+    error("scxml.bad-attribute", "binding \"" + std::string(binding) + "\" is neither \"early\" nor \"late\"",
+          value_place(root, "binding"));
   }
 
   add_state(root, StateKind::kRoot, kNoState);
   for (Element child = root.first_child(); child; child = child.next_sibling()) {
     if (!is_scxml(child)) continue;
     const std::string_view name = child.local_name();
-    if (name == "state" || name == "parallel" || name == "final") load_state(child, 0, 1);
-    else if (name == "datamodel") load_datamodel(child, 0);
-    else if (name == "script") model_->scripts.push_back(load_script(child).code);
-    else unknown_element(child, "scxml", {"state", "parallel", "final", "datamodel", "script"});
+    if (name == "state" || name == "parallel" || name == "final")
+      load_state(child, 0, 1);
+    else if (name == "datamodel")
+      load_datamodel(child, 0);
+    else if (name == "script")
+      model_->scripts.push_back(load_script(child).code);
+    else
+      unknown_element(child, "scxml", {"state", "parallel", "final", "datamodel", "script"});
   }
   model_->states[0].end = static_cast<StateIndex>(model_->states.size());
   if (const auto initial = root.attribute("initial")) add_default(0, *initial, value_place(root, "initial"), true);
@@ -81,13 +89,15 @@ StateIndex Loader::add_state(const Element& element, StateKind kind, StateIndex 
   }
   if (!state.id.empty() && !model_->ids.emplace(state.id, index).second) {
     const State& first = model_->states[model_->ids.at(state.id)];
-    error("scxml.duplicate-id", "state id \"" + state.id + "\" is given twice; first in line " + std::to_string(first.place.line),
+    error("scxml.duplicate-id",
+          "state id \"" + state.id + "\" is given twice; first in line " + std::to_string(first.place.line),
           value_place(element, "id"));
   }
   // SCXML 3.14: the processor makes up an id where there is none.
   code.done_event = "done.state." + (state.id.empty() ? "$" + std::to_string(index) : state.id);
   if (model_->states.size() == options_.limits.states_max + 1) {
-    error("scxml.too-large", "the chart has more than " + std::to_string(options_.limits.states_max) + " states", state.place);
+    error("scxml.too-large", "the chart has more than " + std::to_string(options_.limits.states_max) + " states",
+          state.place);
   }
   return index;
 }
@@ -97,9 +107,15 @@ void Loader::load_state(const Element& element, StateIndex parent, int depth) {
   const std::string_view name = element.local_name();
   const bool parallel = name == "parallel";
   const bool final = name == "final";
-  const StateIndex index = add_state(element, parallel ? StateKind::kParallel : final ? StateKind::kFinal : StateKind::kAtomic, parent);
-  if (name == "state") know_attributes(element, {"id", "initial"});
-  else know_attributes(element, {"id"});
+  const StateIndex index = add_state(element,
+                                     parallel ? StateKind::kParallel
+                                     : final  ? StateKind::kFinal
+                                              : StateKind::kAtomic,
+                                     parent);
+  if (name == "state")
+    know_attributes(element, {"id", "initial"});
+  else
+    know_attributes(element, {"id"});
   for (Element child = element.first_child(); child; child = child.next_sibling()) {
     if (is_scxml(child)) load_state_child(child, index, depth + 1);
   }
@@ -110,7 +126,8 @@ void Loader::load_state(const Element& element, StateIndex parent, int depth) {
   if (state.kind == StateKind::kAtomic && has_child_state) state.kind = StateKind::kCompound;
   const auto initial = name == "state" ? element.attribute("initial") : std::nullopt;
   if (initial && state.kind != StateKind::kCompound) {
-    error("scxml.bad-initial", "state \"" + state.id + "\" has an initial state but no child states", value_place(element, "initial"));
+    error("scxml.bad-initial", "state \"" + state.id + "\" has an initial state but no child states",
+          value_place(element, "initial"));
   } else if (initial && model_->state_code[index].initial != kNoTransition) {
     error("scxml.bad-initial", "state \"" + state.id + "\" has both an initial attribute and an <initial>; keep one",
           value_place(element, "initial"));
@@ -129,8 +146,10 @@ void Loader::load_state_child(const Element& element, StateIndex state, int dept
     auto& blocks = name == "onentry" ? model_->state_code[state].onentry : model_->state_code[state].onexit;
     blocks.push_back(std::move(block));
   } else if (kind == StateKind::kFinal) {
-    if (name == "donedata") load_donedata(element, state);
-    else unknown_element(element, "final", {"onentry", "onexit", "donedata"});
+    if (name == "donedata")
+      load_donedata(element, state);
+    else
+      unknown_element(element, "final", {"onentry", "onexit", "donedata"});
   } else if (name == "state" || name == "parallel" || (name == "final" && kind != StateKind::kParallel)) {
     load_state(element, state, depth);
   } else if (name == "transition") {
@@ -145,10 +164,12 @@ void Loader::load_state_child(const Element& element, StateIndex state, int dept
   } else if (name == "initial" && kind != StateKind::kParallel) {
     load_initial(element, state);
   } else if (kind == StateKind::kParallel) {
-    unknown_element(element, "parallel", {"onentry", "onexit", "transition", "state", "parallel", "history", "datamodel", "invoke"});
+    unknown_element(element, "parallel",
+                    {"onentry", "onexit", "transition", "state", "parallel", "history", "datamodel", "invoke"});
   } else {
-    unknown_element(element, "state",
-                    {"onentry", "onexit", "transition", "initial", "state", "parallel", "final", "history", "datamodel", "invoke"});
+    unknown_element(
+        element, "state",
+        {"onentry", "onexit", "transition", "initial", "state", "parallel", "final", "history", "datamodel", "invoke"});
   }
 }
 
@@ -157,9 +178,11 @@ void Loader::load_history(const Element& element, StateIndex parent) {
   know_attributes(element, {"id", "type"});
   const std::string_view type = element.attribute("type").value_or("shallow");
   if (type != "shallow" && type != "deep") {
-    error("scxml.bad-attribute", "type \"" + std::string(type) + "\" of <history> is neither \"shallow\" nor \"deep\"", value_place(element, "type"));
+    error("scxml.bad-attribute", "type \"" + std::string(type) + "\" of <history> is neither \"shallow\" nor \"deep\"",
+          value_place(element, "type"));
   }
-  const StateIndex index = add_state(element, type == "deep" ? StateKind::kHistoryDeep : StateKind::kHistoryShallow, parent);
+  const StateIndex index =
+      add_state(element, type == "deep" ? StateKind::kHistoryDeep : StateKind::kHistoryShallow, parent);
   model_->states[index].end = index + 1;
   model_->state_code[parent].history.push_back(index);
   model_->has_history = true;
@@ -173,14 +196,16 @@ void Loader::load_history(const Element& element, StateIndex parent) {
     }
   }
   if (model_->state_code[index].initial == kNoTransition) {
-    error("scxml.missing-element", "<history> \"" + model_->states[index].id + "\" needs a <transition> to its default state", place(element));
+    error("scxml.missing-element",
+          "<history> \"" + model_->states[index].id + "\" needs a <transition> to its default state", place(element));
   }
 }
 
 void Loader::load_initial(const Element& element, StateIndex state) {
   know_attributes(element, {});
   if (model_->state_code[state].initial != kNoTransition) {
-    error("scxml.bad-initial", "state \"" + model_->states[state].id + "\" has two <initial>; keep one", place(element));
+    error("scxml.bad-initial", "state \"" + model_->states[state].id + "\" has two <initial>; keep one",
+          place(element));
     return;
   }
   for (Element child = element.first_child(); child; child = child.next_sibling()) {
@@ -192,7 +217,8 @@ void Loader::load_initial(const Element& element, StateIndex state) {
       unknown_element(child, "initial", {"transition"});
     }
   }
-  if (model_->state_code[state].initial == kNoTransition) error("scxml.missing-element", "<initial> needs a <transition>", place(element));
+  if (model_->state_code[state].initial == kNoTransition)
+    error("scxml.missing-element", "<initial> needs a <transition>", place(element));
 }
 
 TransitionIndex Loader::load_transition(const Element& element, StateIndex source, bool pseudo) {
@@ -201,7 +227,9 @@ TransitionIndex Loader::load_transition(const Element& element, StateIndex sourc
   model_->transitions.emplace_back();
   model_->transition_code.emplace_back();
   if (model_->transitions.size() == options_.limits.transitions_max + 1) {
-    error("scxml.too-large", "the chart has more than " + std::to_string(options_.limits.transitions_max) + " transitions", place(element));
+    error("scxml.too-large",
+          "the chart has more than " + std::to_string(options_.limits.transitions_max) + " transitions",
+          place(element));
   }
   Transition transition;
   TransitionCode code;
@@ -209,7 +237,9 @@ TransitionIndex Loader::load_transition(const Element& element, StateIndex sourc
   transition.place = place(element);
   for (const std::string_view name : {"event", "cond"}) {
     if (pseudo && element.attribute(name)) {
-      error("scxml.bad-attribute", "the <transition> of <" + std::string(element.parent().local_name()) + "> cannot have \"" + std::string(name) + "\"",
+      error("scxml.bad-attribute",
+            "the <transition> of <" + std::string(element.parent().local_name()) + "> cannot have \"" +
+                std::string(name) + "\"",
             attribute_place(element, name));
     }
   }
@@ -225,12 +255,15 @@ TransitionIndex Loader::load_transition(const Element& element, StateIndex sourc
   const std::string_view type = element.attribute("type").value_or("external");
   transition.internal = type == "internal";
   if (type != "internal" && type != "external") {
-    error("scxml.bad-attribute", "type \"" + std::string(type) + "\" of <transition> is neither \"internal\" nor \"external\"",
+    error("scxml.bad-attribute",
+          "type \"" + std::string(type) + "\" of <transition> is neither \"internal\" nor \"external\"",
           value_place(element, "type"));
   }
   const auto target = element.attribute("target");
-  if (target && !split_names(*target).empty()) references_.push_back({index, std::string(*target), value_place(element, "target"), pseudo});
-  else if (pseudo) required(element, "target");
+  if (target && !split_names(*target).empty())
+    references_.push_back({index, std::string(*target), value_place(element, "target"), pseudo});
+  else if (pseudo)
+    required(element, "target");
   code.content = load_block(element, static_cast<int>(model_->states[source].depth) + 1);
   model_->transitions[index] = std::move(transition);
   model_->transition_code[index] = std::move(code);
@@ -265,22 +298,26 @@ void Loader::load_datamodel(const Element& element, StateIndex state) {
     if (variable.expr == kNoExpression) {
       if (const auto src = child.attribute("src")) {
         auto text = read(*src);
-        if (text) variable.content = value_of_text(*text);
-        else variable.failure = text.error().message;
+        if (text)
+          variable.content = value_of_text(*text);
+        else
+          variable.failure = text.error().message;
       } else {
         variable.content = inline_content(child);
       }
     }
     const auto slot = static_cast<std::uint32_t>(model_->variables.size());
     if (!model_->slots.emplace(variable.id, slot).second) {
-      error("scxml.duplicate-id", "data id \"" + variable.id + "\" is given twice; all data of a chart share one scope", value_place(child, "id"));
+      error("scxml.duplicate-id", "data id \"" + variable.id + "\" is given twice; all data of a chart share one scope",
+            value_place(child, "id"));
       continue;
     }
     if (state == 0) {
       DataItem item;
       item.id = variable.id;
       item.has_value = variable.expr != kNoExpression || variable.content || !variable.failure.empty();
-      item.initial = variable.expr != kNoExpression ? constant_value(model_->expressions[variable.expr].text) : variable.content;
+      item.initial =
+          variable.expr != kNoExpression ? constant_value(model_->expressions[variable.expr].text) : variable.content;
       item.place = variable.place;
       model_->data.push_back(std::move(item));
     }
@@ -343,15 +380,21 @@ std::string quoted_list(std::initializer_list<std::string_view> names) {
 }  // namespace
 
 Place Loader::place(const Element& element) const { return to_place(element.span()); }
-Place Loader::attribute_place(const Element& element, std::string_view name) const { return to_place(element.attribute_span(name)); }
-Place Loader::value_place(const Element& element, std::string_view name) const { return to_place(element.attribute_value_span(name)); }
+Place Loader::attribute_place(const Element& element, std::string_view name) const {
+  return to_place(element.attribute_span(name));
+}
+Place Loader::value_place(const Element& element, std::string_view name) const {
+  return to_place(element.attribute_value_span(name));
+}
 
 bool Loader::is_scxml(const Element& element) const { return element.namespace_uri() == namespace_; }
 
 std::string_view Loader::required(const Element& element, std::string_view name) {
   const auto value = element.attribute(name);
   if (value && !value->empty()) return *value;
-  error("scxml.missing-attribute", "<" + std::string(element.local_name()) + "> needs the attribute \"" + std::string(name) + "\"", place(element));
+  error("scxml.missing-attribute",
+        "<" + std::string(element.local_name()) + "> needs the attribute \"" + std::string(name) + "\"",
+        place(element));
   return {};
 }
 
@@ -362,41 +405,53 @@ void Loader::know_attributes(const Element& element, std::initializer_list<std::
       if (name == known) return;
     }
     const std::vector<std::string> candidates(names.begin(), names.end());
-    warn("scxml.unknown-attribute", "<" + std::string(element.local_name()) + "> has no attribute \"" + std::string(name) + "\"; it is ignored" +
-                                        did_you_mean(name, candidates),
+    warn("scxml.unknown-attribute",
+         "<" + std::string(element.local_name()) + "> has no attribute \"" + std::string(name) + "\"; it is ignored" +
+             did_you_mean(name, candidates),
          attribute_place(element, name));
   });
 }
 
-void Loader::unknown_element(const Element& element, std::string_view inside, std::initializer_list<std::string_view> allowed) {
+void Loader::unknown_element(const Element& element, std::string_view inside,
+                             std::initializer_list<std::string_view> allowed) {
   const std::vector<std::string> candidates(allowed.begin(), allowed.end());
   const std::string hint = did_you_mean(element.local_name(), candidates);
   const bool empty = allowed.size() == 0;
   error("scxml.unknown-element",
         "<" + std::string(element.local_name()) + "> cannot stand inside <" + std::string(inside) + ">" +
-            (!hint.empty() ? hint : empty ? "" : "; there can be " + quoted_list(allowed)),
+            (!hint.empty() ? hint
+             : empty       ? ""
+                           : "; there can be " + quoted_list(allowed)),
         place(element));
 }
 
 void Loader::error(std::string code, std::string message, const Place& where) {
-  diagnostics_.push_back({Severity::kError, std::move(code), std::move(message), {model_->file, where.line, where.column, where.length}});
+  diagnostics_.push_back(
+      {Severity::kError, std::move(code), std::move(message), {model_->file, where.line, where.column, where.length}});
 }
 
 void Loader::warn(std::string code, std::string message, const Place& where) {
-  diagnostics_.push_back({Severity::kWarning, std::move(code), std::move(message), {model_->file, where.line, where.column, where.length}});
+  diagnostics_.push_back({Severity::kWarning,
+                          std::move(code),
+                          std::move(message),
+                          {model_->file, where.line, where.column, where.length}});
 }
 
 bool Loader::too_deep(const Element& element, int depth) {
   if (depth <= options_.limits.nesting_max) return false;
-  error("scxml.too-deep", "elements are nested more than " + std::to_string(options_.limits.nesting_max) + " deep", place(element));
+  error("scxml.too-deep", "elements are nested more than " + std::to_string(options_.limits.nesting_max) + " deep",
+        place(element));
   return true;
 }
 
 Loaded<Chart> load(std::string_view source, std::string file, const LoadOptions& options) {
   Loaded<Chart> loaded;
   if (source.size() > options.limits.source_bytes_max) {
-    loaded.diagnostics.push_back({Severity::kError, "scxml.too-large",
-                                  "the chart is larger than " + std::to_string(options.limits.source_bytes_max) + " bytes", {file}});
+    loaded.diagnostics.push_back(
+        {Severity::kError,
+         "scxml.too-large",
+         "the chart is larger than " + std::to_string(options.limits.source_bytes_max) + " bytes",
+         {file}});
     return loaded;
   }
   auto document = text::XmlDocument::parse(std::string(source), std::move(file));

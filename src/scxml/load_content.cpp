@@ -82,13 +82,16 @@ std::optional<Value> Loader::inline_content(const Element& element) {
 }
 
 Result<std::string> Loader::read(std::string_view uri) const {
-  if (!options_.read) return fail("scxml.unreadable", "\"" + std::string(uri) + "\" cannot be read: no other documents are available here");
+  if (!options_.read)
+    return fail("scxml.unreadable",
+                "\"" + std::string(uri) + "\" cannot be read: no other documents are available here");
   return options_.read(uri);
 }
 
 ExpressionId Loader::add_expression(std::string_view text, ExpressionUse use, const Place& place) {
   if (text.size() > options_.limits.expression_bytes_max) {
-    error("scxml.too-large", "the expression is longer than " + std::to_string(options_.limits.expression_bytes_max) + " bytes", place);
+    error("scxml.too-large",
+          "the expression is longer than " + std::to_string(options_.limits.expression_bytes_max) + " bytes", place);
   }
   const auto id = static_cast<ExpressionId>(model_->expressions.size());
   Expression& expression = model_->expressions.emplace_back();
@@ -103,14 +106,16 @@ ExpressionId Loader::load_expression(const Element& element, std::string_view at
   return text ? add_expression(*text, use, value_place(element, attribute)) : kNoExpression;
 }
 
-Text Loader::load_text(const Element& element, std::string_view name, std::string_view expr_name, Place* constant_place) {
+Text Loader::load_text(const Element& element, std::string_view name, std::string_view expr_name,
+                       Place* constant_place) {
   Text text;
   const auto constant = element.attribute(name);
   text.expr = load_expression(element, expr_name, ExpressionUse::kValue);
   if (!constant) return text;
   if (text.expr != kNoExpression) {
-    error("scxml.bad-attribute", "<" + std::string(element.local_name()) + "> has both \"" + std::string(name) + "\" and \"" +
-                                     std::string(expr_name) + "\"; keep one",
+    error("scxml.bad-attribute",
+          "<" + std::string(element.local_name()) + "> has both \"" + std::string(name) + "\" and \"" +
+              std::string(expr_name) + "\"; keep one",
           attribute_place(element, expr_name));
   }
   text.constant = *constant;
@@ -127,7 +132,8 @@ Block Loader::load_block(const Element& element, int depth) {
       continue;
     }
     if (!load_action(child, depth + 1, block)) {
-      unknown_element(child, element.local_name(), {"raise", "send", "cancel", "assign", "log", "script", "if", "foreach"});
+      unknown_element(child, element.local_name(),
+                      {"raise", "send", "cancel", "assign", "log", "script", "if", "foreach"});
     }
   }
   return block;
@@ -142,7 +148,9 @@ bool Loader::load_action(const Element& element, int depth, Block& block) {
     block.push_back({Raise{model_->raises.back().first}, where});
   } else if (name == "log") {
     know_attributes(element, {"label", "expr"});
-    block.push_back({Log{std::string(element.attribute("label").value_or("")), load_expression(element, "expr", ExpressionUse::kValue)}, where});
+    block.push_back({Log{std::string(element.attribute("label").value_or("")),
+                         load_expression(element, "expr", ExpressionUse::kValue)},
+                     where});
   } else if (name == "assign") {
     block.push_back({load_assign(element), where});
   } else if (name == "script") {
@@ -185,18 +193,23 @@ If Loader::load_if(const Element& element, int depth) {
     if (name == "elseif" || name == "else") {
       if (has_else) error("scxml.misplaced-element", "<" + std::string(name) + "> follows <else>", place(child));
       has_else = name == "else";
-      if (has_else) know_attributes(child, {});
-      else know_attributes(child, {"cond"}), required(child, "cond");
-      result.branches.push_back({has_else ? kNoExpression : load_expression(child, "cond", ExpressionUse::kCondition), {}});
+      if (has_else)
+        know_attributes(child, {});
+      else
+        know_attributes(child, {"cond"}), required(child, "cond");
+      result.branches.push_back(
+          {has_else ? kNoExpression : load_expression(child, "cond", ExpressionUse::kCondition), {}});
     } else if (!load_action(child, depth + 1, result.branches.back().body)) {
-      unknown_element(child, "if", {"elseif", "else", "raise", "send", "cancel", "assign", "log", "script", "if", "foreach"});
+      unknown_element(child, "if",
+                      {"elseif", "else", "raise", "send", "cancel", "assign", "log", "script", "if", "foreach"});
     }
   }
   return result;
 }
 
 Send Loader::load_send(const Element& element) {
-  know_attributes(element, {"event", "eventexpr", "target", "targetexpr", "type", "typeexpr", "id", "idlocation", "delay", "delayexpr", "namelist"});
+  know_attributes(element, {"event", "eventexpr", "target", "targetexpr", "type", "typeexpr", "id", "idlocation",
+                            "delay", "delayexpr", "namelist"});
   Send send;
   SendInfo info;
   send.event = load_text(element, "event", "eventexpr", &info.event_place);
@@ -206,25 +219,31 @@ Send Loader::load_send(const Element& element) {
   send.id = element.attribute("id").value_or("");
   send.idlocation = load_expression(element, "idlocation", ExpressionUse::kLocation);
   if (!send.id.empty() && send.idlocation != kNoExpression) {
-    error("scxml.bad-attribute", "<send> has both \"id\" and \"idlocation\"; keep one", attribute_place(element, "idlocation"));
+    error("scxml.bad-attribute", "<send> has both \"id\" and \"idlocation\"; keep one",
+          attribute_place(element, "idlocation"));
   }
   if (!send.delay.constant.empty()) {
     const auto delay = parse_delay(send.delay.constant);
     if (!delay) {
-      error("scxml.bad-attribute", "delay \"" + send.delay.constant + "\" is no time; write a number with s or ms, as in \"1.5s\"",
+      error("scxml.bad-attribute",
+            "delay \"" + send.delay.constant + "\" is no time; write a number with s or ms, as in \"1.5s\"",
             value_place(element, "delay"));
     }
     send.delay_constant = delay.value_or(Duration(0));
   }
   if (send.target.constant == "#_internal" && !send.delay.absent()) {
-    error("scxml.bad-attribute", "a <send> to #_internal cannot be delayed", attribute_place(element, send.delay.expr == kNoExpression ? "delay" : "delayexpr"));
+    error("scxml.bad-attribute", "a <send> to #_internal cannot be delayed",
+          attribute_place(element, send.delay.expr == kNoExpression ? "delay" : "delayexpr"));
   }
   send.payload = load_payload(element, true, &info);
-  if (send.event.absent() && !send.payload.has_content && !element.attribute("namelist") && send.payload.params.empty()) {
+  if (send.event.absent() && !send.payload.has_content && !element.attribute("namelist") &&
+      send.payload.params.empty()) {
     required(element, "event");
   }
   info.state = state_;
-  const auto known = [](const Text& text) { return text.expr == kNoExpression ? std::optional(text.constant) : std::nullopt; };
+  const auto known = [](const Text& text) {
+    return text.expr == kNoExpression ? std::optional(text.constant) : std::nullopt;
+  };
   info.type = known(send.type);
   info.target = known(send.target);
   info.event = known(send.event);
@@ -264,8 +283,10 @@ Payload Loader::load_payload(const Element& element, bool with_namelist, SendInf
       unknown_element(child, element.local_name(), {"param", "content"});
     }
   }
-  if (payload.has_content && element.local_name() != "invoke" && (!payload.params.empty() || !payload.namelist.empty())) {
-    error("scxml.misplaced-element", "<" + std::string(element.local_name()) + "> has both <content> and parameters; keep one", place(element));
+  if (payload.has_content && element.local_name() != "invoke" &&
+      (!payload.params.empty() || !payload.namelist.empty())) {
+    error("scxml.misplaced-element",
+          "<" + std::string(element.local_name()) + "> has both <content> and parameters; keep one", place(element));
   }
   return payload;
 }
@@ -304,7 +325,8 @@ Script Loader::load_script(const Element& element) {
     // The place of the first byte of the text, so that the interpreter's line numbers can be added to it.
     Place where = place(element);
     const std::string_view inner = element.inner_source();
-    const std::size_t offset = inner.empty() ? element.offset() : static_cast<std::size_t>(inner.data() - document_.source().data());
+    const std::size_t offset =
+        inner.empty() ? element.offset() : static_cast<std::size_t>(inner.data() - document_.source().data());
     const SourceSpan span = document_.span_at(offset);
     where = {span.line, span.column, static_cast<int>(inner.size())};
     return {add_expression(element.text(), ExpressionUse::kScript, where)};

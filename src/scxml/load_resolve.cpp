@@ -30,7 +30,9 @@ void Loader::resolve_targets(TransitionIndex index, std::string_view ids, const 
       }
       const bool attribute = initial && transition.place == place;
       error(attribute ? "scxml.unknown-initial" : "scxml.unknown-target",
-            (attribute ? "initial state \"" : "transition target \"") + id + "\" is not a state" + did_you_mean(id, candidates), place);
+            (attribute ? "initial state \"" : "transition target \"") + id + "\" is not a state" +
+                did_you_mean(id, candidates),
+            place);
       continue;
     }
     transition.targets.push_back(found->second);
@@ -47,12 +49,14 @@ void Loader::check_targets(TransitionIndex index, const Place& place, bool initi
     }
     // SCXML 3.3.2, 3.10.2: initial and default states lie inside the state whose they are.
     if (initial && !model_->is_descendant(target, transition.source)) {
-      error("scxml.bad-initial", "initial state " + name(target) + " is not inside " +
-                                     (transition.source == 0 ? "<scxml>" : name(transition.source)),
+      error("scxml.bad-initial",
+            "initial state " + name(target) + " is not inside " +
+                (transition.source == 0 ? "<scxml>" : name(transition.source)),
             place);
     }
   }
-  // SCXML 3.5: several targets must fit into one configuration, so any two of them lie in different regions of a <parallel>.
+  // SCXML 3.5: several targets must fit into one configuration, so any two of them lie in different regions of a
+  // <parallel>.
   for (std::size_t i = 0; i < transition.targets.size(); ++i) {
     for (std::size_t k = i + 1; k < transition.targets.size(); ++k) {
       StateIndex a = transition.targets[i];
@@ -60,7 +64,8 @@ void Loader::check_targets(TransitionIndex index, const Place& place, bool initi
       const bool nested = a == b || model_->is_descendant(a, b) || model_->is_descendant(b, a);
       while (!nested && !model_->is_descendant(b, a)) a = model_->states[a].parent;
       if (nested || model_->states[a].kind != StateKind::kParallel) {
-        error("scxml.bad-targets", "targets " + name(transition.targets[i]) + " and " + name(b) + " cannot be active together", place);
+        error("scxml.bad-targets",
+              "targets " + name(transition.targets[i]) + " and " + name(b) + " cannot be active together", place);
         return;
       }
     }
@@ -71,7 +76,8 @@ void Loader::add_default_initials() {
   for (StateIndex s = 0; s < model_->states.size(); ++s) {
     const State& state = model_->states[s];
     StateCode& code = model_->state_code[s];
-    if ((state.kind != StateKind::kCompound && state.kind != StateKind::kRoot) || code.initial != kNoTransition) continue;
+    if ((state.kind != StateKind::kCompound && state.kind != StateKind::kRoot) || code.initial != kNoTransition)
+      continue;
     const auto first = std::find_if(state.children.begin(), state.children.end(),
                                     [&](StateIndex child) { return !model_->states[child].is_history(); });
     if (first == state.children.end()) continue;
@@ -103,26 +109,29 @@ void Loader::compute_domains() {
     StateIndex domain = source == 0 ? 0 : model_->states[source].parent;
     const auto fits = [&](StateIndex s) {
       if (model_->states[s].kind != StateKind::kCompound && model_->states[s].kind != StateKind::kRoot) return false;
-      return std::all_of(transition.targets.begin(), transition.targets.end(), [&](StateIndex target) { return model_->is_descendant(target, s); });
+      return std::all_of(transition.targets.begin(), transition.targets.end(),
+                         [&](StateIndex target) { return model_->is_descendant(target, s); });
     };
     while (!fits(domain)) domain = model_->states[domain].parent;
     code.domain = domain;
   }
 }
 
-// Charts of <invoke> whose text is in the document, or in a file that it names, are loaded with it. One that is wrong is
-// found when it is invoked (SCXML 6.4), and by `check`.
+// Charts of <invoke> whose text is in the document, or in a file that it names, are loaded with it. One that is wrong
+// is found when it is invoked (SCXML 6.4), and by `check`.
 void Loader::load_children() {
   if (depth_ >= kChildDepthMax) return;
   for (Invoke& invoke : model_->invokes) {
-    const bool inline_chart = invoke.payload.content && invoke.payload.content_expr == kNoExpression && invoke.src.absent();
+    const bool inline_chart =
+        invoke.payload.content && invoke.payload.content_expr == kNoExpression && invoke.src.absent();
     std::string source = inline_chart ? invoke.payload.content_source : invoke.src_text;
     if (source.find('<') == std::string::npos) continue;
     if (inline_chart) {
       // Padded, so that messages and observers name lines of this document.
       source.erase(0, source.find('<'));
-      source.insert(0, std::string(static_cast<std::size_t>(std::max(0, invoke.payload.content_place.line - 1)), '\n') +
-                           std::string(static_cast<std::size_t>(std::max(0, invoke.payload.content_place.column - 1)), ' '));
+      source.insert(
+          0, std::string(static_cast<std::size_t>(std::max(0, invoke.payload.content_place.line - 1)), '\n') +
+                 std::string(static_cast<std::size_t>(std::max(0, invoke.payload.content_place.column - 1)), ' '));
     }
     auto document = text::XmlDocument::parse(std::move(source), inline_chart ? model_->file : invoke.src.constant);
     if (!document) continue;
@@ -133,7 +142,8 @@ void Loader::load_children() {
 
 bool Loader::is_history_default(TransitionIndex transition) const {
   return std::any_of(model_->states.begin(), model_->states.end(), [&](const State& state) {
-    return state.is_history() && model_->state_code[static_cast<std::size_t>(&state - model_->states.data())].initial == transition;
+    return state.is_history() &&
+           model_->state_code[static_cast<std::size_t>(&state - model_->states.data())].initial == transition;
   });
 }
 
@@ -143,10 +153,12 @@ namespace {
 bool is_pure(std::string_view text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
-    if (c == '(' || c == '{' || c == '`' || text.substr(i).starts_with("++") || text.substr(i).starts_with("--")) return false;
+    if (c == '(' || c == '{' || c == '`' || text.substr(i).starts_with("++") || text.substr(i).starts_with("--"))
+      return false;
     if (c != '=') continue;
-    const bool comparison = (i > 0 && (text[i - 1] == '=' || text[i - 1] == '!' || text[i - 1] == '<' || text[i - 1] == '>')) ||
-                            (i + 1 < text.size() && text[i + 1] == '=');
+    const bool comparison =
+        (i > 0 && (text[i - 1] == '=' || text[i - 1] == '!' || text[i - 1] == '<' || text[i - 1] == '>')) ||
+        (i + 1 < text.size() && text[i + 1] == '=');
     if (!comparison || text.substr(i).starts_with("=>")) return false;
     if (i >= 2 && (text.substr(i - 2, 3) == "<<=" || text.substr(i - 2, 3) == ">>=")) return false;
   }
@@ -166,8 +178,10 @@ void Loader::compile_expressions() {
   };
   for (Expression& expression : model_->expressions) {
     expression.pure = expression.use != ExpressionUse::kScript && is_pure(expression.text);
-    if (expression.use == ExpressionUse::kLocation) expression.slot = as_variable(expression.text, slots);
-    else if (expression.use == ExpressionUse::kValue || expression.use == ExpressionUse::kCondition) expression.native = compile_native(expression.text, slots);
+    if (expression.use == ExpressionUse::kLocation)
+      expression.slot = as_variable(expression.text, slots);
+    else if (expression.use == ExpressionUse::kValue || expression.use == ExpressionUse::kCondition)
+      expression.native = compile_native(expression.text, slots);
   }
 }
 

@@ -50,7 +50,8 @@ class Loader {
   Param load_param(const Element& element, SendInfo* info);
   Assign load_assign(const Element& element);
   Script load_script(const Element& element);
-  Text load_text(const Element& element, std::string_view name, std::string_view expr_name, Place* constant_place = nullptr);
+  Text load_text(const Element& element, std::string_view name, std::string_view expr_name,
+                 Place* constant_place = nullptr);
   ExpressionId load_expression(const Element& element, std::string_view attribute, ExpressionUse use);
   ExpressionId add_expression(std::string_view text, ExpressionUse use, const Place& place);
   std::optional<Value> inline_content(const Element& element);
@@ -73,7 +74,8 @@ class Loader {
   [[nodiscard]] bool is_scxml(const Element& element) const;
   std::string_view required(const Element& element, std::string_view name);
   void know_attributes(const Element& element, std::initializer_list<std::string_view> names);
-  void unknown_element(const Element& element, std::string_view inside, std::initializer_list<std::string_view> allowed);
+  void unknown_element(const Element& element, std::string_view inside,
+                       std::initializer_list<std::string_view> allowed);
   void error(std::string code, std::string message, const Place& where);
   void warn(std::string code, std::string message, const Place& where);
   [[nodiscard]] bool too_deep(const Element& element, int depth);
@@ -104,7 +106,8 @@ inline constexpr int kChildDepthMax = 8;
 /// Runs of white space as one space, none at the ends.
 [[nodiscard]] std::string normalize_space(std::string_view text);
 
-/// What text becomes as a value (SCXML B.2): JSON where it is JSON, XML where it is XML, else a string with white space normalised.
+/// What text becomes as a value (SCXML B.2): JSON where it is JSON, XML where it is XML, else a string with white space
+/// normalised.
 [[nodiscard]] Value value_of_text(std::string_view text);
 
 [[nodiscard]] std::vector<std::string> split_names(std::string_view text);

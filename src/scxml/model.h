@@ -34,10 +34,10 @@ enum class ExpressionUse : std::uint8_t {
 struct Expression {
   std::string text;
   ExpressionUse use = ExpressionUse::kValue;
-  Place place;                         ///< Of its first byte.
-  bool pure = false;                   ///< Evaluating it certainly changes no data.
-  NativeCode native;                   ///< Empty: only the interpreter can evaluate it.
-  std::optional<std::uint32_t> slot;   ///< kLocation: it is nothing but the name of this variable.
+  Place place;                        ///< Of its first byte.
+  bool pure = false;                  ///< Evaluating it certainly changes no data.
+  NativeCode native;                  ///< Empty: only the interpreter can evaluate it.
+  std::optional<std::uint32_t> slot;  ///< kLocation: it is nothing but the name of this variable.
 };
 
 // ---- Executable content (SCXML 4) ----
@@ -67,7 +67,8 @@ struct Cancel {
 struct Param {
   std::string name;
   ExpressionId expr = kNoExpression;
-  ExpressionId location = kNoExpression;  ///< <param location> and namelist of <invoke>: where an empty <finalize> writes.
+  ExpressionId location =
+      kNoExpression;  ///< <param location> and namelist of <invoke>: where an empty <finalize> writes.
 };
 /// <content>, or what <param>s and namelist make.
 struct Payload {
@@ -123,7 +124,7 @@ struct Variable {
   StateIndex state = 0;  ///< In whose <datamodel>.
   ExpressionId expr = kNoExpression;
   std::optional<Value> content;
-  std::string failure;   ///< Why its src could not be read; empty: nothing wrong.
+  std::string failure;  ///< Why its src could not be read; empty: nothing wrong.
   Place place;
 };
 
@@ -148,10 +149,10 @@ struct StateCode {
   std::vector<Block> onexit;
   std::vector<std::uint32_t> variables;  ///< Slots of its <datamodel>.
   std::vector<std::uint32_t> invokes;
-  std::vector<StateIndex> history;       ///< History states among the children.
+  std::vector<StateIndex> history;          ///< History states among the children.
   TransitionIndex initial = kNoTransition;  ///< Compound: to the initial states. History: the default.
   std::unique_ptr<Payload> donedata;
-  std::string done_event;                ///< "done.state.<id>"
+  std::string done_event;  ///< "done.state.<id>"
 };
 
 struct TransitionCode {
@@ -159,8 +160,8 @@ struct TransitionCode {
   Block content;
   std::vector<DescriptorId> descriptors;
   bool eventless = false;
-  bool dynamic = false;              ///< Targets a history state: the domain depends on the session.
-  StateIndex domain = kNoState;      ///< SCXML Appendix D, getTransitionDomain; kNoState: targetless.
+  bool dynamic = false;          ///< Targets a history state: the domain depends on the session.
+  StateIndex domain = kNoState;  ///< SCXML Appendix D, getTransitionDomain; kNoState: targetless.
 };
 
 class HeapPool;
@@ -179,9 +180,9 @@ struct Model {
   std::vector<Transition> transitions;
   std::vector<TransitionCode> transition_code;
   std::vector<Expression> expressions;
-  std::vector<Variable> variables;      ///< By slot, document order.
+  std::vector<Variable> variables;  ///< By slot, document order.
   std::vector<Invoke> invokes;
-  std::vector<ExpressionId> scripts;    ///< <script>s below <scxml>.
+  std::vector<ExpressionId> scripts;  ///< <script>s below <scxml>.
   std::vector<DataItem> data;
   std::vector<SendInfo> sends;
   std::vector<std::pair<std::string, Place>> raises;
@@ -189,10 +190,10 @@ struct Model {
   std::unordered_map<std::string, StateIndex> ids;
   std::unordered_map<std::string, std::uint32_t> slots;
   StateSet atomic;
-  bool has_eventless = false;           ///< Any eventless transition at all.
+  bool has_eventless = false;  ///< Any eventless transition at all.
   bool has_history = false;
 
-  std::shared_ptr<HeapPool> heaps;      ///< JavaScript heaps not in use; a cache.
+  std::shared_ptr<HeapPool> heaps;  ///< JavaScript heaps not in use; a cache.
 
   Model();
   ~Model();

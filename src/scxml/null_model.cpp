@@ -5,7 +5,8 @@
 namespace sentree::scxml {
 
 tl::unexpected<Diagnostic> NullModel::no_expressions(ExpressionId id) const {
-  return fail("scxml.no-data", "the null data model cannot evaluate \"" + interpreter_.chart().model().expressions[id].text +
+  return fail("scxml.no-data", "the null data model cannot evaluate \"" +
+                                   interpreter_.chart().model().expressions[id].text +
                                    "\"; write datamodel=\"ecmascript\" at <scxml>");
 }
 
@@ -19,9 +20,13 @@ Result<bool> NullModel::condition(ExpressionId id) {
 Result<std::optional<Value>> NullModel::evaluate(ExpressionId id) { return no_expressions(id); }
 Result<std::string> NullModel::text(ExpressionId id) { return no_expressions(id); }
 Result<void> NullModel::assign(ExpressionId location, ExpressionId) { return no_expressions(location); }
-Result<void> NullModel::assign_value(ExpressionId location, const std::optional<Value>&) { return no_expressions(location); }
+Result<void> NullModel::assign_value(ExpressionId location, const std::optional<Value>&) {
+  return no_expressions(location);
+}
 Result<void> NullModel::bind(std::uint32_t, ExpressionId expr) { return no_expressions(expr); }
 Result<void> NullModel::run(ExpressionId script) { return no_expressions(script); }
-Result<void> NullModel::for_each(const Foreach& loop, const std::function<bool()>&) { return no_expressions(loop.array); }
+Result<void> NullModel::for_each(const Foreach& loop, const std::function<bool()>&) {
+  return no_expressions(loop.array);
+}
 
 }  // namespace sentree::scxml

@@ -35,9 +35,14 @@ bool restore_optional(const Value* saved, std::optional<Value>& value) {
 }
 
 Value save_event(const Event& event) {
-  return Map{{"name", event.name},         {"type", static_cast<int>(event.type)}, {"sendid", event.sendid},
-             {"origin", event.origin},     {"origintype", event.origintype},       {"invokeid", event.invokeid},
-             {"data", save_optional(event.data)}, {"raw", event.raw}};
+  return Map{{"name", event.name},
+             {"type", static_cast<int>(event.type)},
+             {"sendid", event.sendid},
+             {"origin", event.origin},
+             {"origintype", event.origintype},
+             {"invokeid", event.invokeid},
+             {"data", save_optional(event.data)},
+             {"raw", event.raw}};
 }
 
 bool restore_event(const Value& saved, Event& event) {
@@ -57,7 +62,9 @@ bool restore_event(const Value& saved, Event& event) {
   return restore_optional(saved.find("data"), event.data);
 }
 
-std::int64_t integer(const Value* value, std::int64_t otherwise = -1) { return value && value->as_int() ? *value->as_int() : otherwise; }
+std::int64_t integer(const Value* value, std::int64_t otherwise = -1) {
+  return value && value->as_int() ? *value->as_int() : otherwise;
+}
 
 }  // namespace
 
@@ -148,7 +155,8 @@ struct SessionSnapshot {
     saved["done_data"] = save_optional(session.done_data_);
     if (session.failure_) {
       const Diagnostic& failure = *session.failure_;
-      saved["failure"] = List{failure.code, failure.message, failure.span.file, failure.span.line, failure.span.column, failure.span.length};
+      saved["failure"] = List{failure.code,      failure.message,     failure.span.file,
+                              failure.span.line, failure.span.column, failure.span.length};
     }
     return saved;
   }
@@ -163,14 +171,16 @@ struct SessionSnapshot {
     timer.sequence = static_cast<std::uint64_t>(integer(saved.find("sequence"), 0));
     timer.target = saved.find("target") ? saved.find("target")->text() : "";
     timer.type = saved.find("type") ? saved.find("type")->text() : "";
-    timer.is_content = saved.find("is_content") && saved.find("is_content")->as_bool() && *saved.find("is_content")->as_bool();
+    timer.is_content =
+        saved.find("is_content") && saved.find("is_content")->as_bool() && *saved.find("is_content")->as_bool();
     timer.delay = Duration(integer(saved.find("delay"), 0));
     const auto part = [&](std::size_t i) { return static_cast<int>(integer(&(*place->as_list())[i], 0)); };
     timer.place = {part(0), part(1), part(2)};
     return true;
   }
 
-  static bool restore_invocation(const Chart& chart, const Value& saved, const LoadOptions& options, int depth, Invocation& invocation) {
+  static bool restore_invocation(const Chart& chart, const Value& saved, const LoadOptions& options, int depth,
+                                 Invocation& invocation) {
     const std::int64_t invoke = integer(saved.find("invoke"));
     const auto& invokes = chart.model().invokes;
     if (invoke < 0 || static_cast<std::size_t>(invoke) >= invokes.size() || !saved.find("id")) return false;
@@ -197,7 +207,9 @@ struct SessionSnapshot {
     const Model& model = chart.model();
     const std::int64_t status = integer(saved.find("status"));
     const Value* id = saved.find("id");
-    if (depth > kSavedDepthMax || !saved.as_map() || integer(saved.find("format")) != 1 || status < 0 || status > 4 || !id) return false;
+    if (depth > kSavedDepthMax || !saved.as_map() || integer(saved.find("format")) != 1 || status < 0 || status > 4 ||
+        !id)
+      return false;
     reset_session(chart, session, std::string(id->text()), 1);
     session.status_ = static_cast<SessionStatus>(status);
     const auto random = from_hex(saved.find("random"));
@@ -209,7 +221,8 @@ struct SessionSnapshot {
     if (model.late_binding && !restore_set(saved.find("initialized"), model, session.initialized_)) return false;
 
     const auto list = [&](const char* key) { return saved.find(key) ? saved.find(key)->as_list() : nullptr; };
-    const List* lists[] = {list("history"), list("internal"), list("external"), list("timers"), list("invocations"), list("variables")};
+    const List* lists[] = {list("history"), list("internal"),    list("external"),
+                           list("timers"),  list("invocations"), list("variables")};
     if (std::find(std::begin(lists), std::end(lists), nullptr) != std::end(lists)) return false;
     for (const Value& item : *lists[0]) {
       const List* pair = item.as_list();

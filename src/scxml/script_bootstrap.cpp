@@ -2,9 +2,9 @@
 
 namespace sentree::scxml {
 
-// Replaces what would not be the same in each run (clock, randomness, time zone), adds In() and a small read-only DOM, and
-// freezes every built-in object. Inherited members that scripts commonly override on their own objects (toString, message …)
-// become accessors, because assignment to an inherited read-only member would fail.
+// Replaces what would not be the same in each run (clock, randomness, time zone), adds In() and a small read-only DOM,
+// and freezes every built-in object. Inherited members that scripts commonly override on their own objects (toString,
+// message …) become accessors, because assignment to an inherited read-only member would fail.
 const char* const kBootstrap = R"js((function (base, now, random, isIn) {
 'use strict';
 var define = Object.defineProperty;

@@ -20,7 +20,9 @@ struct ScriptHeap::Allocator {
   std::size_t max = 0;
 
   static void* allocate(void* self, duk_size_t size) { return static_cast<Allocator*>(self)->resize(nullptr, size); }
-  static void* reallocate(void* self, void* block, duk_size_t size) { return static_cast<Allocator*>(self)->resize(block, size); }
+  static void* reallocate(void* self, void* block, duk_size_t size) {
+    return static_cast<Allocator*>(self)->resize(block, size);
+  }
   static void release(void* self, void* block) { static_cast<Allocator*>(self)->resize(block, 0); }
 
   void* resize(void* block, std::size_t size) {
@@ -84,7 +86,8 @@ duk_ret_t call_native(duk_context* ctx) {
   ScriptWorld* world = heap_of(ctx).world();
   const auto index = static_cast<std::size_t>(duk_get_current_magic(ctx));
   const int count = duk_get_top(ctx);
-  if (!world || index >= world->script_functions().size()) return duk_type_error(ctx, "this function is not there any more");
+  if (!world || index >= world->script_functions().size())
+    return duk_type_error(ctx, "this function is not there any more");
   thread_local NativeCall call;
   call.arguments.clear();
   call.failure.clear();
@@ -98,8 +101,10 @@ duk_ret_t call_native(duk_context* ctx) {
   }
   {
     auto result = world->script_functions()[index].call(call.arguments);
-    if (result) call.result = *std::move(result);
-    else call.failure = std::move(result.error().message);
+    if (result)
+      call.result = *std::move(result);
+    else
+      call.failure = std::move(result.error().message);
   }
   if (!call.failure.empty()) return duk_error(ctx, DUK_ERR_ERROR, "%s", call.failure.c_str());
   push_value(ctx, call.result, nullptr);
@@ -169,7 +174,8 @@ Result<void> ScriptHeap::error_at_top(ExpressionId id) {
 
 // ---- Life ----
 
-ScriptHeap::ScriptHeap(const Model& model) : model_(model), allocator_(std::make_unique<Allocator>()), compiled_(model.expressions.size()) {}
+ScriptHeap::ScriptHeap(const Model& model)
+    : model_(model), allocator_(std::make_unique<Allocator>()), compiled_(model.expressions.size()) {}
 
 ScriptHeap::~ScriptHeap() {
   if (context_) duk_destroy_heap(context_);
@@ -178,7 +184,8 @@ ScriptHeap::~ScriptHeap() {
 Result<std::shared_ptr<ScriptHeap>> ScriptHeap::create(const Model& model, std::size_t memory_max) {
   std::shared_ptr<ScriptHeap> heap(new ScriptHeap(model));
   heap->allocator_->max = memory_max;
-  heap->context_ = duk_create_heap(Allocator::allocate, Allocator::reallocate, Allocator::release, heap->allocator_.get(), fatal);
+  heap->context_ =
+      duk_create_heap(Allocator::allocate, Allocator::reallocate, Allocator::release, heap->allocator_.get(), fatal);
   if (!heap->context_ || !heap->build()) {
     return fail("scxml.script-memory", "a JavaScript heap needs more than " + std::to_string(memory_max) + " bytes");
   }
@@ -186,56 +193,61 @@ Result<std::shared_ptr<ScriptHeap>> ScriptHeap::create(const Model& model, std::
 }
 
 bool ScriptHeap::build() {
-  return protect(kNoExpression, [this](duk_context* ctx) {
-           duk_push_heap_stash(ctx);
-           duk_push_pointer(ctx, this);
-           duk_put_prop_string(ctx, -2, "heap");
-           duk_push_array(ctx);
-           duk_put_prop_string(ctx, -2, "kept");
-           duk_pop(ctx);
+  return protect(kNoExpression,
+                 [this](duk_context* ctx) {
+                   duk_push_heap_stash(ctx);
+                   duk_push_pointer(ctx, this);
+                   duk_put_prop_string(ctx, -2, "heap");
+                   duk_push_array(ctx);
+                   duk_put_prop_string(ctx, -2, "kept");
+                   duk_pop(ctx);
 
-           duk_push_string(ctx, kBootstrap);
-           duk_push_string(ctx, "bootstrap");
-           duk_compile(ctx, DUK_COMPILE_EVAL);
-           duk_call(ctx, 0);
-           duk_push_global_object(ctx);
-           base_ = duk_get_heapptr(ctx, -1);
-           duk_push_c_function(ctx, script_now, 0);
-           duk_push_c_function(ctx, script_random, 0);
-           duk_push_c_function(ctx, script_in, 1);
-           duk_call(ctx, 4);
-           make_dom_ = duk_get_heapptr(ctx, -1);
-           duk_push_heap_stash(ctx);
-           duk_dup(ctx, -2);
-           duk_put_prop_string(ctx, -2, "makeDom");
-           duk_push_heapptr(ctx, base_);
-           duk_put_prop_string(ctx, -2, "base");
-           duk_pop_2(ctx);
+                   duk_push_string(ctx, kBootstrap);
+                   duk_push_string(ctx, "bootstrap");
+                   duk_compile(ctx, DUK_COMPILE_EVAL);
+                   duk_call(ctx, 0);
+                   duk_push_global_object(ctx);
+                   base_ = duk_get_heapptr(ctx, -1);
+                   duk_push_c_function(ctx, script_now, 0);
+                   duk_push_c_function(ctx, script_random, 0);
+                   duk_push_c_function(ctx, script_in, 1);
+                   duk_call(ctx, 4);
+                   make_dom_ = duk_get_heapptr(ctx, -1);
+                   duk_push_heap_stash(ctx);
+                   duk_dup(ctx, -2);
+                   duk_put_prop_string(ctx, -2, "makeDom");
+                   duk_push_heapptr(ctx, base_);
+                   duk_put_prop_string(ctx, -2, "base");
+                   duk_pop_2(ctx);
 
-           // Scripts' global object: it holds nothing but the session's data, and inherits everything else.
-           duk_push_object(ctx);
-           global_ = duk_get_heapptr(ctx, -1);
-           duk_push_heapptr(ctx, base_);
-           duk_set_prototype(ctx, -2);
-           for (const Variable& variable : model_.variables) {
-             push_text(ctx, variable.id);
-             duk_push_undefined(ctx);
-             duk_def_prop(ctx, -3, DUK_DEFPROP_HAVE_VALUE | DUK_DEFPROP_SET_WRITABLE | DUK_DEFPROP_SET_ENUMERABLE | DUK_DEFPROP_CLEAR_CONFIGURABLE);
-           }
-           duk_push_heapptr(ctx, base_);
-           duk_push_string(ctx, "globalThis");
-           duk_dup(ctx, -3);
-           duk_def_prop(ctx, -3, DUK_DEFPROP_HAVE_VALUE | DUK_DEFPROP_FORCE | DUK_DEFPROP_CLEAR_WEC);
-           for (const char* name : {"_sessionid", "_name", "_ioprocessors", "_x", "_event"}) {
-             duk_push_string(ctx, name);
-             if (std::string_view(name) == "_name") push_text(ctx, model_.name);
-             else duk_push_undefined(ctx);
-             duk_def_prop(ctx, -3, DUK_DEFPROP_HAVE_VALUE | DUK_DEFPROP_FORCE | DUK_DEFPROP_CLEAR_WEC);
-           }
-           duk_freeze(ctx, -1);
-           duk_pop(ctx);
-           duk_set_global_object(ctx);
-         })
+                   // Scripts' global object: it holds nothing but the session's data, and inherits everything else.
+                   duk_push_object(ctx);
+                   global_ = duk_get_heapptr(ctx, -1);
+                   duk_push_heapptr(ctx, base_);
+                   duk_set_prototype(ctx, -2);
+                   for (const Variable& variable : model_.variables) {
+                     push_text(ctx, variable.id);
+                     duk_push_undefined(ctx);
+                     duk_def_prop(ctx, -3,
+                                  DUK_DEFPROP_HAVE_VALUE | DUK_DEFPROP_SET_WRITABLE | DUK_DEFPROP_SET_ENUMERABLE |
+                                      DUK_DEFPROP_CLEAR_CONFIGURABLE);
+                   }
+                   duk_push_heapptr(ctx, base_);
+                   duk_push_string(ctx, "globalThis");
+                   duk_dup(ctx, -3);
+                   duk_def_prop(ctx, -3, DUK_DEFPROP_HAVE_VALUE | DUK_DEFPROP_FORCE | DUK_DEFPROP_CLEAR_WEC);
+                   for (const char* name : {"_sessionid", "_name", "_ioprocessors", "_x", "_event"}) {
+                     duk_push_string(ctx, name);
+                     if (std::string_view(name) == "_name")
+                       push_text(ctx, model_.name);
+                     else
+                       duk_push_undefined(ctx);
+                     duk_def_prop(ctx, -3, DUK_DEFPROP_HAVE_VALUE | DUK_DEFPROP_FORCE | DUK_DEFPROP_CLEAR_WEC);
+                   }
+                   duk_freeze(ctx, -1);
+                   duk_pop(ctx);
+                   duk_set_global_object(ctx);
+                 })
       .has_value();
 }
 
@@ -335,8 +347,10 @@ Result<void> ScriptHeap::set_event(const Event* event) {
     } else {
       duk_push_object(ctx);
       const auto add = [ctx](const char* name, std::string_view value, bool always) {
-        if (always || !value.empty()) push_text(ctx, value);
-        else duk_push_undefined(ctx);
+        if (always || !value.empty())
+          push_text(ctx, value);
+        else
+          duk_push_undefined(ctx);
         duk_put_prop_string(ctx, -2, name);
       };
       add("name", event->name, true);
@@ -346,8 +360,10 @@ Result<void> ScriptHeap::set_event(const Event* event) {
       add("origintype", event->origintype, false);
       add("invokeid", event->invokeid, false);
       if (!event->raw.empty()) add("raw", event->raw, true);
-      if (event->data) push_value(ctx, *event->data, make_dom_);
-      else duk_push_undefined(ctx);
+      if (event->data)
+        push_value(ctx, *event->data, make_dom_);
+      else
+        duk_push_undefined(ctx);
       duk_put_prop_string(ctx, -2, "data");
       duk_freeze(ctx, -1);
     }
@@ -381,7 +397,8 @@ void push_source(duk_context* ctx, const Expression& expression) {
     case ExpressionUse::kLocation:
     case ExpressionUse::kItem:
       // Strict, so that an undeclared or read-only location is an error (SCXML 5.4, 5.10); <foreach> may declare (4.6).
-      duk_push_string(ctx, expression.use == ExpressionUse::kItem ? "(function($value){" : "(function($value){'use strict';");
+      duk_push_string(
+          ctx, expression.use == ExpressionUse::kItem ? "(function($value){" : "(function($value){'use strict';");
       push_text(ctx, expression.text);
       duk_push_string(ctx, "\n=$value})");
       break;
@@ -456,7 +473,8 @@ Result<std::optional<Value>> ScriptHeap::evaluate(ExpressionId id) {
     defined = reader.read(ctx, -1, value);
   });
   if (!done) return tl::unexpected(std::move(done.error()));
-  if (!reader.failure.empty()) return fail("scxml.no-value-form", "\"" + model_.expressions[id].text + "\" holds " + reader.failure);
+  if (!reader.failure.empty())
+    return fail("scxml.no-value-form", "\"" + model_.expressions[id].text + "\" holds " + reader.failure);
   return defined ? std::optional(std::move(value)) : std::nullopt;
 }
 
@@ -464,7 +482,8 @@ Result<std::string> ScriptHeap::text(ExpressionId id) {
   std::string result;
   auto done = protect(id, [&](duk_context* ctx) {
     push_call(id);
-    if (duk_is_object(ctx, -1) && !duk_is_function(ctx, -1) && !duk_is_error(ctx, -1) && !duk_has_prop_string(ctx, -1, "nodeType")) {
+    if (duk_is_object(ctx, -1) && !duk_is_function(ctx, -1) && !duk_is_error(ctx, -1) &&
+        !duk_has_prop_string(ctx, -1, "nodeType")) {
       duk_json_encode(ctx, -1);
     }
     duk_safe_to_string(ctx, -1);
@@ -487,8 +506,10 @@ Result<void> ScriptHeap::assign_value(ExpressionId location, const std::optional
   return protect(location, [&](duk_context* ctx) {
     push_compiled(location);
     duk_push_global_object(ctx);
-    if (value) push_value(ctx, *value, make_dom_);
-    else duk_push_undefined(ctx);
+    if (value)
+      push_value(ctx, *value, make_dom_);
+    else
+      duk_push_undefined(ctx);
     duk_call_method(ctx, 1);
   });
 }
@@ -561,8 +582,10 @@ Result<void> ScriptHeap::write(std::uint32_t slot, const std::optional<Value>& v
   return protect(kNoExpression, [&](duk_context* ctx) {
     duk_push_heapptr(ctx, global_);
     push_text(ctx, model_.variables[slot].id);
-    if (value) push_value(ctx, *value, make_dom_);
-    else duk_push_undefined(ctx);
+    if (value)
+      push_value(ctx, *value, make_dom_);
+    else
+      duk_push_undefined(ctx);
     duk_put_prop(ctx, -3);
   });
 }
@@ -616,8 +639,9 @@ Result<void> ScriptHeap::read_all(std::vector<std::optional<Value>>& variables, 
   std::string name;
   std::string culprit;
   const auto read = [&](duk_context* ctx, Value& out) {
-    const bool known = std::any_of(functions_.begin(), functions_.end(),
-                                   [&](const auto& f) { return f.second == duk_get_heapptr(ctx, -1) && f.first == name; });
+    const bool known = std::any_of(functions_.begin(), functions_.end(), [&](const auto& f) {
+      return f.second == duk_get_heapptr(ctx, -1) && f.first == name;
+    });
     if (known) return false;
     const bool defined = reader.read(ctx, -1, out);
     if (!reader.failure.empty() && culprit.empty()) culprit = name;
@@ -631,8 +655,10 @@ Result<void> ScriptHeap::read_all(std::vector<std::optional<Value>>& variables, 
       name = model_.variables[slot].id;
       push_text(ctx, name);
       duk_get_prop(ctx, -2);
-      if (read(ctx, value)) variables[slot] = std::move(value);
-      else variables[slot].reset();
+      if (read(ctx, value))
+        variables[slot] = std::move(value);
+      else
+        variables[slot].reset();
       duk_pop(ctx);
     }
     duk_enum(ctx, -1, DUK_ENUM_OWN_PROPERTIES_ONLY);
@@ -641,40 +667,18 @@ Result<void> ScriptHeap::read_all(std::vector<std::optional<Value>>& variables, 
       append_text(ctx, -2, name);
       if (!model_.slots.contains(name)) {
         const bool function = duk_is_function(ctx, -1) != 0;
-        if (read(ctx, value)) globals[name] = std::move(value);
-        else if (!function) globals[name] = Map{{"$undefined", true}};
+        if (read(ctx, value))
+          globals[name] = std::move(value);
+        else if (!function)
+          globals[name] = Map{{"$undefined", true}};
       }
       duk_pop_2(ctx);
     }
   });
   if (!done) return done;
-  if (!reader.failure.empty()) return fail("scxml.no-value-form", "\"" + culprit + "\" holds " + reader.failure + ", which cannot be saved");
+  if (!reader.failure.empty())
+    return fail("scxml.no-value-form", "\"" + culprit + "\" holds " + reader.failure + ", which cannot be saved");
   return {};
-}
-
-// ---- Pool ----
-
-std::shared_ptr<ScriptHeap> HeapPool::take(std::uint64_t tag) {
-  const std::lock_guard lock(mutex_);
-  if (free_.empty()) return nullptr;
-  auto found = std::find_if(free_.begin(), free_.end(), [&](const auto& heap) { return tag != 0 && heap->tag == tag; });
-  if (found == free_.end()) found = free_.begin();
-  auto heap = std::move(*found);
-  free_.erase(found);
-  return heap;
-}
-
-void HeapPool::give(std::shared_ptr<ScriptHeap> heap) {
-  heap->attach(nullptr);
-  const std::lock_guard lock(mutex_);
-  // The one that waited longest is the first to go, and the first to be taken by another session.
-  if (free_.size() == kKeptMax) free_.erase(free_.begin());
-  free_.push_back(std::move(heap));
-}
-
-std::uint64_t HeapPool::next_tag() {
-  const std::lock_guard lock(mutex_);
-  return ++tags_;
 }
 
 }  // namespace sentree::scxml

@@ -99,10 +99,10 @@ class ScriptHeap {
   std::unique_ptr<Allocator> allocator_;
   duk_hthread* context_ = nullptr;
   ScriptWorld* world_ = nullptr;
-  void* base_ = nullptr;    // the frozen object that the global object inherits from
+  void* base_ = nullptr;  // the frozen object that the global object inherits from
   void* global_ = nullptr;
   void* make_dom_ = nullptr;
-  std::vector<void*> compiled_;     // by ExpressionId; null: not yet
+  std::vector<void*> compiled_;  // by ExpressionId; null: not yet
   std::vector<std::pair<std::string, void*>> functions_;
 };
 

@@ -27,7 +27,8 @@ std::uint32_t next_code_point(std::string_view text, std::size_t& at) {
     const std::uint32_t code = (first & 0x0FU) << 12 | (byte(at + 1) & 0x3FU) << 6 | (byte(at + 2) & 0x3FU);
     if (code >= 0x800) return at += 3, code;
   } else if (first >= 0xF0 && first < 0xF5 && tail(at + 1) && tail(at + 2) && tail(at + 3)) {
-    const std::uint32_t code = (first & 0x07U) << 18 | (byte(at + 1) & 0x3FU) << 12 | (byte(at + 2) & 0x3FU) << 6 | (byte(at + 3) & 0x3FU);
+    const std::uint32_t code =
+        (first & 0x07U) << 18 | (byte(at + 1) & 0x3FU) << 12 | (byte(at + 2) & 0x3FU) << 6 | (byte(at + 3) & 0x3FU);
     if (code >= 0x10000 && code <= 0x10FFFF) return at += 4, code;
   }
   ++at;
@@ -84,8 +85,8 @@ Value document_tree(const std::string& source) {
   if (!document) return {};
   Value root = dom_tree(document->root(), document->source());
   Value text = *root.find("text");
-  return Map{{"document", true}, {"name", "#document"}, {"text", std::move(text)}, {"source", source},
-             {"attributes", Map()}, {"children", List{std::move(root)}}};
+  return Map{{"document", true}, {"name", "#document"}, {"text", std::move(text)},
+             {"source", source}, {"attributes", Map()}, {"children", List{std::move(root)}}};
 }
 
 void push_plain_map(duk_context* ctx, const Map& map, void* make_dom) {
@@ -294,8 +295,10 @@ bool ValueReader::read_special(duk_context* ctx, int index, Value& out, int dept
   if (is_date) {
     duk_push_string(ctx, mode == Mode::kState ? "getTime" : "toISOString");
     duk_call_prop(ctx, index, 0);
-    if (mode == Mode::kState) out = Map{{"$date", number_value(duk_get_number(ctx, -1))}};
-    else read(ctx, -1, out, depth + 1);
+    if (mode == Mode::kState)
+      out = Map{{"$date", number_value(duk_get_number(ctx, -1))}};
+    else
+      read(ctx, -1, out, depth + 1);
     duk_pop(ctx);
     return true;
   }

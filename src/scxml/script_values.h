@@ -26,7 +26,7 @@ struct ValueReader {
   /// functions and undefined members, as JSON does.
   enum class Mode : std::uint8_t { kState, kMessage };
   Mode mode = Mode::kMessage;
-  std::string failure;                  ///< Why something has no Value form; empty: all have.
+  std::string failure;  ///< Why something has no Value form; empty: all have.
   std::unordered_set<void*> seen;
   std::vector<void*> path;
 

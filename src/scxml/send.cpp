@@ -19,8 +19,10 @@ constexpr std::string_view kSessionTarget = "#_scxml_";
 
 void Interpreter::raise(Event event) {
   if (session_.internal_.size() >= run_.host.limits.events_max) {
-    fail_session("scxml.queue-full", "more than " + std::to_string(run_.host.limits.events_max) + " internal events wait; the last is " + event.name,
-                 {});
+    fail_session(
+        "scxml.queue-full",
+        "more than " + std::to_string(run_.host.limits.events_max) + " internal events wait; the last is " + event.name,
+        {});
     return;
   }
   session_.internal_.push(std::move(event));
@@ -66,7 +68,8 @@ bool Interpreter::execute_send(const Send& send, const Place& place) {
     return true;
   }
   if (session_.timers_.size() >= run_.host.limits.timers_max) {
-    raise_error("error.execution", "more than " + std::to_string(run_.host.limits.timers_max) + " delayed events wait", timer.event.sendid);
+    raise_error("error.execution", "more than " + std::to_string(run_.host.limits.timers_max) + " delayed events wait",
+                timer.event.sendid);
     return false;
   }
   timer.due = add_saturating(run_.now, timer.delay);
@@ -90,7 +93,8 @@ Result<void> Interpreter::prepare_send(const Send& send, Timer& timer) {
     auto text = data_->text(send.delay.expr);
     if (!text) return tl::unexpected(std::move(text.error()));
     const auto delay = parse_delay(*text);
-    if (!delay) return fail("scxml.bad-delay", "delay \"" + *text + "\" is no time; write a number with s or ms, as in \"1.5s\"");
+    if (!delay)
+      return fail("scxml.bad-delay", "delay \"" + *text + "\" is no time; write a number with s or ms, as in \"1.5s\"");
     timer.delay = *delay;
   }
   auto data = payload_data(send.payload, true);
@@ -147,7 +151,8 @@ void Interpreter::dispatch(Timer&& timer) {
   if (target == "#_parent") {
     event.invokeid = session_.invokeid_;
     if (parent_) return send_to_session(*parent_, std::move(event));
-    return raise_error("error.communication", "no session invoked this one, so there is no #_parent", std::move(event.sendid));
+    return raise_error("error.communication", "no session invoked this one, so there is no #_parent",
+                       std::move(event.sendid));
   }
   if (target.starts_with(kSessionTarget)) {
     const std::string_view id = std::string_view(target).substr(kSessionTarget.size());
@@ -157,7 +162,8 @@ void Interpreter::dispatch(Timer&& timer) {
       timer.type = kScxmlProcessor;
       return send_outside(std::move(timer));
     }
-    return raise_error("error.communication", "there is no session \"" + std::string(id) + "\"", std::move(event.sendid));
+    return raise_error("error.communication", "there is no session \"" + std::string(id) + "\"",
+                       std::move(event.sendid));
   }
   const std::string_view invokeid = std::string_view(target).substr(2);
   for (Invocation& invocation : session_.invocations_) {
@@ -166,13 +172,16 @@ void Interpreter::dispatch(Timer&& timer) {
     run_.effects.emplace_back(InvokeEvent{session_.id_, invocation.id, std::move(event)});
     return;
   }
-  raise_error("error.communication", "there is no invocation \"" + std::string(invokeid) + "\" running", std::move(event.sendid));
+  raise_error("error.communication", "there is no invocation \"" + std::string(invokeid) + "\" running",
+              std::move(event.sendid));
 }
 
 void Interpreter::send_to_session(Session& target, Event&& event) {
   if (target.external_.size() >= run_.host.limits.events_max) {
-    return fail_session("scxml.queue-full",
-                        "more than " + std::to_string(run_.host.limits.events_max) + " external events wait; the last is " + event.name, {});
+    return fail_session(
+        "scxml.queue-full",
+        "more than " + std::to_string(run_.host.limits.events_max) + " external events wait; the last is " + event.name,
+        {});
   }
   target.external_.push(std::move(event));
 }

@@ -23,7 +23,10 @@ Invocation::Invocation(Invocation&&) noexcept = default;
 Invocation& Invocation::operator=(Invocation&&) noexcept = default;
 Invocation::~Invocation() = default;
 Invocation::Invocation(const Invocation& other)
-    : id(other.id), state(other.state), invoke(other.invoke), chart(other.chart),
+    : id(other.id),
+      state(other.state),
+      invoke(other.invoke),
+      chart(other.chart),
       child(other.child ? std::make_unique<Session>(*other.child) : nullptr) {}
 Invocation& Invocation::operator=(const Invocation& other) {
   if (this != &other) *this = Invocation(other);
@@ -31,7 +34,8 @@ Invocation& Invocation::operator=(const Invocation& other) {
 }
 
 bool operator==(const Invocation& a, const Invocation& b) {
-  if (a.id != b.id || a.state != b.state || a.invoke != b.invoke || a.child.operator bool() != b.child.operator bool()) return false;
+  if (a.id != b.id || a.state != b.state || a.invoke != b.invoke || a.child.operator bool() != b.child.operator bool())
+    return false;
   return !a.child || *a.child == *b.child;
 }
 
@@ -41,12 +45,29 @@ Session& Session::operator=(Session&&) noexcept = default;
 Session::~Session() = default;
 
 Session::Session(const Session& other)
-    : fingerprint_(other.fingerprint_), status_(other.status_), data_lost_(other.data_lost_ || other.pinned_), id_(other.id_),
-      parent_id_(other.parent_id_), invokeid_(other.invokeid_), configuration_(other.configuration_), initialized_(other.initialized_),
-      history_(other.history_), internal_(other.internal_), external_(other.external_), timers_(other.timers_),
-      invocations_(other.invocations_), variables_(other.variables_), globals_(other.globals_), sequence_(other.sequence_),
-      ids_(other.ids_), rng_(other.rng_), failure_(other.failure_), done_data_(other.done_data_), scripts_run_(other.scripts_run_),
-      heap_tag_(other.pinned_ ? 0 : other.heap_tag_), unsaveable_(other.unsaveable_) {}
+    : fingerprint_(other.fingerprint_),
+      status_(other.status_),
+      data_lost_(other.data_lost_ || other.pinned_),
+      id_(other.id_),
+      parent_id_(other.parent_id_),
+      invokeid_(other.invokeid_),
+      configuration_(other.configuration_),
+      initialized_(other.initialized_),
+      history_(other.history_),
+      internal_(other.internal_),
+      external_(other.external_),
+      timers_(other.timers_),
+      invocations_(other.invocations_),
+      variables_(other.variables_),
+      globals_(other.globals_),
+      sequence_(other.sequence_),
+      ids_(other.ids_),
+      rng_(other.rng_),
+      failure_(other.failure_),
+      done_data_(other.done_data_),
+      scripts_run_(other.scripts_run_),
+      heap_tag_(other.pinned_ ? 0 : other.heap_tag_),
+      unsaveable_(other.unsaveable_) {}
 
 Session& Session::operator=(const Session& other) {
   if (this != &other) *this = Session(other);
@@ -56,9 +77,10 @@ Session& Session::operator=(const Session& other) {
 bool operator==(const Session& a, const Session& b) {
   return a.fingerprint_ == b.fingerprint_ && a.status_ == b.status_ && a.id_ == b.id_ && a.parent_id_ == b.parent_id_ &&
          a.invokeid_ == b.invokeid_ && a.configuration_ == b.configuration_ && a.initialized_ == b.initialized_ &&
-         a.history_ == b.history_ && a.internal_ == b.internal_ && a.external_ == b.external_ && a.timers_ == b.timers_ &&
-         a.invocations_ == b.invocations_ && a.variables_ == b.variables_ && a.globals_ == b.globals_ && a.sequence_ == b.sequence_ &&
-         a.ids_ == b.ids_ && a.rng_ == b.rng_ && a.failure_ == b.failure_ && a.done_data_ == b.done_data_ && a.scripts_run_ == b.scripts_run_;
+         a.history_ == b.history_ && a.internal_ == b.internal_ && a.external_ == b.external_ &&
+         a.timers_ == b.timers_ && a.invocations_ == b.invocations_ && a.variables_ == b.variables_ &&
+         a.globals_ == b.globals_ && a.sequence_ == b.sequence_ && a.ids_ == b.ids_ && a.rng_ == b.rng_ &&
+         a.failure_ == b.failure_ && a.done_data_ == b.done_data_ && a.scripts_run_ == b.scripts_run_;
 }
 
 std::uint64_t Session::hash() const {

@@ -56,10 +56,10 @@ class EventQueue {
 /// A delayed <send>. It holds the event as it was evaluated when the <send> was executed (SCXML 6.2.4).
 struct Timer {
   TimePoint due{};
-  std::uint64_t sequence = 0;   ///< Breaks ties: sent earlier, delivered earlier.
+  std::uint64_t sequence = 0;  ///< Breaks ties: sent earlier, delivered earlier.
   Event event;
-  std::string target;           ///< Empty: this session.
-  std::string type;             ///< Empty: the SCXML processor.
+  std::string target;  ///< Empty: this session.
+  std::string type;    ///< Empty: the SCXML processor.
   bool is_content = false;
   Duration delay{};
   Place place;
@@ -80,8 +80,12 @@ class TimerQueue {
       timers_.erase(timers_.begin(), timers_.begin() + static_cast<std::ptrdiff_t>(head_));
       head_ = 0;
     }
-    const auto earlier = [](const Timer& a, const Timer& b) { return a.due != b.due ? a.due < b.due : a.sequence < b.sequence; };
-    timers_.insert(std::upper_bound(timers_.begin() + static_cast<std::ptrdiff_t>(head_), timers_.end(), timer, earlier), std::move(timer));
+    const auto earlier = [](const Timer& a, const Timer& b) {
+      return a.due != b.due ? a.due < b.due : a.sequence < b.sequence;
+    };
+    timers_.insert(
+        std::upper_bound(timers_.begin() + static_cast<std::ptrdiff_t>(head_), timers_.end(), timer, earlier),
+        std::move(timer));
   }
   [[nodiscard]] Timer pop() {
     Timer timer = std::move(timers_[head_++]);
@@ -98,7 +102,9 @@ class TimerQueue {
     timers_.clear();
     head_ = 0;
   }
-  friend bool operator==(const TimerQueue& a, const TimerQueue& b) { return std::equal(a.begin(), a.end(), b.begin(), b.end()); }
+  friend bool operator==(const TimerQueue& a, const TimerQueue& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end());
+  }
 
  private:
   std::vector<Timer> timers_;
@@ -111,9 +117,9 @@ class Session;
 struct Invocation {
   std::string id;
   StateIndex state = 0;
-  std::uint32_t invoke = 0;                ///< Index among the model's invokes.
-  std::optional<Chart> chart;              ///< Of an SCXML child.
-  std::unique_ptr<Session> child;          ///< Null: a service that the host runs.
+  std::uint32_t invoke = 0;        ///< Index among the model's invokes.
+  std::optional<Chart> chart;      ///< Of an SCXML child.
+  std::unique_ptr<Session> child;  ///< Null: a service that the host runs.
 
   Invocation();
   Invocation(const Invocation& other);
@@ -125,19 +131,19 @@ struct Invocation {
 };
 
 enum class SessionStatus : std::uint8_t {
-  kNew,        ///< Not started.
-  kRunning,    ///< In a stable configuration between steps.
-  kFinished,   ///< In a top-level <final>.
+  kNew,       ///< Not started.
+  kRunning,   ///< In a stable configuration between steps.
+  kFinished,  ///< In a top-level <final>.
   kCancelled,
-  kFailed,     ///< A bound was exceeded; see `Session::failure`.
+  kFailed,  ///< A bound was exceeded; see `Session::failure`.
 };
 [[nodiscard]] std::string_view to_string(SessionStatus status);
 
 /// What a session needs at its start beside the chart.
 struct StartOptions {
-  Map data = {};                           ///< Replaces the values of top-level <data> of the same ids (SCXML 6.4).
-  std::string session_id = "session";      ///< `_sessionid`; children's ids are derived from it.
-  std::uint64_t seed = 1;                  ///< Of Math.random.
+  Map data = {};                       ///< Replaces the values of top-level <data> of the same ids (SCXML 6.4).
+  std::string session_id = "session";  ///< `_sessionid`; children's ids are derived from it.
+  std::uint64_t seed = 1;              ///< Of Math.random.
 };
 
 class ScriptHeap;
@@ -172,8 +178,8 @@ class Session {
   [[nodiscard]] const TimerQueue& timers() const { return timers_; }
   [[nodiscard]] const std::vector<Invocation>& invocations() const { return invocations_; }
 
-  /// Why the session cannot be copied or saved faithfully (a script keeps a function or a cycle in its data); nothing: it can.
-  /// A copy of such a session lacks that data and is refused by the step functions.
+  /// Why the session cannot be copied or saved faithfully (a script keeps a function or a cycle in its data); nothing:
+  /// it can. A copy of such a session lacks that data and is refused by the step functions.
   [[nodiscard]] std::optional<Diagnostic> unsaveable() const;
 
   friend bool operator==(const Session& a, const Session& b);
@@ -195,25 +201,25 @@ class Session {
 
   std::uint64_t fingerprint_ = 0;  // of the chart
   SessionStatus status_ = SessionStatus::kNew;
-  bool data_lost_ = false;         // a copy of a session whose data have no Value form
+  bool data_lost_ = false;  // a copy of a session whose data have no Value form
   std::string id_;
-  std::string parent_id_;          // of a child: the _sessionid of its parent
-  std::string invokeid_;           // of a child: by which its parent knows it
+  std::string parent_id_;  // of a child: the _sessionid of its parent
+  std::string invokeid_;   // of a child: by which its parent knows it
   StateSet configuration_;
-  StateSet initialized_;           // late binding: states whose data have been bound
+  StateSet initialized_;  // late binding: states whose data have been bound
   std::vector<std::pair<StateIndex, std::vector<StateIndex>>> history_;
-  EventQueue internal_;            // empty in a stable configuration
-  EventQueue external_;            // empty between steps
+  EventQueue internal_;  // empty in a stable configuration
+  EventQueue external_;  // empty between steps
   TimerQueue timers_;
   std::vector<Invocation> invocations_;
   std::vector<std::optional<Value>> variables_;  // of <data>, by slot; nothing: undefined
-  Map globals_;                    // what scripts added
-  std::uint64_t sequence_ = 0;     // of timers
-  std::uint64_t ids_ = 0;          // made-up sendids and invokeids
+  Map globals_;                                  // what scripts added
+  std::uint64_t sequence_ = 0;                   // of timers
+  std::uint64_t ids_ = 0;                        // made-up sendids and invokeids
   Rng rng_{1};
   std::optional<Diagnostic> failure_;
   std::optional<Value> done_data_;
-  bool scripts_run_ = false;       // the chart's own scripts have been executed
+  bool scripts_run_ = false;  // the chart's own scripts have been executed
 
   // A disposable cache, no part of the value: the JavaScript heap whose content has this tag holds these data.
   std::uint64_t heap_tag_ = 0;

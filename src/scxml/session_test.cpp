@@ -15,14 +15,16 @@ namespace {
 
 using testing::HasSubstr;
 
-// A random chart: nested and parallel states, history, guards, data that expressions and scripts change, delayed events.
+// A random chart: nested and parallel states, history, guards, data that expressions and scripts change, delayed
+// events.
 class RandomChart {
  public:
   explicit RandomChart(std::uint64_t seed) : rng_(seed) {}
 
   std::string source() {
     for (int i = 0; i < 24; ++i) ids_.push_back("s" + std::to_string(i));
-    std::string text = R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><datamodel><data id="n" expr="0"/><data id="list" expr="[]"/></datamodel>)";
+    std::string text =
+        R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><datamodel><data id="n" expr="0"/><data id="list" expr="[]"/></datamodel>)";
     text += "<script>function twice(x) { return 2 * x; }</script>";
     while (next_ < 12) text += state(0);
     return text + "</scxml>";
@@ -33,7 +35,9 @@ class RandomChart {
     switch (rng_.below(6)) {
       case 0: return "<assign location=\"n\" expr=\"n + 1\"/>";
       case 1: return "<script>list.push(n); if (list.length &gt; 5) list.shift();</script>";
-      case 2: return "<send event=\"e" + std::to_string(rng_.below(4)) + "\" delay=\"" + std::to_string(1 + rng_.below(5)) + "s\"/>";
+      case 2:
+        return "<send event=\"e" + std::to_string(rng_.below(4)) + "\" delay=\"" + std::to_string(1 + rng_.below(5)) +
+               "s\"/>";
       case 3: return "<assign location=\"n\" expr=\"twice(n) % 97\"/>";
       case 4: return "<send id=\"x\" type=\"out\" event=\"o\"><param name=\"n\" expr=\"n\"/></send>";
       default: return "<log expr=\"n + Math.floor(Math.random() * 10)\"/>";
@@ -148,10 +152,11 @@ TEST(Snapshot, SavesInvokedChildrenAndTheirTimers) {
 }
 
 TEST(Snapshot, DataWithoutAValueFormWorkButAreARefusalToSave) {
-  const auto loaded = load(R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><datamodel><data id="f"/><data id="n" expr="0"/></datamodel>
+  const auto loaded = load(
+      R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><datamodel><data id="f"/><data id="n" expr="0"/></datamodel>
     <state id="a"><onentry><script>f = function (x) { return x + 1; };</script></onentry><transition event="e"><assign location="n" expr="f(n)"/></transition>
     <transition event="drop"><script>f = null;</script></transition></state></scxml>)xml",
-                           "f.scxml");
+      "f.scxml");
   ASSERT_TRUE(loaded.ok());
   const Chart& chart = *loaded.value;
   Running running;
@@ -170,7 +175,8 @@ TEST(Snapshot, DataWithoutAValueFormWorkButAreARefusalToSave) {
 }
 
 TEST(Invocation, SendsAndForwardsBothWays) {
-  const auto loaded = load(R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><datamodel><data id="got" expr="''"/></datamodel>
+  const auto loaded = load(
+      R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><datamodel><data id="got" expr="''"/></datamodel>
     <state id="a"><invoke id="c" autoforward="true"><finalize><assign location="got" expr="_event.data.v"/></finalize><content>
       <scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
       <state id="x"><transition event="ping"><send target="#_parent" event="pong"><param name="v" expr="_event.name"/></send></transition></state></scxml>
@@ -191,11 +197,13 @@ TEST(Bounds, SessionsThatSendToEachOtherForeverAreStopped) {
   Running running;
   start(*loaded.value, running.session, {}, {}, running.effects);
   ASSERT_TRUE(running.session.failure());
-  EXPECT_THAT(running.session.failure()->message, HasSubstr("more than 10000 macrosteps in one step; the last event was e"));
+  EXPECT_THAT(running.session.failure()->message,
+              HasSubstr("more than 10000 macrosteps in one step; the last event was e"));
 }
 
 TEST(Bounds, ChartsThatInvokeThemselvesStopAtTheDepth) {
-  const std::string chart_text = R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="null"><state id="a"><invoke src="self"/></state></scxml>)xml";
+  const std::string chart_text =
+      R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="null"><state id="a"><invoke src="self"/></state></scxml>)xml";
   LoadOptions options;
   options.read = [&](std::string_view) -> Result<std::string> { return chart_text; };
   const auto loaded = load(chart_text, "self", options);
@@ -205,7 +213,8 @@ TEST(Bounds, ChartsThatInvokeThemselvesStopAtTheDepth) {
   Running running;
   start(*loaded.value, running.session, {}, {}, running.effects, host);
   int depth = 0;
-  for (const Session* s = &running.session; !s->invocations().empty(); s = s->invocations().front().child.get()) ++depth;
+  for (const Session* s = &running.session; !s->invocations().empty(); s = s->invocations().front().child.get())
+    ++depth;
   EXPECT_EQ(depth, static_cast<int>(host.limits.invocation_depth_max));
 }
 

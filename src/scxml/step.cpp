@@ -13,8 +13,8 @@ struct SessionAccess {
     if (!session.running()) return false;
     SENTREE_ASSERT(session.fingerprint_ == chart.fingerprint());
     if (!session.data_lost_) return true;
-    session.failure_ = session.unsaveable_.value_or(
-        Diagnostic{Severity::kError, "scxml.no-value-form", "the session is a copy of one whose data cannot be copied", {}});
+    session.failure_ = session.unsaveable_.value_or(Diagnostic{
+        Severity::kError, "scxml.no-value-form", "the session is a copy of one whose data cannot be copied", {}});
     session.status_ = SessionStatus::kFailed;
     return false;
   }
@@ -42,7 +42,8 @@ struct SessionAccess {
   static Timer take_timer(Session& session) { return session.timers_.pop(); }
 };
 
-StepInfo start(const Chart& chart, Session& session, StartOptions options, TimePoint now, Effects& effects, const Host& host) {
+StepInfo start(const Chart& chart, Session& session, StartOptions options, TimePoint now, Effects& effects,
+               const Host& host) {
   reset_session(chart, session, std::move(options.session_id), options.seed);
   Run run{session, now, effects, host, {}};
   {
@@ -53,13 +54,16 @@ StepInfo start(const Chart& chart, Session& session, StartOptions options, TimeP
   return run.info;
 }
 
-StepInfo step(const Chart& chart, Session& session, const Event& event, TimePoint now, Effects& effects, const Host& host) {
+StepInfo step(const Chart& chart, Session& session, const Event& event, TimePoint now, Effects& effects,
+              const Host& host) {
   Run run{session, now, effects, host, {}};
   if (!SessionAccess::ready(chart, session)) return run.info;
   {
     Interpreter interpreter(run, chart, session, nullptr);
-    if (event.type == EventType::kExternal) interpreter.process_external_event(event);
-    else interpreter.process_platform_event(event);
+    if (event.type == EventType::kExternal)
+      interpreter.process_external_event(event);
+    else
+      interpreter.process_platform_event(event);
   }
   // What follows, events that the session sends to itself, was not enabled by this event.
   const bool enabled = run.info.enabled;

@@ -14,7 +14,8 @@ namespace sentree::scxml {
 
 /// What one step did.
 struct StepInfo {
-  bool enabled = false;           ///< The event enabled at least one transition (of this session; for a timer: any of its events).
+  bool enabled =
+      false;  ///< The event enabled at least one transition (of this session; for a timer: any of its events).
   std::uint32_t microsteps = 0;
   std::uint32_t macrosteps = 0;
 };
@@ -27,8 +28,8 @@ struct StepInfo {
 StepInfo start(const Chart& chart, Session& session, StartOptions options, TimePoint now, Effects& effects,
                const Host& host = {});
 
-/// Delivers one event. Events of type kPlatform and kInternal go the way of the internal queue (error.communication of a
-/// send that the host could not deliver), others are external events. An event from a service that `StartInvoke`
+/// Delivers one event. Events of type kPlatform and kInternal go the way of the internal queue (error.communication of
+/// a send that the host could not deliver), others are external events. An event from a service that `StartInvoke`
 /// started carries its invokeid; its end is the event done.invoke.<id>.
 StepInfo step(const Chart& chart, Session& session, const Event& event, TimePoint now, Effects& effects,
               const Host& host = {});

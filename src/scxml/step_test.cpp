@@ -14,7 +14,8 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-constexpr std::string_view kHead = R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">)xml";
+constexpr std::string_view kHead =
+    R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">)xml";
 
 Chart chart_of(std::string_view body) {
   auto loaded = load(std::string(kHead) + std::string(body) + "</scxml>", "test.scxml");
@@ -63,7 +64,8 @@ TEST(Step, EntersTheFirstStateAndFollowsEvents) {
 }
 
 TEST(Step, TellsWhetherThisVeryEventEnabledATransition) {
-  Player p(R"xml(<state id="a"><onentry><send event="own"/></onentry><transition event="own"/><transition event="again"><send event="own"/></transition></state>)xml");
+  Player p(
+      R"xml(<state id="a"><onentry><send event="own"/></onentry><transition event="own"/><transition event="again"><send event="own"/></transition></state>)xml");
   p.begin();
   EXPECT_FALSE(p.send("halt").enabled);
   EXPECT_TRUE(p.send("again").enabled);
@@ -83,7 +85,8 @@ TEST(Step, InitialDataReplaceTopLevelDataOfTheSameId) {
 }
 
 TEST(Step, SendToAnOfferedTypeLeavesAsAnEffectWithItsData) {
-  Player p(R"xml(<state id="a"><onentry><send type="thrift" target="navigation" event="go"><param name="name" expr="'kitchen'"/></send></onentry></state>)xml");
+  Player p(
+      R"xml(<state id="a"><onentry><send type="thrift" target="navigation" event="go"><param name="name" expr="'kitchen'"/></send></onentry></state>)xml");
   p.host.processors.push_back({"thrift", ""});
   p.begin();
   const auto sends = p.all<OutgoingSend>();
@@ -111,7 +114,8 @@ TEST(Step, SendOfAnUnknownTypeIsErrorExecution) {
 }
 
 TEST(Step, DelayedSendsWaitInTheSession) {
-  Player p(R"xml(<state id="a"><onentry><send event="late" delay="1.5s"/><send id="never" event="x" delay="1s"/><cancel sendid="never"/></onentry>
+  Player p(
+      R"xml(<state id="a"><onentry><send event="late" delay="1.5s"/><send id="never" event="x" delay="1s"/><cancel sendid="never"/></onentry>
     <transition event="late" target="b"/></state><state id="b"/>)xml");
   p.begin();
   EXPECT_EQ(p.session.next_timer(), TimePoint(std::chrono::milliseconds(1500)));
@@ -134,7 +138,8 @@ TEST(Step, AnEndedSessionTellsItsFinalStateAndData) {
 }
 
 TEST(Step, CancelRunsTheExitHandlers) {
-  Player p(R"xml(<state id="a"><onexit><log label="bye"/></onexit><state id="b"><onexit><log label="inner"/></onexit></state></state>)xml");
+  Player p(
+      R"xml(<state id="a"><onexit><log label="bye"/></onexit><state id="b"><onexit><log label="inner"/></onexit></state></state>)xml");
   p.begin();
   cancel(p.chart, p.session, p.now, p.effects, p.host);
   const auto logs = p.all<LogLine>();
@@ -161,7 +166,8 @@ TEST(Bounds, AChartThatNeverComesToRestFailsWithThePlace) {
   p.begin();
   ASSERT_TRUE(p.session.failure());
   EXPECT_EQ(p.session.status(), SessionStatus::kFailed);
-  EXPECT_THAT(to_string(*p.session.failure()), HasSubstr("test.scxml:2:1: the chart does not come to rest: more than 10000 microsteps"));
+  EXPECT_THAT(to_string(*p.session.failure()),
+              HasSubstr("test.scxml:2:1: the chart does not come to rest: more than 10000 microsteps"));
 }
 
 TEST(Bounds, TooManyDelayedSendsAreAnErrorInTheSession) {
@@ -174,7 +180,8 @@ TEST(Bounds, TooManyDelayedSendsAreAnErrorInTheSession) {
 }
 
 TEST(Bounds, AScriptThatEatsMemoryIsAnErrorInTheSession) {
-  Player p(R"xml(<datamodel><data id="x"/></datamodel><state id="a"><onentry><script>x = []; while (true) x.push('abcdefgh' + x.length);</script></onentry>
+  Player p(
+      R"xml(<datamodel><data id="x"/></datamodel><state id="a"><onentry><script>x = []; while (true) x.push('abcdefgh' + x.length);</script></onentry>
     <transition event="error.execution" target="b"/></state><state id="b"/>)xml");
   p.host.limits.script_memory_max = 1U << 20U;
   p.begin();
@@ -182,7 +189,8 @@ TEST(Bounds, AScriptThatEatsMemoryIsAnErrorInTheSession) {
 }
 
 TEST(Sessions, DoNotSeeEachOthersScripts) {
-  const std::string_view body = R"xml(<state id="a"><transition event="set"><script>secret = 1; try { Array.prototype.secret = 2; } catch (e) {}</script></transition>
+  const std::string_view body =
+      R"xml(<state id="a"><transition event="set"><script>secret = 1; try { Array.prototype.secret = 2; } catch (e) {}</script></transition>
     <transition event="ask" cond="typeof secret === 'undefined' &amp;&amp; [].secret === undefined" target="clean"/>
     <transition event="ask" target="dirty"/></state><state id="clean"/><state id="dirty"/>)xml";
   Player one(body);
@@ -214,7 +222,8 @@ TEST(Session, ACopyGoesOnByItself) {
 }
 
 TEST(Session, ClockAndRandomnessAreTheRuns) {
-  const std::string_view body = R"xml(<datamodel><data id="r" expr="Math.random()"/><data id="t" expr="Date.now() + new Date().getTime()"/></datamodel><state id="a"/>)xml";
+  const std::string_view body =
+      R"xml(<datamodel><data id="r" expr="Math.random()"/><data id="t" expr="Date.now() + new Date().getTime()"/></datamodel><state id="a"/>)xml";
   Player one(body);
   one.now += std::chrono::seconds(3);
   one.begin();
