@@ -45,6 +45,7 @@ foreach(library IN LISTS libraries)
   install(TARGETS sentree_${library} EXPORT Sentree-${library} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
   install(EXPORT Sentree-${library} NAMESPACE sentree:: DESTINATION ${config_dir})
   file(GLOB headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${library}/*.h)
+  list(FILTER headers EXCLUDE REGEX "/test_")  # helpers of our own tests
   install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/sentree/${library})
 endforeach()
 if(TARGET sentree)
