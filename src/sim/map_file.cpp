@@ -36,8 +36,10 @@ class PgmReader {
     int value = 0;
     const std::size_t first = at_;
     for (; at_ < bytes_.size() && bytes_[at_] >= '0' && bytes_[at_] <= '9'; ++at_) {
-      value = value * 10 + (bytes_[at_] - '0');
-      if (value > max) return std::nullopt;
+      // Before the bound is met, the next digit may lead out of an int.
+      const std::int64_t next = std::int64_t{value} * 10 + (bytes_[at_] - '0');
+      if (next > max) return std::nullopt;
+      value = static_cast<int>(next);
     }
     if (at_ == first) return std::nullopt;
     return value;
