@@ -13,7 +13,7 @@ struct RunInfo {
 struct CallReply {
   1: bool ok,
   2: string result = "",   // JSON, if ok
-  3: string kind = "",     // else: exception, vetoed, unreachable, late, protocol or arguments
+  3: string kind = "",     // else: exception, unreachable, late, protocol or arguments
   4: string message = ""
 }
 

@@ -73,7 +73,8 @@ kill $component
 "$sentree" run examples/recharge --clock real --factor 20 --duration '60 s' >"$work/mission" 2>&1 &
 mission=$!
 until "$sentree" call simulation setBatteryCharge percent=10 >"$work/call" 2>&1 || ! kill -0 $mission 2>/dev/null; do :; done
-kill -INT $mission
+until grep -q 'battery violated' "$work/mission" || ! kill -0 $mission 2>/dev/null; do read -rt 0.05 <> <(:) || true; done
+kill -INT $mission 2>/dev/null || true
 code=0
 wait $mission || code=$?
 [[ $code -eq 130 || $code -eq 1 ]] || { echo "✗ the interrupted mission exited with $code" && failures=$((failures + 1)); }

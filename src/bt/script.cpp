@@ -339,7 +339,7 @@ class Compiler {
     emit(Op::kNumber, 1, static_cast<std::uint32_t>(script_.numbers.size() - 1));
   }
 
-  /// Beyond int64 it is 0, as in BehaviorTree.CPP; `check` warns.
+  /// Beyond int64 it is 0, as in BehaviorTree.CPP.
   static std::int64_t integer(std::string_view text) {
     std::int64_t value = 0;
     const bool hex = text.starts_with("0x") || text.starts_with("0X");

@@ -1,5 +1,5 @@
-#include "commands.h"
-#include "output.h"
+#include "sentree/cli/commands.h"
+#include "sentree/cli/output.h"
 #include "sentree/runtime/control.h"
 #include "sentree/runtime/plan.h"
 #include "sentree/runtime/remote_service.h"

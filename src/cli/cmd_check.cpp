@@ -1,7 +1,7 @@
 #include <algorithm>
 
-#include "commands.h"
-#include "output.h"
+#include "sentree/cli/commands.h"
+#include "sentree/cli/output.h"
 #include "sentree/runtime/plan.h"
 
 namespace sentree::cli {

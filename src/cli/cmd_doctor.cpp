@@ -8,8 +8,8 @@
 #include <mutex>
 #include <thread>
 
-#include "commands.h"
-#include "output.h"
+#include "sentree/cli/commands.h"
+#include "sentree/cli/output.h"
 #include "sentree/rpc/server.h"
 #include "sentree/runtime/control.h"
 #include "sentree/runtime/plan.h"

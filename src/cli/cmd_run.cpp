@@ -6,10 +6,10 @@
 #include <memory>
 #include <thread>
 
-#include "commands.h"
-#include "live_view.h"
-#include "output.h"
-#include "report.h"
+#include "sentree/cli/commands.h"
+#include "sentree/cli/live_view.h"
+#include "sentree/cli/output.h"
+#include "sentree/cli/report.h"
 
 namespace sentree::cli {
 

@@ -1,9 +1,9 @@
 #include <thread>
 
-#include "commands.h"
-#include "output.h"
+#include "sentree/cli/commands.h"
+#include "sentree/cli/output.h"
+#include "sentree/cli/serve.h"
 #include "sentree/runtime/remote_skill.h"
-#include "serve.h"
 
 namespace sentree::cli {
 

@@ -2,9 +2,9 @@
 #include <chrono>
 #include <cstdio>
 
-#include "commands.h"
-#include "output.h"
-#include "report.h"
+#include "sentree/cli/commands.h"
+#include "sentree/cli/output.h"
+#include "sentree/cli/report.h"
 
 namespace sentree::cli {
 

@@ -1,4 +1,4 @@
-#include "live_view.h"
+#include "sentree/cli/live_view.h"
 
 #include <fmt/format.h>
 #include <sys/ioctl.h>
@@ -8,7 +8,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "output.h"
+#include "sentree/cli/output.h"
 
 namespace sentree::cli {
 

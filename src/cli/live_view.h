@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-#include "report.h"
+#include "sentree/cli/report.h"
 #include "sentree/runtime/run.h"
 
 namespace sentree::cli {

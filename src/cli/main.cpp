@@ -1,6 +1,6 @@
 #include <CLI/CLI.hpp>
 
-#include "commands.h"
+#include "sentree/cli/commands.h"
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "output.h"
+#include "sentree/cli/output.h"
 
 #include <cstdio>
 

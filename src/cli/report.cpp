@@ -1,4 +1,4 @@
-#include "report.h"
+#include "sentree/cli/report.h"
 
 #include <fmt/format.h>
 

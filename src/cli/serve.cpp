@@ -1,10 +1,10 @@
-#include "serve.h"
+#include "sentree/cli/serve.h"
 
 #include <pthread.h>
 #include <signal.h>
 
-#include "commands.h"
-#include "output.h"
+#include "sentree/cli/commands.h"
+#include "sentree/cli/output.h"
 
 namespace sentree::cli {
 

@@ -54,7 +54,10 @@ const Broken kBroken[] = {
      "mission.xml:27:9: \"kichen\", the destination of GoToKitchen, is no location or area of world/world.yaml; did "
      "you mean \"kitchen\"?"},
     {"OutcomeThatIsNone", "skills/GoToLocation.scxml", "<final id=\"halted\"/>",
-     "<final id=\"halted\"/><final id=\"stopped\"/>", "OUTCOME"},
+     "<final id=\"halted\"/><final id=\"stopped\"/>",
+     "skills/GoToLocation.scxml:76:23: warning: state \"stopped\" is never entered: no transition of a reachable state "
+     "leads to it\nskills/GoToLocation.scxml:76:23: top-level <final id=\"stopped\"> is no outcome of a skill; use "
+     "success, failure or halted"},
     {"ToleranceTooNarrow", "skills/AtLocation.scxml", "expr=\"0.3\"", "expr=\"0.01\"",
      "skills/AtLocation.scxml:16:9: linear_tolerance of 0.01 m is narrower than navigation's 0.1 m: the robot can stop "
      "where this skill does not see it arrived"},

@@ -17,8 +17,7 @@ namespace sentree::runtime {
 class Publisher {
  public:
   virtual ~Publisher() = default;
-  /// False: a gate vetoes the request.
-  virtual bool publish(Message message) = 0;
+  virtual void publish(Message message) = 0;
   [[nodiscard]] virtual std::uint64_t next_call() = 0;
 };
 

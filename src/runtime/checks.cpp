@@ -108,25 +108,26 @@ void check_skill_chart(const scxml::Chart& chart, const std::map<std::string, Se
 }
 
 void check_leaf_ports(const bt::Tree& tree, const LeafPlan& leaf, Diagnostics& diagnostics) {
+  if (!leaf.chart) return;
   for (const bt::PortFact& port : tree.ports(leaf.node)) {
     if (!port.declared || port.text.empty()) continue;
     const std::string name(port.name);
-    const auto& data = leaf.chart.data();
+    const auto& data = leaf.chart->data();
     const bool has_data = std::any_of(data.begin(), data.end(), [&](const auto& item) { return item.id == name; });
     if (port.input && !has_data) {
       add(diagnostics, Severity::kWarning, "check.unused-port",
-          "input port \"" + name + "\" of " + leaf.name + " reaches nothing: " + leaf.chart.file() +
+          "input port \"" + name + "\" of " + leaf.name + " reaches nothing: " + leaf.chart->file() +
               " has no <data id=\"" + name + "\">",
           tree.span(leaf.node));
     }
     if (!port.output) continue;
-    const auto& states = leaf.chart.states();
+    const auto& states = leaf.chart->states();
     const bool fed = std::any_of(states.begin(), states.end(), [&](const scxml::State& state) {
       return state.parent == 0 && std::find(state.donedata.begin(), state.donedata.end(), name) != state.donedata.end();
     });
     if (!fed) {
       add(diagnostics, Severity::kWarning, "check.unfed-port",
-          "output port \"" + name + "\" of " + leaf.name + " is never written: no <donedata> of " + leaf.chart.file() +
+          "output port \"" + name + "\" of " + leaf.name + " is never written: no <donedata> of " + leaf.chart->file() +
               " has a <param name=\"" + name + "\">",
           tree.span(leaf.node));
     }
@@ -196,17 +197,17 @@ void check_tolerances(const std::vector<LeafPlan>& leaves, const sim::World& wor
   const auto most = sim::station_tolerances(world);
   std::set<std::string> seen;
   for (const LeafPlan& leaf : leaves) {
-    if (!seen.insert(leaf.chart.file()).second) continue;
-    for (const scxml::SendInfo& send : leaf.chart.sends()) {
+    if (!leaf.chart || !seen.insert(leaf.chart->file()).second) continue;
+    for (const scxml::SendInfo& send : leaf.chart->sends()) {
       if (send.type != "thrift" || send.event != "checkNearToLocation") continue;
       for (const scxml::SendParam& param : send.params) {
-        const auto value = constant_of(leaf.chart, param);
+        const auto value = constant_of(*leaf.chart, param);
         if (!value || !value->is_number()) continue;
         if (param.name == "linear_tolerance") {
-          check_tolerance(leaf.chart, param, value->number(), least.linear_m, most ? most->linear_m : 0,
+          check_tolerance(*leaf.chart, param, value->number(), least.linear_m, most ? most->linear_m : 0,
                           most.has_value(), " m", diagnostics);
         } else if (param.name == "angular_tolerance") {
-          check_tolerance(leaf.chart, param, value->number(), least.angular_rad, most ? most->angular_rad : 0,
+          check_tolerance(*leaf.chart, param, value->number(), least.angular_rad, most ? most->angular_rad : 0,
                           most.has_value(), " rad", diagnostics);
         }
       }
@@ -221,8 +222,9 @@ void check_locations(const bt::Tree& tree, const std::vector<LeafPlan>& leaves, 
   for (const sim::NamedArea& area : world.areas) places.push_back(area.name);
   constexpr std::array<std::string_view, 2> kMethods{"gotoTargetByLocationName", "checkNearToLocation"};
   for (const LeafPlan& leaf : leaves) {
+    if (!leaf.chart) continue;
     std::set<std::string> checked;  // ports: several sends may use one
-    for (const scxml::SendInfo& send : leaf.chart.sends()) {
+    for (const scxml::SendInfo& send : leaf.chart->sends()) {
       if (send.type != "thrift" || !send.event ||
           std::find(kMethods.begin(), kMethods.end(), *send.event) == kMethods.end())
         continue;

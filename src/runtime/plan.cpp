@@ -101,13 +101,16 @@ class Preparation {
       const SkillEntry* entry = project_.skill(tree.name(node), id);
       FileRef file = file_of(entry, id);
       if (file.span.line == 0) file.span = tree.span(node);  // nobody else names it
-      const auto chart = skill_chart(file);
-      if (!chart) continue;
+      std::error_code error;
+      const bool is_foreign = entry != nullptr && !entry->at.empty() && entry->file.path.empty() &&
+                              !std::filesystem::exists(project_.folder / file.path, error);
+      const auto chart = is_foreign ? std::nullopt : skill_chart(file);
+      if (!chart && !is_foreign) continue;
       LeafPlan leaf{.node = node,
                     .name = tree.event_name(node),
                     .id = id,
                     .condition = tree.category(node) == bt::Category::kCondition,
-                    .chart = *chart,
+                    .chart = chart,
                     .at = entry != nullptr ? entry->at : ""};
       check_leaf_ports(tree, leaf, diagnostics);
       leaves_.push_back(std::move(leaf));

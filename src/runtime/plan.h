@@ -2,6 +2,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,7 +26,8 @@ struct LeafPlan {
   std::string name;  ///< In messages: `bt::Tree::event_name`.
   std::string id;
   bool condition = false;
-  scxml::Chart chart;
+  /// Nothing for a skill at an address that the project has no chart of: one in another language.
+  std::optional<scxml::Chart> chart;
   std::string at;  ///< Address of the process that runs it; empty: a thread of this one.
 };
 

@@ -91,7 +91,6 @@ void read_monitors(const text::YamlNode& node, Project& project, Diagnostics& di
     monitor.file = file_ref(reader, "file");
     monitor.name = reader.string("name").value_or(stem(monitor.file.path));
     monitor.violated = reader.strings("violated");
-    monitor.gate = reader.strings("gate");
     monitor.span = entry.span;
     if (const auto* events = reader.mapping("events")) read_renames(*events, monitor, diagnostics);
     for (const MonitorEntry& other : project.monitors) {

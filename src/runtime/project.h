@@ -48,7 +48,6 @@ struct MonitorEntry {
   FileRef file;
   std::vector<std::string> violated;  ///< States whose entry is a violation, besides <final id="violated">.
   std::vector<EventRename> events;
-  std::vector<std::string> gate;  ///< Patterns of requests that it may veto, e.g. "navigation.*".
   SourceSpan span;
 };
 

@@ -168,7 +168,6 @@ TEST(ForeignMonitor, RunsUnmodified) {
                                                      .on = "battery.getBatteryState.reply",
                                                      .data = {{"level", "result.percentage * 100"}},
                                                      .span = {}}},
-                                         .gate = {},
                                          .span = {}});
   EXPECT_EQ(verdict(run(std::move(experiment)).report, "foreign"), monitor::Verdict::kViolated);
 }

@@ -130,7 +130,7 @@ class RemotePublisher final : public Publisher {
                   std::function<void(const std::string&)> problem)
       : client_(std::move(client)), calls_(calls_from), problem_(std::move(problem)) {}
 
-  bool publish(Message message) override {
+  void publish(Message message) override {
     const Value struct_value = Map{{"sequence", 0},
                                    {"time_ns", 0},
                                    {"stamp", static_cast<std::int64_t>(message.stamp)},
@@ -141,15 +141,10 @@ class RemotePublisher final : public Publisher {
                                    {"call", static_cast<std::int64_t>(message.call)},
                                    {"tick", 0},
                                    {"data", to_json(message.data)}};
-    const auto verdict = client_->call(
+    const auto published = client_->call(
         "observe", Map{{"message", struct_value}},
         {.source = {}, .call = 0, .deadline = std::chrono::steady_clock::now() + std::chrono::seconds(1)});
-    if (!verdict) {
-      problem_("an observation was lost (" + message.name + "): " + verdict.error().message);
-      return true;
-    }
-    const Value* accept = verdict->find("accept");
-    return accept == nullptr || accept->as_bool() == nullptr || *accept->as_bool();
+    if (!published) problem_("an observation was lost (" + message.name + "): " + published.error().message);
   }
   std::uint64_t next_call() override { return ++calls_; }
 
@@ -161,7 +156,7 @@ class RemotePublisher final : public Publisher {
 
 class SilentPublisher final : public Publisher {
  public:
-  bool publish(Message) override { return true; }
+  void publish(Message) override {}
   std::uint64_t next_call() override { return ++calls_; }
 
  private:
@@ -333,7 +328,8 @@ std::shared_ptr<rpc::Service> make_observer_service(idl::ServicePtr interface, P
         message.name = text_of(sent, "name");
         message.call = number_of(sent, "call");
         message.data = json_object(sent.find("data"));
-        return Value(Map{{"accept", publisher.publish(std::move(message))}, {"reason", ""}, {"stamp", 0}});
+        publisher.publish(std::move(message));
+        return Value(Map{{"accept", true}, {"reason", ""}, {"stamp", 0}});
       });
 }
 

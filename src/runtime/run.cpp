@@ -27,10 +27,7 @@ constexpr std::chrono::seconds kProcessPatience{10};
 class StreamPublisher final : public Publisher {
  public:
   explicit StreamPublisher(Stream& stream) : stream_(stream) {}
-  bool publish(Message message) override {
-    stream_.publish(std::move(message));
-    return true;
-  }
+  void publish(Message message) override { stream_.publish(std::move(message)); }
   std::uint64_t next_call() override { return stream_.next_call(); }
 
  private:
@@ -262,7 +259,7 @@ class Run::Impl final : public RunView {
     };
     auto driver = std::make_unique<LocalDriver>();
     driver->skill = std::make_unique<SkillActor>(
-        leaf.chart,
+        *leaf.chart,
         SkillActor::Options{.name = leaf.name,
                             .condition = leaf.condition,
                             .halt_deadline = stretched(scenario_.project.deadlines.halt),

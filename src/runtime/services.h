@@ -17,7 +17,7 @@ namespace sentree::runtime {
 struct CallOutcome {
   bool ok = false;
   Value result;      ///< If ok.
-  std::string kind;  ///< Else: exception, vetoed, unreachable, late or protocol.
+  std::string kind;  ///< Else: exception, unreachable, late, protocol or arguments.
   std::string message;
 };
 

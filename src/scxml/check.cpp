@@ -84,7 +84,7 @@ class Checker {
         if (line != place.line && expression.use == ExpressionUse::kScript) place = {line, 1, 0};
         const std::string shown = expression.text.size() > 60 ? expression.text.substr(0, 57) + "..." : expression.text;
         std::string message = *std::move(problem);
-        message = message.substr(0, message.rfind(" (line "));
+        message = message.substr(0, message.find(" (line "));
         report(Severity::kError, "scxml.expression-syntax",
                (expression.use == ExpressionUse::kScript ? "the script does not parse: "
                                                          : "\"" + shown + "\" does not parse: ") +
