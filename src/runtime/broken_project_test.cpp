@@ -22,6 +22,8 @@ struct Broken {
   const char* message;  // without the project's folder
 };
 
+void PrintTo(const Broken& broken, std::ostream* out) { *out << broken.name; }
+
 const Broken kBroken[] = {
     {"MalformedXml", "mission.xml", "</BehaviorTree>", "</BehaviourTree>",
      "mission.xml:30:3: </BehaviourTree> closes <BehaviorTree>"},

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <filesystem>
 #include <map>
 #include <set>
@@ -108,6 +109,8 @@ class Run::Impl final : public RunView {
       ended_ = scheduler_->now();
       scheduler_->stop();
     });
+    ready_ = mission_.get();
+    if (interrupted_) mission_->stop();  // while the parts were started
     const auto error = scheduler_->run();
     if (options_.on_view) options_.on_view(nullptr);
     // Other processes first: they still publish while they halt.
@@ -137,10 +140,11 @@ class Run::Impl final : public RunView {
 
   void interrupt() {
     interrupted_ = true;
-    if (scheduler_->is_virtual())
+    if (scheduler_->is_virtual()) {
       scheduler_->stop();
-    else if (mission_)
-      mission_->stop();
+    } else if (Mission* mission = ready_.load()) {
+      mission->stop();
+    }
   }
 
   TimePoint now() const override { return scheduler_->now(); }
@@ -402,6 +406,7 @@ class Run::Impl final : public RunView {
   std::unique_ptr<rpc::Server> observer_server_;
   std::unique_ptr<rpc::Server> control_server_;
   std::unique_ptr<Mission> mission_;
+  std::atomic<Mission*> ready_ = nullptr;  // the mission, once it can be interrupted
   std::mutex problems_mutex_;
   std::vector<std::string> problems_;
   TimePoint ended_{};

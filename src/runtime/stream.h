@@ -22,7 +22,7 @@ class Stream {
  public:
   using Listener = std::function<void(const Message&)>;
 
-  /// Messages waiting for the listeners; beyond that a publisher waits for them to catch up.
+  /// Messages waiting for the listeners; beyond that a publisher waits up to a second for them to catch up.
   static constexpr std::size_t kPendingMax = 1U << 16U;
 
   explicit Stream(Scheduler& scheduler);

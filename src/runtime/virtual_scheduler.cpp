@@ -1,3 +1,4 @@
+#include <atomic>
 #include <queue>
 #include <vector>
 
@@ -71,7 +72,7 @@ class VirtualScheduler final : public Scheduler {
 
   TimePoint now_{};
   std::uint64_t order_ = 0;
-  bool stopped_ = false;
+  std::atomic<bool> stopped_ = false;  // an interrupt comes from another thread
   std::optional<std::string> error_;
   std::vector<std::string> names_;
   std::priority_queue<Entry, std::vector<Entry>, Later> queue_;
