@@ -34,7 +34,6 @@ Mission::Mission(const Plan& plan, MissionOptions options, Scheduler& scheduler,
     leaf.driver = std::move(drivers[i]);
     leaf_of_node_[plan.leaves[i].node] = i;
   }
-  if (options_.deadlines.budget.count() == 0) options_.deadlines.budget = options_.period;
   effects_.observer = observer_.get();
 }
 

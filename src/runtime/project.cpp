@@ -102,28 +102,28 @@ void read_monitors(const text::YamlNode& node, Project& project, Diagnostics& di
   }
 }
 
-void read_deadlines(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
-  YamlReader reader(node, "deadlines", diagnostics);
-  Deadlines& d = project.deadlines;
-  d.call = reader.duration("call").value_or(d.call);
-  d.condition = reader.duration("condition").value_or(d.condition);
-  d.budget = reader.duration("budget").value_or(d.budget);
-  d.halt = reader.duration("halt").value_or(d.halt);
-  d.unresponsive = reader.duration("unresponsive").value_or(d.unresponsive);
-}
+}  // namespace
 
-void check_deadlines(const Project& project, const SourceSpan& span, Diagnostics& diagnostics) {
-  const Deadlines& d = project.deadlines;
-  const Duration budget = d.budget.count() > 0 ? d.budget : project.period;
+void read_deadlines(const text::YamlNode* node, Project& project, Diagnostics& diagnostics) {
+  Deadlines& d = project.deadlines;
+  if (node != nullptr) {
+    YamlReader reader(*node, "deadlines", diagnostics);
+    d.call = reader.duration("call").value_or(d.call);
+    d.condition = reader.duration("condition").value_or(d.condition);
+    d.budget = reader.duration("budget").value_or(d.budget);
+    d.halt = reader.duration("halt").value_or(d.halt);
+    d.unresponsive = reader.duration("unresponsive").value_or(d.unresponsive);
+  }
+  if (d.budget.count() == 0) d.budget = project.period;
+  if (d.call.count() == 0) d.call = d.budget * 2 / 5;
+  if (d.condition.count() == 0) d.condition = d.budget * 4 / 5;
+  if (d.call < d.condition && d.condition < d.budget) return;
   const auto ms = [](Duration duration) { return std::to_string(duration.count() / 1'000'000) + " ms"; };
-  if (d.call < d.condition && d.condition < budget) return;
   diagnostics.push_back({Severity::kError, "project.deadlines",
                          "deadlines must nest: call (" + ms(d.call) + ") < condition (" + ms(d.condition) +
-                             ") < tick budget (" + ms(budget) + "); otherwise a slow call is judged by the wrong one",
-                         span});
+                             ") < tick budget (" + ms(d.budget) + "); otherwise a slow call is judged by the wrong one",
+                         node != nullptr ? node->span : SourceSpan{project.file}});
 }
-
-}  // namespace
 
 std::optional<Duration> parse_rate(std::string_view text) {
   const auto read = number_and_unit(text);
@@ -219,9 +219,8 @@ Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {
     if (const auto* services = reader.mapping("services")) read_services(*services, project, loaded.diagnostics);
     if (const auto* skills = reader.mapping("skills")) read_skills(*skills, project, loaded.diagnostics);
     if (const auto* monitors = reader.sequence("monitors")) read_monitors(*monitors, project, loaded.diagnostics);
-    if (const auto* deadlines = reader.mapping("deadlines")) read_deadlines(*deadlines, project, loaded.diagnostics);
+    read_deadlines(reader.mapping("deadlines"), project, loaded.diagnostics);
     if (const auto world = reader.string("world")) project.world = FileRef{*world, reader.span("world")};
-    check_deadlines(project, reader.span("deadlines"), loaded.diagnostics);
   }
   if (!has_errors(loaded.diagnostics)) loaded.value = std::move(project);
   return loaded;

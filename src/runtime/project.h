@@ -51,13 +51,13 @@ struct MonitorEntry {
   SourceSpan span;
 };
 
-/// How long the machine may take, in wall time; they bound faults, not the mission.
+/// How long the machine may take, in wall time; they bound faults, not the mission. A loaded project has all of them.
 struct Deadlines {
-  Duration call = std::chrono::milliseconds(40);       ///< One service call.
-  Duration condition = std::chrono::milliseconds(80);  ///< A condition's run; past it, FAILURE.
-  Duration budget{0};                                  ///< A whole tick; 0: one period.
-  Duration halt = std::chrono::seconds(2);             ///< From `halt` to `halted`; past it, the run is cancelled.
-  Duration unresponsive = std::chrono::seconds(2);     ///< An action that does not answer ticks; past it, FAILURE.
+  Duration call{0};                         ///< One service call; by default 40 % of the budget.
+  Duration condition{0};                    ///< A condition's run; past it, FAILURE. By default 80 % of the budget.
+  Duration budget{0};                       ///< A whole tick; by default one period.
+  Duration halt = std::chrono::seconds(2);  ///< From `halt` to `halted`; past it, the run is cancelled.
+  Duration unresponsive = std::chrono::seconds(2);  ///< An action that does not answer ticks; past it, FAILURE.
 };
 
 /// `sentree.yaml`, read but not yet followed: what belongs together.

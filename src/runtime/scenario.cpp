@@ -138,15 +138,7 @@ void read_overrides(const text::YamlNode& node, Project& project, Diagnostics& d
                       "the project has no service \"" + name.scalar + "\"" + did_you_mean(name.scalar, names));
     }
   }
-  if (const auto* deadlines = reader.mapping("deadlines")) {
-    YamlReader limits(*deadlines, "deadlines", diagnostics);
-    Deadlines& d = project.deadlines;
-    d.call = limits.duration("call").value_or(d.call);
-    d.condition = limits.duration("condition").value_or(d.condition);
-    d.budget = limits.duration("budget").value_or(d.budget);
-    d.halt = limits.duration("halt").value_or(d.halt);
-    d.unresponsive = limits.duration("unresponsive").value_or(d.unresponsive);
-  }
+  read_deadlines(reader.mapping("deadlines"), project, diagnostics);
   if (const auto* world = reader.mapping("world")) project.world_overrides = *world;
 }
 

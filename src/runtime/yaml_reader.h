@@ -44,4 +44,8 @@ class YamlReader {
   std::vector<std::string> known_;
 };
 
+struct Project;
+/// Reads `deadlines:` over the present ones, completes them with their defaults, and checks that they nest.
+void read_deadlines(const text::YamlNode* node, Project& project, Diagnostics& diagnostics);
+
 }  // namespace sentree::runtime
