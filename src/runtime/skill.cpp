@@ -29,7 +29,7 @@ void Skill::start(const Map& inputs, TimePoint now) {
   options.seed = hash_combine(options_.seed, run_);
   scxml::Effects effects;
   scxml::start(chart_, session_, std::move(options), now, effects, host_);
-  follow(effects, now);
+  follow(effects);
 }
 
 void Skill::tick(bool started, const Map& inputs, TimePoint now) {
@@ -47,7 +47,7 @@ void Skill::tick(bool started, const Map& inputs, TimePoint now) {
     answer_owed_ = false;
     port_.answer(bt::Status::kRunning, {});
   }
-  schedule(now);
+  schedule();
 }
 
 void Skill::halt(TimePoint now) {
@@ -64,11 +64,11 @@ void Skill::halt(TimePoint now) {
   if (running_ && !enabled) {
     scxml::Effects effects;
     scxml::cancel(chart_, session_, now, effects, host_);
-    follow(effects, now);
+    follow(effects);
   }
   if (running_) halt_due_ = add_saturating(now, options_.halt_deadline);
   settle();
-  schedule(now);
+  schedule();
 }
 
 void Skill::cancel(TimePoint now) {
@@ -76,11 +76,11 @@ void Skill::cancel(TimePoint now) {
   if (running_) {
     scxml::Effects effects;
     scxml::cancel(chart_, session_, now, effects, host_);
-    follow(effects, now);
+    follow(effects);
   }
   ended_.reset();
   if (std::exchange(halting_, false)) port_.halted();
-  schedule(now);
+  schedule();
 }
 
 bool Skill::deliver(const SkillEvent& outcome, TimePoint now) {
@@ -94,7 +94,7 @@ bool Skill::deliver(const SkillEvent& outcome, TimePoint now) {
   event.data = outcome.data;
   step(std::move(event), now);
   settle();
-  schedule(now);
+  schedule();
   return true;
 }
 
@@ -102,27 +102,27 @@ void Skill::timers(TimePoint now) {
   if (running_ && session_.next_timer() <= now) {
     scxml::Effects effects;
     scxml::step_timers(chart_, session_, now, effects, host_);
-    follow(effects, now);
+    follow(effects);
   }
   if (running_ && halt_due_ && *halt_due_ <= now) {
     port_.problem(options_.name + " did not end within its halt deadline of " +
                   std::to_string(options_.halt_deadline.count() / 1'000'000) + " ms and was cancelled");
     scxml::Effects effects;
     scxml::cancel(chart_, session_, now, effects, host_);
-    follow(effects, now);
+    follow(effects);
   }
   settle();
-  schedule(now);
+  schedule();
 }
 
 scxml::StepInfo Skill::step(scxml::Event event, TimePoint now) {
   scxml::Effects effects;
   const scxml::StepInfo info = scxml::step(chart_, session_, event, now, effects, host_);
-  follow(effects, now);
+  follow(effects);
   return info;
 }
 
-void Skill::follow(scxml::Effects& effects, TimePoint /*now*/) {
+void Skill::follow(scxml::Effects& effects) {
   for (scxml::Effect& effect : effects) {
     if (auto* send = std::get_if<scxml::OutgoingSend>(&effect)) {
       if (send->type == "thrift") {
@@ -170,7 +170,7 @@ void Skill::settle() {
   }
 }
 
-void Skill::schedule(TimePoint /*now*/) {
+void Skill::schedule() {
   TimePoint next = running_ ? session_.next_timer() : kNever;
   if (halt_due_) next = std::min(next, *halt_due_);
   port_.wake_at(next);

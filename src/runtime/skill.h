@@ -83,15 +83,14 @@ class Skill {
   [[nodiscard]] const scxml::Chart& chart() const { return chart_; }
   [[nodiscard]] const scxml::Session& session() const { return session_; }
   [[nodiscard]] bool running() const { return running_; }
-  void observe(scxml::Observer* observer) { host_.observer = observer; }
 
  private:
   void start(const Map& inputs, TimePoint now);
   scxml::StepInfo step(scxml::Event event, TimePoint now);
-  void follow(scxml::Effects& effects, TimePoint now);
+  void follow(scxml::Effects& effects);
   void end_run(const std::string& final_id, const std::optional<Value>& donedata);
   void settle();
-  void schedule(TimePoint now);
+  void schedule();
 
   scxml::Chart chart_;
   SkillOptions options_;

@@ -7,11 +7,6 @@ namespace sentree::runtime {
 
 Stream::Stream(Scheduler& scheduler) : scheduler_(scheduler), actor_(scheduler.add_actor("observer")) {}
 
-void Stream::witness(CausalStamp stamp) {
-  const std::lock_guard lock(mutex_);
-  stamp_ = std::max(stamp_, stamp);
-}
-
 Message Stream::publish(Message message) {
   bool start_draining = false;
   {

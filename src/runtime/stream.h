@@ -38,8 +38,6 @@ class Stream {
   [[nodiscard]] std::uint64_t next_call() { return ++calls_; }
   void set_tick(std::uint64_t tick) { tick_ = tick; }
   [[nodiscard]] std::uint64_t tick() const { return tick_; }
-  /// A stamp from elsewhere has been seen; later ones are greater.
-  void witness(CausalStamp stamp);
 
   /// Hands on what is still pending; for the end of a run, when no actor works any more.
   void flush();
