@@ -34,7 +34,8 @@ struct ObserverInfo {
 struct Verdict {
   1: bool accept = true,   // false vetoes a request; ignored for all other messages
   2: string reason = "",
-  3: i64 stamp = 0         // greater than the message's
+  3: i64 stamp = 0,        // greater than the message's
+  4: string by = ""        // who vetoes, if not this observer itself
 }
 
 service Observer {

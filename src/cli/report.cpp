@@ -68,6 +68,10 @@ std::string Narrator::tell(const Message& message) {
   }
   if (message.name.ends_with(".tick.error"))
     return say_line(message.source + ": " + std::string(message.data.find("message")->text()));
+  if (message.data.find("vetoed_by") != nullptr) {
+    return say_line(message.source + ": " + message.name.substr(0, message.name.rfind('.')) + " was " +
+                    std::string(message.data.find("message")->text()));
+  }
   if (!message.name.ends_with(".tick.reply")) return {};
   const std::string status(message.data.find("status")->text());
   std::string& last = last_[message.source];
@@ -121,6 +125,7 @@ Value to_value(const runtime::RunReport& report) {
       entry["witness"] = std::move(witness);
       if (!monitor.decision->witness_complete) entry["witness_complete"] = false;
     }
+    if (monitor.vetoes > 0) entry["vetoes"] = static_cast<std::int64_t>(monitor.vetoes);
     if (!monitor.failure.empty()) entry["failure"] = monitor.failure;
     monitors.push_back(std::move(entry));
   }
@@ -162,6 +167,7 @@ std::string summary(const runtime::RunReport& report) {
                                                                          : "·";
     text += fmt::format("  {} monitor {}: {}{}\n", mark, monitor.name, to_string(monitor.verdict),
                         monitor.decision ? fmt::format(" at {:.3f} s", seconds(monitor.decision->at)) : std::string());
+    if (monitor.vetoes > 0) text.insert(text.size() - 1, fmt::format(", vetoed {} of the requests", monitor.vetoes));
   }
   if (!report.virtual_time) {
     text += fmt::format(

@@ -198,13 +198,17 @@ std::optional<Decision> advance(const Model& model, State& state, TimePoint now)
   return std::nullopt;
 }
 
-bool would_violate(const Model& model, const State& state, const Message& message) {
-  if (state.verdict == Verdict::kViolated) return true;
-  if (!state.session.running() || !model.listens_to(message.name)) return false;
+std::optional<std::string> veto(const Model& model, const State& state, const Message& message) {
+  if (state.failure) return "it was given up and cannot decide: " + state.failure->message;
+  if (state.verdict == Verdict::kViolated) return "it is violated already";
+  if (!state.session.running() || !model.listens_to(message.name)) return std::nullopt;
   State copy;
   copy.session = state.session;
   copy.renaming = state.renaming;
-  return feed(model, copy, message).verdict == Verdict::kViolated;
+  const Stepped stepped = feed(model, copy, message);
+  if (stepped.verdict == Verdict::kViolated) return "it would enter \"" + stepped.state + "\"";
+  if (copy.failure) return "it cannot decide: " + copy.failure->message;
+  return std::nullopt;
 }
 
 std::vector<Message> minimal_witness(const Model& model, const State& state, const Decision& decision) {

@@ -98,7 +98,8 @@ std::optional<Decision> advance(const Model& model, State& state, TimePoint now)
 /// When silence next matters; kNever: never.
 [[nodiscard]] TimePoint next_timer(const State& state);
 
-/// Whether `message` would violate it: a copy is stepped, the state stays.
-[[nodiscard]] bool would_violate(const Model& model, const State& state, const Message& message);
+/// Why a monitor that is a gate refuses the request `message`, or nothing: a copy of the state is stepped with it, the
+/// state stays. A monitor that is violated, was given up, or exceeds a bound on the way cannot decide, and refuses.
+[[nodiscard]] std::optional<std::string> veto(const Model& model, const State& state, const Message& message);
 
 }  // namespace sentree::monitor

@@ -192,9 +192,16 @@ TEST(Monitor, AChartWrittenElsewhereSeesRenamedEventsOnly) {
 TEST(Monitor, AVetoIsAskedOfACopy) {
   const Model m = model(kLevel, {"bad"});
   const State state = start(m, TimePoint{});
-  EXPECT_TRUE(would_violate(m, state, message("level", 1, Map{{"value", 1}})));
-  EXPECT_FALSE(would_violate(m, state, message("level", 1, Map{{"value", 50}})));
+  EXPECT_EQ(veto(m, state, message("level", 1, Map{{"value", 1}})), "it would enter \"bad\"");
+  EXPECT_FALSE(veto(m, state, message("level", 1, Map{{"value", 50}})));
   EXPECT_EQ(state.verdict, Verdict::kUndecided);
+}
+
+TEST(Monitor, AGateThatIsViolatedAlreadyRefusesEverything) {
+  const Model m = model(kLevel, {"bad"});
+  State state = start(m, TimePoint{});
+  ASSERT_TRUE(observe(m, state, message("level", 1, Map{{"value", 1}})));
+  EXPECT_EQ(veto(m, state, message("level", 2, Map{{"value", 50}})), "it is violated already");
 }
 
 TEST(Monitor, AChartThatExceedsABoundIsGivenUp) {

@@ -68,6 +68,14 @@ const Broken kBroken[] = {
      "wait where the station does not charge it"},
     {"UnknownMonitorState", "sentree.yaml", "violated: [failure]}\n  - ", "violated: [failed]}\n  - ",
      "sentree.yaml:10:5: monitor \"battery\": \"failed\" is no state of monitors/battery.scxml"},
+    {"GateOfNoCall", "sentree.yaml", "violated: [failure]}\n  - ",
+     "violated: [failure], gate: [batery.getBatteryState]}\n  - ",
+     "sentree.yaml:10:64: gate \"batery.getBatteryState\" of monitor \"battery\" matches no call of the project "
+     "(SERVICE.METHOD); did you mean \"battery.getBatteryState\"?"},
+    {"GateThatIsDeaf", "sentree.yaml", "violated: [failure]}\n  - ",
+     "violated: [failure], gate: [\"navigation.*\"]}\n  - ",
+     "sentree.yaml:10:64: monitor \"battery\" listens to none of the requests that it is to gate, so it would let all "
+     "of them pass"},
     {"NoInterface", "sentree.yaml", "robot.thrift/Battery", "robots.thrift/Battery",
      "sentree.yaml:6:3: interface file \"robots.thrift\" is neither in the project's interfaces/ nor among those of "
      "Sentree"},

@@ -52,14 +52,48 @@ void Caller::call(SkillCall call) {
   pending->args = *idl::conform_arguments(*pending->method, std::move(call.args));
   pending->call = std::move(call);
 
-  Message request;
-  request.kind = MessageKind::kRequest;
-  request.source = name_;
-  request.target = pending->call.service;
-  request.name = pending->call.service + "." + pending->call.method + ".request";
-  request.call = pending->id;
-  request.data = Map{{"args", pending->args}};
-  publisher_.publish(std::move(request));
+  auto& waiting = waiting_[pending->call.service];
+  if (waiting.size() >= kGatedCallsMax) {
+    const std::string why = std::to_string(kGatedCallsMax) + " calls are waiting for a gate already";
+    fail_later(pending, {.ok = false, .result = {}, .kind = "unreachable", .message = why});
+    return;
+  }
+  waiting.push_back(pending);
+  if (waiting.size() == 1) admit(pending->call.service);
+}
+
+void Caller::admit(const std::string& service) {
+  auto& waiting = waiting_[service];
+  while (!waiting.empty()) {
+    const std::shared_ptr<Pending> pending = waiting.front();
+    Message request;
+    request.kind = MessageKind::kRequest;
+    request.source = name_;
+    request.target = service;
+    request.name = service + "." + pending->call.method + ".request";
+    request.call = pending->id;
+    request.data = Map{{"args", pending->args}};
+    auto admission = publisher_.request(std::move(request), [this, pending](Admission decided) {
+      scheduler_.post(actor_, [this, pending, decided = std::move(decided)]() mutable {
+        waiting_[pending->call.service].pop_front();
+        admitted(pending, std::move(decided));
+        admit(pending->call.service);
+      });
+    });
+    if (!admission) return;
+    waiting.pop_front();
+    admitted(pending, std::move(*admission));
+  }
+}
+
+void Caller::admitted(const std::shared_ptr<Pending>& pending, Admission admission) {
+  if (admission.veto) {
+    pending->vetoed_by = admission.veto->by;
+    const std::string by = admission.veto->by.empty() ? "" : " by " + admission.veto->by;
+    fail_later(pending,
+               {.ok = false, .result = {}, .kind = "vetoed", .message = "vetoed" + by + ": " + admission.veto->reason});
+    return;
+  }
   const Duration delay = delays_.of(pending->call.service + "." + pending->call.method);
   TimePoint& not_before = not_before_[pending->call.service];
   not_before = std::max(not_before, scheduler_.now() + delay);
@@ -68,6 +102,10 @@ void Caller::call(SkillCall call) {
   } else {
     execute(pending);
   }
+}
+
+void Caller::fail_later(const std::shared_ptr<Pending>& pending, CallOutcome outcome) {
+  scheduler_.post(actor_, [this, pending, outcome = std::move(outcome)] { finish(*pending, outcome); });
 }
 
 void Caller::execute(std::shared_ptr<Pending> pending) {
@@ -88,6 +126,7 @@ void Caller::finish(const Pending& pending, CallOutcome outcome) {
   } else {
     data["kind"] = outcome.kind;
     data["message"] = outcome.message;
+    if (!pending.vetoed_by.empty()) data["vetoed_by"] = pending.vetoed_by;
   }
   Message message;
   message.kind = outcome.ok && current ? MessageKind::kReply : MessageKind::kError;

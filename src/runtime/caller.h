@@ -1,8 +1,10 @@
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +12,7 @@
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/services.h"
 #include "sentree/runtime/skill.h"
+#include "sentree/runtime/stream.h"
 
 namespace sentree::runtime {
 
@@ -18,6 +21,9 @@ class Publisher {
  public:
   virtual ~Publisher() = default;
   virtual void publish(Message message) = 0;
+  /// Publishes a request unless a gate refuses it. Returns what became of it; nothing: `decided` will be told, once,
+  /// in any thread.
+  virtual std::optional<Admission> request(Message message, Stream::Decided decided) = 0;
   [[nodiscard]] virtual std::uint64_t next_call() = 0;
 };
 
@@ -33,7 +39,11 @@ class Delays {
   std::vector<DelayFault> faults_;
 };
 
-/// Makes the calls of one chart: checks them against the IDL, publishes request and outcome, keeps their order.
+/// Calls of one chart to one service that wait for a gate's decision; one more fails at once as unreachable.
+inline constexpr std::size_t kGatedCallsMax = 256;
+
+/// Makes the calls of one chart: checks them against the IDL, asks the gates, publishes request and outcome, keeps
+/// their order.
 /// This is the one seam that every call of every skill passes through. Used in the skill's actor only.
 class Caller {
  public:
@@ -54,7 +64,12 @@ class Caller {
     const idl::Method* method = nullptr;
     std::uint64_t id = 0;
     Value args;
+    std::string vetoed_by;  // the gate that refused it
   };
+  // Asks for the calls to one service, one after the other, until a decision has to be waited for.
+  void admit(const std::string& service);
+  void admitted(const std::shared_ptr<Pending>& pending, Admission admission);
+  void fail_later(const std::shared_ptr<Pending>& pending, CallOutcome outcome);
   void execute(std::shared_ptr<Pending> pending);
   void finish(const Pending& pending, CallOutcome outcome);
 
@@ -68,6 +83,7 @@ class Caller {
   std::function<bool(const SkillEvent&)> deliver_;
   std::function<bool(std::uint64_t)> is_current_;
   std::map<std::string, std::unique_ptr<ServicePort>> ports_;
+  std::map<std::string, std::deque<std::shared_ptr<Pending>>> waiting_;  // by service, in the order sent
   std::map<std::string, TimePoint> not_before_;  // by service: a delayed call holds back the later ones
 };
 

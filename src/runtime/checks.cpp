@@ -215,6 +215,34 @@ void check_tolerances(const std::vector<LeafPlan>& leaves, const sim::World& wor
   }
 }
 
+void check_gate(const MonitorEntry& entry, const monitor::Model& model,
+                const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics) {
+  std::vector<std::string> calls;
+  for (const auto& [name, plan] : services) {
+    for (const idl::Method* method : plan.service->methods) calls.push_back(name + "." + method->name);
+  }
+  bool listens = false;
+  for (const std::string& pattern : entry.gate) {
+    bool matches = false;
+    for (const std::string& call : calls) {
+      if (!matches_pattern(pattern, call)) continue;
+      matches = true;
+      listens = listens || model.listens_to(call + ".request");
+    }
+    if (matches) continue;
+    add(diagnostics, Severity::kError, "check.gate",
+        "gate \"" + pattern + "\" of monitor \"" + entry.name + "\" matches no call of the project (SERVICE.METHOD)" +
+            did_you_mean(pattern, calls),
+        entry.gate_span);
+    return;
+  }
+  if (listens) return;
+  add(diagnostics, Severity::kError, "check.gate",
+      "monitor \"" + entry.name +
+          "\" listens to none of the requests that it is to gate, so it would let all of them pass",
+      entry.gate_span);
+}
+
 void check_locations(const bt::Tree& tree, const std::vector<LeafPlan>& leaves, const sim::World& world,
                      const std::string& world_file, Diagnostics& diagnostics) {
   std::vector<std::string> places;

@@ -22,6 +22,10 @@ void check_names(const bt::Tree& tree, const std::vector<LeafPlan>& leaves,
 /// Otherwise the robot waits for ever at a station that does not charge it, or never believes that it has arrived.
 void check_tolerances(const std::vector<LeafPlan>& leaves, const sim::World& world, Diagnostics& diagnostics);
 
+/// A gate whose patterns no call matches, or whose chart does not listen to what it is asked about.
+void check_gate(const MonitorEntry& entry, const monitor::Model& model,
+                const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics);
+
 /// Places that the mission names and the world does not have.
 void check_locations(const bt::Tree& tree, const std::vector<LeafPlan>& leaves, const sim::World& world,
                      const std::string& world_file, Diagnostics& diagnostics);

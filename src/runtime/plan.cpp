@@ -140,7 +140,12 @@ class Preparation {
         spec.renames.push_back({rename.event, rename.on, rename.data, rename.span});
       auto model = monitor::Model::make(std::move(spec));
       append(diagnostics, model.diagnostics);
-      if (model.value) monitors_.push_back(std::move(*model.value));
+      if (!model.value) continue;
+      if (!entry.gate.empty()) {
+        check_gate(entry, *model.value, services_, diagnostics);
+        gates_.push_back({monitors_.size(), entry.gate});
+      }
+      monitors_.push_back(std::move(*model.value));
     }
   }
 
@@ -158,6 +163,7 @@ class Preparation {
   std::map<std::string, ServicePlan> services_;
   std::vector<LeafPlan> leaves_;
   std::vector<monitor::Model> monitors_;
+  std::vector<GatePlan> gates_;
   std::shared_ptr<const sim::World> world_;
   idl::ServicePtr test_control_;
 
@@ -358,6 +364,7 @@ Loaded<Plan> prepare(Scenario scenario) {
                         .services = std::move(preparation.services_),
                         .test_control = std::move(preparation.test_control_),
                         .monitors = std::move(preparation.monitors_),
+                        .gates = std::move(preparation.gates_),
                         .world = std::move(preparation.world_),
                         .warnings = prepared.diagnostics};
   return prepared;

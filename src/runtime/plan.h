@@ -38,6 +38,12 @@ struct ServicePlan {
   std::string at;  ///< "sim" or an address.
 };
 
+/// A monitor that is asked before requests are sent.
+struct GatePlan {
+  std::size_t monitor = 0;            ///< Index in `Plan::monitors`.
+  std::vector<std::string> requests;  ///< "<service>.<method>" with '*' for any text.
+};
+
 /// A scenario with everything that its project names, loaded and checked against each other.
 struct Plan {
   Scenario scenario;
@@ -46,6 +52,7 @@ struct Plan {
   std::map<std::string, ServicePlan> services;
   idl::ServicePtr test_control;  ///< The Simulation interface; null without a world.
   std::vector<monitor::Model> monitors;
+  std::vector<GatePlan> gates;
   std::shared_ptr<const sim::World> world;  ///< Null: the project has none.
   Diagnostics warnings;
 };

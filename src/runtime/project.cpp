@@ -84,7 +84,9 @@ void read_renames(const text::YamlNode& node, MonitorEntry& monitor, Diagnostics
   }
 }
 
-void read_monitors(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
+}  // namespace
+
+void read_monitors(const text::YamlNode& node, bool replaces, Project& project, Diagnostics& diagnostics) {
   for (const text::YamlNode& entry : node.items) {
     YamlReader reader(entry, "monitor", diagnostics);
     MonitorEntry monitor;
@@ -93,16 +95,19 @@ void read_monitors(const text::YamlNode& node, Project& project, Diagnostics& di
     monitor.violated = reader.strings("violated");
     monitor.span = entry.span;
     if (const auto* events = reader.mapping("events")) read_renames(*events, monitor, diagnostics);
-    for (const MonitorEntry& other : project.monitors) {
-      if (other.name != monitor.name) continue;
+    monitor.gate = reader.strings("gate");
+    monitor.gate_span = reader.span("gate");
+    const auto other = std::find_if(project.monitors.begin(), project.monitors.end(),
+                                    [&](const auto& m) { return m.name == monitor.name; });
+    if (other == project.monitors.end())
+      project.monitors.push_back(std::move(monitor));
+    else if (replaces)
+      *other = std::move(monitor);
+    else
       reader.error(entry.span, "project.duplicate",
                    "two monitors are named \"" + monitor.name + "\"; give one another name:");
-    }
-    project.monitors.push_back(std::move(monitor));
   }
 }
-
-}  // namespace
 
 void read_deadlines(const text::YamlNode* node, Project& project, Diagnostics& diagnostics) {
   Deadlines& d = project.deadlines;
@@ -218,7 +223,8 @@ Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {
       reader.error(yaml->span, "project.missing-key", "the project needs \"mission\": {file: mission.xml}");
     if (const auto* services = reader.mapping("services")) read_services(*services, project, loaded.diagnostics);
     if (const auto* skills = reader.mapping("skills")) read_skills(*skills, project, loaded.diagnostics);
-    if (const auto* monitors = reader.sequence("monitors")) read_monitors(*monitors, project, loaded.diagnostics);
+    if (const auto* monitors = reader.sequence("monitors"))
+      read_monitors(*monitors, false, project, loaded.diagnostics);
     read_deadlines(reader.mapping("deadlines"), project, loaded.diagnostics);
     if (const auto world = reader.string("world")) project.world = FileRef{*world, reader.span("world")};
   }

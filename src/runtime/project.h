@@ -48,6 +48,9 @@ struct MonitorEntry {
   FileRef file;
   std::vector<std::string> violated;  ///< States whose entry is a violation, besides <final id="violated">.
   std::vector<EventRename> events;
+  /// Requests that it may refuse before they are sent, "<service>.<method>"; '*' stands for any text.
+  std::vector<std::string> gate;
+  SourceSpan gate_span;
   SourceSpan span;
 };
 

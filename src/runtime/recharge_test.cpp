@@ -62,7 +62,8 @@ TEST_P(EachScenario, HoldsAndIsTheSameEveryTime) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Recharge, EachScenario,
-                         testing::Values("normal", "recharge", "experiment1", "experiment2", "no-path"),
+                         testing::Values("normal", "recharge", "experiment1", "experiment2", "no-path", "shield",
+                                         "unshielded"),
                          [](const auto& param) {
                            std::string name = param.param;
                            std::erase(name, '-');
@@ -156,6 +157,28 @@ TEST(Recharge, TellsTheStoryOfThePaper) {
   }
   EXPECT_THAT(story, testing::ElementsAre("go to kitchen", "go to station", "wait", "simulation.plugIn", "full",
                                           "go to kitchen"));
+}
+
+TEST(Gate, AVetoIsAnObservationWithoutARequest) {
+  const Ran ran = run(scenario("shield"));
+  EXPECT_THAT(of(ran.messages, "navigation.gotoTargetByLocationName.request", "GoToKitchen"), IsEmpty());
+  const auto vetoes = of(ran.messages, "navigation.gotoTargetByLocationName.error", "GoToKitchen");
+  ASSERT_EQ(vetoes.size(), 1U);
+  EXPECT_EQ(vetoes[0].data.find("kind")->text(), "vetoed");
+  EXPECT_EQ(vetoes[0].data.find("vetoed_by")->text(), "shield");
+  EXPECT_EQ(*vetoes[0].data.at({"args", "name"}), Value("kitchen"));
+  EXPECT_EQ(ran.report.monitors.back().vetoes, 1U);
+}
+
+// The same with a thread per skill, and with the skill in a process of its own.
+TEST(Gate, DecidesAlikeInThreads) {
+  Scenario shielded = scenario("shield");
+  shielded.virtual_time = false;
+  shielded.factor = 20;
+  shielded.project.deadlines = scenario("distributed").project.deadlines;
+  const Ran ran = run(std::move(shielded));
+  EXPECT_THAT(ran.report.unmet, IsEmpty());
+  EXPECT_THAT(of(ran.messages, "navigation.gotoTargetByLocationName.request", "GoToKitchen"), IsEmpty());
 }
 
 // A chart with event names of its own, written for another system, watches through renaming.

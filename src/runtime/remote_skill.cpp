@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <future>
 
 #include "sentree/base/assert.h"
 #include "sentree/idl/conform.h"
@@ -124,6 +125,17 @@ std::uint64_t number_of(const Value& map, std::string_view key) {
   return value != nullptr && value->as_int() != nullptr ? static_cast<std::uint64_t>(*value->as_int()) : 0;
 }
 
+// A run that ends answers nobody; its skills do not wait longer than this.
+constexpr std::chrono::seconds kGatePatience{5};
+
+Value to_verdict(const Admission& admission) {
+  const bool accept = !admission.veto;
+  return Map{{"accept", accept},
+             {"reason", accept ? "" : admission.veto->reason},
+             {"stamp", 0},
+             {"by", accept ? "" : admission.veto->by}};
+}
+
 class RemotePublisher final : public Publisher {
  public:
   RemotePublisher(std::unique_ptr<rpc::Client> client, std::uint64_t calls_from,
@@ -131,6 +143,24 @@ class RemotePublisher final : public Publisher {
       : client_(std::move(client)), calls_(calls_from), problem_(std::move(problem)) {}
 
   void publish(Message message) override {
+    const auto published = observe(message);
+    if (!published) problem_("an observation was lost (" + message.name + "): " + published.error().message);
+  }
+
+  // Whether there are gates is known only there: a request that nobody there has seen is not sent.
+  std::optional<Admission> request(Message message, Stream::Decided) override {
+    const auto verdict = observe(message);
+    if (!verdict)
+      return Admission{Veto{"", "the run that gates this skill cannot be asked: " + verdict.error().message}};
+    const Value* accept = verdict->find("accept");
+    if (accept == nullptr || accept->as_bool() == nullptr || *accept->as_bool()) return Admission{};
+    return Admission{Veto{text_of(*verdict, "by"), text_of(*verdict, "reason")}};
+  }
+
+  std::uint64_t next_call() override { return ++calls_; }
+
+ private:
+  rpc::Outcome observe(const Message& message) {
     const Value struct_value = Map{{"sequence", 0},
                                    {"time_ns", 0},
                                    {"stamp", static_cast<std::int64_t>(message.stamp)},
@@ -141,14 +171,11 @@ class RemotePublisher final : public Publisher {
                                    {"call", static_cast<std::int64_t>(message.call)},
                                    {"tick", 0},
                                    {"data", to_json(message.data)}};
-    const auto published = client_->call(
+    return client_->call(
         "observe", Map{{"message", struct_value}},
         {.source = {}, .call = 0, .deadline = std::chrono::steady_clock::now() + std::chrono::seconds(1)});
-    if (!published) problem_("an observation was lost (" + message.name + "): " + published.error().message);
   }
-  std::uint64_t next_call() override { return ++calls_; }
 
- private:
   std::unique_ptr<rpc::Client> client_;
   std::atomic<std::uint64_t> calls_;
   std::function<void(const std::string&)> problem_;
@@ -157,6 +184,7 @@ class RemotePublisher final : public Publisher {
 class SilentPublisher final : public Publisher {
  public:
   void publish(Message) override {}
+  std::optional<Admission> request(Message, Stream::Decided) override { return Admission{}; }
   std::uint64_t next_call() override { return ++calls_; }
 
  private:
@@ -328,8 +356,20 @@ std::shared_ptr<rpc::Service> make_observer_service(idl::ServicePtr interface, P
         message.name = text_of(sent, "name");
         message.call = number_of(sent, "call");
         message.data = json_object(sent.find("data"));
-        publisher.publish(std::move(message));
-        return Value(Map{{"accept", true}, {"reason", ""}, {"stamp", 0}});
+        if (message.kind != MessageKind::kRequest) {
+          publisher.publish(std::move(message));
+          return to_verdict({});
+        }
+        // The publisher keeps the deadline of a gate.
+        const auto decision = std::make_shared<std::promise<Admission>>();
+        std::future<Admission> decided = decision->get_future();
+        if (const auto admission = publisher.request(
+                std::move(message), [decision](Admission made) { decision->set_value(std::move(made)); })) {
+          return to_verdict(*admission);
+        }
+        if (decided.wait_for(kGatePatience) != std::future_status::ready)
+          return to_verdict({Veto{"", "the run is ending"}});
+        return to_verdict(decided.get());
       });
 }
 

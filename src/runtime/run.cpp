@@ -24,15 +24,30 @@ namespace {
 
 constexpr std::chrono::seconds kProcessPatience{10};
 
-// The stream as callers see it.
+// The stream as callers see it, with the monitors that gate it.
 class StreamPublisher final : public Publisher {
  public:
-  explicit StreamPublisher(Stream& stream) : stream_(stream) {}
+  /// @param patience  How long a gate may take [run time].
+  StreamPublisher(Stream& stream, const Monitors& monitors, const Clock& clock, Duration patience)
+      : stream_(stream), monitors_(monitors), clock_(clock), patience_(patience) {}
+
   void publish(Message message) override { stream_.publish(std::move(message)); }
+  std::optional<Admission> request(Message message, Stream::Decided decided) override {
+    if (!monitors_.is_gated(call_of(message))) {
+      stream_.publish(std::move(message));
+      return Admission{};
+    }
+    return stream_.publish_if(
+        std::move(message), [this](const Message& request) { return monitors_.judge(request); },
+        clock_.now() + patience_, std::move(decided));
+  }
   std::uint64_t next_call() override { return stream_.next_call(); }
 
  private:
   Stream& stream_;
+  const Monitors& monitors_;
+  const Clock& clock_;
+  Duration patience_;
 };
 
 // A private folder for the sockets of one run.
@@ -76,9 +91,9 @@ class Run::Impl final : public RunView {
         delays_(scenario_.delays),
         scheduler_(scenario_.virtual_time ? make_virtual_scheduler() : make_real_scheduler(scenario_.factor)),
         stream_(*scheduler_),
-        publisher_(stream_),
-        director_(scheduler_->add_actor("director")),
-        monitors_(plan.monitors, *scheduler_, stream_, [this](const MonitorReport& report) { on_decision(report); }) {
+        monitors_(plan, *scheduler_, stream_, [this](const MonitorReport& report) { on_decision(report); }),
+        publisher_(stream_, monitors_, *scheduler_, stretched(scenario_.project.deadlines.call)),
+        director_(scheduler_->add_actor("director")) {
     services_ = plan.services;
     if (plan.world) sim_ = std::make_unique<SimHost>(plan.world, scenario_.seed, *scheduler_);
   }
@@ -398,9 +413,9 @@ class Run::Impl final : public RunView {
   std::map<std::string, ServicePlan> services_;
   std::unique_ptr<Scheduler> scheduler_;
   Stream stream_;
+  Monitors monitors_;
   StreamPublisher publisher_;
   ActorId director_;
-  Monitors monitors_;
   std::map<std::string, std::unique_ptr<Process>> processes_;
   std::string component_;  // name of the process that runs the simulator; empty: this one does
   std::unique_ptr<rpc::Server> observer_server_;

@@ -18,7 +18,8 @@ struct MonitorReport {
   std::string name;
   monitor::Verdict verdict = monitor::Verdict::kUndecided;
   std::optional<monitor::Decision> decision;
-  std::string failure;  ///< Why it was given up; empty: it was not.
+  std::string failure;       ///< Why it was given up; empty: it was not.
+  std::uint64_t vetoes = 0;  ///< Requests that it refused as a gate.
 };
 
 struct ProcessReport {

@@ -138,6 +138,7 @@ void read_overrides(const text::YamlNode& node, Project& project, Diagnostics& d
                       "the project has no service \"" + name.scalar + "\"" + did_you_mean(name.scalar, names));
     }
   }
+  if (const auto* monitors = reader.sequence("monitors")) read_monitors(*monitors, true, project, diagnostics);
   read_deadlines(reader.mapping("deadlines"), project, diagnostics);
   if (const auto* world = reader.mapping("world")) project.world_overrides = *world;
 }

@@ -1,6 +1,7 @@
 #include "sentree/runtime/stream.h"
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 
 namespace sentree::runtime {
@@ -15,10 +16,7 @@ Message Stream::publish(Message message) {
     if (!scheduler_.is_virtual()) {
       room_.wait_for(lock, std::chrono::seconds(1), [&] { return pending_.size() < kPendingMax; });
     }
-    message.sequence = ++sequence_;
-    message.stamp = stamp_ = std::max(stamp_, message.stamp) + 1;
-    message.time = scheduler_.now();
-    message.tick = tick_;
+    stamp(message);
     pending_.push_back(message);
     start_draining = !std::exchange(draining_, true);
   }
@@ -29,6 +27,66 @@ Message Stream::publish(Message message) {
       scheduler_.post(actor_, [this] { drain(); });
   }
   return message;
+}
+
+void Stream::stamp(Message& message) {
+  message.sequence = ++sequence_;
+  message.stamp = stamp_ = std::max(stamp_, message.stamp) + 1;
+  message.time = scheduler_.now();
+  message.tick = tick_;
+}
+
+std::optional<Admission> Stream::publish_if(Message message, const Judge& judge, TimePoint deadline, Decided decided) {
+  if (scheduler_.is_virtual()) {
+    message.time = scheduler_.now();
+    message.tick = tick_;
+    if (auto veto = judge(message)) return Admission{std::move(veto)};
+    publish(std::move(message));
+    return Admission{};
+  }
+  std::call_once(has_deadlines_, [this] { deadlines_ = scheduler_.add_actor("gate deadlines"); });
+  // Whoever takes it decides.
+  const auto open = std::make_shared<std::atomic<bool>>(true);
+  const auto first = [open](const Decided& told, Admission admission) {
+    if (open->exchange(false)) told(std::move(admission));
+  };
+  scheduler_.at(deadlines_, deadline, Rank::kTimer, [first, decided] {
+    first(decided, {Veto{"", "no gate decided in time"}});
+  });
+  scheduler_.post(actor_, [this, message = std::move(message), judge, decided, open, first] {
+    for (int attempt = 0; attempt < kJudgementsMax; ++attempt) {
+      drain();
+      Message candidate = message;
+      {
+        const std::lock_guard lock(mutex_);
+        if (!pending_.empty()) continue;
+        candidate.sequence = sequence_;
+        candidate.time = scheduler_.now();
+        candidate.tick = tick_;
+      }
+      const std::uint64_t seen = std::exchange(candidate.sequence, 0);
+      auto veto = judge(candidate);
+      {
+        const std::lock_guard lock(mutex_);
+        if (sequence_ != seen) continue;
+        if (!veto) {
+          if (!open->exchange(false)) return;
+          stamp(candidate);
+          pending_.push_back(std::move(candidate));
+          draining_ = true;
+        }
+      }
+      if (veto) {
+        first(decided, {std::move(veto)});
+        return;
+      }
+      decided({});
+      drain();
+      return;
+    }
+    first(decided, {Veto{"", "observations come in faster than a gate can decide"}});
+  });
+  return std::nullopt;
 }
 
 void Stream::drain() {

@@ -6,12 +6,24 @@
 #include <deque>
 #include <functional>
 #include <mutex>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "sentree/base/message.h"
 #include "sentree/runtime/scheduler.h"
 
 namespace sentree::runtime {
+
+/// Why a request is not sent.
+struct Veto {
+  std::string by;  ///< Name of the monitor or observer that refused.
+  std::string reason;
+};
+/// What became of a request that gates were asked about.
+struct Admission {
+  std::optional<Veto> veto;
+};
 
 /// The one ordered stream of everything observed in a run.
 ///
@@ -34,6 +46,19 @@ class Stream {
   /// Returns it as published.
   Message publish(Message message);
 
+  /// Why a message must not be published, or nothing. Called like a listener.
+  using Judge = std::function<std::optional<Veto>(const Message&)>;
+  /// Told once, in any thread, that the message was published, or why not.
+  using Decided = std::function<void(Admission)>;
+  /// What is published while a request is judged makes it be judged again; after so many times it is refused.
+  static constexpr int kJudgementsMax = 16;
+
+  /// Publishes `message` unless `judge` objects. It is judged when the listeners have seen everything published before
+  /// it, and nothing comes between the judgement and its place in the order.
+  /// In virtual time the decision is returned. In real time nothing is, `decided` gets the decision, and gets one even
+  /// if the listeners are stuck: at `deadline`, which is then a veto.
+  std::optional<Admission> publish_if(Message message, const Judge& judge, TimePoint deadline, Decided decided);
+
   /// A number for a call that nobody else has.
   [[nodiscard]] std::uint64_t next_call() { return ++calls_; }
   void set_tick(std::uint64_t tick) { tick_ = tick; }
@@ -47,6 +72,8 @@ class Stream {
 
  private:
   void drain();
+  // With the lock held.
+  void stamp(Message& message);
 
   Scheduler& scheduler_;
   ActorId actor_;
@@ -55,6 +82,8 @@ class Stream {
   std::condition_variable_any room_;
   std::deque<Message> pending_;
   bool draining_ = false;
+  std::once_flag has_deadlines_;
+  ActorId deadlines_ = 0;
   std::uint64_t sequence_ = 0;
   CausalStamp stamp_ = 0;
   std::atomic<std::uint64_t> calls_ = 0;

@@ -47,5 +47,7 @@ class YamlReader {
 struct Project;
 /// Reads `deadlines:` over the present ones, completes them with their defaults, and checks that they nest.
 void read_deadlines(const text::YamlNode* node, Project& project, Diagnostics& diagnostics);
+/// Reads the entries of `monitors:`. One with the name of another replaces it, or is an error.
+void read_monitors(const text::YamlNode& node, bool replaces, Project& project, Diagnostics& diagnostics);
 
 }  // namespace sentree::runtime
