@@ -115,13 +115,38 @@ void battery_ok_going_to_destination_tick_once(benchmark::State& s) {
 void battery_low_going_to_charge(benchmark::State& s) { tick(s, mission("BatteryLow", "BatteryLow"), 5); }
 void battery_ok_at_destination(benchmark::State& s) { tick(s, mission("BatteryOk", "BatteryOk"), 7); }
 
-/// Three children at each of six inner levels; alternately Sequence, a Fallback behind inverters, ForceSuccess.
-std::string balanced(int depth) {
-  if (depth == 0) return "<AlwaysSuccess/>";
-  if (depth % 2 == 0) return "<Sequence>" + repeat(3, balanced(depth - 1)) + "</Sequence>";
-  return "<Parallel success_count=\"3\">" + repeat(3, balanced(depth - 1)) + "</Parallel>";
+/// A complete ternary tree: Sequence, Fallback and Parallel in turn, all of whose leaves are visited. With `decorated`,
+/// every second inner node is under an Inverter, a ForceSuccess or a ForceFailure.
+std::string balanced(int depth, bool succeeds, bool decorated, int& inner, int& nodes) {
+  ++nodes;
+  if (depth == 0) return succeeds ? "<AlwaysSuccess/>" : "<AlwaysFailure/>";
+  const int number = inner++;
+  std::string close;
+  std::string text;
+  if (decorated && number % 2 == 0) {
+    ++nodes;
+    const std::string tag = number % 4 == 0 ? "Inverter" : succeeds ? "ForceSuccess" : "ForceFailure";
+    text = "<" + tag + ">";
+    close = "</" + tag + ">";
+    if (tag == "Inverter") succeeds = !succeeds;
+  }
+  const auto child = [&](bool success) { text += balanced(depth - 1, success, decorated, inner, nodes); };
+  const bool fallback = number % 3 == 1;
+  const std::string tag = fallback ? "Fallback" : number % 3 == 0 ? "Sequence" : "Parallel";
+  text += "<" + tag + (tag == "Parallel" ? " success_count=\"3\"" : "") + ">";
+  child(!fallback);
+  child(!fallback);
+  child(succeeds);
+  return text + "</" + tag + ">" + close;
 }
-void balanced_mixed_1093(benchmark::State& s) { tick(s, tree(balanced(6)), 1093); }
+void balanced_tree(benchmark::State& s, bool decorated) {
+  int inner = 0;
+  int nodes = 0;
+  const std::string body = balanced(6, true, decorated, inner, nodes);
+  tick(s, tree(body), nodes);
+}
+void balanced_mixed_1093(benchmark::State& s) { balanced_tree(s, false); }
+void balanced_decorated(benchmark::State& s) { balanced_tree(s, true); }
 
 std::string ten_leaves() { return "<Sequence>" + repeat(10, "<AddOne in=\"{a}\" out=\"{b}\"/>") + "</Sequence>"; }
 void subtree10x10_remapped_ports(benchmark::State& s) {
@@ -208,6 +233,7 @@ BENCHMARK(battery_ok_going_to_destination_tick_once);
 BENCHMARK(battery_low_going_to_charge);
 BENCHMARK(battery_ok_at_destination);
 BENCHMARK(balanced_mixed_1093);
+BENCHMARK(balanced_decorated);
 BENCHMARK(subtree10x10_remapped_ports);
 BENCHMARK(flat100_ports);
 BENCHMARK(nested4_subtree_100_ports);

@@ -28,6 +28,11 @@ class Blackboard {
     const std::uint32_t link = link_of(cell);
     return link != State::kNoEntry ? &state_.entries_[link] : find_slow(cell);
   }
+  /// The entry if the cell is linked already, as it is from the second use on.
+  Entry* find_linked(std::uint32_t cell) {
+    const std::uint32_t link = link_of(cell);
+    return link != State::kNoEntry ? &state_.entries_[link] : nullptr;
+  }
   /// The entry, made where it does not exist. Null, with `error` set, where it exists with another strong type.
   Entry* create(std::uint32_t cell, const PortType* type, std::string& error);
   /// Writes as a typed port does. False, with `error` set, where the entry has another type.

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -46,20 +47,20 @@ class Context {
   /// The present value of an input port: a literal, an entry, or the default.
   /// Errors: bt.no-port, bt.no-entry, bt.empty-entry, bt.conversion.
   template <class T>
-  [[nodiscard]] Result<T> input(std::string_view port) const;
+  [[nodiscard]] Result<T> input(PortName port) const;
   template <class T>
-  [[nodiscard]] T input_or(std::string_view port, T otherwise) const {
+  [[nodiscard]] T input_or(PortName port, T otherwise) const {
     auto read = input<T>(port);
     return read ? std::move(*read) : std::move(otherwise);
   }
   /// Writes the entry that an output port names. The first typed write locks the entry's type.
   /// Errors: bt.no-port, bt.not-an-entry, bt.entry-type. An error that the node does not look at fails the tick.
   template <class T>
-  Result<void> output(std::string_view port, const T& value);
+  Result<void> output(PortName port, const T& value);
   /// The port's text as the file gives it; empty if it is absent.
-  [[nodiscard]] std::string_view raw(std::string_view port) const;
+  [[nodiscard]] std::string_view raw(const PortName& port) const;
   /// How often the entry of a port was written; 0 if there is none.
-  [[nodiscard]] std::uint64_t sequence(std::string_view port) const;
+  [[nodiscard]] std::uint64_t sequence(const PortName& port) const;
 
   /// Asks for another tick at once.
   void wake();
@@ -78,17 +79,67 @@ class Context {
   void reset_children();
 
  private:
-  /// Points at the value converted to `wanted`, or null.
-  const Datum* read(std::string_view port, const PortType& wanted, Datum& scratch) const;
-  [[nodiscard]] Diagnostic read_error(std::string_view port, const PortType& wanted) const;
-  Result<void> write(std::string_view port, Datum&& datum, const PortType& type);
+  /// What the port holds, unconverted; null if there is nothing.
+  [[nodiscard]] const Datum* peek(const PortName& port) const;
+  /// The same converted to `wanted`, in `scratch` where it is of another type.
+  const Datum* read(const PortName& port, const PortType& wanted, Datum& scratch) const;
+  [[nodiscard]] Diagnostic read_error(const PortName& port, const PortType& wanted) const;
+  /// The value to overwrite, counted and stamped, if the entry is of exactly that type and holds one; else null.
+  Value* writable(const PortName& port, const PortType& type, Value::Type held);
+  Result<void> write(const PortName& port, Datum&& datum, const PortType& type);
 
   Machine& machine_;
   NodeId node_;
 };
 
+namespace detail {
+/// The value as T where it is held as one: no text, no conversion of numbers.
 template <class T>
-Result<T> Context::input(std::string_view port) const {
+[[nodiscard]] std::optional<T> exactly(const Value& value) {
+  if constexpr (std::is_same_v<T, bool>) {
+    if (const bool* b = value.as_bool()) return *b;
+  } else if constexpr (std::is_integral_v<T>) {
+    if (const auto* i = value.as_int(); i != nullptr && std::in_range<T>(*i)) return static_cast<T>(*i);
+  } else if constexpr (std::is_floating_point_v<T>) {
+    if (const double* d = value.as_double()) return static_cast<T>(*d);
+  } else if constexpr (std::is_same_v<T, std::string>) {
+    if (const auto* s = value.as_string()) return *s;
+  } else {
+    if (!value.is_null() && value.as_string() == nullptr) return Convert<T>::from_value(value);
+  }
+  return std::nullopt;
+}
+
+/// Overwrites a value of the same type in place. `Value` gives no mutable access to scalars; this one is not const.
+template <class T>
+void overwrite(Value& held, const T& value) {
+  if constexpr (std::is_same_v<T, bool>) {
+    *const_cast<bool*>(held.as_bool()) = value;
+  } else if constexpr (std::is_integral_v<T>) {
+    *const_cast<std::int64_t*>(held.as_int()) = static_cast<std::int64_t>(value);
+  } else if constexpr (std::is_floating_point_v<T>) {
+    *const_cast<double*>(held.as_double()) = static_cast<double>(value);
+  } else {
+    *const_cast<std::string*>(held.as_string()) = value;
+  }
+}
+
+template <class T>
+inline constexpr bool kOverwritable = std::is_arithmetic_v<T> || std::is_same_v<T, std::string>;
+template <class T>
+inline constexpr Value::Type kHeldAs = std::is_same_v<T, bool>       ? Value::Type::kBool
+                                       : std::is_integral_v<T>       ? Value::Type::kInt
+                                       : std::is_floating_point_v<T> ? Value::Type::kDouble
+                                                                     : Value::Type::kString;
+}  // namespace detail
+
+template <class T>
+Result<T> Context::input(PortName port) const {
+  if constexpr (Convertible<T> && !std::is_same_v<T, Value>) {
+    if (const Datum* datum = peek(port)) {
+      if (auto value = detail::exactly<T>(datum->value)) return std::move(*value);
+    }
+  }
   Datum scratch;
   const Datum* datum = read(port, type_of<T>(), scratch);
   if (datum == nullptr) return tl::unexpected(read_error(port, type_of<T>()));
@@ -101,7 +152,13 @@ Result<T> Context::input(std::string_view port) const {
 }
 
 template <class T>
-Result<void> Context::output(std::string_view port, const T& value) {
+Result<void> Context::output(PortName port, const T& value) {
+  if constexpr (detail::kOverwritable<T>) {
+    if (Value* held = writable(port, type_of<T>(), detail::kHeldAs<T>)) {
+      detail::overwrite(*held, value);
+      return {};
+    }
+  }
   if constexpr (Convertible<T>) {
     return write(port, Datum{Convert<T>::to_value(value), nullptr}, type_of<T>());
   } else {

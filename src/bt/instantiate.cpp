@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "sentree/bt/loader.h"
+#include "sentree/bt/nodes/parallel.h"
 
 // Definitions to the compiled model: every SubTree instance gets nodes, a blackboard and resolved names of its own.
 
@@ -132,6 +133,7 @@ void Loader::bind_ports(const Definition& definition, const DefinedNode& defined
     binding.declared = port.declared;
     binding.from_default = port.from_default;
     binding.name = port.name;
+    binding.key = PortName::key_of(model_->strings[port.name]);
     binding.text = port.text;
     binding.type = port.type;
     binding.target = port.target;
@@ -143,6 +145,35 @@ void Loader::bind_ports(const Definition& definition, const DefinedNode& defined
   }
 }
 
+void Loader::bind_thresholds(Node& node) {
+  const auto literal = [&](std::uint32_t port) -> const std::int64_t* {
+    const Binding& b = model_->bindings[node.ports + port];
+    return b.kind == Binding::Kind::kLiteral && b.target != kNone ? model_->literals[b.target].value.as_int() : nullptr;
+  };
+  const std::int64_t* const success = literal(nodes::Parallel::kSuccessPort);
+  const std::int64_t* const failure = literal(nodes::Parallel::kFailurePort);
+  if (success == nullptr || failure == nullptr) return;
+  node.data = static_cast<std::uint32_t>(model_->parallels.size());
+  model_->parallels.push_back(
+      {nodes::threshold(*success, node.child_count), nodes::threshold(*failure, node.child_count), *success < 0});
+}
+
+void Loader::note_leaves() {
+  model_->known_results.assign(model_->nodes.size(), Status::kIdle);
+  for (NodeId id = 0; id < model_->nodes.size(); ++id) {
+    Node& node = model_->nodes[id];
+    const bool conditions = (node.flags & (Node::kHasPre | Node::kHasPost)) != 0;
+    if (node.kind == Kind::kAlwaysSuccess && !conditions) model_->known_results[id] = Status::kSuccess;
+    if (node.kind == Kind::kAlwaysFailure && !conditions) model_->known_results[id] = Status::kFailure;
+    if (node.child_count == 0) continue;
+    // In document order, children without children of their own have ids that follow each other.
+    if (model_->children[node.first_child + node.child_count - 1] - id == node.child_count &&
+        model_->nodes[id + node.child_count].child_count == 0) {
+      node.flags |= Node::kLeafChildren;
+    }
+  }
+}
+
 void Loader::bind_special(const DefinedNode& defined, NodeId id, std::uint32_t scope) {
   Node& node = model_->nodes[id];
   const Manifest& manifest = model_->manifests[defined.manifest];
@@ -151,6 +182,7 @@ void Loader::bind_special(const DefinedNode& defined, NodeId id, std::uint32_t s
     case Kind::kScriptCondition:
     case Kind::kPrecondition: node.data = bind_script(defined.script, scope); break;
     case Kind::kLoop: node.data = defined.queue; break;
+    case Kind::kParallel: bind_thresholds(node); break;
     case Kind::kSkipUnlessUpdated:
     case Kind::kWaitValueUpdate:
     case Kind::kWasEntryUpdated: {

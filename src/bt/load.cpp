@@ -292,6 +292,7 @@ Loaded<Tree> Loader::load(std::string xml, std::string file) {
   sort_by_place(diagnostics_);
   loaded.diagnostics = std::move(diagnostics_);
   if (!has_errors(loaded.diagnostics)) {
+    note_leaves();
     model_->nodes.shrink_to_fit();
     model_->infos.shrink_to_fit();
     model_->children.shrink_to_fit();

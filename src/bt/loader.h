@@ -100,6 +100,8 @@ class Loader {
   NodeId add_node(const Definition& definition, const DefinedNode& defined, NodeId parent, std::uint32_t tree);
   void bind_ports(const Definition& definition, const DefinedNode& defined, NodeId id, std::uint32_t scope);
   void bind_special(const DefinedNode& defined, NodeId id, std::uint32_t scope);
+  void bind_thresholds(Node& node);
+  void note_leaves();
   std::uint32_t bind_script(std::uint32_t script, std::uint32_t scope);
   std::uint32_t open_scope(const Definition& definition, const DefinedNode& defined, NodeId id, std::uint32_t parent);
   std::uint32_t cell(std::uint32_t scope, std::uint32_t name);

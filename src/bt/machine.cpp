@@ -1,6 +1,7 @@
 #include "sentree/bt/machine.h"
 
 #include <algorithm>
+#include <cstring>
 #include <utility>
 
 #include "sentree/base/assert.h"
@@ -129,10 +130,46 @@ void Machine::halt_kind(const Node& n, NodeId id) {
   }
 }
 
+namespace {
+
+/// Makes the leaves behind one word of statuses IDLE, unless one of them is RUNNING.
+template <class Word>
+bool clear_word(Status* status) {
+  static_assert(sizeof(Status) == 1 && static_cast<int>(Status::kRunning) == 1 && static_cast<int>(Status::kIdle) == 0);
+  constexpr auto kOnes = static_cast<Word>(0x0101010101010101U);
+  Word word = 0;
+  std::memcpy(&word, status, sizeof(Word));
+  // A byte becomes 0 where it was RUNNING, and only from 0 does the subtraction borrow.
+  if ((static_cast<Word>((word ^ kOnes) - kOnes) & static_cast<Word>(kOnes << 7U)) != 0) return false;
+  std::memset(status, 0, sizeof(Word));
+  return true;
+}
+
+/// Makes finished leaves IDLE, several at once; false where there are RUNNING ones left, which must be halted.
+bool clear_finished(Status* status, std::size_t count) {
+  bool all = true;
+  for (; count >= 8; status += 8, count -= 8) all = clear_word<std::uint64_t>(status) && all;
+  if ((count & 4U) != 0) {
+    all = clear_word<std::uint32_t>(status) && all;
+    status += 4;
+  }
+  if ((count & 2U) != 0) {
+    all = clear_word<std::uint16_t>(status) && all;
+    status += 2;
+  }
+  return (count & 1U) == 0 ? all : clear_word<std::uint8_t>(status) && all;
+}
+
+}  // namespace
+
 void Machine::reset_children(const Node& n) { reset_children(n, 0, n.child_count); }
 
 void Machine::reset_children(const Node& n, std::uint32_t from, std::uint32_t to) {
-  const NodeId* const children = model_.children.data() + n.first_child;
+  const NodeId* const children = children_ + n.first_child;
+  if ((n.flags & Node::kLeafChildren) != 0 && observer_ == nullptr && from < to &&
+      clear_finished(status_ + children[from], to - from)) {
+    return;
+  }
   for (std::uint32_t i = from; i < to; ++i) {
     if (status_[children[i]] == Status::kIdle) continue;
     reset(children[i]);
@@ -191,7 +228,7 @@ Machine::Outcome Machine::walk(NodeId id, bool entered, Status status, NodeId to
     if (!entered && !((n->flags & Node::kHasPre) != 0 && precondition(*n, id, status))) {
       const Next next = enter(*n, id);
       if (next.child < kSuspend) {
-        id = model_.children[n->first_child + next.child];
+        id = children_[n->first_child + next.child];
         continue;
       }
       if (next.child == kSuspend) return {true, Status::kRunning};
@@ -208,7 +245,7 @@ Machine::Outcome Machine::walk(NodeId id, bool entered, Status status, NodeId to
         observer_->skipped(id, now_);
       }
       if ((n->flags & Node::kDecorator) != 0) {
-        const NodeId child = model_.children[n->first_child];
+        const NodeId child = children_[n->first_child];
         if (is_completed(status_[child])) set_status(child, Status::kIdle);
       }
       if (id == top) return {false, status};
@@ -217,7 +254,7 @@ Machine::Outcome Machine::walk(NodeId id, bool entered, Status status, NodeId to
       n = &nodes_[id];
       const Next next = child_done(*n, id, child, status);
       if (next.child < kSuspend) {
-        id = model_.children[n->first_child + next.child];
+        id = children_[n->first_child + next.child];
         entered = false;
         break;
       }

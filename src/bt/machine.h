@@ -28,6 +28,8 @@ class Machine {
       : tree_(tree),
         model_(tree.model()),
         nodes_(model_.nodes.data()),
+        children_(model_.children.data()),
+        known_results_(model_.known_results.data()),
         status_(state.status_.data()),
         memory_(state.memory_.data()),
         observer_(effects.observer),
@@ -43,14 +45,15 @@ class Machine {
   [[nodiscard]] const Node& node(NodeId id) const { return nodes_[id]; }
   [[nodiscard]] std::int32_t* memory(const Node& n) { return memory_ + n.memory; }
   [[nodiscard]] Status status(NodeId id) const { return status_[id]; }
-  void set_status(NodeId id, Status status) {
-    if (status_[id] == status) return;
-    if (observer_ != nullptr) observer_->status_changed(id, status_[id], status, now_);
+  [[gnu::always_inline]] void set_status(NodeId id, Status status) {
+    if (observer_ != nullptr) [[unlikely]]
+      notify(id, status);
     status_[id] = status;
   }
-  [[nodiscard]] NodeId child(const Node& n, std::uint32_t index) const {
-    return model_.children[n.first_child + index];
-  }
+  [[nodiscard]] NodeId child(const Node& n, std::uint32_t index) const { return children_[n.first_child + index]; }
+  /// What a node gives whenever it is ticked (AlwaysSuccess without conditions …); kIdle where that is open. Parents
+  /// need not enter such a child.
+  [[nodiscard]] Status known_result(NodeId id) const { return known_results_[id]; }
   [[nodiscard]] bool format3() const { return model_.format == 3; }
   [[nodiscard]] TimePoint now() const { return now_; }
   [[nodiscard]] Blackboard& blackboard() { return blackboard_; }
@@ -94,7 +97,15 @@ class Machine {
     const Binding& b = model_.bindings[n.ports + port];
     return b.kind == Binding::Kind::kAbsent ? nullptr : &b;
   }
-  [[nodiscard]] const Binding* binding(const Node& n, std::string_view port) const;
+  [[nodiscard]] const Binding* binding(const Node& n, const PortName& port) const {
+    const Binding* const bindings = model_.bindings.data() + n.ports;
+    for (std::uint32_t i = 0; i < n.port_count; ++i) {
+      const Binding& b = bindings[i];
+      if (b.key != port.key || (port.text.size() > 7 && model_.strings[b.name] != port.text)) continue;
+      return b.kind == Binding::Kind::kAbsent ? nullptr : &b;
+    }
+    return nullptr;
+  }
   /// The present value of a port, converted to `wanted` in `scratch` where it is of another type. Null if there is
   /// none.
   const Datum* read(const Binding& binding, const PortType* wanted, Datum& scratch);
@@ -141,11 +152,14 @@ class Machine {
   bool fire_timers();
   StepResult finish(Outcome outcome);
   StepResult finish(StepResult result);
+  void notify(NodeId id, Status status);
   void append_inputs(const Node& n, NodeId id, Map& inputs);
 
   const Tree& tree_;
   const Model& model_;
   const Node* nodes_;
+  const NodeId* children_;
+  const Status* known_results_;
   Status* status_;
   std::int32_t* memory_;
   Observer* observer_;

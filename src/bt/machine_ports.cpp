@@ -69,14 +69,6 @@ bool convert(const PortType& wanted, const Datum& from, Datum& into) {
 
 }  // namespace
 
-const Binding* Machine::binding(const Node& n, std::string_view port) const {
-  for (std::uint32_t i = 0; i < n.port_count; ++i) {
-    const Binding& b = model_.bindings[n.ports + i];
-    if (model_.strings[b.name] == port) return b.kind == Binding::Kind::kAbsent ? nullptr : &b;
-  }
-  return nullptr;
-}
-
 const Datum* Machine::read(const Binding& binding, const PortType* wanted, Datum& scratch) {
   const Datum* datum = nullptr;
   if (binding.kind == Binding::Kind::kLiteral) {
@@ -209,28 +201,46 @@ void Context::reset_child(std::size_t child) {
 }
 void Context::reset_children() { machine_.reset_children(machine_.node(node_)); }
 
-std::string_view Context::raw(std::string_view port) const {
+std::string_view Context::raw(const PortName& port) const {
   const Binding* b = machine_.binding(machine_.node(node_), port);
   return b != nullptr ? std::string_view(machine_.model().strings[b->text]) : std::string_view();
 }
 
-std::uint64_t Context::sequence(std::string_view port) const {
+std::uint64_t Context::sequence(const PortName& port) const {
   const Binding* b = machine_.binding(machine_.node(node_), port);
   if (b == nullptr || b->kind != Binding::Kind::kEntry) return 0;
   const Blackboard::Entry* entry = machine_.blackboard().find(b->target);
   return entry != nullptr ? entry->sequence : 0;
 }
 
-const Datum* Context::read(std::string_view port, const PortType& wanted, Datum& scratch) const {
+const Datum* Context::peek(const PortName& port) const {
+  const Binding* b = machine_.binding(machine_.node(node_), port);
+  if (b == nullptr) return nullptr;
+  if (b->kind == Binding::Kind::kLiteral) return &machine_.model().literals[b->target];
+  const Blackboard::Entry* entry = machine_.blackboard().find(b->target);
+  return entry != nullptr ? &entry->datum : nullptr;
+}
+
+Value* Context::writable(const PortName& port, const PortType& type, Value::Type held) {
+  const Binding* b = machine_.binding(machine_.node(node_), port);
+  if (b == nullptr || b->kind != Binding::Kind::kEntry) return nullptr;
+  Blackboard::Entry* entry = machine_.blackboard().find_linked(b->target);
+  if (entry == nullptr || entry->type != &type || entry->datum.value.type() != held) return nullptr;
+  machine_.blackboard().written(*entry);
+  return &entry->datum.value;
+}
+
+const Datum* Context::read(const PortName& port, const PortType& wanted, Datum& scratch) const {
   const Binding* b = machine_.binding(machine_.node(node_), port);
   return b != nullptr ? machine_.read(*b, &wanted, scratch) : nullptr;
 }
 
-Diagnostic Context::read_error(std::string_view port, const PortType& wanted) const {
+Diagnostic Context::read_error(const PortName& port, const PortType& wanted) const {
   const Binding* b = machine_.binding(machine_.node(node_), port);
   if (b == nullptr) {
     return {Severity::kError, "bt.no-port",
-            "node \"" + path() + "\" has no value for port \"" + std::string(port) + "\"", machine_.tree().span(node_)};
+            "node \"" + path() + "\" has no value for port \"" + std::string(port.text) + "\"",
+            machine_.tree().span(node_)};
   }
   Diagnostic error = machine_.read_error(*b, &wanted);
   error.message = "node \"" + path() + "\", " + error.message;
@@ -238,11 +248,11 @@ Diagnostic Context::read_error(std::string_view port, const PortType& wanted) co
   return error;
 }
 
-Result<void> Context::write(std::string_view port, Datum&& datum, const PortType& type) {
+Result<void> Context::write(const PortName& port, Datum&& datum, const PortType& type) {
   const Binding* b = machine_.binding(machine_.node(node_), port);
   std::string error;
   if (b == nullptr) {
-    error = "there is no entry for output port \"" + std::string(port) + "\"";
+    error = "there is no entry for output port \"" + std::string(port.text) + "\"";
   } else if (machine_.write(*b, std::move(datum), &type, error)) {
     return {};
   }

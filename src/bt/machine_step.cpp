@@ -26,6 +26,10 @@ Next Machine::fail(NodeId id, std::string_view code, std::string message) {
   return Next::done(Status::kIdle);
 }
 
+void Machine::notify(NodeId id, Status status) {
+  if (status_[id] != status) observer_->status_changed(id, status_[id], status, now_);
+}
+
 void Machine::start_timer(NodeId id, TimePoint due) { state_.timers_.push_back({due, id}); }
 
 void Machine::stop_timer(NodeId id) {

@@ -90,6 +90,7 @@ struct Node {
   static constexpr std::uint8_t kSynchronous = 2;  ///< May not return RUNNING.
   static constexpr std::uint8_t kHasPre = 4;
   static constexpr std::uint8_t kHasPost = 8;
+  static constexpr std::uint8_t kLeafChildren = 16;  ///< Its children are leaves, so their ids follow each other.
 
   Kind kind = Kind::kAlwaysSuccess;
   std::uint8_t flags = 0;
@@ -99,7 +100,7 @@ struct Node {
   std::uint32_t child_count = 0;
   std::uint32_t memory = 0;    ///< In State::memory_.
   std::uint32_t ports = 0;     ///< In Model::bindings.
-  std::uint32_t data = kNone;  ///< By kind: a script use, a user node, a test node, …
+  std::uint32_t data = kNone;  ///< By kind: a script use, a user node, thresholds, …
   std::uint32_t conditions = kNone;
 };
 
@@ -123,6 +124,7 @@ struct Binding {
   std::uint32_t text = 0;           ///< As written; in Model::strings.
   std::uint32_t target = kNone;     ///< kLiteral: in Model::literals. kEntry: a cell.
   const PortType* type = nullptr;   ///< Null: any.
+  std::uint64_t key = 0;            ///< PortName::key of the name.
 };
 
 /// A name in one blackboard.
@@ -170,6 +172,12 @@ struct UserNode {
   std::uint32_t object = kNone;  ///< In State::objects_.
 };
 
+/// Thresholds of a Parallel that are literals, in children.
+struct ParallelLimits {
+  std::int32_t success, failure;
+  std::int32_t skipped_succeeds;  ///< The success threshold was written negative.
+};
+
 struct TestNodeData {
   Status status = Status::kSuccess;
   std::uint32_t status_use = kNone, success_use = kNone, failure_use = kNone, post_use = kNone;
@@ -190,7 +198,8 @@ struct Model {
   std::vector<Node> nodes;
   std::vector<NodeInfo> infos;
   std::vector<NodeId> children;
-  std::string text;  ///< Node names.
+  std::vector<Status> known_results;  ///< Per node: what it gives whenever it is ticked; kIdle where that is open.
+  std::string text;                   ///< Node names.
   std::vector<Manifest> manifests;
   std::vector<Binding> bindings;
   std::deque<std::string> strings;                                   ///< A deque: the texts do not move.
@@ -205,6 +214,7 @@ struct Model {
   std::vector<Conditions> conditions;
   std::vector<UserNode> users;
   std::vector<TestNodeData> tests;
+  std::vector<ParallelLimits> parallels;
   std::vector<std::vector<Value>> queues;  ///< Literal queues of Loop nodes.
   std::vector<NodeId> externals;
   std::vector<InitialEntry> initial;

@@ -145,6 +145,32 @@ TEST(Ports, CarryCppObjectsThatTheStateCannotSave) {
   EXPECT_EQ(saved.error().code, "bt.unsavable");
 }
 
+TEST(Ports, AreFoundByNamesOfAnyLengthAndOverwriteOnlyTheirOwnType) {
+  Registry registry;
+  registry.action("Both",
+                  {input<double>("temperature_a"), input<double>("temperature_b"), output<float>("narrow"),
+                   output<std::string>("text")},
+                  [](Context& self) {
+                    const auto a = self.input<double>("temperature_a");
+                    const auto b = self.input<double>("temperature_b");
+                    if (!a || !b || *a != 1.5 || *b != 2.5 || self.input<double>("temperature_c")) {
+                      return Status::kFailure;
+                    }
+                    return self.output<float>("narrow", 0.5F) && self.output<std::string>("text", "x")
+                               ? Status::kSuccess
+                               : Status::kFailure;
+                  });
+  // The second time, entries are overwritten in place; the sequence numbers go on.
+  Runner r = runner("<Both temperature_a=\"1.5\" temperature_b=\"2.5\" narrow=\"{n}\" text=\"{t}\"/>", &registry);
+  EXPECT_EQ(r.tick(at(1ms)), Status::kSuccess);
+  EXPECT_EQ(r.tick(at(2ms)), Status::kSuccess);
+  for (const EntryFact& fact : blackboard(r.tree(), r.state())) {
+    EXPECT_EQ(fact.sequence, 2U) << fact.name;
+    EXPECT_EQ(fact.stamp, at(2ms)) << fact.name;
+  }
+  EXPECT_EQ(*entry(r.tree(), r.state(), "n"), Value(0.5));
+}
+
 struct CountTo {
   std::int64_t count = 0;
   static Ports ports() { return {input<int>("limit")}; }

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <string>
 #include <vector>
@@ -49,7 +50,9 @@ class RandomTree {
   }
   std::string leaf() {
     const std::string name = " name=\"l" + std::to_string(++leaves_) + "\"";
-    switch (rng_.below(8)) {
+    switch (rng_.below(10)) {
+      case 8: return "<AlwaysSuccess" + condition() + "/>";
+      case 9: return "<AlwaysFailure/>";
       case 0: return "<Script code=\"n := n * 2 - 3\"/>";
       case 1: return "<ScriptCondition code=\"n &gt; 2\"/>";
       case 2: return "<SubTree ID=\"Sub\"" + name + " n=\"{n}\"/>";
@@ -204,6 +207,37 @@ TEST(Property, TheOutcomeDoesNotDependOnWhatHappensWhileATickIsSuspended) {
     }
     ASSERT_EQ(at_once.log, later.log);
     ASSERT_TRUE(at_once.state == later.state);
+  }
+}
+
+/// Rebuilds every status from what it is told.
+class Mirror final : public Observer {
+ public:
+  explicit Mirror(const Tree& tree) : statuses(tree.size(), Status::kIdle) {}
+  void status_changed(NodeId node, Status from, Status to, TimePoint /*time*/) override {
+    consistent = consistent && statuses[node] == from && from != to;
+    statuses[node] = to;
+  }
+  std::vector<Status> statuses;
+  bool consistent = true;
+};
+
+TEST(Property, AnObserverSeesEveryChangeAndChangesNothing) {
+  for (std::uint64_t seed = 1; seed <= kTrees; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const Tree tree = random_tree(seed);
+    Play watched(tree, seed);
+    Play alone(tree, seed);
+    Mirror mirror(tree);
+    watched.effects.observer = &mirror;
+    for (int tick = 0; tick < kTicks; ++tick) {
+      watched.tick(at_tick(tick), [] {});
+      alone.tick(at_tick(tick), [] {});
+      ASSERT_TRUE(mirror.consistent);
+      ASSERT_TRUE(std::equal(mirror.statuses.begin(), mirror.statuses.end(), watched.state.statuses().begin()));
+    }
+    ASSERT_EQ(watched.log, alone.log);
+    ASSERT_TRUE(watched.state == alone.state);
   }
 }
 

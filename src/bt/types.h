@@ -228,6 +228,24 @@ template <class T>
 /// "std::vector<double>" …); null if it is none of ours.
 [[nodiscard]] const PortType* type_named(std::string_view name);
 
+/// The name of a port as a node asks for it. From a literal, the compiler makes the key.
+struct PortName {
+  std::string_view text;
+  std::uint64_t key;  ///< Length and the first seven bytes: names of up to seven are equal if their keys are.
+
+  constexpr PortName(std::string_view name) : text(name), key(key_of(name)) {}
+  constexpr PortName(const char* name) : PortName(std::string_view(name)) {}
+  PortName(const std::string& name) : PortName(std::string_view(name)) {}
+
+  static constexpr std::uint64_t key_of(std::string_view name) {
+    std::uint64_t key = name.size() << 56U;
+    for (std::size_t i = 0; i < 7 && i < name.size(); ++i) {
+      key |= std::uint64_t{static_cast<unsigned char>(name[i])} << (8 * i);
+    }
+    return key;
+  }
+};
+
 enum class PortDirection : std::uint8_t { kInput, kOutput, kInOut };
 
 /// "input_port", "output_port", "inout_port": as the TreeNodesModel writes them.

@@ -175,7 +175,7 @@ struct User {
   static NodeMemory* memory(Machine& m, const UserNode& user) {
     return user.object == kNone ? nullptr : m.object(user.object);
   }
-  static Next checked(Machine& m, const Node& n, NodeId id, Next next) {
+  [[gnu::always_inline]] static Next checked(Machine& m, const Node& n, NodeId id, Next next) {
     if (m.failed()) return Next::done(Status::kIdle);
     if (next.child == kNoNode) {
       if (next.status == Status::kIdle) return m.fail(id, "bt.idle-returned", "returned IDLE, which no tick may");

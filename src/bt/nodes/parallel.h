@@ -30,7 +30,10 @@ struct ParallelBits {
   ParallelBits(Machine& m, const Node& n) : words(reinterpret_cast<std::uint32_t*>(m.memory(n) + kParallelWords)) {}
   [[nodiscard]] bool get(std::uint32_t i) const { return (words[i / 32] >> (i % 32) & 1U) != 0; }
   void set(std::uint32_t i) { words[i / 32] |= 1U << (i % 32); }
-  void clear(std::uint32_t children) { std::fill_n(words, (children + 31) / 32, 0U); }
+  void clear(std::uint32_t children) {
+    words[0] = 0;  // The usual case, without a call.
+    if (children > 32) std::fill_n(words, (children + 31) / 32, 0U);
+  }
 };
 
 struct Parallel {
@@ -45,12 +48,19 @@ struct Parallel {
 
   static Next enter(Machine& m, const Node& n, NodeId id) {
     ParallelMemory& mem = memory(m, n);
-    const auto success = m.read_integer(n, kSuccessPort);
-    const auto failure = m.read_integer(n, kFailurePort);
-    if (!success || !failure) return m.fail(id, "bt.missing-port", "needs its thresholds as whole numbers");
-    mem.success_threshold = threshold(*success, n.child_count);
-    mem.failure_threshold = threshold(*failure, n.child_count);
-    mem.skipped_succeeds = *success < 0;
+    if (n.data != kNone) {
+      const ParallelLimits& limits = m.model().parallels[n.data];
+      mem.success_threshold = limits.success;
+      mem.failure_threshold = limits.failure;
+      mem.skipped_succeeds = limits.skipped_succeeds;
+    } else {
+      const auto success = m.read_integer(n, kSuccessPort);
+      const auto failure = m.read_integer(n, kFailurePort);
+      if (!success || !failure) return m.fail(id, "bt.missing-port", "needs its thresholds as whole numbers");
+      mem.success_threshold = threshold(*success, n.child_count);
+      mem.failure_threshold = threshold(*failure, n.child_count);
+      mem.skipped_succeeds = *success < 0;
+    }
     const auto children = static_cast<std::int32_t>(n.child_count);
     if (mem.success_threshold > children || mem.failure_threshold > children) {
       return m.fail(id, "bt.threshold",
@@ -67,11 +77,13 @@ struct Parallel {
   static Next child_done(Machine& m, const Node& n, NodeId /*id*/, Status status) {
     ParallelMemory& mem = memory(m, n);
     if (status == Status::kSkipped) ++mem.skipped;
-    if (is_completed(status)) {
-      ParallelBits(m, n).set(static_cast<std::uint32_t>(mem.current));
-      ++(status == Status::kSuccess ? mem.succeeded : mem.failed);
-    }
+    if (is_completed(status)) count(m, n, mem, status);
     return next_child(m, n, mem, status);
+  }
+
+  static void count(Machine& m, const Node& n, ParallelMemory& mem, Status status) {
+    ParallelBits(m, n).set(static_cast<std::uint32_t>(mem.current));
+    ++(status == Status::kSuccess ? mem.succeeded : mem.failed);
   }
 
   /// Checks the thresholds for the child that was just visited, then goes to the next unfinished one.
@@ -88,8 +100,15 @@ struct Parallel {
       ++mem.current;
       const auto current = static_cast<std::uint32_t>(mem.current);
       if (current == n.child_count) break;
-      if (!done.get(current)) return Next::tick(current);
-      last = m.status(m.child(n, current));
+      const NodeId child = m.child(n, current);
+      if (!done.get(current)) {
+        last = m.known_result(child);
+        if (last == Status::kIdle) return Next::tick(current);
+        m.set_status(child, last);
+        count(m, n, mem, last);
+        continue;
+      }
+      last = m.status(child);
       if (m.format3()) ++(last == Status::kSuccess ? mem.succeeded : mem.failed);
     }
     const bool all_skipped = mem.skipped == static_cast<std::int32_t>(n.child_count);
@@ -139,10 +158,7 @@ struct ParallelAll {
   static Next child_done(Machine& m, const Node& n, NodeId /*id*/, Status status) {
     ParallelMemory& mem = Parallel::memory(m, n);
     if (status == Status::kSkipped) ++mem.skipped;
-    if (is_completed(status)) {
-      ParallelBits(m, n).set(static_cast<std::uint32_t>(mem.current));
-      ++(status == Status::kSuccess ? mem.succeeded : mem.failed);
-    }
+    if (is_completed(status)) Parallel::count(m, n, mem, status);
     return next_child(m, n, mem);
   }
 

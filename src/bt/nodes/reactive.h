@@ -19,9 +19,30 @@ struct Reactive {
   static Next enter(Machine& m, const Node& n, NodeId id) {
     m.set_status(id, Status::kRunning);
     ReactiveMemory& mem = memory(m, n);
-    mem.current = 0;
     mem.all_skipped = 1;
-    return Next::tick(0);
+    return go_on(m, n, mem, 0);
+  }
+
+  /// Visits the children from `current` on, until one must be ticked by the machine.
+  static Next go_on(Machine& m, const Node& n, ReactiveMemory& mem, std::uint32_t current) {
+    for (; current < n.child_count; ++current) {
+      const NodeId child = m.child(n, current);
+      const Status known = m.known_result(child);
+      if (known == Status::kIdle) {
+        mem.current = static_cast<std::int32_t>(current);
+        return Next::tick(current);
+      }
+      m.set_status(child, known);
+      mem.all_skipped = 0;
+      if (known == kStop) return end(m, n, mem, kStop);
+    }
+    return end(m, n, mem, mem.all_skipped != 0 ? Status::kSkipped : kGoOn);
+  }
+
+  static Next end(Machine& m, const Node& n, ReactiveMemory& mem, Status status) {
+    m.reset_children(n);
+    mem = {};
+    return Next::done(status);
   }
 
   static Next child_done(Machine& m, const Node& n, NodeId /*id*/, Status status) {
@@ -39,19 +60,8 @@ struct Reactive {
       mem.current = 0;
       return Next::done(Status::kRunning);
     }
-    if (status == kStop) {
-      m.reset_children(n);
-      mem = {};
-      return Next::done(kStop);
-    }
-    if (current + 1 < n.child_count) {
-      ++mem.current;
-      return Next::tick(current + 1);
-    }
-    const bool all_skipped = mem.all_skipped != 0;
-    m.reset_children(n);
-    mem = {};
-    return Next::done(all_skipped ? Status::kSkipped : kGoOn);
+    if (status == kStop) return end(m, n, mem, kStop);
+    return go_on(m, n, mem, current + 1);
   }
 
   static void halt(Machine& m, const Node& n) {

@@ -24,10 +24,20 @@ struct Ordered {
     return go_on(m, n, mem);
   }
 
+  /// Visits the children from `current` on, until one must be ticked by the machine.
   static Next go_on(Machine& m, const Node& n, SequenceMemory& mem) {
-    const auto current = static_cast<std::uint32_t>(mem.current);
-    if (current < n.child_count) {
-      if constexpr (kAsync) mem.child_was_idle = m.status(m.child(n, current)) == Status::kIdle;
+    for (auto current = static_cast<std::uint32_t>(mem.current); current < n.child_count; ++current) {
+      const NodeId child = m.child(n, current);
+      if constexpr (!kAsync) {
+        const Status known = m.known_result(child);
+        if (known != Status::kIdle) {
+          m.set_status(child, known);
+          if (known == kGoOn) continue;
+          return stop(m, n, mem);
+        }
+      }
+      mem.current = static_cast<std::int32_t>(current);
+      if constexpr (kAsync) mem.child_was_idle = m.status(child) == Status::kIdle;
       return Next::tick(current);
     }
     const bool all_skipped = mem.skipped == static_cast<std::int32_t>(n.child_count);
@@ -35,6 +45,12 @@ struct Ordered {
     mem.current = 0;
     mem.skipped = 0;
     return Next::done(all_skipped ? Status::kSkipped : kGoOn);
+  }
+
+  static Next stop(Machine& m, const Node& n, SequenceMemory& mem) {
+    m.reset_children(n);
+    mem.current = 0;
+    return Next::done(kStop);
   }
 
   static Next child_done(Machine& m, const Node& n, NodeId /*id*/, Status status) {
@@ -49,11 +65,7 @@ struct Ordered {
       }
       return go_on(m, n, mem);
     }
-    if (status == kStop) {
-      m.reset_children(n);
-      mem.current = 0;
-      return Next::done(kStop);
-    }
+    if (status == kStop) return stop(m, n, mem);
     if (status == Status::kSkipped) {
       ++mem.current;
       ++mem.skipped;
