@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <numbers>
 #include <span>
@@ -37,26 +39,38 @@ struct Scan {
   friend bool operator==(const Scan&, const Scan&) = default;
 };
 
-/// A map prepared for ray casting: per cell, how many cells around it are free in every direction.
+/// A map prepared for ray casting: per cell and quadrant of travel, the largest empty square that begins at the cell.
 class RayField {
  public:
   RayField() = default;
-  /// O(cells).
+  /// O(cells); four bytes a cell.
   explicit RayField(const GridMap& map);
 
   /// Distance [cells] from `from` (grid coordinates) along the unit vector `direction` to the boundary of the first
   /// occupied cell; 0 from inside one, +inf if the ray leaves the map or `range_max` first. Unknown cells let it pass.
-  /// The empty squares skip cells without changing a bit of the result.
-  /// Source: Amanatides & Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", 1987.
+  ///
+  /// Exact: each crossing of a boundary is computed from the boundary, never summed up, so that the empty squares,
+  /// which skip cells, do not change a bit of it. A ray through a corner of cells meets a cell beside the corner as
+  /// well; it does not slip between two walls that touch there. Source: Amanatides & Woo, "A Fast Voxel Traversal
+  /// Algorithm for Ray Tracing", 1987.
   [[nodiscard]] double cast(Vec2 from, Vec2 direction, double range_max) const;
+
+  /// The same for each of `directions`; `ranges` is as long. Faster: four rays are followed side by side.
+  void cast(Vec2 from, std::span<const Vec2> directions, double range_max, std::span<double> ranges) const;
 
   friend bool operator==(const RayField&, const RayField&) = default;
 
  private:
+  struct Ray;
+  [[nodiscard]] bool contains(Vec2 from) const;
+  [[nodiscard]] Ray start(Vec2 from, Vec2 direction, double range_max) const;
+  [[nodiscard]] double length(const Ray& ray) const;
+
   int width_ = 0;
   int height_ = 0;
-  int stride_ = 0;                   // one cell of border on each side
-  std::vector<std::uint8_t> empty_;  // Chebyshev distance to the nearest occupied or border cell, at most 255
+  int stride_ = 0;  // one cell of border on each side
+  // Side of the square, at most 255; 0 for an occupied cell or the border. By quadrant: +x +y, -x +y, +x -y, -x -y.
+  std::array<std::vector<std::uint8_t>, 4> empty_;
 };
 
 /// Ranges [m] of a laser at `laser_pose` (map frame) among the map's walls and `shapes`: exact, without noise.

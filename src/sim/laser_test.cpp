@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -64,6 +65,90 @@ TEST(RayField, AgreesWithEveryCellTriedOnRandomMaps) {
     }
   }
   EXPECT_GT(hits, 1000);
+}
+
+// Rays from corners, edges and centres of cells, through corners: what is merely touched may stop them or not, what is
+// entered must, and nothing else may.
+TEST(RayField, ThroughCornersIsStoppedByWhatItEntersAndNothingThatItDoesNotTouch) {
+  constexpr std::uint64_t kSeed = 12;
+  SCOPED_TRACE(kSeed);
+  Rng rng(kSeed);
+  // The nearest wall, each larger on all sides by `grow`.
+  const auto nearest = [](const GridMap& map, Vec2 from, Vec2 direction, double grow) {
+    double found = kInfinity;
+    for (int y = 0; y < map.height(); ++y) {
+      for (int x = 0; x < map.width(); ++x) {
+        if (!map.is_occupied({x, y})) continue;
+        const double side = 1.0 + 2.0 * grow;
+        found = std::min(found, ray_distance(Shape::box({x + 0.5, y + 0.5, 0.0}, side, side), from, direction));
+      }
+    }
+    return found;
+  };
+  const std::array<Vec2, 8> along{Vec2{1, 0}, Vec2{0, 1}, Vec2{1, 1}, Vec2{2, 1},
+                                  Vec2{1, 3}, Vec2{3, 4}, Vec2{5, 2}, Vec2{7, 7}};
+  int hits = 0;
+  for (int round = 0; round < 40; ++round) {
+    const GridMap map = test::random_map(rng, 40, 30, 20, round % 2 == 0, {}, 1.0);
+    const RayField field(map);
+    for (int ray = 0; ray < 200; ++ray) {
+      const Vec2 from{static_cast<double>(2 + rng.below(72)) / 2, static_cast<double>(2 + rng.below(52)) / 2};
+      Vec2 direction = along[rng.below(along.size())];
+      direction = (1.0 / norm(direction)) * direction;
+      if (rng.below(2) == 0) direction.x = -direction.x;
+      if (rng.below(2) == 0) direction.y = -direction.y;
+      const double got = field.cast(from, direction, 1000.0);
+      EXPECT_GE(got, nearest(map, from, direction, 1e-9) - 1e-6) << from.x << ' ' << from.y;
+      EXPECT_LE(got, nearest(map, from, direction, -1e-9) + 1e-6) << from.x << ' ' << from.y;
+      hits += std::isfinite(got) ? 1 : 0;
+    }
+  }
+  EXPECT_GT(hits, 1000);
+}
+
+TEST(RayField, DoesNotSlipBetweenWallsThatTouchAtACorner) {
+  for (const bool rising : {true, false}) {
+    std::vector<std::int8_t> cells(64, 0);
+    for (int i = 0; i < 8; ++i) cells[static_cast<std::size_t>((rising ? i : 7 - i) * 8 + i)] = 100;
+    const RayField field(GridMap(8, 8, 1.0, {}, cells));
+    // Across the diagonal of walls, through each of its inner corners, from both sides.
+    for (int corner = 2; corner <= 6; ++corner) {
+      for (const double side : {1.0, -1.0}) {
+        const Vec2 through{static_cast<double>(corner), rising ? corner : 8.0 - corner};
+        const Vec2 away{side * std::sqrt(0.5), (rising ? -side : side) * std::sqrt(0.5)};
+        const double got = field.cast(through + std::sqrt(2.0) * away, -1.0 * away, 100.0);
+        EXPECT_NEAR(got, std::sqrt(2.0), 1e-9) << corner << ' ' << side;
+      }
+    }
+  }
+}
+
+TEST(RayField, ManyRaysAreWhatOneByOneIs) {
+  constexpr std::uint64_t kSeed = 13;
+  SCOPED_TRACE(kSeed);
+  Rng rng(kSeed);
+  const GridMap map = test::random_map(rng, 300, 280, 40, false);
+  const RayField field(map);
+  for (const std::size_t count : {0U, 1U, 3U, 4U, 101U}) {
+    const Vec2 from{rng.uniform(0.0, 300.0), rng.uniform(0.0, 280.0)};
+    std::vector<Vec2> directions(count);
+    for (Vec2& d : directions) {
+      const double angle = rng.uniform(-4.0, 4.0);
+      d = {std::cos(angle), std::sin(angle)};
+    }
+    std::vector<double> ranges(count);
+    field.cast(from, directions, 200.0, ranges);
+    for (std::size_t i = 0; i < count; ++i) EXPECT_EQ(ranges[i], field.cast(from, directions[i], 200.0));
+  }
+}
+
+TEST(RayField, SquaresAreBoundedAndRaysCrossThemAll) {
+  const GridMap hall(2000, 3, 1.0, {}, std::vector<std::int8_t>(6000, 0));
+  std::vector<std::int8_t> cells(2000 * 600, 0);
+  cells[300 * 2000 + 1990] = 100;
+  const RayField field(GridMap(2000, 600, 1.0, {}, cells));
+  EXPECT_EQ(field.cast({0.5, 300.5}, {1.0, 0.0}, 1e6), 1989.5) << "further than one octet counts";
+  EXPECT_EQ(RayField(hall).cast({0.5, 1.5}, {1.0, 0.0}, 1e6), kInfinity);
 }
 
 TEST(RayField, AlongTheAxesStopsAtTheBoundaryOfTheCell) {
