@@ -1,5 +1,7 @@
 #include "sentree/sim/localization.h"
 
+#include <cmath>
+
 #include "sentree/sim/particle_filter.h"
 
 namespace sentree::sim {
@@ -29,15 +31,15 @@ void reinitialize_globally(const LocalizationSpec& spec, const GridMap& map, Loc
   state.map_to_odom = frame_from(state.estimate.pose, odometry);
 }
 
-void update_localization(const LocalizationSpec& spec, const GridMap& map, const DistanceField& distance,
-                         const LaserSpec& laser, Localization& state, const Pose2& odometry, const Scan& scan) {
-  if (spec.method == LocalizationSpec::Method::kOdometry) {
+void update_localization(const LocalizationModel& model, Localization& state, const Pose2& odometry, const Scan& scan) {
+  if (model.spec.method == LocalizationSpec::Method::kOdometry) {
     state.estimate.pose = estimated_pose(state, odometry);
     return;
   }
   const Pose2 motion = relative(state.updated_at, odometry);
-  if (norm(motion.position()) < spec.update_distance_m && std::abs(motion.theta) < spec.update_angle_rad) return;
-  update_particles(spec, map, distance, laser, state, motion, scan);
+  if (norm(motion.position()) < model.spec.update_distance_m && std::abs(motion.theta) < model.spec.update_angle_rad)
+    return;
+  update_particles(model, state, motion, scan);
   state.updated_at = odometry;
   state.map_to_odom = frame_from(state.estimate.pose, odometry);
 }

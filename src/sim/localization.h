@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "sentree/base/rng.h"
-#include "sentree/sim/distance_field.h"
 #include "sentree/sim/geometry.h"
 #include "sentree/sim/grid_map.h"
 #include "sentree/sim/laser.h"
+#include "sentree/sim/likelihood_field.h"
 
 namespace sentree::sim {
 
@@ -26,9 +26,8 @@ struct LocalizationSpec {
   double kld_error = 0.05;
   double kld_z = 1.645;  ///< Standard normal quantile of the KLD bound (0.95).
   int beams = 50;        ///< Used of each scan, evenly spread.
-  double hit_sigma_m = 0.2;
-  double random_share = 0.4;  ///< Weight of a uniform reading beside a hit.
-  double tempering = 0.3;     ///< Exponent of the product over beams, which are not independent.
+  ReadingSpec reading;
+  double tempering = 0.3;  ///< Exponent of the product over beams, which are not independent.
   double update_distance_m = 0.1;
   double update_angle_rad = 0.1;
   /// Motion noise (Thrun et al.): turn per turn, turn per metre, metre per metre, metre per turn.
@@ -83,9 +82,16 @@ void reinitialize_globally(const LocalizationSpec& spec, const GridMap& map, Loc
   return compose(state.map_to_odom, odometry);
 }
 
+/// What a localization knows about robot and world; borrowed for the call.
+struct LocalizationModel {
+  const GridMap& map;
+  const LikelihoodField& field;
+  const LocalizationSpec& spec;
+  const LaserSpec& laser;
+};
+
 /// Takes in a scan; does something once the robot moved far enough since the last update.
 /// Cost: O(particles · beams).
-void update_localization(const LocalizationSpec& spec, const GridMap& map, const DistanceField& distance,
-                         const LaserSpec& laser, Localization& state, const Pose2& odometry, const Scan& scan);
+void update_localization(const LocalizationModel& model, Localization& state, const Pose2& odometry, const Scan& scan);
 
 }  // namespace sentree::sim

@@ -7,9 +7,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
+#include <optional>
+#include <span>
 #include <utility>
-
-#include "sentree/base/value.h"
+#include <vector>
 
 namespace sentree::sim {
 
@@ -33,26 +34,41 @@ constexpr double kPoorFit = 0.75;
 // Readings worse than in the long run mean a search too, also where people hide the walls.
 constexpr double kWorse = 0.85;
 constexpr double kSearchMax = 0.5;  // share of the particles
+// A filter that has settled in the wrong one of two rooms that look alike has no particle left in the other. So the
+// whole map is asked now and then whether the scan fits better somewhere else; what does gets a few particles.
+constexpr double kChallengeShare = 0.1;  // of the updates
+constexpr int kChallengeDraws = 500;
+constexpr std::size_t kChallengers = 8;     // the best of them, climbed from
+constexpr std::size_t kChallengeSize = 10;  // particles
 
-std::vector<Cell> free_cells(const GridMap& map) {
-  std::vector<Cell> cells;
-  for (int y = 0; y < map.height(); ++y) {
-    for (int x = 0; x < map.width(); ++x) {
-      if (map.is_free({x, y})) cells.push_back({x, y});
-    }
+// A pose on a free cell, each as likely as any other. Nothing on a map without one.
+std::optional<Pose2> random_pose(const GridMap& map, Rng& rng) {
+  const auto random_cell = [&] {
+    return Cell{static_cast<int>(rng.below(static_cast<std::uint64_t>(map.width()))),
+                static_cast<int>(rng.below(static_cast<std::uint64_t>(map.height())))};
+  };
+  if (map.cells().empty()) return std::nullopt;
+  Cell cell = random_cell();
+  constexpr int kTriesMax = 200;
+  for (int i = 0; i < kTriesMax && !map.is_free(cell); ++i) cell = random_cell();
+  if (!map.is_free(cell)) {
+    // Hardly any is free: the next one, row by row.
+    const auto free = [](std::int8_t v) { return v >= 0 && v < GridMap::kOccupiedMin; };
+    const auto from = map.cells().begin() + static_cast<std::ptrdiff_t>(map.index(cell));
+    auto found = std::find_if(from, map.cells().end(), free);
+    if (found == map.cells().end()) found = std::find_if(map.cells().begin(), from, free);
+    if (found == from) return std::nullopt;
+    const auto index = static_cast<int>(found - map.cells().begin());
+    cell = {index % map.width(), index / map.width()};
   }
-  return cells;
-}
-
-Pose2 random_pose(const GridMap& map, const std::vector<Cell>& cells, Rng& rng) {
-  const Cell cell = cells[rng.below(cells.size())];
   const Vec2 p = map.from_grid({cell.x + rng.uniform(), cell.y + rng.uniform()});
-  return {p.x, p.y, rng.uniform(-std::numbers::pi, std::numbers::pi)};
+  return Pose2{p.x, p.y, rng.uniform(-std::numbers::pi, std::numbers::pi)};
 }
 
 std::uint64_t bin_of(const Pose2& pose) {
+  // Truncation is floor where nothing is negative.
   const auto part = [](double v, double size) {
-    return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(v / size)) + (1 << 20)) & 0x1FFFFFU;
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(v * (1.0 / size) + (1 << 20))) & 0x1FFFFFU;
   };
   return part(pose.x, kBin_m) << 42U | part(pose.y, kBin_m) << 21U | part(pose.theta, kBin_rad);
 }
@@ -61,31 +77,29 @@ std::uint64_t bin_of(const Pose2& pose) {
 class Histogram {
  public:
   explicit Histogram(std::size_t entries_max)
-      : slots_(std::bit_ceil(std::max<std::size_t>(16, 2 * entries_max)), Slot{kEmpty, 0.0}) {}
+      : bits_(static_cast<unsigned>(std::bit_width(std::max<std::size_t>(16, 2 * entries_max) - 1))),
+        slots_(std::size_t{1} << bits_, Slot{kEmpty, 0.0}) {}
 
-  // True if the bin was empty.
-  bool add(std::uint64_t bin, double weight) {
-    Slot& slot = find(bin);
-    const bool is_new = slot.bin == kEmpty;
-    slot.bin = bin;
-    slot.weight += weight;
-    return is_new;
-  }
-  double weight(std::uint64_t bin) { return find(bin).weight; }
-
- private:
   struct Slot {
     std::uint64_t bin;
     double weight;
   };
-  static constexpr std::uint64_t kEmpty = ~std::uint64_t{0};
-
-  Slot& find(std::uint64_t bin) {
+  // The slot of the bin, and whether it was empty.
+  std::pair<std::size_t, bool> add(std::uint64_t bin, double weight) {
     const std::size_t mask = slots_.size() - 1;
-    std::size_t i = hash_combine(0, bin) & mask;
+    // Fibonacci hashing: the upper bits of the product.
+    std::size_t i = bin * 0x9E3779B97F4A7C15U >> (64U - bits_);
     while (slots_[i].bin != kEmpty && slots_[i].bin != bin) i = (i + 1) & mask;
-    return slots_[i];
+    const bool is_new = slots_[i].bin == kEmpty;
+    slots_[i].bin = bin;
+    slots_[i].weight += weight;
+    return {i, is_new};
   }
+  double weight(std::size_t slot) const { return slots_[slot].weight; }
+
+ private:
+  static constexpr std::uint64_t kEmpty = ~std::uint64_t{0};
+  unsigned bits_;
   std::vector<Slot> slots_;
 };
 
@@ -147,85 +161,71 @@ class MotionModel {
   double sigma_trans_ = 0.0;
 };
 
-// The scan's likelihood at a pose, up to a factor: the log of a hit's density (normal over the distance to the nearest
-// wall) plus a uniform part, from a table over squared distances.
-class LikelihoodField {
+// Where the used beams end, for those that hit something.
+BeamEnds beam_ends(const LocalizationModel& model, const Scan& scan) {
+  BeamEnds ends;
+  const double resolution = model.map.resolution_m();
+  const std::size_t beams = scan.ranges.size();
+  const std::size_t used = std::min(beams, static_cast<std::size_t>(model.spec.beams));
+  for (std::size_t k = 0; k < used; ++k) {
+    const std::size_t i = k * beams / used;
+    const double range = scan.ranges[i];
+    if (!(range > 0.0 && range < model.laser.range_max_m)) continue;
+    const double angle = model.laser.angle_min_rad + static_cast<double>(i) * model.laser.angle_increment_rad;
+    // A beam ends on the near edge of a cell; the field measures to cell centres.
+    const double reach = range + resolution / 2;
+    const Vec2 end = transform(model.laser.mount, {reach * std::cos(angle), reach * std::sin(angle)});
+    ends.x.push_back(static_cast<float>(end.x / resolution));
+    ends.y.push_back(static_cast<float>(end.y / resolution));
+  }
+  return ends;
+}
+
+// Draws from a discrete distribution in constant time on average: a table leads near the entry.
+class Drawing {
  public:
-  LikelihoodField(const LocalizationSpec& spec, const GridMap& map, const DistanceField& distance,
-                  const LaserSpec& laser, const Scan& scan)
-      : map_(map), squared_(distance.squared_cells().data()) {
-    const double sigma = spec.hit_sigma_m / map.resolution_m();
-    // Beyond five sigma only the uniform part is left.
-    const auto last = static_cast<std::size_t>(std::min(25.0 * sigma * sigma, 65'000.0));
-    for (std::size_t square = 0; square <= last; ++square) {
-      const double hit = std::exp(-static_cast<double>(square) / (2.0 * sigma * sigma));
-      table_.push_back(static_cast<float>(std::log(hit + spec.random_share)));
-    }
-    miss_ = static_cast<float>(std::log(spec.random_share));
-    const std::size_t beams = scan.ranges.size();
-    const std::size_t used = std::min(beams, static_cast<std::size_t>(spec.beams));
-    for (std::size_t k = 0; k < used; ++k) {
-      const std::size_t i = k * beams / used;
-      const double range = scan.ranges[i];
-      if (!(range > 0.0 && range < laser.range_max_m)) continue;
-      const double angle = laser.angle_min_rad + static_cast<double>(i) * laser.angle_increment_rad;
-      // A beam ends on the near edge of a cell; the field measures to cell centres.
-      const double reach = range + map.resolution_m() / 2;
-      const Vec2 end = transform(laser.mount, {reach * std::cos(angle), reach * std::sin(angle)});
-      ends_.push_back((1.0 / map.resolution_m()) * end);
+  explicit Drawing(std::span<const Particle> particles) : cumulative_(particles.size()), guide_(particles.size()) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < particles.size(); ++i) cumulative_[i] = sum += particles[i].weight;
+    const double count = static_cast<double>(guide_.size());
+    std::size_t at = 0;
+    for (std::size_t k = 0; k < guide_.size(); ++k) {
+      const double start = sum * static_cast<double>(k) / count;
+      while (at + 1 < cumulative_.size() && cumulative_[at] <= start) ++at;
+      guide_[k] = static_cast<std::uint32_t>(at);
     }
   }
-
-  std::size_t beams() const { return ends_.size(); }
-
-  // Sum over the beams of the log likelihood.
-  double at(const Pose2& pose) const {
-    const Vec2 origin = map_.to_grid(pose.position());
-    const double angle = pose.theta - map_.origin().theta;
-    const double c = std::cos(angle);
-    const double s = std::sin(angle);
-    const auto width = static_cast<unsigned>(map_.width());
-    const auto height = static_cast<unsigned>(map_.height());
-    const std::size_t last = table_.size() - 1;
-    float sum = 0.0F;
-    // One up before the conversion, which truncates, so that (-1, 0) does not become cell 0.
-    const double x0 = origin.x + 1.0;
-    const double y0 = origin.y + 1.0;
-    for (const Vec2 end : ends_) {
-      const unsigned x = static_cast<unsigned>(static_cast<int>(x0 + c * end.x - s * end.y)) - 1U;
-      const unsigned y = static_cast<unsigned>(static_cast<int>(y0 + s * end.x + c * end.y)) - 1U;
-      if (x < width && y < height) {
-        const std::size_t square = squared_[static_cast<std::size_t>(y) * width + x];
-        sum += table_[std::min(square, last)];
-      } else {
-        sum += miss_;
-      }
-    }
-    return static_cast<double>(sum);
+  std::size_t draw(Rng& rng) const {
+    const double u = rng.uniform();
+    const double wanted = u * cumulative_.back();
+    std::size_t i = guide_[static_cast<std::size_t>(u * static_cast<double>(guide_.size()))];
+    // The table's start may be a rounding beyond the entry.
+    while (i > 0 && cumulative_[i - 1] > wanted) --i;
+    while (i + 1 < cumulative_.size() && cumulative_[i] <= wanted) ++i;
+    return i;
   }
 
  private:
-  const GridMap& map_;
-  const std::uint16_t* squared_;
-  std::vector<float> table_;
-  float miss_ = 0.0F;
-  std::vector<Vec2> ends_;  // of the beams, in cells from the robot
+  std::vector<double> cumulative_;
+  std::vector<std::uint32_t> guide_;
 };
 
 // Mean, covariance and share of the weight of the heaviest cluster.
 double summarize(Localization& state) {
   Histogram bins(state.particles.size());
-  for (const Particle& p : state.particles) bins.add(bin_of(p.pose), p.weight);
-  const Particle* heaviest = &state.particles.front();
-  double most = -1.0;
+  std::vector<std::uint32_t> slots;
+  slots.reserve(state.particles.size());
   for (const Particle& p : state.particles) {
-    const double weight = bins.weight(bin_of(p.pose));
-    if (weight > most) {
-      most = weight;
-      heaviest = &p;
-    }
+    slots.push_back(static_cast<std::uint32_t>(bins.add(bin_of(p.pose), p.weight).first));
   }
-  Pose2 centre = heaviest->pose;
+  std::size_t heaviest = 0;
+  for (std::size_t i = 1; i < slots.size(); ++i) {
+    if (bins.weight(slots[i]) > bins.weight(slots[heaviest])) heaviest = i;
+  }
+  Pose2 centre = state.particles[heaviest].pose;
+  const auto is_far = [](double dx, double dy, double turn) {
+    return dx * dx + dy * dy > kCluster_m * kCluster_m || std::abs(turn) > kCluster_rad;
+  };
   double share = 0.0;
   // The second round starts from the mean of the first, so that a cluster cut by bins is met in its middle.
   for (int round = 0; round < 2; ++round) {
@@ -235,7 +235,7 @@ double summarize(Localization& state) {
     double turn = 0.0;
     for (const Particle& p : state.particles) {
       const double off = wrap_angle(p.pose.theta - centre.theta);
-      if (distance(p.pose.position(), centre.position()) > kCluster_m || std::abs(off) > kCluster_rad) continue;
+      if (is_far(p.pose.x - centre.x, p.pose.y - centre.y, off)) continue;
       sum += p.weight;
       x += p.weight * p.pose.x;
       y += p.weight * p.pose.y;
@@ -248,7 +248,7 @@ double summarize(Localization& state) {
   std::array<double, 9> covariance{};
   for (const Particle& p : state.particles) {
     const std::array<double, 3> d{p.pose.x - centre.x, p.pose.y - centre.y, wrap_angle(p.pose.theta - centre.theta)};
-    if (norm({d[0], d[1]}) > kCluster_m || std::abs(d[2]) > kCluster_rad || share <= 0.0) continue;
+    if (share <= 0.0 || is_far(d[0], d[1], d[2])) continue;
     for (std::size_t row = 0; row < 3; ++row) {
       for (std::size_t column = 0; column < 3; ++column)
         covariance[3 * row + column] += p.weight / share * d[row] * d[column];
@@ -256,6 +256,46 @@ double summarize(Localization& state) {
   }
   state.estimate = {centre, covariance};
   return share;
+}
+
+struct Fit {
+  Pose2 pose;
+  double log = -1e300;  // of the scan's likelihood
+};
+
+double log_likelihood(const LocalizationModel& model, const BeamEnds& ends, const Pose2& pose) {
+  return model.field.log_likelihood(ends, model.map.to_grid(pose.position()), pose.theta - model.map.origin().theta);
+}
+
+// The best of what random draws and a random climb from the best of them find on the whole map.
+Fit best_anywhere(const LocalizationModel& model, const BeamEnds& ends, Rng& rng) {
+  std::array<Fit, kChallengers> found;
+  for (int i = 0; i < kChallengeDraws; ++i) {
+    const auto pose = random_pose(model.map, rng);
+    if (!pose) return {};
+    const Fit fit{*pose, log_likelihood(model, ends, *pose)};
+    Fit& worst =
+        *std::min_element(found.begin(), found.end(), [](const Fit& a, const Fit& b) { return a.log < b.log; });
+    if (fit.log > worst.log) worst = fit;
+  }
+  constexpr int kRounds = 6;
+  constexpr int kTries = 8;
+  Fit best;
+  for (Fit& fit : found) {
+    double reach_m = 0.3;
+    double reach_rad = 0.25;
+    for (int round = 0; round < kRounds; ++round, reach_m *= 0.6, reach_rad *= 0.6) {
+      for (int i = 0; i < kTries; ++i) {
+        const Pose2 pose{fit.pose.x + reach_m * nearly_normal(rng), fit.pose.y + reach_m * nearly_normal(rng),
+                         wrap_angle(fit.pose.theta + reach_rad * nearly_normal(rng))};
+        if (!model.map.is_free(model.map.cell_at(pose.position()))) continue;
+        const double log = log_likelihood(model, ends, pose);
+        if (log > fit.log) fit = {pose, log};
+      }
+    }
+    if (fit.log > best.log) best = fit;
+  }
+  return best;
 }
 
 }  // namespace
@@ -280,32 +320,38 @@ void scatter_around(const LocalizationSpec& spec, Localization& state) {
 }
 
 void scatter_everywhere(const LocalizationSpec& spec, const GridMap& map, Localization& state) {
-  const std::vector<Cell> cells = free_cells(map);
-  if (cells.empty()) return;
   const auto count = static_cast<std::size_t>(spec.particles_global);
+  if (!random_pose(map, state.rng)) return;
   state.particles.assign(count, {});
   for (Particle& p : state.particles) {
-    p.pose = random_pose(map, cells, state.rng);
+    p.pose = *random_pose(map, state.rng);
     p.weight = 1.0 / static_cast<double>(count);
   }
   state.likelihood_slow = state.likelihood_fast = 0.0;
   summarize(state);
 }
 
-void update_particles(const LocalizationSpec& spec, const GridMap& map, const DistanceField& distance,
-                      const LaserSpec& laser, Localization& state, const Pose2& motion, const Scan& scan) {
+void update_particles(const LocalizationModel& model, Localization& state, const Pose2& motion, const Scan& scan) {
   if (state.particles.empty()) return;
-  const MotionModel model(spec, motion);
-  for (Particle& p : state.particles) p.pose = model.sample(p.pose, state.rng);
+  const LocalizationSpec& spec = model.spec;
+  const MotionModel motion_model(spec, motion);
+  for (Particle& p : state.particles) p.pose = motion_model.sample(p.pose, state.rng);
 
-  const LikelihoodField field(spec, map, distance, laser, scan);
-  if (field.beams() > 0) {
+  const BeamEnds ends = beam_ends(model, scan);
+  Fit challenger;
+  if (!ends.x.empty()) {
     std::vector<double> logs(state.particles.size());
     double best = -1e300;
-    const double beams = static_cast<double>(field.beams());
+    const double beams = static_cast<double>(ends.x.size());
     for (std::size_t i = 0; i < logs.size(); ++i) {
-      logs[i] = field.at(state.particles[i].pose);
+      const Pose2& pose = state.particles[i].pose;
+      logs[i] =
+          model.field.log_likelihood(ends, model.map.to_grid(pose.position()), pose.theta - model.map.origin().theta);
       best = std::max(best, logs[i]);
+    }
+    if (state.status != LocalizationStatus::kLocalizedOk || state.rng.uniform() < kChallengeShare) {
+      challenger = best_anywhere(model, ends, state.rng);
+      if (challenger.log < best) challenger = {};
     }
     double sum = 0.0;
     // Of the particles as weighted: those that were thrown in at random and fit nowhere say nothing about the fit.
@@ -326,42 +372,31 @@ void update_particles(const LocalizationSpec& spec, const GridMap& map, const Di
   }
   const double share = summarize(state);
   const double spread = std::sqrt(state.estimate.covariance[0] + state.estimate.covariance[4]);
-  const double best_reading = 1.0 + spec.random_share;
+  const double best_reading = model.field.best();
   const double fit = state.likelihood_fast / best_reading;
   const bool localized = spread < kLocalized_m && share > kLocalizedShare && fit > kPoorFit;
   state.status = localized ? LocalizationStatus::kLocalizedOk : LocalizationStatus::kNotYetLocalized;
 
   const double expected = std::max(kWorse * state.likelihood_slow, kGoodFit * best_reading);
   const double random_share = std::clamp(2.0 * (1.0 - state.likelihood_fast / expected), 0.0, kSearchMax);
-  std::vector<Cell> cells;
-  if (random_share > 0.0) cells = free_cells(map);
   // The next generation.
-  std::vector<double> cumulative(state.particles.size());
-  double sum = 0.0;
-  for (std::size_t i = 0; i < cumulative.size(); ++i) cumulative[i] = sum += state.particles[i].weight;
+  const Drawing drawing(state.particles);
   // Lost, it may take a quarter of what covers the whole map: more only costs time.
   const auto most = static_cast<std::size_t>(localized ? spec.particles_max
                                                        : std::max(spec.particles_max, spec.particles_global / 4));
   const auto least = static_cast<std::size_t>(spec.particles_min);
   std::vector<Particle> next;
   next.reserve(std::min<std::size_t>(most, state.particles.size() + least));
+  if (challenger.log > -1e300) next.assign(kChallengeSize, {challenger.pose, 0.0});
   Histogram bins(most);
   std::size_t used = 0;
   double wanted = 0.0;
   while (next.size() < most && (next.size() < least || static_cast<double>(next.size()) < wanted)) {
-    Particle p;
-    if (!cells.empty() && state.rng.uniform() < random_share) {
-      p.pose = random_pose(map, cells, state.rng);
-    } else {
-      const double draw = state.rng.uniform() * sum;
-      const auto found = std::upper_bound(cumulative.begin(), cumulative.end(), draw);
-      p.pose = state
-                   .particles[std::min<std::size_t>(static_cast<std::size_t>(found - cumulative.begin()),
-                                                    cumulative.size() - 1)]
-                   .pose;
-    }
-    if (bins.add(bin_of(p.pose), 1.0)) wanted = kld_size(spec, ++used);
-    next.push_back(p);
+    std::optional<Pose2> pose;
+    if (random_share > 0.0 && state.rng.uniform() < random_share) pose = random_pose(model.map, state.rng);
+    if (!pose) pose = state.particles[drawing.draw(state.rng)].pose;
+    if (bins.add(bin_of(*pose), 1.0).second) wanted = kld_size(spec, ++used);
+    next.push_back({*pose, 0.0});
   }
   for (Particle& p : next) p.weight = 1.0 / static_cast<double>(next.size());
   state.particles = std::move(next);

@@ -119,7 +119,7 @@ void sense(const World& world, const State& state, std::size_t index, std::span<
 // The robot's own software. It is given nothing of the ground truth.
 void think(const World& world, const State& state, const RobotSpec& spec, RobotState& robot, bool new_scan) {
   if (new_scan) {
-    update_localization(spec.localization, world.map, world.distance, spec.laser, robot.localization, robot.odometry,
+    update_localization({world.map, spec.likelihood, spec.localization, spec.laser}, robot.localization, robot.odometry,
                         robot.scan);
   }
   if (state.time >= robot.command.until) robot.command = {};

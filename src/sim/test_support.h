@@ -75,7 +75,7 @@ inline World world_around(GridMap map, Pose2 start, LocalizationSpec localizatio
   RobotSpec robot;
   robot.start = start;
   robot.localization = localization;
-  robot.costs = CostGrid(world.map, world.distance, robot.navigation.inflation(robot.radius_m));
+  derive(world, robot);
   world.robots.push_back(std::move(robot));
   return world;
 }

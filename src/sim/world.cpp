@@ -12,6 +12,11 @@ std::optional<std::size_t> World::robot(std::string_view name) const {
   return std::nullopt;
 }
 
+void derive(const World& world, RobotSpec& robot) {
+  robot.costs = CostGrid(world.map, world.distance, robot.navigation.inflation(robot.radius_m));
+  robot.likelihood = LikelihoodField(world.map, world.distance, robot.localization.reading);
+}
+
 std::optional<Tolerances> station_tolerances(const World& world) {
   std::optional<Tolerances> least;
   for (const Station& station : world.stations) {

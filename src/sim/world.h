@@ -87,7 +87,8 @@ struct RobotSpec {
   BatterySpec battery;
   NavigationSpec navigation;
   LocalizationSpec localization;
-  CostGrid costs;  ///< The map inflated for this robot.
+  CostGrid costs;              ///< The map inflated for this robot.
+  LikelihoodField likelihood;  ///< What its localization expects to see.
 };
 
 /// Everything about a world that does not change: a model in the sense of the design.
@@ -108,6 +109,9 @@ struct World {
   /// Position of the robot in `robots`; an empty name is the first.
   [[nodiscard]] std::optional<std::size_t> robot(std::string_view name) const;
 };
+
+/// Fills in what follows from the map for a robot whose other members are set.
+void derive(const World& world, RobotSpec& robot);
 
 /// Reads a world file (docs/simulator.md describes it) and the map that it names.
 ///

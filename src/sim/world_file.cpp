@@ -314,8 +314,8 @@ class WorldReader {
     f.integer("particles_max", spec.particles_max, 10, kParticlesMax);
     f.integer("particles_global", spec.particles_global, 10, kParticlesMax);
     f.integer("beams", spec.beams, 1, kBeamsMax);
-    f.number("hit_sigma", spec.hit_sigma_m, {0.0, 10.0, true});
-    f.number("random_share", spec.random_share, {0.0, 10.0, true});
+    f.number("hit_sigma", spec.reading.hit_sigma_m, {0.0, 10.0, true});
+    f.number("random_share", spec.reading.random_share, {0.0, 10.0, true});
     f.number("tempering", spec.tempering, {0.0, 1.0, true});
     f.number("update_distance", spec.update_distance_m, {0.0, 10.0});
     f.number("update_angle", spec.update_angle_rad, {0.0, std::numbers::pi}, angle_units());
@@ -377,7 +377,7 @@ class WorldReader {
   void check_sense() {
     for (std::size_t i = 0; i < world_.robots.size(); ++i) {
       RobotSpec& robot = world_.robots[i];
-      robot.costs = CostGrid(world_.map, world_.distance, robot.navigation.inflation(robot.radius_m));
+      derive(world_, robot);
       const Cell cell = world_.map.cell_at(robot.start.position());
       const double room = clearance(world_.map, world_.distance, robot.start.position(), robot.radius_m);
       if (!world_.map.is_free(cell) || room < robot.radius_m) {
