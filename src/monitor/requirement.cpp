@@ -1,0 +1,216 @@
+#include "sentree/monitor/requirement.h"
+
+#include <algorithm>
+#include <array>
+
+#include "sentree/base/value.h"
+
+namespace sentree::monitor {
+
+namespace {
+
+using Kind = Condition::Kind;
+
+constexpr std::array<std::string_view, 20> kUnits{"%",  "ratio", "m",   "mm",    "cm", "km", "rad", "deg",  "s", "ms",
+                                                  "us", "min",   "m/s", "rad/s", "V",  "mV", "A",   "degC", "W", "Hz"};
+
+struct OperatorText {
+  Kind kind;
+  std::string_view text;
+  int precedence;
+};
+constexpr std::array<OperatorText, 13> kOperators{{{Kind::kImplies, "implies", 1},
+                                                   {Kind::kOr, "or", 2},
+                                                   {Kind::kAnd, "and", 3},
+                                                   {Kind::kEqual, "=", 5},
+                                                   {Kind::kNotEqual, "!=", 5},
+                                                   {Kind::kLess, "<", 5},
+                                                   {Kind::kLessEqual, "<=", 5},
+                                                   {Kind::kGreater, ">", 5},
+                                                   {Kind::kGreaterEqual, ">=", 5},
+                                                   {Kind::kAdd, "+", 6},
+                                                   {Kind::kSubtract, "-", 6},
+                                                   {Kind::kMultiply, "*", 7},
+                                                   {Kind::kDivide, "/", 7}}};
+constexpr int kPrecedenceNot = 4;
+constexpr int kPrecedencePrimary = 9;
+
+std::string decimal(double number) {
+  std::string text = shortest_decimal(number);
+  if (text.ends_with(".0")) text.resize(text.size() - 2);
+  return text;
+}
+
+std::string dotted(const std::vector<std::string>& path) {
+  std::string text;
+  for (const std::string& part : path) text += (text.empty() ? "" : ".") + part;
+  return text;
+}
+
+std::string write(const Condition& condition, int around);
+
+std::string write_call(std::string_view name, const Condition& operand) {
+  return std::string(name) + "(" + write(operand, 0) + ")";
+}
+
+std::string write_binary(const Condition& condition, const OperatorText& op, int around) {
+  // The right side of - and / needs parentheses where it is of the same precedence; of implies the left one.
+  const bool right = op.kind == Kind::kImplies;
+  std::string text = write(*condition.operands[0], right ? op.precedence + 1 : op.precedence) + " " +
+                     std::string(op.text) + " " +
+                     write(*condition.operands[1], right ? op.precedence : op.precedence + 1);
+  return op.precedence < around ? "(" + text + ")" : text;
+}
+
+std::string write(const Condition& condition, int around) {
+  switch (condition.kind) {
+    case Kind::kNumber: return decimal(condition.number) + (condition.unit.empty() ? "" : " " + condition.unit);
+    case Kind::kText: return condition.is_word ? condition.text : "\"" + condition.text + "\"";
+    case Kind::kTruth: return condition.number != 0 ? "true" : "false";
+    case Kind::kName:
+    case Kind::kDefined: return condition.text;
+    case Kind::kValue:
+      return condition.source->text() + (condition.path.empty() || condition.source->kind == Source::Kind::kNode
+                                             ? ""
+                                             : "." + dotted(condition.path));
+    case Kind::kMember: return dotted(condition.path);
+    case Kind::kEvent: return "event(" + condition.source->text() + ")";
+    case Kind::kUpdated: return write(*condition.operands[0], kPrecedencePrimary) + " updated";
+    case Kind::kRises: return write_call("rises", *condition.operands[0]);
+    case Kind::kFalls: return write_call("falls", *condition.operands[0]);
+    case Kind::kNot: {
+      const std::string text = "not " + write(*condition.operands[0], kPrecedenceNot);
+      return kPrecedenceNot < around ? "(" + text + ")" : text;
+    }
+    case Kind::kNegate: return "-" + write(*condition.operands[0], kPrecedencePrimary);
+    default: break;
+  }
+  const auto op = std::find_if(kOperators.begin(), kOperators.end(),
+                               [&](const OperatorText& candidate) { return candidate.kind == condition.kind; });
+  const Condition& left = *condition.operands[0];
+  if (condition.kind == Kind::kEqual && left.kind == Kind::kValue && left.source->kind == Source::Kind::kNode &&
+      condition.operands[1]->kind == Kind::kText) {
+    return left.source->text() + " in " + condition.operands[1]->text;
+  }
+  return write_binary(condition, *op, around);
+}
+
+std::string scope_text(const Scope& scope) {
+  switch (scope.kind) {
+    case Scope::Kind::kGlobally: return "globally";
+    case Scope::Kind::kBefore: return "before " + to_text(*scope.close);
+    case Scope::Kind::kAfter: return "after " + to_text(*scope.open);
+    case Scope::Kind::kBetween: return "between " + write(*scope.open, 4) + " and " + to_text(*scope.close);
+    case Scope::Kind::kAfterUntil: return "after " + to_text(*scope.open) + " until " + to_text(*scope.close);
+    case Scope::Kind::kWhile: return "while " + to_text(*scope.open);
+  }
+  return {};
+}
+
+std::string body_text(const Requirement& r) {
+  const auto text = [](const ConditionPtr& condition) { return to_text(*condition); };
+  const std::string bound = r.bound ? r.bound->text() : "";
+  switch (r.pattern) {
+    case Pattern::kAlways: return "always " + text(r.p);
+    case Pattern::kNever: return "never " + text(r.p);
+    case Pattern::kEventually: return "eventually " + text(r.p) + (r.bound ? " within " + bound : "");
+    case Pattern::kRespond:
+      return "whenever " + text(r.p) + ", " + text(r.q) + (r.bound ? " within " + bound : " eventually");
+    case Pattern::kImmediately: return "whenever " + text(r.p) + ", " + text(r.q) + " immediately";
+    case Pattern::kKeepFor: return "whenever " + text(r.p) + ", keep " + text(r.q) + " for " + bound;
+    case Pattern::kKeepUntil: return "whenever " + text(r.p) + ", keep " + text(r.q) + " until " + text(r.r);
+    case Pattern::kNotFor: return "whenever " + text(r.p) + ", not " + write(*r.q, kPrecedenceNot) + " for " + bound;
+    case Pattern::kPrecedes: return text(r.p) + " precedes " + text(r.q) + (r.bound ? " by at most " + bound : "");
+    case Pattern::kAtLeastEvery: return text(r.p) + " at least every " + bound;
+    case Pattern::kAtMost:
+      return text(r.p) + " at most " + std::to_string(r.times) + " times" + (r.bound ? " per " + bound : "");
+    case Pattern::kHoldsFor: return text(r.p) + " holds for at least " + bound;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string_view to_string(Importance importance) {
+  switch (importance) {
+    case Importance::kInfo: return "info";
+    case Importance::kMinor: return "minor";
+    case Importance::kMajor: return "major";
+    case Importance::kCritical: return "critical";
+  }
+  return "major";
+}
+
+bool is_unit(std::string_view text) { return std::find(kUnits.begin(), kUnits.end(), text) != kUnits.end(); }
+
+std::string Source::text() const {
+  std::string inside = service + "." + method;
+  std::string_view word = "observation";
+  switch (kind) {
+    case Kind::kRequest: word = "request"; break;
+    case Kind::kReply: word = "reply"; break;
+    case Kind::kError: word = "error"; break;
+    case Kind::kLate: word = "late"; break;
+    case Kind::kNode: return "node(" + from + ")";
+    case Kind::kObservation: inside = observation; break;
+  }
+  if (!from.empty()) inside += " from " + from;
+  if (where) inside += " where " + to_text(*where);
+  return std::string(word) + "(" + inside + ")";
+}
+
+bool operator==(const Source& a, const Source& b) {
+  const std::string a_where = a.where ? to_text(*a.where) : "";
+  const std::string b_where = b.where ? to_text(*b.where) : "";
+  return a.observation == b.observation && a.from == b.from && a_where == b_where;
+}
+
+std::string to_text(const Condition& condition) { return write(condition, 0); }
+
+bool is_momentary(const Condition& condition) {
+  switch (condition.kind) {
+    case Kind::kEvent:
+    case Kind::kUpdated:
+    case Kind::kRises:
+    case Kind::kFalls: return true;
+    default:
+      return std::any_of(condition.operands.begin(), condition.operands.end(),
+                         [](const ConditionPtr& operand) { return is_momentary(*operand); });
+  }
+}
+
+void collect_sources(const Condition& condition, std::vector<Source>& sources) {
+  if (condition.source && std::find(sources.begin(), sources.end(), *condition.source) == sources.end())
+    sources.push_back(*condition.source);
+  for (const ConditionPtr& operand : condition.operands) collect_sources(*operand, sources);
+}
+
+std::string Bound::text() const {
+  if (unit == Unit::kTicks) return std::to_string(count) + " ticks";
+  if (unit == Unit::kEvents) return std::to_string(count) + " events";
+  constexpr std::int64_t kNsPerS = 1'000'000'000;
+  const std::int64_t ns = time.count();
+  if (ns % (60 * kNsPerS) == 0) return std::to_string(ns / (60 * kNsPerS)) + " min";
+  if (ns % kNsPerS == 0) return std::to_string(ns / kNsPerS) + " s";
+  return decimal(static_cast<double>(ns) / 1e6) + " ms";
+}
+
+std::string Requirement::text() const {
+  return scope_text(scope) + ", " + body_text(*this) + (assuming ? " assuming " + to_text(*assuming) : "");
+}
+
+std::vector<Source> sources_of(const Requirement& requirement) {
+  std::vector<Source> sources;
+  for (const ConditionPtr* condition : {&requirement.scope.open, &requirement.scope.close, &requirement.p,
+                                        &requirement.q, &requirement.r, &requirement.assuming}) {
+    if (*condition) collect_sources(**condition, sources);
+  }
+  if (requirement.bound && requirement.bound->unit == Bound::Unit::kTicks) {
+    Source tick;
+    tick.observation = "mission.tick";
+    if (std::find(sources.begin(), sources.end(), tick) == sources.end()) sources.push_back(std::move(tick));
+  }
+  return sources;
+}
+
+}  // namespace sentree::monitor

@@ -1,0 +1,275 @@
+// Puts definitions in where their names stand.
+#include <algorithm>
+#include <array>
+#include <cctype>
+
+#include "sentree/monitor/requirement_parser.h"
+
+namespace sentree::monitor {
+
+namespace {
+
+using Kind = Condition::Kind;
+
+// What an observation's data can hold at its top: what where (…) can ask for.
+constexpr std::array<std::string_view, 18> kMembers{"source", "target", "call",    "tick",   "time",   "args",
+                                                    "result", "kind",   "message", "status", "inputs", "outputs",
+                                                    "node",   "from",   "to",      "what",   "label",  "text"};
+
+std::vector<std::string> split(std::string_view dotted) {
+  std::vector<std::string> parts;
+  for (std::size_t begin = 0; begin <= dotted.size();) {
+    const std::size_t dot = std::min(dotted.find('.', begin), dotted.size());
+    parts.emplace_back(dotted.substr(begin, dot - begin));
+    begin = dot + 1;
+  }
+  return parts;
+}
+
+bool is_constant_case(std::string_view name) {
+  return std::none_of(name.begin(), name.end(), [](unsigned char c) { return std::islower(c) != 0; });
+}
+
+bool is_comparison(Kind kind) { return kind == Kind::kEqual || kind == Kind::kNotEqual; }
+
+class Resolver {
+ public:
+  Resolver(const RequirementFile& file, Diagnostics& diagnostics) : file_(file), diagnostics_(diagnostics) {}
+
+  void resolve(ConditionPtr& condition) {
+    if (!condition) return;
+    parts_ = 0;
+    condition = visit(condition, {});
+  }
+
+ private:
+  using Arguments = std::map<std::string, ConditionPtr>;
+  struct Place {
+    bool compared = false;  // an operand of = or !=: a word stands for itself
+    bool in_where = false;
+  };
+
+  void error(const SourceSpan& span, std::string code, std::string message) {
+    diagnostics_.push_back({Severity::kError, std::move(code), std::move(message), span});
+  }
+
+  ConditionPtr visit(const ConditionPtr& condition, const Arguments& arguments) {
+    return visit(condition, arguments, Place());
+  }
+
+  ConditionPtr visit(const ConditionPtr& condition, const Arguments& arguments, Place place) {
+    if (++parts_ > kConditionPartsMax) {
+      if (parts_ == kConditionPartsMax + 1)
+        error(condition->span, "requirement.too-large", "the condition is too large once its definitions are put in");
+      return condition;
+    }
+    if (condition->kind == Kind::kName) return name(*condition, arguments, place);
+    auto copy = std::make_shared<Condition>(*condition);
+    const Place below{is_comparison(condition->kind), place.in_where};
+    for (ConditionPtr& operand : copy->operands) operand = visit(operand, arguments, below);
+    if (copy->source && copy->source->where)
+      copy->source->where = visit(copy->source->where, arguments, {.compared = false, .in_where = true});
+    if ((copy->kind == Kind::kRises || copy->kind == Kind::kFalls) && is_momentary(*copy->operands[0])) {
+      error(copy->span, "requirement.momentary",
+            "rises and falls take a condition that lasts; an event is over at once, so use it as it is");
+    }
+    return copy;
+  }
+
+  ConditionPtr name(const Condition& name, const Arguments& arguments, Place place) {
+    const bool is_event = name.unit == "event";
+    if (const auto argument = arguments.find(name.text); argument != arguments.end() && !is_event)
+      return argument->second;
+    const auto definition = std::find_if(file_.definitions.begin(), file_.definitions.end(), [&](const Definition& d) {
+      return d.name == name.text && d.is_event == is_event;
+    });
+    if (place.in_where) {
+      const auto parts = split(name.text);
+      if (std::find(kMembers.begin(), kMembers.end(), parts[0]) != kMembers.end()) {
+        auto member = std::make_shared<Condition>();
+        member->kind = Kind::kMember;
+        member->path = parts;
+        member->span = name.span;
+        return member;
+      }
+    }
+    if (definition != file_.definitions.end()) return defined(name, *definition, arguments, place);
+    if (is_event) {
+      if (name.text.find('.') != std::string::npos && name.operands.empty()) return observation(name);
+      return unknown(name, true);
+    }
+    if (!place.compared || !name.operands.empty() || name.text.find('.') != std::string::npos) {
+      return unknown(name, false);
+    }
+    // A word that stands for itself; not one that is a slip of a definition's name.
+    const std::string near = did_you_mean(name.text, names(false));
+    if (!near.empty() && !is_constant_case(name.text)) {
+      error(name.span, "requirement.unknown-name",
+            "\"" + name.text + "\" is not defined" + near + " (a text that looks like it goes in quotes)");
+    }
+    auto word = std::make_shared<Condition>();
+    word->kind = Kind::kText;
+    word->text = name.text;
+    word->is_word = true;
+    word->span = name.span;
+    return word;
+  }
+
+  ConditionPtr observation(const Condition& name) {
+    auto event = std::make_shared<Condition>();
+    event->kind = Kind::kEvent;
+    event->span = name.span;
+    event->source.emplace();
+    event->source->observation = name.text;
+    event->source->span = name.span;
+    return event;
+  }
+
+  ConditionPtr unknown(const Condition& name, bool is_event) {
+    const std::string what = is_event ? "event \"" : "\"";
+    const std::string hint = did_you_mean(name.text, names(is_event));
+    error(name.span, "requirement.unknown-name",
+          what + name.text + "\" is not defined" +
+              (hint.empty() ? std::string("; define it with ") + (is_event ? "event " : "let ") + name.text + " = …"
+                            : hint));
+    auto truth = std::make_shared<Condition>();
+    truth->span = name.span;
+    truth->number = 1;
+    return truth;
+  }
+
+  ConditionPtr defined(const Condition& name, const Definition& definition, const Arguments& outer, Place place) {
+    if (name.operands.size() != definition.parameters.size()) {
+      error(name.span, "requirement.unknown-name",
+            "\"" + name.text + "\" takes " + std::to_string(definition.parameters.size()) + " arguments, got " +
+                std::to_string(name.operands.size()));
+      return unknown_truth(name.span);
+    }
+    if (std::find(open_.begin(), open_.end(), &definition) != open_.end()) {
+      error(definition.span, "requirement.unknown-name", "\"" + definition.name + "\" is defined by itself");
+      return unknown_truth(name.span);
+    }
+    if (open_.size() >= static_cast<std::size_t>(kConditionNestingMax)) {
+      error(name.span, "requirement.too-deep", "definitions are nested too deeply");
+      return unknown_truth(name.span);
+    }
+    Arguments inner;
+    std::string written = name.text;
+    for (std::size_t i = 0; i < name.operands.size(); ++i) {
+      ConditionPtr argument = visit(name.operands[i], outer, {.compared = true, .in_where = place.in_where});
+      written += (i == 0 ? "(" : ", ") + to_text(*argument);
+      inner[definition.parameters[i]] = std::move(argument);
+    }
+    if (!name.operands.empty()) written += ")";
+    open_.push_back(&definition);
+    ConditionPtr content = visit(definition.content, inner, Place());
+    open_.pop_back();
+    if (place.in_where) return content;
+    auto result = std::make_shared<Condition>();
+    result->kind = Kind::kDefined;
+    result->text = definition.is_event ? "event(" + written + ")" : written;
+    result->unit = definition.unit;
+    result->operands = {std::move(content)};
+    result->span = name.span;
+    return result;
+  }
+
+  static ConditionPtr unknown_truth(const SourceSpan& span) {
+    auto truth = std::make_shared<Condition>();
+    truth->span = span;
+    truth->number = 1;
+    return truth;
+  }
+
+  [[nodiscard]] std::vector<std::string> names(bool events) const {
+    std::vector<std::string> all;
+    for (const Definition& definition : file_.definitions) {
+      if (definition.is_event == events) all.push_back(definition.name);
+    }
+    return all;
+  }
+
+  const RequirementFile& file_;
+  Diagnostics& diagnostics_;
+  std::vector<const Definition*> open_;
+  std::size_t parts_ = 0;
+};
+
+// What a pattern cannot be asked of.
+void check_momentary(const Requirement& requirement, Diagnostics& diagnostics) {
+  const auto error = [&](const ConditionPtr& condition, const std::string& message) {
+    diagnostics.push_back({Severity::kError, "requirement.momentary", message, condition->span});
+  };
+  const auto is_event_alone = [](const ConditionPtr& condition) {
+    const Condition* inner = condition.get();
+    while (inner->kind == Kind::kDefined) inner = inner->operands[0].get();
+    return inner->kind == Kind::kEvent || inner->kind == Kind::kUpdated || inner->kind == Kind::kRises ||
+           inner->kind == Kind::kFalls;
+  };
+  if (requirement.pattern == Pattern::kAlways && is_event_alone(requirement.p))
+    error(requirement.p, "an event is over at once and cannot hold always; ask for it with \"at least every\"");
+  if (requirement.pattern == Pattern::kHoldsFor && is_momentary(*requirement.p))
+    error(requirement.p, "an event is over at once and cannot hold for a while");
+  if (requirement.scope.kind == Scope::Kind::kWhile && is_momentary(*requirement.scope.open))
+    error(requirement.scope.open, "while takes a condition that lasts; after an event, use after … until …");
+  if (requirement.assuming && is_momentary(*requirement.assuming))
+    error(requirement.assuming, "assuming takes a condition that lasts");
+  if ((requirement.pattern == Pattern::kKeepFor || requirement.pattern == Pattern::kKeepUntil) &&
+      is_event_alone(requirement.q))
+    error(requirement.q, "an event is over at once and cannot be kept");
+}
+
+}  // namespace
+
+void resolve_names(RequirementFile& file, Diagnostics& diagnostics) {
+  const std::size_t before = diagnostics.size();
+  Resolver resolver(file, diagnostics);
+  // Each definition by itself, so that a mistake is told where it is written, used or not. Those with parameters are
+  // complete only where they are used.
+  for (const Definition& definition : file.definitions) {
+    ConditionPtr content = definition.content;
+    if (definition.parameters.empty()) resolver.resolve(content);
+  }
+  for (Requirement& requirement : file.requirements) {
+    for (ConditionPtr* condition : {&requirement.scope.open, &requirement.scope.close, &requirement.p, &requirement.q,
+                                    &requirement.r, &requirement.assuming}) {
+      resolver.resolve(*condition);
+    }
+    check_momentary(requirement, diagnostics);
+    if (requirement.pattern == Pattern::kAtMost && requirement.bound && requirement.bound->unit != Bound::Unit::kTime &&
+        requirement.times > kCountedTimesMax) {
+      diagnostics.push_back({Severity::kError, "requirement.bound",
+                             "at most " + std::to_string(kCountedTimesMax) +
+                                 " times can be counted per ticks or events, which are kept one by one; use a time",
+                             requirement.bound->span});
+    }
+  }
+  // The same mistake, reached through every use of its definition, is told once.
+  Diagnostics unique;
+  for (std::size_t i = before; i < diagnostics.size(); ++i) {
+    if (std::find(unique.begin(), unique.end(), diagnostics[i]) == unique.end()) unique.push_back(diagnostics[i]);
+  }
+  diagnostics.resize(before);
+  diagnostics.insert(diagnostics.end(), unique.begin(), unique.end());
+}
+
+Loaded<RequirementFile> parse_requirements(std::string_view source, std::string file) {
+  Loaded<RequirementFile> loaded;
+  if (source.size() > kRequirementBytesMax) {
+    loaded.diagnostics.push_back({Severity::kError, "requirement.too-large",
+                                  "a requirement file has at most " + std::to_string(kRequirementBytesMax) + " bytes",
+                                  SourceSpan{file, 0, 0, 0}});
+    return loaded;
+  }
+  RequirementFile result;
+  result.file = file;
+  auto tokens = lex_requirements(source, result.file, loaded.diagnostics);
+  if (has_errors(loaded.diagnostics)) return loaded;
+  RequirementParser(std::move(tokens), loaded.diagnostics).run(result);
+  if (!has_errors(loaded.diagnostics)) resolve_names(result, loaded.diagnostics);
+  sort_by_place(loaded.diagnostics);
+  if (!has_errors(loaded.diagnostics)) loaded.value = std::move(result);
+  return loaded;
+}
+
+}  // namespace sentree::monitor

@@ -1,0 +1,643 @@
+#include "sentree/monitor/requirement_parser.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace sentree::monitor {
+
+namespace {
+
+using Kind = Condition::Kind;
+using TokenKind = RequirementToken::Kind;
+
+const std::vector<std::string>& keywords() {
+  static const std::vector<std::string> kWords{
+      "after",    "always", "and",     "assuming",    "at",       "before",      "between", "by",
+      "error",    "event",  "events",  "eventually",  "falls",    "false",       "for",     "from",
+      "globally", "holds",  "implies", "immediately", "in",       "keep",        "late",    "least",
+      "let",      "most",   "never",   "node",        "not",      "observation", "or",      "per",
+      "precedes", "reply",  "request", "rises",       "shall",    "then",        "ticks",   "times",
+      "true",     "until",  "updated", "where",       "whenever", "while",       "within"};
+  return kWords;
+}
+
+// "at", "every", "once" and "least" are words of the language only where it expects them.
+bool is_reserved(std::string_view name) {
+  if (name == "at") return false;
+  return std::find(keywords().begin(), keywords().end(), name) != keywords().end();
+}
+
+std::string shown(const RequirementToken& token) {
+  if (token.kind == TokenKind::kEnd) return "the end of the file";
+  if (token.kind == TokenKind::kStop) return "\".\"";
+  return "\"" + token.text + "\"";
+}
+
+}  // namespace
+
+std::span<const std::string> requirement_keywords() { return keywords(); }
+
+const RequirementToken& RequirementParser::peek(std::size_t ahead) const {
+  return tokens_[std::min(at_ + ahead, tokens_.size() - 1)];
+}
+
+const RequirementToken& RequirementParser::take() {
+  const Token& token = peek();
+  if (at_ + 1 < tokens_.size()) ++at_;
+  return token;
+}
+
+bool RequirementParser::is_word(std::string_view word) const {
+  return peek().kind == TokenKind::kName && peek().text == word;
+}
+bool RequirementParser::is_symbol(std::string_view symbol) const {
+  return peek().kind == TokenKind::kSymbol && peek().text == symbol;
+}
+bool RequirementParser::accept_word(std::string_view word) {
+  if (failed_ || !is_word(word)) return false;
+  take();
+  return true;
+}
+bool RequirementParser::accept_symbol(std::string_view symbol) {
+  if (failed_ || !is_symbol(symbol)) return false;
+  take();
+  return true;
+}
+
+void RequirementParser::error_at(const SourceSpan& span, std::string code, std::string message) {
+  if (!failed_) diagnostics_.push_back({Severity::kError, std::move(code), std::move(message), span});
+  failed_ = true;
+}
+void RequirementParser::error(std::string message) { error_at(peek().span, "requirement.syntax", std::move(message)); }
+
+void RequirementParser::expect_word(std::string_view word) {
+  if (accept_word(word) || failed_) return;
+  const std::vector<std::string> wanted{std::string(word)};
+  const std::string hint = peek().kind == TokenKind::kName ? did_you_mean(peek().text, wanted) : "";
+  error("expected \"" + std::string(word) + "\", got " + shown(peek()) + hint);
+}
+void RequirementParser::expect_symbol(std::string_view symbol, std::string_view what) {
+  if (accept_symbol(symbol) || failed_) return;
+  error("expected \"" + std::string(symbol) + "\" " + std::string(what) + ", got " + shown(peek()));
+}
+std::string RequirementParser::expect_name(std::string_view what) {
+  if (failed_) return {};
+  if (peek().kind != TokenKind::kName && peek().kind != TokenKind::kString) {
+    error("expected " + std::string(what) + ", got " + shown(peek()));
+    return {};
+  }
+  return take().text;
+}
+
+// ---- Statements ----
+
+void RequirementParser::run(RequirementFile& file) {
+  while (peek().kind != TokenKind::kEnd) {
+    failed_ = false;
+    const std::size_t before = at_;
+    if (is_word("let") || is_word("event")) {
+      definition(file);
+    } else if (peek().kind == TokenKind::kName && !is_reserved(peek().text)) {
+      requirement(file);
+    } else {
+      error("expected let NAME = …, event NAME = … or a requirement NAME: …, got " + shown(peek()));
+    }
+    if (failed_) {
+      if (at_ == before) take();
+      recover();
+    }
+    if (file.requirements.size() > kRequirementsMax) {
+      failed_ = false;
+      error_at(file.requirements.back().span, "requirement.too-large",
+               "a file may hold " + std::to_string(kRequirementsMax) + " requirements; split it");
+      return;
+    }
+  }
+}
+
+// Goes on at the next line that begins like a statement, so that one slip gives one message.
+void RequirementParser::recover() {
+  for (; peek().kind != TokenKind::kEnd; take()) {
+    if (!peek().starts_line || peek().kind != TokenKind::kName) continue;
+    const Token& next = peek(1);
+    if (peek().text == "let" || peek().text == "event") return;
+    if (is_reserved(peek().text)) continue;
+    const bool header = next.kind == TokenKind::kString ||
+                        (next.kind == TokenKind::kSymbol && (next.text == ":" || (next.text == "(" && !next.adjacent)));
+    if (header) return;
+  }
+}
+
+void RequirementParser::definition(RequirementFile& file) {
+  Definition definition;
+  definition.is_event = take().text == "event";
+  definition.span = peek().span;
+  if (peek().kind == TokenKind::kName && is_reserved(peek().text))
+    return error("\"" + peek().text + "\" is a word of the language; choose another name");
+  definition.name = expect_name("a name");
+  if (is_symbol("(") && peek().adjacent) {
+    take();
+    do definition.parameters.push_back(expect_name("a parameter's name"));
+    while (accept_symbol(","));
+    expect_symbol(")", "after the parameters");
+  }
+  if (accept_symbol("[")) {
+    definition.unit = unit();
+    if (!failed_ && definition.unit.empty()) return error(shown(peek()) + " is no unit that is known");
+    expect_symbol("]", "after the unit");
+  }
+  expect_symbol("=", "after the name");
+  if (failed_) return;
+  ConditionPtr content = condition();
+  if (failed_) return;
+  if (peek().kind == TokenKind::kStop) take();
+  const bool begins = peek().kind == TokenKind::kEnd || peek().starts_line;
+  if (!begins) return error("expected an operator or the next statement on a new line, got " + shown(peek()));
+  if (definition.is_event && content->kind == Kind::kValue && content->path.empty()) {
+    Condition event = *content;
+    event.kind = Kind::kEvent;
+    content = std::make_shared<const Condition>(std::move(event));
+  }
+  definition.content = std::move(content);
+  for (const Definition& other : file.definitions) {
+    if (other.name != definition.name || other.is_event != definition.is_event) continue;
+    return error_at(definition.span, "requirement.duplicate",
+                    "\"" + definition.name + "\" is defined twice, first in line " + std::to_string(other.span.line));
+  }
+  file.definitions.push_back(std::move(definition));
+}
+
+void RequirementParser::requirement(RequirementFile& file) {
+  Requirement requirement;
+  requirement.span = peek().span;
+  requirement.name = take().text;
+  if (accept_symbol("(")) attributes(requirement);
+  if (!failed_ && peek().kind == TokenKind::kString) requirement.prose = take().text;
+  expect_symbol(":", "after the name of a requirement");
+  scope(requirement);
+  body(requirement);
+  if (accept_word("assuming")) requirement.assuming = condition();
+  if (failed_) return;
+  if (peek().kind != TokenKind::kStop) {
+    const std::string hint = peek().kind == TokenKind::kName ? did_you_mean(peek().text, keywords()) : "";
+    return error("expected \".\" at the end of requirement " + requirement.name + ", got " + shown(peek()) + hint);
+  }
+  take();
+  for (const Requirement& other : file.requirements) {
+    if (other.name != requirement.name) continue;
+    return error_at(
+        requirement.span, "requirement.duplicate",
+        "requirement \"" + requirement.name + "\" exists already, in line " + std::to_string(other.span.line));
+  }
+  file.requirements.push_back(std::move(requirement));
+}
+
+void RequirementParser::attributes(Requirement& requirement) {
+  do {
+    if (accept_word("re-arming")) {
+      requirement.re_arming = true;
+      continue;
+    }
+    static const std::vector<std::string> kWords{"info", "minor", "major", "critical", "re-arming"};
+    const auto word = std::find(kWords.begin(), kWords.end() - 1, peek().text);
+    if (peek().kind != TokenKind::kName || word == kWords.end() - 1) {
+      return error("expected info, minor, major, critical or re-arming, got " + shown(peek()) +
+                   did_you_mean(peek().text, kWords));
+    }
+    requirement.importance = static_cast<Importance>(word - kWords.begin());
+    take();
+  } while (accept_symbol(","));
+  expect_symbol(")", "after the severity");
+}
+
+void RequirementParser::scope(Requirement& requirement) {
+  if (failed_) return;
+  Scope& scope = requirement.scope;
+  if (accept_word("globally")) {
+    accept_symbol(",");
+    return;
+  }
+  if (accept_word("before")) {
+    scope.kind = Scope::Kind::kBefore;
+    scope.close = condition();
+  } else if (accept_word("after")) {
+    scope.kind = Scope::Kind::kAfter;
+    scope.open = condition();
+    if (accept_word("until")) {
+      scope.kind = Scope::Kind::kAfterUntil;
+      scope.close = condition();
+    }
+  } else if (accept_word("between")) {
+    scope.kind = Scope::Kind::kBetween;
+    scope.open = binary(4);  // above "and"
+    expect_word("and");
+    if (!failed_) scope.close = condition();
+  } else if (accept_word("while")) {
+    scope.kind = Scope::Kind::kWhile;
+    scope.open = condition();
+  } else {
+    return;
+  }
+  expect_symbol(",", "after the scope");
+}
+
+void RequirementParser::body(Requirement& requirement) {
+  if (failed_) return;
+  if (accept_word("always") || is_word("never")) {
+    requirement.pattern = accept_word("never") ? Pattern::kNever : Pattern::kAlways;
+    requirement.p = condition();
+  } else if (accept_word("eventually")) {
+    requirement.pattern = Pattern::kEventually;
+    requirement.p = condition();
+    if (accept_word("within")) requirement.bound = bound();
+  } else if (accept_word("whenever") || accept_word("once")) {
+    whenever(requirement);
+  } else {
+    requirement.p = condition();
+    after_condition(requirement);
+  }
+}
+
+void RequirementParser::after_condition(Requirement& requirement) {
+  if (failed_) return;
+  if (accept_word("precedes")) {
+    requirement.pattern = Pattern::kPrecedes;
+    requirement.q = condition();
+    if (accept_word("by")) {
+      expect_word("at");
+      expect_word("most");
+      requirement.bound = bound();
+    }
+  } else if (accept_word("holds")) {
+    requirement.pattern = Pattern::kHoldsFor;
+    expect_word("for");
+    expect_word("at");
+    expect_word("least");
+    requirement.bound = bound();
+  } else if (accept_word("at")) {
+    if (accept_word("least")) {
+      requirement.pattern = Pattern::kAtLeastEvery;
+      expect_word("every");
+      requirement.bound = bound();
+      return;
+    }
+    expect_word("most");
+    requirement.pattern = Pattern::kAtMost;
+    if (failed_) return;
+    const Token& token = peek();
+    if (token.kind != TokenKind::kNumber || token.number < 0 || token.number != std::floor(token.number) ||
+        token.number > static_cast<double>(kTimesMax)) {
+      return error("expected a whole number up to " + std::to_string(kTimesMax) + " after \"at most\", got " +
+                   shown(token));
+    }
+    requirement.times = static_cast<std::int64_t>(take().number);
+    expect_word("times");
+    if (accept_word("per")) requirement.bound = bound();
+  } else {
+    const std::string hint = peek().kind == TokenKind::kName && requirement.p->kind != Kind::kName
+                                 ? did_you_mean(peek().text, keywords())
+                             : requirement.p->kind == Kind::kName ? did_you_mean(requirement.p->text, keywords())
+                                                                  : "";
+    error_at(hint.empty() || requirement.p->kind != Kind::kName ? peek().span : requirement.p->span,
+             "requirement.syntax",
+             "a requirement begins with always, never, eventually or whenever, or goes on after a condition with "
+             "precedes, holds for at least, at least every or at most" +
+                 hint);
+  }
+}
+
+void RequirementParser::whenever(Requirement& requirement) {
+  requirement.p = condition();
+  if (failed_) return;
+  const bool separated = accept_symbol(",");
+  if (!accept_word("then") && !separated)
+    return error("expected \",\" or \"then\" after the trigger, got " + shown(peek()));
+  // "robot shall": who has to; for the reader.
+  if (peek().kind == TokenKind::kName && peek(1).kind == TokenKind::kName && peek(1).text == "shall") {
+    take();
+    take();
+  }
+  if (accept_word("keep")) {
+    requirement.q = condition();
+    if (accept_word("until")) {
+      requirement.pattern = Pattern::kKeepUntil;
+      requirement.r = condition();
+      return;
+    }
+    requirement.pattern = Pattern::kKeepFor;
+    expect_word("for");
+    requirement.bound = bound();
+    return;
+  }
+  requirement.q = condition();
+  if (failed_) return;
+  if (accept_word("within")) {
+    requirement.pattern = Pattern::kRespond;
+    requirement.bound = bound();
+  } else if (accept_word("immediately")) {
+    requirement.pattern = Pattern::kImmediately;
+  } else if (accept_word("eventually")) {
+    requirement.pattern = Pattern::kRespond;
+  } else if (is_word("for") && requirement.q->kind == Kind::kNot) {
+    take();
+    requirement.pattern = Pattern::kNotFor;
+    requirement.q = requirement.q->operands[0];
+    requirement.bound = bound();
+  } else if (is_word("for")) {
+    error("\"for\" follows \"keep P\" or \"not P\"; put keep before the condition, or parentheses after not");
+  } else {
+    error("expected within, immediately or eventually after the response, got " + shown(peek()) +
+          (peek().kind == TokenKind::kName ? did_you_mean(peek().text, keywords()) : ""));
+  }
+}
+
+Bound RequirementParser::bound() {
+  Bound bound;
+  if (failed_) return bound;
+  bound.span = peek().span;
+  if (peek().kind != TokenKind::kNumber) {
+    error("expected a bound such as 500 ms, 2 s, 5 min, 10 ticks or 3 events, got " + shown(peek()));
+    return bound;
+  }
+  const double number = take().number;
+  struct Unit {
+    std::string_view name;
+    double ns;  // 0: counted
+  };
+  constexpr std::array<Unit, 8> kUnits{
+      {{"ns", 1}, {"us", 1e3}, {"ms", 1e6}, {"s", 1e9}, {"min", 60e9}, {"h", 3600e9}, {"ticks", 0}, {"events", 0}}};
+  static const std::vector<std::string> kNames{"ms", "s", "min", "h", "us", "ns", "ticks", "events"};
+  std::string name = peek().text;
+  if (name == "tick" || name == "event") name += "s";
+  const auto unit = std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.name == name; });
+  if (peek().kind != TokenKind::kName || unit == kUnits.end()) {
+    error("expected a unit of the bound (ms, s, min, h, ticks, events), got " + shown(peek()) +
+          did_you_mean(name, kNames));
+    return bound;
+  }
+  take();
+  if (unit->ns == 0) {
+    bound.unit = name == "ticks" ? Bound::Unit::kTicks : Bound::Unit::kEvents;
+    if (number < 1 || number != std::floor(number) || number > static_cast<double>(kCountMax)) {
+      error_at(bound.span, "requirement.bound",
+               "a bound in " + name + " is a whole number from 1 to " + std::to_string(kCountMax));
+      return bound;
+    }
+    bound.count = static_cast<std::int64_t>(number);
+    return bound;
+  }
+  const double ns = std::round(number * unit->ns);
+  if (ns < 1 || ns > static_cast<double>(kBoundMax.count())) {
+    error_at(bound.span, "requirement.bound", "a bound in time is from 1 ns to 10 years");
+    return bound;
+  }
+  bound.time = Duration(static_cast<std::int64_t>(ns));
+  return bound;
+}
+
+// ---- Conditions ----
+
+ConditionPtr RequirementParser::make(Condition::Kind kind, const SourceSpan& span, std::vector<ConditionPtr> operands) {
+  auto made = std::make_shared<Condition>();
+  made->kind = kind;
+  made->span = span;
+  made->operands = std::move(operands);
+  return made;
+}
+
+ConditionPtr RequirementParser::binary(int precedence) {
+  struct Operator {
+    std::string_view text;
+    Condition::Kind kind;
+    int precedence;
+  };
+  constexpr std::array<Operator, 13> kOperators{{{"implies", Kind::kImplies, 1},
+                                                 {"or", Kind::kOr, 2},
+                                                 {"and", Kind::kAnd, 3},
+                                                 {"=", Kind::kEqual, 5},
+                                                 {"!=", Kind::kNotEqual, 5},
+                                                 {"<", Kind::kLess, 5},
+                                                 {"<=", Kind::kLessEqual, 5},
+                                                 {">", Kind::kGreater, 5},
+                                                 {">=", Kind::kGreaterEqual, 5},
+                                                 {"+", Kind::kAdd, 6},
+                                                 {"-", Kind::kSubtract, 6},
+                                                 {"*", Kind::kMultiply, 7},
+                                                 {"/", Kind::kDivide, 7}}};
+  ConditionPtr left = unary();
+  for (int chain = 0; !failed_; ++chain) {
+    const Token& token = peek();
+    const auto op = std::find_if(kOperators.begin(), kOperators.end(), [&](const Operator& candidate) {
+      return (token.kind == TokenKind::kSymbol || token.kind == TokenKind::kName) && candidate.text == token.text;
+    });
+    if (op == kOperators.end() || op->precedence < precedence) break;
+    if (chain > kConditionNestingMax) {
+      error_at(token.span, "requirement.too-deep", "the condition is too long; use definitions (let NAME = …)");
+      break;
+    }
+    const SourceSpan span = take().span;
+    ConditionPtr right = binary(op->kind == Kind::kImplies ? op->precedence : op->precedence + 1);
+    if (failed_) break;
+    left = make(op->kind, span, {std::move(left), std::move(right)});
+  }
+  return left;
+}
+
+ConditionPtr RequirementParser::unary() {
+  if (failed_) return make(Kind::kTruth, {});
+  if (depth_ >= kConditionNestingMax) {
+    error_at(peek().span, "requirement.too-deep", "the condition is nested too deeply; use definitions (let NAME = …)");
+    return make(Kind::kTruth, {});
+  }
+  ++depth_;
+  ConditionPtr result;
+  if (is_word("not")) {
+    const SourceSpan span = take().span;
+    result = make(Kind::kNot, span, {binary(5)});
+  } else if (is_symbol("-")) {
+    const SourceSpan span = take().span;
+    result = make(Kind::kNegate, span, {unary()});
+  } else {
+    result = postfix();
+  }
+  --depth_;
+  return result;
+}
+
+ConditionPtr RequirementParser::postfix() {
+  ConditionPtr result = primary();
+  if (!failed_ && is_word("updated")) result = make(Kind::kUpdated, take().span, {std::move(result)});
+  return result;
+}
+
+ConditionPtr RequirementParser::number() {
+  auto made = std::make_shared<Condition>();
+  made->kind = Kind::kNumber;
+  made->span = peek().span;
+  made->number = take().number;
+  if (!peek().starts_line) made->unit = unit();
+  return made;
+}
+
+std::string RequirementParser::unit() {
+  const Token& token = peek();
+  if (token.kind != TokenKind::kName && token.kind != TokenKind::kSymbol) return {};
+  // "m/s" is three words.
+  const std::string ratio = token.text + "/" + peek(2).text;
+  if (peek(1).text == "/" && peek(1).adjacent && peek(2).adjacent && is_unit(ratio)) {
+    take();
+    take();
+    take();
+    return ratio;
+  }
+  return is_unit(token.text) ? take().text : std::string();
+}
+
+ConditionPtr RequirementParser::primary() {
+  const Token& token = peek();
+  if (token.kind == TokenKind::kNumber) return number();
+  if (token.kind == TokenKind::kString) {
+    auto made = std::make_shared<Condition>();
+    made->kind = Kind::kText;
+    made->span = token.span;
+    made->text = take().text;
+    return made;
+  }
+  if (accept_symbol("(")) {
+    ConditionPtr inner = condition();
+    expect_symbol(")", "to close the parenthesis");
+    return inner;
+  }
+  if (is_word("true") || is_word("false")) {
+    auto made = std::make_shared<Condition>();
+    made->kind = Kind::kTruth;
+    made->span = token.span;
+    made->number = take().text == "true" ? 1 : 0;
+    return made;
+  }
+  if (is_word("event")) return event();
+  if (is_word("rises") || is_word("falls")) {
+    const Token& name = take();
+    expect_symbol("(", "after " + name.text);
+    ConditionPtr inner = condition();
+    expect_symbol(")", "after the condition");
+    return make(name.text == "rises" ? Kind::kRises : Kind::kFalls, name.span, {std::move(inner)});
+  }
+  if (at_source()) {
+    auto made = std::make_shared<Condition>();
+    made->kind = Kind::kValue;
+    made->span = token.span;
+    made->source = source();
+    if (made->source->kind == Source::Kind::kNode) {
+      expect_word("in");
+      made->path = {"to"};
+      auto status = std::make_shared<Condition>();
+      status->kind = Kind::kText;
+      status->is_word = true;
+      status->span = peek().span;
+      status->text = expect_name("a status (IDLE, RUNNING, SUCCESS, FAILURE, SKIPPED)");
+      return make(Kind::kEqual, token.span, {std::move(made), std::move(status)});
+    }
+    if (accept_symbol(".")) {
+      const std::string path = expect_name("a member");
+      for (std::size_t begin = 0; begin <= path.size();) {
+        const std::size_t dot = std::min(path.find('.', begin), path.size());
+        made->path.push_back(path.substr(begin, dot - begin));
+        begin = dot + 1;
+      }
+    }
+    return made;
+  }
+  if (token.kind == TokenKind::kName && !is_reserved(token.text)) return named(take());
+  const bool is_keyword = token.kind == TokenKind::kName;
+  error("expected a condition, got " + shown(token) + (is_keyword ? ", a word of the language" : ""));
+  return make(Kind::kTruth, token.span);
+}
+
+ConditionPtr RequirementParser::named(const Token& name) {
+  auto made = std::make_shared<Condition>();
+  made->kind = Kind::kName;
+  made->span = name.span;
+  made->text = name.text;
+  if (!is_symbol("(") || !peek().adjacent) return made;
+  take();
+  do made->operands.push_back(condition());
+  while (accept_symbol(","));
+  expect_symbol(")", "after the arguments");
+  return made;
+}
+
+bool RequirementParser::at_source() const {
+  return peek(1).kind == TokenKind::kSymbol && peek(1).text == "(" &&
+         (is_word("request") || is_word("reply") || is_word("error") || is_word("late") || is_word("node") ||
+          is_word("observation"));
+}
+
+Source RequirementParser::source() {
+  Source source;
+  const std::string word = take().text;
+  expect_symbol("(", "after " + word);
+  source.span = peek().span;
+  const std::string name = expect_name(word == "node" ? "a node's name" : "SERVICE.METHOD");
+  if (failed_) return source;
+  if (word == "node") {
+    source.kind = Source::Kind::kNode;
+    source.observation = "node.status";
+    source.from = name;
+    source.from_span = source.span;
+  } else if (word == "observation") {
+    source.observation = name;
+  } else {
+    source.kind = word == "request" ? Source::Kind::kRequest
+                  : word == "reply" ? Source::Kind::kReply
+                  : word == "error" ? Source::Kind::kError
+                                    : Source::Kind::kLate;
+    const std::size_t dot = name.rfind('.');
+    if (dot == std::string::npos) {
+      error_at(source.span, "requirement.syntax",
+               word + "(…) takes SERVICE.METHOD, e.g. " + word + "(battery.getBatteryState), got \"" + name + "\"");
+      return source;
+    }
+    source.service = name.substr(0, dot);
+    source.method = name.substr(dot + 1);
+    source.observation = name + "." + word;
+  }
+  if (source.kind != Source::Kind::kNode && accept_word("from")) {
+    source.from_span = peek().span;
+    source.from = expect_name("a leaf");
+  }
+  if (accept_word("where")) source.where = condition();
+  expect_symbol(")", "to close " + word + "(");
+  return source;
+}
+
+ConditionPtr RequirementParser::event() {
+  const SourceSpan span = take().span;
+  expect_symbol("(", "after event");
+  if (failed_) return make(Kind::kTruth, span);
+  auto made = std::make_shared<Condition>();
+  made->kind = Kind::kEvent;
+  made->span = peek().span;
+  if (at_source()) {
+    if (is_word("node")) {
+      error("node(NAME) in STATUS is a condition; its event is rises(node(NAME) in STATUS)");
+      return made;
+    }
+    made->source = source();
+  } else {
+    made->kind = Kind::kName;
+    made->text = expect_name("an event's name or an observation");
+    made->unit = "event";  // told apart from values until it is resolved
+    if (is_symbol("(")) {
+      take();
+      do made->operands.push_back(condition());
+      while (accept_symbol(","));
+      expect_symbol(")", "after the arguments");
+    }
+  }
+  expect_symbol(")", "to close event(");
+  return made;
+}
+
+}  // namespace sentree::monitor
