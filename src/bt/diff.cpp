@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "sentree/bt/write.h"
@@ -50,9 +51,31 @@ Attributes attributes(const XmlElement& element) {
   return all;
 }
 
+/// Everything that counts of a node and of what is below it. Equal signatures: equal in meaning.
+std::string signature(const XmlElement& element) {
+  std::string all = "<" + registration(element);
+  for (const auto& [name, value] : attributes(element)) all += "\n" + name + "\t" + value;
+  if (!element.first_child()) all += "\t" + element.text();
+  for (XmlElement child = element.first_child(); child; child = child.next_sibling()) all += signature(child);
+  return all + ">";
+}
+
 class Comparison {
  public:
   std::vector<Difference> found;
+
+  /// What went from one parent to another (wrapped by a decorator, say) was found as removed here and added there.
+  /// Recognised if it is the same with all that is below it, else by its ID and a name of its own.
+  void join_moved() {
+    for (const bool exact : {true, false}) {
+      std::map<std::string, std::vector<Place>> sources;
+      for (const Loose& loose : removed_) collect(loose, exact, sources);
+      if (sources.empty()) break;
+      const std::vector<Loose> added = added_;
+      for (const Loose& loose : added) match(loose.element, loose.path, loose, exact, sources);
+    }
+    std::erase_if(found, [](const Difference& d) { return d.path.empty(); });
+  }
 
   void nodes(const XmlElement& a, const XmlElement& b, const std::string& path) {
     const Attributes before = attributes(a);
@@ -93,6 +116,7 @@ class Comparison {
     for (std::size_t i = 0; i < a.size(); ++i) {
       const std::string inner = path + "/" + shown_name(a[i]);
       if (partner[i] == b.size()) {
+        removed_.push_back({a[i], inner, found.size()});
         found.push_back({Difference::Kind::kRemoved, inner, registration(a[i]) + " removed", a[i].span(), {}});
         continue;
       }
@@ -103,12 +127,84 @@ class Comparison {
     }
     for (std::size_t j = 0; j < b.size(); ++j) {
       if (taken[j]) continue;
-      found.push_back(
-          {Difference::Kind::kAdded, path + "/" + shown_name(b[j]), registration(b[j]) + " added", {}, b[j].span()});
+      const std::string inner = path + "/" + shown_name(b[j]);
+      added_.push_back({b[j], inner, found.size()});
+      found.push_back({Difference::Kind::kAdded, inner, registration(b[j]) + " added", {}, b[j].span()});
     }
   }
 
  private:
+  /// A node that was found removed or added, and which difference says so.
+  struct Loose {
+    XmlElement element;
+    std::string path;
+    std::size_t difference;
+  };
+  struct Place {
+    XmlElement element;
+    std::string path;
+    std::size_t difference;  ///< Of the removed node that it is or that it was below.
+    bool whole;              ///< It is that node.
+  };
+
+  static std::string identity(const XmlElement& element, bool exact) {
+    if (exact) return signature(element);
+    return element.attribute("name") ? key(element) : std::string();
+  }
+
+  void collect(const Loose& loose, bool exact, std::map<std::string, std::vector<Place>>& sources) {
+    if (found[loose.difference].path.empty()) return;
+    std::vector<std::pair<XmlElement, std::string>> rest{{loose.element, loose.path}};
+    while (!rest.empty()) {
+      auto [element, path] = std::move(rest.back());
+      rest.pop_back();
+      if (moved_.contains(element.offset())) continue;
+      for (const XmlElement& child : element.children()) rest.emplace_back(child, path + "/" + shown_name(child));
+      const std::string id = identity(element, exact);
+      if (!id.empty()) sources[id].push_back({element, path, loose.difference, element == loose.element});
+    }
+  }
+
+  /// It or one of its ancestors has been recognised already.
+  [[nodiscard]] bool went_along(XmlElement element) const {
+    for (; element; element = element.parent()) {
+      if (moved_.contains(element.offset())) return true;
+    }
+    return false;
+  }
+
+  void match(const XmlElement& element, const std::string& path, const Loose& top, bool exact,
+             std::map<std::string, std::vector<Place>>& sources) {
+    if (found[top.difference].kind == Difference::Kind::kMoved || arrived_.contains(element.offset())) return;
+    const auto place = sources.find(identity(element, exact));
+    if (place != sources.end()) {
+      std::erase_if(place->second, [this](const Place& p) { return went_along(p.element); });
+    }
+    if (place == sources.end() || place->second.empty()) {
+      for (const XmlElement& child : element.children())
+        match(child, path + "/" + shown_name(child), top, exact, sources);
+      return;
+    }
+    const Place from = place->second.front();
+    place->second.erase(place->second.begin());
+    moved_.insert(from.element.offset());
+    arrived_.insert(element.offset());
+    Difference moved{Difference::Kind::kMoved, path, "moved here from " + from.path, from.element.span(),
+                     element.span()};
+    if (from.whole) found[from.difference].path.clear();  // it is not gone
+    if (element == top.element) {
+      found[top.difference] = std::move(moved);
+    } else {
+      found.push_back(std::move(moved));
+    }
+    if (!exact) nodes(from.element, element, path);
+  }
+
+  std::vector<Loose> removed_;
+  std::vector<Loose> added_;
+  std::set<std::size_t> moved_;    ///< Offsets in the first file.
+  std::set<std::size_t> arrived_;  ///< Offsets in the second.
+
   void change(const std::string& path, std::string what, const XmlElement& a, const XmlElement& b) {
     found.push_back({Difference::Kind::kChanged, path, std::move(what), a.span(), b.span()});
   }
@@ -200,6 +296,9 @@ Result<std::vector<Difference>> diff(std::string_view before, std::string_view a
   Comparison comparison;
   const XmlElement x = a->root();
   const XmlElement y = b->root();
+  for (const XmlElement& root : {x, y}) {
+    if (root.name() != "root") return fail("bt.not-a-tree", "the root element is no <root>", root.span());
+  }
   for (const std::string_view name : {"BTCPP_format", "main_tree_to_execute"}) {
     const std::string was(x.attribute(name).value_or(""));
     const std::string is(y.attribute(name).value_or(""));
@@ -209,6 +308,7 @@ Result<std::vector<Difference>> diff(std::string_view before, std::string_view a
     }
   }
   compare_parts(comparison, parts(x, "BehaviorTree"), parts(y, "BehaviorTree"), "");
+  comparison.join_moved();
   compare_parts(comparison, parts(x, "include"), parts(y, "include"), "include ");
   compare_parts(comparison, model_parts(x), model_parts(y), "TreeNodesModel/");
   return std::move(comparison.found);

@@ -1,6 +1,7 @@
 #include "sentree/bt/write.h"
 
 #include <algorithm>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -47,6 +48,39 @@ std::string write_model(const NodeModel& model, const std::string& indent) {
   return out + indent + "</" + std::string(to_string(model.category)) + ">\n";
 }
 
+std::optional<Category> category_of(std::string_view tag) {
+  for (const Category category :
+       {Category::kControl, Category::kDecorator, Category::kAction, Category::kCondition, Category::kSubTree}) {
+    if (tag == to_string(category)) return category;
+  }
+  return std::nullopt;
+}
+
+/// Nothing for an element that describes no node; the loader says why.
+std::optional<NodeModel> read_model(const XmlElement& element) {
+  const auto category = category_of(element.name());
+  const auto id = element.attribute("ID");
+  if (!category || !id) return std::nullopt;
+  NodeModel model{std::string(*id), *category, {}, {}};
+  for (XmlElement port = element.first_child(); port; port = port.next_sibling()) {
+    PortInfo info;
+    if (port.name() == to_string(PortDirection::kOutput)) {
+      info.direction = PortDirection::kOutput;
+    } else if (port.name() == to_string(PortDirection::kInOut)) {
+      info.direction = PortDirection::kInOut;
+    } else if (port.name() != to_string(PortDirection::kInput)) {
+      continue;
+    }
+    info.name = port.attribute("name").value_or("");
+    info.declared_type = port.attribute("type").value_or("");
+    info.type = type_named(info.declared_type);
+    if (const auto value = port.attribute("default")) info.default_text = std::string(*value);
+    info.description = port.text();
+    model.ports.push_back(std::move(info));
+  }
+  return model;
+}
+
 std::string trimmed_end(std::string text) {
   while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
   return text;
@@ -57,6 +91,19 @@ std::string trimmed_start(std::string text) {
 }
 
 }  // namespace
+
+Result<std::vector<NodeModel>> read_models(std::string_view xml, std::string file) {
+  const auto document = text::XmlDocument::parse(std::string(xml), std::move(file), {.lenient = true});
+  if (!document) return tl::unexpected(document.error());
+  const XmlElement root = document->root();
+  if (root.name() != "root") return fail("bt.not-a-tree", "the root element is no <root>", root.span());
+  std::vector<NodeModel> all;
+  const XmlElement models = root.child("TreeNodesModel");
+  for (XmlElement e = models ? models.first_child() : XmlElement(); e; e = e.next_sibling()) {
+    if (auto model = read_model(e)) all.push_back(std::move(*model));
+  }
+  return all;
+}
 
 std::string write_models(const std::vector<NodeModel>& models) {
   std::string out = "  <TreeNodesModel>\n";
@@ -82,6 +129,8 @@ Result<std::string> with_models(std::string_view xml, const std::vector<NodeMode
         std::find_if(models.begin(), models.end(), [&](const NodeModel& m) { return id && m.id == *id; });
     if (model == models.end()) continue;
     written.insert(model->id);
+    const auto present = read_model(element);
+    if (present && write_model(*present, "") == write_model(*model, "")) continue;
     edit.replace(element, trimmed_end(trimmed_start(write_model(*model, "    "))));
   }
   for (const NodeModel& model : models) {

@@ -10,6 +10,7 @@
 namespace sentree::bt {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 constexpr std::string_view kFile = R"(<?xml version="1.0"?>
@@ -33,7 +34,7 @@ TEST(Format, IndentsKeepsCommentsAndIsIdempotent) {
   EXPECT_THAT(*formatted,
               HasSubstr("<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\">\n  <BehaviorTree ID=\"Main\">\n"));
   EXPECT_THAT(*formatted, HasSubstr("      <!-- first -->\n      <GoTo name=\"A\" destination=\"kitchen\" "
-                                    "carrier=\"x\" _skipIf=\"n &gt; 1\"/>\n"));
+                                    "carrier=\"x\"\n            _skipIf=\"n &gt; 1\"/>\n"));
   EXPECT_THAT(*formatted, HasSubstr("where to</input_port>"));
   EXPECT_EQ(format(*formatted).value(), *formatted);
   EXPECT_TRUE(diff(kFile, *formatted)->empty());
@@ -62,6 +63,47 @@ TEST(Diff, DoesNotCountHowANodeIsWritten) {
   EXPECT_TRUE(diff(kFile, other)->empty());
 }
 
+std::vector<std::string> told(const std::string& before, const std::string& after) {
+  const auto file = [](const std::string& body) {
+    return "<root BTCPP_format=\"4\"><BehaviorTree ID=\"M\">" + body + "</BehaviorTree></root>";
+  };
+  std::vector<std::string> all;
+  const auto differences = diff(file(before), file(after));
+  for (const Difference& d : *differences) {
+    constexpr const char* kNames[] = {"added", "removed", "changed", "moved"};
+    all.push_back(std::string(kNames[static_cast<int>(d.kind)]) + " " + d.path + ": " + d.what);
+  }
+  return all;
+}
+
+TEST(Diff, FollowsANodeToAnotherParent) {
+  EXPECT_THAT(
+      told("<Sequence><A x=\"1\"/><B/></Sequence>", "<Sequence><Inverter><A x=\"1\"/></Inverter><B/></Sequence>"),
+      ElementsAre("added M/Sequence/Inverter: Inverter added",
+                  "moved M/Sequence/Inverter/A: moved here from M/Sequence/A"));
+  EXPECT_THAT(
+      told("<Sequence><Inverter><A x=\"1\"/></Inverter><B/></Sequence>", "<Sequence><A x=\"1\"/><B/></Sequence>"),
+      ElementsAre("removed M/Sequence/Inverter: Inverter removed",
+                  "moved M/Sequence/A: moved here from M/Sequence/Inverter/A"));
+}
+
+TEST(Diff, FollowsANamedNodeThatWasChangedOnItsWay) {
+  EXPECT_THAT(told("<Sequence><Fallback><A name=\"n\" x=\"1\"/><C/></Fallback><B/></Sequence>",
+                   "<Sequence><Fallback><C/></Fallback><B/><Inverter><A name=\"n\" x=\"2\"/></Inverter></Sequence>"),
+              ElementsAre("added M/Sequence/Inverter: Inverter added",
+                          "moved M/Sequence/Inverter/n: moved here from M/Sequence/Fallback/n",
+                          "changed M/Sequence/Inverter/n: x: \"1\" → \"2\""));
+}
+
+TEST(Diff, CountsEachCopyOnce) {
+  EXPECT_THAT(
+      told("<Sequence><Fallback><A/></Fallback></Sequence>", "<Sequence><Inverter><A/></Inverter><A/></Sequence>"),
+      ElementsAre("removed M/Sequence/Fallback: Fallback removed", "added M/Sequence/Inverter: Inverter added",
+                  "added M/Sequence/A: A added", "moved M/Sequence/Inverter/A: moved here from M/Sequence/Fallback/A"));
+}
+
+TEST(Diff, RefusesWhatIsNoTree) { EXPECT_EQ(diff("<root/>", "<scxml/>").error().code, "bt.not-a-tree"); }
+
 TEST(WithAttribute, ChangesOnePlaceOfTheFile) {
   auto loaded = load(std::string(kFile));
   ASSERT_TRUE(loaded.ok());
@@ -79,6 +121,13 @@ TEST(WithModels, AddsAndReplacesModelsAndKeepsTheRest) {
   EXPECT_THAT(changed, HasSubstr("<!-- first -->"));
   EXPECT_THAT(changed, HasSubstr("<Action ID=\"GoTo\">"));
   EXPECT_TRUE(load(changed).ok());
+}
+
+TEST(WithModels, LeavesWhatSaysTheSameByteForByte) {
+  const auto known = read_models(kFile).value();
+  ASSERT_EQ(known.size(), 1U);
+  EXPECT_EQ(known[0].ports[0].description, "where to");
+  EXPECT_EQ(with_models(kFile, known).value(), kFile);
 }
 
 TEST(Graph, HasANodePerNodeColouredByItsState) {
