@@ -50,6 +50,61 @@ expect 0 '2 of 2 scenarios held' "$sentree" test "$work/mine"
 
 expect 0 '<svg' "$sentree" graph examples/recharge
 expect 0 'stateDiagram-v2' "$sentree" graph examples/recharge/skills/GoToLocation.scxml --to mermaid
+# silent COMMAND…: the command succeeds and has nothing to say.
+silent() {
+  "$@" >"$work/out" 2>&1 </dev/null && [[ ! -s $work/out ]] && echo "✓ $*" && return
+  echo "✗ $* was to succeed in silence:" && tail -5 "$work/out" && failures=$((failures + 1))
+}
+
+# Trees as text: form, differences, models.
+mkdir -p "$work/text/skills" && cp examples/recharge/mission.xml "$work/text/"
+sed 's/threshold="30"/threshold  = "40"/' examples/recharge/mission.xml >"$work/text/other.xml"
+expect 0 'sentree fmt mission.xml' "$sentree" fmt --help
+silent "$sentree" fmt --check examples
+expect 1 'text/other.xml' "$sentree" fmt --check "$work/text"
+expect 1 '"file":".*text/mission.xml","changed":false' "$sentree" fmt --check --json "$work/text"
+ln -s other.xml "$work/text/link.xml" && chmod 640 "$work/text/other.xml"
+expect 0 'text/link.xml' "$sentree" fmt "$work/text/link.xml"
+[[ -L $work/text/link.xml && $(stat -c %a "$work/text/other.xml") == 640 ]] || { echo "✗ fmt keeps links and permissions" && failures=$((failures + 1)); }
+silent "$sentree" fmt --check "$work/text"
+"$sentree" fmt - <examples/recharge/mission.xml | cmp - examples/recharge/mission.xml || failures=$((failures + 1))
+expect 3 'README.md:1:1: expected an element' "$sentree" fmt docs/README.md
+printf '<a/>' >"$work/a.xml"
+expect 3 'neither a Behavior Tree .<root>. nor a state chart' "$sentree" fmt "$work/a.xml"
+silent "$sentree" diff examples/recharge/mission.xml "$work/text/mission.xml"
+expect 1 '~ threshold: "30" → "40"  .*other.xml:14:' "$sentree" diff examples/recharge/mission.xml "$work/text/other.xml"
+expect 1 '"same":false,"differences":\[\{"kind":"changed","path":"Main/Root' "$sentree" diff --json examples/recharge/mission.xml "$work/text/other.xml"
+expect 3 'no such file' "$sentree" diff "$work/none.xml" "$work/text/other.xml"
+expect 3 'is no <root>' "$sentree" diff examples/recharge/skills/GoToLocation.scxml "$work/text/other.xml"
+expect 0 '<output_port name="reason" type="std::string">why it failed' "$sentree" model examples/recharge
+expect 0 '"id":"GoTo","category":"Action","ports":\[\{"name":"place","direction":"input"' "$sentree" model examples/minimal --json
+sed '/<TreeNodesModel>/,/<\/TreeNodesModel>/d' examples/recharge/mission.xml | "$sentree" fmt - >"$work/bare.xml"
+silent "$sentree" model examples/recharge --into "$work/bare.xml"
+silent "$sentree" fmt --check "$work/bare.xml"
+cp "$work/bare.xml" "$work/again.xml"
+silent "$sentree" model examples/recharge --into "$work/again.xml"
+cmp "$work/bare.xml" "$work/again.xml" || failures=$((failures + 1))
+expect 2 'excludes' "$sentree" model examples/recharge --into "$work/bare.xml" -o "$work/other"
+
+# What the shells ask.
+expect 0 '^scenario|^experiment1$' "$sentree" __complete run examples/recharge --scenario ''
+expect 0 '^--scenario=recharge$' "$sentree" __complete run examples/recharge --scenario=re
+expect 0 '^GoToLocation$' "$sentree" __complete skill examples/recharge Go
+expect 0 '^mermaid$' "$sentree" __complete graph --to mer
+expect 0 '^:files xml scxml$' "$sentree" __complete fmt ''
+expect 0 '^fmt	' "$sentree" __complete f
+expect 2 'not in' "$sentree" completion tcsh
+for shell in bash zsh fish; do
+  expect 0 '__complete' "$sentree" completion $shell
+  if command -v $shell >/dev/null; then
+    "$sentree" completion $shell >"$work/completion.$shell"
+    $shell -n "$work/completion.$shell" || { echo "✗ the completion for $shell is no script" && failures=$((failures + 1)); }
+  fi
+done
+offered=$(PATH=${sentree%/*}:$PATH bash -c 'source <(sentree completion bash)
+  COMP_LINE="sentree run examples/recharge --scenario=nor" COMP_POINT=${#COMP_LINE} && _sentree 2>/dev/null && echo "${COMPREPLY[*]}"')
+[[ $offered == normal ]] || { echo "✗ bash offers \"$offered\" instead of \"normal\"" && failures=$((failures + 1)); }
+
 expect 0 'unix sockets' "$sentree" doctor
 
 # Parts elsewhere: gone in mid-run, not there at all, a port that is taken.
@@ -74,6 +129,8 @@ kill $component
 mission=$!
 until "$sentree" call simulation setBatteryCharge percent=10 >"$work/call" 2>&1 || ! kill -0 $mission 2>/dev/null; do :; done
 until grep -q 'battery violated' "$work/mission" || ! kill -0 $mission 2>/dev/null; do read -rt 0.05 <> <(:) || true; done
+expect 0 '^setBatteryCharge	.*percent' "$sentree" __complete call simulation setB
+expect 0 '^percent=	' "$sentree" __complete call simulation setBatteryCharge ''
 kill -INT $mission 2>/dev/null || true
 code=0
 wait $mission || code=$?

@@ -51,6 +51,28 @@ struct GraphCommand {
 };
 int graph(const GraphCommand& command);
 
+struct FmtCommand {
+  std::vector<std::string> files;  ///< Files, folders, or "-" for standard input.
+  bool check = false;
+  bool json = false;
+};
+int fmt(const FmtCommand& command);
+
+struct DiffCommand {
+  std::string before;
+  std::string after;
+  bool json = false;
+};
+int diff(const DiffCommand& command);
+
+struct ModelCommand {
+  std::string project = ".";
+  std::string output;  ///< Empty: standard output.
+  std::string into;    ///< A tree whose TreeNodesModel is brought up to date.
+  bool json = false;
+};
+int model(const ModelCommand& command);
+
 struct CallCommand {
   std::string service;  ///< A service of a running mission, or an address.
   std::string method;

@@ -1,10 +1,22 @@
 #include <CLI/CLI.hpp>
 
 #include "sentree/cli/commands.h"
+#include "sentree/cli/completion.h"
+#include "sentree/cli/output.h"
 
 namespace {
 
 using namespace sentree::cli;
+
+/// What one wants of a help text is an example; the options follow.
+class ExamplesFirst final : public CLI::Formatter {
+ public:
+  std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
+    if (mode == CLI::AppFormatMode::Sub || app->get_footer().empty()) return CLI::Formatter::make_help(app, name, mode);
+    return make_description(app) + app->get_footer() + "\n\n" + make_usage(app, name) + make_positionals(app) +
+           make_groups(app, mode) + make_subcommands(app, mode);
+  }
+};
 
 void add_run(CLI::App& app, RunCommand& command) {
   auto* sub = app.add_subcommand("run", "Execute a mission");
@@ -58,6 +70,60 @@ void add_graph(CLI::App& app, GraphCommand& command) {
       ->check(CLI::IsMember({"svg", "dot", "mermaid", "plantuml"}));
   sub->add_option("--output,-o", command.output, "Default: standard output");
   sub->add_option("--tree", command.tree, "Which BehaviorTree of the file");
+}
+
+void add_fmt(CLI::App& app, FmtCommand& command) {
+  auto* sub = app.add_subcommand("fmt", "Write trees and state charts in canonical form");
+  sub->footer(
+      "Examples:\n"
+      "  sentree fmt mission.xml skills/GoTo.scxml   rewrites them in place, and says which it changed\n"
+      "  sentree fmt examples/recharge               every tree and chart below a folder\n"
+      "  sentree fmt --check .                       changes nothing, lists what is not in form\n"
+      "  sentree fmt - <mission.xml                  from standard input to standard output\n"
+      "Comments, unknown attributes and the order of nodes stay. Exit code: 0, with --check 1 if a file would change,\n"
+      "3 a file is not readable as XML, 4 one cannot be written.");
+  sub->add_option("file", command.files, "Trees (.xml), charts (.scxml), folders; - for standard input")->required();
+  sub->add_flag("--check", command.check, "Change nothing, list what is not in canonical form");
+  sub->add_flag("--json", command.json, "Print which files change (with -, instead of the formatted text)");
+}
+
+void add_diff(CLI::App& app, DiffCommand& command) {
+  auto* sub = app.add_subcommand("diff", "Say how two trees differ in meaning");
+  sub->footer(
+      "Examples:\n"
+      "  sentree diff old.xml new.xml\n"
+      "  git show HEAD:mission.xml | sentree diff - mission.xml\n"
+      "  git difftool --no-prompt --extcmd 'sentree diff' -- mission.xml\n"
+      "Nodes added, removed, moved and changed; white space, comments and the order of attributes do not count.\n"
+      "Exit code: 0 the same, 1 different, 3 not readable.");
+  sub->add_option("before", command.before, "Tree (.xml), or - for standard input")->required();
+  sub->add_option("after", command.after, "Tree (.xml), or - for standard input")->required();
+  sub->add_flag("--json", command.json, "Print the differences as JSON");
+}
+
+void add_model(CLI::App& app, ModelCommand& command) {
+  auto* sub = app.add_subcommand("model", "Describe a project's skills for the palette of a tree editor");
+  sub->footer(
+      "Examples:\n"
+      "  sentree model my_robot -o skills_model.xml               to be imported in Groot\n"
+      "  sentree model my_robot --into my_robot/mission.xml       the TreeNodesModel that the mission itself has\n"
+      "Ports come from the charts: top-level <data> without a value are inputs, <donedata> are outputs.");
+  sub->add_option("project", command.project, "Folder with a sentree.yaml, or a tree with skills/ beside it")
+      ->capture_default_str();
+  auto* output = sub->add_option("--output,-o", command.output, "Default: standard output");
+  sub->add_option("--into", command.into, "Bring the TreeNodesModel of this tree up to date; all else stays")
+      ->excludes(output);
+  sub->add_flag("--json", command.json, "Print the models as JSON");
+}
+
+void add_completion(CLI::App& app, std::string& shell) {
+  auto* sub = app.add_subcommand("completion", "Print the script by which a shell completes commands, files and names");
+  sub->footer(
+      "Examples:\n"
+      "  source <(sentree completion bash)                        in ~/.bashrc\n"
+      "  source <(sentree completion zsh)                         in ~/.zshrc, behind compinit\n"
+      "  sentree completion fish | source                         in ~/.config/fish/config.fish");
+  sub->add_option("shell", shell)->required()->check(CLI::IsMember({"bash", "zsh", "fish"}));
 }
 
 void add_call(CLI::App& app, CallCommand& command) {
@@ -117,6 +183,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Sentree: design, execute, monitor and verify robot behaviours", "sentree"};
   app.set_version_flag("--version", SENTREE_VERSION);
   app.require_subcommand(1);
+  app.formatter(std::make_shared<ExamplesFirst>());
   RunCommand run_command;
   TestCommand test_command;
   CheckCommand check_command;
@@ -125,17 +192,29 @@ int main(int argc, char** argv) {
   InitCommand init_command;
   SkillCommand skill_command;
   ComponentCommand component_command;
+  FmtCommand fmt_command;
+  DiffCommand diff_command;
+  ModelCommand model_command;
+  std::string shell;
   DoctorCommand doctor_command;
   add_init(app, init_command);
   add_check(app, check_command);
   add_run(app, run_command);
   add_test(app, test_command);
   add_graph(app, graph_command);
+  add_fmt(app, fmt_command);
+  add_diff(app, diff_command);
+  add_model(app, model_command);
   add_call(app, call_command);
   add_skill(app, skill_command);
   add_component(app, component_command);
   app.add_subcommand("doctor", "Say whether this machine has what Sentree needs")
       ->add_flag("--json", doctor_command.json);
+  add_completion(app, shell);
+  if (argc > 1 && std::string_view(argv[1]) == "__complete") {
+    print(to_lines(complete(app, {argv + 2, argv + argc})));
+    return kOk;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -147,6 +226,13 @@ int main(int argc, char** argv) {
   if (app.got_subcommand("run")) return run(run_command);
   if (app.got_subcommand("test")) return test(test_command);
   if (app.got_subcommand("graph")) return graph(graph_command);
+  if (app.got_subcommand("fmt")) return fmt(fmt_command);
+  if (app.got_subcommand("diff")) return diff(diff_command);
+  if (app.got_subcommand("model")) return model(model_command);
+  if (app.got_subcommand("completion")) {
+    print(completion_script(shell));
+    return kOk;
+  }
   if (app.got_subcommand("call")) return call(call_command);
   if (app.got_subcommand("skill")) return skill(skill_command);
   if (app.got_subcommand("component")) return component(component_command);

@@ -1,6 +1,13 @@
 #include "sentree/cli/output.h"
 
+#include <unistd.h>
+
 #include <cstdio>
+#include <cstdlib>
+#include <iostream>
+#include <iterator>
+
+#include "sentree/text/file.h"
 
 namespace sentree::cli {
 
@@ -13,6 +20,18 @@ void say(const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); 
 
 void say(const Diagnostics& diagnostics) {
   for (const Diagnostic& diagnostic : diagnostics) say(to_string(diagnostic));
+}
+
+bool wants_colour() {
+  const char* none = std::getenv("NO_COLOR");
+  const char* terminal = std::getenv("TERM");
+  if (none != nullptr && *none != '\0') return false;
+  return isatty(STDOUT_FILENO) != 0 && terminal != nullptr && std::string_view(terminal) != "dumb";
+}
+
+Result<std::string> read_named(const std::string& name) {
+  if (name != "-") return text::read_file(name);
+  return std::string{std::istreambuf_iterator<char>(std::cin), {}};
 }
 
 Value to_value(const Diagnostic& diagnostic) {

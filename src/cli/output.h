@@ -5,6 +5,7 @@
 #include <string>
 
 #include "sentree/base/diagnostic.h"
+#include "sentree/base/result.h"
 #include "sentree/base/value.h"
 #include "sentree/runtime/project.h"
 
@@ -15,6 +16,12 @@ void print(const std::string& text);
 /// Messages: standard error.
 void say(const std::string& text);
 void say(const Diagnostics& diagnostics);
+
+/// Standard output is a terminal that shows colours, and the user did not ask for none (NO_COLOR).
+[[nodiscard]] bool wants_colour();
+
+/// The content of a file, or of standard input for "-".
+[[nodiscard]] Result<std::string> read_named(const std::string& name);
 
 [[nodiscard]] Value to_value(const Diagnostic& diagnostic);
 [[nodiscard]] Value to_value(const Diagnostics& diagnostics);

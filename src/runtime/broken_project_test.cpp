@@ -32,7 +32,7 @@ const Broken kBroken[] = {
     {"MissingSkillFile", "skills/WaitForUser.scxml", nullptr, nullptr,
      "mission.xml:22:11: file \"skills/WaitForUser.scxml\": no such file"},
     {"MisspeltPort", "mission.xml", "threshold=\"30\"", "treshold=\"30\"",
-     "mission.xml:14:60: BatteryLevelAbove has no port \"treshold\" in the TreeNodesModel; did you mean "
+     "mission.xml:14:57: BatteryLevelAbove has no port \"treshold\" in the TreeNodesModel; did you mean "
      "\"threshold\"?"},
     {"TwoRootTrees", "mission.xml", "  <TreeNodesModel>",
      "  <BehaviorTree ID=\"Main\"><AlwaysSuccess/></BehaviorTree>\n  <TreeNodesModel>",
@@ -86,7 +86,7 @@ const Broken kBroken[] = {
      "sentree.yaml:6:3: service \"battery\": address \"http://here\" begins with none of the known schemes; an address "
      "is unix:/path, tcp://host:port or tls://host:port"},
     {"AttributeNobodyDeclared", "mission.xml", "threshold=\"30\"", "threshold=\"30\" carrier=\"tcp\"",
-     "mission.xml:14:75: warning: attribute \"carrier\" of BatteryLevelAbove is declared nowhere and is kept"},
+     "mission.xml:14:72: warning: attribute \"carrier\" of BatteryLevelAbove is declared nowhere and is kept"},
 };
 
 class BrokenProject : public testing::TestWithParam<Broken> {};

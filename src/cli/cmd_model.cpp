@@ -1,0 +1,93 @@
+#include "sentree/cli/commands.h"
+#include "sentree/cli/output.h"
+#include "sentree/runtime/skill_models.h"
+#include "sentree/text/file.h"
+
+namespace sentree::cli {
+
+namespace {
+
+using std::filesystem::path;
+
+// A tree stands for the project that it is the mission of, else for itself and the skills/ beside it.
+std::optional<runtime::Project> project_of(const std::string& name) {
+  std::error_code error;
+  const path file(name);
+  const bool is_project = std::filesystem::is_directory(file, error) || file.filename() == "sentree.yaml";
+  const path folder = file.parent_path().empty() ? path(".") : file.parent_path();
+  if (is_project || !std::filesystem::exists(file, error)) {
+    auto project = runtime::load_project(file);
+    say(project.diagnostics);
+    return std::move(project.value);
+  }
+  if (std::filesystem::exists(folder / "sentree.yaml", error)) {
+    auto project = runtime::load_project(folder);
+    if (project.ok() && std::filesystem::equivalent(folder / project.value->mission.path, file, error))
+      return std::move(project.value);
+  }
+  runtime::Project alone;
+  alone.folder = folder;
+  alone.file = file.string();
+  alone.mission.path = file.filename().string();
+  return alone;
+}
+
+Value to_value(const std::vector<bt::NodeModel>& models) {
+  List list;
+  for (const bt::NodeModel& model : models) {
+    List ports;
+    for (const bt::PortInfo& port : model.ports) {
+      std::string direction(bt::to_string(port.direction));
+      direction.resize(direction.find('_'));  // "input_port" …
+      Map entry{{"name", port.name}, {"direction", direction}};
+      const std::string type = !port.declared_type.empty() ? port.declared_type : port.type ? port.type->name : "";
+      entry["type"] = type.empty() ? Value() : Value(type);
+      entry["default"] = port.default_text ? Value(*port.default_text) : Value();
+      entry["description"] = port.description;
+      ports.push_back(std::move(entry));
+    }
+    list.push_back(Map{{"id", model.id}, {"category", bt::to_string(model.category)}, {"ports", std::move(ports)}});
+  }
+  return Map{{"models", std::move(list)}};
+}
+
+int write_to(const path& file, const std::string& content) {
+  if (const auto written = text::write_file(file, content); !written) {
+    say(to_string(written.error()));
+    return kEnvironment;
+  }
+  return kOk;
+}
+
+int insert_into(const path& file, const std::vector<bt::NodeModel>& models) {
+  const auto source = text::read_file(file);
+  if (!source) {
+    say(to_string(source.error()));
+    return kInvalidInput;
+  }
+  const auto changed = bt::with_models(*source, models, file.string());
+  if (!changed) {
+    say(to_string(changed.error()));
+    return kInvalidInput;
+  }
+  return *changed == *source ? kOk : write_to(file, *changed);
+}
+
+}  // namespace
+
+int model(const ModelCommand& command) {
+  const auto project = project_of(command.project);
+  if (!project) return kInvalidInput;
+  const auto models = runtime::skill_models(*project);
+  say(models.diagnostics);
+  if (!models.ok()) return kInvalidInput;
+  if (!command.into.empty()) return insert_into(command.into, *models.value);
+  const std::string content = command.json ? to_json(to_value(*models.value)) + "\n"
+                                           : "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<root BTCPP_format=\"4\">\n" +
+                                                 bt::write_models(*models.value) + "</root>\n";
+  if (!command.output.empty()) return write_to(command.output, content);
+  print(content);
+  return kOk;
+}
+
+}  // namespace sentree::cli
