@@ -10,6 +10,7 @@
 #include "sentree/cli/live_view.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/report.h"
+#include "sentree/runtime/distribute.h"
 
 namespace sentree::cli {
 
@@ -78,8 +79,14 @@ bool apply_options(const RunCommand& command, runtime::Scenario& scenario) {
 int run(const RunCommand& command) {
   auto scenario = load(command.project, command.scenario);
   if (!scenario) return kInvalidInput;
+  if (command.processes && command.virtual_clock.value_or(false)) {
+    say("--processes needs the real clock: other processes have no virtual time");
+    return kUsage;
+  }
+  if (command.processes) scenario->virtual_time = false;
   if (!apply_options(command, *scenario)) return kUsage;
   auto plan = runtime::prepare(std::move(*scenario));
+  if (plan.ok() && command.processes) plan = runtime::prepare(runtime::in_processes(*plan.value));
   say(plan.diagnostics);
   if (!plan.ok()) return kInvalidInput;
 

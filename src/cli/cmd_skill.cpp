@@ -57,6 +57,7 @@ int skill(const SkillCommand& command) {
   runtime::SkillServerOptions options;
   options.factor = command.factor;
   options.seed = command.seed;
+  options.delays = scenario->delays;
   options.problem = problem;
   options.log = [](const std::string& leaf, const scxml::LogLine& line) {
     say(leaf + ": " + line.label + " " + line.text);

@@ -27,6 +27,7 @@ struct RunCommand {
   bool live = false;
   bool headless = false;
   bool verbose = false;
+  bool processes = false;  ///< Each skill and component in a process of its own.
 };
 int run(const RunCommand& command);
 

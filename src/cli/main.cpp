@@ -25,6 +25,7 @@ void add_run(CLI::App& app, RunCommand& command) {
       "  sentree run examples/recharge --scenario recharge --clock virtual\n"
       "  sentree run examples/recharge --scenario experiment1 --clock virtual --seed 7 --json\n"
       "  sentree run examples/recharge --clock real --factor 8 --live\n"
+      "  sentree run examples/recharge --scenario experiment2 --processes --factor 20\n"
       "Exit code: 0 the mission did as expected, 1 it did not or a monitor is violated, 3 invalid project,\n"
       "4 environment (port taken), 124 time limit, 130 interrupted.");
   sub->add_option("project", command.project, "Folder with a sentree.yaml, or a scenario file")->capture_default_str();
@@ -37,6 +38,8 @@ void add_run(CLI::App& app, RunCommand& command) {
       ->check(CLI::Range(0.01, 1000.0));
   sub->add_option("--seed", command.seed, "Of all that is random; same seed, same run in virtual time");
   sub->add_option("--duration", command.duration, "Time limit of the run, e.g. 90 s");
+  sub->add_flag("--processes", command.processes,
+                "Each skill and component in a process of its own, restarted when it ends");
   sub->add_flag("--live", command.live, "Show map, tree and monitors in the terminal");
   sub->add_flag("--headless", command.headless, "Print the log and the summary (default)");
   sub->add_flag("--verbose,-v", command.verbose, "Print every observation");

@@ -18,8 +18,8 @@ namespace sentree::runtime {
 /// Name under which scenarios, and nobody else, reach the simulator's test control.
 inline constexpr std::string_view kTestControl = "simulation";
 /// Names that observations use for themselves: neither leaves nor services may have them.
-inline constexpr std::string_view kReservedNames[] = {"mission",    "scenario", "monitor", "node",
-                                                      kTestControl, "error",    "done"};
+inline constexpr std::string_view kReservedNames[] = {"mission", "scenario",   "monitor", "node",
+                                                      "process", kTestControl, "error",   "done"};
 
 struct LeafPlan {
   bt::NodeId node = bt::kNoNode;

@@ -105,11 +105,15 @@ struct DelayFault {
   SourceSpan span;
 };
 
+/// Most restarts of one process within a minute that a scenario may allow.
+inline constexpr int kRestartsMax = 100;
+
 /// A part of the scenario that runs in a process of its own.
 struct ProcessEntry {
   std::string name;
   std::string component;  ///< "sim", or empty.
   std::string skill;      ///< Leaf name or ID, or empty.
+  int restarts = 0;       ///< How often it is started again when it ends, within a minute.
   std::string listen;     ///< Address; what is "{run}" in it becomes a private folder of the run.
   SourceSpan span;
 };

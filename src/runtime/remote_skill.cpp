@@ -212,7 +212,8 @@ class SkillService final : public rpc::Service {
         interface_(std::move(interface)),
         publisher_(publisher),
         scheduler_(scheduler),
-        options_(std::move(options)) {}
+        options_(std::move(options)),
+        delays_(options_.delays) {}
 
   const idl::Service& interface() const override { return *interface_; }
 

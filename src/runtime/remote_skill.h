@@ -49,6 +49,7 @@ struct RemoteSkillReplies {
 struct SkillServerOptions {
   double factor = 1.0;
   std::uint64_t seed = 1;
+  std::vector<DelayFault> delays;  ///< Of the scenario; those that concern calls and halts of this skill apply.
   std::function<void(const std::string&)> problem;
   std::function<void(const std::string& leaf, const scxml::LogLine&)> log;
 };

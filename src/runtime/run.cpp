@@ -13,16 +13,14 @@
 #include "sentree/runtime/control.h"
 #include "sentree/runtime/local_skill.h"
 #include "sentree/runtime/monitors.h"
-#include "sentree/runtime/process.h"
 #include "sentree/runtime/remote_service.h"
 #include "sentree/runtime/remote_skill.h"
 #include "sentree/runtime/services.h"
+#include "sentree/runtime/supervisor.h"
 
 namespace sentree::runtime {
 
 namespace {
-
-constexpr std::chrono::seconds kProcessPatience{10};
 
 // The stream as callers see it, with the monitors that gate it.
 class StreamPublisher final : public Publisher {
@@ -49,6 +47,9 @@ class StreamPublisher final : public Publisher {
   const Clock& clock_;
   Duration patience_;
 };
+
+// What a run's processes get to end in order.
+constexpr std::chrono::seconds kEndPatience{2};
 
 // A private folder for the sockets of one run.
 class RunFolder {
@@ -107,8 +108,7 @@ class Run::Impl final : public RunView {
       report.error = *error;
       return report;
     }
-    report.processes.push_back({"run", static_cast<std::int64_t>(getpid())});
-    for (const auto& [name, process] : processes_) report.processes.push_back({name, process->pid()});
+    report.processes = processes();
 
     stream_.subscribe([this](const Message& message) { monitors_.observe(message); });
     for (const auto& listener : options_.listeners) stream_.subscribe(listener);
@@ -130,7 +130,7 @@ class Run::Impl final : public RunView {
     if (options_.on_view) options_.on_view(nullptr);
     // Other processes first: they still publish while they halt.
     control_server_.reset();
-    processes_.clear();
+    if (supervisor_) supervisor_->end(kEndPatience);
     observer_server_.reset();
     stream_.flush();
     monitors_.finish(ended_);
@@ -163,6 +163,12 @@ class Run::Impl final : public RunView {
   }
 
   TimePoint now() const override { return scheduler_->now(); }
+  std::vector<ProcessReport> processes() override {
+    std::vector<ProcessReport> all{{"run", static_cast<std::int64_t>(getpid())}};
+    if (!supervisor_) return all;
+    for (const auto& process : supervisor_->running()) all.push_back({process.name, process.pid});
+    return all;
+  }
   std::optional<sim::State> world() override {
     return sim_ ? std::optional<sim::State>(sim_->snapshot()) : std::nullopt;
   }
@@ -185,17 +191,47 @@ class Run::Impl final : public RunView {
       if (!folder_) folder_ = std::make_unique<RunFolder>();
       replace_all(text, "{run}", folder_->path());
     }
-    for (const auto& [name, process] : processes_) replace_all(text, "{" + name + "}", process->address());
+    if (supervisor_) {
+      for (const auto& process : supervisor_->running()) replace_all(text, "{" + process.name + "}", process.address);
+    }
     return text;
   }
 
   std::optional<std::string> start_process(const ProcessEntry& entry, std::vector<std::string> arguments) {
-    arguments.insert(arguments.end(), {"--listen", resolved(entry.listen), "--seed", std::to_string(scenario_.seed),
-                                       "--factor", shortest_decimal(scenario_.factor)});
-    auto process = Process::start(entry.name, own_program(), arguments, kProcessPatience);
-    if (!process) return process.error().message;
-    processes_[entry.name] = std::move(*process);
-    return std::nullopt;
+    arguments.insert(arguments.end(),
+                     {"--seed", std::to_string(scenario_.seed), "--factor", shortest_decimal(scenario_.factor)});
+    if (!supervisor_) {
+      supervisor_ = std::make_unique<Supervisor>(options_.program.empty() ? own_program() : options_.program,
+                                                 [this](const ProcessEvent& event) { on_process(event); });
+    }
+    const auto started = supervisor_->start({.name = entry.name,
+                                             .arguments = std::move(arguments),
+                                             .listen = resolved(entry.listen),
+                                             .restarts = entry.restarts});
+    return started ? std::nullopt : std::optional(started.error().message);
+  }
+
+  void on_process(const ProcessEvent& event) {
+    Message message;
+    message.source = "run";
+    message.target = event.process;
+    message.data = Map{{"process", event.process}};
+    switch (event.kind) {
+      case ProcessEvent::Kind::kExited:
+        message.name = "process.exited";
+        message.data = Map{{"process", event.process}, {"pid", event.pid}, {"how", event.how}};
+        problem("process " + event.process + " ended: " + event.how);
+        break;
+      case ProcessEvent::Kind::kRestarted:
+        message.name = "process.restarted";
+        message.data = Map{{"process", event.process}, {"pid", event.pid}};
+        break;
+      case ProcessEvent::Kind::kGivenUp:
+        message.name = "process.given_up";
+        problem("process " + event.process + " ended too often and is not started again");
+        break;
+    }
+    stream_.publish(std::move(message));
   }
 
   std::optional<std::string> start_components() {
@@ -323,7 +359,7 @@ class Run::Impl final : public RunView {
   void inject(const Injection& injection) {
     if (!injection.kill.empty()) {
       publish_injection("kill", injection.kill, Map{{"process", injection.kill}});
-      processes_[injection.kill]->kill();
+      supervisor_->kill(injection.kill);
       return;
     }
     publish_injection(injection.service + "." + injection.method, injection.service, Map{{"args", injection.args}});
@@ -349,7 +385,7 @@ class Run::Impl final : public RunView {
     const auto args = idl::conform_arguments(**found, arguments);
     if (!args) return {.ok = false, .result = {}, .kind = "arguments", .message = args.error().message};
     std::string at = is_test_control ? "sim" : service->second.at;
-    if (is_test_control && !component_.empty()) at = processes_[component_]->address();
+    if (is_test_control && !component_.empty()) at = supervisor_->address(component_);
     if (at == "sim") return sim_->call(interface->name, method, *args);
     return call_once(*rpc::Address::parse(at), interface, name, method, *args, std::chrono::seconds(1));
   }
@@ -416,8 +452,8 @@ class Run::Impl final : public RunView {
   Monitors monitors_;
   StreamPublisher publisher_;
   ActorId director_;
-  std::map<std::string, std::unique_ptr<Process>> processes_;
-  std::string component_;  // name of the process that runs the simulator; empty: this one does
+  std::unique_ptr<Supervisor> supervisor_;  // null: everything runs in this process
+  std::string component_;                   // name of the process that runs the simulator; empty: this one does
   std::unique_ptr<rpc::Server> observer_server_;
   std::unique_ptr<rpc::Server> control_server_;
   std::unique_ptr<Mission> mission_;

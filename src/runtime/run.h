@@ -56,9 +56,13 @@ class RunView {
   [[nodiscard]] virtual TimePoint now() const = 0;
   /// The simulated world as of now; nothing if this process has none.
   [[nodiscard]] virtual std::optional<sim::State> world() = 0;
+  /// The run itself first, then its other processes that live.
+  [[nodiscard]] virtual std::vector<ProcessReport> processes() = 0;
 };
 
 struct RunOptions {
+  /// The `sentree` that runs parts in processes of their own; empty: the program that runs.
+  std::string program;
   /// Sees every observation in order.
   std::vector<Stream::Listener> listeners;
   /// Told of a decision right after the observation that caused it.

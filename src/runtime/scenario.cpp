@@ -64,8 +64,16 @@ void read_processes(const text::YamlNode& node, Scenario& scenario, Diagnostics&
     ProcessEntry process{.name = name.scalar,
                          .component = reader.string("component").value_or(""),
                          .skill = reader.string("skill").value_or(""),
+                         .restarts = 0,
                          .listen = reader.required_string("listen"),
                          .span = name.span};
+    if (const auto restarts = reader.integer("restarts")) {
+      if (*restarts >= 0 && *restarts <= kRestartsMax)
+        process.restarts = static_cast<int>(*restarts);
+      else
+        reader.error(reader.span("restarts"), "scenario.process",
+                     "restarts must be from 0 to " + std::to_string(kRestartsMax));
+    }
     if (process.component.empty() == process.skill.empty()) {
       reader.error(name.span, "scenario.process",
                    "process \"" + name.scalar + "\" needs either \"component: sim\" or \"skill: LEAF\"");

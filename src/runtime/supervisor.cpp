@@ -1,0 +1,323 @@
+#include "sentree/runtime/supervisor.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/eventfd.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <condition_variable>
+#include <cstring>
+#include <deque>
+#include <filesystem>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+namespace sentree::runtime {
+
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+using SteadyTime = SteadyClock::time_point;
+
+constexpr std::string_view kAnnouncement = "listening on ";
+// Read before the announcement; a program that prints more without it is not ours.
+constexpr std::size_t kOutputMax = 64 * 1024;
+// How long an ended process may still be a child that cannot be waited for.
+constexpr std::chrono::milliseconds kReapInterval{10};
+
+struct Spawned {
+  pid_t pid = -1;
+  int output = -1;
+};
+
+Result<Spawned> spawn(const std::string& name, const std::string& program, const std::vector<std::string>& arguments) {
+  int pipes[2];
+  if (pipe2(pipes, O_CLOEXEC) != 0)
+    return fail("process.start", "process \"" + name + "\" cannot be started: " + std::strerror(errno));
+  std::vector<char*> argv{const_cast<char*>(program.c_str())};
+  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+  argv.push_back(nullptr);
+
+  const pid_t parent = getpid();
+  const pid_t pid = fork();
+  if (pid == 0) {
+    // Between fork and exec only what is safe in a process that had threads.
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (getppid() != parent) _exit(127);
+    dup2(pipes[1], STDOUT_FILENO);
+    sigset_t none;
+    sigemptyset(&none);
+    sigprocmask(SIG_SETMASK, &none, nullptr);
+    // Ctrl-C in the terminal is for the run, which ends its processes in order.
+    setpgid(0, 0);
+    execv(program.c_str(), argv.data());
+    _exit(127);
+  }
+  const int why = errno;
+  close(pipes[1]);
+  if (pid < 0) {
+    close(pipes[0]);
+    return fail("process.start", "process \"" + name + "\" cannot be started: " + std::strerror(why));
+  }
+  fcntl(pipes[0], F_SETFL, O_NONBLOCK);
+  return Spawned{pid, pipes[0]};
+}
+
+std::string describe(int status) {
+  if (WIFSIGNALED(status)) {
+    return "signal " + std::to_string(WTERMSIG(status)) + " (" + strsignal(WTERMSIG(status)) + ")";
+  }
+  return "exit code " + std::to_string(WEXITSTATUS(status));
+}
+
+struct Child {
+  enum class State { kStarting, kRunning, kEnding, kWaiting, kGone };
+
+  ProcessSpec spec;
+  State state = State::kStarting;
+  pid_t pid = -1;
+  int output = -1;
+  std::string text;     // printed so far, until the announcement is found
+  std::string address;  // where it listens, once it has said so
+  SteadyTime due{};     // kStarting: patience ends; kEnding: look again; kWaiting: start again
+  std::deque<SteadyTime> restarts;
+};
+
+}  // namespace
+
+class Supervisor::Impl {
+ public:
+  Impl(std::string program, std::function<void(const ProcessEvent&)> on_event)
+      : program_(std::move(program)), on_event_(std::move(on_event)), wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+    thread_ = std::thread([this] { watch(); });
+  }
+  ~Impl() {
+    end(std::chrono::milliseconds(2000));
+    close(wake_);
+  }
+
+  // The kernel's signal on our death comes when the *thread* that forked ends: so that thread is the watcher.
+  Result<std::string> start(ProcessSpec spec) {
+    std::unique_lock lock(mutex_);
+    Child& child = *children_.emplace_back(std::make_unique<Child>());
+    child.spec = std::move(spec);
+    child.state = Child::State::kWaiting;
+    child.due = SteadyClock::now();
+    poke();
+    changed_.wait(
+        lock, [&] { return child.state == Child::State::kRunning || child.state == Child::State::kGone || ending_; });
+    if (child.state == Child::State::kRunning) return child.address;
+    if (start_error_) return tl::unexpected(*start_error_);
+    return fail("process.no-address", "process \"" + child.spec.name + "\" did not say within " +
+                                          std::to_string(kStartPatience.count()) +
+                                          " s where it listens; its own message stands above");
+  }
+
+  std::string address(const std::string& name) {
+    const std::lock_guard lock(mutex_);
+    const Child* child = find(name);
+    return child != nullptr ? child->address : std::string();
+  }
+
+  std::vector<Running> running() {
+    const std::lock_guard lock(mutex_);
+    std::vector<Running> all;
+    for (const auto& child : children_) {
+      if (child->pid > 0) all.push_back({child->spec.name, child->pid, child->address});
+    }
+    return all;
+  }
+
+  void kill(const std::string& name) {
+    const std::lock_guard lock(mutex_);
+    if (const Child* child = find(name); child != nullptr && child->pid > 0) ::kill(child->pid, SIGKILL);
+  }
+
+  void end(std::chrono::milliseconds patience) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (!thread_.joinable()) return;
+      ending_ = true;
+      kill_at_ = SteadyClock::now() + patience;
+      for (const auto& child : children_) {
+        if (child->pid <= 0) continue;
+        ::kill(child->pid, SIGTERM);
+        ::kill(child->pid, SIGCONT);  // a stopped one would not hear it
+      }
+      poke();
+    }
+    changed_.notify_all();
+    thread_.join();
+  }
+
+ private:
+  Child* find(const std::string& name) {
+    const auto found =
+        std::find_if(children_.begin(), children_.end(), [&](const auto& child) { return child->spec.name == name; });
+    return found == children_.end() ? nullptr : found->get();
+  }
+
+  void poke() const {
+    const std::uint64_t one = 1;
+    [[maybe_unused]] const ssize_t written = write(wake_, &one, sizeof one);
+  }
+
+  void watch() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+      const SteadyTime now = SteadyClock::now();
+      std::vector<ProcessEvent> events;
+      SteadyTime next = now + std::chrono::hours(1);
+      bool any_alive = false;
+      for (const auto& child : children_) {
+        advance(*child, now, events);
+        any_alive = any_alive || child->pid > 0;
+        const bool waits_for_nothing = child->state == Child::State::kRunning || child->state == Child::State::kGone ||
+                                       (ending_ && child->state == Child::State::kWaiting);
+        if (!waits_for_nothing) next = std::min(next, child->due);
+      }
+      if (ending_) {
+        if (!any_alive) return;
+        if (now >= kill_at_) {
+          for (const auto& child : children_) {
+            if (child->pid > 0) ::kill(child->pid, SIGKILL);
+          }
+        }
+        next = std::min(next, now + kReapInterval);
+      }
+      std::vector<pollfd> watched{{wake_, POLLIN, 0}};
+      for (const auto& child : children_) {
+        if (child->output >= 0) watched.push_back({child->output, POLLIN, 0});
+      }
+      lock.unlock();
+      changed_.notify_all();
+      for (const ProcessEvent& event : events) on_event_(event);
+      const auto wait = std::chrono::ceil<std::chrono::milliseconds>(next - SteadyClock::now());
+      if (events.empty()) poll(watched.data(), watched.size(), static_cast<int>(std::max<long>(wait.count(), 0)));
+      std::uint64_t pokes = 0;
+      [[maybe_unused]] const ssize_t got = read(wake_, &pokes, sizeof pokes);
+      lock.lock();
+    }
+  }
+
+  void advance(Child& child, SteadyTime now, std::vector<ProcessEvent>& events) {
+    if (child.output >= 0) listen(child, events);
+    switch (child.state) {
+      case Child::State::kStarting:
+        if (now >= child.due) ::kill(child.pid, SIGKILL);
+        break;
+      case Child::State::kEnding: reap(child, now, events); break;
+      case Child::State::kWaiting:
+        if (now >= child.due && !ending_) spawn_child(child, now, events);
+        break;
+      case Child::State::kRunning:
+      case Child::State::kGone: break;
+    }
+  }
+
+  // Reads what the child prints, so that it never waits for us; the end of its output is its end.
+  void listen(Child& child, std::vector<ProcessEvent>& events) {
+    char buffer[4096];
+    for (;;) {
+      const ssize_t got = read(child.output, buffer, sizeof buffer);
+      if (got < 0) return;  // nothing now
+      if (got == 0) break;
+      if (child.state != Child::State::kStarting || child.text.size() >= kOutputMax) continue;
+      child.text.append(buffer, static_cast<std::size_t>(got));
+      const auto at = child.text.find(kAnnouncement);
+      const auto line_end = at == std::string::npos ? at : child.text.find('\n', at);
+      if (line_end == std::string::npos) continue;
+      const bool first = child.address.empty();
+      child.address = child.text.substr(at + kAnnouncement.size(), line_end - at - kAnnouncement.size());
+      child.spec.listen = child.address;
+      child.text.clear();
+      child.state = Child::State::kRunning;
+      if (!first) events.push_back({ProcessEvent::Kind::kRestarted, child.spec.name, child.pid, {}});
+    }
+    close(child.output);
+    child.output = -1;
+    child.state = Child::State::kEnding;
+    child.due = SteadyTime();
+  }
+
+  void reap(Child& child, SteadyTime now, std::vector<ProcessEvent>& events) {
+    if (now < child.due) return;
+    int status = 0;
+    if (waitpid(child.pid, &status, WNOHANG) == 0) {
+      child.due = now + kReapInterval;
+      return;
+    }
+    const pid_t pid = std::exchange(child.pid, -1);
+    const bool never_listened = child.address.empty();
+    if (ending_ || never_listened) {
+      child.state = Child::State::kGone;
+      return;
+    }
+    events.push_back({ProcessEvent::Kind::kExited, child.spec.name, pid, describe(status)});
+    wait_or_give_up(child, now, events);
+  }
+
+  void wait_or_give_up(Child& child, SteadyTime now, std::vector<ProcessEvent>& events) {
+    while (!child.restarts.empty() && now - child.restarts.front() > kRestartWindow) child.restarts.pop_front();
+    if (static_cast<int>(child.restarts.size()) >= child.spec.restarts) {
+      child.state = Child::State::kGone;
+      if (child.spec.restarts > 0) events.push_back({ProcessEvent::Kind::kGivenUp, child.spec.name, 0, {}});
+      return;
+    }
+    const auto shift = std::min<std::size_t>(child.restarts.size(), 16);
+    child.restarts.push_back(now);
+    child.state = Child::State::kWaiting;
+    child.due = now + std::min<SteadyClock::duration>(kRestartFirst * (1 << shift), kRestartLast);
+  }
+
+  void spawn_child(Child& child, SteadyTime now, std::vector<ProcessEvent>& events) {
+    std::vector<std::string> arguments = child.spec.arguments;
+    arguments.insert(arguments.end(), {"--listen", child.spec.listen});
+    const auto spawned = spawn(child.spec.name, program_, arguments);
+    if (!spawned) {
+      start_error_ = spawned.error();
+      if (child.address.empty())
+        child.state = Child::State::kGone;
+      else
+        wait_or_give_up(child, now, events);
+      return;
+    }
+    child.pid = spawned->pid;
+    child.output = spawned->output;
+    child.state = Child::State::kStarting;
+    child.due = now + kStartPatience;
+  }
+
+  const std::string program_;
+  const std::function<void(const ProcessEvent&)> on_event_;
+  const int wake_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<std::unique_ptr<Child>> children_;
+  std::optional<Diagnostic> start_error_;
+  bool ending_ = false;
+  SteadyTime kill_at_{};
+  std::thread thread_;
+};
+
+Supervisor::Supervisor(std::string program, std::function<void(const ProcessEvent&)> on_event)
+    : impl_(std::make_unique<Impl>(std::move(program), std::move(on_event))) {}
+Supervisor::~Supervisor() = default;
+Result<std::string> Supervisor::start(ProcessSpec spec) { return impl_->start(std::move(spec)); }
+std::string Supervisor::address(const std::string& name) const { return impl_->address(name); }
+std::vector<Supervisor::Running> Supervisor::running() const { return impl_->running(); }
+void Supervisor::kill(const std::string& name) { impl_->kill(name); }
+void Supervisor::end(std::chrono::milliseconds patience) { impl_->end(patience); }
+
+std::string own_program() {
+  std::error_code error;
+  return std::filesystem::read_symlink("/proc/self/exe", error).string();
+}
+
+}  // namespace sentree::runtime

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sentree/base/result.h"
+
+namespace sentree::runtime {
+
+/// A part of a run in a process of its own.
+struct ProcessSpec {
+  std::string name;
+  std::vector<std::string> arguments;  ///< Of the program, without --listen.
+  std::string listen;                  ///< Given as --listen; after the first start, the address that came of it.
+  int restarts = 0;                    ///< How often it is started again within `kRestartWindow`.
+};
+
+/// Restarts are counted over this long.
+inline constexpr std::chrono::seconds kRestartWindow{60};
+/// Waits before a restart double from the first to the last.
+inline constexpr std::chrono::milliseconds kRestartFirst{50};
+inline constexpr std::chrono::milliseconds kRestartLast{2000};
+/// A process that has not said by then where it listens has failed.
+inline constexpr std::chrono::seconds kStartPatience{10};
+
+/// What happens to a process after it was started first.
+struct ProcessEvent {
+  enum class Kind {
+    kExited,     ///< It ended without having been asked to.
+    kRestarted,  ///< It listens again, at the same address.
+    kGivenUp,    ///< It ended too often.
+  };
+  Kind kind = Kind::kExited;
+  std::string process;
+  pid_t pid = 0;
+  std::string how;  ///< kExited: "signal 9 (Killed)", "exit code 3".
+};
+
+/// Starts processes, watches them in a thread of its own, restarts those that end. All are ended with it, and by the
+/// kernel when the program itself dies.
+class Supervisor {
+ public:
+  /// @param on_event  Called in the supervisor's thread.
+  Supervisor(std::string program, std::function<void(const ProcessEvent&)> on_event);
+  ~Supervisor();
+  Supervisor(const Supervisor&) = delete;
+  Supervisor& operator=(const Supervisor&) = delete;
+
+  /// Starts it and waits until it prints "listening on ADDRESS" on its standard output; what it prints on standard
+  /// error goes to ours. Returns the address. Errors: process.start, process.no-address.
+  [[nodiscard]] Result<std::string> start(ProcessSpec spec);
+
+  [[nodiscard]] std::string address(const std::string& name) const;
+  struct Running {
+    std::string name;
+    pid_t pid = 0;
+    std::string address;
+  };
+  /// Those that run now, in the order started.
+  [[nodiscard]] std::vector<Running> running() const;
+
+  /// SIGKILL; its restarts apply.
+  void kill(const std::string& name);
+  /// Asks all to end (SIGTERM), makes those that are left after `patience` (SIGKILL). Idempotent.
+  void end(std::chrono::milliseconds patience);
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The path of the program that runs.
+[[nodiscard]] std::string own_program();
+
+}  // namespace sentree::runtime

@@ -1,0 +1,161 @@
+// Runs whose parts are processes of their own, and what becomes of them when those are killed or stopped.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+
+#include <atomic>
+#include <cerrno>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "sentree/runtime/distribute.h"
+#include "sentree/runtime/run.h"
+
+namespace sentree::runtime {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using testing::Each;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+const std::string kSource = SENTREE_SOURCE_DIR;
+
+Scenario recharge(const std::string& name) {
+  auto loaded = load_scenario(kSource + "/examples/recharge/scenarios/" + name + ".yaml");
+  EXPECT_TRUE(loaded.ok());
+  return std::move(*loaded.value);
+}
+
+Scenario resilient() {
+  auto loaded = load_project(kSource + "/tests/projects/resilient");
+  EXPECT_TRUE(loaded.ok());
+  Scenario scenario = plain_scenario(std::move(*loaded.value));
+  scenario.factor = 20;
+  scenario.duration = std::chrono::minutes(10);
+  scenario.mission = "SUCCESS";
+  return scenario;
+}
+
+// Every part in a process of its own.
+Plan distributed(Scenario scenario) {
+  auto plan = prepare(std::move(scenario));
+  EXPECT_TRUE(plan.ok());
+  auto split = prepare(in_processes(*plan.value));
+  for (const Diagnostic& diagnostic : split.diagnostics) ADD_FAILURE() << to_string(diagnostic);
+  return std::move(*split.value);
+}
+
+struct Ran {
+  RunReport report;
+  std::vector<Message> messages;
+
+  std::size_t count(const std::string& name) const {
+    return static_cast<std::size_t>(
+        std::count_if(messages.begin(), messages.end(), [&](const Message& m) { return m.name == name; }));
+  }
+};
+
+Ran run(const Plan& plan, RunOptions options = {}) {
+  Ran ran;
+  options.program = SENTREE_PROGRAM;
+  options.listeners.push_back([&](const Message& message) { ran.messages.push_back(message); });
+  ran.report = Run(plan, std::move(options)).execute();
+  // Nothing is left behind.
+  EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);
+  EXPECT_EQ(errno, ECHILD);
+  return ran;
+}
+
+class Verdicts : public testing::TestWithParam<const char*> {};
+
+TEST_P(Verdicts, AreTheSameInProcesses) {
+  Scenario scenario = recharge(GetParam());
+  scenario.factor = 20;
+  // The machine may be slow; the mission is not what is tested for speed here.
+  scenario.project.deadlines = recharge("distributed").project.deadlines;
+  const Plan plan = distributed(std::move(scenario));
+  const Ran ran = run(plan);
+  EXPECT_THAT(ran.report.unmet, IsEmpty());
+  EXPECT_EQ(ran.report.processes.size(), plan.scenario.processes.size() + 1);
+  EXPECT_GE(ran.report.processes.size(), 7U);
+}
+
+INSTANTIATE_TEST_SUITE_P(Recharge, Verdicts, testing::Values("experiment1", "experiment2", "recharge", "shield"));
+
+TEST(Processes, SurviveKillsAtRandomMoments) {
+  const unsigned seed = std::random_device()();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  Scenario scenario = distributed(resilient()).scenario;
+  for (ProcessEntry& process : scenario.processes) process.restarts = kRestartsMax;
+  std::uniform_int_distribution<int> when_ms(500, 40'000);
+  for (int i = 0; i < 8; ++i) {
+    Injection injection;
+    injection.at = TimePoint(milliseconds(when_ms(random)));
+    injection.kill = scenario.processes[random() % scenario.processes.size()].name;
+    scenario.timeline.push_back(std::move(injection));
+  }
+  auto plan = prepare(std::move(scenario));
+  ASSERT_TRUE(plan.ok());
+  const Ran ran = run(*plan.value);
+  EXPECT_THAT(ran.report.unmet, IsEmpty());
+  EXPECT_GT(ran.count("process.exited"), 0U);
+  EXPECT_EQ(ran.count("process.restarted"), ran.count("process.exited"));
+}
+
+TEST(Processes, AreGivenUpWhenTheyEndTooOften) {
+  Scenario scenario = distributed(resilient()).scenario;
+  for (ProcessEntry& process : scenario.processes) process.restarts = 1;
+  scenario.mission = "RUNNING";
+  scenario.duration = seconds(80);
+  // The second comes when the first restart is over: they are two seconds of wall time apart.
+  for (const int at_s : {5, 45}) {
+    Injection injection;
+    injection.at = TimePoint(seconds(at_s));
+    injection.kill = "GoToLocation";
+    scenario.timeline.push_back(std::move(injection));
+  }
+  auto plan = prepare(std::move(scenario));
+  ASSERT_TRUE(plan.ok());
+  const Ran ran = run(*plan.value);
+  EXPECT_THAT(ran.report.unmet, IsEmpty());
+  EXPECT_EQ(ran.count("process.exited"), 2U);
+  EXPECT_EQ(ran.count("process.restarted"), 1U);
+  EXPECT_EQ(ran.count("process.given_up"), 1U);
+  EXPECT_THAT(ran.report.problems, testing::Contains(HasSubstr("ended too often")));
+}
+
+TEST(Processes, AStoppedOneFailsItsLeafAndIsEndedWithTheRun) {
+  Scenario scenario = resilient();
+  scenario.mission = "RUNNING";
+  scenario.duration = seconds(120);
+  scenario.project.deadlines.unresponsive = seconds(1);
+  const Plan plan = distributed(std::move(scenario));
+  RunOptions options;
+  std::atomic<RunView*> view = nullptr;
+  options.on_view = [&](RunView* now) { view = now; };
+  bool stopped = false;
+  options.listeners.push_back([&](const Message& message) {
+    if (stopped || message.name != "GoToKitchen.tick.reply") return;
+    stopped = true;
+    for (const ProcessReport& process : view.load()->processes()) {
+      if (process.name == "GoToLocation") ::kill(static_cast<pid_t>(process.pid), SIGSTOP);
+    }
+  });
+  const Ran ran = run(plan, std::move(options));
+  EXPECT_THAT(ran.report.unmet, IsEmpty());
+  EXPECT_EQ(ran.count("process.exited"), 0U);
+  const bool failed = std::any_of(ran.messages.begin(), ran.messages.end(), [](const Message& message) {
+    return message.name == "GoToKitchen.tick.reply" && message.data.find("status")->text() == "FAILURE";
+  });
+  EXPECT_TRUE(failed);
+}
+
+}  // namespace
+}  // namespace sentree::runtime
