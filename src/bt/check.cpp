@@ -107,7 +107,7 @@ void Loader::check_entries() {
   if (model_->format == 3) return;
   // By the cell where the entry lives.
   const auto owner = [this](std::uint32_t cell) {
-    while (!local_cells_.contains(cell) && model_->cells[cell].parent != kNone) cell = model_->cells[cell].parent;
+    while (!is_constant(cell) && model_->cells[cell].parent != kNone) cell = model_->cells[cell].parent;
     return cell;
   };
   std::vector<bool> written(model_->cells.size(), false);

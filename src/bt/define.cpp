@@ -31,6 +31,8 @@ std::optional<std::string_view> entry_name(std::string_view text) {
 std::uint32_t Loader::add_manifest(const Manifest& manifest) {
   const auto index = static_cast<std::uint32_t>(model_->manifests.size());
   model_->manifests.push_back(manifest);
+  auto& names = port_names_.emplace_back();
+  for (const PortInfo& port : manifest.ports) names.push_back(string(port.name));
   return index;
 }
 
@@ -46,6 +48,10 @@ std::vector<std::string> Loader::known_ids() const {
 
 std::uint32_t Loader::find_manifest(const XmlElement& element, bool& is_explicit) {
   const std::string_view tag = element.name();
+  if (tag == last_tag_ && last_manifest_ != kNone) {
+    is_explicit = false;
+    return last_manifest_;
+  }
   is_explicit = tag == "Action" || tag == "Condition" || tag == "Control" || tag == "Decorator";
   std::string_view id = tag;
   if (is_explicit) {
@@ -58,7 +64,13 @@ std::uint32_t Loader::find_manifest(const XmlElement& element, bool& is_explicit
   }
   // An explicit tag says what an undeclared leaf is, so it has a key of its own.
   if (!is_explicit || !(tag == "Action" || tag == "Condition")) {
-    if (const auto known = manifest_index_.find(id); known != manifest_index_.end()) return known->second;
+    if (const auto known = manifest_index_.find(id); known != manifest_index_.end()) {
+      if (!is_explicit) {
+        last_tag_ = known->first;
+        last_manifest_ = known->second;
+      }
+      return known->second;
+    }
   }
   const Manifest* found = find_builtin(id, model_->format);
   Manifest made;
@@ -140,16 +152,27 @@ std::uint32_t Loader::define_script(std::string_view text, const XmlElement& ele
   return index;
 }
 
-void Loader::define_port(DefinedPort& port, const Manifest& manifest, const XmlElement& element, std::string_view name,
+std::uint32_t Loader::entry_of(std::uint32_t text) {
+  if (entry_of_.size() < model_->strings.size()) entry_of_.resize(model_->strings.size(), kUnknownText);
+  if (entry_of_[text] == kUnknownText) {
+    const auto name = entry_name(model_->strings[text]);
+    const std::uint32_t entry = !name ? kNone : *name == "=" ? kSameName : string(*name);
+    entry_of_[text] = entry;
+    return entry;
+  }
+  return entry_of_[text];
+}
+
+void Loader::define_port(DefinedPort& port, const Manifest& manifest, const XmlElement& element, std::uint32_t name,
                          std::string_view text, const PortInfo* info) {
-  port.name = string(name);
+  port.name = name;
   port.text = string(text);
   port.type = info != nullptr ? info->type : nullptr;
-  std::optional<std::string_view> entry = entry_name(text);
-  if ((entry && *entry == "=") || (text == "=" && info != nullptr)) entry = name;
-  if (entry) {
+  std::uint32_t entry = entry_of(port.text);
+  if (entry == kSameName || (info != nullptr && text == "=")) entry = name;
+  if (entry != kNone) {
     port.kind = Binding::Kind::kEntry;
-    port.target = string(*entry);
+    port.target = entry;
     return;
   }
   port.kind = Binding::Kind::kLiteral;
@@ -171,9 +194,9 @@ void Loader::define_port(DefinedPort& port, const Manifest& manifest, const XmlE
     // Format 3 finds it out when the port is read.
     if (!parsed && model_->format != 3) {
       report(lenient_ ? Severity::kWarning : Severity::kError, "bt.bad-value",
-             "port \"" + std::string(name) + "\" of " + manifest.id + ": \"" + std::string(text) + "\" is no " +
+             "port \"" + model_->strings[name] + "\" of " + manifest.id + ": \"" + std::string(text) + "\" is no " +
                  port.type->name + (port.type->parse == nullptr ? "; only an entry {…} can hold one" : ""),
-             element.attribute_value_span(name));
+             element.attribute_value_span(model_->strings[name]));
       return;
     }
     if (parsed) literal.value = std::move(*parsed);
@@ -209,7 +232,8 @@ void Loader::unknown_attribute(const XmlElement& element, const Manifest& manife
 void Loader::define_ports(Definition& definition, DefinedNode& node, const Manifest& manifest,
                           const std::vector<XmlAttribute>& given) {
   node.first_port = static_cast<std::uint32_t>(definition.ports.size());
-  std::vector<bool> used(given.size(), false);
+  used_.assign(given.size(), false);
+  const std::vector<std::uint32_t>& names = port_names_[node.manifest];
   for (std::size_t i = 0; i < manifest.ports.size(); ++i) {
     const PortInfo& info = manifest.ports[i];
     DefinedPort port;
@@ -217,24 +241,24 @@ void Loader::define_ports(Definition& definition, DefinedNode& node, const Manif
     bool found = false;
     for (std::size_t a = 0; a < given.size(); ++a) {
       if (given[a].name != info.name) continue;
-      used[a] = found = true;
-      define_port(port, manifest, node.element, info.name, given[a].value, &info);
+      used_[a] = found = true;
+      define_port(port, manifest, node.element, names[i], given[a].value, &info);
     }
     if (!found && info.default_text) {
-      define_port(port, manifest, node.element, info.name, *info.default_text, &info);
+      define_port(port, manifest, node.element, names[i], *info.default_text, &info);
       port.from_default = true;
     } else if (!found) {
-      port.name = string(info.name);
+      port.name = names[i];
       port.type = info.type;
     }
     definition.ports.push_back(port);
   }
   for (std::size_t a = 0; a < given.size(); ++a) {
-    if (used[a]) continue;
+    if (used_[a]) continue;
     unknown_attribute(node.element, manifest, given[a].name);
     if (!manifest.external || given[a].name.starts_with('_')) continue;
     DefinedPort port;
-    define_port(port, manifest, node.element, given[a].name, given[a].value, nullptr);
+    define_port(port, manifest, node.element, string(given[a].name), given[a].value, nullptr);
     definition.ports.push_back(port);
   }
   node.port_count = static_cast<std::uint16_t>(definition.ports.size() - node.first_port);
@@ -254,7 +278,7 @@ void Loader::define_subtree(Definition& definition, DefinedNode& node, const std
           node.element.attribute_value_span("ID"));
     return;
   }
-  node.target = target->second;
+  node.data = target->second;
   const bool format3 = model_->format == 3;
   // Format 3's plain SubTree gives names of entries, not values; SubTreePlus is what format 4 calls SubTree.
   node.plain_names = format3 && node.element.name() == "SubTree";
@@ -276,7 +300,8 @@ void Loader::define_subtree(Definition& definition, DefinedNode& node, const std
       unknown_attribute(node.element, model_->manifests[node.manifest], attribute.name);
     } else {
       DefinedPort port;
-      define_port(port, model_->manifests[node.manifest], node.element, attribute.name, attribute.value, nullptr);
+      define_port(port, model_->manifests[node.manifest], node.element, string(attribute.name), attribute.value,
+                  nullptr);
       if (attribute.value == "=") {
         port.kind = Binding::Kind::kEntry;
         port.target = port.name;
@@ -301,7 +326,7 @@ void Loader::define_subtree(Definition& definition, DefinedNode& node, const std
         continue;
       }
       DefinedPort port;
-      define_port(port, model_->manifests[node.manifest], node.element, info.name, *info.default_text, nullptr);
+      define_port(port, model_->manifests[node.manifest], node.element, string(info.name), *info.default_text, nullptr);
       port.from_default = true;
       definition.ports.push_back(port);
     }
@@ -311,7 +336,8 @@ void Loader::define_subtree(Definition& definition, DefinedNode& node, const std
 
 void Loader::define_attributes(Definition& definition, DefinedNode& node, bool is_explicit) {
   const Manifest& manifest = model_->manifests[node.manifest];
-  std::vector<XmlAttribute> given;
+  std::vector<XmlAttribute>& given = given_;
+  given.clear();
   node.element.for_each_attribute([&](std::string_view name, std::string_view value) {
     if (name == "name") {
       node.name_offset = static_cast<std::uint32_t>(model_->text.size());
@@ -322,7 +348,9 @@ void Loader::define_attributes(Definition& definition, DefinedNode& node, bool i
     if (name == "ID" && (is_explicit || is_subtree_tag(node.element.name()) || model_->format == 3)) return;
     // Another program's attribute in a namespace of its own.
     if (name.find(':') != std::string_view::npos || name == "xmlns") return;
-    const auto condition = std::find(std::begin(kConditionNames), std::end(kConditionNames), name);
+    const auto condition = name.starts_with('_')
+                               ? std::find(std::begin(kConditionNames), std::end(kConditionNames), name)
+                               : std::end(kConditionNames);
     if (condition != std::end(kConditionNames) && model_->format != 3) {
       const std::uint32_t script = define_script(value, node.element, name);
       if (node.conditions == kNone) {
@@ -347,7 +375,7 @@ void Loader::define_attributes(Definition& definition, DefinedNode& node, bool i
       manifest.kind == Kind::kPrecondition) {
     const DefinedPort& port = definition.ports[node.first_port];
     if (port.kind == Binding::Kind::kLiteral) {
-      node.script =
+      node.data =
           define_script(model_->strings[port.text], node.element, manifest.kind == Kind::kPrecondition ? "if" : "code");
     } else if (port.kind == Binding::Kind::kAbsent) {
       error("bt.missing-port", manifest.id + " needs " + (manifest.kind == Kind::kPrecondition ? "\"if\"" : "\"code\""),
@@ -360,7 +388,7 @@ void Loader::define_attributes(Definition& definition, DefinedNode& node, bool i
   if (manifest.kind == Kind::kLoop) {
     const DefinedPort& port = definition.ports[node.first_port];
     if (port.kind == Binding::Kind::kLiteral && port.target != kNone) {
-      node.queue = static_cast<std::uint32_t>(model_->queues.size());
+      node.data = static_cast<std::uint32_t>(model_->queues.size());
       const List* list = model_->literals[port.target].value.as_list();
       model_->queues.push_back(list != nullptr ? *list : List{});
     }
@@ -423,6 +451,7 @@ void Loader::define(Definition& definition) {
           "BehaviorTree \"" + definition.id + "\" has a second root node; put both under a control node",
           second.span());
   }
+  definition.nodes.reserve(first.size());
   if (!define_node(definition, first, kNone, 0)) definition.nodes.clear();
 }
 

@@ -71,40 +71,62 @@ std::uint32_t Loader::open_scope(const Definition& definition, const DefinedNode
         initial.type = &type_of<double>();
       }
     }
-    entry_types_[own] = {initial.type, "the constant of SubTree \"" + std::string(model_->name(id)) + "\""};
-    local_cells_.insert(own);
+    EntryUse& use = entry_use(own);
+    use.type = use.strong = initial.type;
+    use.constant_of = id;
     model_->initial.push_back(std::move(initial));
   }
   return scope;
 }
 
-void Loader::declare_entry(std::uint32_t cell, const PortType* type, const DefinedNode& defined,
-                           std::string_view port) {
+std::string Loader::declared_by(const EntryUse& use) const {
+  if (use.constant_of != kNoNode) {
+    return "the constant of SubTree \"" + std::string(model_->name(use.constant_of)) + "\"";
+  }
+  return "port \"" + model_->strings[use.port] + "\" of " + model_->manifests[use.manifest].id;
+}
+
+void Loader::declare_entry(std::uint32_t cell, const PortType* type, const DefinedNode& defined, std::uint32_t port) {
+  if (EntryUse& own = entry_use(cell); !own.declared) {
+    own.declared = true;
+    model_->initial.push_back({cell, {}, type, false});
+  }
   // Where the entry lives: up the remapping, but not past a constant.
   std::uint32_t owner = cell;
-  while (!local_cells_.contains(owner) && model_->cells[owner].parent != kNone) owner = model_->cells[owner].parent;
-  model_->initial.push_back({cell, {}, type, false});
-  const auto [place, fresh] = entry_types_.try_emplace(owner, type, std::string());
-  auto& [known, who] = place->second;
-  const std::string self = "port \"" + std::string(port) + "\" of " + model_->manifests[defined.manifest].id;
-  if (fresh) {
-    who = self;
+  while (!is_constant(owner) && model_->cells[owner].parent != kNone) owner = model_->cells[owner].parent;
+  EntryUse& use = entry_use(owner);
+  const bool strong = type != nullptr && type->strong();
+  if (use.manifest == kNone && use.constant_of == kNoNode) {
+    use.type = type;
+    use.strong = strong ? type : nullptr;
+    use.manifest = defined.manifest;
+    use.port = port;
     return;
   }
-  const bool strong = known != nullptr && known->strong() && type != nullptr && type->strong();
-  if (!strong || *known == *type) return;
-  const std::string shown = "entry \"" + model_->strings[model_->cells[cell].name] + "\"";
-  if (known->kind == PortType::Class::kString) return;
-  if (type->kind == PortType::Class::kString && !local_cells_.contains(owner)) {
+  if (!strong || use.type == type) return;
+  if (use.strong == nullptr) {
+    use.strong = type;
+    use.manifest = defined.manifest;
+    use.port = port;
+    return;
+  }
+  if (*use.strong == *type || use.strong->kind == PortType::Class::kString) return;
+  const auto about = [&] {
+    return "entry \"" + model_->strings[model_->cells[cell].name] + "\" is a " + use.strong->name + " for " +
+           declared_by(use) + " and ";
+  };
+  const std::string self = "port \"" + model_->strings[port] + "\" of " + model_->manifests[defined.manifest].id;
+  if (type->kind == PortType::Class::kString && use.constant_of == kNoNode) {
     // BehaviorTree.CPP accepts this in the other order only; the order of nodes should not matter.
-    warn("bt.text-of-number",
-         shown + " is a " + known->name + " for " + who + " and text for " + self +
-             "; BehaviorTree.CPP refuses this order of nodes",
+    if (use.type == nullptr || !use.type->strong()) return;
+    warn("bt.text-of-number", about() + "text for " + self + "; BehaviorTree.CPP refuses this order of nodes",
          defined.element.span());
     return;
   }
-  error("bt.type-clash", shown + " is a " + known->name + " for " + who + " and a " + type->name + " for " + self,
-        defined.element.span());
+  const bool hidden = use.type == nullptr || !use.type->strong();
+  // BehaviorTree.CPP does not see the clash where an untyped port comes first in the file.
+  report(hidden ? Severity::kWarning : Severity::kError, "bt.type-clash", about() + "a " + type->name + " for " + self,
+         defined.element.span());
 }
 
 std::uint32_t Loader::bind_script(std::uint32_t script, std::uint32_t scope) {
@@ -139,7 +161,7 @@ void Loader::bind_ports(const Definition& definition, const DefinedNode& defined
     binding.target = port.target;
     if (port.kind == Binding::Kind::kEntry) {
       binding.target = cell(scope, port.target);
-      if (!subtree) declare_entry(binding.target, port.type, defined, model_->strings[port.name]);
+      if (!subtree) declare_entry(binding.target, port.type, defined, port.name);
     }
     model_->bindings.push_back(binding);
   }
@@ -180,8 +202,8 @@ void Loader::bind_special(const DefinedNode& defined, NodeId id, std::uint32_t s
   switch (node.kind) {
     case Kind::kScript:
     case Kind::kScriptCondition:
-    case Kind::kPrecondition: node.data = bind_script(defined.script, scope); break;
-    case Kind::kLoop: node.data = defined.queue; break;
+    case Kind::kPrecondition: node.data = bind_script(defined.data, scope); break;
+    case Kind::kLoop: node.data = defined.data; break;
     case Kind::kParallel: bind_thresholds(node); break;
     case Kind::kSkipUnlessUpdated:
     case Kind::kWaitValueUpdate:
@@ -334,6 +356,16 @@ bool Loader::substitute(DefinedNode& defined, NodeId subtree, std::uint32_t scop
   return true;
 }
 
+namespace {
+
+/// Makes room for `more` elements at once; still by doubling, so that many small trees cost linear time.
+template <class T>
+void grow(std::vector<T>& vector, std::size_t more) {
+  if (vector.size() + more > vector.capacity()) vector.reserve(std::max(vector.size() + more, 2 * vector.capacity()));
+}
+
+}  // namespace
+
 bool Loader::instantiate(std::uint32_t index, NodeId subtree, std::uint32_t scope, std::size_t depth) {
   Definition& definition = definitions_[index];
   if (definition.expanding) {
@@ -349,6 +381,10 @@ bool Loader::instantiate(std::uint32_t index, NodeId subtree, std::uint32_t scop
   model_->trees.push_back({subtree, scope});
 
   bool complete = true;
+  grow(model_->nodes, definition.nodes.size());
+  grow(model_->infos, definition.nodes.size());
+  grow(model_->children, definition.nodes.size());
+  grow(model_->bindings, definition.ports.size());
   std::vector<NodeId> ids(definition.nodes.size());
   std::vector<std::uint32_t> next_child(definition.nodes.size());
   std::vector<std::size_t> depths(definition.nodes.size());
@@ -382,12 +418,12 @@ bool Loader::instantiate(std::uint32_t index, NodeId subtree, std::uint32_t scop
     if (model_->nodes[id].kind == Kind::kTestNode) model_->nodes[id].data = test;
     if (defined.conditions != kNone) bind_conditions(definition.conditions[defined.conditions], id, scope);
     if (model_->nodes[id].kind == Kind::kSubTree) {
-      if (defined.target == kNone) {
+      if (defined.data == kNone) {
         complete = false;
         continue;
       }
       const std::uint32_t inner = open_scope(definition, defined, id, scope);
-      complete = instantiate(defined.target, id, inner, depths[i] + 1) && complete;
+      complete = instantiate(defined.data, id, inner, depths[i] + 1) && complete;
     }
   }
   definition.expanding = false;

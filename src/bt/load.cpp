@@ -31,7 +31,7 @@ bool Loader::read_document(std::string xml, std::string file, const std::filesys
   }
   diagnostics_.insert(diagnostics_.end(), parsed->warnings().begin(), parsed->warnings().end());
   model_->files.push_back(std::move(file));
-  model_->lines.emplace_back(parsed->source());
+  model_->lines.push_back(parsed->lines());
   const auto index = static_cast<std::uint32_t>(documents_.size());
   documents_.push_back(std::make_unique<Document>(Document{std::move(*parsed), path, index}));
   read_root(index);

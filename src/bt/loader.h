@@ -25,6 +25,8 @@ class Loader {
   [[nodiscard]] Loaded<Tree> load(std::string xml, std::string file);
 
  private:
+  static constexpr std::uint32_t kSameName = kNone - 1;  ///< {=}: the entry is called like the port.
+  static constexpr std::uint32_t kUnknownText = kNone - 2;
   struct Document {
     text::XmlDocument xml;
     std::filesystem::path path;
@@ -48,9 +50,7 @@ class Loader {
     bool shared = false;
     bool plain_names = false;          ///< Format 3's SubTree: the values are names, without braces.
     std::uint32_t conditions = kNone;  ///< In Definition::conditions.
-    std::uint32_t script = kNone;      ///< In Model::scripts.
-    std::uint32_t target = kNone;      ///< SubTree: in definitions_.
-    std::uint32_t queue = kNone;
+    std::uint32_t data = kNone;        ///< Script: in Model::scripts; SubTree: definitions_; Loop: Model::queues.
     std::uint32_t name_offset = 0, name_length = 0;
     text::XmlElement element;
   };
@@ -64,6 +64,15 @@ class Loader {
     bool reached = false;
     bool expanding = false;
     bool defined = false;
+  };
+  /// How the ports of the tree use the entry that lives in a cell.
+  struct EntryUse {
+    const PortType* type = nullptr;    ///< Of the first port, which decides in BehaviorTree.CPP.
+    const PortType* strong = nullptr;  ///< Of the first port that has a strong type.
+    std::uint32_t manifest = kNone;    ///< The first port's node; kNone: nobody yet.
+    std::uint32_t port = 0;            ///< Its name, in Model::strings.
+    NodeId constant_of = kNoNode;      ///< The SubTree that gives the entry a constant.
+    bool declared = false;             ///< Listed in Model::initial, by this very cell.
   };
   struct SubTreePorts {
     Ports ports;
@@ -86,8 +95,11 @@ class Loader {
   void define_ports(Definition& definition, DefinedNode& node, const Manifest& manifest,
                     const std::vector<text::XmlAttribute>& given);
   void define_subtree(Definition& definition, DefinedNode& node, const std::vector<text::XmlAttribute>& given);
-  void define_port(DefinedPort& port, const Manifest& manifest, const text::XmlElement& element, std::string_view name,
+  /// @param name  In Model::strings.
+  void define_port(DefinedPort& port, const Manifest& manifest, const text::XmlElement& element, std::uint32_t name,
                    std::string_view text, const PortInfo* info);
+  /// What a port's text stands for: the entry of that name (in Model::strings), kSameName, or kNone for a literal.
+  std::uint32_t entry_of(std::uint32_t text);
   std::uint32_t define_script(std::string_view text, const text::XmlElement& element, std::string_view attribute);
   void check_children(const Definition& definition, std::uint32_t index);
   [[nodiscard]] std::uint32_t find_manifest(const text::XmlElement& element, bool& is_explicit);
@@ -110,7 +122,16 @@ class Loader {
   void bind_conditions(const Conditions& scripts, NodeId id, std::uint32_t scope);
   [[nodiscard]] SourceSpan span_of(NodeId id) const;
   [[nodiscard]] const std::vector<std::string>& known_skills() const { return options_.skills; }
-  void declare_entry(std::uint32_t cell, const PortType* type, const DefinedNode& defined, std::string_view port);
+  void declare_entry(std::uint32_t cell, const PortType* type, const DefinedNode& defined, std::uint32_t port);
+  /// Who declared an entry first, for messages.
+  [[nodiscard]] std::string declared_by(const EntryUse& use) const;
+  [[nodiscard]] EntryUse& entry_use(std::uint32_t cell) {
+    if (entry_uses_.size() < model_->cells.size()) entry_uses_.resize(model_->cells.size());
+    return entry_uses_[cell];
+  }
+  [[nodiscard]] bool is_constant(std::uint32_t cell) const {
+    return cell < entry_uses_.size() && entry_uses_[cell].constant_of != kNoNode;
+  }
   void check_leaf_names();
 
   // check.cpp: what loads, and still deserves a word.
@@ -139,9 +160,13 @@ class Loader {
   std::map<std::string, Manifest, std::less<>> declared_;  ///< Action, Condition … of the TreeNodesModel.
   std::map<std::string, SubTreePorts, std::less<>> subtree_ports_;
   std::unordered_map<std::string_view, std::uint32_t> manifest_index_;
-  std::unordered_map<std::uint32_t, std::pair<const PortType*, std::string>>
-      entry_types_;                      ///< By owner cell: type, who.
-  std::set<std::uint32_t> local_cells_;  ///< Cells of constants.
+  std::vector<EntryUse> entry_uses_;                    ///< By cell.
+  std::vector<std::vector<std::uint32_t>> port_names_;  ///< By manifest: its ports' names, in Model::strings.
+  std::vector<std::uint32_t> entry_of_;                 ///< By string: see entry_of; kUnknownText until it is asked.
+  std::vector<text::XmlAttribute> given_;               ///< Of the element in hand.
+  std::vector<bool> used_;
+  std::string_view last_tag_;  ///< Nodes of one kind stand together.
+  std::uint32_t last_manifest_ = kNone;
   std::unordered_map<std::string, std::uint32_t> script_index_;
   bool lenient_ = false;  ///< In a tree that is not reached, findings about ports and scripts are warnings.
 };

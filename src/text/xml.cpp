@@ -18,9 +18,13 @@ struct XmlDocument::Impl {
   LineIndex lines;
   Diagnostics warnings;
 
+  /// Of the '<': pugixml tells the place of the name, one behind it.
+  std::size_t begin(pugi::xml_node_struct* node) const {
+    return static_cast<std::size_t>(pugi::xml_node(node).offset_debug()) + shift - 1;
+  }
+
   const XmlExtent& extent(pugi::xml_node_struct* node) const {
-    // pugixml tells the place of the name, one behind the '<'.
-    const auto begin = static_cast<std::size_t>(pugi::xml_node(node).offset_debug()) + shift - 1;
+    const std::size_t begin = this->begin(node);
     const auto found =
         std::lower_bound(extents.begin(), extents.end(), begin,
                          [](const XmlExtent& extent, std::size_t offset) { return extent.begin < offset; });
@@ -72,6 +76,7 @@ Result<XmlDocument> XmlDocument::parse(std::string source, std::string file, con
 XmlElement XmlDocument::root() const { return {this, first_element(impl_->document.first_child()).internal_object()}; }
 const std::string& XmlDocument::source() const { return impl_->source; }
 const std::string& XmlDocument::file() const { return impl_->file; }
+const LineIndex& XmlDocument::lines() const { return impl_->lines; }
 const Diagnostics& XmlDocument::warnings() const { return impl_->warnings; }
 SourceSpan XmlDocument::span_at(std::size_t offset) const {
   const auto at = impl_->lines.position(offset);
@@ -160,7 +165,14 @@ std::string_view XmlElement::inner_source() const {
   return std::string_view(document_->impl_->source).substr(extent.open_end, extent.close_begin - extent.open_end);
 }
 
-std::size_t XmlElement::offset() const { return document_->impl_->extent(node_).begin; }
+std::size_t XmlElement::offset() const { return document_->impl_->begin(node_); }
+std::size_t XmlElement::size() const {
+  const auto& extents = document_->impl_->extents;
+  const XmlExtent& own = document_->impl_->extent(node_);
+  const auto end = std::lower_bound(extents.begin(), extents.end(), own.end,
+                                    [](const XmlExtent& extent, std::size_t offset) { return extent.begin < offset; });
+  return static_cast<std::size_t>(end - extents.begin()) - static_cast<std::size_t>(&own - extents.data());
+}
 std::size_t XmlElement::end_offset() const { return document_->impl_->extent(node_).end; }
 SourceSpan XmlElement::span() const {
   SourceSpan span = document_->span_at(offset());

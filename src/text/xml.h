@@ -62,6 +62,7 @@ class XmlElement {
   /// The source bytes between the start and the end tag, as written.
   [[nodiscard]] std::string_view inner_source() const;
 
+  [[nodiscard]] std::size_t size() const;                                      ///< Elements in it, itself included.
   [[nodiscard]] std::size_t offset() const;                                    ///< Byte offset of the '<'.
   [[nodiscard]] std::size_t end_offset() const;                                ///< One past the '>' of the end tag.
   [[nodiscard]] SourceSpan span() const;                                       ///< Of the '<'.
@@ -107,6 +108,7 @@ class XmlDocument {
   [[nodiscard]] const std::string& source() const;
   [[nodiscard]] const std::string& file() const;
   [[nodiscard]] SourceSpan span_at(std::size_t offset) const;
+  [[nodiscard]] const LineIndex& lines() const;
   /// What was accepted only because of `XmlOptions::lenient`.
   [[nodiscard]] const Diagnostics& warnings() const;
 

@@ -2,20 +2,44 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <utility>
 
 namespace sentree::text {
 
 namespace {
 
-bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
+// What a byte may be. Name characters are those of ASCII; all of UTF-8 above is taken for a letter, as every reader in
+// practice does.
+enum ByteClass : std::uint8_t { kSpace = 1, kNameStart = 2, kNameChar = 4, kColon = 8, kInValue = 16 };
 
-// Name characters of ASCII; all of UTF-8 above is taken for a letter, as every reader in practice does.
-bool is_name_start(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == ':' ||
-         static_cast<unsigned char>(c) >= 0x80;
+constexpr std::array<std::uint8_t, 256> kClasses = [] {
+  std::array<std::uint8_t, 256> classes{};
+  for (const char c : {' ', '\t', '\n', '\r'}) classes[static_cast<unsigned char>(c)] = kSpace;
+  for (unsigned c = 0; c < 256; ++c) {
+    const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == ':' || c >= 0x80;
+    if (letter) classes[c] = kNameStart | kNameChar;
+    if ((c >= '0' && c <= '9') || c == '-' || c == '.') classes[c] = kNameChar;
+    if (c == ':') classes[c] |= kColon;
+    // What neither ends a value nor needs a look inside one.
+    if (c != '"' && c != '\'' && c != '<' && c != '&') classes[c] |= kInValue;
+  }
+  return classes;
+}();
+
+bool is(char c, ByteClass wanted) { return (kClasses[static_cast<unsigned char>(c)] & wanted) != 0; }
+bool is_space(char c) { return is(c, kSpace); }
+bool is_name_start(char c) { return is(c, kNameStart); }
+bool is_name_char(char c) { return is(c, kNameChar); }
+
+/// True if the eight bytes are ASCII and none of them is a control character, white space other than ' ' included.
+bool eight_plain(const char* text) {
+  constexpr std::uint64_t kOnes = 0x0101010101010101U;
+  std::uint64_t eight = 0;
+  std::memcpy(&eight, text, 8);
+  // Below 0x20, the subtraction borrows into a byte's highest bit; from 0x80 on, that bit is set already.
+  return (((eight - kOnes * 0x20U) | eight) & (kOnes * 0x80U)) == 0;
 }
-bool is_name_char(char c) { return is_name_start(c) || (c >= '0' && c <= '9') || c == '-' || c == '.'; }
 
 class Scanner {
  public:
@@ -27,6 +51,8 @@ class Scanner {
       return std::move(scan_);
     }
     if (!check_characters()) return std::move(scan_);
+    constexpr std::size_t kTagBytes = 32;  // A usual one's; fewer reallocations of a long list.
+    scan_.extents.reserve(source_.size() / kTagBytes);
     if (source_.starts_with("\xEF\xBB\xBF")) at_ = 3;
     if (starts("<?xml") && at_ + 5 < source_.size() && is_space(source_[at_ + 5])) xml_declaration();
     while (!scan_.error && misc()) {
@@ -71,6 +97,10 @@ class Scanner {
   // XML 2.2: valid UTF-8 without control characters.
   bool check_characters() {
     for (std::size_t i = 0; i < source_.size();) {
+      if (i + 8 <= source_.size() && eight_plain(source_.data() + i)) {
+        i += 8;
+        continue;
+      }
       const auto c = static_cast<unsigned char>(source_[i]);
       if (c < 0x80) {
         if (c < 0x20 && !is_space(source_[i])) {
@@ -207,6 +237,8 @@ class Scanner {
   }
 
   void character_data() {
+    skip_space();
+    if (at_ < source_.size() && source_[at_] == '<') return;
     const std::size_t begin = at_;
     const std::size_t end = std::min(source_.find('<', at_), source_.size());
     // Searched up to the next tag only, else reading a long file would take quadratic time.
@@ -222,10 +254,10 @@ class Scanner {
 
   // XML 4.1. False if that is an error.
   bool reference(std::size_t at) {
-    const std::size_t end = source_.find(';', at);
-    const std::string_view name = end == std::string_view::npos ? "" : source_.substr(at + 1, end - at - 1);
-    if (name.empty() || name.size() > 64 ||
-        !std::all_of(name.begin(), name.end(), [](char c) { return is_name_char(c) || c == '#'; })) {
+    constexpr std::size_t kReferenceMax = 64;  // Looked through, else many a bare '&' would take quadratic time.
+    const std::size_t length = source_.substr(at, kReferenceMax + 2).find(';');
+    const std::string_view name = length == std::string_view::npos ? "" : source_.substr(at + 1, length - 1);
+    if (name.empty() || !std::all_of(name.begin(), name.end(), [](char c) { return is_name_char(c) || c == '#'; })) {
       lenient(at, "a bare \"&\"; write \"&amp;\"");
       return !scan_.error;
     }
@@ -257,10 +289,15 @@ class Scanner {
 
   std::string_view read_name() {
     const std::size_t begin = at_;
-    if (at_ < source_.size() && is_name_start(source_[at_])) {
-      while (at_ < source_.size() && is_name_char(source_[at_])) ++at_;
+    if (at_ >= source_.size() || !is_name_start(source_[at_])) return {};
+    std::size_t end = at_;
+    std::uint8_t seen = 0;
+    for (; end < source_.size() && is_name_char(source_[end]); ++end) {
+      seen |= kClasses[static_cast<unsigned char>(source_[end])];
     }
-    return source_.substr(begin, at_ - begin);
+    prefixed_ = prefixed_ || (seen & kColon) != 0;
+    at_ = end;
+    return source_.substr(begin, end - begin);
   }
   bool skip_space() {
     const std::size_t begin = at_;
@@ -270,6 +307,7 @@ class Scanner {
 
   void start_tag() {
     const std::size_t begin = at_++;
+    prefixed_ = false;
     const std::string_view name = read_name();
     if (name.empty()) return error(begin, "\"<\" begins no tag; write \"&lt;\" for the character");
     if (open_.size() >= static_cast<std::size_t>(kXmlNestingMax)) {
@@ -286,7 +324,7 @@ class Scanner {
       if (!spaced) return error(at_, "white space is missing before the attribute");
       if (!attribute(name)) return;
     }
-    check_prefixes(begin, name);
+    if (prefixed_) check_prefixes(begin, name);
     if (scan_.error) return;
     XmlExtent& extent = scan_.extents.back();
     if (source_[at_] == '/') {
@@ -311,13 +349,17 @@ class Scanner {
     if (quote != '"' && quote != '\'')
       return error(at_, "the value of attribute \"" + std::string(name) + "\" is not in quotes"), false;
     const std::size_t value_begin = ++at_;
-    const std::size_t value_end = source_.find(quote, at_);
+    std::size_t value_end = value_begin;
+    while (value_end < source_.size() && is(source_[value_end], kInValue)) ++value_end;
+    const std::size_t first_special = value_end;
+    if (value_end == source_.size() || source_[value_end] != quote) value_end = source_.find(quote, value_end);
     if (value_end == std::string_view::npos)
       return error(begin, "the value of attribute \"" + std::string(name) + "\" does not end"), false;
-    for (std::size_t i = value_begin; i < value_end; ++i) {
+    for (std::size_t i = first_special; i < value_end; ++i) {
+      if (source_[i] != '<' && source_[i] != '&') continue;
       if (source_[i] == '<')
         lenient(i, "\"<\" in the value of attribute \"" + std::string(name) + "\"; write \"&lt;\"");
-      else if (source_[i] == '&')
+      else
         reference(i);
       if (scan_.error) return false;
     }
@@ -375,6 +417,7 @@ class Scanner {
   XmlScan scan_;
   std::vector<Open> open_;
   std::vector<std::string_view> prefixes_;
+  bool prefixed_ = false;  ///< A name of the present tag has a colon.
   std::vector<std::pair<std::string_view, std::size_t>> attributes_;
 };
 

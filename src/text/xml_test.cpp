@@ -123,5 +123,32 @@ TEST(XmlEdit, OfNothingIsTheSource) {
   EXPECT_EQ(*XmlEdit(parse(source)).apply(), source);
 }
 
+TEST(Xml, CountsTheElementsInsideAnElement) {
+  const auto document = XmlDocument::parse("<a><b><c/>text</b><!-- <x/> --><d/></a>");
+  EXPECT_EQ(document->root().size(), 4U);
+  EXPECT_EQ(document->root().first_child().size(), 2U);
+  EXPECT_EQ(document->root().first_child().next_sibling().size(), 1U);
+}
+
+TEST(Xml, ReadsManyBareAmpersandsInLinearTime) {
+  // A megabyte of them, and no ';' that would end a reference: quadratic time would be minutes.
+  const std::string source = "<a b=\"" + std::string(1U << 20U, '&') + "\"/>";
+  const auto document = XmlDocument::parse(source, {}, {.lenient = true});
+  ASSERT_TRUE(document.has_value());
+  EXPECT_EQ(document->warnings().size(), 1U << 20U);
+}
+
+TEST(Xml, FindsControlCharactersAndBrokenUtf8AnywhereInAWord) {
+  for (std::size_t at = 0; at < 20; ++at) {
+    std::string source = "<a b=\"01234567890123456789\"/>";
+    source[6 + at] = '\x01';
+    EXPECT_FALSE(XmlDocument::parse(source).has_value()) << at;
+    source[6 + at] = '\xFF';
+    EXPECT_FALSE(XmlDocument::parse(source).has_value()) << at;
+    source[6 + at] = '\t';
+    EXPECT_TRUE(XmlDocument::parse(source).has_value()) << at;
+  }
+}
+
 }  // namespace
 }  // namespace sentree::text
