@@ -43,6 +43,11 @@ expect 0 '^\{"scenarios":\[\{"name":"empty-battery","ok":true' "$sentree" test e
 expect 3 'no scenario "vist"; did you mean "visit"' "$sentree" test examples/minimal --scenario vist
 expect 124 'ended by its time limit' "$sentree" run examples/recharge --clock virtual --duration '5 s'
 
+# A script that never ends: the message names chart and line, and the process ends.
+expect 1 'Stuck.scxml:[0-9]+:[0-9]+: this script does not end' "$sentree" run tests/projects/endless --clock virtual
+expect 1 '"mission":"SUCCESS".*"given_up":\[".*skill Stuck is given up' \
+  "$sentree" run tests/projects/endless --clock real --json
+
 # A new project runs.
 expect 0 'mission.xml' "$sentree" init "$work/mine"
 expect 3 'not empty' "$sentree" init "$work/mine"

@@ -50,6 +50,7 @@ class Interrupts {
 };
 
 int exit_code(const runtime::Scenario& scenario, const runtime::RunReport& report) {
+  if (!report.given_up.empty()) return kFindings;
   if (!report.error.empty()) return kEnvironment;
   if (report.interrupted) return kInterrupted;
   if (report.any_violated()) return kFindings;

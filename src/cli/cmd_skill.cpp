@@ -69,7 +69,7 @@ int skill(const SkillCommand& command) {
   const int code = serve_until_signal(command.listen, {{"skill", service}}, command.insecure);
   scheduler->stop();
   actors.join();
-  return code;
+  return leave(code);
 }
 
 }  // namespace sentree::cli

@@ -226,8 +226,8 @@ int main(int argc, char** argv) {
   }
   if (app.got_subcommand("init")) return init(init_command);
   if (app.got_subcommand("check")) return check(check_command);
-  if (app.got_subcommand("run")) return run(run_command);
-  if (app.got_subcommand("test")) return test(test_command);
+  if (app.got_subcommand("run")) return leave(run(run_command));
+  if (app.got_subcommand("test")) return leave(test(test_command));
   if (app.got_subcommand("graph")) return graph(graph_command);
   if (app.got_subcommand("fmt")) return fmt(fmt_command);
   if (app.got_subcommand("diff")) return diff(diff_command);

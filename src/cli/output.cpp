@@ -9,6 +9,8 @@
 
 #include "sentree/text/file.h"
 
+#include "sentree/runtime/watchdog.h"
+
 namespace sentree::cli {
 
 void print(const std::string& text) {
@@ -17,6 +19,12 @@ void print(const std::string& text) {
 }
 
 void say(const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); }
+
+int leave(int code) {
+  if (runtime::threads_left_behind() == 0) return code;
+  std::fflush(nullptr);
+  _exit(code);
+}
 
 void say(const Diagnostics& diagnostics) {
   for (const Diagnostic& diagnostic : diagnostics) say(to_string(diagnostic));

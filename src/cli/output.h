@@ -15,6 +15,9 @@ namespace sentree::cli {
 void print(const std::string& text);
 /// Messages: standard error.
 void say(const std::string& text);
+/// The exit code, once everything has been printed. If threads had to be left behind in endless scripts, the process ends
+/// right here, since nothing that they use may be destroyed.
+[[nodiscard]] int leave(int code);
 void say(const Diagnostics& diagnostics);
 
 /// Standard output is a terminal that shows colours, and the user did not ask for none (NO_COLOR).

@@ -147,6 +147,11 @@ Value to_value(const runtime::RunReport& report) {
     for (const std::string& problem : report.problems) problems.push_back(problem);
     map["problems"] = std::move(problems);
   }
+  if (!report.given_up.empty()) {
+    List given_up;
+    for (const std::string& why : report.given_up) given_up.push_back(why);
+    map["given_up"] = std::move(given_up);
+  }
   if (!report.error.empty()) map["error"] = report.error;
   List unmet;
   for (const std::string& sentence : report.unmet) unmet.push_back(sentence);

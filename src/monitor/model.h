@@ -23,6 +23,7 @@ struct Access {
 };
 
 /// The smallest part of `history` (one-minimal) after which `decision` comes again.
-[[nodiscard]] std::vector<Message> minimal_witness(const Model& model, const State& state, const Decision& decision);
+[[nodiscard]] std::vector<Message> minimal_witness(const Model& model, const State& state, const Decision& decision,
+                                                   scxml::ExecutionWatch* watch);
 
 }  // namespace sentree::monitor

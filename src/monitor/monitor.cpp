@@ -41,51 +41,54 @@ struct Stepped {
 };
 
 // What the chart's step did, and whether it had to be given up.
-Stepped judge(State& state, const EntryWatch& watch) {
+Stepped judge(State& state, const EntryWatch& entries) {
   if (state.session.status() == scxml::SessionStatus::kFailed) state.failure = state.session.failure();
-  return {watch.verdict, watch.state_id};
+  return {entries.verdict, entries.state_id};
 }
 
-scxml::Host host_with(EntryWatch& watch) {
+scxml::Host host_with(EntryWatch& entries, scxml::ExecutionWatch* watch) {
   scxml::Host host;
-  host.observer = &watch;
+  host.observer = &entries;
+  host.watch = watch;
   return host;
 }
 
-Stepped fire_timers(const Model& model, State& state, TimePoint up_to) {
+Stepped fire_timers(const Model& model, State& state, TimePoint up_to, scxml::ExecutionWatch* watch) {
   const Model::Parts& parts = Access::parts(model);
-  EntryWatch watch(parts);
-  const scxml::Host host = host_with(watch);
+  EntryWatch entries(parts);
+  const scxml::Host host = host_with(entries, watch);
   scxml::Effects effects;
   // One instant at a time: what a timer sends without delay is due at the instant of that timer.
-  while (state.session.running() && state.session.next_timer() <= up_to && watch.verdict == Verdict::kUndecided) {
+  while (state.session.running() && state.session.next_timer() <= up_to && entries.verdict == Verdict::kUndecided) {
     scxml::step_timers(parts.spec.chart, state.session, state.session.next_timer(), effects, host);
     effects.clear();
   }
-  return judge(state, watch);
+  return judge(state, entries);
 }
 
-Stepped deliver(const Model& model, State& state, std::string name, Value data, TimePoint time) {
+Stepped deliver(const Model& model, State& state, std::string name, Value data, TimePoint time,
+                scxml::ExecutionWatch* watch) {
   const Model::Parts& parts = Access::parts(model);
-  EntryWatch watch(parts);
-  const scxml::Host host = host_with(watch);
+  EntryWatch entries(parts);
+  const scxml::Host host = host_with(entries, watch);
   scxml::Effects effects;
   scxml::Event event;
   event.name = std::move(name);
   event.data = std::move(data);
   scxml::step(parts.spec.chart, state.session, event, time, effects, host);
-  return judge(state, watch);
+  return judge(state, entries);
 }
 
-scxml::Host renaming_host() {
+scxml::Host renaming_host(scxml::ExecutionWatch* watch) {
   scxml::Host host;
+  host.watch = watch;
   host.processors.push_back({"rename", ""});
   return host;
 }
 
-Stepped deliver_renamed(const Model& model, State& state, const Message& message) {
+Stepped deliver_renamed(const Model& model, State& state, const Message& message, scxml::ExecutionWatch* watch) {
   const Model::Parts& parts = Access::parts(model);
-  const scxml::Host host = renaming_host();
+  const scxml::Host host = renaming_host(watch);
   Stepped stepped;
   for (std::size_t i = 0; i < parts.spec.renames.size() && stepped.verdict == Verdict::kUndecided; ++i) {
     if (parts.spec.renames[i].on != message.name) continue;
@@ -96,7 +99,8 @@ Stepped deliver_renamed(const Model& model, State& state, const Message& message
     scxml::step(*parts.renaming, state.renaming, event, message.time, effects, host);
     for (scxml::Effect& effect : effects) {
       if (auto* send = std::get_if<scxml::OutgoingSend>(&effect)) {
-        stepped = deliver(model, state, parts.spec.renames[i].event, send->data.value_or(Value(Map())), message.time);
+        stepped =
+            deliver(model, state, parts.spec.renames[i].event, send->data.value_or(Value(Map())), message.time, watch);
       }
     }
   }
@@ -104,11 +108,11 @@ Stepped deliver_renamed(const Model& model, State& state, const Message& message
 }
 
 // Timers before the message, then the message itself; the history stays.
-Stepped feed(const Model& model, State& state, const Message& message) {
-  Stepped stepped = fire_timers(model, state, message.time - Duration(1));
+Stepped feed(const Model& model, State& state, const Message& message, scxml::ExecutionWatch* watch) {
+  Stepped stepped = fire_timers(model, state, message.time - Duration(1), watch);
   if (stepped.verdict != Verdict::kUndecided || !state.session.running()) return stepped;
-  if (Access::parts(model).renaming) return deliver_renamed(model, state, message);
-  return deliver(model, state, message.name, event_data(message), message.time);
+  if (Access::parts(model).renaming) return deliver_renamed(model, state, message, watch);
+  return deliver(model, state, message.name, event_data(message), message.time, watch);
 }
 
 void remember(State& state, const Message& message) {
@@ -119,24 +123,27 @@ void remember(State& state, const Message& message) {
   state.history.push_back(message);
 }
 
-Decision decide(const Model& model, State& state, const Stepped& stepped, TimePoint at, const Message* deciding) {
+Decision decide(const Model& model, State& state, const Stepped& stepped, TimePoint at, const Message* deciding,
+                scxml::ExecutionWatch* watch) {
   Decision decision{.verdict = stepped.verdict, .at = at, .state = stepped.state, .deciding = {}, .witness = {}};
   if (deciding != nullptr) decision.deciding = *deciding;
   decision.witness_complete = state.history_complete;
-  decision.witness = minimal_witness(model, state, decision);
+  decision.witness = minimal_witness(model, state, decision, watch);
   state.verdict = stepped.verdict;
   state.history.clear();
   return decision;
 }
 
-State begin(const Model& model, TimePoint now) {
+State begin(const Model& model, TimePoint now, scxml::ExecutionWatch* watch) {
   const Model::Parts& parts = Access::parts(model);
+  scxml::Host host;
+  host.watch = watch;
   State state;
   scxml::Effects effects;
-  scxml::start(parts.spec.chart, state.session, {.data = {}, .session_id = parts.spec.name}, now, effects);
+  scxml::start(parts.spec.chart, state.session, {.data = {}, .session_id = parts.spec.name}, now, effects, host);
   if (parts.renaming) {
     scxml::start(*parts.renaming, state.renaming, {.data = {}, .session_id = "renaming"}, now, effects,
-                 renaming_host());
+                 renaming_host(watch));
   }
   if (state.session.status() == scxml::SessionStatus::kFailed) state.failure = state.session.failure();
   state.started = now;
@@ -146,24 +153,25 @@ State begin(const Model& model, TimePoint now) {
 using Selection = std::vector<const Message*>;
 
 // Whether a fresh replay of `messages` decides as `decision` did, and not before its last message.
-bool decides_alike(const Model& model, TimePoint started, const Selection& messages, const Decision& decision) {
-  State replay = begin(model, started);
+bool decides_alike(const Model& model, TimePoint started, const Selection& messages, const Decision& decision,
+                   scxml::ExecutionWatch* watch) {
+  State replay = begin(model, started, watch);
   for (std::size_t i = 0; i < messages.size(); ++i) {
-    const Stepped stepped = feed(model, replay, *messages[i]);
+    const Stepped stepped = feed(model, replay, *messages[i], watch);
     if (stepped.verdict == Verdict::kUndecided) continue;
     return stepped.verdict == decision.verdict && stepped.state == decision.state && i + 1 == messages.size() &&
            messages[i]->time == decision.at;
   }
   if (decision.deciding) return false;
-  if (fire_timers(model, replay, decision.at - Duration(1)).verdict != Verdict::kUndecided) return false;
-  const Stepped stepped = fire_timers(model, replay, decision.at);
+  if (fire_timers(model, replay, decision.at - Duration(1), watch).verdict != Verdict::kUndecided) return false;
+  const Stepped stepped = fire_timers(model, replay, decision.at, watch);
   return stepped.verdict == decision.verdict && stepped.state == decision.state;
 }
 
 }  // namespace
 
-State start(const Model& model, TimePoint now) {
-  State state = begin(model, now);
+State start(const Model& model, TimePoint now, scxml::ExecutionWatch* watch) {
+  State state = begin(model, now, watch);
   state.initial = state.session;
   return state;
 }
@@ -172,15 +180,16 @@ TimePoint next_timer(const State& state) {
   return state.verdict == Verdict::kUndecided && state.session.running() ? state.session.next_timer() : kNever;
 }
 
-std::optional<Decision> observe(const Model& model, State& state, const Message& message) {
+std::optional<Decision> observe(const Model& model, State& state, const Message& message,
+                                scxml::ExecutionWatch* watch) {
   if (state.verdict != Verdict::kUndecided || !state.session.running() || !model.listens_to(message.name))
     return std::nullopt;
   if (state.session.next_timer() < message.time) {
-    if (auto decision = advance(model, state, message.time - Duration(1))) return decision;
+    if (auto decision = advance(model, state, message.time - Duration(1), watch)) return decision;
   }
   remember(state, message);
-  const Stepped stepped = feed(model, state, message);
-  if (stepped.verdict != Verdict::kUndecided) return decide(model, state, stepped, message.time, &message);
+  const Stepped stepped = feed(model, state, message, watch);
+  if (stepped.verdict != Verdict::kUndecided) return decide(model, state, stepped, message.time, &message, watch);
   // Back at the beginning, what was observed so far can no longer matter.
   if (state.session.configuration() == state.initial.configuration() && state.session == state.initial) {
     state.history.clear();
@@ -189,29 +198,31 @@ std::optional<Decision> observe(const Model& model, State& state, const Message&
   return std::nullopt;
 }
 
-std::optional<Decision> advance(const Model& model, State& state, TimePoint now) {
+std::optional<Decision> advance(const Model& model, State& state, TimePoint now, scxml::ExecutionWatch* watch) {
   while (state.verdict == Verdict::kUndecided && state.session.running() && state.session.next_timer() <= now) {
     const TimePoint due = state.session.next_timer();
-    const Stepped stepped = fire_timers(model, state, due);
-    if (stepped.verdict != Verdict::kUndecided) return decide(model, state, stepped, due, nullptr);
+    const Stepped stepped = fire_timers(model, state, due, watch);
+    if (stepped.verdict != Verdict::kUndecided) return decide(model, state, stepped, due, nullptr, watch);
   }
   return std::nullopt;
 }
 
-std::optional<std::string> veto(const Model& model, const State& state, const Message& message) {
+std::optional<std::string> veto(const Model& model, const State& state, const Message& message,
+                                scxml::ExecutionWatch* watch) {
   if (state.failure) return "it was given up and cannot decide: " + state.failure->message;
   if (state.verdict == Verdict::kViolated) return "it is violated already";
   if (!state.session.running() || !model.listens_to(message.name)) return std::nullopt;
   State copy;
   copy.session = state.session;
   copy.renaming = state.renaming;
-  const Stepped stepped = feed(model, copy, message);
+  const Stepped stepped = feed(model, copy, message, watch);
   if (stepped.verdict == Verdict::kViolated) return "it would enter \"" + stepped.state + "\"";
   if (copy.failure) return "it cannot decide: " + copy.failure->message;
   return std::nullopt;
 }
 
-std::vector<Message> minimal_witness(const Model& model, const State& state, const Decision& decision) {
+std::vector<Message> minimal_witness(const Model& model, const State& state, const Decision& decision,
+                                     scxml::ExecutionWatch* watch) {
   if (!state.history_complete) return state.history;
   Selection kept;
   for (const Message& message : state.history) kept.push_back(&message);
@@ -224,7 +235,7 @@ std::vector<Message> minimal_witness(const Model& model, const State& state, con
       const auto to = kept.begin() + static_cast<std::ptrdiff_t>(std::min(begin + chunk, kept.size()));
       Selection shorter(kept.begin(), from);
       shorter.insert(shorter.end(), to, kept.end());
-      if (decides_alike(model, state.started, shorter, decision)) {
+      if (decides_alike(model, state.started, shorter, decision, watch)) {
         kept = std::move(shorter);
         removed = true;
       } else {

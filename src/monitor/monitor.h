@@ -12,6 +12,7 @@
 #include "sentree/base/result.h"
 #include "sentree/base/time.h"
 #include "sentree/scxml/chart.h"
+#include "sentree/scxml/host.h"
 #include "sentree/scxml/session.h"
 
 namespace sentree::monitor {
@@ -85,21 +86,26 @@ struct State {
 };
 
 /// Puts the monitor at its beginning.
-[[nodiscard]] State start(const Model& model, TimePoint now);
+///
+/// Here and below, `watch` lets a watchdog in another thread look on, since scripts of the chart may never end.
+[[nodiscard]] State start(const Model& model, TimePoint now, scxml::ExecutionWatch* watch = nullptr);
 
 /// Feeds one observation. Timers due before it fire first; one due at the same instant fires after it.
 /// Returns the decision, once; a decided or failed monitor ignores what follows.
 /// Cost: an observation that it does not listen to costs a look-up.
-std::optional<Decision> observe(const Model& model, State& state, const Message& message);
+std::optional<Decision> observe(const Model& model, State& state, const Message& message,
+                                scxml::ExecutionWatch* watch = nullptr);
 
 /// Lets time pass in silence up to and including `now`.
-std::optional<Decision> advance(const Model& model, State& state, TimePoint now);
+std::optional<Decision> advance(const Model& model, State& state, TimePoint now,
+                                scxml::ExecutionWatch* watch = nullptr);
 
 /// When silence next matters; kNever: never.
 [[nodiscard]] TimePoint next_timer(const State& state);
 
 /// Why a monitor that is a gate refuses the request `message`, or nothing: a copy of the state is stepped with it, the
 /// state stays. A monitor that is violated, was given up, or exceeds a bound on the way cannot decide, and refuses.
-[[nodiscard]] std::optional<std::string> veto(const Model& model, const State& state, const Message& message);
+[[nodiscard]] std::optional<std::string> veto(const Model& model, const State& state, const Message& message,
+                                              scxml::ExecutionWatch* watch = nullptr);
 
 }  // namespace sentree::monitor

@@ -9,21 +9,57 @@ SkillActor::SkillActor(scxml::Chart chart, Options options, const std::map<std::
                        Caller::MakePort make_port, Publisher& publisher, Scheduler& scheduler, const Delays& delays,
                        Replies replies)
     : name_(options.name),
+      publisher_(publisher),
       scheduler_(scheduler),
       delays_(delays),
       actor_(scheduler.add_actor(options.name)),
       replies_(std::move(replies)),
+      watched_(std::make_shared<Watched>(
+          [this, watchdog = options.watchdog](const SourceSpan& script) { give_up(script, *watchdog); })),
       caller_(
           options.name, services, std::move(make_port), publisher, scheduler, actor_, delays,
-          [this](const SkillEvent& event) { return skill_.deliver(event, scheduler_.now()); },
-          [this](std::uint64_t run) { return skill_.is_current(run); }),
+          [this](const SkillEvent& event) {
+            watched_->in_this_thread();
+            return !given_up_ && skill_.deliver(event, scheduler_.now());
+          },
+          [this](std::uint64_t run) { return !given_up_ && skill_.is_current(run); }),
       skill_(std::move(chart),
              {.name = options.name,
               .condition = options.condition,
               .halt_deadline = options.halt_deadline,
               .seed = options.seed,
-              .check_call = [this](const scxml::OutgoingSend& send) { return caller_.check(send); }},
-             *this) {}
+              .check_call = [this](const scxml::OutgoingSend& send) { return caller_.check(send); },
+              .watch = &watched_->execution()},
+             *this) {
+  if (options.watchdog) options.watchdog->watch(watched_);
+}
+
+Scheduler::Task SkillActor::unless_given_up(Scheduler::Task task) {
+  return [this, task = std::move(task)] {
+    watched_->in_this_thread();
+    if (!given_up_) task();
+  };
+}
+
+void SkillActor::give_up(const SourceSpan& script, const Watchdog& watchdog) {
+  why_ = watchdog.reason(script, "skill " + name_);
+  given_up_ = true;
+  replies_.given_up(why_);
+  if (!scheduler_.is_virtual()) {
+    Message message;
+    message.kind = MessageKind::kEvent;
+    message.source = name_;
+    message.name = name_ + ".given_up";
+    message.data = Map{{"reason", why_}};
+    publisher_.publish(std::move(message));
+  }
+  scheduler_.abandon(actor_, why_);
+  if (scheduler_.is_virtual()) return;
+  scheduler_.post(actor_, [this] {
+    if (answered_ != tick_) answer(bt::Status::kFailure, Map{{"reason", why_}});
+    if (halting_) halted();
+  });
+}
 
 void SkillActor::deliver_after_delay(const std::string& message, Scheduler::Task task) {
   const std::lock_guard lock(order_mutex_);
@@ -37,31 +73,49 @@ void SkillActor::deliver_after_delay(const std::string& message, Scheduler::Task
 
 void SkillActor::tick(std::uint64_t tick, bool started, Map inputs) {
   deliver_after_delay("tick", [this, tick, started, inputs = std::move(inputs)] {
+    watched_->in_this_thread();
     tick_ = tick;
-    skill_.tick(started, inputs, scheduler_.now());
+    if (given_up_)
+      answer(bt::Status::kFailure, Map{{"reason", why_}});
+    else
+      skill_.tick(started, inputs, scheduler_.now());
   });
 }
 
 void SkillActor::halt() {
-  deliver_after_delay("halt", [this] { skill_.halt(scheduler_.now()); });
+  deliver_after_delay("halt", [this] {
+    watched_->in_this_thread();
+    halting_ = true;
+    if (given_up_)
+      halted();
+    else
+      skill_.halt(scheduler_.now());
+  });
 }
 
 void SkillActor::cancel() {
   // In order behind a delayed tick, which would otherwise begin a run after it.
-  deliver_after_delay("cancel", [this] { skill_.cancel(scheduler_.now()); });
+  deliver_after_delay("cancel", unless_given_up([this] { skill_.cancel(scheduler_.now()); }));
 }
 
-void SkillActor::answer(bt::Status status, Map outputs) { replies_.answered(tick_, status, std::move(outputs)); }
-void SkillActor::halted() { replies_.halted(); }
+void SkillActor::answer(bt::Status status, Map outputs) {
+  answered_ = tick_;
+  replies_.answered(tick_, status, std::move(outputs));
+}
+
+void SkillActor::halted() {
+  halting_ = false;
+  replies_.halted();
+}
 
 void SkillActor::wake_at(TimePoint when) {
   if (when == kNever || when == wake_) return;
   wake_ = when;
-  scheduler_.at(actor_, when, Rank::kTimer, [this, when] {
-    if (wake_ != when) return;
-    wake_ = kNever;
-    skill_.timers(scheduler_.now());
-  });
+  scheduler_.at(actor_, when, Rank::kTimer, unless_given_up([this, when] {
+                  if (wake_ != when) return;
+                  wake_ = kNever;
+                  skill_.timers(scheduler_.now());
+                }));
 }
 
 }  // namespace sentree::runtime

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -7,10 +8,12 @@
 #include "sentree/runtime/caller.h"
 #include "sentree/runtime/mission.h"
 #include "sentree/runtime/skill.h"
+#include "sentree/runtime/watchdog.h"
 
 namespace sentree::runtime {
 
-/// A skill with its calls in an actor of its own.
+/// A skill with its calls in an actor of its own. One whose script does not end is given up: its thread is left behind,
+/// its leaf fails, and everything else goes on.
 class SkillActor final : private SkillPort {
  public:
   struct Options {
@@ -18,6 +21,7 @@ class SkillActor final : private SkillPort {
     bool condition = false;
     Duration halt_deadline{};
     std::uint64_t seed = 1;
+    Watchdog* watchdog = nullptr;  ///< Outlives the actor.
   };
   /// Where answers go; called in the skill's actor.
   struct Replies {
@@ -25,6 +29,8 @@ class SkillActor final : private SkillPort {
     std::function<void()> halted;
     std::function<void(const std::string&)> problem;
     std::function<void(const scxml::LogLine&)> log;
+    /// Its script does not end: from now on the skill fails each tick. In the watchdog's thread.
+    std::function<void(const std::string& why)> given_up;
   };
 
   SkillActor(scxml::Chart chart, Options options, const std::map<std::string, ServicePlan>& services,
@@ -44,15 +50,24 @@ class SkillActor final : private SkillPort {
   void log(const scxml::LogLine& line) override { replies_.log(line); }
   void problem(const std::string& what) override { replies_.problem(what); }
   void deliver_after_delay(const std::string& message, Scheduler::Task task);
+  /// `task` in the actor, unless the skill has been given up by then.
+  Scheduler::Task unless_given_up(Scheduler::Task task);
+  void give_up(const SourceSpan& script, const Watchdog& watchdog);
 
   std::string name_;
+  Publisher& publisher_;
   Scheduler& scheduler_;
   const Delays& delays_;
   ActorId actor_;
   Replies replies_;
+  std::shared_ptr<Watched> watched_;
+  std::atomic<bool> given_up_ = false;
+  std::string why_;  // it was given up; written before given_up_
   Caller caller_;
   Skill skill_;
-  std::uint64_t tick_ = 0;  // the outstanding one
+  std::uint64_t tick_ = 0;      // the latest
+  std::uint64_t answered_ = 0;  // the latest that was answered
+  bool halting_ = false;
   TimePoint wake_ = kNever;
   std::mutex order_mutex_;
   TimePoint not_before_{};  // a delayed tick or halt holds back the later ones

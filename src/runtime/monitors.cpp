@@ -1,6 +1,7 @@
 #include "sentree/runtime/monitors.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace sentree::runtime {
 
@@ -13,15 +14,19 @@ bool matches(const GatePlan& gate, std::string_view call) {
 
 }  // namespace
 
-Monitors::Monitors(const Plan& plan, Scheduler& scheduler, Stream& stream,
-                   std::function<void(const MonitorReport&)> on_decision)
+Monitors::Monitors(const Plan& plan, Scheduler& scheduler, Stream& stream, Watchdog& watchdog, Replies replies)
     : models_(plan.monitors),
       gates_(plan.gates),
       scheduler_(scheduler),
       stream_(stream),
-      on_decision_(std::move(on_decision)) {
-  for (const monitor::Model& model : models_) {
-    reports_.emplace_back().name = model.name();
+      watchdog_(watchdog),
+      replies_(std::move(replies)),
+      states_(models_.size()) {
+  for (std::size_t i = 0; i < models_.size(); ++i) {
+    reports_.emplace_back().name = models_[i].name();
+    Entry& entry = entries_.emplace_back();
+    entry.watched = std::make_shared<Watched>([this, i](const SourceSpan& script) { give_up(i, script); });
+    watchdog_.watch(entry.watched);
   }
 }
 
@@ -39,20 +44,33 @@ std::optional<Veto> Monitors::judge(const Message& request) const {
   const std::string_view call = call_of(request);
   for (const GatePlan& gate : gates_) {
     if (!matches(gate, call)) continue;
-    if (auto reason = monitor::veto(models_[gate.monitor], states_[gate.monitor], request))
-      return Veto{models_[gate.monitor].name(), std::move(*reason)};
+    const std::string& name = models_[gate.monitor].name();
+    auto* execution = watch(gate.monitor);
+    if (!execution) return Veto{name, "it was given up and cannot decide: " + entries_[gate.monitor].why};
+    if (auto reason = monitor::veto(models_[gate.monitor], states_[gate.monitor], request, execution))
+      return Veto{name, std::move(*reason)};
   }
   return std::nullopt;
 }
 
 void Monitors::start() {
-  for (const monitor::Model& model : models_) states_.push_back(monitor::start(model, TimePoint{}));
-  schedule();
+  on_own_thread([this] {
+    for (; started_ < models_.size(); ++started_) {
+      if (auto* execution = watch(started_)) states_[started_] = monitor::start(models_[started_], {}, execution);
+      take(started_, std::nullopt);
+    }
+    schedule();
+  });
 }
 
 void Monitors::observe(const Message& message) {
+  for (; observed_ < models_.size(); ++observed_) {
+    auto* execution = watch(observed_);
+    take(observed_,
+         execution ? monitor::observe(models_[observed_], states_[observed_], message, execution) : std::nullopt);
+  }
+  observed_ = 0;
   if (message.kind == MessageKind::kError) count_veto(message);
-  for (std::size_t i = 0; i < models_.size(); ++i) take(i, monitor::observe(models_[i], states_[i], message));
   schedule();
 }
 
@@ -64,15 +82,100 @@ void Monitors::count_veto(const Message& error) {
   }
 }
 
-void Monitors::advance(TimePoint now) {
-  for (std::size_t i = 0; i < models_.size(); ++i) take(i, monitor::advance(models_[i], states_[i], now));
+void Monitors::finish(TimePoint end) {
+  if (scheduler_.is_virtual() && hung()) {
+    for (std::size_t i = 0; i < models_.size(); ++i) take(i, std::nullopt);
+    return;
+  }
+  on_own_thread([this, end] {
+    stream_.flush();
+    advance(end);
+    stream_.flush();
+  });
 }
 
-void Monitors::finish(TimePoint end) { advance(end); }
+std::optional<std::string> Monitors::hung() const {
+  for (const Entry& entry : entries_) {
+    if (entry.given_up) return entry.why;
+  }
+  return std::nullopt;
+}
+
+void Monitors::on_own_thread(const std::function<void()>& work) {
+  for (bool done = false; !done;) {
+    LeavableThread thread;
+    {
+      const std::lock_guard lock(own_mutex_);
+      own_thread_ = &thread;
+    }
+    done = thread.run(work);
+    const std::lock_guard lock(own_mutex_);
+    own_thread_ = nullptr;
+  }
+}
+
+scxml::ExecutionWatch* Monitors::watch(std::size_t index) const {
+  const Entry& entry = entries_[index];
+  if (entry.given_up) return nullptr;
+  entry.watched->in_this_thread();
+  return &entry.watched->execution();
+}
+
+// In the watchdog's thread.
+void Monitors::give_up(std::size_t index, const SourceSpan& script) {
+  Entry& entry = entries_[index];
+  entry.why = watchdog_.reason(script, "monitor " + models_[index].name());
+  entry.given_up = true;
+  replies_.given_up(entry.why);
+  {
+    const std::lock_guard lock(own_mutex_);
+    if (own_thread_) {
+      own_thread_->leave();
+      return;
+    }
+  }
+  scheduler_.abandon(stream_.actor(), entry.why);
+  if (!scheduler_.is_virtual()) scheduler_.post(stream_.actor(), [this] { go_on(); });
+}
+
+void Monitors::go_on() {
+  if (advancing_to_) advance_rest();
+  stream_.resume();
+  schedule();
+}
+
+void Monitors::advance(TimePoint now) {
+  advancing_to_ = now;
+  advance_rest();
+}
+
+void Monitors::advance_rest() {
+  for (; advanced_ < models_.size(); ++advanced_) {
+    auto* execution = watch(advanced_);
+    take(advanced_, execution ? monitor::advance(models_[advanced_], states_[advanced_], *advancing_to_, execution)
+                              : std::nullopt);
+  }
+  advanced_ = 0;
+  advancing_to_.reset();
+}
 
 void Monitors::take(std::size_t index, std::optional<monitor::Decision> decision) {
   MonitorReport& report = reports_[index];
-  if (states_[index].failure && report.failure.empty()) report.failure = to_string(*states_[index].failure);
+  const Entry& entry = entries_[index];
+  if (report.failure.empty()) {
+    if (entry.given_up)
+      report.failure = entry.why;
+    else if (states_[index].failure)
+      report.failure = to_string(*states_[index].failure);
+    if (!report.failure.empty() && !(scheduler_.is_virtual() && entry.given_up)) {
+      Message message;
+      message.kind = MessageKind::kEvent;
+      message.source = report.name;
+      message.name = "monitor.given_up";
+      message.data = Map{{"monitor", report.name}, {"reason", report.failure}};
+      stream_.publish(std::move(message));
+    }
+  }
   if (!decision) return;
   report.verdict = decision->verdict;
   report.decision = std::move(decision);
@@ -82,12 +185,14 @@ void Monitors::take(std::size_t index, std::optional<monitor::Decision> decision
   message.name = "monitor." + std::string(to_string(report.verdict));
   message.data = Map{{"monitor", report.name}, {"state", report.decision->state}};
   stream_.publish(std::move(message));
-  on_decision_(report);
+  replies_.decided(report);
 }
 
 void Monitors::schedule() {
   TimePoint next = kNever;
-  for (const monitor::State& state : states_) next = std::min(next, monitor::next_timer(state));
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    if (!entries_[i].given_up) next = std::min(next, monitor::next_timer(states_[i]));
+  }
   if (next == kNever || next >= wake_) return;
   wake_ = next;
   // One nanosecond later: an observation at the same instant wins over a timer.

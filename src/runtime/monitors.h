@@ -1,11 +1,16 @@
 #pragma once
 
+#include <atomic>
+#include <deque>
 #include <functional>
+#include <mutex>
+#include <optional>
 #include <vector>
 
 #include "sentree/runtime/run.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/stream.h"
+#include "sentree/runtime/watchdog.h"
 
 namespace sentree::runtime {
 
@@ -13,10 +18,17 @@ namespace sentree::runtime {
 [[nodiscard]] std::string_view call_of(const Message& request);
 
 /// Feeds the run's monitors with the stream and wakes them when time matters to them. A listener of the stream.
+///
+/// A monitor whose script does not end is given up. In real time a new thread goes on behind it, so that every other
+/// monitor sees every message; in virtual time the run ends.
 class Monitors {
  public:
-  Monitors(const Plan& plan, Scheduler& scheduler, Stream& stream,
-           std::function<void(const MonitorReport&)> on_decision);
+  struct Replies {
+    std::function<void(const MonitorReport&)> decided;
+    std::function<void(const std::string& why)> given_up;
+  };
+
+  Monitors(const Plan& plan, Scheduler& scheduler, Stream& stream, Watchdog& watchdog, Replies replies);
 
   void start();
   void observe(const Message& message);
@@ -24,24 +36,49 @@ class Monitors {
   [[nodiscard]] bool is_gated(std::string_view call) const;
   /// What the gates say of a request that is not yet sent. Called where `observe` is.
   [[nodiscard]] std::optional<Veto> judge(const Message& request) const;
-  /// After the run: time passes until `end`, then nothing more is decided.
+  /// After the run: what is still in the stream, then time passes until `end`; nothing more is decided.
   void finish(TimePoint end);
   [[nodiscard]] const std::vector<MonitorReport>& reports() const { return reports_; }
+  /// Why the first monitor whose script did not end was given up.
+  [[nodiscard]] std::optional<std::string> hung() const;
 
  private:
-  void advance(TimePoint now);
+  struct Entry {
+    std::shared_ptr<Watched> watched;
+    std::atomic<bool> given_up = false;
+    std::string why;  // written before given_up
+  };
+
+  /// Outside the stream's actor: repeats `work`, which knows how far it came, until it is done.
+  void on_own_thread(const std::function<void()>& work);
+  /// Makes `state` the next thing that this thread steps. Null: it has been given up.
+  scxml::ExecutionWatch* watch(std::size_t index) const;
+  void give_up(std::size_t index, const SourceSpan& script);
+  void go_on();
   void count_veto(const Message& error);
+  void advance(TimePoint now);
+  void advance_rest();
   void take(std::size_t index, std::optional<monitor::Decision> decision);
   void schedule();
 
-  const std::vector<monitor::Model>& models_;
-  const std::vector<GatePlan>& gates_;
+  // Own copies: a thread that was left behind may use them until the process ends.
+  const std::vector<monitor::Model> models_;
+  const std::vector<GatePlan> gates_;
   Scheduler& scheduler_;
   Stream& stream_;
-  std::function<void(const MonitorReport&)> on_decision_;
+  Watchdog& watchdog_;
+  Replies replies_;
   std::vector<monitor::State> states_;
   std::vector<MonitorReport> reports_;
+  std::deque<Entry> entries_;
   TimePoint wake_ = kNever;
+  // How far this message, or this passing of time, has come among the monitors.
+  std::size_t started_ = 0;
+  std::size_t observed_ = 0;
+  std::size_t advanced_ = 0;
+  std::optional<TimePoint> advancing_to_;
+  mutable std::mutex own_mutex_;
+  LeavableThread* own_thread_ = nullptr;
 };
 
 }  // namespace sentree::runtime

@@ -118,6 +118,7 @@ void read_deadlines(const text::YamlNode* node, Project& project, Diagnostics& d
     d.budget = reader.duration("budget").value_or(d.budget);
     d.halt = reader.duration("halt").value_or(d.halt);
     d.unresponsive = reader.duration("unresponsive").value_or(d.unresponsive);
+    d.script = reader.duration("script").value_or(d.script);
   }
   if (d.budget.count() == 0) d.budget = project.period;
   if (d.call.count() == 0) d.call = d.budget * 2 / 5;

@@ -61,6 +61,8 @@ struct Deadlines {
   Duration budget{0};                       ///< A whole tick; by default one period.
   Duration halt = std::chrono::seconds(2);  ///< From `halt` to `halted`; past it, the run is cancelled.
   Duration unresponsive = std::chrono::seconds(2);  ///< An action that does not answer ticks; past it, FAILURE.
+  /// Processor time of one step of a chart; past it, its skill or monitor is given up.
+  Duration script = std::chrono::seconds(2);
 };
 
 /// `sentree.yaml`, read but not yet followed: what belongs together.

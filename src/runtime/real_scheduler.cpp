@@ -10,6 +10,7 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/runtime/scheduler.h"
+#include "sentree/runtime/watchdog.h"
 
 namespace sentree::runtime {
 
@@ -94,6 +95,17 @@ class RealScheduler final : public Scheduler {
     }
   }
 
+  void abandon(ActorId which, std::string) override {
+    const std::lock_guard lock(mutex_);
+    Actor& actor = *actors_[which];
+    {
+      const std::lock_guard actor_lock(actor.mutex);
+      ++actor.generation;
+      leave_behind(actor.thread);
+    }
+    start(actor);
+  }
+
  private:
   struct Timer {
     TimePoint when;
@@ -116,6 +128,9 @@ class RealScheduler final : public Scheduler {
     std::priority_queue<Timer, std::vector<Timer>, Later> timers;
     std::uint64_t order = 0;
     std::thread thread;
+    std::uint64_t generation = 0;  // of threads: counts those that were left behind
+    bool ended = false;            // the present thread does nothing more
+    std::condition_variable ended_changed;
   };
 
   template <class Add>
@@ -146,14 +161,15 @@ class RealScheduler final : public Scheduler {
   }
 
   void start(Actor& actor) {
-    if (!actor.thread.joinable()) actor.thread = std::thread([this, &actor] { work(actor); });
+    if (!actor.thread.joinable())
+      actor.thread = std::thread([this, &actor, mine = actor.generation] { work(actor, mine); });
   }
 
-  void work(Actor& actor) {
+  void work(Actor& actor, std::uint64_t mine) {
     prctl(PR_SET_NAME, actor.name.substr(0, 15).c_str());
     prctl(PR_SET_TIMERSLACK, 1000UL);  // 1 µs: the default of 50 µs would show as jitter of every tick
     std::unique_lock lock(actor.mutex);
-    while (!stopped_) {
+    while (!stopped_ && actor.generation == mine) {
       Task task;
       if (!actor.timers.empty() && actor.timers.top().when <= now()) {
         task = std::move(const_cast<Timer&>(actor.timers.top()).task);
@@ -173,13 +189,17 @@ class RealScheduler final : public Scheduler {
       task = nullptr;
       lock.lock();
     }
+    actor.ended = true;
+    actor.ended_changed.notify_all();
   }
 
   void join() {
     for (auto& actor : actors_) {
       {
-        const std::lock_guard lock(actor->mutex);
+        std::unique_lock lock(actor->mutex);
         actor->wake.notify_all();
+        // Its thread may be in a script that does not end, and be replaced while we wait.
+        if (actor->thread.joinable()) actor->ended_changed.wait(lock, [&] { return actor->ended; });
       }
       if (actor->thread.joinable()) actor->thread.join();
     }

@@ -264,6 +264,7 @@ class SkillService final : public rpc::Service {
       leaf.changed.notify_all();
     };
     replies.problem = options_.problem;
+    replies.given_up = options_.problem;
     replies.log = [this, name](const scxml::LogLine& line) { options_.log(name, line); };
     const auto stretched = [this](Duration wall) {
       return Duration(static_cast<std::int64_t>(static_cast<double>(wall.count()) * options_.factor));
@@ -273,7 +274,8 @@ class SkillService final : public rpc::Service {
         SkillActor::Options{.name = name,
                             .condition = plan_.condition,
                             .halt_deadline = stretched(plan_.deadlines.halt),
-                            .seed = options_.seed},
+                            .seed = options_.seed,
+                            .watchdog = &watchdog_},
         plan_.services, [this](const ServicePlan& service) { return port(service); }, publisher_, scheduler_, delays_,
         std::move(replies));
     return &leaf;
@@ -322,6 +324,7 @@ class SkillService final : public rpc::Service {
   Scheduler& scheduler_;
   SkillServerOptions options_;
   Delays delays_;
+  Watchdog watchdog_{plan_.deadlines.script};
   std::mutex mutex_;
   std::map<std::string, std::unique_ptr<ServedLeaf>> leaves_;
 };

@@ -17,6 +17,7 @@
 #include "sentree/runtime/remote_skill.h"
 #include "sentree/runtime/services.h"
 #include "sentree/runtime/supervisor.h"
+#include "sentree/runtime/watchdog.h"
 
 namespace sentree::runtime {
 
@@ -92,7 +93,10 @@ class Run::Impl final : public RunView {
         delays_(scenario_.delays),
         scheduler_(scenario_.virtual_time ? make_virtual_scheduler() : make_real_scheduler(scenario_.factor)),
         stream_(*scheduler_),
-        monitors_(plan, *scheduler_, stream_, [this](const MonitorReport& report) { on_decision(report); }),
+        watchdog_(scenario_.project.deadlines.script),
+        monitors_(plan, *scheduler_, stream_, watchdog_,
+                  {.decided = [this](const MonitorReport& report) { on_decision(report); },
+                   .given_up = [this](const std::string& why) { given_up(why); }}),
         publisher_(stream_, monitors_, *scheduler_, stretched(scenario_.project.deadlines.call)),
         director_(scheduler_->add_actor("director")) {
     services_ = plan.services;
@@ -126,13 +130,15 @@ class Run::Impl final : public RunView {
     });
     ready_ = mission_.get();
     if (interrupted_) mission_->stop();  // while the parts were started
-    const auto error = scheduler_->run();
+    // In virtual time nothing goes on without a thread, so a script that never ends has ended the run.
+    const auto hung = scenario_.virtual_time ? monitors_.hung() : std::nullopt;
+    const auto error = hung ? hung : scheduler_->run();
     if (options_.on_view) options_.on_view(nullptr);
     // Other processes first: they still publish while they halt.
     control_server_.reset();
     if (supervisor_) supervisor_->end(kEndPatience);
     observer_server_.reset();
-    stream_.flush();
+    if (scenario_.virtual_time && left_behind_) ended_ = scheduler_->now();
     monitors_.finish(ended_);
 
     report.error = error.value_or("");
@@ -147,11 +153,15 @@ class Run::Impl final : public RunView {
     {
       const std::lock_guard lock(problems_mutex_);
       report.problems = problems_;
+      report.given_up = given_up_;
     }
     report.problems.insert(report.problems.end(), mission_->problems().begin(), mission_->problems().end());
     judge(scenario_, report);
     return report;
   }
+
+  /// A thread still uses parts of this.
+  [[nodiscard]] bool left_behind() const { return left_behind_; }
 
   void interrupt() {
     interrupted_ = true;
@@ -305,6 +315,7 @@ class Run::Impl final : public RunView {
     };
     replies.halted = [this, index] { mission_->halted(index); };
     replies.problem = [this](const std::string& what) { problem(what); };
+    replies.given_up = [this](const std::string& why) { given_up(why); };
     replies.log = [this, name = leaf.name](const scxml::LogLine& line) {
       Message message;
       message.source = name;
@@ -318,7 +329,8 @@ class Run::Impl final : public RunView {
         SkillActor::Options{.name = leaf.name,
                             .condition = leaf.condition,
                             .halt_deadline = stretched(scenario_.project.deadlines.halt),
-                            .seed = hash_combine(scenario_.seed, hash_bytes(leaf.name))},
+                            .seed = hash_combine(scenario_.seed, hash_bytes(leaf.name)),
+                            .watchdog = &watchdog_},
         services_, [this](const ServicePlan& service) { return make_port(service); }, publisher_, *scheduler_, delays_,
         std::move(replies));
     return std::unique_ptr<LeafDriver>(std::move(driver));
@@ -432,6 +444,15 @@ class Run::Impl final : public RunView {
     if (scenario_.stop_when_violated && report.verdict == monitor::Verdict::kViolated) mission_->stop();
   }
 
+  void given_up(const std::string& why) {
+    left_behind_ = true;
+    {
+      const std::lock_guard lock(problems_mutex_);
+      given_up_.push_back(why);
+    }
+    problem(why);
+  }
+
   void problem(const std::string& what) {
     {
       const std::lock_guard lock(problems_mutex_);
@@ -449,6 +470,7 @@ class Run::Impl final : public RunView {
   std::map<std::string, ServicePlan> services_;
   std::unique_ptr<Scheduler> scheduler_;
   Stream stream_;
+  Watchdog watchdog_;
   Monitors monitors_;
   StreamPublisher publisher_;
   ActorId director_;
@@ -460,19 +482,25 @@ class Run::Impl final : public RunView {
   std::atomic<Mission*> ready_ = nullptr;  // the mission, once it can be interrupted
   std::mutex problems_mutex_;
   std::vector<std::string> problems_;
+  std::vector<std::string> given_up_;
+  std::atomic<bool> left_behind_ = false;
   TimePoint ended_{};
   std::atomic<bool> timed_out_ = false;
   std::atomic<bool> interrupted_ = false;
 };
 
 Run::Run(const Plan& plan, RunOptions options) : impl_(std::make_unique<Impl>(plan, std::move(options))) {}
-Run::~Run() = default;
+Run::~Run() {
+  if (impl_->left_behind()) keep_for_ever(std::shared_ptr<Impl>(std::move(impl_)));
+}
 RunReport Run::execute() { return impl_->execute(); }
 void Run::interrupt() { impl_->interrupt(); }
 
 void judge(const Scenario& scenario, RunReport& report) {
   report.unmet.clear();
-  if (!report.error.empty()) report.unmet.push_back("the run could not go on: " + report.error);
+  for (const std::string& why : report.given_up) report.unmet.push_back(why);
+  if (!report.error.empty() && report.given_up.empty())
+    report.unmet.push_back("the run could not go on: " + report.error);
   if (scenario.mission && *scenario.mission != to_string(report.mission)) {
     report.unmet.push_back("mission status " + std::string(to_string(report.mission)) + ", expected " +
                            *scenario.mission + (report.reason.empty() ? "" : " (" + report.reason + ")"));
@@ -482,7 +510,9 @@ void judge(const Scenario& scenario, RunReport& report) {
   }
   for (const MonitorReport& monitor : report.monitors) {
     const auto expected = scenario.verdicts.find(monitor.name);
-    if (!monitor.failure.empty())
+    const bool said =
+        std::find(report.given_up.begin(), report.given_up.end(), monitor.failure) != report.given_up.end();
+    if (!monitor.failure.empty() && !said)
       report.unmet.push_back("monitor " + monitor.name + " was given up: " + monitor.failure);
     if (expected == scenario.verdicts.end() || expected->second == to_string(monitor.verdict)) continue;
     report.unmet.push_back("monitor " + monitor.name + " is " + std::string(to_string(monitor.verdict)) +

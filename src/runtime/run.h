@@ -42,6 +42,8 @@ struct RunReport {
   std::vector<MonitorReport> monitors;
   std::vector<ProcessReport> processes;  ///< The run itself first.
   std::vector<std::string> problems;
+  /// Skills and monitors whose scripts did not end, with chart and line.
+  std::vector<std::string> given_up;
   std::string error;  ///< The run could not go on; empty otherwise.
   /// Expectations of the scenario that did not hold, one sentence each; empty: all held.
   std::vector<std::string> unmet;

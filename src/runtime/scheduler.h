@@ -47,6 +47,10 @@ class Scheduler : public Clock {
   /// Ends `run()`; tasks that have not begun are dropped. From any thread, and from a signal-safe wrapper.
   virtual void stop() = 0;
 
+  /// The task that `actor` executes never ends: its thread is left behind (see watchdog.h). In real time the actor goes
+  /// on with its next task in a new thread; in virtual time `run()` returns `why`. From any other thread.
+  virtual void abandon(ActorId actor, std::string why) = 0;
+
   [[nodiscard]] virtual bool is_virtual() const = 0;
 };
 

@@ -10,6 +10,7 @@ Skill::Skill(scxml::Chart chart, SkillOptions options, SkillPort& port)
     : chart_(std::move(chart)), options_(std::move(options)), port_(port) {
   host_.processors.push_back({"thrift", ""});
   host_.on_send = options_.check_call;
+  host_.watch = options_.watch;
 }
 
 void Skill::start(const Map& inputs, TimePoint now) {

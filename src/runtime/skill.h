@@ -57,6 +57,7 @@ struct SkillOptions {
   std::uint64_t seed = 1;
   /// Refuses a call before it is made: unknown service or method, wrong arguments (becomes error.execution).
   std::function<Result<void>(const scxml::OutgoingSend&)> check_call;
+  scxml::ExecutionWatch* watch = nullptr;  ///< Borrowed as long as the skill; null: nobody looks on.
 };
 
 /// One leaf's skill: turns ticks and halts into runs of a chart (the design's "A leaf invokes its skill").

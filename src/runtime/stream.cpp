@@ -54,6 +54,10 @@ std::optional<Admission> Stream::publish_if(Message message, const Judge& judge,
     first(decided, {Veto{"", "no gate decided in time"}});
   });
   scheduler_.post(actor_, [this, message = std::move(message), judge, decided, open, first] {
+    {
+      const std::lock_guard lock(mutex_);
+      undecided_ = [first, decided] { first(decided, {Veto{"", "a gate was given up while it decided"}}); };
+    }
     for (int attempt = 0; attempt < kJudgementsMax; ++attempt) {
       drain();
       Message candidate = message;
@@ -91,19 +95,30 @@ std::optional<Admission> Stream::publish_if(Message message, const Judge& judge,
 
 void Stream::drain() {
   for (;;) {
-    Message message;
-    {
+    if (!delivering_) {
       const std::lock_guard lock(mutex_);
       if (pending_.empty()) {
         draining_ = false;
         return;
       }
-      message = std::move(pending_.front());
+      delivering_ = std::move(pending_.front());
       pending_.pop_front();
+      listener_ = 0;
     }
     room_.notify_all();
-    for (const Listener& listener : listeners_) listener(message);
+    for (; listener_ < listeners_.size(); ++listener_) listeners_[listener_](*delivering_);
+    delivering_.reset();
   }
+}
+
+void Stream::resume() {
+  std::function<void()> undecided;
+  {
+    const std::lock_guard lock(mutex_);
+    undecided.swap(undecided_);
+  }
+  if (undecided) undecided();
+  scheduler_.post(actor_, [this] { drain(); });
 }
 
 void Stream::flush() { drain(); }

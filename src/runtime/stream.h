@@ -66,6 +66,9 @@ class Stream {
 
   /// Hands on what is still pending; for the end of a run, when no actor works any more.
   void flush();
+  /// In real time, after the actor's thread was left behind in a listener or in a judge: that listener gets the same
+  /// message again, and must know how far it came.
+  void resume();
   /// In which listeners are called in real time.
   [[nodiscard]] ActorId actor() const { return actor_; }
   [[nodiscard]] std::uint64_t published() const { return sequence_; }
@@ -81,6 +84,10 @@ class Stream {
   std::mutex mutex_;
   std::condition_variable_any room_;
   std::deque<Message> pending_;
+  // What is being handed on; members, so that a new thread can go on where another was left behind.
+  std::optional<Message> delivering_;
+  std::size_t listener_ = 0;
+  std::function<void()> undecided_;  // refuses the request that is being judged
   bool draining_ = false;
   std::once_flag has_deadlines_;
   ActorId deadlines_ = 0;

@@ -1,8 +1,10 @@
 #include <atomic>
+#include <mutex>
 #include <queue>
 #include <vector>
 
 #include "sentree/runtime/scheduler.h"
+#include "sentree/runtime/watchdog.h"
 
 namespace sentree::runtime {
 
@@ -23,7 +25,25 @@ class VirtualScheduler final : public Scheduler {
     push(to, std::max(when, now_), rank, std::move(task));
   }
 
+  // In a thread of its own, so that the caller comes back even from a script that does not.
   std::optional<std::string> run() override {
+    if (thread_.run([this] { result_ = work(); })) return result_;
+    const std::lock_guard lock(abandoned_mutex_);
+    return abandoned_;
+  }
+
+  void stop() override { stopped_ = true; }
+
+  void abandon(ActorId, std::string why) override {
+    {
+      const std::lock_guard lock(abandoned_mutex_);
+      abandoned_ = std::move(why);
+    }
+    thread_.leave();
+  }
+
+ private:
+  std::optional<std::string> work() {
     std::size_t tasks_now = 0;
     while (!stopped_) {
       if (error_) return error_;
@@ -44,9 +64,6 @@ class VirtualScheduler final : public Scheduler {
     return error_;
   }
 
-  void stop() override { stopped_ = true; }
-
- private:
   struct Entry {
     TimePoint when;
     Rank rank;
@@ -75,6 +92,10 @@ class VirtualScheduler final : public Scheduler {
   std::atomic<bool> stopped_ = false;  // an interrupt comes from another thread
   std::optional<std::string> error_;
   std::vector<std::string> names_;
+  LeavableThread thread_;
+  std::mutex abandoned_mutex_;
+  std::string abandoned_;
+  std::optional<std::string> result_;
   std::priority_queue<Entry, std::vector<Entry>, Later> queue_;
 };
 

@@ -11,9 +11,20 @@ void Interpreter::execute_blocks(const std::vector<Block>& blocks) {
 
 bool Interpreter::execute(const Block& block) {
   for (const Action& action : block) {
-    if (!execute(action)) return false;
+    if (!spend(action.place) || !execute(action)) return false;
   }
   return true;
+}
+
+bool Interpreter::spend(const Place& place) {
+  if (++run_.actions <= run_.host.limits.actions_max) return true;
+  if (session_.status_ != SessionStatus::kFailed) {
+    fail_session("scxml.endless-step",
+                 "the chart executes more than " + std::to_string(run_.host.limits.actions_max) +
+                     " pieces of executable content in one step",
+                 place);
+  }
+  return false;
 }
 
 bool Interpreter::execute(const Action& action) {
@@ -33,7 +44,7 @@ bool Interpreter::execute(const Action& action) {
   if (const auto* branch = std::get_if<If>(&action.what)) return execute_if(*branch);
   if (const auto* log = std::get_if<Log>(&action.what)) return execute_log(*log, action.place);
   if (const auto* script = std::get_if<Script>(&action.what)) return done(data_->run(script->code));
-  if (const auto* loop = std::get_if<Foreach>(&action.what)) return execute_foreach(*loop);
+  if (const auto* loop = std::get_if<Foreach>(&action.what)) return execute_foreach(*loop, action.place);
   return execute_cancel(std::get<Cancel>(action.what));
 }
 
@@ -50,10 +61,11 @@ bool Interpreter::execute_if(const If& action) {
   return true;
 }
 
-bool Interpreter::execute_foreach(const Foreach& action) {
+bool Interpreter::execute_foreach(const Foreach& action, const Place& place) {
   bool body_ok = true;
   auto result = data_->for_each(action, [&] {
-    body_ok = execute(*action.body);
+    // A round counts even if there is nothing in it.
+    body_ok = spend(place) && execute(*action.body);
     return body_ok && session_.status_ != SessionStatus::kFailed;
   });
   if (!result) raise_error("error.execution", std::move(result.error().message));

@@ -147,7 +147,10 @@ Result<void> EcmaScriptModel::bind(std::uint32_t slot, ExpressionId expr) {
 
 void EcmaScriptModel::bind_value(std::uint32_t slot, const std::optional<Value>& value) {
   if (session_.pinned_) {
-    if (auto h = heap(kNoExpression, true)) static_cast<void>((*h)->write(slot, value));
+    if (auto h = heap(kNoExpression, true)) {
+      static_cast<void>((*h)->write(slot, value));
+      leave();
+    }
     return;
   }
   store(slot, value);
@@ -184,6 +187,13 @@ Result<void> EcmaScriptModel::for_each(const Foreach& loop, const std::function<
 // ---- The heap ----
 
 Result<ScriptHeap*> EcmaScriptModel::heap(ExpressionId id, bool changes) {
+  enter(id);
+  auto ready = ready_heap(changes);
+  if (!ready) leave();
+  return ready;
+}
+
+Result<ScriptHeap*> EcmaScriptModel::ready_heap(bool changes) {
   if (!heap_) {
     if (session_.pinned_) {
       heap_ = session_.pinned_;
@@ -222,16 +232,16 @@ Result<ScriptHeap*> EcmaScriptModel::heap(ExpressionId id, bool changes) {
     heap_newer_ = true;
     heap_->tag = 0;
   }
-  if (ExecutionWatch* watch = interpreter_.host().watch) {
-    watch->line.store(id == kNoExpression ? 0 : model_.expressions[id].place.line, std::memory_order_relaxed);
-    watch->evaluations.fetch_add(1, std::memory_order_relaxed);
-    watch->chart.store(&model_, std::memory_order_release);
-  }
   return heap_.get();
 }
 
+void EcmaScriptModel::enter(ExpressionId id) {
+  if (ExecutionWatch* watch = interpreter_.host().watch)
+    watch->begin_evaluation(model_, id == kNoExpression ? Place() : model_.expressions[id].place);
+}
+
 void EcmaScriptModel::leave() {
-  if (ExecutionWatch* watch = interpreter_.host().watch) watch->chart.store(nullptr, std::memory_order_release);
+  if (ExecutionWatch* watch = interpreter_.host().watch) watch->end_evaluation();
 }
 
 Result<void> EcmaScriptModel::load_heap() {
@@ -247,7 +257,10 @@ Result<void> EcmaScriptModel::load_heap() {
   if (!session_.scripts_run_ || model_.scripts.empty()) return {};
   // The chart's own scripts define its functions again; what they did to the data is undone.
   const Rng rng = session_.rng_;
-  for (const ExpressionId script : model_.scripts) static_cast<void>(heap_->run(script));
+  for (const ExpressionId script : model_.scripts) {
+    enter(script);
+    static_cast<void>(heap_->run(script));
+  }
   session_.rng_ = rng;
   if (auto kept = heap_->keep_functions(); !kept) return kept;
   return write_all();
@@ -260,10 +273,14 @@ void EcmaScriptModel::finish() {
   for (const std::uint32_t slot : unwritten_) static_cast<void>(heap_->write(slot, session_.variables_[slot]));
   if (!unwritten_.empty()) heap_->tag = 0;
   if (heap_newer_) {
-    if (auto read = heap_->read_all(session_.variables_, session_.globals_); !read) {
+    // Reading data runs the getters that scripts have defined.
+    enter(kNoExpression);
+    const auto read = heap_->read_all(session_.variables_, session_.globals_);
+    leave();
+    if (!read) {
       session_.pinned_ = std::move(heap_);
       session_.pinned_->attach(nullptr);
-      session_.unsaveable_ = std::move(read.error());
+      session_.unsaveable_ = read.error();
       return;
     }
   }

@@ -48,7 +48,10 @@ class EcmaScriptModel final : public DataModel, private NativeScope, private Scr
   void store(std::uint32_t slot, std::optional<Value> value);
   /// A heap that holds this session's data and event. `changes`: what is called next may change data.
   Result<ScriptHeap*> heap(ExpressionId id, bool changes);
+  Result<ScriptHeap*> ready_heap(bool changes);
   Result<void> load_heap();
+  /// The interpreter is about to run, or has returned: for a watchdog.
+  void enter(ExpressionId id);
   void leave();
 
   const Interpreter& interpreter_;

@@ -90,13 +90,37 @@ class Observer {
   virtual void stable(const Chart& /*chart*/, std::string_view /*session*/) {}
 };
 
-/// What executes now, readable from another thread: for a watchdog, since an endless script cannot be stopped from
-/// inside. All members are consistent enough for a message; none is a lock.
-struct ExecutionWatch {
-  std::atomic<const Model*> chart{
-      nullptr};              ///< Null: nothing executes. Valid as long as the chart is kept by the caller.
-  std::atomic<int> line{0};  ///< Of the script or expression.
-  std::atomic<std::uint64_t> evaluations{0};  ///< Counts evaluations begun; unchanged for long: it hangs.
+/// Between a thread that steps sessions and a watchdog in another one: an endless script cannot be stopped from inside,
+/// so its thread is given up together with all that it works on.
+///
+/// The thread that steps is in a step or not, and inside a step it is in an evaluation or not. `give_up` succeeds in an
+/// evaluation only; should that evaluation end all the same, its thread waits there for ever and touches nothing more.
+/// Lock-free; one stepping thread at a time.
+class ExecutionWatch {
+ public:
+  // For the engine, in the thread that steps.
+  void begin_step() { step_.store(++begun_, std::memory_order_release); }
+  void end_step() { step_.store(0, std::memory_order_release); }
+  void begin_evaluation(const Model& model, const Place& place);
+  void end_evaluation();
+
+  // For the watchdog.
+  /// The number of the step that executes; 0: none.
+  [[nodiscard]] std::uint64_t step() const { return step_.load(std::memory_order_acquire); }
+  /// Takes the session from the thread that executes step `number`, and says which script or expression it is in.
+  /// Nothing: it is in no evaluation of that step just now.
+  [[nodiscard]] std::optional<SourceSpan> give_up(std::uint64_t number);
+  [[nodiscard]] bool given_up() const { return state_.load(std::memory_order_acquire) == State::kGivenUp; }
+
+ private:
+  enum class State : std::uint8_t { kOutside, kEvaluating, kGivenUp };
+
+  std::uint64_t begun_ = 0;
+  std::atomic<std::uint64_t> step_{0};
+  std::atomic<State> state_{State::kOutside};
+  std::atomic<const Model*> model_{nullptr};
+  std::atomic<int> line_{0};
+  std::atomic<int> column_{0};
 };
 
 /// Bounds of one session; exceeding one ends the session with an error that names the place, except where noted.
@@ -108,6 +132,7 @@ struct Limits {
   std::uint32_t invocations_max = 64;          ///< At once in one session. Beyond: error.execution.
   std::uint32_t invocation_depth_max = 8;      ///< Children of children. Beyond: error.execution.
   std::uint32_t foreach_max = 100'000;         ///< Items of one <foreach>. Beyond: error.execution.
+  std::uint64_t actions_max = 10'000'000;      ///< Executable content in one step: loops inside loops.
   std::size_t script_memory_max = 16U << 20U;  ///< Bytes of one JavaScript heap. Beyond: error.execution.
 };
 

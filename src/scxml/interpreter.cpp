@@ -518,7 +518,7 @@ void Interpreter::exit_interpreter(SessionStatus status) {
       session_.configuration_.erase(*s);
     if (observer_) observer_->exited(chart_, session_.id_, *s);
   }
-  session_.status_ = status;
+  if (session_.status_ != SessionStatus::kFailed) session_.status_ = status;
   session_.internal_.clear();
   session_.external_.clear();
   session_.timers_.clear();

@@ -27,8 +27,9 @@ struct Run {
   Effects& effects;
   const Host& host;
   StepInfo info;
-  bool sent = false;        ///< Something left for the world outside.
-  std::uint32_t depth = 0;  ///< Of invocations inside invocations, while one starts.
+  bool sent = false;          ///< Something left for the world outside.
+  std::uint64_t actions = 0;  ///< Executable content so far.
+  std::uint32_t depth = 0;    ///< Of invocations inside invocations, while one starts.
 };
 
 /// Sets and lists that a step needs and no session keeps. Leased, so that a step allocates nothing in the steady state.
@@ -110,7 +111,9 @@ class Interpreter {
   bool execute(const Block& block);
   bool execute(const Action& action);
   bool execute_if(const If& action);
-  bool execute_foreach(const Foreach& action);
+  bool execute_foreach(const Foreach& action, const Place& place);
+  /// Counts one piece of executable content. False: there have been too many in this step, and the session has failed.
+  bool spend(const Place& place);
   bool execute_log(const Log& action, const Place& place);
   bool execute_send(const Send& send, const Place& place);
   bool execute_cancel(const Cancel& cancel);

@@ -7,6 +7,26 @@
 
 namespace sentree::scxml {
 
+namespace {
+
+// Tells the watchdog that a step executes.
+class Watched {
+ public:
+  explicit Watched(ExecutionWatch* watch) : watch_(watch) {
+    if (watch_) watch_->begin_step();
+  }
+  ~Watched() {
+    if (watch_) watch_->end_step();
+  }
+  Watched(const Watched&) = delete;
+  Watched& operator=(const Watched&) = delete;
+
+ private:
+  ExecutionWatch* watch_;
+};
+
+}  // namespace
+
 /// The engine's way into a session.
 struct SessionAccess {
   static bool ready(const Chart& chart, Session& session) {
@@ -44,6 +64,7 @@ struct SessionAccess {
 
 StepInfo start(const Chart& chart, Session& session, StartOptions options, TimePoint now, Effects& effects,
                const Host& host) {
+  const Watched watched(host.watch);
   reset_session(chart, session, std::move(options.session_id), options.seed);
   Run run{session, now, effects, host, {}};
   {
@@ -56,6 +77,7 @@ StepInfo start(const Chart& chart, Session& session, StartOptions options, TimeP
 
 StepInfo step(const Chart& chart, Session& session, const Event& event, TimePoint now, Effects& effects,
               const Host& host) {
+  const Watched watched(host.watch);
   Run run{session, now, effects, host, {}};
   if (!SessionAccess::ready(chart, session)) return run.info;
   {
@@ -73,6 +95,7 @@ StepInfo step(const Chart& chart, Session& session, const Event& event, TimePoin
 }
 
 StepInfo step_timers(const Chart& chart, Session& session, TimePoint now, Effects& effects, const Host& host) {
+  const Watched watched(host.watch);
   Run run{session, now, effects, host, {}};
   if (SessionAccess::ready(chart, session)) SessionAccess::settle(run, chart, session);
   while (SessionAccess::ready(chart, session) && !(run.sent && host.yield_after_send)) {
@@ -92,6 +115,7 @@ StepInfo step_timers(const Chart& chart, Session& session, TimePoint now, Effect
 }
 
 StepInfo cancel(const Chart& chart, Session& session, TimePoint now, Effects& effects, const Host& host) {
+  const Watched watched(host.watch);
   Run run{session, now, effects, host, {}};
   if (!SessionAccess::ready(chart, session)) return run.info;
   Interpreter interpreter(run, chart, session, nullptr);
