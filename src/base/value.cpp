@@ -1,9 +1,12 @@
 #include "sentree/base/value.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <charconv>
 #include <cmath>
+
+#include "sentree/base/json.h"
 
 namespace sentree {
 
@@ -158,57 +161,10 @@ std::size_t utf8_length(std::string_view text) {
   return 0;
 }
 
-std::string base64(const std::vector<std::byte>& octets) {
-  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((octets.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < octets.size(); i += 3) {
-    const std::size_t left = octets.size() - i;
-    const auto octet = [&](std::size_t k) { return k < left ? std::to_integer<std::uint32_t>(octets[i + k]) : 0U; };
-    const std::uint32_t bits = octet(0) << 16 | octet(1) << 8 | octet(2);
-    for (std::size_t k = 0; k < 4; ++k) text += k <= left ? kDigits[bits >> (18 - 6 * k) & 63] : '=';
-  }
-  return text;
-}
-
-void append_json(std::string& out, const Value& value) {
-  switch (value.type()) {
-    case Value::Type::kNull: out += "null"; return;
-    case Value::Type::kBool: out += *value.as_bool() ? "true" : "false"; return;
-    case Value::Type::kInt: out += std::to_string(*value.as_int()); return;
-    case Value::Type::kDouble: {
-      const std::string text = shortest_decimal(*value.as_double());
-      if (std::isfinite(*value.as_double()))
-        out += text;
-      else
-        append_json_string(out, text);
-      return;
-    }
-    case Value::Type::kString: append_json_string(out, *value.as_string()); return;
-    case Value::Type::kBytes: out += "{\"$bytes\":\"" + base64(value.as_bytes()->octets) + "\"}"; return;
-    case Value::Type::kList: {
-      char separator = '[';
-      for (const Value& item : *value.as_list()) {
-        out += separator;
-        append_json(out, item);
-        separator = ',';
-      }
-      out += separator == '[' ? "[]" : "]";
-      return;
-    }
-    case Value::Type::kMap: {
-      char separator = '{';
-      for (const auto& [key, item] : *value.as_map()) {
-        out += separator;
-        append_json_string(out, key);
-        out += ':';
-        append_json(out, item);
-        separator = ',';
-      }
-      out += separator == '{' ? "{}" : "}";
-      return;
-    }
-  }
+template <class Number>
+void append_number(std::string& out, Number number) {
+  std::array<char, 32> buffer;
+  out.append(buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), number).ptr);
 }
 
 }  // namespace
@@ -216,6 +172,14 @@ void append_json(std::string& out, const Value& value) {
 void append_json_string(std::string& out, std::string_view text) {
   out += '"';
   while (!text.empty()) {
+    // Most text needs no escape: it is copied in one piece.
+    const auto special = std::find_if(text.begin(), text.end(), [](char c) {
+      const auto byte = static_cast<unsigned char>(c);
+      return byte < 0x20 || byte >= 0x80 || byte == '"' || byte == '\\';
+    });
+    out.append(text.begin(), special);
+    text.remove_prefix(static_cast<std::size_t>(special - text.begin()));
+    if (text.empty()) break;
     const auto c = static_cast<unsigned char>(text.front());
     const std::size_t length = utf8_length(text);
     if (length == 0) {
@@ -242,6 +206,53 @@ void append_json_string(std::string& out, std::string_view text) {
     text.remove_prefix(length);
   }
   out += '"';
+}
+
+void append_json(std::string& out, const Value& value) {
+  switch (value.type()) {
+    case Value::Type::kNull: out += "null"; return;
+    case Value::Type::kBool: out += *value.as_bool() ? "true" : "false"; return;
+    case Value::Type::kInt: append_number(out, *value.as_int()); return;
+    case Value::Type::kDouble: {
+      const double number = *value.as_double();
+      if (!std::isfinite(number)) {
+        append_json_string(out, shortest_decimal(number));
+        return;
+      }
+      const std::size_t begin = out.size();
+      append_number(out, number);
+      if (std::string_view(out).substr(begin).find_first_of(".e") == std::string_view::npos) out += ".0";
+      return;
+    }
+    case Value::Type::kString: append_json_string(out, *value.as_string()); return;
+    case Value::Type::kBytes:
+      out += "{\"$bytes\":\"";
+      append_base64(out, value.as_bytes()->octets);
+      out += "\"}";
+      return;
+    case Value::Type::kList: {
+      char separator = '[';
+      for (const Value& item : *value.as_list()) {
+        out += separator;
+        append_json(out, item);
+        separator = ',';
+      }
+      out += separator == '[' ? "[]" : "]";
+      return;
+    }
+    case Value::Type::kMap: {
+      char separator = '{';
+      for (const auto& [key, item] : *value.as_map()) {
+        out += separator;
+        append_json_string(out, key);
+        out += ':';
+        append_json(out, item);
+        separator = ',';
+      }
+      out += separator == '{' ? "{}" : "}";
+      return;
+    }
+  }
 }
 
 std::string to_json(const Value& value) {

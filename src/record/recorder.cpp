@@ -1,0 +1,162 @@
+#include "sentree/record/recorder.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "sentree/base/assert.h"
+#include "sentree/base/json.h"
+#include "sentree/record/schemas.h"
+
+namespace sentree::record {
+
+Recorder::Recorder(std::unique_ptr<Sink> sink, RecorderOptions options)
+    : options_(std::move(options)), sink_(std::move(sink)), writer_(*sink_, options_.compression) {
+  chunk_.records.reserve(options_.chunk_size + options_.chunk_size / 8);
+  gaps_ = add_channel("/gaps", "sentree.Gap", schemas::kGap);
+  thread_ = std::thread([this] { work(); });
+}
+
+Recorder::~Recorder() { close(); }
+
+ChannelId Recorder::add_channel(std::string topic, std::string_view schema, std::string_view json_schema) {
+  const std::lock_guard lock(mutex_);
+  SENTREE_ASSERT(channels_.size() < std::numeric_limits<ChannelId>::max());
+  auto known = std::find_if(schemas_.begin(), schemas_.end(), [&](const Schema& s) { return s.name == schema; });
+  if (known == schemas_.end()) {
+    schemas_.push_back(
+        {static_cast<SchemaId>(schemas_.size() + 1), std::string(schema), "jsonschema", std::string(json_schema)});
+    chunk_.add(schemas_.back());
+    known = schemas_.end() - 1;
+  }
+  channels_.push_back({static_cast<ChannelId>(channels_.size() + 1), known->id, std::move(topic), "json", {}});
+  chunk_.add(channels_.back());
+  return channels_.back().id;
+}
+
+// A full chunk is handed on; when too many wait, there is no room.
+bool Recorder::make_room(TimePoint time) {
+  if (closing_ || report_.failed) return false;
+  if (chunk_.records.size() >= options_.chunk_size && !seal()) {
+    if (lost_now_ == 0) {
+      lost_from_ = time;
+      ++report_.gaps;
+    }
+    lost_to_ = std::max(lost_to_, time);
+    ++lost_now_;
+    ++report_.lost;
+    return false;
+  }
+  if (lost_now_ > 0) note_gap();
+  ++report_.messages;
+  return true;
+}
+
+bool Recorder::seal() {
+  if (queue_.size() >= kWaitingChunksMax) {
+    if (!options_.wait_when_full) return false;
+    std::unique_lock lock(mutex_, std::adopt_lock);
+    room_.wait(lock, [&] { return queue_.size() < kWaitingChunksMax || report_.failed; });
+    lock.release();
+    if (report_.failed) return false;
+  }
+  push(std::move(chunk_));
+  chunk_ = Chunk();
+  if (!spare_.empty()) {
+    chunk_ = std::move(spare_.back());
+    spare_.pop_back();
+  }
+  return true;
+}
+
+void Recorder::push(Item item) {
+  queue_.push_back(std::move(item));
+  work_.notify_one();
+}
+
+void Recorder::note_gap() {
+  const auto at = static_cast<std::uint64_t>(lost_to_.time_since_epoch().count());
+  const std::size_t begin = chunk_.begin_message(gaps_, ++sequence_, at, at);
+  append_json(
+      chunk_.records,
+      Map{{"lost", static_cast<std::int64_t>(lost_now_)}, {"from", seconds(lost_from_)}, {"to", seconds(lost_to_)}});
+  chunk_.end_message(begin);
+  lost_now_ = 0;
+}
+
+void Recorder::attach(Attachment attachment) {
+  const std::lock_guard lock(mutex_);
+  if (!closing_ && !report_.failed) push(std::move(attachment));
+}
+
+void Recorder::add(Metadata metadata) {
+  const std::lock_guard lock(mutex_);
+  if (!closing_ && !report_.failed) push(std::move(metadata));
+}
+
+Result<void> Recorder::write(const Item& item) {
+  return std::visit([this](const auto& record) { return writer_.write(record); }, item);
+}
+
+void Recorder::work() {
+  const auto check = [this](const Result<void>& written) {
+    if (written) return true;
+    {
+      const std::lock_guard lock(mutex_);
+      report_.failed = true;
+      queue_.clear();
+    }
+    room_.notify_all();
+    if (options_.on_failure) options_.on_failure(written.error());
+    return false;
+  };
+  if (!check(writer_.begin("", options_.library))) return;
+  const auto flush_every = options_.flush_every;
+  auto flushed = std::chrono::steady_clock::now();
+  for (;;) {
+    Item item;
+    {
+      std::unique_lock lock(mutex_);
+      const auto ready = [&] { return !queue_.empty() || closing_; };
+      if (flush_every.count() == 0) {
+        work_.wait(lock, ready);
+      } else if (!work_.wait_until(lock, flushed + flush_every, ready)) {
+        flushed = std::chrono::steady_clock::now();
+        if (chunk_.messages > 0) (void)seal();
+        if (queue_.empty()) continue;
+      }
+      if (queue_.empty()) break;
+      item = std::move(queue_.front());
+      queue_.pop_front();
+    }
+    room_.notify_all();
+    if (!check(write(item))) return;
+    if (auto* chunk = std::get_if<Chunk>(&item)) {
+      chunk->clear();
+      const std::lock_guard lock(mutex_);
+      if (spare_.size() < 4) spare_.push_back(std::move(*chunk));
+    }
+  }
+  (void)check(writer_.end(schemas_, channels_));
+}
+
+void Recorder::close() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (closing_) return;
+    if (lost_now_ > 0) note_gap();
+    // The last chunk may go beyond the bound: nothing follows it.
+    if (!chunk_.empty() && !report_.failed) push(std::move(chunk_));
+    closing_ = true;
+    work_.notify_one();
+  }
+  thread_.join();
+  const std::lock_guard lock(mutex_);
+  report_.bytes = writer_.size();
+}
+
+RecorderReport Recorder::report() const {
+  const std::lock_guard lock(mutex_);
+  return report_;
+}
+
+}  // namespace sentree::record

@@ -1,0 +1,112 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <variant>
+#include <vector>
+
+#include "sentree/base/result.h"
+#include "sentree/base/time.h"
+#include "sentree/record/mcap.h"
+#include "sentree/record/sink.h"
+#include "sentree/record/writer.h"
+
+namespace sentree::record {
+
+/// Chunks that wait for the disk; beyond that messages are lost (and counted), or wait if `wait_when_full`.
+inline constexpr std::size_t kWaitingChunksMax = 64;
+
+struct RecorderOptions {
+  Compression compression = Compression::kZstd;
+  std::size_t chunk_size = 512U << 10U;  ///< Unpacked bytes after which a chunk is ended.
+  /// Wall time after which an unfinished chunk is written all the same; 0: never, so that the bytes of the file depend
+  /// on the messages only.
+  Duration flush_every = std::chrono::milliseconds(500);
+  bool wait_when_full = false;
+  std::string library = "sentree";
+  /// Told once, in the writer's thread, when writing fails. What comes later is not recorded.
+  std::function<void(const Diagnostic&)> on_failure;
+};
+
+struct RecorderReport {
+  std::uint64_t messages = 0;
+  std::uint64_t lost = 0;  ///< Messages for which there was no room.
+  std::uint64_t gaps = 0;  ///< Times that this began.
+  std::uint64_t bytes = 0;
+  bool failed = false;
+};
+
+/// Writes messages to a file from a thread of its own. `message` never waits for the disk (see `wait_when_full`).
+///
+/// A gap is a message of topic "/gaps" in the recording: how many were lost, from when to when. From any thread.
+class Recorder {
+ public:
+  Recorder(std::unique_ptr<Sink> sink, RecorderOptions options);
+  ~Recorder();
+  Recorder(const Recorder&) = delete;
+  Recorder& operator=(const Recorder&) = delete;
+
+  /// A topic of JSON messages. Schemas of one name are one.
+  ChannelId add_channel(std::string topic, std::string_view schema, std::string_view json_schema);
+
+  /// Records a message; `append` adds its JSON to the string that it is given, which holds others already.
+  /// Cost: that of `append` and an uncontended lock.
+  template <class Append>
+  void message(ChannelId channel, TimePoint time, Append&& append) {
+    const std::lock_guard lock(mutex_);
+    if (!make_room(time)) return;
+    const auto at = static_cast<std::uint64_t>(time.time_since_epoch().count());
+    const std::size_t begin = chunk_.begin_message(channel, ++sequence_, at, at);
+    append(chunk_.records);
+    chunk_.end_message(begin);
+  }
+
+  void attach(Attachment attachment);
+  void add(Metadata metadata);
+
+  /// Ends the file. Called by the destructor; nothing is recorded afterwards.
+  void close();
+  [[nodiscard]] RecorderReport report() const;
+
+ private:
+  using Item = std::variant<Chunk, Attachment, Metadata>;
+
+  // With the lock held. False: there is none, and the message is lost.
+  bool make_room(TimePoint time);
+  bool seal();
+  void push(Item item);
+  void note_gap();
+  void work();
+  Result<void> write(const Item& item);
+
+  RecorderOptions options_;
+  std::unique_ptr<Sink> sink_;
+  Writer writer_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable work_;
+  std::condition_variable room_;
+  Chunk chunk_;
+  std::deque<Item> queue_;
+  std::vector<Chunk> spare_;
+  std::vector<Schema> schemas_;
+  std::vector<Channel> channels_;
+  ChannelId gaps_ = 0;
+  std::uint32_t sequence_ = 0;
+  std::uint64_t lost_now_ = 0;  // in the gap that is open
+  TimePoint lost_from_{};
+  TimePoint lost_to_{};
+  RecorderReport report_;
+  bool closing_ = false;
+  std::thread thread_;
+};
+
+}  // namespace sentree::record
