@@ -38,9 +38,10 @@ void check_outcomes(const scxml::Chart& chart, Diagnostics& diagnostics) {
 bool check_call(const scxml::Chart& chart, const scxml::SendInfo& send,
                 const std::map<std::string, ServicePlan>& services, const Project& project, Diagnostics& diagnostics) {
   if (!send.target) return false;  // known at run time only
-  if (*send.target == kTestControl) {
+  if (*send.target == kTestControl || send.target->ends_with("/" + std::string(kTestControl))) {
     add(diagnostics, Severity::kError, "check.test-control",
-        "service \"simulation\" is test control; skills cannot reach it, scenarios can", chart.span(send.target_place));
+        "service \"" + *send.target + "\" is test control; skills cannot reach it, scenarios can",
+        chart.span(send.target_place));
     return false;
   }
   const auto service = services.find(*send.target);

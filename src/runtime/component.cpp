@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "sentree/idl/conform.h"
 #include "sentree/sim/services.h"
 #include "sentree/text/file.h"
 
@@ -16,14 +17,10 @@ std::string lower(std::string_view text) {
   return out;
 }
 
-// Adds what robot.thrift says of the simulator's interfaces: those in `wanted`, under these names, and test control.
-void add_services(const idl::Schema& schema, const std::vector<std::pair<std::string, std::string>>& wanted,
-                  SimComponent& component) {
-  for (const auto& [name, interface] : wanted) {
-    if (auto service = schema.service(interface)) component.services.push_back({name, interface, std::move(service)});
-  }
-  if (auto control = schema.service("Simulation"))
-    component.services.push_back({std::string(kTestControl), "Simulation", std::move(control)});
+void add_service(const idl::Schema& schema, const std::string& name, const std::string& interface,
+                 const std::string& robot, SimComponent& component) {
+  if (auto service = schema.service(interface))
+    component.services.push_back({name, interface, robot, std::move(service)});
 }
 
 std::optional<idl::Schema> robot_schema(Diagnostics& diagnostics) {
@@ -52,12 +49,13 @@ Loaded<SimComponent> prepare_sim(const Project& project) {
   const auto schema = robot_schema(prepared.diagnostics);
   if (!world.ok() || !schema) return prepared;
   component.world = std::make_shared<const sim::World>(std::move(*world.value));
-  std::vector<std::pair<std::string, std::string>> wanted;
   for (const ServiceEntry& service : project.services) {
     const auto* info = sim::find_service(service.interface);
-    if (info != nullptr && !info->is_test_control) wanted.emplace_back(service.name, service.interface);
+    if (info != nullptr && !info->is_test_control)
+      add_service(*schema, service.name, service.interface, service.robot, component);
   }
-  add_services(*schema, wanted, component);
+  for (const std::string& name : test_control_names(*component.world))
+    add_service(*schema, name, "Simulation", *test_control_of(name, *component.world), component);
   prepared.value = std::move(component);
   return prepared;
 }
@@ -70,28 +68,60 @@ Loaded<SimComponent> prepare_sim_world(const std::string& world_file) {
   const auto schema = robot_schema(prepared.diagnostics);
   if (!world.ok() || !schema) return prepared;
   component.world = std::make_shared<const sim::World>(std::move(*world.value));
-  std::vector<std::pair<std::string, std::string>> wanted;
-  for (const sim::ServiceInfo& info : sim::services()) {
-    if (!info.is_test_control) wanted.emplace_back(lower(info.name), std::string(info.name));
+  const bool several = component.world->robots.size() > 1;
+  for (const sim::RobotSpec& robot : component.world->robots) {
+    for (const sim::ServiceInfo& info : sim::services()) {
+      add_service(*schema, (several ? robot.name + "/" : "") + lower(info.name), std::string(info.name), robot.name,
+                  component);
+    }
   }
-  add_services(*schema, wanted, component);
   prepared.value = std::move(component);
   return prepared;
 }
 
 SimServer::SimServer(SimComponent component, std::uint64_t seed, double factor)
     : clock_(make_real_clock(factor)), host_(std::make_unique<SimHost>(component.world, seed, *clock_)) {
-  for (SimComponent::Served& served : component.services) {
+  served_ = std::move(component.services);
+  for (const SimComponent::Served& served : served_) {
     auto service = std::make_shared<rpc::FunctionService>(
         served.service,
-        [host = host_.get(), interface = served.interface](const idl::Method& method, const Value& arguments,
-                                                           const rpc::CallContext&) -> rpc::Outcome {
-          CallOutcome outcome = host->call(interface, method.name, arguments);
+        [host = host_.get(), interface = served.interface, robot = served.robot](
+            const idl::Method& method, const Value& arguments, const rpc::CallContext&) -> rpc::Outcome {
+          CallOutcome outcome = host->call(interface, method.name, arguments, robot);
           if (outcome.ok) return std::move(outcome.result);
           return tl::unexpected(rpc::CallError{rpc::CallErrorKind::kProtocol, outcome.message, {}, {}});
         });
     services_.push_back({served.name, std::move(service)});
   }
+}
+
+ControlHandler SimServer::control(std::string world_file) {
+  ControlHandler handler;
+  handler.scenario = [file = std::move(world_file)] { return file; };
+  handler.now = [this] { return clock_->now(); };
+  handler.services = [this] {
+    std::vector<ControlHandler::ServiceEntry> entries;
+    for (const SimComponent::Served& served : served_) entries.push_back({served.name, served.service});
+    return entries;
+  };
+  handler.call = [this](const std::string& name, const std::string& method, const Value& arguments) {
+    const auto refused = [](std::string message) {
+      return CallOutcome{.ok = false, .result = {}, .kind = "arguments", .message = std::move(message)};
+    };
+    const auto served =
+        std::find_if(served_.begin(), served_.end(), [&](const SimComponent::Served& s) { return s.name == name; });
+    if (served == served_.end()) {
+      std::vector<std::string> names;
+      for (const SimComponent::Served& each : served_) names.push_back(each.name);
+      return refused("the simulator has no service \"" + name + "\"" + did_you_mean(name, names));
+    }
+    const auto found = idl::find_method(*served->service, method, name);
+    if (!found) return refused(found.error().message);
+    const auto args = idl::conform_arguments(**found, arguments);
+    if (!args) return refused(args.error().message);
+    return host_->call(served->interface, method, *args, served->robot);
+  };
+  return handler;
 }
 
 }  // namespace sentree::runtime

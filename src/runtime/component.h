@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sentree/rpc/server.h"
+#include "sentree/runtime/control.h"
 #include "sentree/runtime/plan.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/services.h"
@@ -17,14 +18,16 @@ struct SimComponent {
   struct Served {
     std::string name;       ///< As clients ask for it.
     std::string interface;  ///< In robot.thrift.
+    std::string robot;      ///< Of the world; empty: the first.
     idl::ServicePtr service;
   };
-  std::vector<Served> services;  ///< Test control, "simulation", among them.
+  std::vector<Served> services;  ///< Test control among them.
 };
 
 /// The simulated services of a project, by their names in it.
 [[nodiscard]] Loaded<SimComponent> prepare_sim(const Project& project);
-/// All services that the simulator has, by their interfaces' names in lower case.
+/// All services that the simulator has, by their interfaces' names in lower case: "battery"; with several robots in the
+/// world "ROBOT/battery" for each.
 [[nodiscard]] Loaded<SimComponent> prepare_sim_world(const std::string& world_file);
 
 /// A simulator with its own clock, ready to be served.
@@ -32,10 +35,15 @@ class SimServer {
  public:
   SimServer(SimComponent component, std::uint64_t seed, double factor);
   [[nodiscard]] std::vector<rpc::NamedService> services() const { return services_; }
+  /// For the control socket, by the same names; valid while this lives.
+  [[nodiscard]] ControlHandler control(std::string world_file);
+  [[nodiscard]] SimHost& host() { return *host_; }
+  [[nodiscard]] const Clock& clock() const { return *clock_; }
 
  private:
   std::unique_ptr<Clock> clock_;
   std::unique_ptr<SimHost> host_;
+  std::vector<SimComponent::Served> served_;
   std::vector<rpc::NamedService> services_;
 };
 

@@ -105,7 +105,8 @@ Result<std::unique_ptr<rpc::Client>> connect_control(int pid) {
     const std::vector<int> pids = runs();
     if (pids.empty())
       return fail("control.no-run",
-                  "no mission runs in real time on this machine; start one with: sentree run PROJECT --clock real");
+                  "no mission runs in real time on this machine; start one with: sentree run PROJECT --clock real, or a robot "
+                  "alone with: sentree sim --world FILE");
     if (pids.size() > 1) {
       std::string list;
       for (const int each : pids) list += (list.empty() ? "" : ", ") + std::to_string(each);

@@ -45,7 +45,7 @@ class Preparation {
         diagnostics.push_back(service.error());
         continue;
       }
-      services_[entry.name] = {entry.name, *service, entry.interface, entry.at};
+      services_[entry.name] = {entry.name, *service, entry.interface, entry.at, entry.robot};
       if (const auto* info = sim::find_service(entry.interface); info != nullptr && info->is_test_control) {
         add("check.test-control",
             "\"" + entry.interface +
@@ -73,7 +73,10 @@ class Preparation {
     }
     auto loaded = load_project_world(project_);
     append(diagnostics, loaded.diagnostics);
-    if (loaded.value) world_ = std::make_shared<const sim::World>(std::move(*loaded.value));
+    if (loaded.value) {
+      world_ = std::make_shared<const sim::World>(std::move(*loaded.value));
+      for (const ServiceEntry& entry : project_.services) check_robot(entry);
+    }
     if (const idl::Schema* schema = interface("robot.thrift", project_.world->span))
       test_control_ = schema->service("Simulation");
   }
@@ -181,6 +184,16 @@ class Preparation {
     if (!address) add(address.error().code, "service \"" + entry.name + "\": " + address.error().message, entry.span);
   }
 
+  void check_robot(const ServiceEntry& entry) {
+    if (world_->robot(entry.robot)) return;
+    std::vector<std::string> names;
+    for (const sim::RobotSpec& robot : world_->robots) names.push_back(robot.name);
+    add("check.unknown-robot",
+        "service \"" + entry.name + "\" is of robot \"" + entry.robot + "\", which the world does not have" +
+            did_you_mean(entry.robot, names),
+        entry.span);
+  }
+
   const idl::Schema* interface(const std::string& name, const SourceSpan& span) {
     if (const auto known = schemas_.find(name); known != schemas_.end())
       return known->second ? &*known->second : nullptr;
@@ -279,6 +292,21 @@ void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
 
 }  // namespace
 
+std::vector<std::string> test_control_names(const sim::World& world) {
+  std::vector<std::string> names{std::string(kTestControl)};
+  if (world.robots.size() < 2) return names;
+  for (const sim::RobotSpec& robot : world.robots) names.push_back(robot.name + "/" + std::string(kTestControl));
+  return names;
+}
+
+std::optional<std::string> test_control_of(std::string_view name, const sim::World& world) {
+  if (name == kTestControl) return std::string();
+  for (const sim::RobotSpec& robot : world.robots) {
+    if (world.robots.size() > 1 && name == robot.name + "/" + std::string(kTestControl)) return robot.name;
+  }
+  return std::nullopt;
+}
+
 std::filesystem::path shipped_folder(std::string_view what) {
   std::error_code error;
   const path program = std::filesystem::read_symlink("/proc/self/exe", error);
@@ -340,7 +368,10 @@ Loaded<Plan> prepare(Scenario scenario) {
         preparation.add("scenario.kill", "the scenario has no process \"" + injection.kill + "\"", injection.span);
       continue;
     }
-    const idl::ServicePtr service = injection.service == kTestControl ? preparation.test_control_
+    const bool is_test_control = preparation.world_
+                                     ? test_control_of(injection.service, *preparation.world_).has_value()
+                                     : injection.service == kTestControl;
+    const idl::ServicePtr service = is_test_control ? preparation.test_control_
                                     : preparation.services_.contains(injection.service)
                                         ? preparation.services_[injection.service].service
                                         : nullptr;

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sentree/bt/tree.h"
@@ -17,6 +18,10 @@ namespace sentree::runtime {
 
 /// Name under which scenarios, and nobody else, reach the simulator's test control.
 inline constexpr std::string_view kTestControl = "simulation";
+/// Names of the test control of a world: `kTestControl`, and where there are several robots "ROBOT/simulation" for
+/// each. The robot that a name means (empty: the first), or nothing if it is no such name.
+[[nodiscard]] std::optional<std::string> test_control_of(std::string_view name, const sim::World& world);
+[[nodiscard]] std::vector<std::string> test_control_names(const sim::World& world);
 /// Names that observations use for themselves: neither leaves nor services may have them.
 inline constexpr std::string_view kReservedNames[] = {"mission", "scenario",   "monitor", "node",
                                                       "process", kTestControl, "error",   "done"};
@@ -35,7 +40,8 @@ struct ServicePlan {
   std::string name;
   idl::ServicePtr service;
   std::string interface;
-  std::string at;  ///< "sim" or an address.
+  std::string at;     ///< "sim" or an address.
+  std::string robot;  ///< Of the simulated world; empty: the first.
 };
 
 /// A monitor that is asked before requests are sent.

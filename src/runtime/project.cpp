@@ -43,7 +43,7 @@ void read_mission(const text::YamlNode& node, Project& project, Diagnostics& dia
 void read_services(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
   for (const auto& [name, entry] : node.entries) {
     YamlReader reader(entry, "service \"" + name.scalar + "\"", diagnostics);
-    ServiceEntry service{.name = name.scalar, .idl = {}, .interface = {}, .at = {}, .span = name.span};
+    ServiceEntry service{.name = name.scalar, .idl = {}, .interface = {}, .at = {}, .robot = {}, .span = name.span};
     const std::string interface = reader.required_string("interface");
     const auto slash = interface.rfind('/');
     if (slash == std::string::npos && !interface.empty()) {
@@ -54,6 +54,7 @@ void read_services(const text::YamlNode& node, Project& project, Diagnostics& di
       service.interface = interface.substr(slash + 1);
     }
     service.at = reader.string("at").value_or("sim");
+    service.robot = reader.string("robot").value_or("");
     project.services.push_back(std::move(service));
   }
 }

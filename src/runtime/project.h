@@ -24,6 +24,7 @@ struct ServiceEntry {
   std::string idl;        ///< Interface file: in the project's interfaces/, or one that Sentree ships.
   std::string interface;  ///< Name of the Thrift service in it.
   std::string at;         ///< "sim", or an address.
+  std::string robot;      ///< Of the world, for a service of the simulator; empty: the first.
   SourceSpan span;
 };
 

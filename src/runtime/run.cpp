@@ -275,7 +275,7 @@ class Run::Impl final : public RunView {
   std::unique_ptr<ServicePort> make_port(const ServicePlan& service) {
     if (service.at == "sim") {
       SENTREE_ASSERT(sim_ != nullptr);  // checked when the plan was prepared
-      return make_sim_port(*sim_, service.interface);
+      return make_sim_port(*sim_, service.interface, service.robot);
     }
     auto address = rpc::Address::parse(service.at);
     SENTREE_ASSERT(address.has_value());
@@ -385,9 +385,9 @@ class Run::Impl final : public RunView {
 
   // A call from outside the mission: by the scenario's timeline or through the control socket.
   CallOutcome call_service(const std::string& name, const std::string& method, const Value& arguments) {
-    const bool is_test_control = name == kTestControl;
+    const auto controlled = plan_.world ? test_control_of(name, *plan_.world) : std::nullopt;
     const auto service = services_.find(name);
-    const idl::ServicePtr interface = is_test_control              ? plan_.test_control
+    const idl::ServicePtr interface = controlled                   ? plan_.test_control
                                       : service != services_.end() ? service->second.service
                                                                    : nullptr;
     if (!interface)
@@ -396,9 +396,10 @@ class Run::Impl final : public RunView {
     if (!found) return {.ok = false, .result = {}, .kind = "arguments", .message = found.error().message};
     const auto args = idl::conform_arguments(**found, arguments);
     if (!args) return {.ok = false, .result = {}, .kind = "arguments", .message = args.error().message};
-    std::string at = is_test_control ? "sim" : service->second.at;
-    if (is_test_control && !component_.empty()) at = supervisor_->address(component_);
-    if (at == "sim") return sim_->call(interface->name, method, *args);
+    std::string at = controlled ? "sim" : service->second.at;
+    if (controlled && !component_.empty()) at = supervisor_->address(component_);
+    if (at == "sim")
+      return sim_->call(interface->name, method, *args, controlled ? *controlled : service->second.robot);
     return call_once(*rpc::Address::parse(at), interface, name, method, *args, std::chrono::seconds(1));
   }
 
@@ -409,7 +410,9 @@ class Run::Impl final : public RunView {
     handler.services = [this] {
       std::vector<ControlHandler::ServiceEntry> entries;
       for (const auto& [name, service] : services_) entries.push_back({name, service.service});
-      if (plan_.test_control) entries.push_back({std::string(kTestControl), plan_.test_control});
+      if (plan_.test_control && plan_.world) {
+        for (const std::string& name : test_control_names(*plan_.world)) entries.push_back({name, plan_.test_control});
+      }
       return entries;
     };
     handler.call = [this](const std::string& service, const std::string& method, const Value& arguments) {

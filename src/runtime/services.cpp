@@ -8,12 +8,14 @@ namespace sentree::runtime {
 SimHost::SimHost(std::shared_ptr<const sim::World> world, std::uint64_t seed, const Clock& clock)
     : world_(std::move(world)), clock_(clock), state_(sim::initial_state(*world_, seed)) {}
 
-CallOutcome SimHost::call(const std::string& interface, const std::string& method, const Value& args) {
+CallOutcome SimHost::call(const std::string& interface, const std::string& method, const Value& args,
+                          const std::string& robot) {
   const Map none;
   const Map* map = args.as_map();
   const std::lock_guard lock(mutex_);
   auto result =
-      sim::call(*world_, state_, {.service = interface, .method = method, .args = map ? *map : none}, clock_.now());
+      sim::call(*world_, state_, {.service = interface, .method = method, .args = map ? *map : none, .robot = robot},
+                clock_.now());
   if (!result) return {.ok = false, .result = {}, .kind = "exception", .message = result.error().message};
   return {.ok = true, .result = std::move(*result), .kind = {}, .message = {}};
 }
@@ -28,20 +30,22 @@ namespace {
 
 class SimPort final : public ServicePort {
  public:
-  SimPort(SimHost& host, std::string interface) : host_(host), interface_(std::move(interface)) {}
+  SimPort(SimHost& host, std::string interface, std::string robot)
+      : host_(host), interface_(std::move(interface)), robot_(std::move(robot)) {}
   void call(const idl::Method& method, Value args, Done done) override {
-    done(host_.call(interface_, method.name, args));
+    done(host_.call(interface_, method.name, args, robot_));
   }
 
  private:
   SimHost& host_;
   std::string interface_;
+  std::string robot_;
 };
 
 }  // namespace
 
-std::unique_ptr<ServicePort> make_sim_port(SimHost& host, std::string interface) {
-  return std::make_unique<SimPort>(host, std::move(interface));
+std::unique_ptr<ServicePort> make_sim_port(SimHost& host, std::string interface, std::string robot) {
+  return std::make_unique<SimPort>(host, std::move(interface), std::move(robot));
 }
 
 }  // namespace sentree::runtime

@@ -35,8 +35,9 @@ class SimHost {
  public:
   SimHost(std::shared_ptr<const sim::World> world, std::uint64_t seed, const Clock& clock);
 
-  /// Advances the world to now and serves the call. From any thread.
-  [[nodiscard]] CallOutcome call(const std::string& interface, const std::string& method, const Value& args);
+  /// Advances the world to now and serves the call of a robot (empty: the first). From any thread.
+  [[nodiscard]] CallOutcome call(const std::string& interface, const std::string& method, const Value& args,
+                                 const std::string& robot = {});
   /// A copy of the state, advanced to now.
   [[nodiscard]] sim::State snapshot();
   [[nodiscard]] const sim::World& world() const { return *world_; }
@@ -49,6 +50,6 @@ class SimHost {
 };
 
 /// A service of the simulator in this process; answers before `call` returns.
-[[nodiscard]] std::unique_ptr<ServicePort> make_sim_port(SimHost& host, std::string interface);
+[[nodiscard]] std::unique_ptr<ServicePort> make_sim_port(SimHost& host, std::string interface, std::string robot = {});
 
 }  // namespace sentree::runtime

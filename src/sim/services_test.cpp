@@ -328,6 +328,24 @@ TEST_F(Services, EachRobotHasItsOwn) {
       33.0);
 }
 
+TEST_F(Services, RobotsSeeEachOtherAndDoNotDriveThroughEachOther) {
+  RobotSpec second = world_.robots[0];
+  second.name = "second";
+  second.start = {world_.robots[0].start.x + 1.0, world_.robots[0].start.y, 0.0};
+  world_.robots[0].start.theta = 0.0;
+  world_.robots.push_back(second);
+  state_ = initial_state(world_, 1);
+  const double gap = 1.0 - second.radius_m;
+  EXPECT_NEAR(state_.robots[0].scan.ranges[180], gap, 1e-9) << "straight ahead";
+  EXPECT_NEAR(state_.robots[1].scan.ranges[0], gap, 1e-9) << "straight behind";
+  ask("Base", "applyVelocityCommand", {{"cmd", Map{{"vx", 0.3}, {"vy", 0}, {"omega", 0}}}, {"timeout", 20.0}});
+  now_ += 20s;
+  EXPECT_GT(ask("Simulation", "getCollisions").number(), 0.0);
+  const double between = distance(state_.robots[0].truth.pose.position(), state_.robots[1].truth.pose.position());
+  EXPECT_GE(between, 2 * second.radius_m);
+  EXPECT_LT(between, 2 * second.radius_m + 0.02);
+}
+
 TEST_F(Services, SavedStatesOfAnotherWorldAreRefused) {
   Value saved = save(state_);
   EXPECT_EQ(*restore(world_, saved), state_);
