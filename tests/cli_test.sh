@@ -112,6 +112,38 @@ offered=$(PATH=${sentree%/*}:$PATH bash -c 'source <(sentree completion bash)
 
 expect 0 'unix sockets' "$sentree" doctor
 
+# The simulated robot alone.
+world=examples/recharge/world/world.yaml
+expect 0 'nothing to complain about' "$sentree" check $world
+sed 's/speed:/sped:/' $world >"$work/world.yaml" && cp examples/recharge/world/house.* "$work"
+expect 3 'world.yaml:25:[0-9]+: motion has no "sped"; did you mean "speed"' "$sentree" check "$work/world.yaml"
+expect 0 'GOAL_REACHED kitchen' "$sentree" sim --world $world --speed 0 --goto kitchen
+expect 0 '"target":"station"' "$sentree" sim --world $world --speed 0 --goto robot=station --duration '3 s' --json
+expect 2 'no place "kitchn"; did you mean "kitchen"' "$sentree" sim --world $world --goto kitchn
+expect 2 'no robot "robt"; did you mean "robot"' "$sentree" sim --world $world --goto robt=kitchen
+expect 2 'give --duration or --goto' "$sentree" sim --world $world --speed 0
+expect 2 'not a duration' "$sentree" sim --world $world --duration soon
+expect 3 'no such file' "$sentree" sim --world nowhere.yaml
+"$sentree" sim --world $world --speed 0 --goto kitchen --seed 3 --json >"$work/drive1"
+"$sentree" sim --world $world --speed 0 --goto kitchen --seed 3 --json >"$work/drive2"
+cmp "$work/drive1" "$work/drive2" || failures=$((failures + 1))
+expect 0 '<polyline' "$sentree" graph $world --goto kitchen --after '5 s'
+expect 2 'svg or png' "$sentree" graph $world --to dot
+if command -v rsvg-convert >/dev/null; then
+  expect 0 'PNG' "$sentree" graph $world --to png
+fi
+
+"$sentree" sim --world $world --headless --at "unix:$work/sim.sock" >"$work/sim" 2>&1 &
+robot=$!
+until "$sentree" call simulation setPaused paused=true >"$work/out" 2>&1 || ! kill -0 $robot 2>/dev/null; do :; done
+expect 0 '"Navigation"' "$sentree" call
+expect 0 '"code":"OK"' "$sentree" call navigation gotoTargetByLocationName name=kitchen
+expect 0 '^[0-9.]+$' "$sentree" call simulation step seconds=5
+expect 0 'MOVING' "$sentree" call navigation getNavigationStatus
+expect 0 'MOVING' "$sentree" call "unix:$work/sim.sock#navigation" getNavigationStatus --interface robot.thrift/Navigation
+expect 2 'did you mean "navigation"' "$sentree" call navigatio getNavigationStatus
+kill -INT $robot && wait $robot || { echo "✗ sim ended with $?" && failures=$((failures + 1)); }
+
 # Parts elsewhere: gone in mid-run, not there at all, a port that is taken.
 expect 0 'GoToStation: FAILURE .*unreachable' "$sentree" run tests/scenarios/peer-gone.yaml
 expect 0 'GoToKitchen: FAILURE .*unreachable' "$sentree" run tests/scenarios/skill-gone.yaml

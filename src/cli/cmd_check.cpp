@@ -3,6 +3,7 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/runtime/plan.h"
+#include "sentree/sim/world.h"
 
 namespace sentree::cli {
 
@@ -17,6 +18,7 @@ void add_new(Diagnostics& all, const Diagnostics& found) {
 
 Diagnostics check_all(const std::string& path) {
   Diagnostics all;
+  if (is_world(path)) return sim::load_world(path).diagnostics;
   auto project = runtime::load_project(path);
   add_new(all, project.diagnostics);
   if (!project.ok()) return all;

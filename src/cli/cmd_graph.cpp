@@ -2,10 +2,15 @@
 #include "sentree/bt/load.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
+#include "sentree/cli/png.h"
+#include "sentree/cli/tour.h"
 #include "sentree/draw/chart.h"
 #include "sentree/draw/tree.h"
 #include "sentree/runtime/project.h"
 #include "sentree/scxml/graph.h"
+#include "sentree/sim/drawing.h"
+#include "sentree/sim/services.h"
+#include "sentree/sim/simulation.h"
 #include "sentree/text/file.h"
 #include "sentree/text/xml.h"
 
@@ -16,6 +21,7 @@ namespace {
 std::string format_of(const GraphCommand& command) {
   if (!command.format.empty()) return command.format;
   const std::string ending = std::filesystem::path(command.output).extension().string();
+  if (ending == ".png") return "png";
   if (ending == ".dot" || ending == ".gv") return "dot";
   if (ending == ".mmd" || ending == ".mermaid") return "mermaid";
   if (ending == ".puml" || ending == ".plantuml") return "plantuml";
@@ -42,7 +48,7 @@ std::optional<std::string> draw_tree(std::string source, const std::string& file
   say(tree.diagnostics);
   if (!tree.ok()) return std::nullopt;
   const draw::Tree picture = bt::to_graph(*tree.value);
-  if (format == "svg") return draw::to_svg(picture);
+  if (format == "svg" || format == "png") return draw::to_svg(picture);
   if (format == "dot") return draw::to_dot(picture);
   return draw::to_mermaid(picture);
 }
@@ -52,16 +58,77 @@ std::optional<std::string> draw_chart(const std::string& source, const std::stri
   say(chart.diagnostics);
   if (!chart.ok()) return std::nullopt;
   const draw::Chart picture = scxml::to_graph(*chart.value);
-  if (format == "svg") return draw::to_svg(picture);
+  if (format == "svg" || format == "png") return draw::to_svg(picture);
   if (format == "dot") return draw::to_dot(picture);
   if (format == "mermaid") return draw::to_mermaid(picture);
   return draw::to_plantuml(picture);
+}
+
+// The world at its start, or on the way of a tour.
+int draw_world(const GraphCommand& command, std::string& picture) {
+  const auto world = sim::load_world(command.file);
+  say(world.diagnostics);
+  if (!world.ok()) return kInvalidInput;
+  auto tour = Tour::parse(*world.value, command.stops);
+  if (!tour) {
+    say(tour.error().message);
+    return kUsage;
+  }
+  Duration after{};
+  if (!command.after.empty()) {
+    const auto parsed = runtime::parse_duration(command.after);
+    if (!parsed || *parsed > sim::kAdvanceMax) {
+      say("--after " + command.after + ": not a duration such as 20 s, at most a day");
+      return kUsage;
+    }
+    after = *parsed;
+  }
+  sim::State state = sim::initial_state(*world.value, command.seed);
+  state.clock.paused = true;
+  const Tour::Call call = [&](const std::string& robot, const std::string& method, const Map& arguments) {
+    return sim::call(*world.value, state,
+                     {.service = "Navigation", .method = method, .args = arguments, .robot = robot}, {});
+  };
+  while (state.time.time_since_epoch() < after) {
+    tour->step(call);
+    sim::advance_by(*world.value, state,
+                    std::min<Duration>(std::chrono::milliseconds(100),
+                                       std::max(world.value->step, after - state.time.time_since_epoch())));
+  }
+  // As large as fits a page; labels keep their size.
+  constexpr double kPixels = 1200.0;
+  const sim::GridMap& map = world.value->map;
+  const double side_m = std::max(map.width(), map.height()) * map.resolution_m();
+  picture = sim::to_svg(*world.value, state, {.pixels_per_m = std::clamp(kPixels / side_m, 1.0, 100.0)});
+  return kOk;
+}
+
+int deliver(const GraphCommand& command, const std::string& format, const std::string& picture) {
+  if (format == "png") return write_png(picture, command.output);
+  if (command.output.empty()) {
+    print(picture);
+    return kOk;
+  }
+  if (const auto written = text::write_file(command.output, picture); !written) {
+    say(to_string(written.error()));
+    return kEnvironment;
+  }
+  return kOk;
 }
 
 }  // namespace
 
 int graph(const GraphCommand& command) {
   const std::string format = format_of(command);
+  if (is_world(command.file)) {
+    if (format != "svg" && format != "png") {
+      say("a world can be drawn as svg or png");
+      return kUsage;
+    }
+    std::string picture;
+    const int code = draw_world(command, picture);
+    return code == kOk ? deliver(command, format, picture) : code;
+  }
   const auto file = file_of(command);
   if (!file) return kInvalidInput;
   auto source = text::read_file(*file);
@@ -76,20 +143,12 @@ int graph(const GraphCommand& command) {
   }
   const bool is_chart = document->root().local_name() == "scxml";
   if (!is_chart && format == "plantuml") {
-    say("PlantUML is for state charts; a tree can be drawn as svg, dot or mermaid");
+    say("PlantUML is for state charts; a tree can be drawn as svg, png, dot or mermaid");
     return kUsage;
   }
   const auto picture = is_chart ? draw_chart(*source, *file, format) : draw_tree(*source, *file, command, format);
   if (!picture) return kInvalidInput;
-  if (command.output.empty()) {
-    print(*picture);
-    return kOk;
-  }
-  if (const auto written = text::write_file(command.output, *picture); !written) {
-    say(to_string(written.error()));
-    return kEnvironment;
-  }
-  return kOk;
+  return deliver(command, format, *picture);
 }
 
 }  // namespace sentree::cli

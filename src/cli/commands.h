@@ -46,9 +46,12 @@ int check(const CheckCommand& command);
 
 struct GraphCommand {
   std::string file;
-  std::string format;  ///< svg, dot, mermaid or plantuml; empty: by the output's ending, else svg.
+  std::string format;  ///< svg, png, dot, mermaid or plantuml; empty: by the output's ending, else svg.
   std::string output;  ///< Empty: standard output.
   std::string tree;
+  std::vector<std::string> stops;  ///< World: where robots are sent, PLACE or ROBOT=PLACE …
+  std::string after;               ///< … and how long after the start it is drawn.
+  std::uint64_t seed = 1;
 };
 int graph(const GraphCommand& command);
 
@@ -111,6 +114,19 @@ struct ComponentCommand {
   bool insecure = false;
 };
 int component(const ComponentCommand& command);
+
+struct SimCommand {
+  std::string world;
+  std::string at;      ///< Address for other programs; empty: the control socket only.
+  double speed = 1.0;  ///< Simulated seconds per second; 0: as fast as the machine allows.
+  std::uint64_t seed = 1;
+  std::string duration;            ///< Of simulated time; empty: until interrupted.
+  std::vector<std::string> stops;  ///< PLACE or ROBOT=PLACE.
+  bool json = false;
+  bool headless = false;
+  bool insecure = false;
+};
+int sim(const SimCommand& command);
 
 struct DoctorCommand {
   bool json = false;

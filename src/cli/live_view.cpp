@@ -1,9 +1,6 @@
 #include "sentree/cli/live_view.h"
 
 #include <fmt/format.h>
-#include <sys/ioctl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -20,7 +17,6 @@ constexpr auto kDim = "\x1b[2m";
 constexpr auto kRed = "\x1b[31m";
 constexpr auto kGreen = "\x1b[32m";
 constexpr auto kYellow = "\x1b[33m";
-constexpr auto kBlue = "\x1b[36m";
 constexpr auto kBanner = "\x1b[97;41;1m";
 
 std::string coloured(const char* colour, const std::string& text) { return colour + text + kReset; }
@@ -99,7 +95,10 @@ void LiveView::note(const std::string& what) {
 void LiveView::draw_until_done() {
   std::unique_lock lock(mutex_);
   while (!done_) {
-    if (view_ != nullptr) print(frame());
+    if (view_ != nullptr) {
+      const TerminalSize size = terminal_size();
+      print_frame(frame(size), size);
+    }
     changed_.wait_for(lock, std::chrono::milliseconds(100), [&] { return done_; });
   }
 }
@@ -129,72 +128,18 @@ std::vector<std::string> LiveView::tree_lines() const {
   return lines;
 }
 
-std::vector<std::string> LiveView::map_lines(const sim::State& state, int width, int height) const {
-  // Two rows of cells a line: half blocks. Each terminal cell shows the most occupied map cell below it.
-  const sim::World& world = *plan_.world;
-  const sim::GridMap& map = world.map;
-  const double scale =
-      std::max(static_cast<double>(map.width()) / width, static_cast<double>(map.height()) / (2.0 * height));
-  const int w = std::min(width, static_cast<int>(map.width() / scale));
-  const int h = std::min(2 * height, static_cast<int>(map.height() / scale)) & ~1;
-  const auto wall = [&](int x, int y) {
-    for (int j = static_cast<int>(y * scale); j < static_cast<int>((y + 1) * scale); ++j) {
-      for (int i = static_cast<int>(x * scale); i < static_cast<int>((x + 1) * scale); ++i) {
-        if (i < map.width() && j < map.height() && map.is_occupied({i, j})) return true;
-      }
-    }
-    return false;
-  };
-  std::vector<std::vector<std::string>> cells(static_cast<std::size_t>(h / 2),
-                                              std::vector<std::string>(static_cast<std::size_t>(w), " "));
-  for (int row = 0; row < h / 2; ++row) {
-    for (int x = 0; x < w; ++x) {
-      const bool above = wall(x, h - 1 - 2 * row);
-      const bool below = wall(x, h - 2 - 2 * row);
-      cells[row][x] = above && below ? "█" : above ? "▀" : below ? "▄" : " ";
-    }
-  }
-  const auto put = [&](const sim::Pose2& pose, const std::string& what) {
-    const auto cell = map.cell_at({pose.x, pose.y});
-    const int x = static_cast<int>(cell.x / scale);
-    const int row = h / 2 - 1 - static_cast<int>(cell.y / scale) / 2;
-    if (row >= 0 && row < h / 2 && x >= 0 && x < w) cells[row][x] = what;
-  };
-  for (const auto& location : world.locations) put(location.pose, coloured(kBlue, location.name.substr(0, 1)));
-  for (const auto& station : world.stations) put(station.pose, coloured(kGreen, "⚡"));
-  const sim::Pose2 robot = state.robots.front().truth.pose;
-  constexpr const char* kArrows[] = {"→", "↗", "↑", "↖", "←", "↙", "↓", "↘"};
-  const int direction = static_cast<int>(std::lround(robot.theta / (3.14159265358979 / 4)) + 8) % 8;
-  put(robot, coloured(kYellow, kArrows[direction]));
-  std::vector<std::string> lines;
-  for (const auto& row : cells) {
-    std::string text;
-    for (const std::string& cell : row) text += cell;
-    lines.push_back(text);
-  }
-  return lines;
-}
-
-std::string LiveView::frame() {
-  winsize size{};
-  if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0)
-    size = {.ws_row = 40, .ws_col = 120, .ws_xpixel = 0, .ws_ypixel = 0};
-  const int width = size.ws_col;
-  const int height = size.ws_row;
+std::vector<std::string> LiveView::frame(const TerminalSize& size) {
+  const int width = size.columns;
+  const int height = size.rows;
   const auto state = view_->world();
   std::vector<std::string> lines;
   std::string head = fmt::format(" {}   {:.1f} s   tick {}", plan_.scenario.name, seconds(view_->now()), tick_);
   if (state) {
-    const double charge = state->robots.front().battery.charge * 100.0;
-    const int blocks = static_cast<int>(std::lround(charge / 5));
-    std::string bar;
-    for (int i = 0; i < 20; ++i) bar += i < blocks ? "█" : "░";
-    head += fmt::format("   battery {} {:.1f} %",
-                        coloured(charge < 20   ? kRed
-                                 : charge < 30 ? kYellow
-                                               : kGreen,
-                                 bar),
-                        charge);
+    for (std::size_t i = 0; i < state->robots.size(); ++i) {
+      const double charge = state->robots[i].battery.charge;
+      const std::string of = state->robots.size() > 1 ? plan_.world->robots[i].name : "battery";
+      head += fmt::format("   {} {} {:.1f} %", of, battery_bar(charge), charge * 100.0);
+    }
   }
   lines.push_back(head);
   std::string lights;
@@ -209,7 +154,8 @@ std::string LiveView::frame() {
   lines.push_back("");
   const int room = height - 3;
   if (state && room >= 24) {
-    for (const std::string& text : map_lines(*state, width - 2, std::min(room / 2, 20))) lines.push_back(" " + text);
+    for (const std::string& text : map_lines(*plan_.world, *state, width - 2, std::min(room / 2, 20)))
+      lines.push_back(" " + text);
     lines.push_back("");
   }
   const auto tree = tree_lines();
@@ -226,11 +172,7 @@ std::string LiveView::frame() {
     }
     lines.push_back(text);
   }
-  std::string out = "\x1b[H";
-  for (std::size_t i = 0; i < lines.size() && i < static_cast<std::size_t>(height); ++i) {
-    out += lines[i] + "\x1b[K" + (i + 1 < static_cast<std::size_t>(height) ? "\r\n" : "");
-  }
-  return out + "\x1b[J";
+  return lines;
 }
 
 }  // namespace sentree::cli

@@ -6,8 +6,10 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "sentree/cli/report.h"
+#include "sentree/cli/terminal_map.h"
 #include "sentree/runtime/run.h"
 
 namespace sentree::cli {
@@ -29,8 +31,7 @@ class LiveView {
 
  private:
   void draw_until_done();
-  [[nodiscard]] std::string frame();
-  [[nodiscard]] std::vector<std::string> map_lines(const sim::State& state, int width, int height) const;
+  [[nodiscard]] std::vector<std::string> frame(const TerminalSize& size);
   [[nodiscard]] std::vector<std::string> tree_lines() const;
 
   const runtime::Plan& plan_;

@@ -56,23 +56,30 @@ void add_test(CLI::App& app, TestCommand& command) {
 }
 
 void add_check(CLI::App& app, CheckCommand& command) {
-  auto* sub = app.add_subcommand("check", "Find everything that is wrong with a project without running it");
-  sub->footer("Example:\n  sentree check examples/recharge\nExit code: 0 nothing, 1 warnings, 3 errors.");
-  sub->add_option("project", command.project, "Folder with a sentree.yaml")->capture_default_str();
+  auto* sub = app.add_subcommand("check", "Find everything that is wrong with a project or a world without running it");
+  sub->footer(
+      "Examples:\n  sentree check examples/recharge\n  sentree check examples/recharge/world/world.yaml\nExit code: 0 "
+      "nothing, 1 warnings, 3 errors.");
+  sub->add_option("project", command.project, "Folder with a sentree.yaml, or a world file")->capture_default_str();
   sub->add_flag("--json", command.json, "Print the findings as JSON");
 }
 
 void add_graph(CLI::App& app, GraphCommand& command) {
-  auto* sub = app.add_subcommand("graph", "Draw a tree or a state chart");
+  auto* sub = app.add_subcommand("graph", "Draw a tree, a state chart, or a world with its robots");
   sub->footer(
       "Examples:\n"
       "  sentree graph examples/recharge -o mission.svg\n"
-      "  sentree graph examples/recharge/skills/GoToLocation.scxml --to mermaid");
-  sub->add_option("file", command.file, "Tree (.xml), state chart (.scxml) or project")->required();
+      "  sentree graph examples/recharge/skills/GoToLocation.scxml --to mermaid\n"
+      "  sentree graph examples/recharge/world/world.yaml -o house.png\n"
+      "  sentree graph examples/recharge/world/world.yaml --goto kitchen --after '20 s' -o on-its-way.svg");
+  sub->add_option("file", command.file, "Tree (.xml), state chart (.scxml), world (.yaml) or project")->required();
   sub->add_option("--to", command.format, "Default: by the ending of the output, else svg")
-      ->check(CLI::IsMember({"svg", "dot", "mermaid", "plantuml"}));
+      ->check(CLI::IsMember({"svg", "png", "dot", "mermaid", "plantuml"}));
   sub->add_option("--output,-o", command.output, "Default: standard output");
   sub->add_option("--tree", command.tree, "Which BehaviorTree of the file");
+  sub->add_option("--goto", command.stops, "World: send a robot there first, PLACE or ROBOT=PLACE");
+  sub->add_option("--after", command.after, "World: simulated time at which it is drawn, e.g. 20 s");
+  sub->add_option("--seed", command.seed, "World: of all that is random");
 }
 
 void add_fmt(CLI::App& app, FmtCommand& command) {
@@ -180,6 +187,31 @@ void add_component(CLI::App& app, ComponentCommand& command) {
   sub->add_flag("--insecure", command.insecure, "Allow other machines to connect without TLS");
 }
 
+void add_sim(CLI::App& app, SimCommand& command) {
+  auto* sub = app.add_subcommand("sim", "Run the simulated robot alone, and show it");
+  sub->footer(
+      "Examples:\n"
+      "  sentree sim --world examples/recharge/world/world.yaml        then, in another terminal:\n"
+      "    sentree call navigation gotoTargetByLocationName name=kitchen\n"
+      "    sentree call simulation setPaused paused=true\n"
+      "    sentree call simulation step seconds=10\n"
+      "  sentree sim --world W.yaml --speed 20 --goto kitchen --goto station\n"
+      "  sentree sim --world W.yaml --speed 0 --goto kitchen --json    as fast as the machine allows\n"
+      "  sentree sim --world W.yaml --at tcp://127.0.0.1:9090          also for other programs\n"
+      "Exit code: 0 ok, 1 a place was not reached, 3 invalid world, 4 environment (port taken), 130 interrupted\n"
+      "before --duration was over.");
+  sub->add_option("--world", command.world, "World file")->required();
+  sub->add_option("--at", command.at, "Serve it here too: unix:PATH, tcp://HOST:PORT (port 0: any)");
+  sub->add_option("--speed", command.speed, "Simulated seconds per second; 0: as fast as the machine allows")
+      ->check(CLI::Range(0.0, 1000.0));
+  sub->add_option("--seed", command.seed, "Of all that is random");
+  sub->add_option("--duration", command.duration, "Of simulated time, e.g. 90 s; else until Ctrl-C");
+  sub->add_option("--goto", command.stops, "Send a robot there, PLACE or ROBOT=PLACE; several in their order");
+  sub->add_flag("--json", command.json, "Print a line of JSON every simulated second");
+  sub->add_flag("--headless", command.headless, "Print lines instead of the map");
+  sub->add_flag("--insecure", command.insecure, "Allow other machines to connect without TLS");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -199,6 +231,7 @@ int main(int argc, char** argv) {
   DiffCommand diff_command;
   ModelCommand model_command;
   std::string shell;
+  SimCommand sim_command;
   DoctorCommand doctor_command;
   add_init(app, init_command);
   add_check(app, check_command);
@@ -211,6 +244,7 @@ int main(int argc, char** argv) {
   add_call(app, call_command);
   add_skill(app, skill_command);
   add_component(app, component_command);
+  add_sim(app, sim_command);
   app.add_subcommand("doctor", "Say whether this machine has what Sentree needs")
       ->add_flag("--json", doctor_command.json);
   add_completion(app, shell);
@@ -239,5 +273,6 @@ int main(int argc, char** argv) {
   if (app.got_subcommand("call")) return call(call_command);
   if (app.got_subcommand("skill")) return skill(skill_command);
   if (app.got_subcommand("component")) return component(component_command);
+  if (app.got_subcommand("sim")) return sim(sim_command);
   return doctor(doctor_command);
 }

@@ -2,12 +2,14 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
 #include <iterator>
 
 #include "sentree/text/file.h"
+#include "sentree/text/yaml.h"
 
 #include "sentree/runtime/watchdog.h"
 
@@ -72,6 +74,19 @@ std::optional<runtime::Scenario> load(const std::string& project, const std::str
   say(loaded_project.value->file + ": the project has no scenario \"" + scenario + "\"" +
       did_you_mean(scenario, names));
   return std::nullopt;
+}
+
+bool is_world(const std::string& path) {
+  const std::filesystem::path file(path);
+  if ((file.extension() != ".yaml" && file.extension() != ".yml") || file.filename() == "sentree.yaml") return false;
+  const auto source = text::read_file(file);
+  const auto root = source ? text::parse_yaml(*source, path) : tl::unexpected(source.error());
+  if (!root || !root->is_mapping()) return false;
+  const auto has = [&](std::string_view key) {
+    return std::any_of(root->entries.begin(), root->entries.end(),
+                       [&](const auto& e) { return e.first.scalar == key; });
+  };
+  return has("map") || has("start") || has("robots");
 }
 
 std::optional<runtime::Scenario> load_file(const std::string& path) {

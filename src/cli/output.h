@@ -15,8 +15,8 @@ namespace sentree::cli {
 void print(const std::string& text);
 /// Messages: standard error.
 void say(const std::string& text);
-/// The exit code, once everything has been printed. If threads had to be left behind in endless scripts, the process ends
-/// right here, since nothing that they use may be destroyed.
+/// The exit code, once everything has been printed. If threads had to be left behind in endless scripts, the process
+/// ends right here, since nothing that they use may be destroyed.
 [[nodiscard]] int leave(int code);
 void say(const Diagnostics& diagnostics);
 
@@ -31,6 +31,9 @@ void say(const Diagnostics& diagnostics);
 
 /// A scenario by its name in the project, or the plain project. Says what is wrong on standard error.
 [[nodiscard]] std::optional<runtime::Scenario> load(const std::string& project, const std::string& scenario);
+
+/// A yaml file that names a map, as world files do and projects do not.
+[[nodiscard]] bool is_world(const std::string& path);
 
 /// A scenario file, or a project (a folder or its sentree.yaml) as a plain scenario.
 [[nodiscard]] std::optional<runtime::Scenario> load_file(const std::string& path);

@@ -5,11 +5,14 @@
 #include <charconv>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <span>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "sentree/base/value.h"
+#include "sentree/sim/area.h"
 #include "sentree/text/xml.h"
 
 namespace sentree::sim {
@@ -41,8 +44,9 @@ class Canvas {
     }
     left_ = low.x;
     top_ = high.y;
+    bottom_ = (high.y - low.y) * scale;
     const std::string width = fixed((high.x - low.x) * scale);
-    const std::string height = fixed((high.y - low.y) * scale);
+    const std::string height = fixed(bottom_ + kFooter);
     out_ = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + width + "\" height=\"" + height +
            "\" viewBox=\"0 0 " + width + " " + height +
            "\" font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n";
@@ -51,6 +55,7 @@ class Canvas {
   std::string x(double v) const { return fixed((v - left_) * scale_); }
   std::string y(double v) const { return fixed((top_ - v) * scale_); }
   std::string length(double v) const { return fixed(v * scale_); }
+  double metres(double pixels) const { return pixels / scale_; }
   std::string at(Vec2 p) const { return x(p.x) + "," + y(p.y); }
 
   void add(const std::string& markup) { out_ += markup + "\n"; }
@@ -78,10 +83,27 @@ class Canvas {
     else
       polygon(corners(shape), style);
   }
+  // Below the map: how long a round number of metres is, and some words.
+  void footer(std::string_view words) {
+    double metres = 0.1;
+    for (const double step : {0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0}) {
+      if (step * scale_ <= kScaleBar) metres = step;
+    }
+    const std::string y = fixed(bottom_ + kFooter / 2);
+    const std::string text_y = fixed(bottom_ + kFooter / 2 + 4.0);
+    const double end = 8.0 + metres * scale_;
+    add("<path d=\"M8," + fixed(bottom_ + kFooter / 2 - 4.0) + "v8M8," + y + "H" + fixed(end) +
+        "m0,-4v8\" stroke=\"#444\" fill=\"none\"/>");
+    add("<text x=\"" + fixed(end + 8.0) + "\" y=\"" + text_y + "\" fill=\"#444\">" + shortest_decimal(metres) +
+        " m   " + text::xml_escape(words) + "</text>");
+  }
   std::string finish() && { return std::move(out_) + "</svg>\n"; }
 
  private:
+  static constexpr double kFooter = 24.0;     // pixels
+  static constexpr double kScaleBar = 120.0;  // at most
   double scale_;
+  double bottom_ = 0.0;
   double left_ = 0.0;
   double top_ = 0.0;
   std::string out_;
@@ -109,37 +131,61 @@ void draw_map(Canvas& canvas, const GridMap& map) {
   rows([](std::int8_t v) { return v >= GridMap::kOccupiedMin; }, "#222");
 }
 
-void draw_places(Canvas& canvas, const State& state) {
+void draw_areas(Canvas& canvas, const State& state) {
   for (const NamedArea& area : state.areas) {
     canvas.polygon(area.points, "fill=\"#4a90d9\" fill-opacity=\"0.08\" stroke=\"#4a90d9\" stroke-dasharray=\"4 4\"");
+    canvas.label(centroid(area.points), area.name,
+                 "text-anchor=\"middle\" fill=\"#4a90d9\" fill-opacity=\"0.8\" font-style=\"italic\"");
   }
+}
+
+void draw_places(Canvas& canvas, const State& state) {
   for (const NamedLocation& location : state.locations) {
-    canvas.disc(location.pose.position(), 0.08, "fill=\"#4a90d9\"");
-    canvas.arrow(location.pose, 0.3, "stroke=\"#4a90d9\" stroke-width=\"2\"");
+    canvas.disc(location.pose.position(), std::max(0.08, canvas.metres(3.0)), "fill=\"#4a90d9\"");
+    canvas.arrow(location.pose, std::max(0.3, canvas.metres(9.0)), "stroke=\"#4a90d9\" stroke-width=\"2\"");
     canvas.label(location.pose.position() + Vec2{0.12, -0.32}, location.name, "fill=\"#2c5f91\"");
   }
 }
 
 void draw_robot(Canvas& canvas, const RobotSpec& spec, const RobotState& robot, const DrawingOptions& options) {
   if (options.scan) {
-    const Pose2 laser = compose(robot.truth.pose, spec.laser.mount);
+    // From where it was taken, as far as odometry knows how the robot moved since.
+    const Pose2 moved = relative(robot.odometry, robot.scan_odometry);
+    const Pose2 laser = compose(compose(robot.truth.pose, moved), spec.laser.mount);
+    const double view = spec.laser.angle_increment_rad * static_cast<double>(robot.scan.ranges.size());
+    std::vector<Vec2> seen;
+    if (view < 2.0 * std::numbers::pi - 1e-6) seen.push_back(laser.position());
+    for (std::size_t i = 0; i < robot.scan.ranges.size(); ++i) {
+      const double range = std::clamp(robot.scan.ranges[i], 0.0, spec.laser.range_max_m);
+      const double angle = spec.laser.angle_min_rad + static_cast<double>(i) * spec.laser.angle_increment_rad;
+      seen.push_back(transform(laser, {range * std::cos(angle), range * std::sin(angle)}));
+    }
+    canvas.polygon(seen, "fill=\"#d0342c\" fill-opacity=\"0.06\"");
     for (std::size_t i = 0; i < robot.scan.ranges.size(); ++i) {
       const double range = robot.scan.ranges[i];
       if (!std::isfinite(range)) continue;
       const double angle = spec.laser.angle_min_rad + static_cast<double>(i) * spec.laser.angle_increment_rad;
-      canvas.disc(transform(laser, {range * std::cos(angle), range * std::sin(angle)}), 0.03, "fill=\"#d0342c\"");
+      canvas.disc(transform(laser, {range * std::cos(angle), range * std::sin(angle)}),
+                  std::max(0.03, canvas.metres(1.5)), "fill=\"#d0342c\"");
     }
   }
   if (options.particles) {
     const auto& particles = robot.localization.particles;
     const std::size_t stride = particles.size() / kParticlesShown + 1;
     for (std::size_t i = 0; i < particles.size(); i += stride) {
-      canvas.arrow(particles[i].pose, 0.12, "stroke=\"#7b4fa3\" stroke-opacity=\"0.5\"");
+      canvas.arrow(particles[i].pose, std::max(0.12, canvas.metres(6.0)), "stroke=\"#7b4fa3\" stroke-opacity=\"0.5\"");
     }
   }
   const Navigator& navigator = robot.navigator;
   if (options.path && navigator.path.size() > 1) {
     canvas.polygon(navigator.path, "fill=\"none\" stroke=\"#2e8b57\" stroke-width=\"2\"", "polyline");
+  }
+  if (options.path && is_active(navigator.status)) {
+    for (std::size_t i = navigator.waypoint; i < navigator.goal.waypoints.size(); ++i) {
+      const Pose2& stop = navigator.goal.waypoints[i];
+      canvas.disc(stop.position(), spec.radius_m, "fill=\"none\" stroke=\"#2e8b57\" stroke-width=\"2\"");
+      canvas.arrow(stop, spec.radius_m, "stroke=\"#2e8b57\" stroke-width=\"2\"");
+    }
   }
   const Pose2 belief = estimated_pose(robot.localization, robot.odometry);
   if (distance(belief.position(), robot.truth.pose.position()) > 0.02) {
@@ -156,18 +202,31 @@ void draw_robot(Canvas& canvas, const RobotSpec& spec, const RobotState& robot, 
 
 std::string to_svg(const World& world, const State& state, const DrawingOptions& options) {
   Canvas canvas(world.map, std::clamp(options.pixels_per_m, 1.0, 1000.0));
+  if (options.places) draw_areas(canvas, state);
   draw_map(canvas, world.map);
   if (options.places) draw_places(canvas, state);
   for (const Station& station : world.stations) {
     canvas.disc(station.pose.position(), station.linear_tolerance_m,
                 "fill=\"#2e8b57\" fill-opacity=\"0.15\" stroke=\"#2e8b57\"");
   }
-  for (const Obstacle& obstacle : state.obstacles) canvas.shape(obstacle.shape, "fill=\"#777\"");
+  for (const Obstacle& obstacle : state.obstacles) {
+    canvas.shape(obstacle.shape, obstacle.on_map ? "fill=\"#555\"" : "fill=\"#8a6d5a\"");
+    if (options.places) {
+      canvas.label(obstacle.shape.pose.position() + Vec2{0.0, bounding_radius(obstacle.shape) + 0.05}, obstacle.id,
+                   "text-anchor=\"middle\" fill=\"#6b4f3c\" font-size=\"10\"");
+    }
+  }
   for (const Door& door : state.doors) {
     canvas.line(door.a, door.b,
-                std::string("stroke=\"#b5651d\" stroke-width=\"4\"") + (door.open ? " stroke-opacity=\"0.25\"" : ""));
+                "stroke=\"#b5651d\" stroke-width=\"" + canvas.length(std::max(door.thickness_m, 0.05)) + "\"" +
+                    (door.open ? " stroke-opacity=\"0.25\" stroke-dasharray=\"4 3\"" : ""));
+    if (options.places) {
+      canvas.label(0.5 * (door.a + door.b) + Vec2{0.0, 0.12}, door.id,
+                   "text-anchor=\"middle\" fill=\"#b5651d\" font-size=\"10\"");
+    }
   }
   for (std::size_t i = 0; i < state.robots.size(); ++i) draw_robot(canvas, world.robots[i], state.robots[i], options);
+  canvas.footer(world.map_id + "   t = " + fixed(seconds(state.time)) + " s");
   return std::move(canvas).finish();
 }
 

@@ -31,6 +31,9 @@ TEST(Drawing, ShowsMapPlacesRobotScanParticlesAndPath) {
   EXPECT_THAT(svg, HasSubstr("<polyline"));
   EXPECT_THAT(svg, HasSubstr("#d0342c"));
   EXPECT_THAT(svg, HasSubstr("#7b4fa3"));
+  EXPECT_THAT(svg, HasSubstr(">kitchen_area<"));
+  EXPECT_THAT(svg, HasSubstr(">kitchen_door<"));
+  EXPECT_THAT(svg, HasSubstr(">2.0 m   house   t = 5.00 s<")) << "the scale: 80 pixels";
   EXPECT_EQ(svg, to_svg(world, state));
   const std::string bare = to_svg(world, state, {.places = false, .scan = false, .particles = false, .path = false});
   EXPECT_THAT(bare, Not(HasSubstr("a&lt;b")));

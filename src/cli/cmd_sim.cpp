@@ -1,0 +1,260 @@
+#include <fmt/format.h>
+#include <pthread.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstddef>
+#include <memory>
+#include <optional>
+
+#include "sentree/cli/commands.h"
+#include "sentree/cli/output.h"
+#include "sentree/cli/terminal_map.h"
+#include "sentree/cli/tour.h"
+#include "sentree/runtime/component.h"
+#include "sentree/runtime/control.h"
+#include "sentree/sim/services.h"
+#include "sentree/sim/simulation.h"
+
+namespace sentree::cli {
+
+namespace {
+
+constexpr Duration kFrame = std::chrono::milliseconds(100);
+
+Value pose_value(const sim::Pose2& pose) { return Map{{"x", pose.x}, {"y", pose.y}, {"theta", pose.theta}}; }
+
+struct RobotView {
+  std::string name;
+  sim::Pose2 pose;
+  sim::Pose2 believed;
+  double charge = 0.0;
+  bool charging = false;
+  std::string status;
+  std::string error;
+  std::string target;
+  double remaining_m = 0.0;
+  std::int64_t collisions = 0;
+};
+
+// What the services would say of a robot, and the truth. `state` is a copy: asking changes nothing.
+std::vector<RobotView> look(const sim::World& world, sim::State& state) {
+  std::vector<RobotView> views;
+  state.clock.paused = true;
+  for (std::size_t i = 0; i < state.robots.size(); ++i) {
+    const sim::RobotState& robot = state.robots[i];
+    const Map none;
+    const auto navigation = sim::call(
+        world, state,
+        {.service = "Navigation", .method = "getNavigationState", .args = none, .robot = world.robots[i].name}, {});
+    views.push_back({.name = world.robots[i].name,
+                     .pose = robot.truth.pose,
+                     .believed = estimated_pose(robot.localization, robot.odometry),
+                     .charge = robot.battery.charge,
+                     .charging = sim::is_charging(robot.battery),
+                     .status = std::string(navigation->find("status")->text()),
+                     .error = std::string(navigation->find("error_code")->text()),
+                     .target = std::string(navigation->find("target_name")->text()),
+                     .remaining_m = navigation->find("distance_remaining")->number(),
+                     .collisions = robot.truth.collisions});
+  }
+  return views;
+}
+
+std::string json_line(const sim::World& world, sim::State state) {
+  const double time = seconds(state.time.time_since_epoch());
+  List robots;
+  for (const RobotView& robot : look(world, state)) {
+    robots.push_back(Map{{"name", robot.name},
+                         {"pose", pose_value(robot.pose)},
+                         {"believed", pose_value(robot.believed)},
+                         {"charge", robot.charge},
+                         {"charging", robot.charging},
+                         {"status", robot.status},
+                         {"error_code", robot.error},
+                         {"target", robot.target},
+                         {"distance_remaining", robot.remaining_m},
+                         {"collisions", robot.collisions}});
+  }
+  return to_json(Value(Map{{"time", time}, {"robots", std::move(robots)}})) + "\n";
+}
+
+std::string text_of(const RobotView& robot) {
+  std::string line = fmt::format("{} at ({:.2f}, {:.2f}, {:.0f}°)  {:.1f} %{}  {}", robot.name, robot.pose.x,
+                                 robot.pose.y, robot.pose.theta * 57.29577951308232, robot.charge * 100.0,
+                                 robot.charging ? " charging" : "", robot.status);
+  if (robot.error != "NONE") line += " " + robot.error;
+  if (!robot.target.empty()) line += " " + robot.target;
+  if (robot.remaining_m > 0.0) line += fmt::format(", {:.1f} m left", robot.remaining_m);
+  const double off = distance(robot.pose.position(), robot.believed.position());
+  if (off > 0.02) line += fmt::format(", believes to be {:.2f} m off", off);
+  return line;
+}
+
+std::string text_lines(const sim::World& world, sim::State state) {
+  std::string text;
+  const double time = seconds(state.time.time_since_epoch());
+  for (const RobotView& robot : look(world, state)) text += fmt::format("{:8.1f} s  {}\n", time, text_of(robot));
+  return text;
+}
+
+std::vector<std::string> frame(const sim::World& world, const sim::State& state, const std::string& title,
+                               const TerminalSize& size) {
+  std::vector<std::string> lines;
+  const sim::TimeControl& clock = state.clock;
+  std::string time = fmt::format("{:.1f} s", seconds(state.time.time_since_epoch()));
+  if (clock.paused)
+    time += "  paused";
+  else if (clock.factor != 1.0)
+    time += fmt::format("  × {}", shortest_decimal(clock.factor));
+  lines.push_back(" " + title + "   " + time);
+  sim::State copy = state;
+  for (const RobotView& robot : look(world, copy))
+    lines.push_back(" " + battery_bar(robot.charge) + " " + text_of(robot));
+  lines.emplace_back();
+  const int room = size.rows - static_cast<int>(lines.size()) - 2;
+  if (room > 3) {
+    for (const std::string& line : map_lines(world, state, size.columns - 2, room)) lines.push_back(" " + line);
+  }
+  lines.push_back(" \x1b[2msentree call: what it offers   Ctrl-C: end\x1b[0m");
+  return lines;
+}
+
+// As fast as the machine allows, until the tour or the duration is over. The same every time.
+int sprint(const sim::World& world, Tour tour, const SimCommand& command, std::optional<Duration> duration) {
+  sim::State state = sim::initial_state(world, command.seed);
+  state.clock.paused = true;  // only what is asked for below advances it
+  const Tour::Call call = [&](const std::string& robot, const std::string& method, const Map& arguments) {
+    return sim::call(world, state, {.service = "Navigation", .method = method, .args = arguments, .robot = robot}, {});
+  };
+  const std::int64_t lines_s = command.json ? 1 : 10;
+  std::int64_t next_line = 0;
+  for (;;) {
+    tour.step(call);
+    const bool over = duration ? state.time.time_since_epoch() >= *duration : tour.is_over();
+    if (over || seconds(state.time.time_since_epoch()) >= static_cast<double>(next_line)) {
+      print(command.json ? json_line(world, state) : text_lines(world, state));
+      next_line += lines_s;
+    }
+    if (over) break;
+    sim::advance_by(world, state, kFrame);
+  }
+  for (const std::string& missed : tour.missed()) say("! " + missed);
+  return tour.missed().empty() ? kOk : kFindings;
+}
+
+// Draws, prints and drives until a signal or the end. The signals are blocked.
+int watch(runtime::SimServer& server, const sim::World& world, Tour tour, const SimCommand& command,
+          std::optional<Duration> duration, const sigset_t& signals) {
+  const bool live = !command.json && !command.headless && isatty(STDOUT_FILENO) == 1;
+  if (live) print("\x1b[?1049h\x1b[?25l");  // another screen, no cursor
+  const Tour::Call call = [&](const std::string& robot, const std::string& method,
+                              const Map& arguments) -> Result<Value> {
+    runtime::CallOutcome outcome = server.host().call("Navigation", method, arguments, robot);
+    if (outcome.ok) return std::move(outcome.result);
+    return fail("cli.call", outcome.message);
+  };
+  const double line_s = command.json ? 1.0 : 5.0;
+  double next_line = 0.0;
+  int code = kOk;
+  std::size_t told = 0;
+  for (;;) {
+    tour.step(call);
+    const sim::State state = server.host().snapshot();
+    const double time = seconds(state.time.time_since_epoch());
+    if (live) {
+      const TerminalSize size = terminal_size();
+      const std::string speed = command.speed == 1.0 ? "" : "   × " + shortest_decimal(command.speed);
+      print_frame(frame(world, state, command.world + speed, size), size);
+    } else {
+      // A reset starts time anew.
+      if (time + line_s < next_line) next_line = 0.0;
+      if (time >= next_line) {
+        print(command.json ? json_line(world, state) : text_lines(world, state));
+        next_line = std::floor(time / line_s + 1.0) * line_s;
+      }
+      for (; told < tour.missed().size(); ++told) say("! " + tour.missed()[told]);
+    }
+    if (duration && state.time.time_since_epoch() >= *duration) break;
+    const timespec wait{.tv_sec = 0, .tv_nsec = kFrame.count()};
+    if (sigtimedwait(&signals, nullptr, &wait) > 0) {
+      // Without a duration this is how it ends.
+      if (duration) code = kInterrupted;
+      break;
+    }
+  }
+  if (live) {
+    print("\x1b[?25h\x1b[?1049l");
+    print(text_lines(world, server.host().snapshot()));
+    for (const std::string& missed : tour.missed()) say("! " + missed);
+  }
+  if (code == kOk && !tour.missed().empty()) code = kFindings;
+  return code;
+}
+
+}  // namespace
+
+int sim(const SimCommand& command) {
+  std::optional<Duration> duration;
+  if (!command.duration.empty()) {
+    duration = runtime::parse_duration(command.duration);
+    if (!duration) {
+      say("--duration " + command.duration + ": not a duration such as 90 s or 5 min");
+      return kUsage;
+    }
+  }
+  auto component = runtime::prepare_sim_world(command.world);
+  say(component.diagnostics);
+  if (!component.ok()) return kInvalidInput;
+  const std::shared_ptr<const sim::World> world = component.value->world;
+  auto tour = Tour::parse(*world, command.stops);
+  if (!tour) {
+    say(tour.error().message);
+    return kUsage;
+  }
+  if (command.speed == 0.0) {
+    if (!command.at.empty()) {
+      say("--speed 0 leaves no time for others to connect; serve at a speed above 0");
+      return kUsage;
+    }
+    if (!duration && command.stops.empty()) {
+      say("--speed 0 needs to know when to end: give --duration or --goto");
+      return kUsage;
+    }
+    return sprint(*world, *std::move(tour), command, duration);
+  }
+
+  std::optional<rpc::Address> address;
+  if (!command.at.empty()) {
+    auto parsed = rpc::Address::parse(command.at);
+    if (!parsed) {
+      say("--at: " + parsed.error().message);
+      return kUsage;
+    }
+    address = *parsed;
+  }
+  // Blocked before the servers' threads begin, so that they inherit it.
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int signal : {SIGINT, SIGTERM}) sigaddset(&signals, signal);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  runtime::SimServer server(std::move(*component.value), command.seed, command.speed);
+  const auto control = runtime::start_control(server.control(command.world));
+  if (!control) say("no control socket: " + to_string(control.error()));
+  std::unique_ptr<rpc::Server> served;
+  if (address) {
+    rpc::ServerOptions options;
+    options.insecure = command.insecure;
+    auto started = rpc::Server::start(*address, server.services(), std::move(options));
+    if (!started) {
+      say(to_string(started.error()));
+      return kEnvironment;
+    }
+    served = std::move(*started);
+    say("listening on " + to_string(served->address()));
+  }
+  return watch(server, *world, *std::move(tour), command, duration, signals);
+}
+
+}  // namespace sentree::cli
