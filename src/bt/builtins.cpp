@@ -66,6 +66,9 @@ void add_common(std::vector<Manifest>& all) {
     for (int i = 1; i <= cases; ++i) ports.push_back(input<std::string>("case_" + std::to_string(i)));
     all.push_back(control("Switch" + std::to_string(cases), Kind::kSwitch, std::move(ports)));
   }
+  all.push_back(control("ManualSelector", Kind::kManualSelector,
+                        {input_default<bool>("repeat_last_selection", "false", "choose once only"),
+                         input<std::int32_t>("selection", "index of the child, from 0; negative: none yet")}));
   all.push_back(decorator("Inverter", Kind::kInverter));
   all.push_back(decorator("ForceSuccess", Kind::kForceSuccess));
   all.push_back(decorator("ForceFailure", Kind::kForceFailure));
@@ -176,6 +179,7 @@ std::uint32_t memory_words(Kind kind, std::uint32_t child_count) {
     case Kind::kParallel:
     case Kind::kParallelAll: return nodes::kParallelWords + (child_count + 31) / 32;
     case Kind::kSwitch: return words_of<nodes::Switch::Memory>();
+    case Kind::kManualSelector: return words_of<nodes::ManualSelector::Memory>();
     case Kind::kTryCatch: return words_of<nodes::TryCatch::Memory>();
     case Kind::kRepeat:
     case Kind::kRetry: return words_of<nodes::Repeat::Memory>();

@@ -146,6 +146,9 @@ std::uint32_t Loader::define_script(std::string_view text, const XmlElement& ele
            std::string(attribute) + ": " + script.error().message, element.attribute_value_span(attribute));
     return kNone;
   }
+  for (const ScriptWarning& warning : script->warnings) {
+    warn(warning.code, std::string(attribute) + ": " + warning.message, element.attribute_value_span(attribute));
+  }
   const auto index = static_cast<std::uint32_t>(model_->scripts.size());
   model_->scripts.push_back(std::move(*script));
   script_index_.emplace(key, index);

@@ -2,9 +2,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -74,6 +76,15 @@ class Loader {
     NodeId constant_of = kNoNode;      ///< The SubTree that gives the entry a constant.
     bool declared = false;             ///< Listed in Model::initial, by this very cell.
   };
+  struct NodeResult {
+    std::uint8_t own = 0;       ///< What its kind and its children may give; bits of corners.cpp.
+    std::uint8_t total = 0;     ///< With its pre-conditions.
+    std::uint32_t reached = 0;  ///< Children that can be.
+  };
+  struct Results {
+    std::vector<NodeResult> nodes;
+    bool open = false;  ///< Being found.
+  };
   struct SubTreePorts {
     Ports ports;
     SourceSpan span;
@@ -137,7 +148,16 @@ class Loader {
   // check.cpp: what loads, and still deserves a word.
   void check_definitions();
   void check_entries();
-  void check_corners(const Definition& definition);
+  /// What the entries of each cell hold, where everybody who writes one agrees; asked through their owner.
+  [[nodiscard]] std::vector<ScriptType> entry_types(const std::function<std::uint32_t(std::uint32_t)>& owner) const;
+
+  // corners.cpp: what the nodes may return, and what a tree depends on.
+  void check_corners(std::uint32_t definition);
+  void check_arity(const DefinedNode& node, const Manifest& own);
+  std::uint8_t tree_result(std::uint32_t definition);
+  void find_results(std::uint32_t definition);
+  std::uint8_t result_of(const Definition& definition, const DefinedNode& node, std::span<const std::uint8_t> children,
+                         std::size_t& reached);
 
   std::uint32_t string(std::string_view text);
   void report(Severity severity, std::string code, std::string message, SourceSpan span);
@@ -165,6 +185,8 @@ class Loader {
   std::vector<std::uint32_t> entry_of_;                 ///< By string: see entry_of; kUnknownText until it is asked.
   std::vector<text::XmlAttribute> given_;               ///< Of the element in hand.
   std::vector<bool> used_;
+  std::vector<Results> results_;  ///< By definition.
+  std::size_t results_depth_ = 0;
   std::string_view last_tag_;  ///< Nodes of one kind stand together.
   std::uint32_t last_manifest_ = kNone;
   std::unordered_map<std::string, std::uint32_t> script_index_;

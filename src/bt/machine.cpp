@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "sentree/base/assert.h"
+#include "sentree/bt/hooks.h"
 #include "sentree/bt/nodes/branch.h"
 #include "sentree/bt/nodes/decorator.h"
 #include "sentree/bt/nodes/leaf.h"
@@ -31,6 +32,7 @@ namespace sentree::bt {
     case Kind::kWhileDoElse: return nodes::WhileDoElse::enter(*this, n, id);
     case Kind::kSwitch: return nodes::Switch::enter(*this, n, id);
     case Kind::kTryCatch: return nodes::TryCatch::enter(*this, n, id);
+    case Kind::kManualSelector: return nodes::ManualSelector::enter(*this, n, id);
     case Kind::kInverter: return nodes::Inverter::enter(*this, n, id);
     case Kind::kForceSuccess: return nodes::ForceSuccess::enter(*this, n, id);
     case Kind::kForceFailure: return nodes::ForceFailure::enter(*this, n, id);
@@ -77,6 +79,7 @@ namespace sentree::bt {
     case Kind::kWhileDoElse: return nodes::WhileDoElse::child_done(*this, n, id, status);
     case Kind::kSwitch: return nodes::Switch::child_done(*this, n, id, status);
     case Kind::kTryCatch: return nodes::TryCatch::child_done(*this, n, id, status);
+    case Kind::kManualSelector: return nodes::ManualSelector::child_done(*this, n, id, status);
     case Kind::kInverter: return nodes::Inverter::child_done(*this, n, id, status);
     case Kind::kForceSuccess: return nodes::ForceSuccess::child_done(*this, n, id, status);
     case Kind::kForceFailure: return nodes::ForceFailure::child_done(*this, n, id, status);
@@ -114,6 +117,7 @@ void Machine::halt_kind(const Node& n, NodeId id) {
     case Kind::kWhileDoElse: return nodes::WhileDoElse::halt(*this, n);
     case Kind::kSwitch: return nodes::Switch::halt(*this, n);
     case Kind::kTryCatch: return nodes::TryCatch::halt(*this, n, id);
+    case Kind::kManualSelector: return nodes::ManualSelector::halt(*this, n);
     case Kind::kRepeat:
     case Kind::kRetry: return nodes::Repeat::halt(*this, n);
     case Kind::kDelay: return nodes::Delay::halt(*this, n, id);
@@ -223,10 +227,17 @@ void Machine::postcondition(const Node& n, NodeId id, Status status) {
 }
 
 Machine::Outcome Machine::walk(NodeId id, bool entered, Status status, NodeId top) {
+  return hooks_ == nullptr ? walk_as<false>(id, entered, status, top) : walk_as<true>(id, entered, status, top);
+}
+
+template <bool kHooked>
+Machine::Outcome Machine::walk_as(NodeId id, bool entered, Status status, NodeId top) {
   for (;;) {
     const Node* n = &nodes_[id];
     if (!entered && !((n->flags & Node::kHasPre) != 0 && precondition(*n, id, status))) {
-      const Next next = enter(*n, id);
+      Status instead = Status::kIdle;
+      if constexpr (kHooked) instead = hooks_->begin(id, status_[id], now_);
+      const Next next = instead == Status::kIdle ? enter(*n, id) : Next::done(instead);
       if (next.child < kSuspend) {
         id = children_[n->first_child + next.child];
         continue;
@@ -236,6 +247,9 @@ Machine::Outcome Machine::walk(NodeId id, bool entered, Status status, NodeId to
     }
     // Up, as long as parents are done too.
     for (;;) {
+      if constexpr (kHooked) {
+        if (!failed_) status = hooks_->end(id, status, now_);
+      }
       if ((n->flags & Node::kHasPost) != 0 && is_completed(status) && !failed_) postcondition(*n, id, status);
       if (failed_) [[unlikely]]
         return {false, Status::kIdle};

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "sentree/bt/blackboard.h"
 #include "sentree/bt/context.h"
@@ -33,10 +34,14 @@ class Machine {
         status_(state.status_.data()),
         memory_(state.memory_.data()),
         observer_(effects.observer),
+        hooks_(effects.hooks),
         blackboard_(model_, state, now),
         state_(state),
         effects_(effects),
-        now_(now) {}
+        now_(now) {
+    if (hooks_ != nullptr) [[unlikely]]
+      enter_every_node();
+  }
 
   StepResult step(const Input& input);
 
@@ -138,6 +143,8 @@ class Machine {
   /// Goes on from `id`: enters it, or, with `entered`, takes `status` as what it returned. Ends when `top` has
   /// returned.
   Outcome walk(NodeId id, bool entered, Status status, NodeId top);
+  template <bool kHooked>
+  Outcome walk_as(NodeId id, bool entered, Status status, NodeId top);
   Next enter(const Node& n, NodeId id);
   Next child_done(const Node& n, NodeId id, NodeId child, Status status);
   void halt_kind(const Node& n, NodeId id);
@@ -152,6 +159,11 @@ class Machine {
   bool fire_timers();
   StepResult finish(Outcome outcome);
   StepResult finish(StepResult result);
+  /// A hook may be on any node, so none is taken without being entered.
+  void enter_every_node() {
+    no_results_.assign(model_.nodes.size(), Status::kIdle);
+    known_results_ = no_results_.data();
+  }
   void notify(NodeId id, Status status);
   void append_inputs(const Node& n, NodeId id, Map& inputs);
 
@@ -163,10 +175,12 @@ class Machine {
   Status* status_;
   std::int32_t* memory_;
   Observer* observer_;
+  TickHooks* hooks_;
   Blackboard blackboard_;
   State& state_;
   Effects& effects_;
   TimePoint now_;
+  std::vector<Status> no_results_;
   bool failed_ = false;
   bool halting_tree_ = false;
   std::uint32_t cycles_ = 0;

@@ -38,6 +38,7 @@ enum class Kind : std::uint8_t {
   kWhileDoElse,
   kSwitch,
   kTryCatch,
+  kManualSelector,
   kInverter,
   kForceSuccess,
   kForceFailure,

@@ -2,9 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "sentree/bt/hooks.h"
 #include "sentree/bt/load.h"
 #include "sentree/bt/observer.h"
 #include "sentree/bt/runner.h"
@@ -367,6 +369,97 @@ TEST(SubTree, RemapsAutoremapsAndKeepsPrivateEntries) {
   EXPECT_EQ(value("c", 2), Value(70));
   EXPECT_EQ(value("r"), Value(5));
   EXPECT_EQ(entry(r.tree(), r.state(), "c"), nullptr);
+}
+
+TEST(ManualSelector, WaitsForAChoiceAndTicksTheChildUntilItIsDone) {
+  Runner r = runner("<ManualSelector><AlwaysFailure/><Sleep msec=\"10\"/></ManualSelector>");
+  EXPECT_EQ(r.tick(at(0ms)), Status::kRunning);
+  int asked = 0;
+  Choice choice;
+  r.effects().choose = [&](NodeId node) {
+    EXPECT_EQ(node, 0U);
+    ++asked;
+    return choice;
+  };
+  EXPECT_EQ(r.tick(at(0ms)), Status::kRunning);
+  choice.child = 1;
+  EXPECT_EQ(r.tick(at(0ms)), Status::kRunning);
+  EXPECT_EQ(r.state().status(2), Status::kRunning);
+  EXPECT_EQ(r.tick(at(10ms)), Status::kSuccess);
+  EXPECT_EQ(asked, 2);
+  choice.child = 0;
+  EXPECT_EQ(r.tick(at(10ms)), Status::kFailure);
+  choice = {kNoNode, Status::kSuccess};
+  EXPECT_EQ(r.tick(at(10ms)), Status::kSuccess);
+  choice.child = 2;
+  EXPECT_EQ(r.tick(at(10ms)), Status::kFailure);
+  EXPECT_EQ(r.error()->code, "bt.bad-selection");
+}
+
+TEST(ManualSelector, IsChosenThroughAnEntryAndRepeatsTheLastSelection) {
+  Runner r = runner(
+      "<Sequence><RunOnce then_skip=\"false\"><Script code=\"pick := 1\"/></RunOnce>"
+      "<ManualSelector repeat_last_selection=\"true\" selection=\"{pick}\"><AlwaysFailure/><AlwaysSuccess/>"
+      "</ManualSelector><Script code=\"pick := 0\"/></Sequence>");
+  EXPECT_EQ(r.tick(), Status::kSuccess);
+  EXPECT_EQ(r.tick(), Status::kSuccess);
+  EXPECT_EQ(*entry(r.tree(), r.state(), "pick"), Value(0));
+}
+
+TEST(Hooks, ReplaceATickChangeItsResultAndMeasureIt) {
+  auto loaded = load(in_tree("<Sequence><AlwaysFailure/><AlwaysFailure/><Action ID=\"Go\"/></Sequence>"));
+  const Tree& tree = *loaded.value;
+  State state(tree);
+  Effects effects;
+  TickHooks hooks;
+  effects.hooks = &hooks;
+  hooks.at(1).before = [](NodeId) { return Status::kSuccess; };
+  hooks.at(2).after = [](NodeId, Status status) {
+    EXPECT_EQ(status, Status::kFailure);
+    return Status::kSuccess;
+  };
+  Duration took{0};
+  hooks.at(3).monitor = [&](NodeId node, Status status, Duration duration) {
+    EXPECT_EQ(node, 3U);
+    EXPECT_EQ(status, Status::kSuccess);
+    took = duration;
+  };
+  ASSERT_TRUE(step(tree, state, Input::tick(), at(5ms), effects).waiting());
+  const StepResult result = step(tree, state, Input::answer(3, Status::kSuccess), at(12ms), effects);
+  EXPECT_EQ(result.status, Status::kSuccess);
+  EXPECT_EQ(took, Duration(7ms));
+  // Without hooks the nodes are what they were.
+  effects.hooks = nullptr;
+  EXPECT_EQ(step(tree, state, Input::tick(), at(13ms), effects).status, Status::kFailure);
+}
+
+TEST(Hooks, MeasureWithTheClockThatTheyAreGiven) {
+  ManualClock clock;
+  Registry registry;
+  registry.action("Work", [&](Context&) {
+    clock.set(clock.now() + 3ms);
+    return Status::kSuccess;
+  });
+  Runner r = runner("<Work/>", &registry);
+  TickHooks hooks(&clock);
+  Duration took{0};
+  hooks.at(0).monitor = [&](NodeId, Status, Duration duration) { took = duration; };
+  r.effects().hooks = &hooks;
+  EXPECT_EQ(r.tick(), Status::kSuccess);
+  EXPECT_EQ(took, Duration(3ms));
+}
+
+TEST(Context, ANodeThatThrowsGivesTheTickUp) {
+  Registry registry;
+  registry.action("Throw", [](Context&) -> Status { throw std::runtime_error("no camera"); });
+  registry.action("ThrowInt", [](Context&) -> Status { throw 7; });
+  Runner thrown = runner("<Sequence><Throw/></Sequence>", &registry);
+  EXPECT_EQ(thrown.tick(), Status::kFailure);
+  EXPECT_EQ(thrown.error()->code, "bt.node-threw");
+  EXPECT_THAT(thrown.error()->message, HasSubstr("no camera"));
+  Runner other = runner("<ThrowInt/>", &registry);
+  EXPECT_EQ(other.tick(), Status::kFailure);
+  EXPECT_EQ(other.error()->code, "bt.node-threw");
 }
 
 }  // namespace

@@ -149,9 +149,13 @@ class Compiler {
     }
     bool any = false;
     while (ok_) {
+      const bool separated = is(";");
       while (is(";")) advance();
       if (look_.token == Token::kEnd) break;
       if (any) emit(Op::kPop, -1);
+      if (any && !separated) {
+        warn("bt.script-separator", "a statement begins here without a \";\" before it");
+      }
       statement();
       any = true;
     }
@@ -167,8 +171,15 @@ class Compiler {
   void error(std::string what) {
     if (!ok_) return;
     ok_ = false;
-    message_ = "script \"" + (script_.text.size() > 60 ? script_.text.substr(0, 60) + "…" : script_.text) +
-               "\", column " + std::to_string(look_.offset + 1) + ": " + what;
+    message_ = "script \"" + shown() + "\", column " + std::to_string(look_.offset + 1) + ": " + what;
+  }
+  void warn(std::string code, std::string what) {
+    script_.warnings.push_back(
+        {look_.offset, std::move(code),
+         "script \"" + shown() + "\", column " + std::to_string(look_.offset + 1) + ": " + what});
+  }
+  [[nodiscard]] std::string shown() const {
+    return script_.text.size() > 60 ? script_.text.substr(0, 60) + "…" : script_.text;
   }
   void unexpected(std::string_view wanted) {
     if (look_.token == Token::kBad && look_.text.starts_with('\'')) return error("the string is not closed; add a '");
@@ -290,8 +301,12 @@ class Compiler {
     const Lexeme here = look_;
     switch (here.token) {
       case Token::kInteger: {
+        const auto value = integer(here.text);
+        if (!value) {
+          warn("bt.script-integer", "\"" + std::string(here.text) + "\" does not fit into 64 bits and counts as 0");
+        }
         advance();
-        script_.integers.push_back(integer(here.text));
+        script_.integers.push_back(value.value_or(0));
         emit(Op::kInteger, 1, static_cast<std::uint32_t>(script_.integers.size() - 1));
         return;
       }
@@ -339,13 +354,14 @@ class Compiler {
     emit(Op::kNumber, 1, static_cast<std::uint32_t>(script_.numbers.size() - 1));
   }
 
-  /// Beyond int64 it is 0, as in BehaviorTree.CPP.
-  static std::int64_t integer(std::string_view text) {
+  /// Nothing beyond int64; it is 0 then, as in BehaviorTree.CPP.
+  static std::optional<std::int64_t> integer(std::string_view text) {
     std::int64_t value = 0;
     const bool hex = text.starts_with("0x") || text.starts_with("0X");
     if (hex) text.remove_prefix(2);
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, hex ? 16 : 10);
-    return error == std::errc() && end == text.data() + text.size() ? value : 0;
+    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+    return value;
   }
 
   Lexer lexer_;

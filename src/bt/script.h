@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -65,6 +66,13 @@ struct NameUse {
   bool read = false;
 };
 
+/// Something that runs, and is probably not meant.
+struct ScriptWarning {
+  std::size_t offset;  ///< Byte of the script.
+  std::string code;    ///< bt.script-…
+  std::string message;
+};
+
 /// A compiled script. Immutable; names are resolved by whoever runs it.
 struct Script {
   std::string text;
@@ -74,7 +82,19 @@ struct Script {
   std::vector<std::string> strings;
   std::vector<NameUse> names;
   std::uint32_t stack_max = 0;  ///< Values on the stack at most.
+  std::vector<ScriptWarning> warnings;
 };
+
+/// What is known about a value before a script runs.
+enum class ScriptType : std::uint8_t { kUnknown, kNumber, kText };
+
+/// What the script may assign to each of its names, `types` being what they hold before. kUnknown where it depends.
+[[nodiscard]] std::vector<ScriptType> assigned_types(const Script& script, std::span<const ScriptType> types);
+
+/// Operators that must fail on values of these types: text compared with a number that it is not, arithmetic on text …
+/// Each as a message. `is_number` says whether a text stands for one (an enum, or digits).
+[[nodiscard]] std::vector<std::string> type_mistakes(const Script& script, std::span<const ScriptType> types,
+                                                     const std::function<bool(std::string_view)>& is_number);
 
 /// Looks up a script enum; nothing if the name is none.
 using EnumLookup = std::function<std::optional<std::int64_t>(std::string_view)>;

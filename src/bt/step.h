@@ -59,6 +59,14 @@ class Observer {
   virtual void skipped(NodeId /*node*/, TimePoint /*time*/) {}
 };
 
+/// What a person chose for a ManualSelector: a child by index, or the status to return; RUNNING: nothing yet.
+struct Choice {
+  std::uint32_t child = kNoNode;
+  Status status = Status::kRunning;
+};
+
+class TickHooks;
+
 /// What a step asks for. Reuse one object: `step` clears the list and keeps its memory.
 struct Effects {
   std::vector<Effect> list;
@@ -67,7 +75,11 @@ struct Effects {
   std::optional<Diagnostic> error;  ///< StepResult::Kind::kFailed: why.
 
   Observer* observer = nullptr;  ///< Borrowed; may be null. Not cleared.
+  TickHooks* hooks = nullptr;    ///< Borrowed; may be null. Not cleared. See hooks.h.
   std::function<void()> waker;   ///< Given to C++ leaves that finish between ticks. Not cleared.
+  /// Asked by each tick of a ManualSelector that has neither a running child nor the port `selection`. Must not block.
+  /// Not cleared.
+  std::function<Choice(NodeId)> choose;
 };
 
 struct StepResult {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -7,7 +8,8 @@
 
 #include "sentree/bt/machine.h"
 
-// IfThenElse, WhileDoElse, Switch, TryCatch: which child is ticked depends on another one or on a value.
+// IfThenElse, WhileDoElse, Switch, ManualSelector, TryCatch: which child is ticked depends on another one, on a value
+// or on somebody's choice.
 
 namespace sentree::bt::nodes {
 
@@ -163,6 +165,62 @@ struct Switch {
 
   static void halt(Machine& m, const Node& n) {
     memory(m, n) = {};
+    m.reset_children(n);
+  }
+};
+
+/// The child that a person chooses; RUNNING until somebody has. A child that runs is not chosen again.
+struct ManualSelector {
+  static constexpr std::uint32_t kRepeatPort = 0, kSelectionPort = 1;
+  struct Memory {
+    std::int32_t running;  ///< Child + 1; 0: none.
+    std::int32_t current;
+    std::int32_t last;  ///< The last choice: child + 1, or a status negated; 0: none yet.
+  };
+  static Memory& memory(Machine& m, const Node& n) { return *reinterpret_cast<Memory*>(m.memory(n)); }
+
+  static Next enter(Machine& m, const Node& n, NodeId id) {
+    Memory& mem = memory(m, n);
+    m.set_status(id, Status::kRunning);
+    if (mem.running != 0) return tick(mem, mem.running - 1);
+    if (mem.last == 0 || !m.read_bool(n, kRepeatPort, false)) {
+      Choice choice;
+      if (m.binding(n, kSelectionPort) != nullptr) {
+        const auto selection = m.read_integer(n, kSelectionPort);
+        if (selection && *selection >= 0) {
+          choice.child = static_cast<std::uint32_t>(std::min<std::int64_t>(*selection, kNoNode - 1));
+        }
+      } else if (m.effects().choose) {
+        choice = m.effects().choose(id);
+      }
+      if (choice.child == kNoNode) {
+        if (choice.status == Status::kIdle || choice.status == Status::kRunning) return Next::done(Status::kRunning);
+        mem.last = -static_cast<std::int32_t>(choice.status);
+      } else if (choice.child >= n.child_count) {
+        return m.fail(id, "bt.bad-selection",
+                      "child " + std::to_string(choice.child) + " is chosen and there are " +
+                          std::to_string(n.child_count) + "; they count from 0");
+      } else {
+        mem.last = static_cast<std::int32_t>(choice.child) + 1;
+      }
+    }
+    return mem.last < 0 ? Next::done(static_cast<Status>(-mem.last)) : tick(mem, mem.last - 1);
+  }
+
+  static Next tick(Memory& mem, std::int32_t child) {
+    mem.current = child;
+    return Next::tick(static_cast<std::uint32_t>(child));
+  }
+
+  static Next child_done(Machine& m, const Node& n, NodeId /*id*/, Status status) {
+    Memory& mem = memory(m, n);
+    mem.running = status == Status::kRunning ? mem.current + 1 : 0;
+    if (is_completed(status)) m.reset_children(n);
+    return Next::done(status);
+  }
+
+  static void halt(Machine& m, const Node& n) {
+    memory(m, n).running = 0;
     m.reset_children(n);
   }
 };

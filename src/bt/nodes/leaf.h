@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <exception>
 #include <string>
 #include <utility>
 
@@ -152,7 +153,7 @@ struct User {
   static Next enter(Machine& m, const Node& n, NodeId id) {
     const UserNode& user = m.model().users[n.data];
     Context self(m, id);
-    return checked(m, n, id, user.behaviour->tick(self, memory(m, user)));
+    return checked(m, n, id, guarded(m, id, [&] { return user.behaviour->tick(self, memory(m, user)); }));
   }
   static Next child_done(Machine& m, const Node& n, NodeId id, NodeId child, Status status) {
     const UserNode& user = m.model().users[n.data];
@@ -160,18 +161,33 @@ struct User {
     const NodeId* const first = m.model().children.data() + n.first_child;
     const auto index = static_cast<std::size_t>(std::lower_bound(first, first + n.child_count, child) - first);
     Context self(m, id);
-    return checked(m, n, id, user.behaviour->child_done(self, memory(m, user), index, status));
+    return checked(m, n, id,
+                   guarded(m, id, [&] { return user.behaviour->child_done(self, memory(m, user), index, status); }));
   }
   static void halt(Machine& m, const Node& n, NodeId id) {
     if (m.status(id) == Status::kRunning) {
       const UserNode& user = m.model().users[n.data];
       Context self(m, id);
-      user.behaviour->halted(self, memory(m, user));
+      guarded(m, id, [&] {
+        user.behaviour->halted(self, memory(m, user));
+        return Next::done(Status::kIdle);
+      });
     }
     m.reset_children(n);
   }
 
  private:
+  /// Somebody else's code may throw; that gives the tick up, as `Context::fail` does.
+  template <class Call>
+  [[gnu::always_inline]] static Next guarded(Machine& m, NodeId id, const Call& call) {
+    try {
+      return call();
+    } catch (const std::exception& thrown) {
+      return m.fail(id, "bt.node-threw", std::string("threw ") + thrown.what());
+    } catch (...) {
+      return m.fail(id, "bt.node-threw", "threw something that is no std::exception");
+    }
+  }
   static NodeMemory* memory(Machine& m, const UserNode& user) {
     return user.object == kNone ? nullptr : m.object(user.object);
   }

@@ -1,0 +1,159 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "sentree/bt/load.h"
+#include "sentree/bt/script.h"
+
+// What loading warns of: children that are never reached, corners that a tree depends on, scripts that cannot work.
+
+namespace sentree::bt {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+std::string in_tree(const std::string& body, const std::string& more = {}) {
+  return "<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\"><BehaviorTree ID=\"Main\">" + body +
+         "</BehaviorTree>" + more + "</root>";
+}
+
+std::string messages(const std::string& body, const std::string& more = {}) {
+  std::string all;
+  for (const Diagnostic& d : load(in_tree(body, more), {}, "m.xml").diagnostics)
+    all += d.code + " " + to_string(d) + "\n";
+  return all;
+}
+
+const std::string kSkippable = "<AlwaysSuccess _skipIf=\"1\"/>";
+const std::string kAction = "<Action ID=\"Go\"/>";
+
+struct Corner {
+  std::string risky;  ///< Gives the warning.
+  std::string code;
+  std::string safe;  ///< Looks alike and does not.
+};
+
+class Corners : public ::testing::TestWithParam<Corner> {};
+
+TEST_P(Corners, AreWarnedOfWhereATreeDependsOnThemOnly) {
+  EXPECT_THAT(messages(GetParam().risky), HasSubstr(GetParam().code));
+  EXPECT_THAT(messages(GetParam().safe), Not(HasSubstr(GetParam().code)));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Load, Corners,
+    ::testing::Values(
+        Corner{"<Sequence _skipIf=\"0\">" + kSkippable + "</Sequence>", "bt.skipped-stays-running",
+               "<Sequence _skipIf=\"0\">" + kSkippable + "<AlwaysSuccess/></Sequence>"},
+        Corner{"<Inverter _onHalted=\"n := 1\">" + kSkippable + "</Inverter>", "bt.skipped-stays-running",
+               "<Inverter>" + kSkippable + "</Inverter>"},
+        Corner{"<AlwaysSuccess _onHalted=\"n := 1\"/>", "bt.on-halted", "<AlwaysSuccess _onSuccess=\"n := 1\"/>"},
+        Corner{"<ReactiveSequence><AlwaysSuccess/><Precondition if=\"1\">" + kAction +
+                   "</Precondition></ReactiveSequence>",
+               "bt.precondition-once",
+               "<ReactiveSequence><AlwaysSuccess/><Precondition if=\"1\"><AlwaysSuccess/></Precondition>"
+               "</ReactiveSequence>"},
+        Corner{"<Precondition if=\"1\">" + kSkippable + "</Precondition>", "bt.precondition-once",
+               "<Sequence><Precondition if=\"1\">" + kAction + "</Precondition></Sequence>"},
+        Corner{"<Repeat num_cycles=\"2\"><RunOnce><AlwaysSuccess/></RunOnce></Repeat>", "bt.run-once",
+               "<Sequence><RunOnce><AlwaysSuccess/></RunOnce></Sequence>"},
+        Corner{"<Timeout msec=\"9\"><SequenceWithMemory>" + kAction + kSkippable + "</SequenceWithMemory></Timeout>",
+               "bt.memory-kept", "<SequenceWithMemory>" + kAction + kSkippable + "</SequenceWithMemory>"},
+        Corner{"<IfThenElse><Inverter>" + kSkippable + "</Inverter><AlwaysSuccess/></IfThenElse>",
+               "bt.skipped-condition", "<IfThenElse><ScriptCondition code=\"1\"/>" + kSkippable + "</IfThenElse>"},
+        Corner{"<WhileDoElse>" + kSkippable + "<AlwaysSuccess/></WhileDoElse>", "bt.skipped-condition",
+               "<WhileDoElse><Condition ID=\"C\"/><AlwaysSuccess/></WhileDoElse>"},
+        Corner{"<Fallback><Inverter><AlwaysFailure/></Inverter><AlwaysSuccess/></Fallback>", "bt.unreachable-child",
+               "<Fallback><ScriptCondition code=\"1\"/><AlwaysSuccess/></Fallback>"},
+        Corner{
+            "<Sequence><KeepRunningUntilFailure><AlwaysSuccess/></KeepRunningUntilFailure><AlwaysSuccess/></Sequence>",
+            "bt.unreachable-child",
+            // A leaf of somebody else's making may return SKIPPED.
+            "<Fallback><ForceSuccess><Action ID=\"Go\"/></ForceSuccess><AlwaysSuccess/></Fallback>"}));
+
+TEST(CornersOfSubTrees, FollowFromTheTreeThatTheyName) {
+  const std::string sub = "<BehaviorTree ID=\"S\">" + kSkippable + "</BehaviorTree>";
+  EXPECT_THAT(messages("<IfThenElse><SubTree ID=\"S\"/><AlwaysSuccess/></IfThenElse>", sub),
+              HasSubstr("bt.skipped-condition"));
+  EXPECT_THAT(messages("<Sequence _skipIf=\"0\"><SubTree ID=\"S\"/></Sequence>", sub),
+              HasSubstr("bt.skipped-stays-running"));
+}
+
+TEST(CornersOfSubTrees, SurviveALongChainOfThem) {
+  // Not reached from the main tree, so nothing else bounds the chain.
+  std::string more;
+  for (int i = 0; i < 20'000; ++i) {
+    more += "<BehaviorTree ID=\"T" + std::to_string(i) + "\">" +
+            (i + 1 < 20'000 ? "<SubTree ID=\"T" + std::to_string(i + 1) + "\"/>" : "<AlwaysSuccess/>") +
+            "</BehaviorTree>";
+  }
+  EXPECT_THAT(messages("<AlwaysSuccess/>", more), HasSubstr("bt.unused-tree"));
+}
+
+TEST(OnHalted, IsToldOncePerTree) {
+  const std::string all = messages(
+      "<Sequence><AlwaysSuccess _onHalted=\"n := 1\"/><AlwaysSuccess _onHalted=\"n := 2\"/>"
+      "<AlwaysSuccess _onHalted=\"n := 3\"/></Sequence>");
+  EXPECT_THAT(all, HasSubstr("(3 nodes of this tree have one)"));
+  EXPECT_EQ(all.find("bt.on-halted"), all.rfind("bt.on-halted"));
+}
+
+TEST(Scripts, WarnOfIntegersBeyond64BitsAndOfMissingSeparators) {
+  EXPECT_THAT(messages("<Script code=\"n := 99999999999999999999\"/>"),
+              HasSubstr("column 6: \"99999999999999999999\" does not fit into 64 bits and counts as 0"));
+  EXPECT_THAT(messages("<Script code=\"n := 0x8000000000000000\"/>"), HasSubstr("bt.script-integer"));
+  EXPECT_THAT(messages("<Script code=\"n := 9223372036854775807\"/>"), Not(HasSubstr("bt.script-integer")));
+  EXPECT_THAT(messages("<Script code=\"n := 1 m := 2\"/>"),
+              HasSubstr("column 8: a statement begins here without a \";\" before it"));
+  EXPECT_THAT(messages("<Script code=\"; n := 1;; m := 2;\"/>"), Not(HasSubstr("bt.script-separator")));
+}
+
+struct Typed {
+  std::string code;
+  std::string mistake;  ///< Empty: none.
+};
+
+class ScriptTypes : public ::testing::TestWithParam<Typed> {};
+
+TEST_P(ScriptTypes, AreCheckedWhereEverybodyAgreesOnThem) {
+  const std::string all = messages(
+      "<Sequence><Script code=\"n := 1; s := 'red'; e := '7'; x := 1; k := 'a'\"/><SetBlackboard value=\"1\" "
+      "output_key=\"x\"/><Script code=\"k := 'b'\"/><Script code=\"" +
+      GetParam().code + "\"/></Sequence>");
+  if (GetParam().mistake.empty()) {
+    EXPECT_THAT(all, Not(HasSubstr("bt.script-type")));
+  } else {
+    EXPECT_THAT(all, HasSubstr(GetParam().mistake));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Load, ScriptTypes,
+    ::testing::Values(Typed{"r := n == 'red'", "text is compared with a number, 'red'"},
+                      Typed{"r := 'red' &lt; n", "text is compared with a number"},
+                      Typed{"r := s == n", "text is compared with a number"}, Typed{"r := n == '7'", ""},
+                      Typed{"r := s == 'red'", ""}, Typed{"r := n + 1 &gt; 2", ""}, Typed{"r := s .. n", ""},
+                      Typed{"r := s + 'b'", ""}, Typed{"r := s * 2", "an arithmetic or logical operator gets text"},
+                      Typed{"r := s &amp;&amp; n", "an arithmetic or logical operator gets text"},
+                      Typed{"r := -s", "need a number and get text"}, Typed{"s += 'x'", ""},
+                      Typed{"s -= 1", "\"s\" holds text and is to be changed as a number"},
+                      Typed{"n -= 'x'", "the right side is text"},
+                      Typed{"n = 'blue'", "\"n\" holds a number and cannot take text, 'blue'"},
+                      // Two writers disagree about x: nothing is known.
+                      Typed{"r := x == 'red'", ""}, Typed{"r := n ? 1 : 'a'; q := r == 1", ""},
+                      Typed{"r := (n &gt; 0 ? s : s) - 1", "an arithmetic or logical operator gets text"},
+                      Typed{"r := 1 &lt; n &lt; 3", ""}, Typed{"r := k * 1", "gets text"}));
+
+TEST(ScriptTypesOfPorts, ComeFromWhatWritesTheEntry) {
+  EXPECT_THAT(messages("<Sequence><LoopDouble queue=\"1;2\" value=\"{v}\"><AlwaysSuccess/></LoopDouble>"
+                       "<Script code=\"r := v == 'big'\"/></Sequence>"),
+              HasSubstr("text is compared with a number, 'big'"));
+  EXPECT_THAT(messages("<Sequence><LoopString queue=\"a;b\" value=\"{v}\"><AlwaysSuccess/></LoopString>"
+                       "<Script code=\"r := v - 1\"/></Sequence>"),
+              HasSubstr("gets text"));
+}
+
+}  // namespace
+}  // namespace sentree::bt
