@@ -35,10 +35,19 @@ struct Verdict {
   1: bool accept = true,   // false vetoes a request; ignored for all other messages
   2: string reason = "",
   3: i64 stamp = 0,        // greater than the message's
-  4: string by = ""        // who vetoes, if not this observer itself
+  4: string by = "",       // who vetoes, if not this observer itself
+  // What an observer that is a monitor says once, with the message that decided.
+  5: string verdict = "",  // "violated" or "satisfied"; empty: not decided, or said already
+  6: string state = "",    // the chart's state that decided
+  7: i64 decided_at_ns = 0, // run time of the decision; 0: the message's
+  8: string witness = "[]" // JSON: the messages that led there
 }
 
 service Observer {
   ObserverInfo info()
+  // Each message that it observes, in the run's order. A request that it gates comes before that too, with sequence 0: a
+  // question, whether it may be sent.
   Verdict observe(1: Message message)
+  // The run is over: time has passed until now, and nothing more is observed.
+  Verdict finish(1: i64 time_ns)
 }

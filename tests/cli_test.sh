@@ -165,6 +165,13 @@ kill $component
 "$sentree" run examples/recharge --clock real --factor 20 --duration '60 s' >"$work/mission" 2>&1 &
 mission=$!
 until "$sentree" call simulation setBatteryCharge percent=10 >"$work/call" 2>&1 || ! kill -0 $mission 2>/dev/null; do :; done
+expect 0 'battery: Battery at sim' "$sentree" services
+expect 0 '"interface":"Battery"' "$sentree" services --json
+expect 0 '✓ run .* ms' "$sentree" ping
+expect 2 'no service "batery"; did you mean "battery"' "$sentree" ping batery
+expect 4 'refused|unreachable|no such' "$sentree" ping unix:/nowhere/at.sock
+expect 0 'battery.getBatteryState.reply' "$sentree" echo 'battery.*.reply' -n 2
+expect 0 '^\{"sequence":' "$sentree" echo mission.tick --json -n 1
 until grep -q 'battery violated' "$work/mission" || ! kill -0 $mission 2>/dev/null; do read -rt 0.05 <> <(:) || true; done
 expect 0 '^setBatteryCharge	.*percent' "$sentree" __complete call simulation setB
 expect 0 '^percent=	' "$sentree" __complete call simulation setBatteryCharge ''

@@ -88,6 +88,61 @@ TEST_P(Verdicts, AreTheSameInProcesses) {
 
 INSTANTIATE_TEST_SUITE_P(Recharge, Verdicts, testing::Values("experiment1", "experiment2", "recharge", "shield"));
 
+// A monitor at an address decides as it does in the run, with the same witness.
+TEST(Monitors, DecideAlikeElsewhere) {
+  Scenario scenario = recharge("experiment1");
+  scenario.virtual_time = false;
+  scenario.factor = 20;
+  scenario.duration = seconds(40);
+  scenario.project.deadlines = recharge("distributed").project.deadlines;
+  scenario.project.monitors[0].at = "{watch}";
+  ProcessEntry& process = scenario.processes.emplace_back();
+  process.name = "watch";
+  process.monitor = "battery";
+  process.listen = "unix:{run}/watch.sock";
+  auto plan = prepare(std::move(scenario));
+  ASSERT_TRUE(plan.ok());
+  const Ran ran = run(*plan.value);
+  EXPECT_THAT(ran.report.unmet, IsEmpty());
+  EXPECT_EQ(ran.count("monitor.violated"), 1U);
+  const MonitorReport& report = ran.report.monitors.back();
+  ASSERT_TRUE(report.decision);
+  EXPECT_EQ(report.decision->state, "failure");
+  ASSERT_EQ(report.decision->witness.size(), 2U);
+  EXPECT_EQ(report.decision->witness[1].name, "battery.getBatteryState.reply");
+  EXPECT_EQ(report.decision->deciding->sequence, report.decision->witness[1].sequence);
+}
+
+// The shield, at an address, is asked before the request is sent.
+TEST(Monitors, GateFromElsewhere) {
+  Scenario scenario = recharge("shield");
+  scenario.virtual_time = false;
+  scenario.factor = 20;
+  scenario.project.deadlines = recharge("distributed").project.deadlines;
+  scenario.project.monitors.back().at = "{watch}";
+  ProcessEntry& process = scenario.processes.emplace_back();
+  process.name = "watch";
+  process.monitor = "shield";
+  process.listen = "unix:{run}/watch.sock";
+  auto plan = prepare(std::move(scenario));
+  ASSERT_TRUE(plan.ok());
+  const Ran ran = run(*plan.value);
+  EXPECT_THAT(ran.report.unmet, IsEmpty());
+  const bool left = std::any_of(ran.messages.begin(), ran.messages.end(), [](const Message& message) {
+    return message.source == "GoToKitchen" && message.name == "navigation.gotoTargetByLocationName.request";
+  });
+  EXPECT_FALSE(left);
+}
+
+TEST(Observers, ThatCannotBeReachedPreventTheRun) {
+  Scenario scenario = recharge("normal");
+  scenario.virtual_time = false;
+  scenario.project.observers.push_back({.name = "nobody", .at = "unix:/nowhere/at.sock", .span = {}});
+  auto plan = prepare(std::move(scenario));
+  ASSERT_TRUE(plan.ok());
+  EXPECT_THAT(run(*plan.value).report.error, HasSubstr("observer \"nobody\""));
+}
+
 TEST(Processes, SurviveKillsAtRandomMoments) {
   const unsigned seed = std::random_device()();
   SCOPED_TRACE("seed " + std::to_string(seed));

@@ -95,6 +95,8 @@ int run(const RunCommand& command) {
   std::unique_ptr<LiveView> view;
   Narrator narrator;
   runtime::RunOptions options;
+  options.listen = command.listen;
+  options.insecure = command.insecure;
   if (live) {
     view = std::make_unique<LiveView>(*plan.value);
     options.listeners.push_back([&](const Message& message) { view->observe(message); });

@@ -27,6 +27,8 @@ struct RunCommand {
   bool live = false;
   bool headless = false;
   bool verbose = false;
+  std::string listen;  ///< Where skills on other machines publish; empty: nowhere.
+  bool insecure = false;
   bool processes = false;  ///< Each skill and component in a process of its own.
 };
 int run(const RunCommand& command);
@@ -86,6 +88,37 @@ struct CallCommand {
   std::string deadline = "1 s";
 };
 int call(const CallCommand& command);
+
+/// What the services of a running mission are, and whether they answer.
+struct ServicesCommand {
+  std::string run;
+  bool json = false;
+};
+int services(const ServicesCommand& command);
+
+struct PingCommand {
+  std::string target;  ///< A service of the run, an address, or empty: the run and all its services.
+  std::string run;
+  bool json = false;
+};
+int ping(const PingCommand& command);
+
+/// The observations of a running mission as they come.
+struct EchoCommand {
+  std::string pattern = "*";
+  std::string run;
+  std::uint64_t count = 0;  ///< Ends after so many; 0: with the run.
+  bool json = false;
+};
+int echo(const EchoCommand& command);
+
+struct MonitorServeCommand {
+  std::string project;
+  std::string name;
+  std::string listen;
+  bool insecure = false;
+};
+int monitor_serve(const MonitorServeCommand& command);
 
 struct InitCommand {
   std::string folder;

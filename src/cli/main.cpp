@@ -38,6 +38,8 @@ void add_run(CLI::App& app, RunCommand& command) {
       ->check(CLI::Range(0.01, 1000.0));
   sub->add_option("--seed", command.seed, "Of all that is random; same seed, same run in virtual time");
   sub->add_option("--duration", command.duration, "Time limit of the run, e.g. 90 s");
+  sub->add_option("--listen", command.listen, "Where skills on other machines publish what they do: tcp://HOST:PORT");
+  sub->add_flag("--insecure", command.insecure, "Let other machines connect without TLS");
   sub->add_flag("--processes", command.processes,
                 "Each skill and component in a process of its own, restarted when it ends");
   sub->add_flag("--live", command.live, "Show map, tree and monitors in the terminal");
@@ -174,6 +176,48 @@ void add_skill(CLI::App& app, SkillCommand& command) {
   sub->add_flag("--insecure", command.insecure, "Allow other machines to connect without TLS");
 }
 
+void add_services(CLI::App& app, ServicesCommand& command) {
+  auto* sub = app.add_subcommand("services", "List the services of a running mission");
+  sub->footer("Example:\n  sentree services");
+  sub->add_option("--run", command.run, "Process id of the run, where several run");
+  sub->add_flag("--json", command.json, "Print the list as JSON");
+}
+
+void add_ping(CLI::App& app, PingCommand& command) {
+  auto* sub = app.add_subcommand("ping", "Ask whether a running mission, its services, or an address answer");
+  sub->footer(
+      "Examples:\n"
+      "  sentree ping                                  the run and every service elsewhere\n"
+      "  sentree ping navigation\n"
+      "  sentree ping tcp://127.0.0.1:9090/battery\n"
+      "Exit code: 0 all answer, 4 one does not.");
+  sub->add_option("target", command.target, "Service or address; default: all");
+  sub->add_option("--run", command.run, "Process id of the run, where several run");
+  sub->add_flag("--json", command.json, "Print the round trips as JSON");
+}
+
+void add_echo(CLI::App& app, EchoCommand& command) {
+  auto* sub = app.add_subcommand("echo", "Show the observations of a running mission as they come");
+  sub->footer(
+      "Examples:\n"
+      "  sentree echo\n"
+      "  sentree echo 'battery.*'\n"
+      "  sentree echo '*.tick.reply' --json -n 10");
+  sub->add_option("pattern", command.pattern, "Of names; * stands for any characters")->capture_default_str();
+  sub->add_option("--count,-n", command.count, "End after so many");
+  sub->add_option("--run", command.run, "Process id of the run, where several run");
+  sub->add_flag("--json", command.json, "A line of JSON for each");
+}
+
+void add_monitor(CLI::App& app, MonitorServeCommand& command) {
+  auto* sub = app.add_subcommand("monitor", "Run one monitor of a project in a process of its own");
+  sub->footer("Example:\n  sentree monitor --project examples/recharge --name battery --listen unix:/tmp/battery.sock");
+  sub->add_option("--project", command.project, "Project or scenario")->required();
+  sub->add_option("--name", command.name, "Which of its monitors")->required();
+  sub->add_option("--listen", command.listen, "unix:PATH, tcp://HOST:PORT (port 0: any)")->required();
+  sub->add_flag("--insecure", command.insecure, "Allow other machines to connect without TLS");
+}
+
 void add_component(CLI::App& app, ComponentCommand& command) {
   auto* sub = app.add_subcommand("component", "Serve a component from a process of its own");
   sub->footer(
@@ -232,6 +276,10 @@ int main(int argc, char** argv) {
   ModelCommand model_command;
   std::string shell;
   SimCommand sim_command;
+  ServicesCommand services_command;
+  PingCommand ping_command;
+  EchoCommand echo_command;
+  MonitorServeCommand monitor_command;
   DoctorCommand doctor_command;
   add_init(app, init_command);
   add_check(app, check_command);
@@ -242,7 +290,11 @@ int main(int argc, char** argv) {
   add_diff(app, diff_command);
   add_model(app, model_command);
   add_call(app, call_command);
+  add_services(app, services_command);
+  add_ping(app, ping_command);
+  add_echo(app, echo_command);
   add_skill(app, skill_command);
+  add_monitor(app, monitor_command);
   add_component(app, component_command);
   add_sim(app, sim_command);
   app.add_subcommand("doctor", "Say whether this machine has what Sentree needs")
@@ -271,6 +323,10 @@ int main(int argc, char** argv) {
     return kOk;
   }
   if (app.got_subcommand("call")) return call(call_command);
+  if (app.got_subcommand("services")) return services(services_command);
+  if (app.got_subcommand("ping")) return ping(ping_command);
+  if (app.got_subcommand("echo")) return echo(echo_command);
+  if (app.got_subcommand("monitor")) return monitor_serve(monitor_command);
   if (app.got_subcommand("skill")) return skill(skill_command);
   if (app.got_subcommand("component")) return component(component_command);
   if (app.got_subcommand("sim")) return sim(sim_command);

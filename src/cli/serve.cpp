@@ -5,6 +5,7 @@
 
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
+#include "sentree/runtime/environment.h"
 
 namespace sentree::cli {
 
@@ -22,6 +23,7 @@ int serve_until_signal(const std::string& listen, std::vector<rpc::NamedService>
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   rpc::ServerOptions options;
   options.insecure = insecure;
+  options.tls = runtime::environment_tls();
   options.on_peer_error = [](const std::string& message) { say(message); };
   auto server = rpc::Server::start(*address, std::move(services), std::move(options));
   if (!server) {

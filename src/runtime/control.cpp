@@ -9,6 +9,7 @@
 
 #include "sentree/idl/conform.h"
 #include "sentree/runtime/plan.h"
+#include "sentree/runtime/tap.h"
 #include "sentree/text/file.h"
 #include "sentree/text/json.h"
 
@@ -42,9 +43,19 @@ Value serve(const ControlHandler& handler, const idl::Method& method, const Valu
     for (const auto& entry : handler.services()) {
       List methods;
       for (const idl::Method* served : entry.service->methods) methods.push_back(idl::signature(*served));
-      list.push_back(Map{{"name", entry.name}, {"interface", entry.service->name}, {"methods", std::move(methods)}});
+      list.push_back(Map{
+          {"name", entry.name}, {"interface", entry.service->name}, {"at", entry.at}, {"methods", std::move(methods)}});
     }
     return to_json(Value(std::move(list)));
+  }
+  if (method.name == "observe") {
+    const auto wait = std::chrono::milliseconds(*arguments.find("wait_ms")->as_int());
+    Tap::Batch batch = handler.tap->take(*arguments.find("after")->as_int(), arguments.find("pattern")->text(), wait);
+    List messages;
+    for (std::string& message : batch.messages) messages.emplace_back(std::move(message));
+    return Map{{"upto", static_cast<std::int64_t>(batch.next)},
+               {"missed", static_cast<std::int64_t>(batch.missed)},
+               {"messages", std::move(messages)}};
   }
   const auto args = text::parse_json(arguments.find("arguments")->text());
   CallOutcome outcome;
@@ -104,9 +115,10 @@ Result<std::unique_ptr<rpc::Client>> connect_control(int pid) {
   if (pid == 0) {
     const std::vector<int> pids = runs();
     if (pids.empty())
-      return fail("control.no-run",
-                  "no mission runs in real time on this machine; start one with: sentree run PROJECT --clock real, or a robot "
-                  "alone with: sentree sim --world FILE");
+      return fail(
+          "control.no-run",
+          "no mission runs in real time on this machine; start one with: sentree run PROJECT --clock real, or a robot "
+          "alone with: sentree sim --world FILE");
     if (pids.size() > 1) {
       std::string list;
       for (const int each : pids) list += (list.empty() ? "" : ", ") + std::to_string(each);

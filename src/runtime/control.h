@@ -15,6 +15,8 @@ namespace sentree::runtime {
 /// Where runs of this user put their control sockets: $XDG_RUNTIME_DIR/sentree, else a private folder below /tmp.
 [[nodiscard]] std::filesystem::path control_folder();
 
+class Tap;
+
 /// What a run does for those who connect to its control socket. Called from the server's threads.
 struct ControlHandler {
   std::function<std::string()> scenario;
@@ -23,9 +25,11 @@ struct ControlHandler {
   struct ServiceEntry {
     std::string name;
     idl::ServicePtr service;
+    std::string at;  ///< "sim" or an address.
   };
   std::function<std::vector<ServiceEntry>()> services;
   std::function<CallOutcome(const std::string& service, const std::string& method, const Value& arguments)> call;
+  Tap* tap = nullptr;  ///< Borrowed.
 };
 
 /// Serves the handler on this process's control socket until destroyed. Errors: rpc.*, file.*.

@@ -30,6 +30,14 @@ Monitors::Monitors(const Plan& plan, Scheduler& scheduler, Stream& stream, Watch
   }
 }
 
+Message decision_message(const MonitorReport& report) {
+  Message message;
+  message.source = report.name;
+  message.name = "monitor." + std::string(to_string(report.verdict));
+  message.data = Map{{"monitor", report.name}, {"state", report.decision->state}};
+  return message;
+}
+
 std::string_view call_of(const Message& request) {
   constexpr std::string_view kSuffix = ".request";
   const std::string_view name = request.name;
@@ -179,12 +187,7 @@ void Monitors::take(std::size_t index, std::optional<monitor::Decision> decision
   if (!decision) return;
   report.verdict = decision->verdict;
   report.decision = std::move(decision);
-  Message message;
-  message.kind = MessageKind::kEvent;
-  message.source = report.name;
-  message.name = "monitor." + std::string(to_string(report.verdict));
-  message.data = Map{{"monitor", report.name}, {"state", report.decision->state}};
-  stream_.publish(std::move(message));
+  stream_.publish(decision_message(report));
   replies_.decided(report);
 }
 

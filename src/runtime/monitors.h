@@ -17,6 +17,9 @@ namespace sentree::runtime {
 /// "<service>.<method>" of a request.
 [[nodiscard]] std::string_view call_of(const Message& request);
 
+/// "monitor.violated" and the like: what a run publishes of a decision.
+[[nodiscard]] Message decision_message(const MonitorReport& report);
+
 /// Feeds the run's monitors with the stream and wakes them when time matters to them. A listener of the stream.
 ///
 /// A monitor whose script does not end is given up. In real time a new thread goes on behind it, so that every other

@@ -37,7 +37,7 @@ class Preparation {
 
   void services() {
     for (const ServiceEntry& entry : project_.services) {
-      check_address(entry);
+      if (entry.at != "sim") check_address("service \"" + entry.name + "\"", entry.at, entry.span);
       const idl::Schema* schema = interface(entry.idl, entry.span);
       if (schema == nullptr) continue;
       const auto service = idl::find_service(*schema, entry.interface, entry.span);
@@ -134,7 +134,16 @@ class Preparation {
   }
 
   void monitors() {
+    for (const ObserverEntry& entry : project_.observers) {
+      check_address("observer \"" + entry.name + "\"", entry.at, entry.span);
+      observers_.push_back({.name = entry.name, .at = entry.at, .is_monitor = false});
+    }
     for (const MonitorEntry& entry : project_.monitors) {
+      if (!entry.at.empty()) {
+        check_address("monitor \"" + entry.name + "\"", entry.at, entry.span);
+        observers_.push_back({.name = entry.name, .at = entry.at, .is_monitor = true});
+        continue;
+      }
       const auto chart = load_chart(entry.file);
       if (!chart) continue;
       monitor::Spec spec{
@@ -167,6 +176,7 @@ class Preparation {
   std::vector<LeafPlan> leaves_;
   std::vector<monitor::Model> monitors_;
   std::vector<GatePlan> gates_;
+  std::vector<ObserverPlan> observers_;
   std::shared_ptr<const sim::World> world_;
   idl::ServicePtr test_control_;
 
@@ -177,11 +187,11 @@ class Preparation {
     return project_.folder / shown.lexically_relative(above.empty() ? path(".") : above);
   }
 
-  void check_address(const ServiceEntry& entry) {
+  void check_address(const std::string& what, const std::string& at, const SourceSpan& span) {
     // "{name}" is the address of a process that the scenario starts.
-    if (entry.at == "sim" || entry.at.starts_with('{')) return;
-    const auto address = rpc::Address::parse(entry.at);
-    if (!address) add(address.error().code, "service \"" + entry.name + "\": " + address.error().message, entry.span);
+    if (at.starts_with('{')) return;
+    const auto address = rpc::Address::parse(at);
+    if (!address) add(address.error().code, what + ": " + address.error().message, span);
   }
 
   void check_robot(const ServiceEntry& entry) {
@@ -268,8 +278,13 @@ void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
   };
   for (const ServiceEntry& service : scenario.project.services)
     check(service.at, "service \"" + service.name + "\"", service.span);
+  for (const MonitorEntry& monitor : scenario.project.monitors)
+    check(monitor.at, "monitor \"" + monitor.name + "\"", monitor.span);
+  for (const ObserverEntry& observer : scenario.project.observers)
+    check(observer.at, "observer \"" + observer.name + "\"", observer.span);
   for (const SkillEntry& skill : scenario.project.skills) check(skill.at, "skill \"" + skill.leaf + "\"", skill.span);
-  bool remote_parts = !scenario.processes.empty();
+  bool remote_parts = !scenario.processes.empty() || !scenario.project.observers.empty();
+  for (const MonitorEntry& monitor : scenario.project.monitors) remote_parts = remote_parts || !monitor.at.empty();
   for (const SkillEntry& skill : scenario.project.skills) remote_parts = remote_parts || !skill.at.empty();
   for (const ServiceEntry& service : scenario.project.services) remote_parts = remote_parts || service.at != "sim";
   if (remote_parts && scenario.virtual_time) {
@@ -396,6 +411,7 @@ Loaded<Plan> prepare(Scenario scenario) {
                         .test_control = std::move(preparation.test_control_),
                         .monitors = std::move(preparation.monitors_),
                         .gates = std::move(preparation.gates_),
+                        .observers = std::move(preparation.observers_),
                         .world = std::move(preparation.world_),
                         .warnings = prepared.diagnostics};
   return prepared;
@@ -435,6 +451,28 @@ Loaded<SkillPlan> prepare_skill(const Project& project, const std::string& leaf)
     plan->services = std::move(preparation.services_);
     prepared.value = std::move(plan);
   }
+  return prepared;
+}
+
+Loaded<MonitorPlan> prepare_monitor(const Project& project, const std::string& name) {
+  Loaded<MonitorPlan> prepared;
+  Project alone = project;
+  alone.observers.clear();
+  std::vector<std::string> names;
+  for (const MonitorEntry& entry : project.monitors) names.push_back(entry.name);
+  std::erase_if(alone.monitors, [&](const MonitorEntry& entry) { return entry.name != name; });
+  Preparation preparation(alone);
+  if (alone.monitors.empty()) {
+    preparation.add("check.unknown-monitor", "the project has no monitor \"" + name + "\"" + did_you_mean(name, names),
+                    SourceSpan{project.file});
+  } else {
+    alone.monitors.front().at.clear();
+    preparation.services();
+    preparation.monitors();
+  }
+  prepared.diagnostics = std::move(preparation.diagnostics);
+  if (has_errors(prepared.diagnostics)) return prepared;
+  prepared.value = MonitorPlan{std::move(preparation.monitors_.front()), alone.monitors.front().gate};
   return prepared;
 }
 

@@ -50,6 +50,13 @@ struct GatePlan {
   std::vector<std::string> requests;  ///< "<service>.<method>" with '*' for any text.
 };
 
+/// An observer, or a monitor, that runs in another process.
+struct ObserverPlan {
+  std::string name;
+  std::string at;
+  bool is_monitor = false;
+};
+
 /// A scenario with everything that its project names, loaded and checked against each other.
 struct Plan {
   Scenario scenario;
@@ -59,6 +66,7 @@ struct Plan {
   idl::ServicePtr test_control;  ///< The Simulation interface; null without a world.
   std::vector<monitor::Model> monitors;
   std::vector<GatePlan> gates;
+  std::vector<ObserverPlan> observers;
   std::shared_ptr<const sim::World> world;  ///< Null: the project has none.
   Diagnostics warnings;
 };
@@ -81,6 +89,13 @@ struct SkillPlan {
 };
 /// @param leaf  Name or ID of a leaf.
 [[nodiscard]] Loaded<SkillPlan> prepare_skill(const Project& project, const std::string& leaf);
+
+/// The parts of a plan that one monitor in a process of its own needs.
+struct MonitorPlan {
+  monitor::Model model;
+  std::vector<std::string> gate;
+};
+[[nodiscard]] Loaded<MonitorPlan> prepare_monitor(const Project& project, const std::string& name);
 
 /// Where the interfaces and examples that come with Sentree are: beside the program when installed, else the source
 /// tree. Empty if they are not found.

@@ -98,6 +98,7 @@ void read_monitors(const text::YamlNode& node, bool replaces, Project& project, 
     if (const auto* events = reader.mapping("events")) read_renames(*events, monitor, diagnostics);
     monitor.gate = reader.strings("gate");
     monitor.gate_span = reader.span("gate");
+    monitor.at = reader.string("at").value_or("");
     const auto other = std::find_if(project.monitors.begin(), project.monitors.end(),
                                     [&](const auto& m) { return m.name == monitor.name; });
     if (other == project.monitors.end())
@@ -107,6 +108,13 @@ void read_monitors(const text::YamlNode& node, bool replaces, Project& project, 
     else
       reader.error(entry.span, "project.duplicate",
                    "two monitors are named \"" + monitor.name + "\"; give one another name:");
+  }
+}
+
+void read_observers(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
+  for (const auto& [name, entry] : node.entries) {
+    YamlReader reader(entry, "observer \"" + name.scalar + "\"", diagnostics);
+    project.observers.push_back({name.scalar, reader.required_string("at"), name.span});
   }
 }
 
@@ -227,6 +235,7 @@ Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {
     if (const auto* skills = reader.mapping("skills")) read_skills(*skills, project, loaded.diagnostics);
     if (const auto* monitors = reader.sequence("monitors"))
       read_monitors(*monitors, false, project, loaded.diagnostics);
+    if (const auto* observers = reader.mapping("observers")) read_observers(*observers, project, loaded.diagnostics);
     read_deadlines(reader.mapping("deadlines"), project, loaded.diagnostics);
     if (const auto world = reader.string("world")) project.world = FileRef{*world, reader.span("world")};
   }

@@ -52,6 +52,14 @@ struct MonitorEntry {
   /// Requests that it may refuse before they are sent, "<service>.<method>"; '*' stands for any text.
   std::vector<std::string> gate;
   SourceSpan gate_span;
+  std::string at;  ///< Empty: in the run; else the address of the process that runs it (`sentree monitor`).
+  SourceSpan span;
+};
+
+/// An observer in another process: interfaces/observer.thrift.
+struct ObserverEntry {
+  std::string name;
+  std::string at;
   SourceSpan span;
 };
 
@@ -78,6 +86,7 @@ struct Project {
   std::vector<ServiceEntry> services;
   std::vector<SkillEntry> skills;
   std::vector<MonitorEntry> monitors;
+  std::vector<ObserverEntry> observers;
   Deadlines deadlines;
   std::optional<FileRef> world;
   /// Changes to the world file's content, from a scenario: merged over it, mapping by mapping.
@@ -116,6 +125,7 @@ struct ProcessEntry {
   std::string name;
   std::string component;  ///< "sim", or empty.
   std::string skill;      ///< Leaf name or ID, or empty.
+  std::string monitor;    ///< Name of a monitor of the project, or empty.
   int restarts = 0;       ///< How often it is started again when it ends, within a minute.
   std::string listen;     ///< Address; what is "{run}" in it becomes a private folder of the run.
   SourceSpan span;

@@ -1,5 +1,6 @@
 #include "sentree/runtime/remote_service.h"
 
+#include "sentree/runtime/environment.h"
 #include "sentree/runtime/worker.h"
 
 namespace sentree::runtime {
@@ -44,6 +45,7 @@ Result<std::unique_ptr<ServicePort>> make_remote_port(const rpc::Address& addres
                                                       std::string name, Duration deadline) {
   rpc::ClientOptions options;
   options.target = name;
+  options.tls = environment_tls();
   auto client = rpc::Client::remote(address, std::move(interface), std::move(options));
   if (!client) return tl::unexpected(client.error());
   return std::unique_ptr<ServicePort>(std::make_unique<RemotePort>(std::move(*client), std::move(name), deadline));
@@ -55,6 +57,7 @@ CallOutcome call_once(const rpc::Address& address, const idl::ServicePtr& interf
   if (target.service.empty()) target.service = name;
   rpc::ClientOptions options;
   options.target = name;
+  options.tls = environment_tls();
   const auto client = rpc::Client::remote(target, interface, std::move(options));
   if (!client) return {.ok = false, .result = {}, .kind = "unreachable", .message = client.error().message};
   return to_call_outcome((*client)->call(

@@ -8,7 +8,9 @@
 #include "sentree/base/assert.h"
 #include "sentree/idl/conform.h"
 #include "sentree/rpc/client.h"
+#include "sentree/runtime/environment.h"
 #include "sentree/runtime/remote_service.h"
+#include "sentree/runtime/wire_message.h"
 #include "sentree/runtime/worker.h"
 #include "sentree/text/file.h"
 #include "sentree/text/json.h"
@@ -23,12 +25,6 @@ Result<idl::ServicePtr> shipped_interface(const std::string& file, std::string_v
   const auto schema = idl::Schema::load(*source, file);
   if (!schema.value) return tl::unexpected(schema.diagnostics.front());
   return idl::find_service(*schema.value, service);
-}
-
-Map json_object(const Value* text) {
-  auto value = text::parse_json(text != nullptr ? text->text() : "{}");
-  if (!value || value->as_map() == nullptr) return {};
-  return *value->as_map();
 }
 
 class RemoteSkill final : public LeafDriver {
@@ -98,33 +94,6 @@ class RemoteSkill final : public LeafDriver {
   Worker worker_;
 };
 
-MessageKind kind_of(std::string_view name) {
-  if (name == "REQUEST") return MessageKind::kRequest;
-  if (name == "REPLY") return MessageKind::kReply;
-  if (name == "ERROR") return MessageKind::kError;
-  return MessageKind::kEvent;
-}
-
-std::string_view name_of(MessageKind kind) {
-  switch (kind) {
-    case MessageKind::kRequest: return "REQUEST";
-    case MessageKind::kReply: return "REPLY";
-    case MessageKind::kError: return "ERROR";
-    case MessageKind::kEvent: return "EVENT";
-  }
-  return "EVENT";
-}
-
-std::string text_of(const Value& map, std::string_view key) {
-  const Value* value = map.find(key);
-  return value != nullptr ? std::string(value->text()) : std::string();
-}
-
-std::uint64_t number_of(const Value& map, std::string_view key) {
-  const Value* value = map.find(key);
-  return value != nullptr && value->as_int() != nullptr ? static_cast<std::uint64_t>(*value->as_int()) : 0;
-}
-
 // A run that ends answers nobody; its skills do not wait longer than this.
 constexpr std::chrono::seconds kGatePatience{5};
 
@@ -144,7 +113,15 @@ class RemotePublisher final : public Publisher {
 
   void publish(Message message) override {
     const auto published = observe(message);
-    if (!published) problem_("an observation was lost (" + message.name + "): " + published.error().message);
+    if (published) {
+      tell_losses(message.source);
+      return;
+    }
+    {
+      const std::lock_guard lock(losses_mutex_);
+      if (lost_++ == 0) first_lost_ = message.name;
+    }
+    problem_("an observation was lost (" + message.name + "): " + published.error().message);
   }
 
   // Whether there are gates is known only there: a request that nobody there has seen is not sent.
@@ -160,25 +137,36 @@ class RemotePublisher final : public Publisher {
   std::uint64_t next_call() override { return ++calls_; }
 
  private:
+  // The run cannot know what did not reach it.
+  void tell_losses(const std::string& source) {
+    Message message;
+    std::uint64_t told = 0;
+    {
+      const std::lock_guard lock(losses_mutex_);
+      if (lost_ == 0) return;
+      told = std::exchange(lost_, 0);
+      message.data = Map{{"count", static_cast<std::int64_t>(told)}, {"first", first_lost_}};
+    }
+    message.source = source;
+    message.name = "observer.lost";
+    if (observe(message)) return;
+    const std::lock_guard lock(losses_mutex_);
+    lost_ += told;
+  }
+
   rpc::Outcome observe(const Message& message) {
-    const Value struct_value = Map{{"sequence", 0},
-                                   {"time_ns", 0},
-                                   {"stamp", static_cast<std::int64_t>(message.stamp)},
-                                   {"kind", name_of(message.kind)},
-                                   {"source", message.source},
-                                   {"target", message.target},
-                                   {"name", message.name},
-                                   {"call", static_cast<std::int64_t>(message.call)},
-                                   {"tick", 0},
-                                   {"data", to_json(message.data)}};
     return client_->call(
-        "observe", Map{{"message", struct_value}},
+        "observe", Map{{"message", to_wire(message)}},
         {.source = {}, .call = 0, .deadline = std::chrono::steady_clock::now() + std::chrono::seconds(1)});
   }
 
   std::unique_ptr<rpc::Client> client_;
   std::atomic<std::uint64_t> calls_;
   std::function<void(const std::string&)> problem_;
+  // Of the skill's actors, which may be several.
+  std::mutex losses_mutex_;
+  std::uint64_t lost_ = 0;
+  std::string first_lost_;
 };
 
 class SilentPublisher final : public Publisher {
@@ -335,7 +323,10 @@ Result<idl::ServicePtr> skill_interface() { return shipped_interface("skill.thri
 Result<idl::ServicePtr> observer_interface() { return shipped_interface("observer.thrift", "Observer"); }
 
 Result<std::unique_ptr<LeafDriver>> make_remote_skill(RemoteSkillOptions options, RemoteSkillReplies replies) {
-  auto client = rpc::Client::remote(options.address, options.interface, {.target = options.leaf});
+  rpc::ClientOptions client_options;
+  client_options.target = options.leaf;
+  client_options.tls = environment_tls();
+  auto client = rpc::Client::remote(options.address, options.interface, std::move(client_options));
   if (!client) return tl::unexpected(client.error());
   return std::unique_ptr<LeafDriver>(
       std::make_unique<RemoteSkill>(std::move(*client), std::move(options), std::move(replies)));
@@ -351,15 +342,8 @@ std::shared_ptr<rpc::Service> make_observer_service(idl::ServicePtr interface, P
                            {"observes", List{"*"}},
                            {"gates", List{}}});
         }
-        const Value& sent = *arguments.find("message");
-        Message message;
-        message.stamp = number_of(sent, "stamp");
-        message.kind = kind_of(text_of(sent, "kind"));
-        message.source = text_of(sent, "source");
-        message.target = text_of(sent, "target");
-        message.name = text_of(sent, "name");
-        message.call = number_of(sent, "call");
-        message.data = json_object(sent.find("data"));
+        if (method.name == "finish") return to_verdict({});
+        Message message = from_wire(*arguments.find("message"));
         if (message.kind != MessageKind::kRequest) {
           publisher.publish(std::move(message));
           return to_verdict({});
@@ -380,7 +364,10 @@ std::shared_ptr<rpc::Service> make_observer_service(idl::ServicePtr interface, P
 Result<std::unique_ptr<Publisher>> make_remote_publisher(const rpc::Address& observer, idl::ServicePtr interface,
                                                          std::string_view self,
                                                          std::function<void(const std::string&)> problem) {
-  auto client = rpc::Client::remote(observer, std::move(interface), {.target = "observer"});
+  rpc::ClientOptions options;
+  options.target = "observer";
+  options.tls = environment_tls();
+  auto client = rpc::Client::remote(observer, std::move(interface), std::move(options));
   if (!client) return tl::unexpected(client.error());
   // Call numbers join request and reply in one run; each process draws from a range of its own.
   const std::uint64_t from = (hash_bytes(self) & 0xFFFFU) << 40U;

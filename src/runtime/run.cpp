@@ -11,41 +11,90 @@
 #include "sentree/base/assert.h"
 #include "sentree/idl/conform.h"
 #include "sentree/runtime/control.h"
+#include "sentree/runtime/environment.h"
 #include "sentree/runtime/local_skill.h"
 #include "sentree/runtime/monitors.h"
+#include "sentree/runtime/remote_observer.h"
 #include "sentree/runtime/remote_service.h"
 #include "sentree/runtime/remote_skill.h"
 #include "sentree/runtime/services.h"
 #include "sentree/runtime/supervisor.h"
+#include "sentree/runtime/tap.h"
 #include "sentree/runtime/watchdog.h"
 
 namespace sentree::runtime {
 
 namespace {
 
-// The stream as callers see it, with the monitors that gate it.
+using Observers = std::vector<std::unique_ptr<RemoteObserver>>;
+
+// The stream as callers see it, with the monitors and observers that gate it.
 class StreamPublisher final : public Publisher {
  public:
   /// @param patience  How long a gate may take [run time].
-  StreamPublisher(Stream& stream, const Monitors& monitors, const Clock& clock, Duration patience)
-      : stream_(stream), monitors_(monitors), clock_(clock), patience_(patience) {}
+  StreamPublisher(Stream& stream, const Monitors& monitors, const Observers& observers, Scheduler& scheduler,
+                  Duration patience)
+      : stream_(stream), monitors_(monitors), observers_(observers), scheduler_(scheduler), patience_(patience) {}
 
   void publish(Message message) override { stream_.publish(std::move(message)); }
+
   std::optional<Admission> request(Message message, Stream::Decided decided) override {
+    std::vector<RemoteObserver*> asked;
+    for (const auto& observer : observers_) {
+      if (observer->is_gate_of(call_of(message))) asked.push_back(observer.get());
+    }
+    if (asked.empty()) return admit(std::move(message), std::move(decided));
+    ask(std::move(message), asked, std::move(decided));
+    return std::nullopt;
+  }
+
+  std::uint64_t next_call() override { return stream_.next_call(); }
+
+ private:
+  // Asks the monitors of this process, and publishes.
+  std::optional<Admission> admit(Message message, Stream::Decided decided) {
     if (!monitors_.is_gated(call_of(message))) {
       stream_.publish(std::move(message));
       return Admission{};
     }
     return stream_.publish_if(
         std::move(message), [this](const Message& request) { return monitors_.judge(request); },
-        clock_.now() + patience_, std::move(decided));
+        scheduler_.now() + patience_, std::move(decided));
   }
-  std::uint64_t next_call() override { return stream_.next_call(); }
 
- private:
+  // Asks those elsewhere first, all at once; the first veto, or the deadline, decides.
+  void ask(Message message, const std::vector<RemoteObserver*>& asked, Stream::Decided decided) {
+    struct Question {
+      Message message;
+      Stream::Decided decided;
+      std::atomic<std::size_t> unanswered;
+      std::atomic<bool> open = true;
+    };
+    message.time = scheduler_.now();
+    message.tick = stream_.tick();
+    const auto question = std::make_shared<Question>();
+    question->message = message;
+    question->decided = std::move(decided);
+    question->unanswered = asked.size();
+    scheduler_.at(stream_.actor(), scheduler_.now() + patience_, Rank::kTimer, [question] {
+      if (question->open.exchange(false)) question->decided({Veto{"", "an observer did not answer in time"}});
+    });
+    for (RemoteObserver* observer : asked) {
+      observer->ask(message, [this, question](Admission admission) {
+        if (admission.veto) {
+          if (question->open.exchange(false)) question->decided(std::move(admission));
+        } else if (--question->unanswered == 0 && question->open.exchange(false)) {
+          if (auto decision = admit(std::move(question->message), question->decided))
+            question->decided(std::move(*decision));
+        }
+      });
+    }
+  }
+
   Stream& stream_;
   const Monitors& monitors_;
-  const Clock& clock_;
+  const Observers& observers_;
+  Scheduler& scheduler_;
   Duration patience_;
 };
 
@@ -97,7 +146,7 @@ class Run::Impl final : public RunView {
         monitors_(plan, *scheduler_, stream_, watchdog_,
                   {.decided = [this](const MonitorReport& report) { on_decision(report); },
                    .given_up = [this](const std::string& why) { given_up(why); }}),
-        publisher_(stream_, monitors_, *scheduler_, stretched(scenario_.project.deadlines.call)),
+        publisher_(stream_, monitors_, observers_, *scheduler_, stretched(scenario_.project.deadlines.call)),
         director_(scheduler_->add_actor("director")) {
     services_ = plan.services;
     if (plan.world) sim_ = std::make_unique<SimHost>(plan.world, scenario_.seed, *scheduler_);
@@ -115,7 +164,10 @@ class Run::Impl final : public RunView {
     report.processes = processes();
 
     stream_.subscribe([this](const Message& message) { monitors_.observe(message); });
+    for (const auto& observer : observers_)
+      stream_.subscribe([observer = observer.get()](const Message& message) { observer->observe(message); });
     for (const auto& listener : options_.listeners) stream_.subscribe(listener);
+    stream_.subscribe([this](const Message& message) { tap_.observe(message); });
     monitors_.start();
     if (options_.on_view) options_.on_view(this);
     if (!scenario_.virtual_time) start_control_socket();
@@ -134,12 +186,22 @@ class Run::Impl final : public RunView {
     const auto hung = scenario_.virtual_time ? monitors_.hung() : std::nullopt;
     const auto error = hung ? hung : scheduler_->run();
     if (options_.on_view) options_.on_view(nullptr);
-    // Other processes first: they still publish while they halt.
+    // Skills elsewhere first: they still publish while they halt. Monitors and observers see what they say.
     control_server_.reset();
-    if (supervisor_) supervisor_->end(kEndPatience);
-    observer_server_.reset();
+    if (supervisor_) {
+      std::vector<std::string> publishing;
+      for (const ProcessEntry& entry : scenario_.processes) {
+        if (entry.monitor.empty()) publishing.push_back(entry.name);
+      }
+      supervisor_->end(publishing, kEndPatience);
+    }
+    observer_servers_.clear();
     if (scenario_.virtual_time && left_behind_) ended_ = scheduler_->now();
     monitors_.finish(ended_);
+    over_ = true;
+    for (const auto& observer : observers_) observer->finish(ended_);
+    stream_.flush();
+    if (supervisor_) supervisor_->end(kEndPatience);
 
     report.error = error.value_or("");
     report.mission = mission_->status();
@@ -152,6 +214,7 @@ class Run::Impl final : public RunView {
     report.monitors = monitors_.reports();
     {
       const std::lock_guard lock(problems_mutex_);
+      report.monitors.insert(report.monitors.end(), remote_reports_.begin(), remote_reports_.end());
       report.problems = problems_;
       report.given_up = given_up_;
     }
@@ -187,11 +250,12 @@ class Run::Impl final : public RunView {
   std::optional<std::string> prepare() {
     if (auto error = start_components()) return error;
     if (auto error = start_skills()) return error;
+    if (auto error = connect_observers()) return error;
     return make_mission();
   }
 
   bool anything_remote() const {
-    return !scenario_.processes.empty() ||
+    return !options_.listen.empty() || !scenario_.processes.empty() ||
            std::any_of(plan_.leaves.begin(), plan_.leaves.end(), [](const LeafPlan& leaf) { return !leaf.at.empty(); });
   }
 
@@ -208,8 +272,10 @@ class Run::Impl final : public RunView {
   }
 
   std::optional<std::string> start_process(const ProcessEntry& entry, std::vector<std::string> arguments) {
-    arguments.insert(arguments.end(),
-                     {"--seed", std::to_string(scenario_.seed), "--factor", shortest_decimal(scenario_.factor)});
+    if (entry.monitor.empty()) {
+      arguments.insert(arguments.end(),
+                       {"--seed", std::to_string(scenario_.seed), "--factor", shortest_decimal(scenario_.factor)});
+    }
     if (!supervisor_) {
       supervisor_ = std::make_unique<Supervisor>(options_.program.empty() ? own_program() : options_.program,
                                                  [this](const ProcessEvent& event) { on_process(event); });
@@ -256,20 +322,80 @@ class Run::Impl final : public RunView {
 
   std::optional<std::string> start_skills() {
     if (!anything_remote()) return std::nullopt;
-    auto interface = observer_interface();
-    if (!interface) return interface.error().message;
-    const auto address = rpc::Address::parse(resolved("unix:{run}/observer.sock"));
-    auto server = rpc::Server::start(*address, {{"observer", make_observer_service(*interface, publisher_)}});
-    if (!server) return server.error().message;
-    observer_server_ = std::move(*server);
+    const std::string address = resolved("unix:{run}/observer.sock");
+    if (auto error = serve_observer(address)) return error;
+    if (!options_.listen.empty()) {
+      if (auto error = serve_observer(options_.listen)) return error;
+    }
     for (const ProcessEntry& entry : scenario_.processes) {
       if (entry.skill.empty()) continue;
-      std::vector<std::string> arguments{"skill", scenario_.file, entry.skill, "--observer", to_string(*address)};
+      std::vector<std::string> arguments{"skill", scenario_.file, entry.skill, "--observer", address};
       for (const auto& [name, service] : services_)
         arguments.insert(arguments.end(), {"--at", name + "=" + service.at});
       if (auto error = start_process(entry, std::move(arguments))) return error;
     }
     return std::nullopt;
+  }
+
+  // Where skills in other processes publish.
+  std::optional<std::string> serve_observer(const std::string& listen) {
+    auto interface = observer_interface();
+    if (!interface) return interface.error().message;
+    const auto address = rpc::Address::parse(listen);
+    if (!address) return address.error().message;
+    rpc::ServerOptions options;
+    options.insecure = options_.insecure;
+    options.tls = environment_tls();
+    auto server =
+        rpc::Server::start(*address, {{"observer", make_observer_service(*interface, publisher_)}}, std::move(options));
+    if (!server) return server.error().message;
+    observer_servers_.push_back(std::move(*server));
+    return std::nullopt;
+  }
+
+  std::optional<std::string> connect_observers() {
+    for (const ProcessEntry& entry : scenario_.processes) {
+      if (entry.monitor.empty()) continue;
+      if (auto error = start_process(entry, {"monitor", "--project", scenario_.file, "--name", entry.monitor}))
+        return error;
+    }
+    if (plan_.observers.empty()) return std::nullopt;
+    const auto interface = observer_interface();
+    if (!interface) return interface.error().message;
+    for (const ObserverPlan& plan : plan_.observers) {
+      if (plan.is_monitor) remote_reports_.emplace_back().name = plan.name;
+      const auto address = rpc::Address::parse(resolved(plan.at));
+      if (!address) return address.error().message;
+      RemoteObserver::Callbacks callbacks;
+      callbacks.problem = [this](const std::string& what) { problem(what); };
+      callbacks.decision = [this, name = plan.name](const monitor::Decision& decision) {
+        // The stream's actor is where monitors of this process decide too.
+        if (over_)
+          take_decision(name, decision);
+        else
+          scheduler_->post(stream_.actor(), [this, name, decision] { take_decision(name, decision); });
+      };
+      auto observer = RemoteObserver::connect(plan.name, *address, *interface, std::move(callbacks));
+      if (!observer) return observer.error().message;
+      observers_.push_back(std::move(*observer));
+    }
+    return std::nullopt;
+  }
+
+  // Of a monitor elsewhere.
+  void take_decision(const std::string& name, const monitor::Decision& decision) {
+    MonitorReport report;
+    {
+      const std::lock_guard lock(problems_mutex_);
+      const auto slot = std::find_if(remote_reports_.begin(), remote_reports_.end(),
+                                     [&](const MonitorReport& known) { return known.name == name; });
+      if (slot == remote_reports_.end()) return;  // an observer that is no monitor of the project
+      slot->verdict = decision.verdict;
+      slot->decision = decision;
+      report = *slot;
+    }
+    stream_.publish(decision_message(report));
+    on_decision(report);
   }
 
   std::unique_ptr<ServicePort> make_port(const ServicePlan& service) {
@@ -409,9 +535,10 @@ class Run::Impl final : public RunView {
     handler.now = [this] { return scheduler_->now(); };
     handler.services = [this] {
       std::vector<ControlHandler::ServiceEntry> entries;
-      for (const auto& [name, service] : services_) entries.push_back({name, service.service});
+      for (const auto& [name, service] : services_) entries.push_back({name, service.service, service.at});
       if (plan_.test_control && plan_.world) {
-        for (const std::string& name : test_control_names(*plan_.world)) entries.push_back({name, plan_.test_control});
+        for (const std::string& name : test_control_names(*plan_.world))
+          entries.push_back({name, plan_.test_control, "sim"});
       }
       return entries;
     };
@@ -424,6 +551,7 @@ class Run::Impl final : public RunView {
       stream_.publish(std::move(message));
       return call_service(service, method, arguments);
     };
+    handler.tap = &tap_;
     auto server = start_control(std::move(handler));
     if (server)
       control_server_ = std::move(*server);
@@ -479,7 +607,11 @@ class Run::Impl final : public RunView {
   ActorId director_;
   std::unique_ptr<Supervisor> supervisor_;  // null: everything runs in this process
   std::string component_;                   // name of the process that runs the simulator; empty: this one does
-  std::unique_ptr<rpc::Server> observer_server_;
+  Observers observers_;
+  std::vector<MonitorReport> remote_reports_;  // of monitors elsewhere; under problems_mutex_
+  std::atomic<bool> over_ = false;             // nothing is executed any more
+  std::vector<std::unique_ptr<rpc::Server>> observer_servers_;
+  Tap tap_;
   std::unique_ptr<rpc::Server> control_server_;
   std::unique_ptr<Mission> mission_;
   std::atomic<Mission*> ready_ = nullptr;  // the mission, once it can be interrupted

@@ -65,6 +65,9 @@ class RunView {
 struct RunOptions {
   /// The `sentree` that runs parts in processes of their own; empty: the program that runs.
   std::string program;
+  /// Where skills on other machines publish what they do, beside the run's own socket; empty: nowhere.
+  std::string listen;
+  bool insecure = false;  ///< `listen` may be reached by other machines without TLS.
   /// Sees every observation in order.
   std::vector<Stream::Listener> listeners;
   /// Told of a decision right after the observation that caused it.

@@ -64,6 +64,7 @@ void read_processes(const text::YamlNode& node, Scenario& scenario, Diagnostics&
     ProcessEntry process{.name = name.scalar,
                          .component = reader.string("component").value_or(""),
                          .skill = reader.string("skill").value_or(""),
+                         .monitor = reader.string("monitor").value_or(""),
                          .restarts = 0,
                          .listen = reader.required_string("listen"),
                          .span = name.span};
@@ -74,9 +75,11 @@ void read_processes(const text::YamlNode& node, Scenario& scenario, Diagnostics&
         reader.error(reader.span("restarts"), "scenario.process",
                      "restarts must be from 0 to " + std::to_string(kRestartsMax));
     }
-    if (process.component.empty() == process.skill.empty()) {
-      reader.error(name.span, "scenario.process",
-                   "process \"" + name.scalar + "\" needs either \"component: sim\" or \"skill: LEAF\"");
+    if ((process.component.empty() ? 0 : 1) + (process.skill.empty() ? 0 : 1) + (process.monitor.empty() ? 0 : 1) !=
+        1) {
+      reader.error(
+          name.span, "scenario.process",
+          "process \"" + name.scalar + "\" needs one of \"component: sim\", \"skill: LEAF\" and \"monitor: NAME\"");
     } else if (!process.component.empty() && process.component != "sim") {
       reader.error(reader.span("component"), "scenario.process",
                    "component \"" + process.component + "\" is not known; there is \"sim\"");
@@ -147,6 +150,7 @@ void read_overrides(const text::YamlNode& node, Project& project, Diagnostics& d
     }
   }
   if (const auto* monitors = reader.sequence("monitors")) read_monitors(*monitors, true, project, diagnostics);
+  if (const auto* observers = reader.mapping("observers")) read_observers(*observers, project, diagnostics);
   read_deadlines(reader.mapping("deadlines"), project, diagnostics);
   if (const auto* world = reader.mapping("world")) project.world_overrides = *world;
 }

@@ -83,9 +83,10 @@ struct Child {
   State state = State::kStarting;
   pid_t pid = -1;
   int output = -1;
-  std::string text;     // printed so far, until the announcement is found
-  std::string address;  // where it listens, once it has said so
-  SteadyTime due{};     // kStarting: patience ends; kEnding: look again; kWaiting: start again
+  std::string text;                   // printed so far, until the announcement is found
+  std::string address;                // where it listens, once it has said so
+  SteadyTime due{};                   // kStarting: patience ends; kEnding: look again; kWaiting: start again
+  std::optional<SteadyTime> kill_at;  // it was asked to end
   std::deque<SteadyTime> restarts;
 };
 
@@ -111,7 +112,7 @@ class Supervisor::Impl {
     child.due = SteadyClock::now();
     poke();
     changed_.wait(
-        lock, [&] { return child.state == Child::State::kRunning || child.state == Child::State::kGone || ending_; });
+        lock, [&] { return child.state == Child::State::kRunning || child.state == Child::State::kGone || closing_; });
     if (child.state == Child::State::kRunning) return child.address;
     if (start_error_) return tl::unexpected(*start_error_);
     return fail("process.no-address", "process \"" + child.spec.name + "\" did not say within " +
@@ -139,17 +140,28 @@ class Supervisor::Impl {
     if (const Child* child = find(name); child != nullptr && child->pid > 0) ::kill(child->pid, SIGKILL);
   }
 
+  void end(const std::vector<std::string>& names, std::chrono::milliseconds patience) {
+    std::unique_lock lock(mutex_);
+    std::vector<const Child*> asked;
+    for (const std::string& name : names) {
+      if (Child* child = find(name)) {
+        ask_to_end(*child, patience);
+        asked.push_back(child);
+      }
+    }
+    poke();
+    changed_.wait(lock, [&] {
+      return std::all_of(asked.begin(), asked.end(),
+                         [](const Child* child) { return child->state == Child::State::kGone; });
+    });
+  }
+
   void end(std::chrono::milliseconds patience) {
     {
       const std::lock_guard lock(mutex_);
       if (!thread_.joinable()) return;
-      ending_ = true;
-      kill_at_ = SteadyClock::now() + patience;
-      for (const auto& child : children_) {
-        if (child->pid <= 0) continue;
-        ::kill(child->pid, SIGTERM);
-        ::kill(child->pid, SIGCONT);  // a stopped one would not hear it
-      }
+      closing_ = true;
+      for (const auto& child : children_) ask_to_end(*child, patience);
       poke();
     }
     changed_.notify_all();
@@ -161,6 +173,14 @@ class Supervisor::Impl {
     const auto found =
         std::find_if(children_.begin(), children_.end(), [&](const auto& child) { return child->spec.name == name; });
     return found == children_.end() ? nullptr : found->get();
+  }
+
+  static void ask_to_end(Child& child, std::chrono::milliseconds patience) {
+    if (!child.kill_at) child.kill_at = SteadyClock::now() + patience;
+    if (child.state == Child::State::kWaiting) child.state = Child::State::kGone;
+    if (child.pid <= 0) return;
+    ::kill(child.pid, SIGTERM);
+    ::kill(child.pid, SIGCONT);  // a stopped one would not hear it
   }
 
   void poke() const {
@@ -178,19 +198,11 @@ class Supervisor::Impl {
       for (const auto& child : children_) {
         advance(*child, now, events);
         any_alive = any_alive || child->pid > 0;
-        const bool waits_for_nothing = child->state == Child::State::kRunning || child->state == Child::State::kGone ||
-                                       (ending_ && child->state == Child::State::kWaiting);
-        if (!waits_for_nothing) next = std::min(next, child->due);
+        if (child->state != Child::State::kRunning && child->state != Child::State::kGone)
+          next = std::min(next, child->due);
+        if (child->kill_at && child->pid > 0) next = std::min(next, now + kReapInterval);
       }
-      if (ending_) {
-        if (!any_alive) return;
-        if (now >= kill_at_) {
-          for (const auto& child : children_) {
-            if (child->pid > 0) ::kill(child->pid, SIGKILL);
-          }
-        }
-        next = std::min(next, now + kReapInterval);
-      }
+      if (closing_ && !any_alive) return;
       std::vector<pollfd> watched{{wake_, POLLIN, 0}};
       for (const auto& child : children_) {
         if (child->output >= 0) watched.push_back({child->output, POLLIN, 0});
@@ -208,13 +220,14 @@ class Supervisor::Impl {
 
   void advance(Child& child, SteadyTime now, std::vector<ProcessEvent>& events) {
     if (child.output >= 0) listen(child, events);
+    if (child.kill_at && now >= *child.kill_at && child.pid > 0) ::kill(child.pid, SIGKILL);
     switch (child.state) {
       case Child::State::kStarting:
         if (now >= child.due) ::kill(child.pid, SIGKILL);
         break;
       case Child::State::kEnding: reap(child, now, events); break;
       case Child::State::kWaiting:
-        if (now >= child.due && !ending_) spawn_child(child, now, events);
+        if (now >= child.due) spawn_child(child, now, events);
         break;
       case Child::State::kRunning:
       case Child::State::kGone: break;
@@ -255,7 +268,7 @@ class Supervisor::Impl {
     }
     const pid_t pid = std::exchange(child.pid, -1);
     const bool never_listened = child.address.empty();
-    if (ending_ || never_listened) {
+    if (child.kill_at || never_listened) {
       child.state = Child::State::kGone;
       return;
     }
@@ -301,8 +314,7 @@ class Supervisor::Impl {
   std::condition_variable changed_;
   std::vector<std::unique_ptr<Child>> children_;
   std::optional<Diagnostic> start_error_;
-  bool ending_ = false;
-  SteadyTime kill_at_{};
+  bool closing_ = false;
   std::thread thread_;
 };
 
@@ -313,6 +325,9 @@ Result<std::string> Supervisor::start(ProcessSpec spec) { return impl_->start(st
 std::string Supervisor::address(const std::string& name) const { return impl_->address(name); }
 std::vector<Supervisor::Running> Supervisor::running() const { return impl_->running(); }
 void Supervisor::kill(const std::string& name) { impl_->kill(name); }
+void Supervisor::end(const std::vector<std::string>& names, std::chrono::milliseconds patience) {
+  impl_->end(names, patience);
+}
 void Supervisor::end(std::chrono::milliseconds patience) { impl_->end(patience); }
 
 std::string own_program() {

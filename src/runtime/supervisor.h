@@ -66,7 +66,9 @@ class Supervisor {
 
   /// SIGKILL; its restarts apply.
   void kill(const std::string& name);
-  /// Asks all to end (SIGTERM), makes those that are left after `patience` (SIGKILL). Idempotent.
+  /// Asks these to end (SIGTERM), makes those that are left after `patience` (SIGKILL), starts none of them again.
+  void end(const std::vector<std::string>& names, std::chrono::milliseconds patience);
+  /// The same for all, and nothing is started any more. Idempotent.
   void end(std::chrono::milliseconds patience);
 
  private:

@@ -1,0 +1,179 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "sentree/cli/commands.h"
+#include "sentree/cli/output.h"
+#include "sentree/rpc/client.h"
+#include "sentree/runtime/control.h"
+#include "sentree/runtime/environment.h"
+#include "sentree/runtime/project.h"
+#include "sentree/text/json.h"
+
+namespace sentree::cli {
+
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds kDeadline{1000};
+
+rpc::CallContext in_time() { return {.source = "control", .call = 0, .deadline = SteadyClock::now() + kDeadline}; }
+
+struct Offered {
+  std::string name;
+  std::string interface;
+  std::string at;
+  std::vector<std::string> methods;
+};
+
+std::optional<std::vector<Offered>> services_of(rpc::Client& run) {
+  const auto reply = run.call("services", Map(), in_time());
+  if (!reply) {
+    say(reply.error().message);
+    return std::nullopt;
+  }
+  std::vector<Offered> all;
+  const auto list = text::parse_json(reply->text());
+  if (!list || list->as_list() == nullptr) return all;
+  for (const Value& entry : *list->as_list()) {
+    Offered& offered = all.emplace_back();
+    offered.name = entry.find("name")->text();
+    offered.interface = entry.find("interface")->text();
+    offered.at = entry.find("at")->text();
+    for (const Value& method : *entry.find("methods")->as_list()) offered.methods.emplace_back(method.text());
+  }
+  return all;
+}
+
+// An interface of one method that nobody serves: any Thrift server says so, and so shows that it lives.
+idl::ServicePtr probe_interface() {
+  const auto schema = idl::Schema::load("service Probe { void sentree_ping() }", "probe.thrift");
+  return schema.value->service("Probe");
+}
+
+struct Ping {
+  std::string name;
+  std::string at;
+  bool alive = false;
+  double milliseconds = 0;
+  std::string message;
+};
+
+// The first call connects; the round trip is the second's.
+Ping ping_address(const std::string& name, const std::string& text) {
+  Ping ping{.name = name, .at = text, .message = {}};
+  auto address = rpc::Address::parse(text);
+  if (!address) {
+    ping.message = address.error().message;
+    return ping;
+  }
+  rpc::ClientOptions options;
+  options.target = name;
+  options.tls = runtime::environment_tls();
+  const auto client = rpc::Client::remote(*address, probe_interface(), std::move(options));
+  if (!client) {
+    ping.message = client.error().message;
+    return ping;
+  }
+  for (int i = 0; i < 2; ++i) {
+    const auto from = SteadyClock::now();
+    const auto outcome = (*client)->call("sentree_ping", Map(), in_time());
+    ping.milliseconds = seconds(SteadyClock::now() - from) * 1e3;
+    ping.alive = outcome || outcome.error().kind == rpc::CallErrorKind::kProtocol;
+    if (!ping.alive) ping.message = outcome.error().message;
+  }
+  return ping;
+}
+
+Ping ping_run(rpc::Client& run) {
+  Ping ping{.name = "run", .at = "control socket", .message = {}};
+  for (int i = 0; i < 2; ++i) {
+    const auto from = SteadyClock::now();
+    const auto outcome = run.call("info", Map(), in_time());
+    ping.milliseconds = seconds(SteadyClock::now() - from) * 1e3;
+    ping.alive = outcome.has_value();
+    if (!outcome) ping.message = outcome.error().message;
+  }
+  return ping;
+}
+
+int report(const std::vector<Ping>& pings, bool json) {
+  const bool all = std::all_of(pings.begin(), pings.end(), [](const Ping& ping) { return ping.alive; });
+  List list;
+  for (const Ping& ping : pings) {
+    if (json) {
+      Map entry{{"name", ping.name}, {"at", ping.at}, {"alive", ping.alive}};
+      if (ping.alive)
+        entry["round_trip_ms"] = ping.milliseconds;
+      else
+        entry["message"] = ping.message;
+      list.emplace_back(std::move(entry));
+    } else if (ping.alive) {
+      print(fmt::format("✓ {:<16} {:>8.3f} ms  {}\n", ping.name, ping.milliseconds, ping.at));
+    } else {
+      print(fmt::format("✗ {:<16} {:>11}  {}: {}\n", ping.name, "", ping.at, ping.message));
+    }
+  }
+  if (json) print(to_json(Value(std::move(list))) + "\n");
+  return all ? kOk : kEnvironment;
+}
+
+}  // namespace
+
+int services(const ServicesCommand& command) {
+  const auto run = runtime::connect_control(std::atoi(command.run.c_str()));
+  if (!run) {
+    say(run.error().message);
+    return kEnvironment;
+  }
+  const auto all = services_of(**run);
+  if (!all) return kEnvironment;
+  List list;
+  for (const Offered& service : *all) {
+    if (command.json) {
+      List methods;
+      for (const std::string& method : service.methods) methods.emplace_back(method);
+      list.push_back(Map{{"name", service.name},
+                         {"interface", service.interface},
+                         {"at", service.at},
+                         {"methods", std::move(methods)}});
+      continue;
+    }
+    print(fmt::format("{}: {} at {}\n", service.name, service.interface, service.at));
+    for (const std::string& method : service.methods) print("  " + method + "\n");
+  }
+  if (command.json) print(to_json(Value(std::move(list))) + "\n");
+  return kOk;
+}
+
+int ping(const PingCommand& command) {
+  if (command.target.find(':') != std::string::npos)
+    return report({ping_address(command.target, command.target)}, command.json);
+  const auto run = runtime::connect_control(std::atoi(command.run.c_str()));
+  if (!run) {
+    say(run.error().message);
+    return kEnvironment;
+  }
+  const auto all = services_of(**run);
+  if (!all) return kEnvironment;
+  std::vector<Ping> pings{ping_run(**run)};
+  std::vector<std::string> names;
+  for (const Offered& service : *all) {
+    names.push_back(service.name);
+    // What is in the run answers with it.
+    if (service.at == "sim" && service.name == command.target) return report(pings, command.json);
+    if (service.at == "sim" || (!command.target.empty() && service.name != command.target)) continue;
+    auto address = rpc::Address::parse(service.at);
+    if (address && address->service.empty()) address->service = service.name;
+    pings.push_back(ping_address(service.name, address ? to_string(*address) : service.at));
+    if (!command.target.empty()) return report({pings.back()}, command.json);
+  }
+  if (!command.target.empty()) {
+    say("the run has no service \"" + command.target + "\"" + did_you_mean(command.target, names));
+    return kUsage;
+  }
+  return report(pings, command.json);
+}
+
+}  // namespace sentree::cli

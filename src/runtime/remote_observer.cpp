@@ -1,0 +1,232 @@
+#include "sentree/runtime/remote_observer.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <future>
+#include <mutex>
+
+#include "sentree/rpc/client.h"
+#include "sentree/runtime/environment.h"
+#include "sentree/runtime/monitors.h"
+#include "sentree/runtime/project.h"
+#include "sentree/runtime/wire_message.h"
+#include "sentree/runtime/worker.h"
+#include "sentree/text/json.h"
+
+namespace sentree::runtime {
+
+namespace {
+
+std::vector<std::string> texts(const Value& map, std::string_view key) {
+  std::vector<std::string> all;
+  const Value* value = map.find(key);
+  if (value == nullptr || value->as_list() == nullptr) return all;
+  for (const Value& each : *value->as_list()) all.emplace_back(each.text());
+  return all;
+}
+
+bool matches_any(const std::vector<std::string>& patterns, std::string_view text) {
+  return std::any_of(patterns.begin(), patterns.end(),
+                     [&](const std::string& pattern) { return matches_pattern(pattern, text); });
+}
+
+rpc::CallContext in_time() {
+  return {.source = "run", .call = 0, .deadline = std::chrono::steady_clock::now() + kObserverPatience};
+}
+
+std::optional<monitor::Decision> decision_of(const Value& verdict, const Message* message, TimePoint at) {
+  const std::string text = text_of(verdict, "verdict");
+  monitor::Decision decision;
+  if (text == to_string(monitor::Verdict::kViolated))
+    decision.verdict = monitor::Verdict::kViolated;
+  else if (text == to_string(monitor::Verdict::kSatisfied))
+    decision.verdict = monitor::Verdict::kSatisfied;
+  else
+    return std::nullopt;
+  const std::uint64_t at_ns = number_of(verdict, "decided_at_ns");
+  decision.at = at_ns != 0 ? TimePoint(Duration(static_cast<std::int64_t>(at_ns))) : at;
+  decision.state = text_of(verdict, "state");
+  if (message != nullptr && decision.at == message->time) decision.deciding = *message;
+  const auto witness = text::parse_json(text_of(verdict, "witness"));
+  if (witness && witness->as_list() != nullptr) {
+    for (const Value& each : *witness->as_list()) decision.witness.push_back(message_from_json(each));
+  }
+  return decision;
+}
+
+}  // namespace
+
+class RemoteObserver::Impl {
+ public:
+  Impl(std::string name, std::unique_ptr<rpc::Client> client, const Value& info, Callbacks callbacks)
+      : name_(std::move(name)),
+        client_(std::move(client)),
+        observes_(texts(info, "observes")),
+        gates_(texts(info, "gates")),
+        callbacks_(std::move(callbacks)),
+        worker_(kObserverQueueMax) {}
+  ~Impl() { client_->close(); }
+
+  const std::string& name() const { return name_; }
+  bool is_gate_of(std::string_view call) const { return matches_any(gates_, call); }
+
+  void observe(const Message& message) {
+    if (!matches_any(observes_, message.name)) return;
+    const bool taken = worker_.post([this, message] { send(message); });
+    if (!taken && lost_++ == 0)
+      callbacks_.problem("observer " + name_ + " does not keep up; from message " + std::to_string(message.sequence) +
+                         " on it does not see all");
+  }
+
+  void ask(const Message& request, Stream::Decided decided) {
+    const auto told = std::make_shared<Stream::Decided>(std::move(decided));
+    const bool taken = worker_.post([this, request, told] {
+      const auto verdict = client_->call("observe", Map{{"message", to_wire(request)}}, in_time());
+      if (!verdict) {
+        (*told)({Veto{name_, "it cannot be asked: " + verdict.error().message}});
+        return;
+      }
+      const Value* accept = verdict->find("accept");
+      const bool accepted = accept == nullptr || accept->as_bool() == nullptr || *accept->as_bool();
+      (*told)(accepted ? Admission{} : Admission{Veto{name_, text_of(*verdict, "reason")}});
+    });
+    if (!taken) (*told)({Veto{name_, "it does not keep up and cannot be asked"}});
+  }
+
+  void finish(TimePoint end) {
+    std::promise<void> promise;
+    const std::future<void> done = promise.get_future();
+    const bool taken = worker_.post([&] {
+      const auto verdict = client_->call("finish", Map{{"time_ns", end.time_since_epoch().count()}}, in_time());
+      if (verdict) take(*verdict, nullptr, end);
+      promise.set_value();
+    });
+    // What is left to send ends with the connection, at the latest.
+    if (taken && done.wait_for(kObserverPatience) != std::future_status::ready) {
+      client_->close();
+      done.wait();
+    }
+    if (lost_ > 0) callbacks_.problem("observer " + name_ + " lost " + std::to_string(lost_) + " messages");
+  }
+
+ private:
+  void send(const Message& message) {
+    const auto verdict = client_->call("observe", Map{{"message", to_wire(message)}}, in_time());
+    if (!verdict) {
+      if (lost_++ == 0) callbacks_.problem("observer " + name_ + ": " + verdict.error().message);
+      return;
+    }
+    take(*verdict, &message, message.time);
+  }
+
+  void take(const Value& verdict, const Message* message, TimePoint at) {
+    if (decided_) return;
+    const auto decision = decision_of(verdict, message, at);
+    if (!decision) return;
+    decided_ = true;
+    callbacks_.decision(*decision);
+  }
+
+  const std::string name_;
+  std::unique_ptr<rpc::Client> client_;
+  const std::vector<std::string> observes_;
+  const std::vector<std::string> gates_;
+  const Callbacks callbacks_;
+  std::atomic<std::uint64_t> lost_ = 0;
+  bool decided_ = false;  // of the worker
+  Worker worker_;         // last: its jobs use the others
+};
+
+RemoteObserver::RemoteObserver(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+RemoteObserver::~RemoteObserver() = default;
+
+Result<std::unique_ptr<RemoteObserver>> RemoteObserver::connect(std::string name, const rpc::Address& address,
+                                                                const idl::ServicePtr& interface, Callbacks callbacks) {
+  rpc::ClientOptions options;
+  options.target = name;
+  options.tls = environment_tls();
+  auto client = rpc::Client::remote(address, interface, std::move(options));
+  if (!client) return tl::unexpected(client.error());
+  const auto info = (*client)->call("info", Map(), in_time());
+  if (!info) return fail("observer.unreachable", "observer \"" + name + "\": " + info.error().message);
+  return std::unique_ptr<RemoteObserver>(
+      new RemoteObserver(std::make_unique<Impl>(std::move(name), std::move(*client), *info, std::move(callbacks))));
+}
+
+const std::string& RemoteObserver::name() const { return impl_->name(); }
+void RemoteObserver::observe(const Message& message) { impl_->observe(message); }
+bool RemoteObserver::is_gate_of(std::string_view call) const { return impl_->is_gate_of(call); }
+void RemoteObserver::ask(const Message& request, Stream::Decided decided) { impl_->ask(request, std::move(decided)); }
+void RemoteObserver::finish(TimePoint end) { impl_->finish(end); }
+
+namespace {
+
+class MonitorService final : public rpc::Service {
+ public:
+  MonitorService(idl::ServicePtr interface, monitor::Model model, std::vector<std::string> gate,
+                 std::function<void(const monitor::Decision&)> on_decision)
+      : interface_(std::move(interface)),
+        model_(std::move(model)),
+        gate_(std::move(gate)),
+        on_decision_(std::move(on_decision)),
+        state_(monitor::start(model_, TimePoint{})) {}
+
+  const idl::Service& interface() const override { return *interface_; }
+
+  rpc::Outcome call(const idl::Method& method, const Value& arguments, const rpc::CallContext&) override {
+    const std::lock_guard lock(mutex_);
+    if (method.name == "info") {
+      state_ = monitor::start(model_, TimePoint{});
+      List gates;
+      for (const std::string& pattern : gate_) gates.emplace_back(pattern);
+      return Value(Map{{"name", model_.name()},
+                       {"pid", static_cast<std::int64_t>(getpid())},
+                       {"observes", List{"*"}},
+                       {"gates", std::move(gates)}});
+    }
+    if (method.name == "finish")
+      return answer(monitor::advance(model_, state_,
+                                     TimePoint(Duration(static_cast<std::int64_t>(number_of(arguments, "time_ns"))))));
+    const Message message = from_wire(*arguments.find("message"));
+    // Not yet in the run's order: a question, whether the request may be sent.
+    if (message.sequence == 0) {
+      const auto reason = monitor::veto(model_, state_, message);
+      return Value(Map{{"accept", !reason}, {"reason", reason.value_or("")}});
+    }
+    if (!model_.listens_to(message.name)) return answer(monitor::advance(model_, state_, message.time - Duration(1)));
+    return answer(monitor::observe(model_, state_, message));
+  }
+
+ private:
+  Value answer(const std::optional<monitor::Decision>& decision) const {
+    if (!decision) return Map{{"accept", true}};
+    on_decision_(*decision);
+    List witness;
+    for (const Message& message : decision->witness) witness.push_back(*text::parse_json(to_json(message)));
+    return Map{{"accept", true},
+               {"verdict", to_string(decision->verdict)},
+               {"state", decision->state},
+               {"decided_at_ns", decision->at.time_since_epoch().count()},
+               {"witness", to_json(Value(std::move(witness)))}};
+  }
+
+  const idl::ServicePtr interface_;
+  const monitor::Model model_;
+  const std::vector<std::string> gate_;
+  const std::function<void(const monitor::Decision&)> on_decision_;
+  std::mutex mutex_;
+  monitor::State state_;
+};
+
+}  // namespace
+
+std::shared_ptr<rpc::Service> make_monitor_service(idl::ServicePtr interface, monitor::Model model,
+                                                   std::vector<std::string> gate,
+                                                   std::function<void(const monitor::Decision&)> on_decision) {
+  return std::make_shared<MonitorService>(std::move(interface), std::move(model), std::move(gate),
+                                          std::move(on_decision));
+}
+
+}  // namespace sentree::runtime
