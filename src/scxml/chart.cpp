@@ -41,7 +41,7 @@ std::vector<std::string> Chart::events_sent() const {
 }
 
 std::optional<StateIndex> Chart::find(std::string_view state_id) const {
-  const auto found = model_->ids.find(std::string(state_id));
+  const auto found = model_->ids.find(state_id);
   return found == model_->ids.end() ? std::nullopt : std::optional(found->second);
 }
 

@@ -24,6 +24,7 @@ bool is_reserved(std::string_view name) {
       "if",      "implements", "import",    "in",     "instanceof", "interface", "let",      "new",     "null",
       "package", "private",    "protected", "public", "return",     "static",    "super",    "switch",  "this",
       "throw",   "true",       "try",       "typeof", "var",        "void",      "while"};
+  if (name.size() < 2) return false;
   for (const std::string_view word : kWords) {
     if (name == word) return true;
   }

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <utility>
 
 #include "sentree/scxml/loader.h"
@@ -7,6 +9,17 @@ namespace sentree::scxml {
 namespace {
 
 constexpr std::string_view kNamespace = "http://www.w3.org/2005/07/scxml";
+
+// Eight bytes at a time: a chart's whole text is read for it.
+std::uint64_t fingerprint_of(std::string_view text) {
+  std::uint64_t hash = text.size();
+  for (; text.size() >= 8; text.remove_prefix(8)) {
+    std::uint64_t word = 0;
+    for (std::size_t i = 0; i < 8; ++i) word |= std::uint64_t{static_cast<unsigned char>(text[i])} << (8 * i);
+    hash = (std::rotl(hash, 29) ^ word) * 0x9E3779B97F4A7C15ULL;
+  }
+  return hash_combine(hash, hash_bytes(text));
+}
 
 }  // namespace
 
@@ -17,8 +30,9 @@ std::shared_ptr<const Model> Loader::run() {
   const Element root = document_.root();
   model_->file = document_.file();
   model_->source = document_.source();
-  model_->fingerprint = hash_bytes(model_->source);
+  model_->fingerprint = fingerprint_of(model_->source);
   namespace_ = root.namespace_uri();
+  root_decides_ = only_root_declares(root);
   if (root.local_name() != "scxml" || (!namespace_.empty() && namespace_ != kNamespace)) {
     error("scxml.no-scxml",
           "the root element is <" + std::string(root.name()) + ">, not <scxml> of the namespace " +
@@ -243,11 +257,11 @@ TransitionIndex Loader::load_transition(const Element& element, StateIndex sourc
             attribute_place(element, name));
     }
   }
-  for (const std::string& descriptor : split_names(element.attribute("event").value_or(""))) {
+  for_each_name(element.attribute("event").value_or(""), [&](std::string_view descriptor) {
     const DescriptorId id = model_->descriptors.add(descriptor);
     code.descriptors.push_back(id);
     transition.events.push_back(model_->descriptors.all()[id]);
-  }
+  });
   code.eventless = code.descriptors.empty();
   if (!pseudo && code.eventless) model_->has_eventless = true;
   transition.condition = element.attribute("cond").value_or("");
@@ -260,7 +274,7 @@ TransitionIndex Loader::load_transition(const Element& element, StateIndex sourc
           value_place(element, "type"));
   }
   const auto target = element.attribute("target");
-  if (target && !split_names(*target).empty())
+  if (target && target->find_first_not_of(" \t\r\n") != std::string_view::npos)
     references_.push_back({index, std::string(*target), value_place(element, "target"), pseudo});
   else if (pseudo)
     required(element, "target");
@@ -379,15 +393,51 @@ std::string quoted_list(std::initializer_list<std::string_view> names) {
 
 }  // namespace
 
-Place Loader::place(const Element& element) const { return to_place(element.span()); }
+// Elements are read in document order, so the lines are counted on from the last place.
+Place Loader::place_at(std::size_t offset, std::size_t length) const {
+  constexpr std::size_t kNear = 1000;
+  const std::string& source = document_.source();
+  if (offset < last_offset_ || offset - last_offset_ > kNear) {
+    const auto at = document_.lines().position(offset);
+    last_line_ = at.line;
+    last_line_begin_ = offset + 1 - static_cast<std::size_t>(at.column);
+  } else {
+    for (std::size_t at = source.find('\n', last_offset_); at < offset; at = source.find('\n', at + 1)) {
+      ++last_line_;
+      last_line_begin_ = at + 1;
+    }
+  }
+  last_offset_ = offset;
+  return {last_line_, static_cast<int>(offset - last_line_begin_ + 1), static_cast<int>(length)};
+}
+
+Place Loader::place(const Element& element) const { return place_at(element.offset(), element.name().size() + 1); }
 Place Loader::attribute_place(const Element& element, std::string_view name) const {
   return to_place(element.attribute_span(name));
 }
 Place Loader::value_place(const Element& element, std::string_view name) const {
-  return to_place(element.attribute_value_span(name));
+  // What is written may be longer than the value, which has its entities resolved.
+  const std::size_t begin = element.attribute_value_offset(name);
+  const std::string& source = document_.source();
+  if (begin == element.offset()) return place(element);
+  const std::size_t end = std::min(source.find(source[begin - 1], begin), source.size());
+  return place_at(begin, end - begin);
 }
 
-bool Loader::is_scxml(const Element& element) const { return element.namespace_uri() == namespace_; }
+bool Loader::is_scxml(const Element& element) const {
+  if (root_decides_ && element.name().find(':') == std::string_view::npos) return true;
+  return element.namespace_uri() == namespace_;
+}
+
+bool Loader::only_root_declares(const Element& root) const {
+  std::size_t at_root = 0;
+  root.for_each_attribute(
+      [&](std::string_view name, std::string_view) { at_root += name.starts_with("xmlns") ? 1 : 0; });
+  std::size_t all = 0;
+  const std::string& source = document_.source();
+  for (std::size_t at = source.find("xmlns"); at != std::string::npos; at = source.find("xmlns", at + 1)) ++all;
+  return at_root == all && root.name().find(':') == std::string_view::npos;
+}
 
 std::string_view Loader::required(const Element& element, std::string_view name) {
   const auto value = element.attribute(name);

@@ -47,17 +47,6 @@ std::string normalize_space(std::string_view text) {
   return result;
 }
 
-std::vector<std::string> split_names(std::string_view text) {
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < text.size();) {
-    const std::size_t begin = text.find_first_not_of(kSpace, i);
-    if (begin == std::string_view::npos) break;
-    i = std::min(text.find_first_of(kSpace, begin), text.size());
-    names.emplace_back(text.substr(begin, i - begin));
-  }
-  return names;
-}
-
 Value value_of_text(std::string_view text) {
   const std::size_t first = text.find_first_not_of(kSpace);
   if (first == std::string_view::npos) return std::string();
@@ -259,12 +248,13 @@ Payload Loader::load_payload(const Element& element, bool with_namelist, SendInf
   payload.place = place(element);
   if (with_namelist) {
     const Place where = element.attribute("namelist") ? value_place(element, "namelist") : Place{};
-    for (std::string& name : split_names(element.attribute("namelist").value_or(""))) {
+    for_each_name(element.attribute("namelist").value_or(""), [&](std::string_view written) {
+      std::string name(written);
       const ExpressionId expr = add_expression(name, ExpressionUse::kValue, where);
       if (info) info->params.push_back({name, std::nullopt, name, where});
       const ExpressionId location = info ? kNoExpression : add_expression(name, ExpressionUse::kLocation, where);
       payload.namelist.push_back({std::move(name), expr, location});
-    }
+    });
   }
   for (Element child = element.first_child(); child; child = child.next_sibling()) {
     if (!is_scxml(child)) continue;

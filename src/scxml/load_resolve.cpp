@@ -21,7 +21,7 @@ void Loader::resolve() {
 
 void Loader::resolve_targets(TransitionIndex index, std::string_view ids, const Place& place, bool initial) {
   Transition& transition = model_->transitions[index];
-  for (const std::string& id : split_names(ids)) {
+  for_each_name(ids, [&](std::string_view id) {
     const auto found = model_->ids.find(id);
     if (found == model_->ids.end()) {
       std::vector<std::string> candidates;
@@ -30,13 +30,13 @@ void Loader::resolve_targets(TransitionIndex index, std::string_view ids, const 
       }
       const bool attribute = initial && transition.place == place;
       error(attribute ? "scxml.unknown-initial" : "scxml.unknown-target",
-            (attribute ? "initial state \"" : "transition target \"") + id + "\" is not a state" +
+            (attribute ? "initial state \"" : "transition target \"") + std::string(id) + "\" is not a state" +
                 did_you_mean(id, candidates),
             place);
-      continue;
+      return;
     }
     transition.targets.push_back(found->second);
-  }
+  });
   check_targets(index, place, initial);
 }
 
@@ -173,7 +173,7 @@ void Loader::compile_expressions() {
     return;
   }
   const SlotLookup slots = [this](std::string_view name) -> std::optional<std::uint32_t> {
-    const auto found = model_->slots.find(std::string(name));
+    const auto found = model_->slots.find(name);
     return found == model_->slots.end() ? std::nullopt : std::optional(found->second);
   };
   for (Expression& expression : model_->expressions) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <initializer_list>
 #include <memory>
 #include <optional>
@@ -69,9 +70,12 @@ class Loader {
 
   // Attributes and messages.
   [[nodiscard]] Place place(const Element& element) const;
+  [[nodiscard]] Place place_at(std::size_t offset, std::size_t length) const;
   [[nodiscard]] Place attribute_place(const Element& element, std::string_view name) const;
   [[nodiscard]] Place value_place(const Element& element, std::string_view name) const;
   [[nodiscard]] bool is_scxml(const Element& element) const;
+  /// No element but the root declares namespaces, so that a name without prefix is of the root's.
+  [[nodiscard]] bool only_root_declares(const Element& root) const;
   std::string_view required(const Element& element, std::string_view name);
   void know_attributes(const Element& element, std::initializer_list<std::string_view> names);
   void unknown_element(const Element& element, std::string_view inside,
@@ -93,6 +97,11 @@ class Loader {
   Diagnostics diagnostics_;
   int depth_ = 0;
   std::string_view namespace_;
+  bool root_decides_ = false;
+  // The place that was asked for last.
+  mutable std::size_t last_offset_ = 0;
+  mutable std::size_t last_line_begin_ = 0;
+  mutable int last_line_ = 1;
   std::vector<Reference> references_;
   StateIndex state_ = 0;  // whose content is being read
 };
@@ -110,6 +119,15 @@ inline constexpr int kChildDepthMax = 8;
 /// normalised.
 [[nodiscard]] Value value_of_text(std::string_view text);
 
-[[nodiscard]] std::vector<std::string> split_names(std::string_view text);
+/// Calls `visit` for each of the names that white space separates.
+template <class Visitor>
+void for_each_name(std::string_view text, Visitor&& visit) {
+  constexpr std::string_view kSpace = " \t\r\n";
+  for (std::size_t i = text.find_first_not_of(kSpace); i < text.size(); i = text.find_first_not_of(kSpace, i)) {
+    const std::size_t end = std::min(text.find_first_of(kSpace, i), text.size());
+    visit(text.substr(i, end - i));
+    i = end;
+  }
+}
 
 }  // namespace sentree::scxml

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -166,6 +167,14 @@ struct TransitionCode {
 
 class HeapPool;
 
+/// Lets maps by name be asked with a view.
+struct NameHash {
+  using is_transparent = void;
+  std::size_t operator()(std::string_view name) const { return std::hash<std::string_view>()(name); }
+};
+template <class T>
+using ByName = std::unordered_map<std::string, T, NameHash, std::equal_to<>>;
+
 /// A loaded chart as the engine uses it.
 struct Model {
   std::string name;
@@ -187,8 +196,8 @@ struct Model {
   std::vector<SendInfo> sends;
   std::vector<std::pair<std::string, Place>> raises;
   DescriptorTable descriptors;
-  std::unordered_map<std::string, StateIndex> ids;
-  std::unordered_map<std::string, std::uint32_t> slots;
+  ByName<StateIndex> ids;
+  ByName<std::uint32_t> slots;
   StateSet atomic;
   bool has_eventless = false;  ///< Any eventless transition at all.
   bool has_history = false;

@@ -1,6 +1,7 @@
 #include "sentree/text/xml.h"
 
 #include <algorithm>
+#include <cstring>
 #include <pugixml.hpp>
 
 #include "sentree/base/assert.h"
@@ -145,10 +146,26 @@ std::vector<XmlAttribute> XmlElement::attributes() const {
 }
 
 std::optional<std::string_view> XmlElement::attribute(std::string_view name) const {
-  for (auto* a = first_attribute_raw(); a != nullptr; a = next_attribute_raw(a)) {
-    if (name_of(a) == name) return value_of(a);
+  auto* const a = attribute_raw(name);
+  return a != nullptr ? std::optional(value_of(a)) : std::nullopt;
+}
+
+pugi::xml_attribute_struct* XmlElement::attribute_raw(std::string_view name) const {
+  for (pugi::xml_attribute a = pugi::xml_node(node_).first_attribute(); a; a = a.next_attribute()) {
+    const char* const written = a.name();
+    if (!name.empty() && *written != name.front()) continue;
+    if (std::strncmp(written, name.data(), name.size()) == 0 && written[name.size()] == '\0')
+      return a.internal_object();
   }
-  return std::nullopt;
+  return nullptr;
+}
+
+// Parsing in place keeps names and values where they begin in the source.
+std::size_t XmlElement::attribute_value_offset(std::string_view name) const {
+  auto* const a = attribute_raw(name);
+  if (a == nullptr) return offset();
+  const XmlDocument::Impl& impl = *document_->impl_;
+  return static_cast<std::size_t>(pugi::xml_attribute(a).value() - impl.buffer.data()) + impl.shift;
 }
 
 std::string XmlElement::text() const {

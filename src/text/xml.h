@@ -62,10 +62,12 @@ class XmlElement {
   /// The source bytes between the start and the end tag, as written.
   [[nodiscard]] std::string_view inner_source() const;
 
-  [[nodiscard]] std::size_t size() const;                                      ///< Elements in it, itself included.
-  [[nodiscard]] std::size_t offset() const;                                    ///< Byte offset of the '<'.
-  [[nodiscard]] std::size_t end_offset() const;                                ///< One past the '>' of the end tag.
-  [[nodiscard]] SourceSpan span() const;                                       ///< Of the '<'.
+  [[nodiscard]] std::size_t size() const;        ///< Elements in it, itself included.
+  [[nodiscard]] std::size_t offset() const;      ///< Byte offset of the '<'.
+  [[nodiscard]] std::size_t end_offset() const;  ///< One past the '>' of the end tag.
+  [[nodiscard]] SourceSpan span() const;         ///< Of the '<'.
+  /// Of the value's first byte, in O(attributes); the element's own offset if it has no such attribute.
+  [[nodiscard]] std::size_t attribute_value_offset(std::string_view name) const;
   [[nodiscard]] SourceSpan attribute_span(std::string_view name) const;        ///< Of the attribute's name.
   [[nodiscard]] SourceSpan attribute_value_span(std::string_view name) const;  ///< Of the value's first byte.
 
@@ -74,6 +76,7 @@ class XmlElement {
   friend class XmlEdit;
   XmlElement(const XmlDocument* document, pugi::xml_node_struct* node) : document_(document), node_(node) {}
   [[nodiscard]] pugi::xml_attribute_struct* first_attribute_raw() const;
+  [[nodiscard]] pugi::xml_attribute_struct* attribute_raw(std::string_view name) const;
   [[nodiscard]] static pugi::xml_attribute_struct* next_attribute_raw(pugi::xml_attribute_struct* attribute);
   [[nodiscard]] static std::string_view name_of(pugi::xml_attribute_struct* attribute);
   [[nodiscard]] static std::string_view value_of(pugi::xml_attribute_struct* attribute);
