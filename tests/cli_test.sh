@@ -48,6 +48,24 @@ expect 1 'Stuck.scxml:[0-9]+:[0-9]+: this script does not end' "$sentree" run te
 expect 1 '"mission":"SUCCESS".*"given_up":\[".*skill Stuck is given up' \
   "$sentree" run tests/projects/endless --clock real --json
 
+# One chart by hand: a script of commands gives the same answers each time; a failed command tells in the exit code.
+code=0
+"$sentree" chart tests/charts/lamp.scxml <tests/charts/lamp.txt >"$work/lamp" 2>&1 || code=$?
+diff tests/charts/lamp.out "$work/lamp" && [[ $code -eq 1 ]] || { echo "✗ sentree chart" && failures=$((failures + 1)); }
+printf 'press {"hard":true}\nsave %s/lamp.json\n' "$work" | "$sentree" chart tests/charts/lamp.scxml >"$work/out"
+printf 'restore %s/lamp.json\nwait 2 s\n' "$work" | "$sentree" chart tests/charts/lamp.scxml --json >"$work/out"
+grep -q '"command":"wait 2 s".*"what":"event","time":1.5,"data":{"name":"tired".*"configuration":\["off"\],"time":2.0' "$work/out" || {
+  echo "✗ a restored chart goes on:" && cat "$work/out" && failures=$((failures + 1))
+}
+# A script that never ends costs the command only.
+code=0
+printf 'stuck\nstate\n' | "$sentree" chart tests/charts/lamp.scxml --script-max '100 ms' >"$work/out" 2>&1 || code=$?
+[[ $code -eq 1 ]] && grep -q 'lamp.scxml:7:40: this script does not end' "$work/out" && tail -2 "$work/out" | grep -q 'in off' || {
+  echo "✗ sentree chart with an endless script:" && cat "$work/out" && failures=$((failures + 1))
+}
+expect 3 'opne' "$sentree" chart tests/charts/broken.scxml
+expect 2 'did you mean "turns"' "$sentree" chart tests/charts/lamp.scxml --data trns=1
+
 # A new project runs.
 expect 0 'mission.xml' "$sentree" init "$work/mine"
 expect 3 'not empty' "$sentree" init "$work/mine"

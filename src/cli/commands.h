@@ -79,6 +79,15 @@ struct ModelCommand {
 };
 int model(const ModelCommand& command);
 
+struct ChartCommand {
+  std::string file;
+  std::vector<std::string> data;  ///< NAME=VALUE, the value as JSON or text.
+  std::string script_max = "2 s";
+  std::uint64_t seed = 1;
+  bool json = false;
+};
+int chart(const ChartCommand& command);
+
 struct CallCommand {
   std::string service;  ///< A service of a running mission, or an address.
   std::string method;

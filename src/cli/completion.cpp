@@ -247,6 +247,8 @@ void positional(const Line& line, Completion& completion) {
     files(completion, {"xml", "scxml"});
   } else if (name == "diff" && place < 2) {
     files(completion, {"xml"});
+  } else if (name == "chart" && place == 0) {
+    files(completion, {"scxml"});
   } else if (name == "graph" && place == 0) {
     files(completion, {"xml", "scxml", "yaml"});
   } else if (name == "model" && place == 0) {

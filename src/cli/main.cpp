@@ -138,6 +138,21 @@ void add_completion(CLI::App& app, std::string& shell) {
   sub->add_option("shell", shell)->required()->check(CLI::IsMember({"bash", "zsh", "fish"}));
 }
 
+void add_chart(CLI::App& app, ChartCommand& command) {
+  auto* sub = app.add_subcommand("chart", "Run one state chart by hand: type events, look inside, step back");
+  sub->footer(
+      "Examples:\n"
+      "  sentree chart examples/recharge/skills/BatteryLevelAbove.scxml --data threshold=30\n"
+      "  printf 'tick\\nwait 2s\\nstate\\n' | sentree chart examples/recharge/skills/WaitForUser.scxml\n"
+      "Type help for the commands. Exit code: 0, or 1 if a command of a script failed, 3 invalid chart.");
+  sub->add_option("file", command.file, "State chart (.scxml)")->required();
+  sub->add_option("--data,-d", command.data, "NAME=VALUE: initial value of a <data>");
+  sub->add_option("--seed", command.seed, "Of Math.random")->capture_default_str();
+  sub->add_option("--script-max", command.script_max, "Processor time that one command may take")
+      ->capture_default_str();
+  sub->add_flag("--json", command.json, "Answer each command with one line of JSON");
+}
+
 void add_call(CLI::App& app, CallCommand& command) {
   auto* sub = app.add_subcommand("call", "Call a service of a running mission, or of any address");
   sub->footer(
@@ -267,6 +282,7 @@ int main(int argc, char** argv) {
   TestCommand test_command;
   CheckCommand check_command;
   GraphCommand graph_command;
+  ChartCommand chart_command;
   CallCommand call_command;
   InitCommand init_command;
   SkillCommand skill_command;
@@ -289,6 +305,7 @@ int main(int argc, char** argv) {
   add_fmt(app, fmt_command);
   add_diff(app, diff_command);
   add_model(app, model_command);
+  add_chart(app, chart_command);
   add_call(app, call_command);
   add_services(app, services_command);
   add_ping(app, ping_command);
@@ -322,6 +339,7 @@ int main(int argc, char** argv) {
     print(completion_script(shell));
     return kOk;
   }
+  if (app.got_subcommand("chart")) return chart(chart_command);
   if (app.got_subcommand("call")) return call(call_command);
   if (app.got_subcommand("services")) return services(services_command);
   if (app.got_subcommand("ping")) return ping(ping_command);

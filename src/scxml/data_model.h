@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "sentree/base/result.h"
 #include "sentree/base/value.h"
@@ -24,6 +25,8 @@ class DataModel {
   virtual Result<bool> condition(ExpressionId id) = 0;
   /// As messages hold it: functions and undefined members are left out. Nothing: undefined.
   virtual Result<std::optional<Value>> evaluate(ExpressionId id) = 0;
+  /// One that is not part of the chart.
+  virtual Result<std::optional<Value>> evaluate(std::string_view expression) = 0;
   /// The value as a script would print it.
   virtual Result<std::string> text(ExpressionId id) = 0;
   virtual Result<void> assign(ExpressionId location, ExpressionId expr) = 0;

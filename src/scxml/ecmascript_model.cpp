@@ -84,6 +84,14 @@ Result<std::optional<Value>> EcmaScriptModel::evaluate(ExpressionId id) {
   return result;
 }
 
+Result<std::optional<Value>> EcmaScriptModel::evaluate(std::string_view expression) {
+  auto h = heap(kNoExpression, true);
+  if (!h) return tl::unexpected(std::move(h.error()));
+  auto result = (*h)->evaluate(expression);
+  leave();
+  return result;
+}
+
 Result<std::string> EcmaScriptModel::text(ExpressionId id) {
   ScriptValue value;
   if (evaluate_here(id, value)) {

@@ -22,6 +22,7 @@ class EcmaScriptModel final : public DataModel, private NativeScope, private Scr
   void set_event(const Event* event) override;
   Result<bool> condition(ExpressionId id) override;
   Result<std::optional<Value>> evaluate(ExpressionId id) override;
+  Result<std::optional<Value>> evaluate(std::string_view expression) override;
   Result<std::string> text(ExpressionId id) override;
   Result<void> assign(ExpressionId location, ExpressionId expr) override;
   Result<void> assign_value(ExpressionId location, const std::optional<Value>& value) override;

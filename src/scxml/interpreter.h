@@ -67,6 +67,8 @@ class Interpreter {
   /// A delayed <send> whose time has come. Runs a macrostep if it left an error behind.
   void deliver(Timer timer);
 
+  Result<std::optional<Value>> evaluate(std::string_view expression) { return data_->evaluate(expression); }
+
   // Used by the data models.
   [[nodiscard]] bool is_active(StateIndex state) const { return session_.configuration_.contains(state); }
   [[nodiscard]] const Chart& chart() const { return chart_; }

@@ -18,6 +18,14 @@ Result<bool> NullModel::condition(ExpressionId id) {
 }
 
 Result<std::optional<Value>> NullModel::evaluate(ExpressionId id) { return no_expressions(id); }
+
+Result<std::optional<Value>> NullModel::evaluate(std::string_view expression) {
+  const NativeCode code = compile_null(expression);
+  if (code.empty()) return fail("scxml.no-data", "the null data model can evaluate nothing but In('state')");
+  const auto state = interpreter_.chart().find(code.strings.front());
+  return Value(state && interpreter_.is_active(*state));
+}
+
 Result<std::string> NullModel::text(ExpressionId id) { return no_expressions(id); }
 Result<void> NullModel::assign(ExpressionId location, ExpressionId) { return no_expressions(location); }
 Result<void> NullModel::assign_value(ExpressionId location, const std::optional<Value>&) {

@@ -14,6 +14,7 @@ class NullModel final : public DataModel {
   void set_event(const Event*) override {}
   Result<bool> condition(ExpressionId id) override;
   Result<std::optional<Value>> evaluate(ExpressionId id) override;
+  Result<std::optional<Value>> evaluate(std::string_view expression) override;
   Result<std::string> text(ExpressionId id) override;
   Result<void> assign(ExpressionId location, ExpressionId expr) override;
   Result<void> assign_value(ExpressionId location, const std::optional<Value>& value) override;

@@ -478,6 +478,24 @@ Result<std::optional<Value>> ScriptHeap::evaluate(ExpressionId id) {
   return defined ? std::optional(std::move(value)) : std::nullopt;
 }
 
+Result<std::optional<Value>> ScriptHeap::evaluate(std::string_view expression) {
+  ValueReader reader;
+  Value value;
+  bool defined = false;
+  auto done = protect(kNoExpression, [&](duk_context* ctx) {
+    // As a program of its own: its value is the one of its last statement.
+    push_text(ctx, without_semicolon(expression));
+    duk_push_string(ctx, "expression");
+    duk_compile(ctx, DUK_COMPILE_EVAL);
+    duk_call(ctx, 0);
+    defined = reader.read(ctx, -1, value);
+  });
+  if (!done) return tl::unexpected(std::move(done.error()));
+  if (!reader.failure.empty())
+    return fail("scxml.no-value-form", "\"" + std::string(expression) + "\" holds " + reader.failure);
+  return defined ? std::optional(std::move(value)) : std::nullopt;
+}
+
 Result<std::string> ScriptHeap::text(ExpressionId id) {
   std::string result;
   auto done = protect(id, [&](duk_context* ctx) {

@@ -60,6 +60,7 @@ class ScriptHeap {
 
   Result<bool> condition(ExpressionId id);
   Result<std::optional<Value>> evaluate(ExpressionId id);
+  Result<std::optional<Value>> evaluate(std::string_view expression);
   Result<std::string> text(ExpressionId id);
   Result<void> assign(ExpressionId location, ExpressionId expr);
   Result<void> assign_value(ExpressionId location, const std::optional<Value>& value);

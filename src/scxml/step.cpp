@@ -123,4 +123,16 @@ StepInfo cancel(const Chart& chart, Session& session, TimePoint now, Effects& ef
   return run.info;
 }
 
+Result<std::optional<Value>> evaluate(const Chart& chart, const Session& session, std::string_view expression,
+                                      TimePoint now, const Host& host) {
+  if (auto reason = session.unsaveable()) return tl::unexpected(*std::move(reason));
+  if (session.status() == SessionStatus::kNew) return fail("scxml.no-data", "the session has not been started");
+  const Watched watched(host.watch);
+  Session copy = session;
+  Effects effects;
+  Run run{copy, now, effects, host, {}};
+  Interpreter interpreter(run, chart, copy, nullptr);
+  return interpreter.evaluate(expression);
+}
+
 }  // namespace sentree::scxml

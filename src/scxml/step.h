@@ -2,8 +2,9 @@
 
 #include <cstdint>
 #include <optional>
+#include <string_view>
 
-#include "sentree/base/diagnostic.h"
+#include "sentree/base/result.h"
 #include "sentree/base/time.h"
 #include "sentree/scxml/chart.h"
 #include "sentree/scxml/event.h"
@@ -39,5 +40,11 @@ StepInfo step_timers(const Chart& chart, Session& session, TimePoint now, Effect
 
 /// Ends the session as SCXML ends an invocation: the <onexit> of all active states run, invocations are cancelled.
 StepInfo cancel(const Chart& chart, Session& session, TimePoint now, Effects& effects, const Host& host = {});
+
+/// The value of an expression in a stable configuration, for people and tools that look at a session; nothing:
+/// undefined. The session stays as it is, whatever the expression does. Errors: scxml.script (it fails or does not
+/// parse), scxml.no-data (null data model), scxml.no-value-form.
+[[nodiscard]] Result<std::optional<Value>> evaluate(const Chart& chart, const Session& session,
+                                                    std::string_view expression, TimePoint now, const Host& host = {});
 
 }  // namespace sentree::scxml
