@@ -65,6 +65,7 @@ printf 'stuck\nstate\n' | "$sentree" chart tests/charts/lamp.scxml --script-max 
 }
 expect 3 'opne' "$sentree" chart tests/charts/broken.scxml
 expect 2 'did you mean "turns"' "$sentree" chart tests/charts/lamp.scxml --data trns=1
+expect 0 '^\{"median_us":[0-9.]+,' "$sentree" bench rpc --calls 100 --json
 
 # A new project runs.
 expect 0 'mission.xml' "$sentree" init "$work/mine"

@@ -129,6 +129,13 @@ struct MonitorServeCommand {
 };
 int monitor_serve(const MonitorServeCommand& command);
 
+struct BenchRpcCommand {
+  int calls = 20'000;
+  std::string listen;  ///< Serves there instead; how it starts its other process.
+  bool json = false;
+};
+int bench_rpc(const BenchRpcCommand& command);
+
 struct InitCommand {
   std::string folder;
 };

@@ -224,6 +224,16 @@ void add_echo(CLI::App& app, EchoCommand& command) {
   sub->add_flag("--json", command.json, "A line of JSON for each");
 }
 
+void add_bench(CLI::App& app, BenchRpcCommand& command) {
+  auto* sub = app.add_subcommand("bench", "Measure this machine");
+  sub->require_subcommand(1);
+  auto* rpc = sub->add_subcommand("rpc", "An empty call between two processes over a Unix socket");
+  rpc->footer("Example:\n  sentree bench rpc --json");
+  rpc->add_option("--calls", command.calls)->check(CLI::Range(1, 10'000'000))->capture_default_str();
+  rpc->add_option("--listen", command.listen)->group("");
+  rpc->add_flag("--json", command.json, "Print median and 99th percentile as JSON [µs]");
+}
+
 void add_monitor(CLI::App& app, MonitorServeCommand& command) {
   auto* sub = app.add_subcommand("monitor", "Run one monitor of a project in a process of its own");
   sub->footer("Example:\n  sentree monitor --project examples/recharge --name battery --listen unix:/tmp/battery.sock");
@@ -296,6 +306,7 @@ int main(int argc, char** argv) {
   PingCommand ping_command;
   EchoCommand echo_command;
   MonitorServeCommand monitor_command;
+  BenchRpcCommand bench_command;
   DoctorCommand doctor_command;
   add_init(app, init_command);
   add_check(app, check_command);
@@ -316,6 +327,7 @@ int main(int argc, char** argv) {
   add_sim(app, sim_command);
   app.add_subcommand("doctor", "Say whether this machine has what Sentree needs")
       ->add_flag("--json", doctor_command.json);
+  add_bench(app, bench_command);
   add_completion(app, shell);
   if (argc > 1 && std::string_view(argv[1]) == "__complete") {
     print(to_lines(complete(app, {argv + 2, argv + argc})));
@@ -345,6 +357,7 @@ int main(int argc, char** argv) {
   if (app.got_subcommand("ping")) return ping(ping_command);
   if (app.got_subcommand("echo")) return echo(echo_command);
   if (app.got_subcommand("monitor")) return monitor_serve(monitor_command);
+  if (app.got_subcommand("bench")) return bench_rpc(bench_command);
   if (app.got_subcommand("skill")) return skill(skill_command);
   if (app.got_subcommand("component")) return component(component_command);
   if (app.got_subcommand("sim")) return sim(sim_command);
