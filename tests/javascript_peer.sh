@@ -27,7 +27,11 @@ serve() {
   done
   port=$(sed -n 's/^listening .*127.0.0.1:\([0-9]*\).*/\1/p' server.log)
 }
-stop() { kill $child && wait $child 2>/dev/null || true; child=; }
+stop() {
+  kill $child 2>/dev/null || true
+  wait $child 2>/dev/null || true
+  child=
+}
 
 for options in "" "--compact" "--framed" "--compact --framed"; do
   parameters=

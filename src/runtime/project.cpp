@@ -26,11 +26,13 @@ std::string stem(const std::string& path) { return std::filesystem::path(path).s
 
 FileRef file_ref(YamlReader& reader, const std::string& key) { return {reader.required_string(key), reader.span(key)}; }
 
-void read_mission(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
+}  // namespace
+
+void read_mission(const text::YamlNode& node, bool replaces, Project& project, Diagnostics& diagnostics) {
   YamlReader reader(node, "mission", diagnostics);
-  project.mission = file_ref(reader, "file");
-  project.tree = reader.string("tree").value_or("");
-  project.repeat = reader.boolean("repeat").value_or(false);
+  if (!replaces || reader.node("file") != nullptr) project.mission = file_ref(reader, "file");
+  project.tree = reader.string("tree").value_or(project.tree);
+  project.repeat = reader.boolean("repeat").value_or(project.repeat);
   if (const auto rate = reader.string("rate")) {
     if (const auto period = parse_rate(*rate))
       project.period = *period;
@@ -39,6 +41,8 @@ void read_mission(const text::YamlNode& node, Project& project, Diagnostics& dia
                    "rate \"" + *rate + "\" is not a rate such as 10 Hz, from 0.01 to 1000 Hz");
   }
 }
+
+namespace {
 
 void read_services(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
   for (const auto& [name, entry] : node.entries) {
@@ -228,7 +232,7 @@ Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {
   {
     YamlReader reader(*yaml, "the project", loaded.diagnostics);
     if (const auto* mission = reader.node("mission"))
-      read_mission(*mission, project, loaded.diagnostics);
+      read_mission(*mission, false, project, loaded.diagnostics);
     else
       reader.error(yaml->span, "project.missing-key", "the project needs \"mission\": {file: mission.xml}");
     if (const auto* services = reader.mapping("services")) read_services(*services, project, loaded.diagnostics);

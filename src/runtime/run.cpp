@@ -21,6 +21,7 @@
 #include "sentree/runtime/supervisor.h"
 #include "sentree/runtime/tap.h"
 #include "sentree/runtime/watchdog.h"
+#include "sentree/sim/services.h"
 
 namespace sentree::runtime {
 
@@ -149,7 +150,9 @@ class Run::Impl final : public RunView {
         publisher_(stream_, monitors_, observers_, *scheduler_, stretched(scenario_.project.deadlines.call)),
         director_(scheduler_->add_actor("director")) {
     services_ = plan.services;
-    if (plan.world) sim_ = std::make_unique<SimHost>(plan.world, scenario_.seed, *scheduler_);
+    const bool simulates = std::any_of(services_.begin(), services_.end(),
+                                       [](const auto& service) { return service.second.at == "sim"; });
+    if (plan.world && (simulates || services_.empty())) sim_ = std::make_unique<SimHost>(plan.world, scenario_.seed, *scheduler_);
   }
 
   RunReport execute() {
@@ -509,6 +512,20 @@ class Run::Impl final : public RunView {
     }
   }
 
+  // Test control is served beside the simulated services, wherever that is.
+  std::string simulator_address() const {
+    if (sim_) return "sim";
+    if (!component_.empty()) return supervisor_->address(component_);
+    for (const auto& [name, service] : services_) {
+      if (sim::find_service(service.interface) == nullptr) continue;
+      if (auto address = rpc::Address::parse(service.at)) {
+        address->service.clear();
+        return to_string(*address);
+      }
+    }
+    return {};
+  }
+
   // A call from outside the mission: by the scenario's timeline or through the control socket.
   CallOutcome call_service(const std::string& name, const std::string& method, const Value& arguments) {
     const auto controlled = plan_.world ? test_control_of(name, *plan_.world) : std::nullopt;
@@ -522,8 +539,7 @@ class Run::Impl final : public RunView {
     if (!found) return {.ok = false, .result = {}, .kind = "arguments", .message = found.error().message};
     const auto args = idl::conform_arguments(**found, arguments);
     if (!args) return {.ok = false, .result = {}, .kind = "arguments", .message = args.error().message};
-    std::string at = controlled ? "sim" : service->second.at;
-    if (controlled && !component_.empty()) at = supervisor_->address(component_);
+    const std::string at = controlled ? simulator_address() : service->second.at;
     if (at == "sim")
       return sim_->call(interface->name, method, *args, controlled ? *controlled : service->second.robot);
     return call_once(*rpc::Address::parse(at), interface, name, method, *args, std::chrono::seconds(1));

@@ -49,6 +49,8 @@ struct Project;
 void read_deadlines(const text::YamlNode* node, Project& project, Diagnostics& diagnostics);
 /// Reads the entries of `monitors:`. One with the name of another replaces it, or is an error.
 void read_monitors(const text::YamlNode& node, bool replaces, Project& project, Diagnostics& diagnostics);
+/// Reads `mission:`, whole or over what is there.
+void read_mission(const text::YamlNode& node, bool replaces, Project& project, Diagnostics& diagnostics);
 /// Reads the entries of `observers:`.
 void read_observers(const text::YamlNode& node, Project& project, Diagnostics& diagnostics);
 
