@@ -60,7 +60,7 @@ grep -q '"command":"wait 2 s".*"what":"event","time":1.5,"data":{"name":"tired".
 # A script that never ends costs the command only.
 code=0
 printf 'stuck\nstate\n' | "$sentree" chart tests/charts/lamp.scxml --script-max '100 ms' >"$work/out" 2>&1 || code=$?
-[[ $code -eq 1 ]] && grep -q 'lamp.scxml:7:40: this script does not end' "$work/out" && tail -2 "$work/out" | grep -q 'in off' || {
+[[ $code -eq 1 ]] && grep -q 'lamp.scxml:7:39: this script does not end' "$work/out" && tail -2 "$work/out" | grep -q 'in off' || {
   echo "✗ sentree chart with an endless script:" && cat "$work/out" && failures=$((failures + 1))
 }
 expect 3 'opne' "$sentree" chart tests/charts/broken.scxml
