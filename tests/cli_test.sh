@@ -5,6 +5,7 @@ set -euo pipefail
 sentree=$1 source=$2 work=$3
 rm -rf "$work" && mkdir -p "$work" && cd "$source"
 export XDG_RUNTIME_DIR=$work
+export SENTREE_RUNS=  # recordings have a test of their own
 failures=0
 
 # expect CODE PATTERN COMMAND…: the command exits with CODE, and its output (both streams) matches PATTERN.

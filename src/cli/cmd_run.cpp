@@ -10,6 +10,7 @@
 #include "sentree/cli/live_view.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/report.h"
+#include "sentree/cli/run_recording.h"
 #include "sentree/runtime/distribute.h"
 
 namespace sentree::cli {
@@ -19,10 +20,14 @@ namespace {
 // Turns Ctrl-C and SIGTERM into an orderly end. The signals are blocked in all threads and awaited in one.
 class Interrupts {
  public:
+  /// Before anything that starts threads, which must not take the signals.
+  static void block() {
+    const sigset_t awaited = signals();
+    pthread_sigmask(SIG_BLOCK, &awaited, nullptr);
+  }
+
   explicit Interrupts(runtime::Run& run) : run_(run) {
-    sigemptyset(&signals_);
-    for (const int signal : {SIGINT, SIGTERM, SIGUSR1}) sigaddset(&signals_, signal);
-    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
+    block();
     thread_ = std::thread([this] { wait(); });
   }
   ~Interrupts() {
@@ -32,10 +37,18 @@ class Interrupts {
   }
 
  private:
+  static sigset_t signals() {
+    sigset_t awaited;
+    sigemptyset(&awaited);
+    for (const int signal : {SIGINT, SIGTERM, SIGUSR1}) sigaddset(&awaited, signal);
+    return awaited;
+  }
+
   void wait() {
+    const sigset_t awaited = signals();
     for (int received = 0;;) {
       int signal = 0;
-      sigwait(&signals_, &signal);
+      sigwait(&awaited, &signal);
       if (done_) return;
       if (signal == SIGUSR1) continue;
       if (++received > 1) _exit(kInterrupted);  // asked twice: at once
@@ -44,7 +57,6 @@ class Interrupts {
   }
 
   runtime::Run& run_;
-  sigset_t signals_{};
   std::atomic<bool> done_ = false;
   std::thread thread_;
 };
@@ -78,6 +90,8 @@ bool apply_options(const RunCommand& command, runtime::Scenario& scenario) {
 }  // namespace
 
 int run(const RunCommand& command) {
+  std::optional<text::ReadLog> files;
+  if (!command.no_record) files.emplace();
   auto scenario = load(command.project, command.scenario);
   if (!scenario) return kInvalidInput;
   if (command.processes && command.virtual_clock.value_or(false)) {
@@ -91,6 +105,7 @@ int run(const RunCommand& command) {
   say(plan.diagnostics);
   if (!plan.ok()) return kInvalidInput;
 
+  Interrupts::block();
   const bool live = command.live && !command.headless && !command.json;
   std::unique_ptr<LiveView> view;
   Narrator narrator;
@@ -111,6 +126,14 @@ int run(const RunCommand& command) {
     options.on_decision = [](const runtime::MonitorReport& report) { print(story(report)); };
     options.on_problem = [](const std::string& what) { say("! " + what); };
   }
+  std::unique_ptr<RunRecording> recording;
+  if (files) {
+    bool ok = true;
+    recording = RunRecording::begin(command.record, *plan.value, files->files(), ok);
+    if (!ok) return kEnvironment;
+    if (recording) recording->install(options);
+    files.reset();
+  }
   runtime::Run run(*plan.value, std::move(options));
   runtime::RunReport report;
   {
@@ -118,6 +141,7 @@ int run(const RunCommand& command) {
     report = run.execute();
   }
   view.reset();
+  if (recording) recording->finish(report);
   if (command.json) {
     print(to_json(to_value(report)) + "\n");
   } else {

@@ -29,9 +29,17 @@ struct RunCommand {
   bool verbose = false;
   std::string listen;  ///< Where skills on other machines publish; empty: nowhere.
   bool insecure = false;
+  std::string record;  ///< Recording to write; empty: a new one in the folder of recordings.
+  bool no_record = false;
   bool processes = false;  ///< Each skill and component in a process of its own.
 };
 int run(const RunCommand& command);
+
+struct InfoCommand {
+  std::string file;
+  bool json = false;
+};
+int info(const InfoCommand& command);
 
 struct TestCommand {
   std::string project = ".";

@@ -46,6 +46,18 @@ void add_run(CLI::App& app, RunCommand& command) {
   sub->add_flag("--headless", command.headless, "Print the log and the summary (default)");
   sub->add_flag("--verbose,-v", command.verbose, "Print every observation");
   sub->add_flag("--json", command.json, "Print the report as JSON, with the witness of every verdict");
+  auto* record = sub->add_option("--record", command.record,
+                                 "Recording to write (MCAP); default: a new one in runs/, or in $SENTREE_RUNS");
+  sub->add_flag("--no-record", command.no_record, "Record nothing")->excludes(record);
+}
+
+void add_info(CLI::App& app, InfoCommand& command) {
+  auto* sub = app.add_subcommand("info", "Say what a recording holds");
+  sub->footer(
+      "Examples:\n  sentree info runs/recharge-20260102-101500.mcap\n  sentree info RUN.mcap --json\n"
+      "Any MCAP file can be asked. Exit code: 0, 3 not a recording.");
+  sub->add_option("recording", command.file, "MCAP file")->required();
+  sub->add_flag("--json", command.json, "Print it as JSON");
 }
 
 void add_test(CLI::App& app, TestCommand& command) {
@@ -289,6 +301,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.formatter(std::make_shared<ExamplesFirst>());
   RunCommand run_command;
+  InfoCommand info_command;
   TestCommand test_command;
   CheckCommand check_command;
   GraphCommand graph_command;
@@ -312,6 +325,7 @@ int main(int argc, char** argv) {
   add_check(app, check_command);
   add_run(app, run_command);
   add_test(app, test_command);
+  add_info(app, info_command);
   add_graph(app, graph_command);
   add_fmt(app, fmt_command);
   add_diff(app, diff_command);
@@ -343,6 +357,7 @@ int main(int argc, char** argv) {
   if (app.got_subcommand("check")) return check(check_command);
   if (app.got_subcommand("run")) return leave(run(run_command));
   if (app.got_subcommand("test")) return leave(test(test_command));
+  if (app.got_subcommand("info")) return info(info_command);
   if (app.got_subcommand("graph")) return graph(graph_command);
   if (app.got_subcommand("fmt")) return fmt(fmt_command);
   if (app.got_subcommand("diff")) return diff(diff_command);

@@ -1,5 +1,8 @@
 #include "sentree/record/recorder.h"
 
+#include <pthread.h>
+#include <signal.h>
+
 #include <algorithm>
 #include <limits>
 
@@ -13,7 +16,12 @@ Recorder::Recorder(std::unique_ptr<Sink> sink, RecorderOptions options)
     : options_(std::move(options)), sink_(std::move(sink)), writer_(*sink_, options_.compression) {
   chunk_.records.reserve(options_.chunk_size + options_.chunk_size / 8);
   gaps_ = add_channel("/gaps", "sentree.Gap", schemas::kGap);
+  // Signals are for the threads of the program that records.
+  sigset_t all, before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
   thread_ = std::thread([this] { work(); });
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
 Recorder::~Recorder() { close(); }

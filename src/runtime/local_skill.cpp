@@ -14,13 +14,17 @@ SkillActor::SkillActor(scxml::Chart chart, Options options, const std::map<std::
       delays_(delays),
       actor_(scheduler.add_actor(options.name)),
       replies_(std::move(replies)),
+      on_step_(std::move(options.on_step)),
       watched_(std::make_shared<Watched>(
           [this, watchdog = options.watchdog](const SourceSpan& script) { give_up(script, *watchdog); })),
       caller_(
           options.name, services, std::move(make_port), publisher, scheduler, actor_, delays,
           [this](const SkillEvent& event) {
             watched_->in_this_thread();
-            return !given_up_ && skill_.deliver(event, scheduler_.now());
+            if (given_up_) return false;
+            const bool delivered = skill_.deliver(event, scheduler_.now());
+            stepped();
+            return delivered;
           },
           [this](std::uint64_t run) { return !given_up_ && skill_.is_current(run); }),
       skill_(std::move(chart),
@@ -37,7 +41,9 @@ SkillActor::SkillActor(scxml::Chart chart, Options options, const std::map<std::
 Scheduler::Task SkillActor::unless_given_up(Scheduler::Task task) {
   return [this, task = std::move(task)] {
     watched_->in_this_thread();
-    if (!given_up_) task();
+    if (given_up_) return;
+    task();
+    stepped();
   };
 }
 
@@ -75,10 +81,12 @@ void SkillActor::tick(std::uint64_t tick, bool started, Map inputs) {
   deliver_after_delay("tick", [this, tick, started, inputs = std::move(inputs)] {
     watched_->in_this_thread();
     tick_ = tick;
-    if (given_up_)
+    if (given_up_) {
       answer(bt::Status::kFailure, Map{{"reason", why_}});
-    else
+    } else {
       skill_.tick(started, inputs, scheduler_.now());
+      stepped();
+    }
   });
 }
 
@@ -86,11 +94,17 @@ void SkillActor::halt() {
   deliver_after_delay("halt", [this] {
     watched_->in_this_thread();
     halting_ = true;
-    if (given_up_)
+    if (given_up_) {
       halted();
-    else
+    } else {
       skill_.halt(scheduler_.now());
+      stepped();
+    }
   });
+}
+
+void SkillActor::inspect(std::function<void(const Skill*)> look) {
+  scheduler_.post(actor_, [this, look = std::move(look)] { look(given_up_ ? nullptr : &skill_); });
 }
 
 void SkillActor::cancel() {

@@ -22,6 +22,8 @@ class SkillActor final : private SkillPort {
     Duration halt_deadline{};
     std::uint64_t seed = 1;
     Watchdog* watchdog = nullptr;  ///< Outlives the actor.
+    /// Told, in the actor, after each step of the chart; may be empty.
+    std::function<void(const Skill&)> on_step = {};
   };
   /// Where answers go; called in the skill's actor.
   struct Replies {
@@ -41,6 +43,8 @@ class SkillActor final : private SkillPort {
   void tick(std::uint64_t tick, bool started, Map inputs);
   void halt();
   void cancel();
+  /// Shows the skill in its actor; null if it has been given up.
+  void inspect(std::function<void(const Skill*)> look);
 
  private:
   void call(SkillCall call) override { caller_.call(std::move(call)); }
@@ -53,6 +57,9 @@ class SkillActor final : private SkillPort {
   /// `task` in the actor, unless the skill has been given up by then.
   Scheduler::Task unless_given_up(Scheduler::Task task);
   void give_up(const SourceSpan& script, const Watchdog& watchdog);
+  void stepped() const {
+    if (on_step_) on_step_(skill_);
+  }
 
   std::string name_;
   Publisher& publisher_;
@@ -60,6 +67,7 @@ class SkillActor final : private SkillPort {
   const Delays& delays_;
   ActorId actor_;
   Replies replies_;
+  std::function<void(const Skill&)> on_step_;
   std::shared_ptr<Watched> watched_;
   std::atomic<bool> given_up_ = false;
   std::string why_;  // it was given up; written before given_up_

@@ -102,6 +102,10 @@ void Monitors::finish(TimePoint end) {
   });
 }
 
+const monitor::State* Monitors::state(std::size_t index) const {
+  return index >= states_.size() || entries_[index].given_up ? nullptr : &states_[index];
+}
+
 std::optional<std::string> Monitors::hung() const {
   for (const Entry& entry : entries_) {
     if (entry.given_up) return entry.why;

@@ -42,6 +42,8 @@ class Monitors {
   /// After the run: what is still in the stream, then time passes until `end`; nothing more is decided.
   void finish(TimePoint end);
   [[nodiscard]] const std::vector<MonitorReport>& reports() const { return reports_; }
+  /// Where a monitor stands, or null if it has been given up. Called where `observe` is.
+  [[nodiscard]] const monitor::State* state(std::size_t index) const;
   /// Why the first monitor whose script did not end was given up.
   [[nodiscard]] std::optional<std::string> hung() const;
 

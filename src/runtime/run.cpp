@@ -134,7 +134,7 @@ bool RunReport::any_violated() const {
                      [](const MonitorReport& m) { return m.verdict == monitor::Verdict::kViolated; });
 }
 
-class Run::Impl final : public RunView {
+class Run::Impl final : public RunView, private RunInside {
  public:
   Impl(const Plan& plan, RunOptions options)
       : plan_(plan),
@@ -174,7 +174,7 @@ class Run::Impl final : public RunView {
     monitors_.start();
     if (options_.on_view) options_.on_view(this);
     if (!scenario_.virtual_time) start_control_socket();
-    schedule_timeline();
+    if (options_.inject) schedule_timeline();
     scheduler_->at(director_, TimePoint(scenario_.duration), Rank::kInjection, [this] {
       timed_out_ = true;
       mission_->stop();
@@ -183,6 +183,7 @@ class Run::Impl final : public RunView {
       ended_ = scheduler_->now();
       scheduler_->stop();
     });
+    if (options_.on_begin) options_.on_begin(*this);
     ready_ = mission_.get();
     if (interrupted_) mission_->stop();  // while the parts were started
     // In virtual time nothing goes on without a thread, so a script that never ends has ended the run.
@@ -250,6 +251,24 @@ class Run::Impl final : public RunView {
   }
 
  private:
+  Scheduler& scheduler() override { return *scheduler_; }
+  ActorId director() const override { return director_; }
+  ActorId observer() const override { return stream_.actor(); }
+  void publish(Message message) override { stream_.publish(std::move(message)); }
+  std::uint64_t published() const override { return stream_.published(); }
+  SimHost* sim() override {
+    const bool here =
+        std::any_of(services_.begin(), services_.end(), [](const auto& s) { return s.second.at == "sim"; });
+    return here ? sim_.get() : nullptr;
+  }
+  const Mission& mission() const override { return *mission_; }
+  const Monitors& monitors() const override { return monitors_; }
+  SkillActor* skill(std::size_t leaf) override { return skills_[leaf]; }
+  void end() override {
+    ended_ = scheduler_->now();
+    scheduler_->stop();
+  }
+
   std::optional<std::string> prepare() {
     if (auto error = start_components()) return error;
     if (auto error = start_skills()) return error;
@@ -401,7 +420,10 @@ class Run::Impl final : public RunView {
     on_decision(report);
   }
 
-  std::unique_ptr<ServicePort> make_port(const ServicePlan& service) {
+  std::unique_ptr<ServicePort> make_port(const ServicePlan& service, const std::string& leaf) {
+    if (options_.make_port) {
+      if (auto port = options_.make_port(service, leaf)) return port;
+    }
     if (service.at == "sim") {
       SENTREE_ASSERT(sim_ != nullptr);  // checked when the plan was prepared
       return make_sim_port(*sim_, service.interface, service.robot);
@@ -416,6 +438,7 @@ class Run::Impl final : public RunView {
 
   std::optional<std::string> make_mission() {
     std::vector<std::unique_ptr<LeafDriver>> drivers;
+    skills_.assign(plan_.leaves.size(), nullptr);
     for (std::size_t i = 0; i < plan_.leaves.size(); ++i) {
       auto driver = plan_.leaves[i].at.empty() ? make_local(i) : make_remote(i);
       if (!driver) return driver.error().message;
@@ -452,6 +475,8 @@ class Run::Impl final : public RunView {
       message.data = Map{{"label", line.label}, {"text", line.text}};
       stream_.publish(std::move(message));
     };
+    std::function<void(const Skill&)> on_step;
+    if (options_.on_skill_step) on_step = [this, index](const Skill& skill) { options_.on_skill_step(index, skill); };
     auto driver = std::make_unique<LocalDriver>();
     driver->skill = std::make_unique<SkillActor>(
         *leaf.chart,
@@ -459,9 +484,11 @@ class Run::Impl final : public RunView {
                             .condition = leaf.condition,
                             .halt_deadline = stretched(scenario_.project.deadlines.halt),
                             .seed = hash_combine(scenario_.seed, hash_bytes(leaf.name)),
-                            .watchdog = &watchdog_},
-        services_, [this](const ServicePlan& service) { return make_port(service); }, publisher_, *scheduler_, delays_,
-        std::move(replies));
+                            .watchdog = &watchdog_,
+                            .on_step = std::move(on_step)},
+        services_, [this, name = leaf.name](const ServicePlan& service) { return make_port(service, name); },
+        publisher_, *scheduler_, delays_, std::move(replies));
+    skills_[index] = driver->skill.get();
     return std::unique_ptr<LeafDriver>(std::move(driver));
   }
 
@@ -629,6 +656,7 @@ class Run::Impl final : public RunView {
   std::vector<std::unique_ptr<rpc::Server>> observer_servers_;
   Tap tap_;
   std::unique_ptr<rpc::Server> control_server_;
+  std::vector<SkillActor*> skills_;  // by leaf; null: it runs elsewhere
   std::unique_ptr<Mission> mission_;
   std::atomic<Mission*> ready_ = nullptr;  // the mission, once it can be interrupted
   std::mutex problems_mutex_;

@@ -7,8 +7,10 @@
 #include <vector>
 
 #include "sentree/monitor/monitor.h"
+#include "sentree/runtime/inside.h"
 #include "sentree/runtime/mission.h"
 #include "sentree/runtime/plan.h"
+#include "sentree/runtime/skill.h"
 #include "sentree/runtime/stream.h"
 #include "sentree/sim/state.h"
 
@@ -76,6 +78,14 @@ struct RunOptions {
   std::function<void(const std::string&)> on_problem;
   /// Called with the view before the run begins and with null after it has ended.
   std::function<void(RunView*)> on_view;
+  /// Called when every part is made and nothing has happened yet.
+  std::function<void(RunInside&)> on_begin;
+  /// Told, in the skill's actor, after each step of a skill that runs in this process. `leaf` is its index in the plan.
+  std::function<void(std::size_t leaf, const Skill&)> on_skill_step;
+  /// Makes the port through which a leaf's skill calls a service; null: the usual one.
+  std::function<std::unique_ptr<ServicePort>(const ServicePlan&, const std::string& leaf)> make_port;
+  /// False: somebody else sees to the scenario's timeline.
+  bool inject = true;
 };
 
 /// Runs a scenario to its end. One run at a time per object.

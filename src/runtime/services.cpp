@@ -26,6 +26,12 @@ sim::State SimHost::snapshot() {
   return state_;
 }
 
+void SimHost::inspect(const std::function<void(const sim::State&)>& look) {
+  const std::lock_guard lock(mutex_);
+  sim::advance(*world_, state_, clock_.now());
+  look(state_);
+}
+
 namespace {
 
 class SimPort final : public ServicePort {

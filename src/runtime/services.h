@@ -40,6 +40,8 @@ class SimHost {
                                  const std::string& robot = {});
   /// A copy of the state, advanced to now.
   [[nodiscard]] sim::State snapshot();
+  /// Shows the state, advanced to now, without a copy. `look` must not call back.
+  void inspect(const std::function<void(const sim::State&)>& look);
   [[nodiscard]] const sim::World& world() const { return *world_; }
 
  private:

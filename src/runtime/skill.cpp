@@ -154,6 +154,22 @@ void Skill::end_run(const std::string& final_id, const std::optional<Value>& don
   outputs_ = outputs != nullptr ? *outputs : Map();
 }
 
+Result<Value> Skill::save() const {
+  Map saved{{"run", static_cast<std::int64_t>(run_)},
+            {"running", running_},
+            {"answer_owed", answer_owed_},
+            {"halting", halting_}};
+  if (halt_due_) saved["halt_due_ns"] = halt_due_->time_since_epoch().count();
+  if (ended_) saved["ended"] = bt::to_string(*ended_);
+  if (!outputs_.empty()) saved["outputs"] = outputs_;
+  if (run_ > 0) {
+    auto session = scxml::save(chart_, session_);
+    if (!session) return tl::unexpected(session.error());
+    saved["session"] = std::move(*session);
+  }
+  return Value(std::move(saved));
+}
+
 // Answers what the end of a run answers.
 void Skill::settle() {
   if (running_) return;

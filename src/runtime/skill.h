@@ -6,6 +6,7 @@
 #include <string>
 #include <unordered_map>
 
+#include "sentree/base/result.h"
 #include "sentree/base/rng.h"
 #include "sentree/base/time.h"
 #include "sentree/base/value.h"
@@ -84,6 +85,8 @@ class Skill {
   [[nodiscard]] const scxml::Chart& chart() const { return chart_; }
   [[nodiscard]] const scxml::Session& session() const { return session_; }
   [[nodiscard]] bool running() const { return running_; }
+  /// Everything that it remembers, as data. Error: scxml.no-value-form.
+  [[nodiscard]] Result<Value> save() const;
 
  private:
   void start(const Map& inputs, TimePoint now);

@@ -1,5 +1,6 @@
 #include "sentree/text/file.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -15,7 +16,12 @@ struct CloseFile {
 };
 using File = std::unique_ptr<std::FILE, CloseFile>;
 
+thread_local ReadLog* read_log = nullptr;
+
 }  // namespace
+
+ReadLog::ReadLog() { read_log = this; }
+ReadLog::~ReadLog() { read_log = nullptr; }
 
 Result<std::string> read_file(const std::filesystem::path& path, std::string shown_as, std::size_t size_max) {
   if (shown_as.empty()) shown_as = path.string();
@@ -40,6 +46,11 @@ Result<std::string> read_file(const std::filesystem::path& path, std::string sho
   }
   if (std::ferror(file.get()))
     return fail("file.unreadable", std::string("cannot be read: ") + std::strerror(errno), place);
+  if (read_log != nullptr) {
+    auto& files = read_log->files_;
+    if (std::none_of(files.begin(), files.end(), [&](const ReadFile& known) { return known.path == path; }))
+      files.push_back({path, content});
+  }
   return content;
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "sentree/base/result.h"
 
@@ -16,6 +17,27 @@ inline constexpr std::size_t kFileSizeMax = 64U << 20U;
 /// Errors: file.not-found, file.not-a-file, file.unreadable, file.too-large.
 [[nodiscard]] Result<std::string> read_file(const std::filesystem::path& path, std::string shown_as = {},
                                             std::size_t size_max = kFileSizeMax);
+
+/// A file that was read, with the path as it was opened.
+struct ReadFile {
+  std::filesystem::path path;
+  std::string content;
+};
+
+/// Keeps what `read_file` reads in this thread while it lives, each path once, in the order of the first reading: what
+/// a project consists of is what its loaders read. One at a time per thread.
+class ReadLog {
+ public:
+  ReadLog();
+  ~ReadLog();
+  ReadLog(const ReadLog&) = delete;
+  ReadLog& operator=(const ReadLog&) = delete;
+  [[nodiscard]] const std::vector<ReadFile>& files() const { return files_; }
+
+ private:
+  friend Result<std::string> read_file(const std::filesystem::path&, std::string, std::size_t);
+  std::vector<ReadFile> files_;
+};
 
 /// Writes beside the file and renames, so that a reader sees the old or the new content, never half.
 /// Error: file.unwritable.

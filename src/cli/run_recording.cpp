@@ -1,0 +1,46 @@
+#include "sentree/cli/run_recording.h"
+
+#include <csignal>
+#include <cstdlib>
+
+#include "sentree/cli/output.h"
+#include "sentree/record/folder.h"
+
+namespace sentree::cli {
+
+std::unique_ptr<RunRecording> RunRecording::begin(const std::string& file, const runtime::Plan& plan,
+                                                  const std::vector<text::ReadFile>& files, bool& ok) {
+  ok = true;
+  std::filesystem::path path = file;
+  if (file.empty()) {
+    const char* folder = std::getenv("SENTREE_RUNS");
+    if (folder != nullptr && *folder == '\0') return nullptr;
+    const std::filesystem::path runs = folder != nullptr ? folder : "runs";
+    record::remove_old(runs, {});
+    path = record::new_recording(runs, plan.scenario.name);
+  }
+  // A limit on the size of files is an error of the write, not the end of the run.
+  std::signal(SIGXFSZ, SIG_IGN);
+  auto sink = record::FileSink::create(path);
+  if (!sink) {
+    ok = file.empty();
+    say(to_string(sink.error()) + (ok ? "; the run is not recorded (--record FILE puts it elsewhere)" : ""));
+    return nullptr;
+  }
+  auto recording = std::make_unique<RunRecording>();
+  recording->path_ = path;
+  recording->recorder_ = std::make_unique<runtime::RunRecorder>(
+      plan, files, std::move(*sink),
+      runtime::RecordingOptions{.library = "sentree " SENTREE_VERSION,
+                                .on_failure = [](const std::string& what) { say("! " + what); }});
+  return recording;
+}
+
+void RunRecording::finish(const runtime::RunReport& report) {
+  const record::RecorderReport written = recorder_->finish(report);
+  if (written.lost > 0)
+    say("! the disk was too slow: " + std::to_string(written.lost) + " messages are not in the recording");
+  say((written.failed ? "recorded in part: " : "recorded: ") + path_.string());
+}
+
+}  // namespace sentree::cli

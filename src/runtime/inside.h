@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+
+#include "sentree/base/message.h"
+#include "sentree/runtime/scheduler.h"
+#include "sentree/runtime/services.h"
+
+namespace sentree::runtime {
+
+class Mission;
+class Monitors;
+class SkillActor;
+
+/// What somebody who takes part in a run (a recorder, a replay) may reach. Lives as long as the run.
+class RunInside {
+ public:
+  virtual ~RunInside() = default;
+  [[nodiscard]] virtual Scheduler& scheduler() = 0;
+  /// The actor of the timeline, for tasks that belong to nobody else.
+  [[nodiscard]] virtual ActorId director() const = 0;
+  /// The actor in which observations are handed on; `monitors` may be looked at there.
+  [[nodiscard]] virtual ActorId observer() const = 0;
+  virtual void publish(Message message) = 0;
+  /// Observations published so far.
+  [[nodiscard]] virtual std::uint64_t published() const = 0;
+  /// The simulated robot, or null if none runs in this process.
+  [[nodiscard]] virtual SimHost* sim() = 0;
+  /// Its state belongs to its actor.
+  [[nodiscard]] virtual const Mission& mission() const = 0;
+  [[nodiscard]] virtual const Monitors& monitors() const = 0;
+  /// The skill of a leaf, by index in the plan, or null if it runs in another process.
+  [[nodiscard]] virtual SkillActor* skill(std::size_t leaf) = 0;
+  /// Ends the run as it is, without halting anything.
+  virtual void end() = 0;
+};
+
+}  // namespace sentree::runtime

@@ -1,0 +1,395 @@
+#include "sentree/runtime/recording.h"
+
+#include <algorithm>
+#include <ctime>
+#include <map>
+#include <set>
+
+#include "sentree/base/json.h"
+#include "sentree/record/foxglove.h"
+#include "sentree/record/observation.h"
+#include "sentree/record/schemas.h"
+#include "sentree/runtime/local_skill.h"
+#include "sentree/runtime/monitors.h"
+#include "sentree/runtime/robot_topics.h"
+#include "sentree/sim/state.h"
+
+namespace sentree::runtime {
+
+namespace {
+
+namespace fs = std::filesystem;
+namespace schemas = record::schemas;
+
+std::string decimal(std::int64_t number) { return std::to_string(number); }
+
+fs::path resolved(const fs::path& path) {
+  std::error_code error;
+  return fs::absolute(path, error).lexically_normal();
+}
+
+bool is_below(const fs::path& path, const fs::path& folder) {
+  const auto [end, unused] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
+  return end == folder.end();
+}
+
+// The deepest folder that holds both.
+fs::path common(const fs::path& a, const fs::path& b) {
+  fs::path shared;
+  for (auto x = a.begin(), y = b.begin(); x != a.end() && y != b.end() && *x == *y; ++x, ++y) shared /= *x;
+  return shared;
+}
+
+std::string wall_clock() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32];
+  (void)std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
+}
+
+List state_ids(const scxml::Chart& chart, const scxml::Session& session) {
+  List ids;
+  for (const std::string& id : session.active_ids(chart)) ids.emplace_back(id);
+  return ids;
+}
+
+}  // namespace
+
+struct RunRecorder::Impl {
+  Impl(const Plan& recorded, std::unique_ptr<record::Sink> sink, record::RecorderOptions options)
+      : plan(recorded), recorder(std::move(sink), std::move(options)), charts(recorded.leaves.size()) {
+    observations =
+        recorder.add_channel(std::string(record::kObservationsTopic), "sentree.Observation", schemas::kObservation);
+    tree = recorder.add_channel("/tree", "sentree.Tree", schemas::kTree);
+    chart_states = recorder.add_channel("/charts", "sentree.Chart", schemas::kChart);
+    monitor_states = recorder.add_channel("/monitors", "sentree.Monitor", schemas::kMonitor);
+    log = recorder.add_channel("/log", "foxglove.Log", schemas::kLog);
+    snapshots = recorder.add_channel(std::string(kSnapshotTopic), "sentree.Snapshot", schemas::kSnapshot);
+    statuses.assign(plan.tree.size(), bt::Status::kIdle);
+    monitors.resize(plan.monitors.size());
+  }
+
+  void attach_files(const std::vector<text::ReadFile>& files) {
+    const fs::path shipped = shipped_folder("interfaces");
+    const fs::path source = resolved(plan.scenario.file);
+    const fs::path project = resolved(plan.scenario.project.file);
+    fs::path root = common(source.parent_path(), project.parent_path());
+    for (const text::ReadFile& file : files) {
+      if (!is_below(resolved(file.path), shipped)) root = common(root, resolved(file.path).parent_path());
+    }
+    const fs::path project_folder = project.parent_path().lexically_relative(root);
+    std::set<std::string> names;
+    for (const text::ReadFile& file : files) {
+      const fs::path path = resolved(file.path);
+      // An interface of Sentree's becomes one of the project's, so that the recording means the same with a later
+      // version.
+      const fs::path name = is_below(path, shipped) ? project_folder / "interfaces" / path.lexically_relative(shipped)
+                                                    : path.lexically_relative(root);
+      const std::string shown = name.lexically_normal().generic_string();
+      if (file.content.size() > kAttachedFileMax || !names.insert(shown).second) continue;
+      recorder.attach({.name = std::string(kProjectPrefix) + shown,
+                       .media_type = "application/octet-stream",
+                       .data = file.content});
+    }
+    const Scenario& scenario = plan.scenario;
+    record::Metadata facts{std::string(kRunMetadata), {}};
+    const auto fact = [&](const char* key, std::string value) { facts.entries.emplace_back(key, std::move(value)); };
+    fact("format", "1");
+    fact("scenario", scenario.name);
+    fact("source", source.lexically_relative(root).generic_string());
+    fact("project", project.lexically_relative(root).generic_string());
+    fact("clock", scenario.virtual_time ? "virtual" : "real");
+    fact("factor", shortest_decimal(scenario.factor));
+    fact("seed", std::to_string(scenario.seed));
+    fact("duration_ns", decimal(scenario.duration.count()));
+    fact("period_ns", decimal(scenario.project.period.count()));
+    if (!scenario.virtual_time) fact("started", wall_clock());
+    recorder.add(std::move(facts));
+  }
+
+  template <class Append>
+  void write(record::ChannelId channel, TimePoint time, Append&& append) {
+    recorder.message(channel, time, std::forward<Append>(append));
+  }
+
+  void say(TimePoint time, record::LogLevel level, std::string_view name, std::string_view text) {
+    write(log, time, [&](std::string& out) { record::append_log(out, time, level, name, text); });
+  }
+
+  // In the observer's actor.
+  void observe(const Message& message) {
+    last_time = message.time;
+    write(observations, message.time, [&](std::string& out) { record::append_observation(out, message); });
+    if (message.name == "mission.tick") {
+      write_tree(message.time);
+      tick = message.tick;
+    } else if (message.name == "node.status") {
+      const Value* node = message.data.find("node");
+      const Value* to = message.data.find("to");
+      const std::int64_t* index = node != nullptr ? node->as_int() : nullptr;
+      if (index == nullptr || to == nullptr || *index < 0 || *index >= static_cast<std::int64_t>(statuses.size()))
+        return;
+      statuses[static_cast<std::size_t>(*index)] = bt::parse_status(to->text()).value_or(bt::Status::kIdle);
+    } else if (message.kind == MessageKind::kEvent && message.name.ends_with(".log")) {
+      const Value* label = message.data.find("label");
+      const Value* text = message.data.find("text");
+      std::string line(label != nullptr ? label->text() : "");
+      if (!line.empty()) line += ": ";
+      say(message.time, record::LogLevel::kInfo, message.source,
+          line + std::string(text != nullptr ? text->text() : ""));
+    }
+    for (const std::size_t index : listeners_of(message.name)) look_at_monitor(index, message.time);
+  }
+
+  // The tree as the last tick left it, if that differs from the one before.
+  void write_tree(TimePoint time) {
+    if (statuses == written_statuses) return;
+    written_statuses = statuses;
+    Map status;
+    for (std::size_t node = 0; node < statuses.size(); ++node) {
+      if (statuses[node] == bt::Status::kIdle) continue;
+      status.append(plan.tree.path(static_cast<bt::NodeId>(node)), bt::to_string(statuses[node]));
+    }
+    write(tree, time, [&](std::string& out) {
+      append_json(out, Map{{"tick", static_cast<std::int64_t>(tick)}, {"status", std::move(status)}});
+    });
+  }
+
+  // Monitors that such an observation may move.
+  const std::vector<std::size_t>& listeners_of(const std::string& name) {
+    constexpr std::size_t kNamesMax = 1U << 14U;
+    if (listeners.size() > kNamesMax) listeners.clear();
+    const auto [entry, is_new] = listeners.try_emplace(name);
+    if (is_new) {
+      for (std::size_t i = 0; i < plan.monitors.size(); ++i) {
+        if (plan.monitors[i].listens_to(name)) entry->second.push_back(i);
+      }
+    }
+    return entry->second;
+  }
+
+  // In the observer's actor.
+  void look_at_monitor(std::size_t index, TimePoint time) {
+    const monitor::State* state = inside != nullptr ? inside->monitors().state(index) : nullptr;
+    if (state == nullptr) return;
+    Seen& seen = monitors[index];
+    if (seen.known && seen.verdict == state->verdict && seen.configuration == state->session.configuration()) return;
+    seen = {true, state->verdict, state->session.configuration()};
+    const monitor::Model& model = plan.monitors[index];
+    write(monitor_states, time, [&](std::string& out) {
+      append_json(out, Map{{"monitor", model.name()},
+                           {"verdict", monitor::to_string(state->verdict)},
+                           {"states", state_ids(model.chart(), state->session)}});
+    });
+  }
+
+  // In the skill's actor.
+  void stepped(std::size_t leaf, const Skill& skill) {
+    Charted& seen = charts[leaf];
+    if (seen.known && seen.running == skill.running() &&
+        (!skill.running() || seen.configuration == skill.session().configuration()))
+      return;
+    seen.known = true;
+    seen.running = skill.running();
+    if (skill.running()) seen.configuration = skill.session().configuration();
+    const TimePoint time = inside->scheduler().now();
+    write(chart_states, time, [&](std::string& out) {
+      append_json(out, Map{{"leaf", plan.leaves[leaf].name},
+                           {"running", skill.running()},
+                           {"states", skill.running() ? state_ids(skill.chart(), skill.session()) : List()}});
+    });
+  }
+
+  void begin(RunInside& run) {
+    inside = &run;
+    if (run.sim() != nullptr) robots = std::make_unique<RobotTopics>(recorder, run.sim()->world());
+    sample_at(TimePoint{});
+    snapshot_at(TimePoint(kSnapshotPeriod));
+  }
+
+  void sample_at(TimePoint when) {
+    inside->scheduler().at(inside->director(), when, Rank::kSimulator, [this, when] {
+      const TimePoint now = inside->scheduler().now();
+      if (robots) inside->sim()->inspect([&](const sim::State& state) { robots->sample(state, now); });
+      // Silence moves monitors too.
+      inside->scheduler().post(inside->observer(), [this, now] {
+        for (std::size_t i = 0; i < monitors.size(); ++i) look_at_monitor(i, now);
+      });
+      sample_at(std::max(when + kSamplePeriod, now));
+    });
+  }
+
+  // The parts of a snapshot come in from the actors that own them.
+  struct Snapshot {
+    std::mutex mutex;
+    std::size_t missing = 0;
+    TimePoint time{};
+    Map values;
+    Map skills;
+    Map monitors;
+  };
+
+  void snapshot_at(TimePoint when) {
+    inside->scheduler().at(inside->director(), when, Rank::kInjection, [this, when] {
+      take_snapshot();
+      snapshot_at(std::max(when + kSnapshotPeriod, inside->scheduler().now()));
+    });
+  }
+
+  void take_snapshot() {
+    auto snapshot = std::make_shared<Snapshot>();
+    snapshot->time = inside->scheduler().now();
+    snapshot->values["sequence"] = static_cast<std::int64_t>(inside->published());
+    if (inside->sim() != nullptr) {
+      inside->sim()->inspect([&](const sim::State& state) { snapshot->values["world"] = sim::save(state); });
+    }
+    snapshot->missing = 2 + static_cast<std::size_t>(std::count_if(plan.leaves.begin(), plan.leaves.end(),
+                                                                   [this, i = std::size_t{0}](const auto&) mutable {
+                                                                     return inside->skill(i++) != nullptr;
+                                                                   }));
+    inside->scheduler().post(inside->mission().actor(), [this, snapshot] {
+      auto saved = bt::save(plan.tree, inside->mission().state());
+      const std::lock_guard lock(snapshot->mutex);
+      if (saved) {
+        const auto* octets = reinterpret_cast<const std::byte*>(saved->data());
+        snapshot->values["tree"] = Bytes{{octets, octets + saved->size()}};
+      }
+      arrived(*snapshot);
+    });
+    inside->scheduler().post(inside->observer(), [this, snapshot] {
+      const std::lock_guard lock(snapshot->mutex);
+      for (std::size_t i = 0; i < plan.monitors.size(); ++i) save_monitor(i, snapshot->monitors);
+      arrived(*snapshot);
+    });
+    for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) {
+      if (inside->skill(leaf) == nullptr) continue;
+      inside->skill(leaf)->inspect([this, leaf, snapshot](const Skill* skill) {
+        auto saved = skill != nullptr ? skill->save() : fail("run.given-up", "the skill was given up");
+        const std::lock_guard lock(snapshot->mutex);
+        snapshot->skills[plan.leaves[leaf].name] = saved ? std::move(*saved) : Map{{"unsaved", saved.error().message}};
+        arrived(*snapshot);
+      });
+    }
+  }
+
+  void save_monitor(std::size_t index, Map& into) {
+    const monitor::State* state = inside->monitors().state(index);
+    if (state == nullptr) return;
+    const monitor::Model& model = plan.monitors[index];
+    Map saved{{"verdict", monitor::to_string(state->verdict)}};
+    // The history is in the recording: those observations from here on that the monitor listens to.
+    if (!state->history.empty()) saved["history_from"] = static_cast<std::int64_t>(state->history.front().sequence);
+    if (!state->history_complete) saved["history_complete"] = false;
+    if (auto session = scxml::save(model.chart(), state->session)) saved["session"] = std::move(*session);
+    into[model.name()] = std::move(saved);
+  }
+
+  // With the snapshot's lock held.
+  void arrived(Snapshot& snapshot) {
+    if (--snapshot.missing > 0) return;
+    snapshot.values["skills"] = std::move(snapshot.skills);
+    snapshot.values["monitors"] = std::move(snapshot.monitors);
+    write(snapshots, snapshot.time, [&](std::string& out) { append_json(out, snapshot.values); });
+  }
+
+  struct Seen {
+    bool known = false;
+    monitor::Verdict verdict = monitor::Verdict::kUndecided;
+    scxml::StateSet configuration;
+  };
+  struct Charted {
+    bool known = false;
+    bool running = false;
+    scxml::StateSet configuration;
+  };
+
+  const Plan& plan;
+  record::Recorder recorder;
+  record::ChannelId observations = 0;
+  record::ChannelId tree = 0;
+  record::ChannelId chart_states = 0;
+  record::ChannelId monitor_states = 0;
+  record::ChannelId log = 0;
+  record::ChannelId snapshots = 0;
+  RunInside* inside = nullptr;
+  std::unique_ptr<RobotTopics> robots;
+  TimePoint last_time{};
+  std::uint64_t tick = 0;
+  std::vector<bt::Status> statuses;
+  std::vector<bt::Status> written_statuses;
+  std::map<std::string, std::vector<std::size_t>, std::less<>> listeners;
+  std::vector<Seen> monitors;
+  std::vector<Charted> charts;  // each belongs to its skill's actor
+};
+
+RunRecorder::RunRecorder(const Plan& plan, const std::vector<text::ReadFile>& files, std::unique_ptr<record::Sink> sink,
+                         RecordingOptions options) {
+  record::RecorderOptions recorder;
+  recorder.compression = options.compression;
+  recorder.library = std::move(options.library);
+  if (plan.scenario.virtual_time) {
+    recorder.flush_every = Duration(0);
+    recorder.wait_when_full = true;
+  }
+  if (options.on_failure) {
+    recorder.on_failure = [told = std::move(options.on_failure)](const Diagnostic& why) {
+      told("recording stopped: " + to_string(why) + "; the run goes on");
+    };
+  }
+  impl_ = std::make_unique<Impl>(plan, std::move(sink), std::move(recorder));
+  impl_->attach_files(files);
+}
+
+RunRecorder::~RunRecorder() = default;
+
+void RunRecorder::install(RunOptions& options) {
+  Impl* impl = impl_.get();
+  options.listeners.push_back([impl](const Message& message) { impl->observe(message); });
+  options.on_begin = [impl, next = std::move(options.on_begin)](RunInside& inside) {
+    if (next) next(inside);
+    impl->begin(inside);
+  };
+  options.on_skill_step = [impl, next = std::move(options.on_skill_step)](std::size_t leaf, const Skill& skill) {
+    if (next) next(leaf, skill);
+    impl->stepped(leaf, skill);
+  };
+  options.on_problem = [impl, next = std::move(options.on_problem)](const std::string& what) {
+    if (next) next(what);
+    const TimePoint now = impl->inside != nullptr ? impl->inside->scheduler().now() : TimePoint{};
+    impl->say(now, record::LogLevel::kWarning, "run", what);
+  };
+  options.on_decision = [impl, next = std::move(options.on_decision)](const MonitorReport& report) {
+    if (next) next(report);
+    if (!report.decision) return;
+    const bool violated = report.verdict == monitor::Verdict::kViolated;
+    impl->say(report.decision->at, violated ? record::LogLevel::kError : record::LogLevel::kInfo, report.name,
+              std::string(to_string(report.verdict)) + ": state " + report.decision->state);
+  };
+}
+
+record::RecorderReport RunRecorder::finish(const RunReport& report) {
+  impl_->inside = nullptr;
+  impl_->write_tree(std::max(report.ended, impl_->last_time));
+  record::Metadata result{std::string(kResultMetadata), {}};
+  const auto fact = [&](const char* key, std::string value) { result.entries.emplace_back(key, std::move(value)); };
+  fact("mission", std::string(to_string(report.mission)));
+  fact("reason", report.reason);
+  fact("ended_ns", decimal(report.ended.time_since_epoch().count()));
+  fact("observations", std::to_string(report.observations));
+  fact("ticks", std::to_string(report.timing.ticks));
+  fact("ended_by", report.interrupted      ? "interrupt"
+                   : report.timed_out      ? "time limit"
+                   : !report.error.empty() ? "error"
+                                           : "mission");
+  if (!report.error.empty()) fact("error", report.error);
+  Map verdicts;
+  for (const MonitorReport& monitor : report.monitors) verdicts[monitor.name] = monitor::to_string(monitor.verdict);
+  fact("verdicts", to_json(Value(std::move(verdicts))));
+  impl_->recorder.add(std::move(result));
+  impl_->recorder.close();
+  return impl_->recorder.report();
+}
+
+}  // namespace sentree::runtime

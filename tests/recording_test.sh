@@ -1,0 +1,75 @@
+#!/usr/bin/env bash
+# Recordings as users meet them: made by default, kept within bounds, alive after kill -9 and a full disk.
+# usage: recording_test.sh SENTREE SOURCE_DIR WORK_DIR
+set -euo pipefail
+sentree=$1 source=$2 work=$3
+rm -rf "$work" && mkdir -p "$work" && cd "$work"
+export XDG_RUNTIME_DIR=$work
+unset SENTREE_RUNS
+failures=0
+project=$source/examples/recharge
+
+fail() { echo "✗ $*" && failures=$((failures + 1)); }
+# expect CODE PATTERN COMMAND…: the command exits with CODE, and its output (both streams) matches PATTERN.
+expect() {
+  local code=$1 pattern=$2 got=0
+  shift 2
+  "$@" >"$work/out" 2>&1 </dev/null || got=$?
+  if [[ $got -ne $code ]]; then
+    fail "$* exited with $got, expected $code:" && tail -5 "$work/out"
+  elif ! grep -qE -- "$pattern" "$work/out"; then
+    fail "$*: nothing matches $pattern:" && tail -5 "$work/out"
+  else
+    echo "✓ $*"
+  fi
+}
+# number FILE NAME: the first number of that name that `info` knows.
+number() { "$sentree" info "$1" --json 2>/dev/null | grep -o "\"$2\":[0-9.]*" | head -1 | cut -d: -f2; }
+
+# By default into runs/, the oldest giving way; elsewhere by SENTREE_RUNS, nowhere if that is empty.
+expect 1 'recorded: runs/experiment1-.*\.mcap' "$sentree" run "$project" --scenario experiment1 --clock virtual
+expect 0 'monitor battery: violated' "$sentree" info runs/*.mcap
+expect 0 '"complete":true' "$sentree" info runs/*.mcap --json
+rm runs/*.mcap && touch keep.mcap && mv keep.mcap runs/
+for i in $(seq 40); do : >"runs/old-20200101-0000$((10 + i)).mcap" && touch -d "2020-01-01 00:00:$((10 + i))" "runs/old-20200101-0000$((10 + i)).mcap"; done
+"$sentree" run "$project" --clock virtual --duration '1 s' >/dev/null 2>&1 || true
+[[ $(find runs -name '*.mcap' | wc -l) -eq 31 && -e runs/keep.mcap && ! -e runs/old-20200101-000020.mcap ]] || fail "30 recordings and keep.mcap should be left in runs/"
+SENTREE_RUNS=$work/elsewhere "$sentree" run "$project" --clock virtual --duration '1 s' >/dev/null 2>&1 || true
+[[ -n $(find elsewhere -name '*.mcap') ]] || fail "nothing was recorded in SENTREE_RUNS"
+SENTREE_RUNS='' expect 124 'ended by its time limit' "$sentree" run "$project" --clock virtual --duration '1 s'
+grep -q recorded "$work/out" && fail "an empty SENTREE_RUNS did not switch recording off"
+expect 124 'ended by its time limit' "$sentree" run "$project" --clock virtual --duration '1 s' --no-record
+grep -q recorded "$work/out" && fail "--no-record did not switch recording off"
+expect 4 'cannot be written' "$sentree" run "$project" --clock virtual --duration '1 s' --record /proc/nowhere/x.mcap
+expect 3 'not a recording' "$sentree" info "$project/mission.xml"
+
+# kill -9 loses at most the last second: what was told a second before is there.
+"$sentree" run "$project" --clock real --verbose --record killed.mcap >told 2>&1 &
+run=$!
+until [[ $(grep -c 'mission.tick' told) -ge 35 ]] || ! kill -0 $run 2>/dev/null; do read -rt 0.02 <> <(:) || true; done
+kill -9 $run
+wait $run 2>/dev/null || true
+expect 0 'the end is missing' "$sentree" info killed.mcap
+told=$(sed -n 's/^ *\([0-9.]*\) s .*/\1/p' told | tail -1)
+ends=$(number killed.mcap ends)
+awk -v told="$told" -v ends="$ends" 'BEGIN { exit !(ends > told - 1.0 && ends > 2) }' || fail "killed at $told s, but the recording ends at $ends s"
+
+# A full disk is told once, and the run goes on to the same end.
+code=0
+(ulimit -f 300 && "$sentree" run "$project" --scenario experiment1 --clock virtual --json --record full.mcap >full.json 2>full.err) || code=$?
+[[ $code -eq 1 ]] || fail "with a full disk the run exited with $code"
+[[ $(grep -c 'recording stopped: .*cannot be written' full.err) -eq 1 ]] || fail "the full disk was not told once:" "$(cat full.err)"
+"$sentree" run "$project" --scenario experiment1 --clock virtual --json --no-record >free.json 2>/dev/null || true
+cmp full.json free.json || fail "the full disk changed the run"
+expect 0 'the end is missing' "$sentree" info full.mcap
+[[ $(number full.mcap messages) -gt 100 ]] || fail "nothing of full.mcap can be read"
+
+# Interrupted in mid-run, the recording is whole.
+"$sentree" run "$project" --clock real --factor 5 --record interrupted.mcap >interrupted 2>&1 &
+run=$!
+until grep -q 'GoToKitchen: RUNNING' interrupted || ! kill -0 $run 2>/dev/null; do read -rt 0.02 <> <(:) || true; done
+kill -TERM $run
+wait $run || true
+expect 0 'ended by interrupt' "$sentree" info interrupted.mcap
+
+if [[ $failures -gt 0 ]]; then echo "$failures failed" && exit 1; fi
