@@ -186,6 +186,34 @@ TEST(Processes, AreGivenUpWhenTheyEndTooOften) {
   EXPECT_THAT(ran.report.problems, testing::Contains(HasSubstr("ended too often")));
 }
 
+// A component that stops answering is late, and used again once it answers.
+TEST(Processes, ALateComponentIsUsedAgain) {
+  Scenario scenario = resilient();
+  scenario.project.deadlines.call = milliseconds(200);
+  const Plan plan = distributed(std::move(scenario));
+  RunOptions options;
+  std::atomic<RunView*> view = nullptr;
+  options.on_view = [&](RunView* now) { view = now; };
+  int moves = 0;
+  bool late = false;
+  const auto signal_simulator = [&](int signal) {
+    for (const ProcessReport& process : view.load()->processes()) {
+      if (process.name == "sim") ::kill(static_cast<pid_t>(process.pid), signal);
+    }
+  };
+  options.listeners.push_back([&](const Message& message) {
+    if (message.name == "navigation.getNavigationState.reply" && ++moves == 5) signal_simulator(SIGSTOP);
+    if (late || message.kind != MessageKind::kError) return;
+    const Value* kind = message.data.find("kind");
+    if (kind == nullptr || kind->text() != "late") return;
+    late = true;
+    signal_simulator(SIGCONT);
+  });
+  const Ran ran = run(plan, std::move(options));
+  EXPECT_TRUE(late);
+  EXPECT_THAT(ran.report.unmet, IsEmpty());
+}
+
 TEST(Processes, AStoppedOneFailsItsLeafAndIsEndedWithTheRun) {
   Scenario scenario = resilient();
   scenario.mission = "RUNNING";
