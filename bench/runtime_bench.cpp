@@ -1,4 +1,5 @@
-// What observing costs: a message from where it is published, through the run's order, to the monitors of the recharge mission.
+// What observing costs: a message from where it is published, through the run's order, to the monitors of the recharge
+// mission.
 
 #include <benchmark/benchmark.h>
 

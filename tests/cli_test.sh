@@ -30,6 +30,11 @@ expect 3 'no scenario "experimnt1"; did you mean "experiment1"' "$sentree" run e
 expect 0 'nothing to complain about' "$sentree" check examples/recharge
 expect 0 '"errors":0' "$sentree" check examples/minimal --json
 
+expect 0 'nothing to complain about' "$sentree" check examples/recharge/mission.xml
+expect 0 'nothing to complain about' "$sentree" check examples/recharge/skills/GoToLocation.scxml
+expect 0 'nothing to complain about' "$sentree" check examples/recharge/scenarios/experiment1.yaml
+expect 0 'nothing to complain about' "$sentree" check examples/recharge/hosts/experiment2.yaml
+
 # Experiment 1: exit 1, verdict, monitor and witness as JSON, the same bytes each time.
 expect 1 '"monitor":"battery","verdict":"violated".*"witness":\[\{' \
   "$sentree" run examples/recharge --scenario experiment1 --clock virtual --seed 7 --json

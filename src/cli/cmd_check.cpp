@@ -1,9 +1,15 @@
 #include <algorithm>
+#include <filesystem>
 
+#include "sentree/bt/load.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/runtime/plan.h"
+#include "sentree/scxml/chart.h"
+#include "sentree/scxml/check.h"
 #include "sentree/sim/world.h"
+#include "sentree/text/file.h"
+#include "sentree/text/yaml.h"
 
 namespace sentree::cli {
 
@@ -16,18 +22,47 @@ void add_new(Diagnostics& all, const Diagnostics& found) {
   }
 }
 
+// A tree or a chart that stands alone; its leaves and services are taken on trust.
+Diagnostics check_chart(const std::filesystem::path& path) {
+  const auto source = text::read_file(path);
+  if (!source) return {source.error()};
+  scxml::LoadOptions options;
+  options.read = [&](std::string_view uri) { return text::read_file(path.parent_path() / std::string(uri)); };
+  auto loaded = scxml::load(*source, path.string(), options);
+  if (loaded.value) add_new(loaded.diagnostics, scxml::check(*loaded.value));
+  sort_by_place(loaded.diagnostics);
+  return loaded.diagnostics;
+}
+
+// Whether the file is a scenario: it has no mission of its own.
+bool is_scenario(const std::filesystem::path& path) {
+  if (path.extension() != ".yaml" || path.filename() == "sentree.yaml") return false;
+  const auto source = text::read_file(path);
+  const auto yaml = source ? text::parse_yaml(*source) : tl::unexpected(source.error());
+  return yaml && yaml->is_mapping() && yaml->find("mission") == nullptr;
+}
+
+Diagnostics check_scenario(const std::filesystem::path& path) {
+  auto scenario = runtime::load_scenario(path);
+  Diagnostics all = std::move(scenario.diagnostics);
+  if (scenario.ok()) add_new(all, runtime::prepare(std::move(*scenario.value)).diagnostics);
+  return all;
+}
+
 Diagnostics check_all(const std::string& path) {
   Diagnostics all;
   if (is_world(path)) return sim::load_world(path).diagnostics;
+  const std::filesystem::path file(path);
+  if (file.extension() == ".xml") return bt::load_file(file).diagnostics;
+  if (file.extension() == ".scxml") return check_chart(file);
+  if (is_scenario(file)) return check_scenario(file);
   auto project = runtime::load_project(path);
   add_new(all, project.diagnostics);
   if (!project.ok()) return all;
   const auto files = runtime::scenario_files(*project.value);
   add_new(all, runtime::prepare(runtime::plain_scenario(std::move(*project.value))).diagnostics);
-  for (const auto& file : files) {
-    auto scenario = runtime::load_scenario(file);
-    add_new(all, scenario.diagnostics);
-    if (scenario.ok()) add_new(all, runtime::prepare(std::move(*scenario.value)).diagnostics);
+  for (const auto& each : files) {
+    add_new(all, check_scenario(each));
   }
   return all;
 }

@@ -70,11 +70,17 @@ void add_test(CLI::App& app, TestCommand& command) {
 }
 
 void add_check(CLI::App& app, CheckCommand& command) {
-  auto* sub = app.add_subcommand("check", "Find everything that is wrong with a project or a world without running it");
+  auto* sub = app.add_subcommand(
+      "check", "Find everything that is wrong with a project or one of its files, without running it");
   sub->footer(
-      "Examples:\n  sentree check examples/recharge\n  sentree check examples/recharge/world/world.yaml\nExit code: 0 "
-      "nothing, 1 warnings, 3 errors.");
-  sub->add_option("project", command.project, "Folder with a sentree.yaml, or a world file")->capture_default_str();
+      "Examples:\n"
+      "  sentree check examples/recharge                     the project and all its scenarios\n"
+      "  sentree check examples/recharge/mission.xml         a tree, as far as it stands alone\n"
+      "  sentree check examples/recharge/skills/WaitForUser.scxml\n"
+      "  sentree check examples/recharge/world/world.yaml\n"
+      "Exit code: 0 nothing, 1 warnings, 3 errors.");
+  sub->add_option("project", command.project, "Folder with a sentree.yaml, or a tree, chart, scenario or world file")
+      ->capture_default_str();
   sub->add_flag("--json", command.json, "Print the findings as JSON");
 }
 
