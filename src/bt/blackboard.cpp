@@ -146,9 +146,18 @@ std::uint32_t Blackboard::cell(std::uint32_t scope, std::string_view name) {
   }
   const Scope& s = model_.scopes[scope];
   std::uint32_t parent = kNone;
-  if (s.parent != kNone && (s.shared || (s.autoremap && !name.starts_with('_')))) parent = cell(s.parent, name);
+  if (s.parent != kNone && (s.shared || (s.autoremap && !name.starts_with('_')))) {
+    parent = cell(s.parent, name);
+    if (parent == kNone) return kNone;
+  }
+  if (state_.dynamic_.size() >= kRuntimeEntriesMax) return kNone;
   state_.dynamic_.push_back({scope, std::string(name), parent, State::kNoEntry});
   return static_cast<std::uint32_t>(state_.links_.size() + state_.dynamic_.size() - 1);
+}
+
+std::string Blackboard::too_many(std::string_view name) {
+  return "entry \"" + std::string(name) + "\" would be one more than the " + std::to_string(kRuntimeEntriesMax) +
+         " that may be named at run time; name it in the tree";
 }
 
 std::string_view Blackboard::name(std::uint32_t cell) const {

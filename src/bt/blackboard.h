@@ -44,8 +44,10 @@ class Blackboard {
     ++entry.sequence;
     entry.stamp = now_;
   }
-  /// The cell of a name as one scope sees it; makes one if nobody mentions the name. Never kNone.
+  /// The cell of a name as one scope sees it; makes one if nobody mentions the name. kNone beyond kRuntimeEntriesMax.
   std::uint32_t cell(std::uint32_t scope, std::string_view name);
+  /// What to say then.
+  [[nodiscard]] static std::string too_many(std::string_view name);
   /// The same without making one: kNone.
   [[nodiscard]] std::uint32_t find_cell(std::uint32_t scope, std::string_view name) const;
   [[nodiscard]] std::string_view name(std::uint32_t cell) const;

@@ -37,6 +37,7 @@ std::uint32_t Loader::add_manifest(const Manifest& manifest) {
 }
 
 std::vector<std::string> Loader::known_ids() const {
+  if (diagnostics_.size() >= kHintsMax) return {};
   std::vector<std::string> ids = options_.skills;
   for (const Manifest& manifest : builtins(model_->format)) ids.push_back(manifest.id);
   for (const auto& [id, manifest] : declared_) ids.push_back(id);
@@ -44,6 +45,17 @@ std::vector<std::string> Loader::known_ids() const {
     for (const auto& [id, entry] : options_.registry->entries()) ids.push_back(id);
   }
   return ids;
+}
+
+std::vector<std::string> Loader::tree_ids() const {
+  std::vector<std::string> ids;
+  if (diagnostics_.size() >= kHintsMax) return ids;
+  for (const Definition& other : definitions_) ids.push_back(other.id);
+  return ids;
+}
+
+std::string Loader::hint(std::string_view name, const std::vector<std::string>& candidates) const {
+  return diagnostics_.size() < kHintsMax ? did_you_mean(name, candidates) : std::string();
 }
 
 std::uint32_t Loader::find_manifest(const XmlElement& element, bool& is_explicit) {
@@ -118,7 +130,7 @@ std::uint32_t Loader::find_manifest(const XmlElement& element, bool& is_explicit
             place);
     } else {
       error("bt.unknown-node",
-            "there is no node \"" + shown + "\"" + did_you_mean(id, known_ids()) +
+            "there is no node \"" + shown + "\"" + hint(id, known_ids()) +
                 (find_builtin(id, 7 - model_->format) != nullptr
                      ? " (it exists in format " + std::to_string(7 - model_->format) + ")"
                      : ""),
@@ -169,6 +181,13 @@ std::uint32_t Loader::entry_of(std::uint32_t text) {
 void Loader::define_port(DefinedPort& port, const Manifest& manifest, const XmlElement& element, std::uint32_t name,
                          std::string_view text, const PortInfo* info) {
   port.name = name;
+  if (text.size() > kPortBytesMax) {
+    error("bt.too-large",
+          "port \"" + model_->strings[name] + "\" of " + manifest.id + " has " + std::to_string(text.size()) +
+              " bytes; at most " + std::to_string(kPortBytesMax) + " are accepted",
+          element.attribute_span(model_->strings[name]));
+    return;
+  }
   port.text = string(text);
   port.type = info != nullptr ? info->type : nullptr;
   std::uint32_t entry = entry_of(port.text);
@@ -275,9 +294,7 @@ void Loader::define_subtree(Definition& definition, DefinedNode& node, const std
   }
   const auto target = definition_index_.find(*id);
   if (target == definition_index_.end()) {
-    std::vector<std::string> ids;
-    for (const Definition& other : definitions_) ids.push_back(other.id);
-    error("bt.unknown-tree", "there is no BehaviorTree \"" + std::string(*id) + "\"" + did_you_mean(*id, ids),
+    error("bt.unknown-tree", "there is no BehaviorTree \"" + std::string(*id) + "\"" + hint(*id, tree_ids()),
           node.element.attribute_value_span("ID"));
     return;
   }

@@ -344,7 +344,7 @@ bool Loader::substitute(DefinedNode& defined, NodeId subtree, std::uint32_t scop
     } else {
       error("bt.bad-substitution",
             "\"" + path + "\" is to be replaced by \"" + rule.id + "\", which is no leaf" +
-                did_you_mean(rule.id, known_ids()),
+                hint(rule.id, known_ids()),
             defined.element.span());
       return false;
     }
@@ -460,7 +460,7 @@ void Loader::check_leaf_names() {
     const std::string& kind = model_->manifest(id).id;
     if (options_.has_skill && !options_.has_skill(kind, model_->name(id))) {
       error("bt.unknown-node",
-            "leaf \"" + path + "\": there is no skill \"" + kind + "\"" + did_you_mean(kind, known_skills()),
+            "leaf \"" + path + "\": there is no skill \"" + kind + "\"" + hint(kind, known_skills()),
             span_of(id));
     }
     const auto [place, fresh] = seen.try_emplace(event_name(path), id);

@@ -11,6 +11,13 @@ namespace sentree::bt {
 using text::XmlElement;
 
 void Loader::report(Severity severity, std::string code, std::string message, SourceSpan span) {
+  if (diagnostics_.size() >= kFindingsMax) {
+    // An error that is not listed is one all the same.
+    if (severity != Severity::kError || unlisted_error_) return;
+    unlisted_error_ = true;
+    code = "bt.too-many-findings";
+    message = "there are more than " + std::to_string(kFindingsMax) + " findings; the rest is not listed";
+  }
   diagnostics_.push_back({severity, std::move(code), std::move(message), std::move(span)});
 }
 
@@ -24,6 +31,10 @@ std::uint32_t Loader::string(std::string_view text) {
 }
 
 bool Loader::read_document(std::string xml, std::string file, const std::filesystem::path& path) {
+  if (xml.size() > kIncludeBytesMax) {
+    error("bt.too-large", "the file has more than " + std::to_string(kIncludeBytesMax) + " bytes", {file, 0, 0, 0});
+    return false;
+  }
   auto parsed = text::XmlDocument::parse(std::move(xml), file, {.lenient = true});
   if (!parsed) {
     diagnostics_.push_back(std::move(parsed.error()));

@@ -27,6 +27,7 @@ class Loader {
   [[nodiscard]] Loaded<Tree> load(std::string xml, std::string file);
 
  private:
+  static constexpr std::size_t kHintsMax = 200;
   static constexpr std::uint32_t kSameName = kNone - 1;  ///< {=}: the entry is called like the port.
   static constexpr std::uint32_t kUnknownText = kNone - 2;
   struct Document {
@@ -116,6 +117,9 @@ class Loader {
   [[nodiscard]] std::uint32_t find_manifest(const text::XmlElement& element, bool& is_explicit);
   std::uint32_t add_manifest(const Manifest& manifest);
   [[nodiscard]] std::vector<std::string> known_ids() const;
+  [[nodiscard]] std::vector<std::string> tree_ids() const;
+  /// "did you mean", for the first findings: the search goes through all candidates each time.
+  [[nodiscard]] std::string hint(std::string_view name, const std::vector<std::string>& candidates) const;
   void unknown_attribute(const text::XmlElement& element, const Manifest& manifest, std::string_view name);
 
   // instantiate.cpp: definitions to the model.
@@ -171,6 +175,7 @@ class Loader {
   const LoadOptions& options_;
   std::unique_ptr<Model> model_;
   Diagnostics diagnostics_;
+  bool unlisted_error_ = false;
   std::vector<std::unique_ptr<Document>> documents_;
   std::set<std::string> open_files_;  ///< Being read: an include of one is a cycle.
   std::set<std::string> read_files_;

@@ -170,7 +170,12 @@ bool Machine::run_text(NodeId id, const std::string& text, ScriptValue& result) 
     return false;
   }
   std::vector<std::uint32_t> cells;
-  for (const NameUse& use : script->names) cells.push_back(blackboard_.cell(model_.scope(id), use.name));
+  for (const NameUse& use : script->names) {
+    cells.push_back(blackboard_.cell(model_.scope(id), use.name));
+    if (cells.back() != kNone) continue;
+    fail(id, "bt.too-many-entries", Blackboard::too_many(use.name));
+    return false;
+  }
   std::string error;
   if (run_script(model_, blackboard_, *script, cells.data(), result, error)) {
     // The constants of this script end with it.

@@ -16,6 +16,8 @@ namespace sentree::bt {
 /// Bounds of one script; beyond them it is refused with bt.script-too-large.
 inline constexpr std::size_t kScriptBytesMax = 64U << 10U;
 inline constexpr int kScriptNestingMax = 200;
+/// Text that a script may make; a longer one gives the tick up.
+inline constexpr std::size_t kScriptTextMax = 1U << 20U;
 
 /// One instruction of a stack machine.
 struct Instruction {

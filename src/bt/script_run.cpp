@@ -179,6 +179,7 @@ class Run {
     return fail("no entry \"" + script_.names[name].name + "\"; create it with := first");
   }
   bool empty(std::uint32_t name) { return fail("entry \"" + script_.names[name].name + "\" holds no value yet"); }
+  bool too_long() { return fail("a text longer than " + std::to_string(kScriptTextMax) + " bytes"); }
   bool operand_empty() { return fail("an operand holds no value yet"); }
 
   bool assign(const Instruction& in, ScriptValue& value) {
@@ -249,6 +250,7 @@ class Run {
         return mismatch(in.arg, ScriptValue::of(r), held);
       }
     } else if (value.tag == Tag::kString && left.tag == Tag::kString && in.op == Op::kAddAssign) {
+      if (left.string->size() + value.string->size() > kScriptTextMax) return too_long();
       entry->datum.value = *left.string + *value.string;
     } else {
       return fail("the operator does not fit what entry \"" + script_.names[in.arg].name + "\" holds");
@@ -265,6 +267,7 @@ class Run {
       std::string& joined = scratch().next();
       append_text(joined, left);
       append_text(joined, right);
+      if (joined.size() > kScriptTextMax) return too_long();
       left = ScriptValue::of(&joined);
       return true;
     }
@@ -272,6 +275,7 @@ class Run {
       std::string& joined = scratch().next();
       joined = *left.string;
       joined += *right.string;
+      if (joined.size() > kScriptTextMax) return too_long();
       left = ScriptValue::of(&joined);
       return true;
     }

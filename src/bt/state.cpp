@@ -93,6 +93,7 @@ Result<void> set_entry(const Tree& tree, State& state, std::string_view name, Va
   Blackboard blackboard(model, state, now);
   std::string error;
   const std::uint32_t cell = blackboard.cell(scope_of(model, subtree), name);
+  if (cell == kNone) return fail("bt.too-many-entries", Blackboard::too_many(name));
   if (auto* held = blackboard.find(cell)) {
     if (!copy_into(Datum{std::move(value), nullptr}, held->datum)) {
       return fail("bt.entry-type", "entry \"" + std::string(name) + "\" holds " +

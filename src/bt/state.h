@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -20,6 +21,10 @@ namespace sentree::bt {
 
 class Tree;
 class Machine;
+
+/// Entries whose names no part of the tree mentions (SetBlackboard output_key="{key}", scripts from entries,
+/// set_entry); one more is refused with bt.too-many-entries.
+inline constexpr std::size_t kRuntimeEntriesMax = 10'000;
 class Blackboard;
 
 /// Everything that a tree remembers between steps: statuses, counters, blackboard, timers, a suspended tick.
@@ -109,7 +114,7 @@ struct EntryFact {
 [[nodiscard]] std::vector<EntryFact> blackboard(const Tree& tree, const State& state);
 /// The value of an entry by name, as the root tree or the given SubTree sees it; null if there is none or it is empty.
 [[nodiscard]] const Value* entry(const Tree& tree, const State& state, std::string_view name, NodeId subtree = kNoNode);
-/// Writes an entry from outside, as an untyped port would. Error: bt.entry-type.
+/// Writes an entry from outside, as an untyped port would. Errors: bt.entry-type, bt.too-many-entries.
 [[nodiscard]] Result<void> set_entry(const Tree& tree, State& state, std::string_view name, Value value, TimePoint now,
                                      NodeId subtree = kNoNode);
 

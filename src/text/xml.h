@@ -20,6 +20,8 @@ namespace sentree::text {
 
 /// Elements inside elements that `XmlDocument::parse` accepts.
 inline constexpr int kXmlNestingMax = 1000;
+/// Findings that lenient parsing lets pass in one document; one more is an error.
+inline constexpr std::size_t kXmlWarningsMax = 10'000;
 
 class XmlDocument;
 class XmlElement;

@@ -88,7 +88,7 @@ class Scanner {
   }
   // Refused, or accepted with a warning where the caller asked for leniency.
   void lenient(std::size_t offset, std::string message, const char* code = "xml.syntax") {
-    if (options_.lenient)
+    if (options_.lenient && scan_.warnings.size() < kXmlWarningsMax)
       scan_.warnings.push_back({offset, code, std::move(message)});
     else
       error(offset, std::move(message), code);

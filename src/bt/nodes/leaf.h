@@ -51,13 +51,13 @@ struct SetBlackboard {
     if (!key) return m.fail(id, "bt.missing-port", "needs \"output_key\", the name of an entry");
     const Binding* value = m.binding(n, kValuePort);
     if (value == nullptr) return m.fail(id, "bt.missing-port", "needs \"value\"");
-    const std::uint32_t scope = m.model().scope(id);
+    const std::uint32_t target = m.blackboard().cell(m.model().scope(id), *key);
+    if (target == kNone) return m.fail(id, "bt.too-many-entries", Blackboard::too_many(*key));
     std::string error;
     if (value->kind == Binding::Kind::kLiteral) {
       const std::string& text = m.model().strings[value->text];
       // Format 3's entries take the text and become strings, whatever they were.
-      if (!m.blackboard().set(m.blackboard().cell(scope, *key), Datum{Value(text), nullptr}, &type_of<std::string>(),
-                              error)) {
+      if (!m.blackboard().set(target, Datum{Value(text), nullptr}, &type_of<std::string>(), error)) {
         return m.fail(id, "bt.entry-type", error);
       }
       return Next::done(Status::kSuccess);
@@ -68,7 +68,6 @@ struct SetBlackboard {
     }
     const Datum copy = source->datum;
     const PortType* type = source->type;
-    const std::uint32_t target = m.blackboard().cell(scope, *key);
     Blackboard::Entry* entry = m.blackboard().find(target);
     const bool text = copy.value.as_string() != nullptr;
     if (entry == nullptr) {
