@@ -5,6 +5,7 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/bt/tree.h"
+#include "sentree/bt/values.h"
 
 namespace sentree::bt {
 
@@ -44,7 +45,7 @@ Blackboard::Entry* Blackboard::create(std::uint32_t cell, const PortType* type, 
   if (const std::uint32_t existing = link_of(owner); existing != State::kNoEntry) {
     Entry& entry = state_.entries_[existing];
     const bool both_strong = entry.type != nullptr && entry.type->strong() && type != nullptr && type->strong();
-    if (both_strong && !(*entry.type == *type)) {
+    if (both_strong && !(*entry.type == *type) && !castable(model_, *type, *entry.type)) {
       error = "entry \"" + std::string(name(cell)) + "\" is of type " + entry.type->name + " and cannot become " +
               type->name;
       return nullptr;
@@ -86,8 +87,15 @@ bool Blackboard::set(std::uint32_t cell, Datum&& datum, const PortType* type, st
     return true;
   }
   if (type != nullptr && !(*entry.type == *type)) {
+    if (datum.object != nullptr) {
+      if (auto cast = cast_object(model_, datum.object, *entry.type)) {
+        entry.datum = Datum{Value(), std::move(cast)};
+        written(entry);
+        return true;
+      }
+    }
     std::optional<Value> converted;
-    if (is_text && entry.type->parse != nullptr) converted = entry.type->parse(datum.value.text());
+    if (is_text) converted = value_of_text(model_, *entry.type, datum.value.text());
     const auto numeric = [](const PortType& t) {
       return t.kind == PortType::Class::kInteger || t.kind == PortType::Class::kReal ||
              t.kind == PortType::Class::kBool;

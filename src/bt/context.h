@@ -29,6 +29,14 @@ struct Next {
   [[nodiscard]] static Next tick(std::size_t child) { return {static_cast<std::uint32_t>(child), Status::kIdle}; }
 };
 
+/// A value with the number and the time of its last write; 0 and zero for a literal.
+template <class T>
+struct Stamped {
+  T value;
+  std::uint64_t sequence;
+  TimePoint stamp;
+};
+
 /// What a C++ node sees of itself while it runs. Valid during the call only.
 class Context {
  public:
@@ -61,6 +69,15 @@ class Context {
   [[nodiscard]] std::string_view raw(const PortName& port) const;
   /// How often the entry of a port was written; 0 if there is none.
   [[nodiscard]] std::uint64_t sequence(const PortName& port) const;
+  /// When the entry of a port was last written; zero if there is none.
+  [[nodiscard]] TimePoint stamp(const PortName& port) const;
+  /// The value with both. Errors as `input`.
+  template <class T>
+  [[nodiscard]] Result<Stamped<T>> stamped(PortName port) const {
+    auto read = input<T>(port);
+    if (!read) return tl::unexpected(std::move(read.error()));
+    return Stamped<T>{std::move(*read), sequence(port), stamp(port)};
+  }
 
   /// Asks for another tick at once.
   void wake();

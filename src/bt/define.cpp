@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "sentree/bt/loader.h"
+#include "sentree/bt/values.h"
 
 // Elements of a BehaviorTree to the nodes of a definition: which node it is, its ports, conditions and scripts.
 
@@ -90,7 +91,7 @@ std::uint32_t Loader::find_manifest(const XmlElement& element, bool& is_explicit
     if (const Registry::Entry* entry = options_.registry->find(id)) {
       made.id = entry->id;
       made.category = entry->category;
-      made.kind = Kind::kUser;
+      made.kind = entry->loop ? Kind::kLoop : Kind::kUser;
       made.synchronous = entry->synchronous;
       made.ports = entry->ports;
       made.description = entry->description;
@@ -201,23 +202,15 @@ void Loader::define_port(DefinedPort& port, const Manifest& manifest, const XmlE
   Datum literal{Value(text), nullptr};
   const bool reads = info != nullptr && info->direction != PortDirection::kOutput;
   if (reads && port.type != nullptr && port.type->strong() && port.type->kind != PortType::Class::kString) {
-    std::optional<Value> parsed;
-    if (port.type->parse != nullptr) parsed = port.type->parse(text);
-    // A literal that stands for a number through an enum.
-    if (!parsed && (port.type->kind == PortType::Class::kInteger || port.type->kind == PortType::Class::kReal)) {
-      if (const auto value = model_->enum_value(text)) {
-        if (port.type->kind == PortType::Class::kReal) {
-          parsed.emplace(static_cast<double>(*value));
-        } else {
-          parsed.emplace(*value);
-        }
-      }
-    }
+    std::optional<Value> parsed = value_of_text(*model_, *port.type, text);
     // Format 3 finds it out when the port is read.
     if (!parsed && model_->format != 3) {
       report(lenient_ ? Severity::kWarning : Severity::kError, "bt.bad-value",
              "port \"" + model_->strings[name] + "\" of " + manifest.id + ": \"" + std::string(text) + "\" is no " +
-                 port.type->name + (port.type->parse == nullptr ? "; only an entry {…} can hold one" : ""),
+                 port.type->name +
+                 (port.type->parse != nullptr                   ? ""
+                  : port.type->kind == PortType::Class::kObject ? "; only an entry {…} can hold one"
+                                                                : "; write json:… or an entry {…}"),
              element.attribute_value_span(model_->strings[name]));
       return;
     }

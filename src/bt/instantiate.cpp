@@ -3,6 +3,7 @@
 
 #include "sentree/bt/loader.h"
 #include "sentree/bt/nodes/parallel.h"
+#include "sentree/bt/values.h"
 
 // Definitions to the compiled model: every SubTree instance gets nodes, a blackboard and resolved names of its own.
 
@@ -111,6 +112,7 @@ void Loader::declare_entry(std::uint32_t cell, const PortType* type, const Defin
     return;
   }
   if (*use.strong == *type || use.strong->kind == PortType::Class::kString) return;
+  if (castable(*model_, *use.strong, *type) || castable(*model_, *type, *use.strong)) return;
   const auto about = [&] {
     return "entry \"" + model_->strings[model_->cells[cell].name] + "\" is a " + use.strong->name + " for " +
            declared_by(use) + " and ";
@@ -343,8 +345,7 @@ bool Loader::substitute(DefinedNode& defined, NodeId subtree, std::uint32_t scop
       replacement.behaviour = entry->behaviour;
     } else {
       error("bt.bad-substitution",
-            "\"" + path + "\" is to be replaced by \"" + rule.id + "\", which is no leaf" +
-                hint(rule.id, known_ids()),
+            "\"" + path + "\" is to be replaced by \"" + rule.id + "\", which is no leaf" + hint(rule.id, known_ids()),
             defined.element.span());
       return false;
     }
@@ -459,8 +460,7 @@ void Loader::check_leaf_names() {
     }
     const std::string& kind = model_->manifest(id).id;
     if (options_.has_skill && !options_.has_skill(kind, model_->name(id))) {
-      error("bt.unknown-node",
-            "leaf \"" + path + "\": there is no skill \"" + kind + "\"" + hint(kind, known_skills()),
+      error("bt.unknown-node", "leaf \"" + path + "\": there is no skill \"" + kind + "\"" + hint(kind, known_skills()),
             span_of(id));
     }
     const auto [place, fresh] = seen.try_emplace(event_name(path), id);

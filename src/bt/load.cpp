@@ -285,6 +285,7 @@ Loaded<Tree> Loader::load(std::string xml, std::string file) {
   if (options_.registry != nullptr) {
     diagnostics_ = options_.registry->problems();
     model_->enums = options_.registry->enums();
+    model_->casts = options_.registry->casts();
   }
   const std::filesystem::path path = std::filesystem::path(file).lexically_normal();
   open_files_.insert(path.string());

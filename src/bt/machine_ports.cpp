@@ -1,6 +1,7 @@
 #include <utility>
 
 #include "sentree/bt/machine.h"
+#include "sentree/bt/values.h"
 
 // Values in and out of nodes: ports and scripts.
 
@@ -27,13 +28,16 @@ bool fits(const PortType& wanted, const Datum& datum) {
   return false;
 }
 
-/// Text is parsed, numbers are converted where nothing is lost, numbers become text.
-bool convert(const PortType& wanted, const Datum& from, Datum& into) {
+/// Text is parsed, pointers are cast, numbers are converted where nothing is lost, numbers become text.
+bool convert(const Model& model, const PortType& wanted, const Datum& from, Datum& into) {
+  if (from.object != nullptr && wanted.kind == PortType::Class::kObject) {
+    into.object = cast_object(model, from.object, wanted);
+    return into.object != nullptr;
+  }
   if (from.object != nullptr || wanted.kind == PortType::Class::kObject) return false;
   into.object = nullptr;
   if (const auto* text = from.value.as_string(); text != nullptr && wanted.kind != PortType::Class::kString) {
-    if (wanted.parse == nullptr) return false;
-    auto parsed = wanted.parse(*text);
+    auto parsed = value_of_text(model, wanted, *text);
     if (!parsed) return false;
     into.value = std::move(*parsed);
     return true;
@@ -79,7 +83,7 @@ const Datum* Machine::read(const Binding& binding, const PortType* wanted, Datum
     datum = &entry->datum;
   }
   if (wanted == nullptr || fits(*wanted, *datum)) return datum;
-  return convert(*wanted, *datum, scratch) ? &scratch : nullptr;
+  return convert(model_, *wanted, *datum, scratch) ? &scratch : nullptr;
 }
 
 Diagnostic Machine::read_error(const Binding& binding, const PortType* wanted) {
@@ -216,6 +220,13 @@ std::uint64_t Context::sequence(const PortName& port) const {
   if (b == nullptr || b->kind != Binding::Kind::kEntry) return 0;
   const Blackboard::Entry* entry = machine_.blackboard().find(b->target);
   return entry != nullptr ? entry->sequence : 0;
+}
+
+TimePoint Context::stamp(const PortName& port) const {
+  const Binding* b = machine_.binding(machine_.node(node_), port);
+  if (b == nullptr || b->kind != Binding::Kind::kEntry) return TimePoint{};
+  const Blackboard::Entry* entry = machine_.blackboard().find(b->target);
+  return entry != nullptr ? entry->stamp : TimePoint{};
 }
 
 const Datum* Context::peek(const PortName& port) const {

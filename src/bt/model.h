@@ -220,6 +220,7 @@ struct Model {
   std::vector<NodeId> externals;
   std::vector<InitialEntry> initial;
   std::vector<std::pair<std::string, std::int64_t>> enums;
+  std::vector<PolymorphicCast> casts;
   std::uint32_t memory_words = 0;
   std::uint32_t homes = 0;
   std::uint32_t objects = 0;

@@ -39,6 +39,13 @@ class Boxed final : public Object {
   T content_;
 };
 
+/// One step from a pointer type to another one; null where the object is not of that kind.
+struct PolymorphicCast {
+  const PortType* from;
+  const PortType* to;
+  std::shared_ptr<const Object> (*cast)(const Object& object);
+};
+
 /// What an entry holds: a value, or a C++ object.
 struct Datum {
   Value value;

@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -55,6 +56,7 @@ class Registry {
     Ports ports;
     std::string description;
     std::shared_ptr<const Behaviour> behaviour;
+    bool loop = false;  ///< The built-in Loop decorator with ports of other types; see `loop`.
   };
   using Function = std::function<Status(Context&)>;
 
@@ -84,8 +86,39 @@ class Registry {
   /// Forgets an ID; true if there was one.
   bool remove(std::string_view id);
 
-  /// A name that scripts may use for a number.
+  /// A name that scripts and ports may use for a number.
   void enum_value(std::string name, std::int64_t value);
+  template <class T>
+  requires std::is_enum_v<T>
+  void enum_value(std::string name, T value) { enum_value(std::move(name), static_cast<std::int64_t>(value)); }
+
+  /// A decorator like LoopDouble, for elements of type T. A literal queue "a;b" needs `Convert<T>::from_text`.
+  template <Convertible T>
+  void loop(std::string id) {
+    add(Entry{std::move(id),
+              Category::kDecorator,
+              false,
+              {inout<std::vector<T>>("queue"), input_default<Status>("if_empty", "SUCCESS"), output<T>("value")},
+              {},
+              nullptr,
+              true});
+  }
+
+  /// Ports of `std::shared_ptr<Base>` may read entries that hold a `std::shared_ptr<Derived>`, and the other way round
+  /// where the object is one. Casts chain.
+  template <class Derived, class Base>
+  void polymorphic_cast() {
+    static_assert(std::is_base_of_v<Base, Derived> && std::is_polymorphic_v<Base>);
+    using From = std::shared_ptr<Derived>;
+    using To = std::shared_ptr<Base>;
+    casts_.push_back({&type_of<From>(), &type_of<To>(), [](const Object& object) -> std::shared_ptr<const Object> {
+                        return std::make_shared<Boxed<To>>(static_cast<const Boxed<From>&>(object).content());
+                      }});
+    casts_.push_back({&type_of<To>(), &type_of<From>(), [](const Object& object) -> std::shared_ptr<const Object> {
+                        auto down = std::dynamic_pointer_cast<Derived>(static_cast<const Boxed<To>&>(object).content());
+                        return down != nullptr ? std::make_shared<Boxed<From>>(std::move(down)) : nullptr;
+                      }});
+  }
 
   /// Loads a shared library and calls its `extern "C" void sentree_register_nodes(sentree::bt::Registry&)`.
   /// Errors: bt.plugin-unreadable, bt.plugin-symbol. The library stays loaded.
@@ -94,11 +127,13 @@ class Registry {
   [[nodiscard]] const Entry* find(std::string_view id) const;
   [[nodiscard]] const std::map<std::string, Entry, std::less<>>& entries() const { return entries_; }
   [[nodiscard]] const std::vector<std::pair<std::string, std::int64_t>>& enums() const { return enums_; }
+  [[nodiscard]] const std::vector<PolymorphicCast>& casts() const { return casts_; }
   [[nodiscard]] const Diagnostics& problems() const { return problems_; }
 
  private:
   std::map<std::string, Entry, std::less<>> entries_;
   std::vector<std::pair<std::string, std::int64_t>> enums_;
+  std::vector<PolymorphicCast> casts_;
   Diagnostics problems_;
 };
 

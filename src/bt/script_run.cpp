@@ -6,6 +6,8 @@
 #include <memory>
 #include <vector>
 
+#include "sentree/bt/values.h"
+
 namespace sentree::bt {
 
 namespace {
@@ -202,7 +204,7 @@ class Run {
     } else if (value.tag == Tag::kString && held.as_string() == nullptr) {
       // Text for an entry of another type is read as that type.
       std::optional<Value> parsed;
-      if (entry->type != nullptr && entry->type->parse != nullptr) parsed = entry->type->parse(*value.string);
+      if (entry->type != nullptr) parsed = value_of_text(model_, *entry->type, *value.string);
       if (!parsed) return mismatch(in.arg, value, held);
       entry->datum = Datum{std::move(*parsed), nullptr};
     } else {

@@ -107,4 +107,41 @@ Result<void> set_entry(const Tree& tree, State& state, std::string_view name, Va
   return {};
 }
 
+Value export_blackboard(const Tree& tree, const State& state) {
+  Map scopes;
+  for (const EntryFact& fact : blackboard(tree, state)) {
+    if (fact.value->is_null()) continue;
+    Value& scope = scopes[fact.scope];
+    if (scope.is_null()) scope = Map{};
+    scope.as_map()->append(fact.name, *fact.value);
+  }
+  return scopes;
+}
+
+Result<void> import_blackboard(const Tree& tree, State& state, const Value& blackboard, TimePoint now) {
+  const Map* scopes = blackboard.as_map();
+  if (scopes == nullptr) return fail("bt.bad-blackboard", "a blackboard is a map of SubTrees, each a map of entries");
+  State changed = state;
+  for (const auto& [path, entries] : *scopes) {
+    const NodeId subtree = path.empty() ? kNoNode : tree.find(path);
+    if (!path.empty() && (subtree == kNoNode || tree.category(subtree) != Category::kSubTree)) {
+      return fail("bt.bad-blackboard", "there is no SubTree \"" + path + "\"");
+    }
+    if (entries.as_map() == nullptr) {
+      return fail("bt.bad-blackboard", "\"" + path + "\" holds " + to_json(entries) + "; it must be a map of entries");
+    }
+    for (const auto& [name, value] : *entries.as_map()) {
+      if (auto written = set_entry(tree, changed, name, value, now, subtree); !written) return written;
+    }
+  }
+  state = std::move(changed);
+  return {};
+}
+
+void restore_blackboard(State& state, const State& backup) {
+  state.links_ = backup.links_;
+  state.entries_ = backup.entries_;
+  state.dynamic_ = backup.dynamic_;
+}
+
 }  // namespace sentree::bt

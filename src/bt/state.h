@@ -53,6 +53,7 @@ class State {
   [[nodiscard]] std::uint64_t hash() const;
 
  private:
+  friend void restore_blackboard(State& state, const State& backup);
   friend class Machine;
   friend class Blackboard;
   friend struct Snapshot;
@@ -117,5 +118,15 @@ struct EntryFact {
 /// Writes an entry from outside, as an untyped port would. Errors: bt.entry-type, bt.too-many-entries.
 [[nodiscard]] Result<void> set_entry(const Tree& tree, State& state, std::string_view name, Value value, TimePoint now,
                                      NodeId subtree = kNoNode);
+
+/// All entries as a map of maps: by the path of the SubTree that owns them ("" for the main tree's), then by name. C++
+/// objects and entries without a value are left out. `to_json` makes a file of it.
+[[nodiscard]] Value export_blackboard(const Tree& tree, const State& state);
+/// Writes entries in that form, all or none. Errors: bt.bad-blackboard (not of that form, no such SubTree),
+/// bt.entry-type, bt.too-many-entries.
+[[nodiscard]] Result<void> import_blackboard(const Tree& tree, State& state, const Value& blackboard, TimePoint now);
+
+/// Gives `state` the entries of `backup`, a copy made earlier, and leaves everything else: what runs goes on.
+void restore_blackboard(State& state, const State& backup);
 
 }  // namespace sentree::bt

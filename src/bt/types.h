@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <typeinfo>
 #include <utility>
 #include <vector>
 
@@ -156,6 +157,25 @@ struct Convert<Value> {
   static std::optional<Value> from_value(const Value& v) { return v; }
 };
 
+/// An enum of the user's: its number. Names in the XML and in scripts come from `Registry::enum_value`. A
+/// specialisation of one's own goes first.
+template <class T>
+requires std::is_enum_v<T>
+struct Convert<T> {
+  using Number = std::underlying_type_t<T>;
+  static constexpr bool kIsNumber = true;
+  static std::string name() { return detail::type_name(typeid(T).name()); }
+  static Value to_value(T v) { return static_cast<std::int64_t>(v); }
+  static std::optional<T> from_value(const Value& v) { return from_number(detail::to_integer(v)); }
+  static std::optional<T> from_text(std::string_view text) { return from_number(detail::parse_integer(text)); }
+
+ private:
+  static std::optional<T> from_number(std::optional<std::int64_t> i) {
+    if (!i || !std::in_range<Number>(*i)) return std::nullopt;
+    return static_cast<T>(static_cast<Number>(*i));
+  }
+};
+
 template <Convertible T>
 struct Convert<std::vector<T>> {
   static std::string name() { return "std::vector<" + Convert<T>::name() + ">"; }
@@ -217,6 +237,12 @@ template <class T>
         t.kind = PortType::Class::kString;
       } else if constexpr (std::is_same_v<T, Status>) {
         t.kind = PortType::Class::kStatus;
+      } else if constexpr (requires { Convert<T>::kIsNumber; }) {
+        t.kind = PortType::Class::kInteger;
+        t.min = static_cast<std::int64_t>(std::numeric_limits<std::underlying_type_t<T>>::min());
+        t.max = std::in_range<std::int64_t>(std::numeric_limits<std::underlying_type_t<T>>::max())
+                    ? static_cast<std::int64_t>(std::numeric_limits<std::underlying_type_t<T>>::max())
+                    : std::numeric_limits<std::int64_t>::max();
       }
     }
     return t;

@@ -1,0 +1,308 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sentree/bt/load.h"
+#include "sentree/bt/queue_nodes.h"
+#include "sentree/bt/runner.h"
+#include "sentree/bt/schema.h"
+#include "sentree/text/json.h"
+#include "sentree/text/xml.h"
+
+// Types in ports and entries: JSON, enums, pointers to base classes, queues; blackboards as JSON; the XML schema.
+
+namespace sentree::bt {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+std::string in_tree(const std::string& body, const std::string& more = {}) {
+  return "<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\"><BehaviorTree ID=\"Main\">" + body +
+         "</BehaviorTree>" + more + "</root>";
+}
+
+Runner runner(const std::string& body, const Registry& registry, const std::string& more = {}) {
+  LoadOptions options;
+  options.registry = &registry;
+  auto loaded = load(in_tree(body, more), options);
+  for (const Diagnostic& d : loaded.diagnostics) {
+    if (d.severity == Severity::kError) ADD_FAILURE() << to_string(d);
+  }
+  return Runner(std::move(*loaded.value));
+}
+
+struct Pose {
+  double x = 0;
+  double y = 0;
+};
+
+}  // namespace
+
+template <>
+struct Convert<Pose> {
+  static std::string name() { return "Pose"; }
+  static Value to_value(const Pose& p) { return Map{{"x", p.x}, {"y", p.y}}; }
+  static std::optional<Pose> from_value(const Value& v) {
+    if (v.find("x") == nullptr || v.find("y") == nullptr) return std::nullopt;
+    return Pose{v.find("x")->number(), v.find("y")->number()};
+  }
+};
+
+namespace {
+
+/// Adds up what its port gave.
+struct Sum {
+  double total = 0;
+  int failures = 0;
+};
+
+void add_show_pose(Registry& registry, Sum& sum) {
+  registry.action("ShowPose", {input_default<Pose>("at", "json:{\"x\": 100, \"y\": 0}")}, [&sum](Context& self) {
+    const auto pose = self.input<Pose>("at");
+    if (!pose) ++sum.failures;
+    if (pose) sum.total += pose->x + pose->y;
+    return pose ? Status::kSuccess : Status::kFailure;
+  });
+}
+
+TEST(Json, IsALiteralOfAUserTypeADefaultAndTextOfAnEntry) {
+  Registry registry;
+  Sum sum;
+  add_show_pose(registry, sum);
+  Runner r = runner(
+      "<Sequence><ShowPose at='json:{\"x\": 1, \"y\": 2.5}'/><ShowPose/>"
+      "<SetBlackboard value='json:{\"x\": 10, \"y\": 20}' output_key=\"p\"/><ShowPose at=\"{p}\"/></Sequence>",
+      registry);
+  EXPECT_EQ(r.tick(), Status::kSuccess);
+  EXPECT_EQ(sum.total, 133.5);
+}
+
+TEST(Json, IsCheckedWhenTheTreeIsLoaded) {
+  Registry registry;
+  Sum sum;
+  add_show_pose(registry, sum);
+  const auto messages = [&](const std::string& body) {
+    std::string all;
+    for (const Diagnostic& d : load(in_tree(body), {.registry = &registry}).diagnostics) all += to_string(d);
+    return all;
+  };
+  EXPECT_THAT(messages("<ShowPose at='json:{\"x\": 1}'/>"), HasSubstr("is no Pose; write json:… or an entry {…}"));
+  EXPECT_THAT(messages("<ShowPose at='json:{'/>"), HasSubstr("is no Pose"));
+  EXPECT_THAT(messages("<ShowPose at='1;2'/>"), HasSubstr("is no Pose"));
+  EXPECT_EQ(messages("<Repeat num_cycles='json:3'><AlwaysSuccess/></Repeat>"), "");
+  EXPECT_THAT(messages("<Repeat num_cycles='json:3.5'><AlwaysSuccess/></Repeat>"), HasSubstr("is no int"));
+  EXPECT_THAT(messages("<Repeat num_cycles='json:[3]'><AlwaysSuccess/></Repeat>"), HasSubstr("is no int"));
+}
+
+enum class Color : std::uint8_t { kRed = 0, kGreen = 1, kBlue = 2 };
+
+TEST(Enums, ArePortsByNameByNumberAndFromScripts) {
+  Registry registry;
+  registry.enum_value("RED", Color::kRed);
+  registry.enum_value("BLUE", Color::kBlue);
+  registry.enum_value("HUGE", 1000);
+  std::vector<Color> seen;
+  registry.action("Paint", {input<Color>("with"), output<Color>("last")}, [&](Context& self) {
+    const auto color = self.input<Color>("with");
+    if (!color) return Status::kFailure;
+    seen.push_back(*color);
+    static_cast<void>(self.output("last", *color));  // Most of the nodes below leave it out.
+    return Status::kSuccess;
+  });
+  Runner r = runner(
+      "<Sequence><Paint with=\"BLUE\" last=\"{l}\"/><Paint with=\"1\"/><Script code=\"c := BLUE; s := 'BLUE'\"/>"
+      "<Paint with=\"{c}\"/><Paint with=\"{s}\"/><ScriptCondition code=\"l == BLUE\"/></Sequence>",
+      registry);
+  EXPECT_EQ(r.tick(), Status::kSuccess);
+  EXPECT_THAT(seen, ::testing::ElementsAre(Color::kBlue, Color::kGreen, Color::kBlue, Color::kBlue));
+  // 1000 does not fit into the enum's eight bits.
+  EXPECT_FALSE(load(in_tree("<Paint with=\"HUGE\"/>"), {.registry = &registry}).ok());
+  EXPECT_FALSE(load(in_tree("<Paint with=\"PINK\"/>"), {.registry = &registry}).ok());
+}
+
+struct Animal {
+  virtual ~Animal() = default;
+};
+struct Dog : Animal {};
+struct Puppy : Dog {};
+struct Cat : Animal {};
+
+template <class T>
+void add_make(Registry& registry, const std::string& id) {
+  registry.action(id, {output<std::shared_ptr<T>>("out")}, [](Context& self) {
+    return self.output("out", std::make_shared<T>()) ? Status::kSuccess : Status::kFailure;
+  });
+}
+template <class T>
+void add_take(Registry& registry, const std::string& id) {
+  registry.action(id, {input<std::shared_ptr<T>>("in")}, [](Context& self) {
+    const auto animal = self.input<std::shared_ptr<T>>("in");
+    return animal && *animal != nullptr ? Status::kSuccess : Status::kFailure;
+  });
+}
+
+Registry animals(bool casts) {
+  Registry registry;
+  add_make<Puppy>(registry, "MakePuppy");
+  add_make<Cat>(registry, "MakeCat");
+  add_take<Animal>(registry, "TakeAnimal");
+  add_take<Dog>(registry, "TakeDog");
+  add_take<Puppy>(registry, "TakePuppy");
+  registry.action("AsAnimal", {input<std::shared_ptr<Animal>>("in"), output<std::shared_ptr<Animal>>("out")},
+                  [](Context& self) {
+                    const auto in = self.input<std::shared_ptr<Animal>>("in");
+                    return in && self.output("out", *in) ? Status::kSuccess : Status::kFailure;
+                  });
+  if (casts) {
+    registry.polymorphic_cast<Dog, Animal>();
+    registry.polymorphic_cast<Puppy, Dog>();
+    registry.polymorphic_cast<Cat, Animal>();
+  }
+  return registry;
+}
+
+TEST(PolymorphicPorts, ReadPointersUpAndDownThroughSeveralCasts) {
+  const Registry registry = animals(true);
+  Runner r = runner(
+      "<Sequence><MakePuppy out=\"{p}\"/><TakeAnimal in=\"{p}\"/><TakeDog in=\"{p}\"/><TakePuppy in=\"{p}\"/>"
+      "<AsAnimal in=\"{p}\" out=\"{a}\"/><TakePuppy in=\"{a}\"/><TakeDog in=\"{a}\"/></Sequence>",
+      registry);
+  EXPECT_EQ(r.tick(), Status::kSuccess);
+}
+
+TEST(PolymorphicPorts, RefuseAnObjectOfAnotherKind) {
+  const Registry registry = animals(true);
+  Runner r = runner(
+      "<Sequence><MakeCat out=\"{c}\"/><AsAnimal in=\"{c}\" out=\"{a}\"/><TakeDog in=\"{a}\"/></Sequence>", registry);
+  EXPECT_EQ(r.tick(), Status::kFailure);
+  EXPECT_FALSE(r.error().has_value());
+}
+
+TEST(PolymorphicPorts, AreAClashWithoutACast) {
+  const Registry registry = animals(false);
+  EXPECT_FALSE(
+      load(in_tree("<Sequence><MakePuppy out=\"{p}\"/><TakeDog in=\"{p}\"/></Sequence>"), {.registry = &registry})
+          .ok());
+}
+
+TEST(Queues, ArePoppedCountedConsumedAndLoopedOver) {
+  Registry registry;
+  registry.add<PopFromQueue<double>>("PopFromQueue");
+  registry.add<QueueSize<double>>("QueueSize");
+  registry.add<ConsumeQueue<double>>("ConsumeQueue", Category::kDecorator);
+  registry.loop<Pose>("LoopPose");
+  std::vector<double> seen;
+  registry.action("Fill", {output<std::vector<double>>("queue"), output<std::vector<Pose>>("poses")},
+                  [](Context& self) {
+                    return self.output("queue", std::vector<double>{1, 2, 3, 4}) &&
+                                   self.output("poses", std::vector<Pose>{{5, 1}, {7, 1}})
+                               ? Status::kSuccess
+                               : Status::kFailure;
+                  });
+  registry.action("See", {input<double>("value")}, [&](Context& self) {
+    seen.push_back(self.input_or("value", -1.0));
+    return Status::kSuccess;
+  });
+  registry.action("SeePose", {input<Pose>("value")}, [&](Context& self) {
+    seen.push_back(self.input_or("value", Pose{}).x);
+    return Status::kSuccess;
+  });
+  Runner r = runner(
+      "<Sequence><RunOnce then_skip=\"false\"><Fill queue=\"{q}\" poses=\"{ps}\"/></RunOnce>"
+      "<PopFromQueue queue=\"{q}\" popped_item=\"{v}\"/><See value=\"{v}\"/><QueueSize queue=\"{q}\" size=\"{n}\"/>"
+      "<ConsumeQueue queue=\"{q}\" popped_item=\"{v}\"><See value=\"{v}\"/></ConsumeQueue>"
+      "<Inverter><QueueSize queue=\"{q}\" size=\"{n}\"/></Inverter>"
+      "<Inverter><PopFromQueue queue=\"{q}\" popped_item=\"{v}\"/></Inverter>"
+      "<LoopPose queue=\"{ps}\" value=\"{p}\"><SeePose value=\"{p}\"/></LoopPose></Sequence>",
+      registry);
+  EXPECT_EQ(r.tick_until_waiting(), Status::kRunning);
+  while (r.tick() == Status::kRunning) {
+  }
+  EXPECT_THAT(seen, ::testing::ElementsAre(1, 2, 3, 4, 5, 7));
+  EXPECT_EQ(*entry(r.tree(), r.state(), "n"), Value(3));
+  EXPECT_TRUE(save(r.tree(), r.state()).has_value());
+}
+
+TEST(Stamps, TellWhenAnEntryWasWritten) {
+  Registry registry;
+  Stamped<int> seen{};
+  registry.action("Look", {input<int>("at")}, [&](Context& self) {
+    const auto stamped = self.stamped<int>("at");
+    if (stamped) seen = *stamped;
+    return stamped ? Status::kSuccess : Status::kFailure;
+  });
+  Runner r = runner("<Sequence><Script code=\"n := 1\"/><Look at=\"{n}\"/></Sequence>", registry);
+  r.tick(TimePoint(3ms));
+  EXPECT_EQ(r.tick(TimePoint(8ms)), Status::kSuccess);
+  EXPECT_EQ(seen.value, 1);
+  EXPECT_EQ(seen.sequence, 2U);
+  EXPECT_EQ(seen.stamp, TimePoint(8ms));
+}
+
+const char* const kTwoScopes =
+    "<BehaviorTree ID=\"S\"><Sequence><Script code=\"inner := 'x'; _own := 2.5\"/><Sleep msec=\"10\"/></Sequence>"
+    "</BehaviorTree>";
+
+TEST(BlackboardJson, ComesBackAsItWas) {
+  const Registry registry;
+  const std::string body = "<Sequence><Script code=\"n := 1\"/><SubTree ID=\"S\" name=\"sub\"/></Sequence>";
+  Runner r = runner(body, registry, kTwoScopes);
+  r.tick();
+  const std::string json = to_json(export_blackboard(r.tree(), r.state()));
+  EXPECT_EQ(json, R"({"":{"n":1},"sub":{"inner":"x","_own":2.5}})");
+  Runner other = runner(body, registry, kTwoScopes);
+  ASSERT_TRUE(import_blackboard(other.tree(), other.state(), text::parse_json(json).value(), TimePoint{}));
+  EXPECT_EQ(to_json(export_blackboard(other.tree(), other.state())), json);
+}
+
+TEST(BlackboardJson, IsTakenWholeOrNotAtAll) {
+  const Registry registry;
+  Runner r = runner("<Script code=\"n := 1\"/>", registry);
+  r.tick();
+  const State before = r.state();
+  for (const std::string wrong :
+       {R"({"": {"m": 2, "n": "text"}})", R"({"": {"m": 2}, "nowhere": {}})", R"({"": 3})", "7"}) {
+    EXPECT_FALSE(import_blackboard(r.tree(), r.state(), text::parse_json(wrong).value(), TimePoint{})) << wrong;
+    EXPECT_TRUE(r.state() == before) << wrong;
+  }
+}
+
+TEST(BlackboardBackup, RestoresTheEntriesAndNothingElse) {
+  const Registry registry;
+  Runner r =
+      runner("<Sequence><Script code=\"n := 1\"/><Sleep msec=\"10\"/><Script code=\"n += 1\"/></Sequence>", registry);
+  EXPECT_EQ(r.tick(TimePoint(0ms)), Status::kRunning);
+  const State backup = r.state();
+  ASSERT_TRUE(set_entry(r.tree(), r.state(), "n", Value(40), TimePoint(1ms)));
+  ASSERT_TRUE(set_entry(r.tree(), r.state(), "extra", Value(1), TimePoint(1ms)));
+  EXPECT_EQ(r.tick(TimePoint(5ms)), Status::kRunning);
+  restore_blackboard(r.state(), backup);
+  EXPECT_EQ(*entry(r.tree(), r.state(), "n"), Value(1));
+  EXPECT_EQ(entry(r.tree(), r.state(), "extra"), nullptr);
+  EXPECT_EQ(r.tick(TimePoint(10ms)), Status::kSuccess);
+  EXPECT_EQ(*entry(r.tree(), r.state(), "n"), Value(2));
+}
+
+TEST(Schema, HasEveryNodeWithItsPortsAndIsWellFormed) {
+  Registry registry;
+  registry.action("Dance", {input<double>("speed"), input_default<bool>("loud", "true")},
+                  [](Context&) { return Status::kSuccess; });
+  const std::string schema = write_schema(models(registry, true));
+  const auto document = text::XmlDocument::parse(schema);
+  ASSERT_TRUE(document.has_value());
+  EXPECT_THAT(schema, HasSubstr("<xs:attribute name=\"speed\" type=\"realPort\"/>"));
+  EXPECT_THAT(schema, HasSubstr("<xs:attribute name=\"loud\" type=\"boolPort\" default=\"true\"/>"));
+  for (const NodeModel& model : models(registry, true)) {
+    if (model.category == Category::kSubTree) continue;
+    EXPECT_THAT(schema, HasSubstr("<xs:element name=\"" + model.id + "\">"));
+    EXPECT_THAT(schema, HasSubstr("<xs:element ref=\"" + model.id + "\"/>"));
+  }
+}
+
+}  // namespace
+}  // namespace sentree::bt

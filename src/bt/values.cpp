@@ -1,0 +1,85 @@
+#include "sentree/bt/values.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "sentree/text/json.h"
+
+namespace sentree::bt {
+
+namespace {
+
+constexpr std::string_view kJson = "json:";
+
+std::optional<Value> value_of_json(const PortType& wanted, std::string_view json) {
+  auto value = text::parse_json(json);
+  if (!value) return std::nullopt;
+  switch (wanted.kind) {
+    case PortType::Class::kBool: {
+      const auto number = detail::to_real(*value);
+      if (!number) return std::nullopt;
+      return std::optional<Value>(std::in_place, *number != 0.0);
+    }
+    case PortType::Class::kInteger: {
+      const auto number = detail::to_integer(*value);
+      if (!number || *number < wanted.min || *number > wanted.max) return std::nullopt;
+      return std::optional<Value>(std::in_place, *number);
+    }
+    case PortType::Class::kReal: {
+      const auto number = detail::to_real(*value);
+      if (!number) return std::nullopt;
+      return std::optional<Value>(std::in_place, *number);
+    }
+    case PortType::Class::kAny: return std::move(*value);
+    default:
+      if (wanted.accepts == nullptr || !wanted.accepts(*value)) return std::nullopt;
+      return std::move(*value);
+  }
+}
+
+}  // namespace
+
+std::optional<Value> value_of_text(const Model& model, const PortType& wanted, std::string_view text) {
+  if (text.starts_with(kJson)) return value_of_json(wanted, text.substr(kJson.size()));
+  if (wanted.parse != nullptr) {
+    if (auto parsed = wanted.parse(text)) return parsed;
+  }
+  const bool integer = wanted.kind == PortType::Class::kInteger;
+  if (!integer && wanted.kind != PortType::Class::kReal) return std::nullopt;
+  const auto number = model.enum_value(text);
+  if (!number || (integer && (*number < wanted.min || *number > wanted.max))) return std::nullopt;
+  if (integer) return std::optional<Value>(std::in_place, *number);
+  return std::optional<Value>(std::in_place, static_cast<double>(*number));
+}
+
+std::shared_ptr<const Object> cast_object(const Model& model, const std::shared_ptr<const Object>& object,
+                                          const PortType& wanted) {
+  // Breadth first, so that the shortest way is taken; every type is visited once.
+  std::vector<std::shared_ptr<const Object>> seen{object};
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (seen[i]->type() == wanted) return seen[i];
+    for (const PolymorphicCast& cast : model.casts) {
+      if (!(*cast.from == seen[i]->type())) continue;
+      const bool known = std::any_of(seen.begin(), seen.end(), [&](const auto& o) { return o->type() == *cast.to; });
+      if (known) continue;
+      if (auto made = cast.cast(*seen[i])) seen.push_back(std::move(made));
+    }
+  }
+  return nullptr;
+}
+
+bool castable(const Model& model, const PortType& from, const PortType& to) {
+  std::vector<const PortType*> seen{&from};
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (*seen[i] == to) return true;
+    for (const PolymorphicCast& cast : model.casts) {
+      if (!(*cast.from == *seen[i])) continue;
+      const bool known = std::any_of(seen.begin(), seen.end(), [&](const PortType* t) { return *t == *cast.to; });
+      if (!known) seen.push_back(cast.to);
+    }
+  }
+  return false;
+}
+
+}  // namespace sentree::bt

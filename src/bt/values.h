@@ -1,0 +1,25 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string_view>
+
+#include "sentree/bt/model.h"
+
+// Values from text and from other types, by one set of rules for ports and entries. For the files of this library.
+
+namespace sentree::bt {
+
+/// What the text means for a port of that type: JSON behind "json:", a script enum where a number is wanted, else as
+/// the type reads it. Nothing where it is none; text itself is never asked for.
+[[nodiscard]] std::optional<Value> value_of_text(const Model& model, const PortType& wanted, std::string_view text);
+
+/// The object as one of the wanted type, by the casts that were registered, up or down and through several of them.
+/// Null if there is no way, or the object is not of that kind.
+[[nodiscard]] std::shared_ptr<const Object> cast_object(const Model& model, const std::shared_ptr<const Object>& object,
+                                                        const PortType& wanted);
+
+/// True if registered casts lead from one type to the other, whatever the object.
+[[nodiscard]] bool castable(const Model& model, const PortType& from, const PortType& to);
+
+}  // namespace sentree::bt
