@@ -8,6 +8,7 @@
 
 #include "sentree/base/rng.h"
 #include "sentree/bt/load.h"
+#include "sentree/bt/registry.h"
 #include "sentree/bt/state.h"
 #include "sentree/bt/step.h"
 
@@ -21,7 +22,12 @@ using namespace std::chrono_literals;
 /// A random tree of built-in nodes over external and scripted leaves, timers included.
 class RandomTree {
  public:
-  explicit RandomTree(std::uint64_t seed) : rng_(seed) {}
+  struct Parts {
+    bool timers = true;
+    bool loops = true;  ///< Repeat and RetryUntilSuccessful.
+  };
+  explicit RandomTree(std::uint64_t seed) : RandomTree(seed, Parts{}) {}
+  RandomTree(std::uint64_t seed, Parts parts) : rng_(seed), parts_(parts) {}
 
   std::string xml() {
     return "<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\"><BehaviorTree ID=\"Main\"><Sequence>"
@@ -56,7 +62,7 @@ class RandomTree {
       case 0: return "<Script code=\"n := n * 2 - 3\"/>";
       case 1: return "<ScriptCondition code=\"n &gt; 2\"/>";
       case 2: return "<SubTree ID=\"Sub\"" + name + " n=\"{n}\"/>";
-      case 3: return "<Sleep msec=\"150\"/>";
+      case 3: return parts_.timers ? "<Sleep msec=\"150\"/>" : "<Script code=\"n := n - 1\"/>";
       case 4: return "<Condition ID=\"Ask\"" + name + condition() + "/>";
       default:
         return "<Action ID=\"Do\"" + name + " in=\"{n}\" out=\"{o" + std::to_string(leaves_) + "}\"" + condition() +
@@ -80,7 +86,10 @@ class RandomTree {
                                                          "SkipUnlessUpdated entry=\"{n}\""};
     switch (rng_.below(6)) {
       case 0: {
-        const std::string& tag = kDecorators[rng_.below(kDecorators.size())];
+        std::string tag = kDecorators[rng_.below(kDecorators.size())];
+        const bool timer = tag.starts_with("Timeout") || tag.starts_with("Delay");
+        const bool loop = tag.starts_with("Re");
+        if ((timer && !parts_.timers) || (loop && !parts_.loops)) tag = "Inverter";
         return "<" + tag + ">" + node(depth - 1) + "</" + tag.substr(0, tag.find(' ')) + ">";
       }
       case 1: return "<TryCatch>" + children(depth, 2, 3) + "</TryCatch>";
@@ -93,6 +102,7 @@ class RandomTree {
   }
 
   Rng rng_;
+  Parts parts_;
   int leaves_ = 0;
 };
 
@@ -129,6 +139,10 @@ struct Play {
                     effects);
       note();
     }
+    finish(result, now);
+  }
+
+  void finish(const StepResult& result, TimePoint now) {
     log += " = " + std::string(to_string(result.status)) + (effects.error ? effects.error->message : "") + "\n";
     // Leaves halt late: the first one outstanding says so after each tick.
     if (!state.outstanding_halts().empty()) {
@@ -148,9 +162,11 @@ struct Play {
   std::string log;
 };
 
-Tree random_tree(std::uint64_t seed) {
-  RandomTree random(seed);
-  auto loaded = load(random.xml());
+Tree random_tree(std::uint64_t seed, RandomTree::Parts parts = {}, const Registry* registry = nullptr) {
+  RandomTree random(seed, parts);
+  LoadOptions options;
+  options.registry = registry;
+  auto loaded = load(random.xml(), options);
   for (const Diagnostic& d : loaded.diagnostics) {
     if (d.severity == Severity::kError) ADD_FAILURE() << "seed " << seed << ": " << to_string(d);
   }
@@ -207,6 +223,139 @@ TEST(Property, TheOutcomeDoesNotDependOnWhatHappensWhileATickIsSuspended) {
     }
     ASSERT_EQ(at_once.log, later.log);
     ASSERT_TRUE(at_once.state == later.state);
+  }
+}
+
+TEST(Property, TheOutcomeDoesNotDependOnWhenALeafAnswers) {
+  // Without timers, so that later is only later.
+  for (std::uint64_t seed = 1; seed <= kTrees; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const Tree tree = random_tree(seed, {.timers = false});
+    Play at_once(tree, seed);
+    Play later(tree, seed);
+    Rng rng(seed);
+    TimePoint now{};
+    for (int tick = 0; tick < kTicks; ++tick) {
+      at_once.tick(at_tick(tick), [] {});
+      StepResult result = step(tree, later.state, Input::tick(), now, later.effects);
+      later.note();
+      while (result.waiting()) {
+        now += Duration(static_cast<Duration::rep>(rng.below(1'000'000'000)));
+        const NodeId leaf = result.leaf;
+        const Status status = later.answer_of(leaf);
+        result = step(tree, later.state,
+                      Input::answer(leaf, status, {{"out", static_cast<std::int64_t>(later.asked[leaf])}}), now,
+                      later.effects);
+        later.note();
+      }
+      later.finish(result, now);
+    }
+    ASSERT_EQ(at_once.log, later.log);
+    ASSERT_TRUE(
+        std::equal(at_once.state.statuses().begin(), at_once.state.statuses().end(), later.state.statuses().begin()));
+    ASSERT_EQ(to_json(export_blackboard(tree, at_once.state)), to_json(export_blackboard(tree, later.state)));
+  }
+}
+
+/// Leaves in C++ that answer as `Play` does, within the step.
+struct Answering {
+  Status consult(Context& self) {
+    const Status status = play->answer_of(self.id());
+    asked->push_back(self.id());
+    static_cast<void>(self.output("out", static_cast<std::int64_t>(play->asked[self.id()])));
+    return status;
+  }
+  Play* play = nullptr;
+  std::vector<NodeId>* asked = nullptr;
+};
+struct AnsweringAction : Answering {
+  static Ports ports() { return {input("in"), output("out")}; }
+  Status on_start(Context& self) { return consult(self); }
+  Status on_running(Context& self) { return consult(self); }
+};
+struct AnsweringCondition : Answering {
+  Status tick(Context& self) { return consult(self); }
+};
+
+TEST(Property, LeavesInCppAndLeavesThatAreWaitedForGiveTheSame) {
+  // Without loops: a leaf that is halted and ticked again within one tick is RUNNING while it halts, if it is external.
+  for (std::uint64_t seed = 1; seed <= kTrees; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const RandomTree::Parts parts{.timers = true, .loops = false};
+    const Tree waiting = random_tree(seed, parts);
+    Play play(waiting, seed);
+    std::vector<NodeId> asked;
+    Registry registry;
+    Play answers(waiting, seed);
+    AnsweringAction action;
+    AnsweringCondition condition;
+    action.play = condition.play = &answers;
+    action.asked = condition.asked = &asked;
+    registry.add<AnsweringAction>("Do", action);
+    registry.add<AnsweringCondition>("Ask", Category::kCondition, condition);
+    const Tree direct = random_tree(seed, parts, &registry);
+    State state(direct);
+    Effects effects;
+    for (int tick = 0; tick < kTicks; ++tick) {
+      std::vector<NodeId> waited;
+      const auto halted = [&] {
+        // They halt at once here, as C++ leaves do.
+        Effects quiet;
+        while (!play.state.outstanding_halts().empty()) {
+          step(waiting, play.state, Input::leaf_halted(play.state.outstanding_halts().front()), at_tick(tick), quiet);
+        }
+      };
+      StepResult result = step(waiting, play.state, Input::tick(), at_tick(tick), play.effects);
+      halted();
+      while (result.waiting()) {
+        const NodeId leaf = result.leaf;
+        waited.push_back(leaf);
+        const Status status = play.answer_of(leaf);
+        result = step(waiting, play.state,
+                      Input::answer(leaf, status, {{"out", static_cast<std::int64_t>(play.asked[leaf])}}),
+                      at_tick(tick), play.effects);
+        halted();
+      }
+      asked.clear();
+      const StepResult same = step(direct, state, Input::tick(), at_tick(tick), effects);
+      ASSERT_EQ(asked, waited) << "tick " << tick;
+      ASSERT_EQ(same.kind, result.kind);
+      ASSERT_EQ(same.status, result.status);
+      if (result.kind == StepResult::Kind::kFailed) {
+        step(waiting, play.state, Input::halt(), at_tick(tick), play.effects);
+        halted();
+        step(direct, state, Input::halt(), at_tick(tick), effects);
+      }
+      ASSERT_TRUE(std::equal(state.statuses().begin(), state.statuses().end(), play.state.statuses().begin()));
+      ASSERT_EQ(to_json(export_blackboard(direct, state)), to_json(export_blackboard(waiting, play.state)));
+    }
+  }
+}
+
+TEST(Property, ACopyIsEqualUntilItIsSteppedAndThenTheOriginalIsAsItWas) {
+  for (std::uint64_t seed = 1; seed <= kTrees; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const Tree tree = random_tree(seed);
+    Play play(tree, seed);
+    std::size_t different = 0;
+    for (int tick = 0; tick < kTicks; ++tick) {
+      const State before = play.state;
+      const std::string bytes = save(tree, before).value();
+      const std::uint64_t hash = before.hash();
+      ASSERT_TRUE(before == play.state);
+      play.tick(at_tick(tick), [] {});
+      // Stepping one copy is not seen in the other; what differs in bytes differs in comparison, and the reverse.
+      ASSERT_EQ(save(tree, before).value(), bytes);
+      ASSERT_EQ(before.hash(), hash);
+      const bool same = before == play.state;
+      ASSERT_EQ(same, save(tree, play.state).value() == bytes);
+      if (same) {
+        ASSERT_EQ(play.state.hash(), hash);
+      } else {
+        different += play.state.hash() != hash ? 1 : 0;
+      }
+    }
+    ASSERT_GT(different, 0U);
   }
 }
 
