@@ -150,9 +150,10 @@ class Run::Impl final : public RunView, private RunInside {
         publisher_(stream_, monitors_, observers_, *scheduler_, stretched(scenario_.project.deadlines.call)),
         director_(scheduler_->add_actor("director")) {
     services_ = plan.services;
-    const bool simulates = std::any_of(services_.begin(), services_.end(),
-                                       [](const auto& service) { return service.second.at == "sim"; });
-    if (plan.world && (simulates || services_.empty())) sim_ = std::make_unique<SimHost>(plan.world, scenario_.seed, *scheduler_);
+    const bool simulates =
+        std::any_of(services_.begin(), services_.end(), [](const auto& service) { return service.second.at == "sim"; });
+    if (plan.world && (simulates || services_.empty()))
+      sim_ = std::make_unique<SimHost>(plan.world, scenario_.seed, *scheduler_);
   }
 
   RunReport execute() {
@@ -221,6 +222,10 @@ class Run::Impl final : public RunView, private RunInside {
       report.monitors.insert(report.monitors.end(), remote_reports_.begin(), remote_reports_.end());
       report.problems = problems_;
       report.given_up = given_up_;
+    }
+    if (stream_.lost() > 0) {
+      report.problems.push_back(std::to_string(stream_.lost()) +
+                                " observations were lost: monitors and recorder did not keep up");
     }
     report.problems.insert(report.problems.end(), mission_->problems().begin(), mission_->problems().end());
     judge(scenario_, report);

@@ -12,9 +12,22 @@ Message Stream::publish(Message message) {
   bool start_draining = false;
   {
     std::unique_lock lock(mutex_);
-    // A listener that publishes is the one who would make room.
-    if (!scheduler_.is_virtual()) {
-      room_.wait_for(lock, std::chrono::seconds(1), [&] { return pending_.size() < kPendingMax; });
+    // A listener that publishes is the one who would make room; it says little.
+    const bool may_wait = !scheduler_.is_virtual() && listener_thread_ != std::this_thread::get_id();
+    const auto has_room = [&] { return pending_.size() < kPendingMax; };
+    if (may_wait && !room_.wait_for(lock, kRoomPatience, has_room)) {
+      stamp(message);
+      ++lost_;
+      ++untold_;
+      return message;
+    }
+    if (untold_ > 0) {
+      Message lost;
+      lost.source = "run";
+      lost.name = "observer.lost";
+      lost.data = Map{{"count", static_cast<std::int64_t>(std::exchange(untold_, 0))}};
+      stamp(lost);
+      pending_.push_back(std::move(lost));
     }
     stamp(message);
     pending_.push_back(message);
@@ -97,8 +110,10 @@ void Stream::drain() {
   for (;;) {
     if (!delivering_) {
       const std::lock_guard lock(mutex_);
+      listener_thread_ = std::this_thread::get_id();
       if (pending_.empty()) {
         draining_ = false;
+        listener_thread_ = {};
         return;
       }
       delivering_ = std::move(pending_.front());

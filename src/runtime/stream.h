@@ -8,6 +8,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "sentree/base/message.h"
@@ -34,8 +35,10 @@ class Stream {
  public:
   using Listener = std::function<void(const Message&)>;
 
-  /// Messages waiting for the listeners; beyond that a publisher waits up to a second for them to catch up.
+  /// Messages waiting for the listeners. A publisher waits for room, at most `kRoomPatience`; then its message is lost:
+  /// its number stays free, it is counted, and the listeners are told by "observer.lost" when there is room again.
   static constexpr std::size_t kPendingMax = 1U << 16U;
+  static constexpr std::chrono::seconds kRoomPatience{1};
 
   explicit Stream(Scheduler& scheduler);
 
@@ -72,6 +75,7 @@ class Stream {
   /// In which listeners are called in real time.
   [[nodiscard]] ActorId actor() const { return actor_; }
   [[nodiscard]] std::uint64_t published() const { return sequence_; }
+  [[nodiscard]] std::uint64_t lost() const { return lost_; }
 
  private:
   void drain();
@@ -88,7 +92,10 @@ class Stream {
   std::optional<Message> delivering_;
   std::size_t listener_ = 0;
   std::function<void()> undecided_;  // refuses the request that is being judged
+  std::thread::id listener_thread_;  // of the drain that goes on
   bool draining_ = false;
+  std::atomic<std::uint64_t> lost_ = 0;
+  std::uint64_t untold_ = 0;  // of the lost ones, those that no listener was told of
   std::once_flag has_deadlines_;
   ActorId deadlines_ = 0;
   std::uint64_t sequence_ = 0;

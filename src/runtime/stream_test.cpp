@@ -128,6 +128,37 @@ TEST(Stream, NothingComesBetweenJudgementAndPublication) {
   EXPECT_EQ(misplaced, 0);
 }
 
+TEST(Stream, LosesWhatNobodyTakesAndSaysSo) {
+  const auto scheduler = make_real_scheduler();
+  Stream stream(*scheduler);
+  std::mutex mutex;
+  std::condition_variable changed;
+  bool released = false;
+  std::size_t seen = 0;
+  std::int64_t told = 0;
+  stream.subscribe([&](const Message& message) {
+    std::unique_lock lock(mutex);
+    changed.wait(lock, [&] { return released; });
+    if (message.name == "observer.lost") told += *message.data.find("count")->as_int();
+    if (message.name == "full") ++seen;
+  });
+  {
+    const Running running(*scheduler);
+    // One is being listened to; the others fill the queue.
+    while (stream.lost() == 0) stream.publish(named("full"));
+    EXPECT_GE(stream.published(), Stream::kPendingMax);
+    {
+      const std::lock_guard lock(mutex);
+      released = true;
+    }
+    changed.notify_all();
+    stream.publish(named("last"));
+  }
+  stream.flush();
+  EXPECT_EQ(told, 1);
+  EXPECT_EQ(seen + 1, stream.published() - 2);
+}
+
 TEST(Stream, AJudgeThatIsStuckRefuses) {
   const auto scheduler = make_real_scheduler();
   Stream stream(*scheduler);
