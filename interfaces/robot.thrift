@@ -14,6 +14,14 @@ struct Point2D  { 1: double x, 2: double y }
 struct Location { 1: string map_id, 2: Pose2D pose, 3: string description = "" }             // yarp Map2DLocation (theta in rad here)
 struct Area     { 1: string map_id, 2: list<Point2D> points, 3: string description = "" }
 struct Path     { 1: Header header, 2: list<Pose2D> poses }
+struct PoseReply { 1: ReturnCode code, 2: Pose2D pose }
+struct LocationReply { 1: ReturnCode code, 2: Location location }
+struct AreaReply { 1: ReturnCode code, 2: Area area }
+struct PathReply { 1: ReturnCode code, 2: Path path }
+
+struct MapInfo { 1: string map_id, 2: double resolution, 3: i32 width, 4: i32 height, 5: Pose2D origin }
+struct OccupancyGrid { 1: Header header, 2: MapInfo info, 3: binary data }      // int8 row-major from lower left: -1 unknown, 0..100
+struct OccupancyGridReply { 1: ReturnCode code, 2: OccupancyGrid grid }
 
 // --- navigation (YARP INavigation2D*, Nav2 NavigateToPose) ---
 enum NavigationStatus { IDLE = 0, PREPARING_BEFORE_MOVE = 1, MOVING = 2, WAITING_OBSTACLE = 3, GOAL_REACHED = 4,
@@ -21,26 +29,42 @@ enum NavigationStatus { IDLE = 0, PREPARING_BEFORE_MOVE = 1, MOVING = 2, WAITING
 enum NavigationError  { NONE = 0, GOAL_REJECTED = 1, SEND_GOAL_FAILURE = 2,
                         PLAN_UNKNOWN = 200, START_OUTSIDE_MAP = 203, GOAL_OUTSIDE_MAP = 204, START_OCCUPIED = 205, GOAL_OCCUPIED = 206,
                         PLAN_TIMEOUT = 207, NO_VALID_PATH = 208, FAILED_TO_MAKE_PROGRESS = 105, NO_VALID_CONTROL = 106,
+                        COLLISION_AHEAD = 714, DOCK_NOT_IN_DB = 901, FAILED_TO_STAGE = 903, FAILED_TO_CONTROL = 905, FAILED_TO_CHARGE = 906,
                         UNKNOWN = 9000, TF_ERROR = 9002, TIMEOUT = 9003 }                    // Nav2 numbers
 struct NavigationState { 1: NavigationStatus status, 2: NavigationError error_code = NavigationError.NONE, 3: string error_msg = "",
                          4: i64 goal_id, 5: string target_name = "", 6: Location target,
                          7: double navigation_time, 8: double estimated_time_remaining, 9: double distance_remaining, 10: i32 number_of_recoveries }
 struct GoalReply { 1: ReturnCode code, 2: i64 goal_id, 3: NavigationError error_code = NavigationError.NONE }
+struct PlanReply { 1: ReturnCode code, 2: NavigationError error_code = NavigationError.NONE, 3: string error_msg = "", 4: Path path, 5: double length }
+enum NavigationMapType { GLOBAL = 0, LOCAL = 1 }                 // yarp NavigationMapTypeEnum
 service Navigation {
   GoalReply  gotoTargetByLocationName(1: string name)          // location, or an area (its centre)
   GoalReply  gotoTargetByAbsoluteLocation(1: Location target)
   GoalReply  gotoTargetByRelativeLocation(1: Pose2D delta)     // base_link
   GoalReply  followPath(1: Path path)
+  GoalReply  spin(1: double angle)                             // on the spot, CCW
+  GoalReply  driveStraight(1: double distance)                 // < 0: back; ends with COLLISION_AHEAD where something is in the way
+  GoalReply  dockRobot(1: string station)                      // reached once the battery charges
+  GoalReply  undockRobot()                                     // straight back out of the station; NOT_READY away from one
   NavigationState  getNavigationState()
   NavigationStatus getNavigationStatus()
   string     getNameOfCurrentTarget()                          // "" when none
+  LocationReply getAbsoluteLocationOfCurrentTarget()           // NOT_READY when none
+  PoseReply  getRelativeLocationOfCurrentTarget()              // base_link
+  LocationReply getCurrentNavigationWaypoint()                 // the corner of the path that is next; NOT_READY off a path
   ReturnCode stopNavigation(1: i64 goal_id)                    // that goal only (no effect on any other) -> IDLE; 0: whichever is current
   ReturnCode suspendNavigation(1: double time_s)               // < 0: until resumed
   ReturnCode resumeNavigation()
   ReturnCode recomputeCurrentNavigationPath()
   Path       getAllNavigationWaypoints()
+  PlanReply  computePathTo(1: Location target)                 // plans and drives nowhere
+  OccupancyGridReply getCurrentNavigationMap(1: NavigationMapType type)  // costs: 0 free .. 99 near, 100 closed; LOCAL: around the robot
+  ReturnCode clearCurrentNavigationMap()                       // forgets what the laser saw beyond the map
   bool       checkInsideArea(1: string area_name)
   bool       checkNearToLocation(1: string name, 2: double linear_tolerance, 3: double angular_tolerance)
+  bool       checkInsideGivenArea(1: Area area)
+  bool       checkNearToGivenLocation(1: Location location, 2: double linear_tolerance, 3: double angular_tolerance)
+  string     findCurrentArea()                                 // the first stored area that holds the robot; "" when none
 }
 
 // --- localization (ILocalization2D, amcl_pose) ---
@@ -52,14 +76,13 @@ service Localization {
   Odometry   getEstimatedOdometry()
   ReturnCode setInitialPose(1: PoseWithCovariance pose)
   ReturnCode reinitializeGlobalLocalization()
+  ReturnCode startLocalizationService()
+  ReturnCode stopLocalizationService()                         // takes nothing in until started; status ERROR
 }
 
 // --- map (IMap2D, nav_msgs/OccupancyGrid) ---
-struct MapInfo { 1: string map_id, 2: double resolution, 3: i32 width, 4: i32 height, 5: Pose2D origin }
-struct OccupancyGrid { 1: Header header, 2: MapInfo info, 3: binary data }      // int8 row-major from lower left: -1 unknown, 0..100
-struct OccupancyGridReply { 1: ReturnCode code, 2: OccupancyGrid grid }
-struct LocationReply { 1: ReturnCode code, 2: Location location }
-struct AreaReply { 1: ReturnCode code, 2: Area area }
+struct MapObject { 1: string map_id, 2: double x, 3: double y, 4: double z = 0, 5: double roll = 0, 6: double pitch = 0, 7: double yaw = 0, 8: string description = "" }  // yarp Map2DObject
+struct MapObjectReply { 1: ReturnCode code, 2: MapObject object }
 service MapServer {
   OccupancyGridReply getMap(1: string map_id)
   list<string>  getMapNames()
@@ -67,14 +90,32 @@ service MapServer {
   LocationReply getLocation(1: string name)
   ReturnCode    storeLocation(1: string name, 2: Location location)
   ReturnCode    deleteLocation(1: string name)
+  ReturnCode    renameLocation(1: string name, 2: string new_name)
+  ReturnCode    clearAllLocations()
   list<string>  getAreasList()
   AreaReply     getArea(1: string name)
   ReturnCode    storeArea(1: string name, 2: Area area)
+  ReturnCode    deleteArea(1: string name)
+  ReturnCode    renameArea(1: string name, 2: string new_name)
+  ReturnCode    clearAllAreas()
+  list<string>  getPathsList()
+  PathReply     getPath(1: string name)
+  ReturnCode    storePath(1: string name, 2: Path path)
+  ReturnCode    deletePath(1: string name)
+  ReturnCode    renamePath(1: string name, 2: string new_name)
+  ReturnCode    clearAllPaths()
+  list<string>  getObjectsList()
+  MapObjectReply getObject(1: string name)
+  ReturnCode    storeObject(1: string name, 2: MapObject object)
+  ReturnCode    deleteObject(1: string name)
+  ReturnCode    renameObject(1: string name, 2: string new_name)
+  ReturnCode    clearAllObjects()
 }
 
 // --- battery (IBattery, sensor_msgs/BatteryState) ---
 enum PowerSupplyStatus { UNKNOWN = 0, CHARGING = 1, DISCHARGING = 2, NOT_CHARGING = 3, FULL = 4 }
 enum BatteryWarning    { NONE = 0, LOW = 1, CRITICAL = 2 }                       // YARP BATTERY_LOW/CRITICAL_WARNING
+enum BatteryStatus     { OK_STANDBY = 0, OK_IN_CHARGE = 1, OK_IN_USE = 2, GENERAL_ERROR = 3, TIMEOUT = 4, LOW_WARNING = 5, CRITICAL_WARNING = 6 }  // YARP's
 struct BatteryState { 1: Header header, 2: double voltage, 3: double current,     // current < 0 while discharging (ROS sign)
                       4: double percentage,                                       // 0..1, as in sensor_msgs
                       5: double temperature, 6: PowerSupplyStatus power_supply_status, 7: BatteryWarning warning, 8: bool present = true }
@@ -82,12 +123,28 @@ service Battery {
   BatteryState getBatteryState()
   double       getBatteryCharge()                              // 0..100 %, YARP name and unit
   bool         isCharging()
+  double       getBatteryVoltage()                             // V
+  double       getBatteryCurrent()                             // A, < 0 while discharging (ROS sign; YARP's is the opposite)
+  double       getBatteryTemperature()                         // degC
+  BatteryStatus getBatteryStatus()
+  string       getBatteryInfo()
 }
 
 // --- laser (IRangefinder2D, sensor_msgs/LaserScan) ---
 struct LaserScan { 1: Header header, 2: double angle_min, 3: double angle_max, 4: double angle_increment, 5: double scan_time,
                    6: double range_min, 7: double range_max, 8: list<double> ranges }  // +inf: nothing within range_max
-service Laser { LaserScan getLaserMeasurement() }
+struct Interval { 1: double min, 2: double max }
+enum DeviceStatus { OK_STANDBY = 0, OK_IN_USE = 1, GENERAL_ERROR = 2, TIMEOUT = 3 }
+service Laser {
+  LaserScan    getLaserMeasurement()
+  list<double> getRawData()                                    // the ranges alone
+  DeviceStatus getDeviceStatus()
+  Interval     getDistanceRange()                              // m
+  Interval     getScanLimits()                                 // rad, of the first and the last beam
+  double       getHorizontalResolution()                       // rad between beams
+  double       getScanRate()                                   // Hz
+  string       getDeviceInfo()
+}
 
 // --- base ---
 service Base {

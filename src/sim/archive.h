@@ -80,12 +80,15 @@ void visit_members(S& s, V&& visit) {
   visit("particles", s.particles);
   visit("likelihood_slow", s.likelihood_slow);
   visit("likelihood_fast", s.likelihood_fast);
+  visit("running", s.running);
   visit("rng", s.rng);
 }
 template <class S, class V>
 requires MaybeConst<S, Goal>
 void visit_members(S& s, V&& visit) {
   visit("id", s.id);
+  visit("kind", s.kind);
+  visit("amount", s.amount);
   visit("name", s.name);
   visit("waypoints", s.waypoints);
 }
@@ -110,6 +113,10 @@ void visit_members(S& s, V&& visit) {
   visit("best_remaining", s.best_remaining_m);
   visit("progress_at", s.progress_at);
   visit("recovering_until", s.recovering_until);
+  visit("recovery", s.recovery);
+  visit("waiting_since", s.waiting_since);
+  visit("last_pose", s.last_pose);
+  visit("done", s.done);
   visit("retry_at", s.retry_at);
   visit("recoveries", s.recoveries);
   visit("seen", s.seen);
@@ -155,6 +162,19 @@ void visit_members(S& s, V&& visit) {
   visit("description", s.description);
 }
 template <class S, class V>
+requires MaybeConst<S, NamedPath>
+void visit_members(S& s, V&& visit) {
+  visit("name", s.name);
+  visit("poses", s.poses);
+}
+template <class S, class V>
+requires MaybeConst<S, NamedObject>
+void visit_members(S& s, V&& visit) {
+  visit("name", s.name);
+  visit("pose", s.pose);
+  visit("description", s.description);
+}
+template <class S, class V>
 requires MaybeConst<S, TimeControl>
 void visit_members(S& s, V&& visit) {
   visit("factor", s.factor);
@@ -191,6 +211,8 @@ void visit_members(S& s, V&& visit) {
   visit("doors", s.doors);
   visit("locations", s.locations);
   visit("areas", s.areas);
+  visit("paths", s.paths);
+  visit("objects", s.objects);
 }
 
 }  // namespace sentree::sim

@@ -15,23 +15,30 @@ Localization initial_localization(const LocalizationSpec& spec, const PoseEstima
 
 void set_initial_pose(const LocalizationSpec& spec, Localization& state, const PoseEstimate& initial,
                       const Pose2& odometry) {
-  state.status = LocalizationStatus::kLocalizedOk;
+  if (state.running) state.status = LocalizationStatus::kLocalizedOk;
   state.estimate = initial;
   state.map_to_odom = frame_from(initial.pose, odometry);
   state.updated_at = odometry;
   if (spec.method == LocalizationSpec::Method::kAmcl) scatter_around(spec, state);
 }
 
+void set_running(Localization& state, bool running) {
+  if (state.running == running) return;
+  state.running = running;
+  state.status = running ? LocalizationStatus::kLocalizedOk : LocalizationStatus::kError;
+}
+
 void reinitialize_globally(const LocalizationSpec& spec, const GridMap& map, Localization& state,
                            const Pose2& odometry) {
   if (spec.method != LocalizationSpec::Method::kAmcl) return;
-  state.status = LocalizationStatus::kNotYetLocalized;
+  if (state.running) state.status = LocalizationStatus::kNotYetLocalized;
   state.updated_at = odometry;
   scatter_everywhere(spec, map, state);
   state.map_to_odom = frame_from(state.estimate.pose, odometry);
 }
 
 void update_localization(const LocalizationModel& model, Localization& state, const Pose2& odometry, const Scan& scan) {
+  if (!state.running) return;
   if (model.spec.method == LocalizationSpec::Method::kOdometry) {
     state.estimate.pose = estimated_pose(state, odometry);
     return;

@@ -62,6 +62,7 @@ struct Localization {
   std::vector<Particle> particles;  ///< Empty with kOdometry.
   double likelihood_slow = 0.0;
   double likelihood_fast = 0.0;
+  bool running = true;  ///< Stopped, it takes nothing in and its status is kError.
   Rng rng{0};
 
   friend bool operator==(const Localization&, const Localization&) = default;
@@ -72,6 +73,10 @@ struct Localization {
 /// The robot is at `initial` (map frame) while odometry reads `odometry`.
 void set_initial_pose(const LocalizationSpec& spec, Localization& state, const PoseEstimate& initial,
                       const Pose2& odometry);
+
+/// Stopped, the localization takes nothing in and claims nothing (status kError); started, it goes on from its last
+/// estimate.
+void set_running(Localization& state, bool running);
 
 /// Forgets the pose: particles over every free cell. No effect with kOdometry.
 void reinitialize_globally(const LocalizationSpec& spec, const GridMap& map, Localization& state,

@@ -24,6 +24,13 @@ constexpr double kPathMargin_m = 0.02;
 constexpr Duration kRetry = std::chrono::milliseconds(500);
 constexpr Duration kBackUp = std::chrono::milliseconds(1500);
 constexpr double kBackUp_m_s = -0.10;
+constexpr Duration kRecoveryWait = std::chrono::seconds(5);
+constexpr double kRecoverySpin_rad = 1.57;
+// A robot that does not know where it is turns and looks around for as long.
+constexpr Duration kLocalizing = std::chrono::seconds(60);
+constexpr Duration kChargeWait = std::chrono::seconds(30);
+constexpr double kMotionDone_m = 0.01;
+constexpr double kMotionDone_rad = 0.02;
 
 void end(Navigator& state, NavigationStatus status, NavigationError error, std::string message, TimePoint now) {
   state.status = status;
@@ -35,6 +42,12 @@ void end(Navigator& state, NavigationStatus status, NavigationError error, std::
 }
 
 void abort(Navigator& state, NavigationError error, std::string message, TimePoint now) {
+  // The way to a dock is docking's first stage.
+  if (state.goal.kind == GoalKind::kDock && error != NavigationError::kFailedToCharge &&
+      error != NavigationError::kTimeout) {
+    message = "the dock was not reached: " + message;
+    error = NavigationError::kFailedToStage;
+  }
   end(state, NavigationStatus::kAborted, error, std::move(message), now);
 }
 
@@ -49,7 +62,8 @@ void note_progress(Navigator& state, TimePoint now) {
   state.progress_at = now;
 }
 
-// Gives up after the last recovery; else forgets what was seen, backs up every other time, and plans anew.
+// Gives up after the last recovery; else forgets what was seen and plans anew: at once, having turned, having waited,
+// having backed up, and so on.
 void recover(const NavigationModel& model, Navigator& state, NavigationError error, std::string message,
              TimePoint now) {
   if (state.recoveries >= model.spec.recoveries_max) {
@@ -58,10 +72,25 @@ void recover(const NavigationModel& model, Navigator& state, NavigationError err
   }
   ++state.recoveries;
   state.seen.clear();
-  state.progress_at = now;
-  if (state.recoveries % 2 == 0) state.recovering_until = now + kBackUp;
   think(state);
-  state.retry_at = state.recoveries % 2 == 0 ? state.recovering_until : now;
+  Duration lasts{};
+  state.recovery = {};
+  switch (state.recoveries % 4) {
+    case 2:
+      state.recovery.omega = std::min(0.5, model.limits.turn_rad_s);
+      lasts = from_seconds(kRecoverySpin_rad / state.recovery.omega);
+      break;
+    case 3: lasts = kRecoveryWait; break;
+    case 0:
+      state.recovery.vx = kBackUp_m_s;
+      lasts = kBackUp;
+      break;
+    default: break;
+  }
+  if (lasts > Duration{}) state.status = NavigationStatus::kWaitingObstacle;
+  state.recovering_until = now + lasts;
+  state.retry_at = state.recovering_until;
+  state.progress_at = state.recovering_until;
 }
 
 void plan(const NavigationModel& model, Navigator& state, const NavigationInput& input) {
@@ -179,7 +208,14 @@ Twist2 finish(const NavigationModel& model, Navigator& state, const NavigationIn
   if (std::abs(error) <= model.spec.goal_angular_tolerance_rad * 0.8 && standing &&
       off_m <= model.spec.goal_linear_tolerance_m) {
     state.distance_remaining_m = off_m;
-    end(state, NavigationStatus::kGoalReached, NavigationError::kNone, {}, input.now);
+    if (state.goal.kind != GoalKind::kDock || input.charging) {
+      end(state, NavigationStatus::kGoalReached, NavigationError::kNone, {}, input.now);
+      return {};
+    }
+    if (state.waiting_since == TimePoint{}) state.waiting_since = input.now;
+    state.progress_at = input.now;
+    if (input.now - state.waiting_since > kChargeWait)
+      abort(state, NavigationError::kFailedToCharge, "the battery did not begin to charge at the dock", input.now);
     return {};
   }
   return turn_towards(model, error);
@@ -217,6 +253,52 @@ Twist2 follow(const NavigationModel& model, Navigator& state, const NavigationIn
   return safely(model, state, input, {std::max(speed, 0.02), turn_towards(model, error).omega});
 }
 
+// Turns slowly until the localization knows the place, for a bounded time.
+Twist2 find_place(const NavigationModel& model, Navigator& state, const NavigationInput& input) {
+  if (state.status != NavigationStatus::kPreparingBeforeMove) {
+    state.status = NavigationStatus::kPreparingBeforeMove;
+    state.progress_at = input.now;
+  }
+  if (input.now - state.progress_at > kLocalizing) {
+    end(state, NavigationStatus::kError, NavigationError::kTfError, "the localization does not know where the robot is",
+        input.now);
+    return {};
+  }
+  return {0.0, std::min(0.5, model.limits.turn_rad_s)};
+}
+
+// A straight drive or a spin.
+Twist2 move(const NavigationModel& model, Navigator& state, const NavigationInput& input) {
+  const Pose2 moved = relative(state.last_pose, input.pose);
+  state.last_pose = input.pose;
+  const bool spins = state.goal.kind == GoalKind::kSpin;
+  state.done += spins ? moved.theta : moved.x;
+  const double left = state.goal.amount - state.done;
+  state.distance_remaining_m = spins ? 0.0 : std::abs(left);
+  state.status = NavigationStatus::kMoving;
+  const bool past = left * state.goal.amount <= 0.0;
+  if (past || std::abs(left) <= (spins ? kMotionDone_rad : kMotionDone_m)) {
+    end(state, NavigationStatus::kGoalReached, NavigationError::kNone, {}, input.now);
+    return {};
+  }
+  if (spins) return turn_towards(model, left);
+  const double speed = std::min(model.limits.speed_m_s, std::sqrt(model.limits.acceleration_m_s2 * std::abs(left)));
+  const Twist2 command{std::copysign(std::max(speed, 0.02), left), 0.0};
+  const Twist2 slow{command.vx * 0.3, 0.0};
+  for (const Twist2& try_it : {command, slow}) {
+    if (!is_safe(model, input, try_it)) continue;
+    state.progress_at = input.now;
+    return try_it;
+  }
+  state.status = NavigationStatus::kWaitingObstacle;
+  if (input.now - state.progress_at > model.spec.patience) {
+    const bool undocks = state.goal.kind == GoalKind::kUndock;
+    abort(state, undocks ? NavigationError::kFailedToControl : NavigationError::kCollisionAhead,
+          "something is in the way of the robot's straight drive", input.now);
+  }
+  return {};
+}
+
 }  // namespace
 
 bool is_active(NavigationStatus status) {
@@ -236,15 +318,23 @@ bool is_active(NavigationStatus status) {
 }
 
 std::int64_t start_goal(const NavigationSpec& spec, Navigator& state, std::string name, std::vector<Pose2> waypoints,
-                        TimePoint now) {
+                        TimePoint now, GoalKind kind) {
   Navigator fresh;
   fresh.status = NavigationStatus::kThinking;
   fresh.goals = state.goals + 1;
-  fresh.goal = {.id = fresh.goals, .name = std::move(name), .waypoints = std::move(waypoints)};
+  fresh.goal = {.id = fresh.goals, .kind = kind, .name = std::move(name), .waypoints = std::move(waypoints)};
   fresh.started = fresh.ended = fresh.progress_at = fresh.retry_at = now;
   fresh.deadline = add_saturating(now, spec.goal_time_max);
   fresh.seen = std::move(state.seen);
   state = std::move(fresh);
+  return state.goal.id;
+}
+
+std::int64_t start_motion(const NavigationSpec& spec, Navigator& state, GoalKind kind, double amount, const Pose2& from,
+                          TimePoint now) {
+  start_goal(spec, state, {}, {}, now, kind);
+  state.goal.amount = amount;
+  state.last_pose = from;
   return state.goal.id;
 }
 
@@ -272,6 +362,7 @@ bool resume(Navigator& state, TimePoint now) {
 }
 
 bool replan(Navigator& state, TimePoint now) {
+  if (state.goal.waypoints.empty()) return false;
   if (!is_active(state.status) || state.status == NavigationStatus::kPaused) return false;
   state.retry_at = now;
   think(state);
@@ -297,16 +388,20 @@ Twist2 step_navigation(const NavigationModel& model, Navigator& state, const Nav
     return {};
   }
   if (input.now < state.recovering_until) {
-    const Twist2 back{kBackUp_m_s, 0.0};
-    return is_safe(model, input, back) ? back : Twist2{};
+    return is_safe(model, input, state.recovery) ? state.recovery : Twist2{};
   }
+  if (state.goal.waypoints.empty()) return move(model, state, input);
+  if (state.path.empty() && !input.localized) return find_place(model, state, input);
   if (state.path.empty() && input.now >= state.retry_at) plan(model, state, input);
   if (state.path.empty() || !is_active(state.status)) return {};
   const Twist2 command = follow(model, state, input);
   const Duration patience = model.spec.patience + from_seconds(2.0 * std::numbers::pi / model.limits.turn_rad_s);
   if (is_active(state.status) && input.now - state.progress_at > patience) {
-    recover(model, state, NavigationError::kFailedToMakeProgress, "the robot could not get on along its path",
-            input.now);
+    if (state.status == NavigationStatus::kWaitingObstacle)
+      recover(model, state, NavigationError::kNoValidControl, "every way to go on would touch something", input.now);
+    else
+      recover(model, state, NavigationError::kFailedToMakeProgress, "the robot could not get on along its path",
+              input.now);
     return {};
   }
   return command;

@@ -31,12 +31,18 @@ enum class NavigationError {
   kNone = 0,
   kGoalRejected = 1,
   kFailedToMakeProgress = 105,
+  kNoValidControl = 106,
   kStartOutsideMap = 203,
   kGoalOutsideMap = 204,
   kStartOccupied = 205,
   kGoalOccupied = 206,
   kPlanTimeout = 207,
   kNoValidPath = 208,
+  kCollisionAhead = 714,
+  kDockNotInDb = 901,
+  kFailedToStage = 903,
+  kFailedToControl = 905,
+  kFailedToCharge = 906,
   kTfError = 9002,
   kTimeout = 9003,
 };
@@ -62,8 +68,18 @@ struct NavigationSpec {
 /// Waypoints that one goal may have.
 inline constexpr std::size_t kWaypointsMax = 1000;
 
+enum class GoalKind {
+  kGo,      ///< To the waypoints.
+  kDock,    ///< The same, then wait there until the battery charges.
+  kUndock,  ///< Straight back, by `amount` metres (< 0).
+  kDrive,   ///< Straight ahead by `amount` metres, back if negative.
+  kSpin,    ///< Turn on the spot by `amount` radians.
+};
+
 struct Goal {
-  std::int64_t id = 0;           ///< From 1; 0 before the first goal.
+  std::int64_t id = 0;  ///< From 1; 0 before the first goal.
+  GoalKind kind = GoalKind::kGo;
+  double amount = 0.0;
   std::string name;              ///< Location or area; empty for a goal by pose.
   std::vector<Pose2> waypoints;  ///< In the map frame; the last one is the target.
 
@@ -90,6 +106,10 @@ struct Navigator {
   double best_remaining_m = 0.0;  ///< Smallest distance so far; progress is what lowers it.
   TimePoint progress_at{};
   TimePoint recovering_until{};
+  Twist2 recovery;            ///< Velocity until then.
+  TimePoint waiting_since{};  ///< For the battery to charge, at a dock; 0: not yet.
+  Pose2 last_pose;            ///< Of a straight drive or a spin, at the step before.
+  double done = 0.0;          ///< Of its amount.
   TimePoint retry_at{};
   int recoveries = 0;
   std::vector<std::uint32_t>
@@ -112,9 +132,11 @@ struct NavigationModel {
 /// What it senses now.
 struct NavigationInput {
   TimePoint now{};
-  Pose2 pose;        ///< As localization believes.
-  Twist2 twist;      ///< As odometry says.
-  const Scan& scan;  ///< The latest.
+  Pose2 pose;             ///< As localization believes.
+  Twist2 twist;           ///< As odometry says.
+  bool localized = true;  ///< The localization claims to know the pose.
+  bool charging = false;  ///< The battery says so.
+  const Scan& scan;       ///< The latest.
   bool new_scan = false;
   Pose2 moved_since_scan;           ///< base_link now in base_link at the time of the scan, by odometry.
   std::span<const Cell> announced;  ///< Occupied cells that the robot was told of beyond its map.
@@ -124,7 +146,11 @@ struct NavigationInput {
 
 /// Starts a goal in place of whatever runs; it is planned at the next step. Returns its id.
 std::int64_t start_goal(const NavigationSpec& spec, Navigator& state, std::string name, std::vector<Pose2> waypoints,
-                        TimePoint now);
+                        TimePoint now, GoalKind kind = GoalKind::kGo);
+
+/// The same for a drive, a spin or undocking, without a waypoint.
+std::int64_t start_motion(const NavigationSpec& spec, Navigator& state, GoalKind kind, double amount, const Pose2& from,
+                          TimePoint now);
 
 /// Ends the active goal of that id (0: whichever) with status IDLE. False, and no effect, for any other id.
 bool stop_goal(Navigator& state, std::int64_t goal_id, TimePoint now);

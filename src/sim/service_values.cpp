@@ -32,6 +32,12 @@ Value to_value(NavigationError error) {
     case NavigationError::kNone: return "NONE";
     case NavigationError::kGoalRejected: return "GOAL_REJECTED";
     case NavigationError::kFailedToMakeProgress: return "FAILED_TO_MAKE_PROGRESS";
+    case NavigationError::kNoValidControl: return "NO_VALID_CONTROL";
+    case NavigationError::kCollisionAhead: return "COLLISION_AHEAD";
+    case NavigationError::kDockNotInDb: return "DOCK_NOT_IN_DB";
+    case NavigationError::kFailedToStage: return "FAILED_TO_STAGE";
+    case NavigationError::kFailedToControl: return "FAILED_TO_CONTROL";
+    case NavigationError::kFailedToCharge: return "FAILED_TO_CHARGE";
     case NavigationError::kStartOutsideMap: return "START_OUTSIDE_MAP";
     case NavigationError::kGoalOutsideMap: return "GOAL_OUTSIDE_MAP";
     case NavigationError::kStartOccupied: return "START_OCCUPIED";
@@ -92,6 +98,18 @@ Value odometry(const State& state, const Pose2& pose, const Twist2& twist, std::
              {"pose", to_value(pose)},
              {"twist", to_value(twist)},
              {"child_frame_id", "base_link"}};
+}
+
+Value occupancy_grid(const State& state, std::string_view code, std::string_view map_id, const GridMap& map) {
+  Bytes data;
+  data.octets.reserve(map.cells().size());
+  for (const std::int8_t cell : map.cells()) data.octets.push_back(static_cast<std::byte>(cell));
+  const Map info{{"map_id", map_id},
+                 {"resolution", map.cells().empty() ? 0.0 : map.resolution_m()},
+                 {"width", map.width()},
+                 {"height", map.height()},
+                 {"origin", to_value(map.origin())}};
+  return Map{{"code", code}, {"grid", Map{{"header", header(state)}, {"info", info}, {"data", std::move(data)}}}};
 }
 
 void Arguments::wrong(const std::string& path, std::string_view expected, const Value* value) {
@@ -214,6 +232,34 @@ std::vector<Pose2> Arguments::path(std::string_view name) {
   }
   for (const Value& pose : *poses->as_list()) found.push_back(pose_in(&pose, path + ".poses"));
   return found;
+}
+
+std::array<double, 6> Arguments::object(std::string_view name, std::string& map_id, std::string& description) {
+  const std::string path(name);
+  const Value* value = argument(name);
+  const Value* map = value != nullptr ? value->find("map_id") : nullptr;
+  if (map != nullptr) map_id = map->text();
+  const Value* said = value != nullptr ? value->find("description") : nullptr;
+  if (said != nullptr) description = said->text();
+  std::array<double, 6> pose{number_in(value, "x", path), number_in(value, "y", path)};
+  constexpr std::array<std::string_view, 4> kOptional{"z", "roll", "pitch", "yaw"};
+  for (std::size_t i = 0; i < kOptional.size(); ++i) {
+    if (value != nullptr && value->find(kOptional[i]) != nullptr) pose[i + 2] = number_in(value, kOptional[i], path);
+  }
+  return pose;
+}
+
+std::size_t Arguments::choice(std::string_view name, std::span<const std::string_view> names) {
+  const Value* value = argument(name);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (value == nullptr) break;
+    if (value->text() == names[i] && value->as_string() != nullptr) return i;
+    if (value->as_int() != nullptr && *value->as_int() == static_cast<std::int64_t>(i)) return i;
+  }
+  std::string list;
+  for (const std::string_view each : names) list += (list.empty() ? "" : " or ") + std::string(each);
+  wrong(std::string(name), list, value);
+  return 0;
 }
 
 PoseEstimate Arguments::estimate(std::string_view name) {

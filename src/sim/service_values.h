@@ -1,7 +1,10 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,6 +32,10 @@ namespace sentree::sim {
 [[nodiscard]] Value area(const World& world, const NamedArea& area);
 [[nodiscard]] Value odometry(const State& state, const Pose2& pose, const Twist2& twist, std::string_view frame);
 
+/// An OccupancyGridReply.
+[[nodiscard]] Value occupancy_grid(const State& state, std::string_view code, std::string_view map_id,
+                                   const GridMap& map);
+
 /// Takes the arguments of a call one by one. The first that is missing or of another type is remembered, with its
 /// path; a default is returned for it.
 class Arguments {
@@ -47,6 +54,10 @@ class Arguments {
   [[nodiscard]] std::vector<Vec2> area(std::string_view name, std::string& map_id, std::string& description);
   [[nodiscard]] std::vector<Pose2> path(std::string_view name);
   [[nodiscard]] PoseEstimate estimate(std::string_view name);
+  /// x, y, z, roll, pitch, yaw of a MapObject.
+  [[nodiscard]] std::array<double, 6> object(std::string_view name, std::string& map_id, std::string& description);
+  /// Position of the argument, an enumerator's name or number, in `names`.
+  [[nodiscard]] std::size_t choice(std::string_view name, std::span<const std::string_view> names);
 
   /// What is wrong, or empty.
   [[nodiscard]] const std::string& problem() const { return problem_; }

@@ -1,7 +1,10 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <string>
+#include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "sentree/sim/service_handlers.h"
 
@@ -9,29 +12,13 @@ namespace sentree::sim {
 
 namespace {
 
-Value grid_info(const World& world) {
-  return Map{{"map_id", world.map_id},
-             {"resolution", world.map.resolution_m()},
-             {"width", world.map.width()},
-             {"height", world.map.height()},
-             {"origin", to_value(world.map.origin())}};
-}
+bool is_known_map(const Context& c, std::string_view map_id) { return map_id.empty() || map_id == c.world.map_id; }
 
 Value get_map(const Context& c) {
   const std::string id = c.args.text("map_id");
   if (!c.args.problem().empty()) return {};
-  const bool known = id.empty() || id == c.world.map_id;
-  Bytes data;
-  if (known) {
-    data.octets.reserve(c.world.map.cells().size());
-    for (const std::int8_t cell : c.world.map.cells()) data.octets.push_back(static_cast<std::byte>(cell));
-  }
-  Value info =
-      known
-          ? grid_info(c.world)
-          : Value(Map{{"map_id", id}, {"resolution", 0.0}, {"width", 0}, {"height", 0}, {"origin", to_value(Pose2{})}});
-  return Map{{"code", known ? "OK" : "UNKNOWN_NAME"},
-             {"grid", Map{{"header", header(c.state)}, {"info", std::move(info)}, {"data", std::move(data)}}}};
+  if (!is_known_map(c, id)) return occupancy_grid(c.state, "UNKNOWN_NAME", id, GridMap());
+  return occupancy_grid(c.state, "OK", c.world.map_id, c.world.map);
 }
 
 Value map_names(const Context& c) { return List{c.world.map_id}; }
@@ -61,8 +48,49 @@ bool store(std::vector<Named>& items, Named item) {
   return true;
 }
 
-Value locations_list(const Context& c) { return names(c.state.locations); }
-Value areas_list(const Context& c) { return names(c.state.areas); }
+// Locations, areas, paths and objects are kept alike. A name means one place: a location or an area.
+template <auto Items>
+Value list_names(const Context& c) {
+  return names(c.state.*Items);
+}
+
+template <auto Items>
+Value remove(const Context& c) {
+  const std::string name = c.args.text("name");
+  if (!c.args.problem().empty()) return {};
+  const auto known = find(c.state.*Items, name);
+  if (known == (c.state.*Items).end()) return return_code("UNKNOWN_NAME");
+  (c.state.*Items).erase(known);
+  return return_code("OK");
+}
+
+template <auto Items>
+Value clear(const Context& c) {
+  (c.state.*Items).clear();
+  return return_code("OK");
+}
+
+bool is_place(const State& state, std::string_view name) {
+  const auto is_named = [&](const auto& item) { return item.name == name; };
+  return std::any_of(state.locations.begin(), state.locations.end(), is_named) ||
+         std::any_of(state.areas.begin(), state.areas.end(), is_named);
+}
+
+template <auto Items>
+Value rename(const Context& c) {
+  const std::string name = c.args.text("name");
+  const std::string wanted = c.args.text("new_name");
+  if (!c.args.problem().empty()) return {};
+  auto& items = c.state.*Items;
+  const auto known = find(items, name);
+  if (known == items.end() || wanted.empty()) return return_code("UNKNOWN_NAME");
+  if (wanted == name) return return_code("OK");
+  constexpr bool kPlaces = std::is_same_v<decltype(Items), std::vector<NamedLocation> State::*> ||
+                           std::is_same_v<decltype(Items), std::vector<NamedArea> State::*>;
+  if (find(items, wanted) != items.end() || (kPlaces && is_place(c.state, wanted))) return return_code("ERROR");
+  known->name = wanted;
+  return return_code("OK");
+}
 
 Value get_location(const Context& c) {
   const std::string name = c.args.text("name");
@@ -77,19 +105,9 @@ Value store_location(const Context& c) {
   std::string map_id;
   stored.pose = c.args.location("location", map_id, stored.description);
   if (!c.args.problem().empty()) return {};
-  if (stored.name.empty() || (!map_id.empty() && map_id != c.world.map_id)) return return_code("UNKNOWN_NAME");
-  // One name means one place.
+  if (stored.name.empty() || !is_known_map(c, map_id)) return return_code("UNKNOWN_NAME");
   if (find(c.state.areas, stored.name) != c.state.areas.end()) return return_code("ERROR");
   return return_code(store(c.state.locations, std::move(stored)) ? "OK" : "OUT_OF_BOUNDS");
-}
-
-Value delete_location(const Context& c) {
-  const std::string name = c.args.text("name");
-  if (!c.args.problem().empty()) return {};
-  const auto known = find(c.state.locations, name);
-  if (known == c.state.locations.end()) return return_code("UNKNOWN_NAME");
-  c.state.locations.erase(known);
-  return return_code("OK");
 }
 
 Value get_area(const Context& c) {
@@ -105,11 +123,59 @@ Value store_area(const Context& c) {
   std::string map_id;
   stored.points = c.args.area("area", map_id, stored.description);
   if (!c.args.problem().empty()) return {};
-  if (stored.name.empty() || (!map_id.empty() && map_id != c.world.map_id)) return return_code("UNKNOWN_NAME");
+  if (stored.name.empty() || !is_known_map(c, map_id)) return return_code("UNKNOWN_NAME");
   if (stored.points.size() < 3 || find(c.state.locations, stored.name) != c.state.locations.end()) {
     return return_code("ERROR");
   }
   return return_code(store(c.state.areas, std::move(stored)) ? "OK" : "OUT_OF_BOUNDS");
+}
+
+Value get_path(const Context& c) {
+  const std::string name = c.args.text("name");
+  if (!c.args.problem().empty()) return {};
+  const auto known = find(c.state.paths, name);
+  const bool found = known != c.state.paths.end();
+  List poses;
+  if (found) {
+    for (const Pose2& pose : known->poses) poses.push_back(to_value(pose));
+  }
+  return Map{{"code", found ? "OK" : "UNKNOWN_NAME"},
+             {"path", Map{{"header", header(c.state)}, {"poses", std::move(poses)}}}};
+}
+
+Value store_path(const Context& c) {
+  NamedPath stored{.name = c.args.text("name"), .poses = c.args.path("path")};
+  if (!c.args.problem().empty()) return {};
+  if (stored.name.empty()) return return_code("UNKNOWN_NAME");
+  if (stored.poses.empty()) return return_code("ERROR");
+  return return_code(store(c.state.paths, std::move(stored)) ? "OK" : "OUT_OF_BOUNDS");
+}
+
+Value get_object(const Context& c) {
+  const std::string name = c.args.text("name");
+  if (!c.args.problem().empty()) return {};
+  const auto known = find(c.state.objects, name);
+  const bool found = known != c.state.objects.end();
+  const NamedObject object = found ? *known : NamedObject{};
+  const auto& p = object.pose;
+  return Map{{"code", found ? "OK" : "UNKNOWN_NAME"},
+             {"object", Map{{"map_id", c.world.map_id},
+                            {"x", p[0]},
+                            {"y", p[1]},
+                            {"z", p[2]},
+                            {"roll", p[3]},
+                            {"pitch", p[4]},
+                            {"yaw", p[5]},
+                            {"description", object.description}}}};
+}
+
+Value store_object(const Context& c) {
+  NamedObject stored{.name = c.args.text("name")};
+  std::string map_id;
+  stored.pose = c.args.object("object", map_id, stored.description);
+  if (!c.args.problem().empty()) return {};
+  if (stored.name.empty() || !is_known_map(c, map_id)) return return_code("UNKNOWN_NAME");
+  return return_code(store(c.state.objects, std::move(stored)) ? "OK" : "OUT_OF_BOUNDS");
 }
 
 }  // namespace
@@ -118,13 +184,30 @@ std::span<const Method> map_server_methods() {
   static constexpr std::array kMethods{
       Method{"getMap", get_map},
       Method{"getMapNames", map_names},
-      Method{"getLocationsList", locations_list},
+      Method{"getLocationsList", list_names<&State::locations>},
       Method{"getLocation", get_location},
       Method{"storeLocation", store_location},
-      Method{"deleteLocation", delete_location},
-      Method{"getAreasList", areas_list},
+      Method{"deleteLocation", remove<&State::locations>},
+      Method{"renameLocation", rename<&State::locations>},
+      Method{"clearAllLocations", clear<&State::locations>},
+      Method{"getAreasList", list_names<&State::areas>},
       Method{"getArea", get_area},
       Method{"storeArea", store_area},
+      Method{"deleteArea", remove<&State::areas>},
+      Method{"renameArea", rename<&State::areas>},
+      Method{"clearAllAreas", clear<&State::areas>},
+      Method{"getPathsList", list_names<&State::paths>},
+      Method{"getPath", get_path},
+      Method{"storePath", store_path},
+      Method{"deletePath", remove<&State::paths>},
+      Method{"renamePath", rename<&State::paths>},
+      Method{"clearAllPaths", clear<&State::paths>},
+      Method{"getObjectsList", list_names<&State::objects>},
+      Method{"getObject", get_object},
+      Method{"storeObject", store_object},
+      Method{"deleteObject", remove<&State::objects>},
+      Method{"renameObject", rename<&State::objects>},
+      Method{"clearAllObjects", clear<&State::objects>},
   };
   return kMethods;
 }

@@ -1,8 +1,15 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <string>
 #include <utility>
+#include <vector>
 
+#include "sentree/sim/announced.h"
 #include "sentree/sim/area.h"
+#include "sentree/sim/obstacle_layer.h"
+#include "sentree/sim/route.h"
 #include "sentree/sim/service_handlers.h"
 
 namespace sentree::sim {
@@ -71,6 +78,51 @@ Value follow_path(const Context& c) {
   return accepted(c, {}, std::move(poses));
 }
 
+Value motion(const Context& c, GoalKind kind, double amount) {
+  const std::int64_t id =
+      start_motion(c.spec().navigation, c.robot().navigator, kind, amount, believed_pose(c), c.state.time);
+  return Map{{"code", kOk}, {"goal_id", id}, {"error_code", to_value(NavigationError::kNone)}};
+}
+
+Value spin(const Context& c) {
+  const double angle = c.args.number("angle");
+  if (!c.args.problem().empty()) return {};
+  constexpr double kMax_rad = 100.0;
+  if (std::abs(angle) > kMax_rad) return rejected("OUT_OF_BOUNDS");
+  return motion(c, GoalKind::kSpin, angle);
+}
+
+Value drive_straight(const Context& c) {
+  const double distance_m = c.args.number("distance");
+  if (!c.args.problem().empty()) return {};
+  constexpr double kMax_m = 1000.0;
+  if (std::abs(distance_m) > kMax_m) return rejected("OUT_OF_BOUNDS");
+  return motion(c, GoalKind::kDrive, distance_m);
+}
+
+Value dock(const Context& c) {
+  const std::string name = c.args.text("station");
+  if (!c.args.problem().empty()) return {};
+  for (const Station& station : c.world.stations) {
+    if (station.name != name) continue;
+    const std::int64_t id =
+        start_goal(c.spec().navigation, c.robot().navigator, name, {station.pose}, c.state.time, GoalKind::kDock);
+    return Map{{"code", kOk}, {"goal_id", id}, {"error_code", to_value(NavigationError::kNone)}};
+  }
+  return rejected("UNKNOWN_NAME", NavigationError::kDockNotInDb);
+}
+
+Value undock(const Context& c) {
+  const Pose2 pose = believed_pose(c);
+  for (const Station& station : c.world.stations) {
+    const double off_m = distance(pose.position(), station.pose.position());
+    if (off_m > station.linear_tolerance_m) continue;
+    constexpr double kBeyond_m = 0.1;
+    return motion(c, GoalKind::kUndock, -(station.linear_tolerance_m + kBeyond_m));
+  }
+  return rejected("NOT_READY");
+}
+
 Value navigation_state(const Context& c) {
   const Navigator& n = c.robot().navigator;
   const TimePoint until = is_active(n.status) ? c.state.time : n.ended;
@@ -95,6 +147,20 @@ Value target_name(const Context& c) {
   return is_active(n.status) ? n.goal.name : std::string();
 }
 
+Value target_location(const Context& c) {
+  const Navigator& n = c.robot().navigator;
+  const bool known = is_active(n.status) && !n.goal.waypoints.empty();
+  return Map{{"code", known ? kOk : "NOT_READY"},
+             {"location", location(c.world, known ? n.goal.waypoints.back() : Pose2{}, n.goal.name)}};
+}
+
+Value relative_target(const Context& c) {
+  const Navigator& n = c.robot().navigator;
+  const bool known = is_active(n.status) && !n.goal.waypoints.empty();
+  return Map{{"code", known ? kOk : "NOT_READY"},
+             {"pose", to_value(known ? relative(believed_pose(c), n.goal.waypoints.back()) : Pose2{})}};
+}
+
 Value stop(const Context& c) {
   const std::int64_t id = c.args.integer("goal_id");
   if (!c.args.problem().empty()) return {};
@@ -115,17 +181,102 @@ Value resume_navigation(const Context& c) {
 
 Value recompute(const Context& c) { return return_code(replan(c.robot().navigator, c.state.time) ? kOk : "NOT_READY"); }
 
-Value all_waypoints(const Context& c) {
-  const Navigator& n = c.robot().navigator;
-  List poses;
-  for (std::size_t i = 0; i < n.path.size(); ++i) {
-    // Along the path the robot looks ahead; at the end it looks where it was told to.
-    const bool last = i + 1 == n.path.size();
-    const Vec2 way = last ? Vec2{} : n.path[i + 1] - n.path[i];
-    const double theta = last ? n.goal.waypoints[n.waypoint].theta : std::atan2(way.y, way.x);
-    poses.push_back(to_value(Pose2{n.path[i].x, n.path[i].y, theta}));
+// Along the path the robot looks ahead; at the end it looks where it was told to.
+std::vector<Pose2> with_headings(const std::vector<Vec2>& points, double last_theta) {
+  std::vector<Pose2> poses;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const bool last = i + 1 == points.size();
+    const Vec2 way = last ? Vec2{} : points[i + 1] - points[i];
+    poses.push_back({points[i].x, points[i].y, last ? last_theta : std::atan2(way.y, way.x)});
   }
-  return Map{{"header", header(c.state)}, {"poses", std::move(poses)}};
+  return poses;
+}
+
+Value path_value(const Context& c, const std::vector<Pose2>& poses) {
+  List list;
+  for (const Pose2& pose : poses) list.push_back(to_value(pose));
+  return Map{{"header", header(c.state)}, {"poses", std::move(list)}};
+}
+
+std::vector<Pose2> current_path(const Navigator& n) {
+  return n.path.empty() ? std::vector<Pose2>{} : with_headings(n.path, n.goal.waypoints[n.waypoint].theta);
+}
+
+Value all_waypoints(const Context& c) { return path_value(c, current_path(c.robot().navigator)); }
+
+Value current_waypoint(const Context& c) {
+  const Navigator& n = c.robot().navigator;
+  const std::vector<Pose2> poses = current_path(n);
+  const bool known = !poses.empty();
+  const std::size_t next = std::min(n.passed + 1, poses.size() - 1);
+  return Map{{"code", known ? kOk : "NOT_READY"}, {"location", location(c.world, known ? poses[next] : Pose2{})}};
+}
+
+Value compute_path(const Context& c) {
+  std::string map_id;
+  std::string description;
+  const Pose2 target = c.args.location("target", map_id, description);
+  if (!c.args.problem().empty()) return {};
+  const auto reply = [&](std::string_view code, NavigationError error, const std::string& message,
+                         const std::vector<Vec2>& points) {
+    double length_m = 0.0;
+    for (std::size_t i = 1; i < points.size(); ++i) length_m += distance(points[i - 1], points[i]);
+    return Map{{"code", code},
+               {"error_code", to_value(error)},
+               {"error_msg", message},
+               {"path", path_value(c, with_headings(points, target.theta))},
+               {"length", length_m}};
+  };
+  if (!map_id.empty() && map_id != c.world.map_id)
+    return reply("UNKNOWN_NAME", NavigationError::kGoalRejected, "there is no map \"" + map_id + "\"", {});
+  const RobotSpec& spec = c.spec();
+  const std::vector<Cell> announced = announced_cells(c.world, c.state);
+  const Route route =
+      find_route({c.world.map, c.world.distance, spec.costs, spec.navigation.plan_expansions_max, spec.radius_m},
+                 believed_pose(c).position(), target.position(), announced, c.robot().navigator.seen);
+  const bool found = route.error == NavigationError::kNone;
+  return reply(found ? kOk : "ERROR", route.error, route.message, route.points);
+}
+
+// The costs that the planner sees: 0 far from everything, to 99, and 100 where the robot cannot be.
+Value navigation_map(const Context& c) {
+  constexpr std::array<std::string_view, 2> kTypes{"GLOBAL", "LOCAL"};
+  const bool local = c.args.choice("type", kTypes) == 1;
+  if (!c.args.problem().empty()) return {};
+  const GridMap& map = c.world.map;
+  CostGrid costs = c.spec().costs;
+  costs.add_obstacles(announced_cells(c.world, c.state));
+  std::vector<Cell> seen;
+  for (const std::uint32_t slot : c.robot().navigator.seen) seen.push_back(costs.cell(slot));
+  costs.add_obstacles(seen);
+  Cell low{0, 0};
+  Cell high{map.width(), map.height()};
+  if (local) {
+    // As far as the laser marks obstacles.
+    const int reach = static_cast<int>(kObstacleRangeMax_m / map.resolution_m());
+    const Cell here = map.cell_at(believed_pose(c).position());
+    low = {std::clamp(here.x - reach, 0, map.width()), std::clamp(here.y - reach, 0, map.height())};
+    high = {std::clamp(here.x + reach + 1, low.x, map.width()), std::clamp(here.y + reach + 1, low.y, map.height())};
+  }
+  std::vector<std::int8_t> cells;
+  for (int y = low.y; y < high.y; ++y) {
+    for (int x = low.x; x < high.x; ++x) {
+      const int weight = costs.at({x, y});
+      const bool unknown = map.at({x, y}) == GridMap::kUnknown;
+      const int share = 99 * (weight - CostGrid::kFree) / (CostGrid::kNear - CostGrid::kFree);
+      cells.push_back(static_cast<std::int8_t>(unknown ? -1 : weight == CostGrid::kBlocked ? 100 : share));
+    }
+  }
+  const Vec2 corner = map.from_grid({static_cast<double>(low.x), static_cast<double>(low.y)});
+  return occupancy_grid(c.state, kOk, c.world.map_id,
+                        GridMap(high.x - low.x, high.y - low.y, map.resolution_m(),
+                                {corner.x, corner.y, map.origin().theta}, std::move(cells)));
+}
+
+Value clear_navigation_map(const Context& c) {
+  c.robot().navigator.seen.clear();
+  replan(c.robot().navigator, c.state.time);
+  return return_code(kOk);
 }
 
 Value check_inside_area(const Context& c) {
@@ -135,29 +286,76 @@ Value check_inside_area(const Context& c) {
   return area != nullptr && is_inside(area->points, believed_pose(c).position());
 }
 
+bool is_near(const Pose2& pose, const Pose2& place, double linear, double angular) {
+  return distance(pose.position(), place.position()) <= linear &&
+         std::abs(wrap_angle(pose.theta - place.theta)) <= angular;
+}
+
 Value check_near(const Context& c) {
   const std::string name = c.args.text("name");
   const double linear = c.args.number("linear_tolerance");
   const double angular = c.args.number("angular_tolerance");
   if (!c.args.problem().empty()) return {};
   const NamedLocation* location = find_location(c, name);
-  if (location == nullptr) return false;
-  const Pose2 pose = believed_pose(c);
-  return distance(pose.position(), location->pose.position()) <= linear &&
-         std::abs(wrap_angle(pose.theta - location->pose.theta)) <= angular;
+  return location != nullptr && is_near(believed_pose(c), location->pose, linear, angular);
+}
+
+Value check_near_given(const Context& c) {
+  std::string map_id;
+  std::string description;
+  const Pose2 place = c.args.location("location", map_id, description);
+  const double linear = c.args.number("linear_tolerance");
+  const double angular = c.args.number("angular_tolerance");
+  if (!c.args.problem().empty()) return {};
+  return (map_id.empty() || map_id == c.world.map_id) && is_near(believed_pose(c), place, linear, angular);
+}
+
+Value check_inside_given(const Context& c) {
+  std::string map_id;
+  std::string description;
+  const std::vector<Vec2> corners = c.args.area("area", map_id, description);
+  if (!c.args.problem().empty()) return {};
+  return (map_id.empty() || map_id == c.world.map_id) && is_inside(corners, believed_pose(c).position());
+}
+
+Value find_current_area(const Context& c) {
+  for (const NamedArea& area : c.state.areas) {
+    if (is_inside(area.points, believed_pose(c).position())) return area.name;
+  }
+  return "";
 }
 
 }  // namespace
 
 std::span<const Method> navigation_methods() {
   static constexpr std::array kMethods{
-      Method{"gotoTargetByLocationName", goto_location},     Method{"gotoTargetByAbsoluteLocation", goto_absolute},
-      Method{"gotoTargetByRelativeLocation", goto_relative}, Method{"followPath", follow_path},
-      Method{"getNavigationState", navigation_state},        Method{"getNavigationStatus", navigation_status},
-      Method{"getNameOfCurrentTarget", target_name},         Method{"stopNavigation", stop},
-      Method{"suspendNavigation", suspend_navigation},       Method{"resumeNavigation", resume_navigation},
-      Method{"recomputeCurrentNavigationPath", recompute},   Method{"getAllNavigationWaypoints", all_waypoints},
-      Method{"checkInsideArea", check_inside_area},          Method{"checkNearToLocation", check_near},
+      Method{"gotoTargetByLocationName", goto_location},
+      Method{"gotoTargetByAbsoluteLocation", goto_absolute},
+      Method{"gotoTargetByRelativeLocation", goto_relative},
+      Method{"followPath", follow_path},
+      Method{"spin", spin},
+      Method{"driveStraight", drive_straight},
+      Method{"dockRobot", dock},
+      Method{"undockRobot", undock},
+      Method{"getNavigationState", navigation_state},
+      Method{"getNavigationStatus", navigation_status},
+      Method{"getNameOfCurrentTarget", target_name},
+      Method{"getAbsoluteLocationOfCurrentTarget", target_location},
+      Method{"getRelativeLocationOfCurrentTarget", relative_target},
+      Method{"getCurrentNavigationWaypoint", current_waypoint},
+      Method{"stopNavigation", stop},
+      Method{"suspendNavigation", suspend_navigation},
+      Method{"resumeNavigation", resume_navigation},
+      Method{"recomputeCurrentNavigationPath", recompute},
+      Method{"getAllNavigationWaypoints", all_waypoints},
+      Method{"computePathTo", compute_path},
+      Method{"getCurrentNavigationMap", navigation_map},
+      Method{"clearCurrentNavigationMap", clear_navigation_map},
+      Method{"checkInsideArea", check_inside_area},
+      Method{"checkNearToLocation", check_near},
+      Method{"checkInsideGivenArea", check_inside_given},
+      Method{"checkNearToGivenLocation", check_near_given},
+      Method{"findCurrentArea", find_current_area},
   };
   return kMethods;
 }

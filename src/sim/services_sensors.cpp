@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <string>
 #include <utility>
 
 #include "sentree/sim/service_handlers.h"
@@ -29,6 +30,25 @@ Value battery_charge(const Context& c) { return c.robot().battery.charge * 100.0
 
 Value battery_is_charging(const Context& c) { return is_charging(c.robot().battery); }
 
+Value battery_voltage(const Context& c) { return voltage_V(c.spec().battery, c.robot().battery); }
+Value battery_current(const Context& c) { return c.robot().battery.current_A; }
+Value battery_temperature(const Context& c) { return c.robot().battery.temperature_C; }
+
+Value battery_status(const Context& c) {
+  const RobotState& robot = c.robot();
+  switch (warning(c.spec().battery, robot.battery)) {
+    case BatteryWarning::kLow: return "LOW_WARNING";
+    case BatteryWarning::kCritical: return "CRITICAL_WARNING";
+    case BatteryWarning::kNone: break;
+  }
+  if (is_charging(robot.battery)) return "OK_IN_CHARGE";
+  return robot.battery.full || robot.truth.twist == Twist2{} ? "OK_STANDBY" : "OK_IN_USE";
+}
+
+Value battery_info(const Context& c) {
+  return "simulated battery of " + c.spec().name + ", " + shortest_decimal(c.spec().battery.capacity_Ah) + " Ah";
+}
+
 // --- Laser
 
 Value laser_measurement(const Context& c) {
@@ -45,6 +65,26 @@ Value laser_measurement(const Context& c) {
              {"range_min", spec.range_min_m},
              {"range_max", spec.range_max_m},
              {"ranges", std::move(ranges)}};
+}
+
+Value raw_data(const Context& c) {
+  List ranges;
+  for (const double range : c.robot().scan.ranges) ranges.emplace_back(range);
+  return ranges;
+}
+
+Value interval(double min, double max) { return Map{{"min", min}, {"max", max}}; }
+
+Value laser_status(const Context&) { return "OK_IN_USE"; }
+Value distance_range(const Context& c) { return interval(c.spec().laser.range_min_m, c.spec().laser.range_max_m); }
+Value scan_limits(const Context& c) {
+  const LaserSpec& spec = c.spec().laser;
+  return interval(spec.angle_min_rad, spec.angle_min_rad + spec.angle_increment_rad * (spec.beams - 1));
+}
+Value horizontal_resolution(const Context& c) { return c.spec().laser.angle_increment_rad; }
+Value scan_rate(const Context& c) { return 1.0 / seconds(c.spec().laser.period); }
+Value laser_info(const Context& c) {
+  return "simulated laser of " + c.spec().name + ", " + std::to_string(c.spec().laser.beams) + " beams";
 }
 
 // --- Localization
@@ -92,6 +132,16 @@ Value reinitialize(const Context& c) {
   return return_code("OK");
 }
 
+Value start_localization(const Context& c) {
+  set_running(c.robot().localization, true);
+  return return_code("OK");
+}
+
+Value stop_localization(const Context& c) {
+  set_running(c.robot().localization, false);
+  return return_code("OK");
+}
+
 // --- Base
 
 Value apply_velocity(const Context& c) {
@@ -132,14 +182,23 @@ Value reset_odometry(const Context& c) {
 }  // namespace
 
 std::span<const Method> battery_methods() {
-  static constexpr std::array kMethods{Method{"getBatteryState", battery_state},
-                                       Method{"getBatteryCharge", battery_charge},
-                                       Method{"isCharging", battery_is_charging}};
+  static constexpr std::array kMethods{
+      Method{"getBatteryState", battery_state},     Method{"getBatteryCharge", battery_charge},
+      Method{"isCharging", battery_is_charging},    Method{"getBatteryVoltage", battery_voltage},
+      Method{"getBatteryCurrent", battery_current}, Method{"getBatteryTemperature", battery_temperature},
+      Method{"getBatteryStatus", battery_status},   Method{"getBatteryInfo", battery_info}};
   return kMethods;
 }
 
 std::span<const Method> laser_methods() {
-  static constexpr std::array kMethods{Method{"getLaserMeasurement", laser_measurement}};
+  static constexpr std::array kMethods{Method{"getLaserMeasurement", laser_measurement},
+                                       Method{"getRawData", raw_data},
+                                       Method{"getDeviceStatus", laser_status},
+                                       Method{"getDistanceRange", distance_range},
+                                       Method{"getScanLimits", scan_limits},
+                                       Method{"getHorizontalResolution", horizontal_resolution},
+                                       Method{"getScanRate", scan_rate},
+                                       Method{"getDeviceInfo", laser_info}};
   return kMethods;
 }
 
@@ -149,7 +208,9 @@ std::span<const Method> localization_methods() {
                                        Method{"getEstimatedPoses", estimated_poses},
                                        Method{"getEstimatedOdometry", estimated_odometry},
                                        Method{"setInitialPose", set_pose},
-                                       Method{"reinitializeGlobalLocalization", reinitialize}};
+                                       Method{"reinitializeGlobalLocalization", reinitialize},
+                                       Method{"startLocalizationService", start_localization},
+                                       Method{"stopLocalizationService", stop_localization}};
   return kMethods;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sentree/base/assert.h"
+#include "sentree/sim/announced.h"
 #include "sentree/sim/clearance.h"
 
 namespace sentree::sim {
@@ -76,35 +77,14 @@ void charge(const World& world, const RobotSpec& spec, RobotState& robot, Durati
         robot.battery.plugged = true;
       }
     }
+    // Contacts close when the robot has docked.
+    const Navigator& navigator = robot.navigator;
+    if (world.stations[static_cast<std::size_t>(station)].contacts && navigator.goal.kind == GoalKind::kDock &&
+        navigator.waiting_since != TimePoint{}) {
+      robot.battery.plugged = true;
+    }
   }
   step_battery(spec.battery, robot.battery, dt, std::abs(robot.truth.twist.vx) * seconds(dt), station >= 0);
-}
-
-// Cells of what the robots know beyond the map, to be inflated by the planner.
-std::vector<Cell> announced_cells(const World& world, const State& state) {
-  std::vector<Cell> cells;
-  const auto add = [&](const Shape& shape) {
-    const double radius = bounding_radius(shape) + world.map.resolution_m();
-    const Vec2 centre = shape.pose.position();
-    // The corners of the square around the shape bound its cells, whatever the heading of the grid.
-    const double half = radius * std::sqrt(2.0);
-    const Vec2 grid = world.map.to_grid(centre);
-    const double half_cells = half / world.map.resolution_m();
-    const int x_low = std::max(0, static_cast<int>(std::max(-1.0, std::floor(grid.x - half_cells))));
-    const int y_low = std::max(0, static_cast<int>(std::max(-1.0, std::floor(grid.y - half_cells))));
-    for (int y = y_low; y < world.map.height() && y <= grid.y + half_cells; ++y) {
-      for (int x = x_low; x < world.map.width() && x <= grid.x + half_cells; ++x) {
-        if (distance(shape, world.map.centre({x, y})) <= world.map.resolution_m() / 2) cells.push_back({x, y});
-      }
-    }
-  };
-  for (const Obstacle& obstacle : state.obstacles) {
-    if (obstacle.on_map) add(obstacle.shape);
-  }
-  for (const Door& door : state.doors) {
-    if (door.on_map && !door.open) add(Shape::wall(door.a, door.b, door.thickness_m));
-  }
-  return cells;
 }
 
 void sense(const World& world, const State& state, std::size_t index, std::span<const Shape> shapes,
@@ -133,6 +113,8 @@ void think(const World& world, const State& state, const RobotSpec& spec, RobotS
                                 {.now = state.time,
                                  .pose = estimated_pose(robot.localization, robot.odometry),
                                  .twist = robot.odometry_twist,
+                                 .localized = robot.localization.status == LocalizationStatus::kLocalizedOk,
+                                 .charging = is_charging(robot.battery),
                                  .scan = robot.scan,
                                  .new_scan = new_scan,
                                  .moved_since_scan = relative(robot.scan_odometry, robot.odometry),

@@ -169,7 +169,8 @@ std::string broken_reference(const World& world, const State& state) {
     const std::string name = "robots[" + std::to_string(i) + "]";
     if (robot.station < -1 || robot.station >= static_cast<int>(world.stations.size()))
       return name + ".station is none";
-    if (is_active(navigator.status) && navigator.waypoint >= navigator.goal.waypoints.size()) {
+    if (is_active(navigator.status) && !navigator.goal.waypoints.empty() &&
+        navigator.waypoint >= navigator.goal.waypoints.size()) {
       return name + ".navigator.waypoint is beyond the goal's last";
     }
     if (robot.scan.ranges.size() != static_cast<std::size_t>(world.robots[i].laser.beams)) {

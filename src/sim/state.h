@@ -51,6 +51,8 @@ struct State {
   std::vector<Door> doors;
   std::vector<NamedLocation> locations;
   std::vector<NamedArea> areas;
+  std::vector<NamedPath> paths;
+  std::vector<NamedObject> objects;
 
   friend bool operator==(const State&, const State&) = default;
   /// Equal states hash alike.

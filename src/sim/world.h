@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -41,12 +42,27 @@ struct NamedArea {
   friend bool operator==(const NamedArea&, const NamedArea&) = default;
 };
 
+struct NamedPath {
+  std::string name;
+  std::vector<Pose2> poses;
+  friend bool operator==(const NamedPath&, const NamedPath&) = default;
+};
+
+/// Something that was noted on the map: a pose in space. Nothing is in its way.
+struct NamedObject {
+  std::string name;
+  std::array<double, 6> pose{};  ///< x, y, z [m], roll, pitch, yaw [rad].
+  std::string description;
+  friend bool operator==(const NamedObject&, const NamedObject&) = default;
+};
+
 /// Where a robot charges while it stands within both tolerances and is plugged in.
 struct Station {
   std::string name;
   Pose2 pose;
   double linear_tolerance_m = 0.5;
   double angular_tolerance_rad = 0.35;
+  bool contacts = false;  ///< A robot that docks here is plugged in by that; else somebody has to do it.
   friend bool operator==(const Station&, const Station&) = default;
 };
 

@@ -174,6 +174,7 @@ class WorldReader {
       pose_or_location(fields, "pose", what, station.pose, span);
       fields.number("linear_tolerance", station.linear_tolerance_m, {0.0, 10.0, true});
       fields.number("angular_tolerance", station.angular_tolerance_rad, {0.0, std::numbers::pi, true}, angle_units());
+      fields.boolean("contacts", station.contacts);
       fields.finish();
       places_.push_back({station.pose, span, what});
       station_spans_.push_back(value.span);
