@@ -11,7 +11,7 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::ElementsAre;
 
-class MapServices : public test::HouseServices {
+class MapServices : public ::testing::Test, protected test::HouseServices {
  protected:
   std::string code(std::string_view method, const Map& args = {}) {
     const Value reply = ask("MapServer", method, args);

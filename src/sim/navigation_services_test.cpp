@@ -11,7 +11,7 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 
-class NavigationServices : public test::HouseServices {
+class NavigationServices : public ::testing::Test, protected test::HouseServices {
  protected:
   std::string status() { return std::string(ask("Navigation", "getNavigationStatus").text()); }
   std::string failure() { return std::string(ask("Navigation", "getNavigationState").find("error_code")->text()); }

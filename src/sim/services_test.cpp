@@ -16,7 +16,7 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 
-using Services = test::HouseServices;
+class Services : public ::testing::Test, protected test::HouseServices {};
 using test::fields;
 using test::idl;
 using test::keys;
