@@ -100,6 +100,16 @@ TEST(OnHalted, IsToldOncePerTree) {
   EXPECT_EQ(all.find("bt.on-halted"), all.rfind("bt.on-halted"));
 }
 
+TEST(Scripts, AreReportedAtTheVeryPlace) {
+  const auto first = [](const std::string& xml) { return to_string(load(xml, {}, "m.xml").diagnostics.at(0).span); };
+  const std::string start = "<root BTCPP_format=\"4\">\n<BehaviorTree ID=\"A\">\n";
+  const std::string end = "\n</BehaviorTree></root>";
+  EXPECT_EQ(first(start + "<Script name=\"n +\" code=\"n := 1; n +\"/>" + end), "m.xml:3:37");
+  EXPECT_EQ(first(start + "<Script code=\"n := 1 m := 2\"/>" + end), "m.xml:3:22");
+  // With a reference in it, the script as a whole.
+  EXPECT_EQ(first(start + "<Script code=\"n := 1 &lt; \"/>" + end), "m.xml:3:15");
+}
+
 TEST(Scripts, WarnOfIntegersBeyond64BitsAndOfMissingSeparators) {
   EXPECT_THAT(messages("<Script code=\"n := 99999999999999999999\"/>"),
               HasSubstr("column 6: \"99999999999999999999\" does not fit into 64 bits and counts as 0"));

@@ -150,17 +150,33 @@ std::uint32_t Loader::find_manifest(const XmlElement& element, bool& is_explicit
   return index;
 }
 
+SourceSpan Loader::script_place(std::string_view text, const XmlElement& element, std::string_view attribute,
+                                std::size_t offset) const {
+  const SourceSpan begin = element.attribute_value_span(attribute);
+  const text::XmlDocument& xml = documents_[document_]->xml;
+  // The script as written is searched for where its attribute begins.
+  for (std::size_t at = element.offset(); (at = xml.source().find(text, at)) != std::string::npos; ++at) {
+    const SourceSpan place = xml.span_at(at);
+    if (place.line > begin.line || (place.line == begin.line && place.column > begin.column)) break;
+    if (place.line == begin.line && place.column == begin.column) return xml.span_at(at + offset);
+  }
+  return begin;
+}
+
 std::uint32_t Loader::define_script(std::string_view text, const XmlElement& element, std::string_view attribute) {
   const std::string key(text);
   if (const auto known = script_index_.find(key); known != script_index_.end()) return known->second;
   auto script = compile_script(text, [this](std::string_view name) { return model_->enum_value(name); });
   if (!script) {
+    const int column = script.error().span.column;
     report(lenient_ ? Severity::kWarning : Severity::kError, script.error().code,
-           std::string(attribute) + ": " + script.error().message, element.attribute_value_span(attribute));
+           std::string(attribute) + ": " + script.error().message,
+           script_place(text, element, attribute, column > 0 ? static_cast<std::size_t>(column - 1) : 0));
     return kNone;
   }
   for (const ScriptWarning& warning : script->warnings) {
-    warn(warning.code, std::string(attribute) + ": " + warning.message, element.attribute_value_span(attribute));
+    warn(warning.code, std::string(attribute) + ": " + warning.message,
+         script_place(text, element, attribute, warning.offset));
   }
   const auto index = static_cast<std::uint32_t>(model_->scripts.size());
   model_->scripts.push_back(std::move(*script));
@@ -453,6 +469,7 @@ bool Loader::define_node(Definition& definition, const XmlElement& element, std:
 void Loader::define(Definition& definition) {
   if (definition.defined) return;
   definition.defined = true;
+  document_ = definition.document;
   const XmlElement first = definition.element.first_child();
   if (!first) {
     error("bt.child-count", "BehaviorTree \"" + definition.id + "\" is empty; it needs one node",

@@ -113,6 +113,9 @@ class Loader {
   /// What a port's text stands for: the entry of that name (in Model::strings), kSameName, or kNone for a literal.
   std::uint32_t entry_of(std::uint32_t text);
   std::uint32_t define_script(std::string_view text, const text::XmlElement& element, std::string_view attribute);
+  /// Place of a byte of a script in its file; of the script's first byte where references stand in it.
+  [[nodiscard]] SourceSpan script_place(std::string_view text, const text::XmlElement& element,
+                                        std::string_view attribute, std::size_t offset) const;
   void check_children(const Definition& definition, std::uint32_t index);
   [[nodiscard]] std::uint32_t find_manifest(const text::XmlElement& element, bool& is_explicit);
   std::uint32_t add_manifest(const Manifest& manifest);
@@ -192,7 +195,8 @@ class Loader {
   std::vector<bool> used_;
   std::vector<Results> results_;  ///< By definition.
   std::size_t results_depth_ = 0;
-  std::string_view last_tag_;  ///< Nodes of one kind stand together.
+  std::uint32_t document_ = 0;  ///< Of the definition in hand.
+  std::string_view last_tag_;   ///< Nodes of one kind stand together.
   std::uint32_t last_manifest_ = kNone;
   std::unordered_map<std::string, std::uint32_t> script_index_;
   bool lenient_ = false;  ///< In a tree that is not reached, findings about ports and scripts are warnings.

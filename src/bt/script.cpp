@@ -160,7 +160,10 @@ class Compiler {
       any = true;
     }
     if (ok_ && !any) error("the script is empty");
-    if (!ok_) return sentree::fail(too_deep_ ? "bt.script-too-large" : "bt.script-syntax", message_);
+    if (!ok_) {
+      return sentree::fail(too_deep_ ? "bt.script-too-large" : "bt.script-syntax", message_,
+                           {{}, 0, static_cast<int>(offset_) + 1, 0});
+    }
     return std::move(script_);
   }
 
@@ -171,6 +174,7 @@ class Compiler {
   void error(std::string what) {
     if (!ok_) return;
     ok_ = false;
+    offset_ = look_.offset;
     message_ = "script \"" + shown() + "\", column " + std::to_string(look_.offset + 1) + ": " + what;
   }
   void warn(std::string code, std::string what) {
@@ -373,6 +377,7 @@ class Compiler {
   bool ok_ = true;
   bool too_deep_ = false;
   std::string message_;
+  std::size_t offset_ = 0;  ///< Of what is wrong.
 };
 
 }  // namespace

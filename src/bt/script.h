@@ -103,7 +103,7 @@ using EnumLookup = std::function<std::optional<std::int64_t>(std::string_view)>;
 
 /// Compiles statements separated by ';' (optional, as in BehaviorTree.CPP).
 ///
-/// Errors: bt.script-syntax, with the column inside the script in the message; bt.script-too-large.
+/// Errors: bt.script-syntax, with the column inside the script in message and span; bt.script-too-large.
 [[nodiscard]] Result<Script> compile_script(std::string_view text, const EnumLookup& enums = {});
 
 }  // namespace sentree::bt
