@@ -1,5 +1,6 @@
 // Speed and size of the state chart engine. One iteration is one event up to the stable configuration, by the very
-// functions that run skills. SCXML_MACHINES=DIR takes the charts from DIR/NAME.scxml instead.
+// functions that run skills; qt/… is Qt SCXML where it is installed. SCXML_MACHINES=DIR takes the charts from
+// DIR/NAME.scxml instead.
 #include <benchmark/benchmark.h>
 #include <malloc.h>
 
@@ -10,6 +11,9 @@
 #include "sentree/scxml/chart.h"
 #include "sentree/scxml/step.h"
 #include "sentree/text/file.h"
+#ifdef SENTREE_BENCH_QT
+#include "scxml_bench_qt.h"
+#endif
 
 namespace {
 
@@ -115,6 +119,17 @@ void run_size(benchmark::State& state, const std::string& name, std::string fall
   state.counters["bytes_per_session"] = bytes;
 }
 
+#ifdef SENTREE_BENCH_QT
+std::string source_of(const std::string& name) {
+  if (name == "flipflop_null") return machine(name, flipflop("null"));
+  if (name == "flipflop_ecmascript") return machine(name, flipflop("ecmascript"));
+  if (name == "guardassign") return machine(name, guardassign());
+  if (name == "level_monitor") return machine(name, level_monitor());
+  if (name == "par10_null") return machine(name, par10());
+  return machine(name, load1000());
+}
+#endif
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -133,6 +148,9 @@ int main(int argc, char** argv) {
   benchmark::RegisterBenchmark("size_ecmascript", [](benchmark::State& s) {
     run_size(s, "guardassign", guardassign());
   })->Iterations(1);
+#ifdef SENTREE_BENCH_QT
+  register_qt_benchmarks(source_of);
+#endif
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
 }

@@ -129,6 +129,8 @@ struct LoadLimits {
 
 struct LoadOptions {
   LoadLimits limits;
+  /// Of documents that name none (SCXML 3.2.1 leaves it to the platform).
+  DataModelKind default_data_model = DataModelKind::kNull;
   /// Reads what `src` attributes of <script>, <data>, <assign> and <invoke> name, as written. Not set: every src is an
   /// error.
   std::function<Result<std::string>(std::string_view uri)> read;

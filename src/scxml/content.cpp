@@ -17,6 +17,7 @@ bool Interpreter::execute(const Block& block) {
 }
 
 bool Interpreter::spend(const Place& place) {
+  run_.place = place;
   if (++run_.actions <= run_.host.limits.actions_max) return true;
   if (session_.status_ != SessionStatus::kFailed) {
     fail_session("scxml.endless-step",

@@ -49,6 +49,8 @@ double EcmaScriptModel::script_now_ms() {
 
 const std::vector<NativeFunction>& EcmaScriptModel::script_functions() { return interpreter_.host().functions; }
 
+const std::vector<NativeValue>& EcmaScriptModel::script_values() { return interpreter_.host().values; }
+
 bool EcmaScriptModel::evaluate_here(ExpressionId id, ScriptValue& value) {
   const NativeCode& code = model_.expressions[id].native;
   return !code.empty() && !session_.pinned_ && evaluate_native(code, *this, native_text(), value);
@@ -217,7 +219,8 @@ Result<ScriptHeap*> EcmaScriptModel::ready_heap(bool changes) {
     }
     heap_->attach(this);
     heap_->foreach_max = interpreter_.host().limits.foreach_max;
-    if (heap_->session_id != session_.id_ || !interpreter_.host().functions.empty()) {
+    const Host& host = interpreter_.host();
+    if (heap_->session_id != session_.id_ || !host.functions.empty() || !host.values.empty()) {
       if (auto set = heap_->set_system(session_.id_, interpreter_.host().processors); !set)
         return tl::unexpected(std::move(set.error()));
     }

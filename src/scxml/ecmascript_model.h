@@ -43,6 +43,7 @@ class EcmaScriptModel final : public DataModel, private NativeScope, private Scr
   double script_now_ms() override;
   double script_random() override { return session_.rng_.uniform(); }
   const std::vector<NativeFunction>& script_functions() override;
+  const std::vector<NativeValue>& script_values() override;
 
   /// Primitive results only; false: the interpreter must evaluate.
   bool evaluate_here(ExpressionId id, ScriptValue& value);

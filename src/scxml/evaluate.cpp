@@ -44,6 +44,7 @@ bool decimal(std::string_view text, double& number) {
   number = 0;
   if (text.empty()) return true;
   if (text.find_first_not_of("0123456789.") != std::string_view::npos || text == ".") return false;
+  if (text.size() > kExactDigitsMax) return false;
   const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), number);
   return failure == std::errc() && end == text.data() + text.size();
 }

@@ -270,6 +270,8 @@ class Compiler {
         (is_name_part(source_[end]) || source_[end] == '.' || static_cast<unsigned char>(source_[end]) >= 0x80)) {
       return give_up();
     }
+    // The interpreter does not round longer ones as the standard has it.
+    if (end - begin > kExactDigitsMax) return give_up();
     double number = 0;
     const auto result = std::from_chars(source_.data() + begin, source_.data() + end, number);
     if (result.ec != std::errc() || result.ptr != source_.data() + end) return give_up();

@@ -70,6 +70,9 @@ enum class SystemVariable : std::uint32_t { kSessionId, kName };
 /// Nesting of an expression beyond which it is left to the interpreter.
 inline constexpr int kNativeNestingMax = 64;
 
+/// Characters of a decimal number that everybody reads as the same double; longer ones are left to the interpreter.
+inline constexpr std::size_t kExactDigitsMax = 15;
+
 /// The slot of a variable of that name, or nothing.
 using SlotLookup = std::function<std::optional<std::uint32_t>(std::string_view name)>;
 

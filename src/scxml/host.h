@@ -148,11 +148,18 @@ struct NativeFunction {
   std::function<Result<Value>(std::span<const Value>)> call;
 };
 
+/// A value of the embedding program that scripts can read, and nothing else: it is frozen through and through.
+struct NativeValue {
+  std::string name;
+  Value value;
+};
+
 /// What the embedding program offers to sessions. Borrowed by each step; must offer the same at each step of a session.
 struct Host {
   std::vector<Processor> processors;
   std::vector<std::string> invoke_types;  ///< Types of <invoke> beside SCXML that become effects.
   std::vector<NativeFunction> functions;
+  std::vector<NativeValue> values;
   /// Called while a <send> to outside executes. A failure raises error.execution there, with the sendid;
   /// `_event.data.message` is the message. Must not step this session.
   std::function<Result<void>(const OutgoingSend&)> on_send;

@@ -29,6 +29,7 @@ struct Run {
   StepInfo info;
   bool sent = false;          ///< Something left for the world outside.
   std::uint64_t actions = 0;  ///< Executable content so far.
+  Place place = {};           ///< Of the executable content that came last.
   std::uint32_t depth = 0;    ///< Of invocations inside invocations, while one starts.
 };
 

@@ -209,7 +209,7 @@ bool Interpreter::run_family(Run& run, const Chart& chart, Session& session, Ses
                                  "sessions keep sending to each other: more than " +
                                      std::to_string(run.host.limits.macrosteps_max) +
                                      " macrosteps in one step; the last event was " + event.name,
-                                 {});
+                                 run.place);
       }
     }
     if (session.status_ == SessionStatus::kFailed) return false;

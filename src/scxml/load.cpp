@@ -54,8 +54,10 @@ void Loader::load_root(const Element& root) {
     error("scxml.bad-attribute", "version \"" + std::string(version) + "\" is not supported; SCXML is version \"1.0\"",
           value_place(root, "version"));
   }
-  const std::string_view data_model = root.attribute("datamodel").value_or("null");
-  if (data_model == "ecmascript") {
+  const std::string_view data_model = root.attribute("datamodel").value_or("");
+  if (data_model.empty()) {
+    model_->data_model = options_.default_data_model;
+  } else if (data_model == "ecmascript") {
     model_->data_model = DataModelKind::kEcmaScript;
   } else if (data_model != "null") {
     const std::array<std::string, 2> known{"ecmascript", "null"};

@@ -288,6 +288,33 @@ bool ScriptHeap::reset() {
 
 // ---- System variables ----
 
+namespace {
+
+// Lists and maps with all that is in them read-only.
+void push_frozen(duk_context* ctx, const Value& value) {
+  duk_require_stack(ctx, 8);
+  if (const List* list = value.as_list()) {
+    duk_push_array(ctx);
+    for (duk_uarridx_t i = 0; i < list->size(); ++i) {
+      push_frozen(ctx, (*list)[i]);
+      duk_put_prop_index(ctx, -2, i);
+    }
+    duk_freeze(ctx, -1);
+  } else if (const Map* map = value.as_map()) {
+    duk_push_object(ctx);
+    for (const auto& [key, item] : *map) {
+      push_text(ctx, key);
+      push_frozen(ctx, item);
+      duk_def_prop(ctx, -3, DUK_DEFPROP_HAVE_VALUE | DUK_DEFPROP_SET_ENUMERABLE);
+    }
+    duk_freeze(ctx, -1);
+  } else {
+    push_value(ctx, value, nullptr);
+  }
+}
+
+}  // namespace
+
 Result<void> ScriptHeap::set_system(std::string_view id, std::span<const Processor> processors) {
   session_id.clear();
   auto done = protect(kNoExpression, [&](duk_context* ctx) {
@@ -330,6 +357,11 @@ Result<void> ScriptHeap::set_system(std::string_view id, std::span<const Process
         duk_push_c_function(ctx, call_native, DUK_VARARGS);
         duk_set_magic(ctx, -1, magic++);
         duk_freeze(ctx, -1);
+        duk_def_prop(ctx, -3, kFlags);
+      }
+      for (const NativeValue& value : world_->script_values()) {
+        push_text(ctx, value.name);
+        push_frozen(ctx, value.value);
         duk_def_prop(ctx, -3, kFlags);
       }
     }

@@ -31,6 +31,7 @@ class ScriptWorld {
   virtual double script_now_ms() = 0;
   virtual double script_random() = 0;
   virtual const std::vector<NativeFunction>& script_functions() = 0;
+  virtual const std::vector<NativeValue>& script_values() = 0;
 };
 
 /// Lists and maps inside each other that data can have.

@@ -22,7 +22,7 @@ void Interpreter::raise(Event event) {
     fail_session(
         "scxml.queue-full",
         "more than " + std::to_string(run_.host.limits.events_max) + " internal events wait; the last is " + event.name,
-        {});
+        run_.place);
     return;
   }
   session_.internal_.push(std::move(event));
@@ -181,7 +181,7 @@ void Interpreter::send_to_session(Session& target, Event&& event) {
     return fail_session(
         "scxml.queue-full",
         "more than " + std::to_string(run_.host.limits.events_max) + " external events wait; the last is " + event.name,
-        {});
+        run_.place);
   }
   target.external_.push(std::move(event));
 }

@@ -15,8 +15,8 @@ namespace {
 
 using testing::HasSubstr;
 
-// A random chart: nested and parallel states, history, guards, data that expressions and scripts change, delayed
-// events.
+// A random chart: nested and parallel states, final and history states, guards, eventless transitions, data that
+// expressions, scripts and loops change, raised and delayed events, invoked children, early and late binding.
 class RandomChart {
  public:
   explicit RandomChart(std::uint64_t seed) : rng_(seed) {}
@@ -24,15 +24,17 @@ class RandomChart {
   std::string source() {
     for (int i = 0; i < 24; ++i) ids_.push_back("s" + std::to_string(i));
     std::string text =
-        R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><datamodel><data id="n" expr="0"/><data id="list" expr="[]"/></datamodel>)";
+        std::string(R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript")") +
+        (rng_.below(2) ? " binding=\"late\"" : "") +
+        R"(><datamodel><data id="n" expr="0"/><data id="list" expr="[]"/><data id="i"/></datamodel>)";
     text += "<script>function twice(x) { return 2 * x; }</script>";
     while (next_ < 12) text += state(0);
-    return text + "</scxml>";
+    return text + "<state id=\"back\">" + histories_ + "</state></scxml>";
   }
 
  private:
   std::string action() {
-    switch (rng_.below(6)) {
+    switch (rng_.below(10)) {
       case 0: return "<assign location=\"n\" expr=\"n + 1\"/>";
       case 1: return "<script>list.push(n); if (list.length &gt; 5) list.shift();</script>";
       case 2:
@@ -40,16 +42,35 @@ class RandomChart {
                "s\"/>";
       case 3: return "<assign location=\"n\" expr=\"twice(n) % 97\"/>";
       case 4: return "<send id=\"x\" type=\"out\" event=\"o\"><param name=\"n\" expr=\"n\"/></send>";
+      case 5: return "<raise event=\"i" + std::to_string(rng_.below(3)) + "\"/>";
+      case 6: return "<foreach array=\"list\" item=\"i\"><assign location=\"n\" expr=\"(n + i) % 89\"/></foreach>";
+      case 7: return "<if cond=\"n &gt; 40\"><assign location=\"n\" expr=\"n - 40\"/><else/><raise event=\"i0\"/></if>";
+      case 8: return "<send event=\"e" + std::to_string(rng_.below(4)) + "\"/>";
       default: return "<log expr=\"n + Math.floor(Math.random() * 10)\"/>";
     }
   }
 
   std::string transition() {
-    std::string text = "<transition event=\"e" + std::to_string(rng_.below(4)) + "\"";
+    if (rng_.below(8) == 0)
+      return "<transition cond=\"n == " + std::to_string(rng_.below(50)) + "\" target=\"s" +
+             std::to_string(rng_.below(12)) + "\"><assign location=\"n\" expr=\"n + 1\"/></transition>";
+    std::string text = "<transition event=\"" + std::string(rng_.below(3) ? "e" : "i") + std::to_string(rng_.below(4)) +
+                       (rng_.below(6) ? "" : " done.*") + "\"";
     if (rng_.below(3) == 0) text += " cond=\"n % 2 == " + std::to_string(rng_.below(2)) + "\"";
-    if (rng_.below(5) != 0) text += " target=\"s" + std::to_string(rng_.below(12)) + "\"";
+    if (rng_.below(5) != 0)
+      text += rng_.below(8) ? " target=\"s" + std::to_string(rng_.below(12)) + "\"" : std::string(" target=\"back\"");
     if (rng_.below(4) == 0) text += " type=\"internal\"";
     return text + ">" + (rng_.below(2) ? action() : "") + "</transition>";
+  }
+
+  // A chart that counts, tells its parent, and ends after a while.
+  std::string child() {
+    return R"(<invoke autoforward="true"><param name="n" expr="n"/><content>
+      <scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><datamodel><data id="n" expr="1"/></datamodel>
+      <state id="c"><onentry><send event="tell" delay="2s"/></onentry>
+      <transition event="tell" target="d"><send target="#_parent" event="i1"><param name="n" expr="n"/></send></transition>
+      <transition event="e0"><assign location="n" expr="n + 1"/></transition></state>
+      <final id="d"><donedata><param name="n" expr="n"/></donedata></final></scxml></content></invoke>)";
   }
 
   std::string state(int depth) {
@@ -60,13 +81,25 @@ class RandomChart {
     if (rng_.below(3) == 0) text += "<onexit>" + action() + "</onexit>";
     const auto transitions = rng_.below(4);
     for (std::uint64_t i = 0; i < transitions; ++i) text += transition();
+    if (depth == 0 && rng_.below(3) == 0) text += child();
+    if (!parallel && rng_.below(3) == 0)
+      text += "<datamodel><data id=\"d" + std::to_string(id) + "\" expr=\"n + 1\"/></datamodel>";
     const std::uint64_t children = depth < 3 ? (parallel ? 2 : rng_.below(3)) : 0;
+    const int first = next_;
     for (std::uint64_t i = 0; i < children; ++i) text += state(depth + 1);
+    if (!parallel && children > 0 && rng_.below(3) == 0) text += "<final id=\"f" + std::to_string(id) + "\"/>";
+    if (children > 0 && rng_.below(2) == 0) {
+      const std::string history = "h" + std::to_string(id);
+      text += "<history id=\"" + history + "\" type=\"" + (rng_.below(2) ? "deep" : "shallow") +
+              "\"><transition target=\"s" + std::to_string(first) + "\"/></history>";
+      histories_ += "<transition event=\"e" + std::to_string(rng_.below(4)) + "\" target=\"" + history + "\"/>";
+    }
     return text + (parallel ? "</parallel>" : "</state>");
   }
 
   Rng rng_;
   int next_ = 0;
+  std::string histories_;
   std::vector<std::string> ids_;
 };
 
@@ -86,7 +119,7 @@ TEST(Snapshot, ARestoredSessionGoesOnExactlyAsTheOriginal) {
   host.processors.push_back({"out", ""});
   host.limits.timers_max = 20;
   int restored_sessions = 0;
-  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const auto loaded = load(RandomChart(seed).source());
     ASSERT_TRUE(loaded.ok()) << to_string(loaded.diagnostics.front());
@@ -115,7 +148,7 @@ TEST(Snapshot, ARestoredSessionGoesOnExactlyAsTheOriginal) {
       ASSERT_EQ(twin.effects, original.effects);
     }
   }
-  EXPECT_EQ(restored_sessions, 40 * 40);
+  EXPECT_EQ(restored_sessions, 100 * 40);
 }
 
 TEST(Snapshot, RefusesWhatIsNoneOrBelongsToAnotherChart) {
@@ -216,6 +249,99 @@ TEST(Bounds, ChartsThatInvokeThemselvesStopAtTheDepth) {
   for (const Session* s = &running.session; !s->invocations().empty(); s = s->invocations().front().child.get())
     ++depth;
   EXPECT_EQ(depth, static_cast<int>(host.limits.invocation_depth_max));
+}
+
+// W3C test 230, which is manual: the child sees what the parent saw.
+TEST(Invocation, AutoforwardKeepsTheFieldsOfTheEvent) {
+  const auto loaded = load(
+      R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><datamodel><data id="child" expr="''"/><data id="own" expr="''"/></datamodel>
+    <state id="a"><invoke id="c" autoforward="true"><content>
+      <scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><state id="x">
+      <transition event="ping"><send target="#_parent" event="saw"><param name="all" expr="JSON.stringify(_event)"/></send></transition></state></scxml>
+      </content></invoke>
+      <transition event="ping"><assign location="own" expr="JSON.stringify(_event)"/></transition>
+      <transition event="saw"><assign location="child" expr="_event.data.all"/></transition></state></scxml>)xml");
+  ASSERT_TRUE(loaded.ok());
+  Running running;
+  start(*loaded.value, running.session, {}, {}, running.effects);
+  step(*loaded.value, running.session,
+       {.name = "ping", .sendid = "s1", .origin = "#_o", .origintype = "t", .data = Value(Map{{"v", 1}})}, {},
+       running.effects);
+  const Map data = running.session.data(*loaded.value);
+  EXPECT_EQ(*data.find("child"), *data.find("own"));
+  EXPECT_THAT(std::string(data.find("own")->text()), HasSubstr("\"sendid\":\"s1\""));
+}
+
+// W3C test 250, which is manual.
+TEST(Invocation, ACancelledChildRunsItsExitHandlers) {
+  const auto loaded = load(
+      R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="null">
+    <state id="a"><invoke><content><scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="null">
+      <state id="x"><onexit><log label="outer"/></onexit><state id="y"><onexit><log label="inner"/></onexit></state></state></scxml></content></invoke>
+      <transition event="leave" target="b"/></state><state id="b"/></scxml>)xml");
+  ASSERT_TRUE(loaded.ok());
+  Running running;
+  start(*loaded.value, running.session, {}, {}, running.effects);
+  step(*loaded.value, running.session, {.name = "leave"}, {}, running.effects);
+  ASSERT_EQ(running.effects.size(), 2U);
+  EXPECT_EQ(std::get<LogLine>(running.effects[0]).label, "inner");
+  EXPECT_EQ(std::get<LogLine>(running.effects[1]).label, "outer");
+}
+
+// W3C test 178, which is manual: either answer is allowed.
+TEST(Send, ParamsOfOneNameCollapse) {
+  const auto loaded = load(
+      R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><datamodel><data id="got"/></datamodel>
+    <state id="a"><onentry><send event="e"><param name="p" expr="1"/><param name="p" expr="2"/></send></onentry>
+    <transition event="e"><assign location="got" expr="_event.data.p"/></transition></state></scxml>)xml");
+  ASSERT_TRUE(loaded.ok());
+  Running running;
+  start(*loaded.value, running.session, {}, {}, running.effects);
+  EXPECT_EQ(*running.session.data(*loaded.value).find("got"), Value(2));
+}
+
+// W3C test 307, which is manual: with either binding, data that have no value yet are undefined, and no error.
+TEST(DataModel, DataIsUndefinedBeforeItIsBound) {
+  for (const char* binding : {"early", "late"}) {
+    const auto loaded = load(
+        std::string(
+            R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" binding=")xml") +
+        binding +
+        R"xml("><state id="a"><onentry><log expr="typeof later"/></onentry><transition event="error" target="failed"/></state>
+        <state id="b"><datamodel><data id="later"/></datamodel></state><state id="failed"/></scxml>)xml");
+    ASSERT_TRUE(loaded.ok());
+    Running running;
+    start(*loaded.value, running.session, {}, {}, running.effects);
+    EXPECT_EQ(std::get<LogLine>(running.effects.front()).text, "undefined");
+    EXPECT_THAT(running.session.active_ids(*loaded.value), testing::ElementsAre("a"));
+  }
+}
+
+// W3C test 301, which is manual.
+TEST(Load, RefusesAScriptThatCannotBeRead) {
+  const auto loaded = load(
+      R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><script src="nowhere.js"/><state/></scxml>)xml",
+      "c.scxml");
+  ASSERT_FALSE(loaded.ok());
+  EXPECT_EQ(loaded.diagnostics.front().code, "scxml.script-unreadable");
+}
+
+TEST(Send, OverHttpIsRefusedUntilAProgramTurnsItOn) {
+  const auto loaded = load(
+      R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
+    <state id="a"><onentry><send type="http://www.w3.org/TR/scxml/#BasicHTTPEventProcessor" target="http://127.0.0.1:1/" event="e"/></onentry>
+    <transition event="error.execution" target="refused"/></state><state id="refused"/></scxml>)xml");
+  ASSERT_TRUE(loaded.ok());
+  Running off;
+  start(*loaded.value, off.session, {}, {}, off.effects);
+  EXPECT_THAT(off.session.active_ids(*loaded.value), testing::ElementsAre("refused"));
+  EXPECT_TRUE(off.effects.empty());
+  Host host;
+  host.processors.push_back({std::string(kBasicHttpProcessor), "http://127.0.0.1:2/"});
+  Running on;
+  start(*loaded.value, on.session, {}, {}, on.effects, host);
+  ASSERT_EQ(on.effects.size(), 1U);
+  EXPECT_EQ(std::get<OutgoingSend>(on.effects[0]).target, "http://127.0.0.1:1/");
 }
 
 }  // namespace

@@ -1,9 +1,12 @@
 #!/bin/sh
-# run_w3c.sh RUNNER FOLDER: fetches the W3C's SCXML tests into FOLDER, checks their hash, and runs them: all 193 automatic
-# ones must pass, and a document whose `pass` leads to `fail` must be found out. 77 (skipped) without network or npm.
+# run_package.sh w3c RUNNER FOLDER: fetches the W3C's SCXML tests into FOLDER, checks their hash, and runs them: all 193
+# automatic ones must pass, and a document whose `pass` leads to `fail` must be found out.
+# run_package.sh scion RUNNER FOLDER DEVIATIONS: the same for SCION's own 127 tests in that package, less the deviations.
+# 77 (skipped) without network or npm.
 set -eu
-runner=$1
-folder=$2
+tests=$1
+runner=$2
+folder=$3
 package=@scion-scxml/test-framework@2.0.16
 sha512=5rRd5CdFLUzmPaO43NSamBmhq6uW/0kUmUneEnqRSbAj0FiFVAINd1DfadUkdECT+xHLARCJZU7meQD4nqYyKw==
 
@@ -20,6 +23,14 @@ if [ "$(openssl dgst -sha512 -binary "$archive" | base64 -w0)" != "$sha512" ]; t
   exit 1
 fi
 tar xzf "$archive"
+if [ "$tests" = scion ]; then
+  report=$("$runner" package/test "$4" --json) || { echo "$report"; exit 1; }
+  echo "$report"
+  case $report in
+    '{"passed":123,"failed":[],'*) exit 0 ;;
+    *) echo "not all of the 127 tests ran"; exit 1 ;;
+  esac
+fi
 suite=package/test/w3c-ecma
 
 report=$("$runner" "$suite" --json) || true

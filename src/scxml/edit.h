@@ -1,0 +1,58 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "sentree/base/result.h"
+#include "sentree/scxml/chart.h"
+#include "sentree/text/xml.h"
+
+namespace sentree::scxml {
+
+/// Changes to a chart's document. What is not touched stays as it was written, byte for byte: comments, the order of
+/// attributes, and what other tools keep in them (Qt Creator's qt:editorinfo).
+///
+///     ChartEdit edit(chart);
+///     edit.set_attribute(edit.of_state(*chart.find("open")), "qt:editorinfo", "geometry:10;20");
+///     edit.rename_state(*chart.find("open"), "opened");
+///     auto text = edit.apply();   // then `load` it again
+///
+/// An edit sees the chart as it was loaded; edits of one element's same place clash.
+class ChartEdit {
+ public:
+  using Element = text::XmlElement;
+
+  explicit ChartEdit(const Chart& chart);
+
+  /// The element of a state (0: <scxml>), of a transition, or of anything else that has a place. A transition that the
+  /// document does not have (an initial="…") gives the element that holds it. False: nothing begins there.
+  [[nodiscard]] Element of_state(StateIndex state) const { return at(chart_.states()[state].place); }
+  [[nodiscard]] Element of_transition(TransitionIndex transition) const;
+  [[nodiscard]] Element at(const Place& place) const;
+
+  void set_attribute(const Element& element, std::string_view name, std::string_view value);
+  void remove_attribute(const Element& element, std::string_view name);
+  /// `xml` is SCXML; it comes behind the last child, on a line of its own.
+  void append_child(const Element& parent, std::string_view xml);
+  void insert_before(const Element& sibling, std::string_view xml);
+  void remove(const Element& element);
+
+  /// The state's id, and everything that names it: targets, initial states, done.state.ID events, In('ID').
+  /// Errors: scxml.duplicate-id, scxml.bad-attribute (no id, or white space in it).
+  Result<void> rename_state(StateIndex state, std::string_view new_id);
+
+  /// The edited document. Errors: xml.overlapping-edits, and what `load` finds wrong with it.
+  [[nodiscard]] Result<std::string> apply() const;
+
+ private:
+  void rename_in(const Element& element, std::string_view old_id, std::string_view new_id);
+
+  Chart chart_;
+  text::XmlDocument document_;
+  text::XmlEdit edit_;
+};
+
+}  // namespace sentree::scxml

@@ -1,0 +1,106 @@
+#include "sentree/scxml/edit.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace sentree::scxml {
+namespace {
+
+using testing::HasSubstr;
+
+// As Qt Creator writes it: its attributes, comments, single quotes, odd spacing, a processing instruction.
+const std::string kDocument = R"(<?xml version="1.0" encoding="UTF-8"?>
+<!-- made by hand -->
+<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="door" qt:editorversion="4.6"
+       xmlns:qt="http://www.qt.io/2015/02/scxml-ext"   initial='open' datamodel="ecmascript">
+    <qt:editorinfo initialGeometry="150;50;-20;-20;40;40"/>
+    <state   id="open"  qt:editorinfo="geometry:10;20"> <!-- the first -->
+        <transition event="close" target = 'closed' cond="!In('closed') &amp;&amp; true">
+            <qt:editorinfo movePoint="1;2"/>
+        </transition>
+    </state>
+    <?keep me?>
+    <state id="closed"><transition event="open done.state.open" target="open"/></state>
+</scxml>
+)";
+
+Chart chart() {
+  auto loaded = load(kDocument, "door.scxml");
+  EXPECT_TRUE(loaded.ok());
+  return *std::move(loaded.value);
+}
+
+std::string replaced(std::string text, const std::vector<std::pair<std::string, std::string>>& changes) {
+  for (const auto& [what, with] : changes) {
+    const std::size_t at = text.find(what);
+    EXPECT_NE(at, std::string::npos) << what;
+    text.replace(at, what.size(), with);
+  }
+  return text;
+}
+
+TEST(Edit, WithoutChangesGivesTheSameBytes) {
+  EXPECT_EQ(*ChartEdit(chart()).apply(), kDocument);
+  EXPECT_EQ(chart().source(), kDocument);
+}
+
+TEST(Edit, ChangesOnePlaceOnly) {
+  const Chart door = chart();
+  ChartEdit edit(door);
+  edit.set_attribute(edit.of_state(*door.find("open")), "qt:editorinfo", "geometry:99;20");
+  EXPECT_EQ(*edit.apply(), replaced(kDocument, {{"geometry:10;20", "geometry:99;20"}}));
+}
+
+TEST(Edit, FindsATransitionByItsIndex) {
+  const Chart door = chart();
+  ChartEdit edit(door);
+  const TransitionIndex closing = door.states()[*door.find("open")].transitions.front();
+  edit.set_attribute(edit.of_transition(closing), "event", "shut");
+  edit.remove_attribute(edit.of_transition(closing), "cond");
+  EXPECT_EQ(*edit.apply(), replaced(kDocument, {{"event=\"close\"", "event=\"shut\""},
+                                                {" cond=\"!In('closed') &amp;&amp; true\"", ""}}));
+}
+
+TEST(Edit, RenamesAStateWhereverItIsNamed) {
+  const Chart door = chart();
+  ChartEdit edit(door);
+  ASSERT_TRUE(edit.rename_state(*door.find("open"), "ajar"));
+  EXPECT_EQ(*edit.apply(), replaced(kDocument, {{"initial='open'", "initial='ajar'"},
+                                                {"id=\"open\"", "id=\"ajar\""},
+                                                {"done.state.open", "done.state.ajar"},
+                                                {"target=\"open\"", "target=\"ajar\""}}));
+  ChartEdit other(door);
+  ASSERT_TRUE(other.rename_state(*door.find("closed"), "shut"));
+  EXPECT_EQ(*other.apply(), replaced(kDocument, {{"target = 'closed'", "target = 'shut'"},
+                                                 {"In('closed')", "In('shut')"},
+                                                 {"id=\"closed\"", "id=\"shut\""}}));
+}
+
+TEST(Edit, RefusesANameThatIsTaken) {
+  const Chart door = chart();
+  ChartEdit edit(door);
+  EXPECT_EQ(edit.rename_state(*door.find("open"), "closed").error().message, "there is a state \"closed\" already");
+  EXPECT_EQ(edit.rename_state(*door.find("open"), "a b").error().code, "scxml.bad-attribute");
+}
+
+TEST(Edit, AddsAndRemovesElements) {
+  const Chart door = chart();
+  ChartEdit edit(door);
+  edit.append_child(edit.of_state(*door.find("closed")), "<transition event=\"lock\" target=\"locked\"/>");
+  edit.append_child(edit.of_state(0), "<state id=\"locked\"/>");
+  const auto edited = edit.apply();
+  ASSERT_TRUE(edited) << edited.error().message;
+  const auto again = load(*edited, "door.scxml");
+  ASSERT_TRUE(again.ok());
+  EXPECT_TRUE(again.value->find("locked"));
+  ChartEdit removing(*again.value);
+  removing.remove(removing.of_state(*again.value->find("locked")));
+  const auto dangling = removing.apply();
+  ASSERT_FALSE(dangling);
+  EXPECT_THAT(to_string(dangling.error()), HasSubstr("transition target \"locked\" is not a state"));
+}
+
+}  // namespace
+}  // namespace sentree::scxml
