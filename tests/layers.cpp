@@ -140,16 +140,17 @@ const std::vector<LibraryRule>& library_rules() {
       {"idl", {"base", "text"}},
       {"draw", {"base"}},
       {"bt", {"base", "text", "draw"}},
+      {"exec", {"base", "bt"}},
       {"scxml", {"base", "text", "draw"}},
       {"monitor", {"base", "text", "draw", "scxml"}},
       {"http", {"base", "text"}},
       {"rpc", {"base", "text", "idl"}},
       {"sim", {"base", "text"}},
       {"record", {"base", "text", "idl"}},
-      {"runtime", {"base", "text", "idl", "draw", "bt", "scxml", "monitor", "http", "rpc", "sim", "record"}},
-      {"studio", {"base", "text", "idl", "draw", "bt", "scxml", "monitor", "http", "rpc", "sim", "record", "runtime"}},
+      {"runtime", {"base", "text", "idl", "draw", "bt", "exec", "scxml", "monitor", "http", "rpc", "sim", "record"}},
+      {"studio", {"base", "text", "idl", "draw", "bt", "exec", "scxml", "monitor", "http", "rpc", "sim", "record", "runtime"}},
       {"cli",
-       {"base", "text", "idl", "draw", "bt", "scxml", "monitor", "http", "rpc", "sim", "record", "runtime", "studio"}},
+       {"base", "text", "idl", "draw", "bt", "exec", "scxml", "monitor", "http", "rpc", "sim", "record", "runtime", "studio"}},
   };
   return kRules;
 }

@@ -65,6 +65,9 @@ class Context {
   /// Errors: bt.no-port, bt.not-an-entry, bt.entry-type. An error that the node does not look at fails the tick.
   template <class T>
   Result<void> output(PortName port, const T& value);
+  /// What an input port holds, as it is, for code that does not know the type (e.g. to take it elsewhere). Null if
+  /// there is nothing. Valid until something is written.
+  [[nodiscard]] const Datum* held(const PortName& port) const { return peek(port); }
   /// The port's text as the file gives it; empty if it is absent.
   [[nodiscard]] std::string_view raw(const PortName& port) const;
   /// How often the entry of a port was written; 0 if there is none.
