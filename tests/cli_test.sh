@@ -116,6 +116,24 @@ silent "$sentree" model examples/recharge --into "$work/again.xml"
 cmp "$work/bare.xml" "$work/again.xml" || failures=$((failures + 1))
 expect 2 'excludes' "$sentree" model examples/recharge --into "$work/bare.xml" -o "$work/other"
 
+# C++ nodes of a plug-in, which the build makes beside the tests; a sanitized library needs a sanitized program.
+plugin=$(dirname "$sentree")/../tests/plugins/libnodes_plugin.so
+if [[ -e $plugin ]]; then
+  mkdir -p "$work/cpp" && cp "$plugin" "$work/cpp/nodes.so"
+  cat >"$work/cpp/mission.xml" <<'END'
+<root BTCPP_format="4"><BehaviorTree ID="M">
+  <Sequence><Double in="21" out="{y}"/><CountTo limit="3"/><ScriptCondition code="y == THE_ANSWER"/></Sequence>
+</BehaviorTree></root>
+END
+  printf 'mission: {file: mission.xml}\nplugins: [nodes.so]\n' >"$work/cpp/sentree.yaml"
+  expect 0 'nothing to complain' "$sentree" check "$work/cpp"
+  expect 0 'mission SUCCESS' "$sentree" run "$work/cpp" --clock virtual
+  expect 0 'CountTo' "$sentree" graph "$work/cpp" --to dot
+  expect 0 '<Action ID="CountTo">' "$sentree" model "$work/cpp"
+  sed -i 's/nodes.so/none.so/' "$work/cpp/sentree.yaml"
+  expect 3 'sentree.yaml:2:11: plug-in .*/none.so: no such file' "$sentree" check "$work/cpp"
+fi
+
 # What the shells ask.
 expect 0 '^scenario|^experiment1$' "$sentree" __complete run examples/recharge --scenario ''
 expect 0 '^--scenario=recharge$' "$sentree" __complete run examples/recharge --scenario=re

@@ -118,21 +118,33 @@ void Registry::enum_value(std::string name, std::int64_t value) {
 }
 
 Result<void> Registry::plugin(const std::filesystem::path& path) {
-  void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  const std::string shown = "plug-in " + path.string();
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) return fail("bt.plugin-unreadable", shown + ": no such file");
+  // Without a slash the loader would look for it elsewhere.
+  void* library = dlopen(std::filesystem::absolute(path, error).c_str(), RTLD_NOW | RTLD_LOCAL);
   if (library == nullptr) {
     const char* why = dlerror();
     return fail("bt.plugin-unreadable",
-                "plug-in " + path.string() + ": " + (why != nullptr ? why : "cannot be loaded"));
+                shown + " cannot be loaded: " + (why != nullptr ? why : "the loader does not say why"));
   }
-  using Register = void (*)(Registry&);
-  const auto function = reinterpret_cast<Register>(dlsym(library, "sentree_register_nodes"));
-  if (function == nullptr) {
+  const auto abi = reinterpret_cast<const char* (*)()>(dlsym(library, "sentree_plugin_abi"));
+  const auto nodes = reinterpret_cast<void (*)(Registry&)>(dlsym(library, "sentree_register_nodes"));
+  if (abi == nullptr || nodes == nullptr) {
     dlclose(library);
-    return fail(
-        "bt.plugin-symbol",
-        "plug-in " + path.string() + " has no function sentree_register_nodes; write it with SENTREE_REGISTER_NODES");
+    return fail("bt.plugin-symbol", shown + " registers no nodes; begin its function with SENTREE_REGISTER_NODES");
   }
-  function(*this);
+  if (std::string_view(abi()) != SENTREE_PLUGIN_ABI) {
+    const std::string other = abi();
+    dlclose(library);
+    return fail("bt.plugin-abi", shown + " was built for " + other + "; this program needs " + SENTREE_PLUGIN_ABI +
+                                     ", so build it again");
+  }
+  try {
+    nodes(*this);
+  } catch (const std::exception& thrown) {
+    return fail("bt.plugin-threw", shown + ": " + thrown.what());
+  }
   return {};
 }
 

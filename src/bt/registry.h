@@ -120,8 +120,10 @@ class Registry {
                       }});
   }
 
-  /// Loads a shared library and calls its `extern "C" void sentree_register_nodes(sentree::bt::Registry&)`.
-  /// Errors: bt.plugin-unreadable, bt.plugin-symbol. The library stays loaded.
+  /// Loads a shared library and lets it register its nodes: what SENTREE_REGISTER_NODES begins. The library stays
+  /// loaded as long as the program. Errors: bt.plugin-unreadable (no such file, or not loadable), bt.plugin-symbol (no
+  /// plug-in of ours), bt.plugin-abi (built against another version of Sentree or with another compiler's ABI),
+  /// bt.plugin-threw.
   [[nodiscard]] Result<void> plugin(const std::filesystem::path& path);
 
   [[nodiscard]] const Entry* find(std::string_view id) const;
@@ -210,6 +212,16 @@ void Registry::add(std::string id, Node prototype) {
 
 }  // namespace sentree::bt
 
+/// What plug-in and program must agree on, since they exchange C++ objects: these headers, and the standard library's
+/// ABI. Raise the version whenever Registry, Behaviour, Context or what they hand over changes.
+#define SENTREE_PLUGIN_VERSION 1
+#define SENTREE_PLUGIN_TEXT(number) #number
+#define SENTREE_PLUGIN_EXPANDED(number) SENTREE_PLUGIN_TEXT(number)
+#define SENTREE_PLUGIN_ABI                                                                             \
+  "sentree::bt " SENTREE_PLUGIN_EXPANDED(SENTREE_PLUGIN_VERSION) ", C++ ABI " SENTREE_PLUGIN_EXPANDED( \
+      __GXX_ABI_VERSION) ", standard library " SENTREE_PLUGIN_EXPANDED(_GLIBCXX_USE_CXX11_ABI)
+
 /// Begins the function by which a plug-in registers its nodes: `SENTREE_REGISTER_NODES(registry) { registry.add…; }`.
-#define SENTREE_REGISTER_NODES(registry) \
+#define SENTREE_REGISTER_NODES(registry)                                                                            \
+  extern "C" __attribute__((visibility("default"))) const char* sentree_plugin_abi() { return SENTREE_PLUGIN_ABI; } \
   extern "C" __attribute__((visibility("default"))) void sentree_register_nodes(sentree::bt::Registry& registry)

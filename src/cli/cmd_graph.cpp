@@ -6,6 +6,7 @@
 #include "sentree/cli/tour.h"
 #include "sentree/draw/chart.h"
 #include "sentree/draw/tree.h"
+#include "sentree/runtime/plan.h"
 #include "sentree/runtime/project.h"
 #include "sentree/scxml/graph.h"
 #include "sentree/sim/drawing.h"
@@ -28,23 +29,37 @@ std::string format_of(const GraphCommand& command) {
   return "svg";
 }
 
+/// What to draw, and the C++ nodes that a tree of a project may have.
+struct Drawn {
+  std::string file;
+  std::string tree;
+  bt::Registry registry;
+};
+
 // A project stands for its mission.
-std::optional<std::string> file_of(const GraphCommand& command) {
+std::optional<Drawn> drawn(const GraphCommand& command) {
   std::error_code error;
   const std::filesystem::path path(command.file);
-  if (!std::filesystem::is_directory(path, error) && path.filename() != "sentree.yaml") return command.file;
+  if (!std::filesystem::is_directory(path, error) && path.filename() != "sentree.yaml")
+    return Drawn{command.file, command.tree, {}};
   const auto project = runtime::load_project(path);
   say(project.diagnostics);
   if (!project.ok()) return std::nullopt;
-  return (project.value->folder / project.value->mission.path).string();
+  Drawn found{(project.value->folder / project.value->mission.path).string(),
+              command.tree.empty() ? project.value->tree : command.tree,
+              {}};
+  Diagnostics problems;
+  if (runtime::load_plugins(*project.value, found.registry, problems)) return found;
+  say(problems);
+  return std::nullopt;
 }
 
-std::optional<std::string> draw_tree(std::string source, const std::string& file, const GraphCommand& command,
-                                     const std::string& format) {
+std::optional<std::string> draw_tree(std::string source, const Drawn& what, const std::string& format) {
   bt::LoadOptions options;
-  options.main_tree = command.tree;
+  options.registry = &what.registry;
+  options.main_tree = what.tree;
   options.read_file = [](const std::filesystem::path& path) { return text::read_file(path); };
-  const auto tree = bt::load(std::move(source), options, file);
+  const auto tree = bt::load(std::move(source), options, what.file);
   say(tree.diagnostics);
   if (!tree.ok()) return std::nullopt;
   const draw::Tree picture = bt::to_graph(*tree.value);
@@ -129,14 +144,14 @@ int graph(const GraphCommand& command) {
     const int code = draw_world(command, picture);
     return code == kOk ? deliver(command, format, picture) : code;
   }
-  const auto file = file_of(command);
-  if (!file) return kInvalidInput;
-  auto source = text::read_file(*file);
+  const auto what = drawn(command);
+  if (!what) return kInvalidInput;
+  auto source = text::read_file(what->file);
   if (!source) {
     say(to_string(source.error()));
     return kInvalidInput;
   }
-  const auto document = text::XmlDocument::parse(*source, *file, {.lenient = true});
+  const auto document = text::XmlDocument::parse(*source, what->file, {.lenient = true});
   if (!document) {
     say(to_string(document.error()));
     return kInvalidInput;
@@ -146,7 +161,7 @@ int graph(const GraphCommand& command) {
     say("PlantUML is for state charts; a tree can be drawn as svg, png, dot or mermaid");
     return kUsage;
   }
-  const auto picture = is_chart ? draw_chart(*source, *file, format) : draw_tree(*source, *file, command, format);
+  const auto picture = is_chart ? draw_chart(*source, what->file, format) : draw_tree(*source, *what, format);
   if (!picture) return kInvalidInput;
   return deliver(command, format, *picture);
 }

@@ -7,6 +7,7 @@
 
 #include "sentree/bt/load.h"
 #include "sentree/runtime/control.h"
+#include "sentree/runtime/plan.h"
 #include "sentree/runtime/project.h"
 #include "sentree/text/file.h"
 #include "sentree/text/json.h"
@@ -123,7 +124,10 @@ Candidates scenarios(const Line& line) {
 }
 
 std::optional<bt::Tree> mission(const runtime::Project& project) {
-  return bt::load_file(project.folder / project.mission.path, {.registry = nullptr, .main_tree = project.tree}).value;
+  bt::Registry registry;
+  Diagnostics problems;
+  runtime::load_plugins(project, registry, problems);
+  return bt::load_file(project.folder / project.mission.path, {.registry = &registry, .main_tree = project.tree}).value;
 }
 
 Candidates leaves(const Line& line) {

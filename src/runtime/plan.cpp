@@ -89,10 +89,15 @@ class Preparation {
       diagnostics.push_back(missing(project_, project_.mission, source.error()));
       return std::nullopt;
     }
+    bt::Registry registry;
+    const bool registered = load_plugins(project_, registry, diagnostics);
     bt::LoadOptions options;
+    options.registry = &registry;
     options.main_tree = project_.tree;
     options.skills = skill_names();
     options.read_file = [this](const path& included) { return text::read_file(absolute(included), included.string()); };
+    // Without its plug-ins the tree would be full of unknown nodes, which is not what is wrong.
+    if (!registered) return std::nullopt;
     auto loaded = bt::load(std::move(*source), options, shown);
     append(diagnostics, loaded.diagnostics);
     return std::move(loaded.value);
@@ -363,6 +368,18 @@ Loaded<sim::World> load_project_world(const Project& project) {
   if (!root) return {.value = std::nullopt, .diagnostics = {root.error()}};
   if (project.world_overrides) merge(*root, *project.world_overrides);
   return sim::parse_world(*root, read);
+}
+
+bool load_plugins(const Project& project, bt::Registry& registry, Diagnostics& diagnostics) {
+  bool all = true;
+  for (const FileRef& plugin : project.plugins) {
+    auto loaded = registry.plugin(project.folder / plugin.path);
+    if (loaded) continue;
+    all = false;
+    loaded.error().span = plugin.span;
+    diagnostics.push_back(std::move(loaded.error()));
+  }
+  return all;
 }
 
 Loaded<Plan> prepare(Scenario scenario) {

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "sentree/bt/registry.h"
 #include "sentree/bt/tree.h"
 #include "sentree/idl/schema.h"
 #include "sentree/monitor/monitor.h"
@@ -75,6 +76,10 @@ struct Plan {
 /// others. Reports every problem of the project at once, sorted by place.
 /// Codes: those of the libraries, and check.*.
 [[nodiscard]] Loaded<Plan> prepare(Scenario scenario);
+
+/// Registers the C++ nodes of the project's plug-ins. False: one of them cannot be loaded.
+/// Codes: those of `bt::Registry::plugin`, where sentree.yaml names the file.
+bool load_plugins(const Project& project, bt::Registry& registry, Diagnostics& diagnostics);
 
 /// The project's world with the scenario's changes to it. Codes: sim.*, map.*, file.*.
 [[nodiscard]] Loaded<sim::World> load_project_world(const Project& project);

@@ -91,6 +91,15 @@ void read_renames(const text::YamlNode& node, MonitorEntry& monitor, Diagnostics
 
 }  // namespace
 
+void read_plugins(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
+  for (const text::YamlNode& entry : node.items) {
+    if (entry.is_scalar() && !entry.scalar.empty())
+      project.plugins.push_back({entry.scalar, entry.span});
+    else
+      diagnostics.push_back({Severity::kError, "project.type", "a plug-in is the path of a shared library", entry.span});
+  }
+}
+
 void read_monitors(const text::YamlNode& node, bool replaces, Project& project, Diagnostics& diagnostics) {
   for (const text::YamlNode& entry : node.items) {
     YamlReader reader(entry, "monitor", diagnostics);
@@ -240,6 +249,7 @@ Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {
     if (const auto* monitors = reader.sequence("monitors"))
       read_monitors(*monitors, false, project, loaded.diagnostics);
     if (const auto* observers = reader.mapping("observers")) read_observers(*observers, project, loaded.diagnostics);
+    if (const auto* plugins = reader.sequence("plugins")) read_plugins(*plugins, project, loaded.diagnostics);
     read_deadlines(reader.mapping("deadlines"), project, loaded.diagnostics);
     if (const auto world = reader.string("world")) project.world = FileRef{*world, reader.span("world")};
   }

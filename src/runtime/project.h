@@ -87,6 +87,7 @@ struct Project {
   std::vector<SkillEntry> skills;
   std::vector<MonitorEntry> monitors;
   std::vector<ObserverEntry> observers;
+  std::vector<FileRef> plugins;  ///< Shared libraries with C++ nodes for the tree.
   Deadlines deadlines;
   std::optional<FileRef> world;
   /// Changes to the world file's content, from a scenario: merged over it, mapping by mapping.

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "sentree/bt/load.h"
+#include "sentree/runtime/plan.h"
 #include "sentree/scxml/chart.h"
 #include "sentree/text/file.h"
 #include "sentree/text/xml.h"
@@ -138,7 +139,12 @@ class Collection {
     if (const auto models = bt::read_models(*source, shown)) {
       for (const bt::NodeModel& known : *models) known_.emplace(known.id, known);
     }
-    const auto tree = bt::load_file(file, {.registry = nullptr, .main_tree = project_.tree});
+    bt::Registry registry;
+    Diagnostics problems;  // `check` tells them
+    load_plugins(project_, registry, problems);
+    // C++ nodes are for the palette too.
+    models_ = bt::models(registry);
+    const auto tree = bt::load_file(file, {.registry = &registry, .main_tree = project_.tree});
     if (!tree.ok()) return;
     for (const bt::NodeId node : tree.value->external_leaves()) {
       const std::string id(tree.value->registration(node));
