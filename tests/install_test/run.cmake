@@ -24,3 +24,14 @@ run(${WORK_DIR}/build/program)
 if(NOT output STREQUAL "SUCCESS\n")
   message(FATAL_ERROR "the program printed: ${output}")
 endif()
+
+# The example with C++ nodes of every kind, as it was installed, and its plug-in.
+set(example ${WORK_DIR}/prefix/share/sentree/examples/cpp-nodes)
+run(${CMAKE_COMMAND} -S ${example} -B ${WORK_DIR}/example -G ${GENERATOR} -DCMAKE_PREFIX_PATH=${WORK_DIR}/prefix
+  -DCMAKE_CXX_COMPILER=${CXX} "-DCMAKE_CXX_FLAGS=${CXX_FLAGS} ${sanitize_flag}"
+  -DCMAKE_DISABLE_FIND_PACKAGE_Boost=ON -DCMAKE_DISABLE_FIND_PACKAGE_PkgConfig=ON -DCMAKE_DISABLE_FIND_PACKAGE_Thrift=ON)
+run(${CMAKE_COMMAND} --build ${WORK_DIR}/example)
+run(${WORK_DIR}/example/patrol ${example}/mission.xml ${WORK_DIR}/example/libwaving.so)
+if(NOT output MATCHES "the path has 5[.0]* m\n.*driving to .3, 4.\n  waving\n  waving\n.*thank you\nSUCCESS\n$")
+  message(FATAL_ERROR "the example printed: ${output}")
+endif()
