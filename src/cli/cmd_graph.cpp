@@ -54,7 +54,8 @@ std::optional<Drawn> drawn(const GraphCommand& command) {
   return std::nullopt;
 }
 
-std::optional<std::string> draw_tree(std::string source, const Drawn& what, const std::string& format) {
+std::optional<std::string> draw_tree(std::string source, const Drawn& what, const GraphCommand& command,
+                                     const std::string& format) {
   bt::LoadOptions options;
   options.registry = &what.registry;
   options.main_tree = what.tree;
@@ -62,7 +63,10 @@ std::optional<std::string> draw_tree(std::string source, const Drawn& what, cons
   const auto tree = bt::load(std::move(source), options, what.file);
   say(tree.diagnostics);
   if (!tree.ok()) return std::nullopt;
-  const draw::Tree picture = bt::to_graph(*tree.value);
+  draw::Tree picture = bt::to_graph(*tree.value);
+  picture.direction = command.direction == "auto"    ? draw::best_direction(picture)
+                      : command.direction == "right" ? draw::Direction::kRight
+                                                     : draw::Direction::kDown;
   if (format == "svg" || format == "png") return draw::to_svg(picture);
   if (format == "dot") return draw::to_dot(picture);
   return draw::to_mermaid(picture);
@@ -161,7 +165,7 @@ int graph(const GraphCommand& command) {
     say("PlantUML is for state charts; a tree can be drawn as svg, png, dot or mermaid");
     return kUsage;
   }
-  const auto picture = is_chart ? draw_chart(*source, what->file, format) : draw_tree(*source, *what, format);
+  const auto picture = is_chart ? draw_chart(*source, what->file, format) : draw_tree(*source, *what, command, format);
   if (!picture) return kInvalidInput;
   return deliver(command, format, *picture);
 }

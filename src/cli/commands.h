@@ -59,6 +59,7 @@ struct GraphCommand {
   std::string format;  ///< svg, png, dot, mermaid or plantuml; empty: by the output's ending, else svg.
   std::string output;  ///< Empty: standard output.
   std::string tree;
+  std::string direction = "auto";  ///< Of a tree: down, right, or auto.
   std::vector<std::string> stops;  ///< World: where robots are sent, PLACE or ROBOT=PLACE …
   std::string after;               ///< … and how long after the start it is drawn.
   std::uint64_t seed = 1;

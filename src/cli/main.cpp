@@ -97,6 +97,9 @@ void add_graph(CLI::App& app, GraphCommand& command) {
       ->check(CLI::IsMember({"svg", "png", "dot", "mermaid", "plantuml"}));
   sub->add_option("--output,-o", command.output, "Default: standard output");
   sub->add_option("--tree", command.tree, "Which BehaviorTree of the file");
+  sub->add_option("--direction", command.direction, "Of a tree: down, or right, which suits wide ones; auto chooses")
+      ->check(CLI::IsMember({"auto", "down", "right"}))
+      ->capture_default_str();
   sub->add_option("--goto", command.stops, "World: send a robot there first, PLACE or ROBOT=PLACE");
   sub->add_option("--after", command.after, "World: simulated time at which it is drawn, e.g. 20 s");
   sub->add_option("--seed", command.seed, "World: of all that is random");

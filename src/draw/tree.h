@@ -14,7 +14,7 @@ namespace sentree::draw {
 /// ellipses for conditions, rectangles for actions.
 enum class TreeShape {
   kControl,    ///< Box with the symbol.
-  kDecorator,  ///< Rounded box.
+  kDecorator,  ///< Diamond, stretched to hold its text.
   kCondition,  ///< Ellipse.
   kAction,     ///< Rectangle.
   kSubtree,    ///< Rectangle with double sides.
@@ -66,6 +66,10 @@ inline constexpr int kTreeLinesMax = 12;
 /// Time and memory O(nodes + text). No recursion: depth is not bounded by the stack.
 /// Source: van der Ploeg, "Drawing Non-layered Tidy Trees in Linear Time", 2014.
 [[nodiscard]] TreeLayout layout(const Tree& tree);
+
+/// Down, as in the literature, unless the drawing would be a long stripe and one to the right would be less of one.
+/// Cost: two layouts.
+[[nodiscard]] Direction best_direction(const Tree& tree);
 
 /// Positions, shapes and texts as data, for a page that draws by itself:
 /// {size: {width, height}, nodes: [{x, y, width, height, parent, shape, status, symbol, title: […], lines: […]}],

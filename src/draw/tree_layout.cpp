@@ -184,12 +184,14 @@ Size node_size(const TreeNode& node, const std::vector<std::string>& titles, con
   for (const std::string& line : lines) width = std::max(width, text_width(line, kLineSize));
   double height = static_cast<double>(titles.size()) * kTitleHeight + static_cast<double>(lines.size()) * kLineHeight;
   if (!node.symbol.empty()) {
-    width = std::max(width, std::max(kSymbolSize, text_width(node.symbol, kSymbolSize)));
-    height += kSymbolHeight;
+    width = std::max(width, is_sign(node.symbol) ? std::max(kSymbolSize, text_width(node.symbol, kSymbolSize))
+                                                 : kBoldFactor * text_width(node.symbol, kTitleSize));
+    height += symbol_height(node.symbol);
   }
   width += 2 * kPaddingX;
   height += 2 * kPaddingY;
   if (node.shape == TreeShape::kSubtree) width += 4 * kDoubleSide;
+  if (node.shape == TreeShape::kDecorator) width += 2 * kPoint - kPaddingX;
   if (node.shape == TreeShape::kCondition) {
     // An ellipse around a box of text: √2 in both directions is the smallest; texts rarely fill their corners.
     width *= 1.22;
@@ -270,6 +272,18 @@ TreeLayout layout(const Tree& tree) {
                                              result.nodes[static_cast<std::size_t>(i)], tree.direction));
   }
   return result;
+}
+
+Direction best_direction(const Tree& tree) {
+  constexpr double kWideMax = 2'400;  // a screen
+  constexpr double kStripe = 3;       // times as long as the other side
+  Tree turned = tree;
+  turned.direction = Direction::kDown;
+  const Size down = layout(turned).size;
+  if (down.width < kWideMax || down.width < kStripe * down.height) return Direction::kDown;
+  turned.direction = Direction::kRight;
+  const Size right = layout(turned).size;
+  return right.height / right.width < down.width / down.height ? Direction::kRight : Direction::kDown;
 }
 
 }  // namespace sentree::draw

@@ -84,15 +84,27 @@ void symbol(SvgWriter& svg, std::string_view symbol, Point c) {
   } else if (symbol == kParallelSymbol) {
     arrow(svg, {c.x, c.y - 6}, 24);
     arrow(svg, {c.x, c.y + 6}, 24);
-  } else {
+  } else if (is_sign(symbol)) {
     svg.text({c.x, c.y + 7}, symbol, "symboltext");
+  } else {
+    svg.text({c.x, c.y + 4.5}, symbol, "name");
   }
 }
 
 void outline(SvgWriter& svg, TreeShape shape, const Rect& rect) {
   switch (shape) {
     case TreeShape::kControl: svg.rect(rect, 2, "shape"); break;
-    case TreeShape::kDecorator: svg.rect(rect, 12, "shape"); break;
+    case TreeShape::kDecorator: {
+      // The literature's diamond, stretched to hold a text.
+      const double middle = rect.center().y;
+      const Point corners[] = {{rect.x + kPoint, rect.y},        {rect.right() - kPoint, rect.y},
+                               {rect.right(), middle},           {rect.right() - kPoint, rect.bottom()},
+                               {rect.x + kPoint, rect.bottom()}, {rect.x, middle}};
+      std::string data;
+      for (const Point& p : corners) data += (data.empty() ? "M" : "L") + coordinate(p.x) + " " + coordinate(p.y);
+      svg.raw("<path class=\"shape\" d=\"" + data + "Z\"/>\n");
+      break;
+    }
     case TreeShape::kCondition: svg.ellipse(rect, "shape"); break;
     case TreeShape::kAction: svg.rect(rect, 2, "shape"); break;
     case TreeShape::kSubtree:
@@ -122,14 +134,13 @@ std::string to_svg(const Tree& tree, const SvgOptions& options) {
 
     const auto& titles = placed.titles[i];
     const auto& lines = placed.lines[i];
-    const double symbol_height = node.symbol.empty() ? 0 : kSymbolHeight;
-    const double text_height = symbol_height + static_cast<double>(titles.size()) * kTitleHeight +
+    const double text_height = symbol_height(node.symbol) + static_cast<double>(titles.size()) * kTitleHeight +
                                static_cast<double>(lines.size()) * kLineHeight;
     const double middle = rect.center().x;
     double y = rect.center().y - text_height / 2;
     if (!node.symbol.empty()) {
-      symbol(svg, node.symbol, {middle, y + kSymbolHeight / 2 - (titles.empty() ? 0 : 1)});
-      y += kSymbolHeight;
+      symbol(svg, node.symbol, {middle, y + symbol_height(node.symbol) / 2 - (titles.empty() ? 0 : 1)});
+      y += symbol_height(node.symbol);
     }
     for (const std::string& title : titles) {
       svg.text({middle, y + kTitleHeight - 4.5}, title, "name");
@@ -140,7 +151,9 @@ std::string to_svg(const Tree& tree, const SvgOptions& options) {
       y += kLineHeight;
     }
     // On the outline; of an ellipse at 60°, above the text.
-    const double inset = node.shape == TreeShape::kCondition ? rect.width * 0.25 : 0;
+    const double inset = node.shape == TreeShape::kCondition   ? rect.width * 0.25
+                         : node.shape == TreeShape::kDecorator ? kPoint
+                                                               : 0;
     const double drop = node.shape == TreeShape::kCondition ? rect.height * 0.067 : 0;
     badge(svg, node.status, {rect.right() - inset, rect.y + drop});
     svg.raw("</g>\n");

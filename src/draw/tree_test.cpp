@@ -10,6 +10,7 @@
 namespace sentree::draw {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -87,6 +88,29 @@ TEST(TreeLayout, TucksShortSubtreesUnderTheirTallNeighbours) {
   const Rect& below = placed.nodes[3];
   ASSERT_FALSE(overlap(wide, below));
   EXPECT_LT(placed.nodes[2].x - wide.right(), 130);
+}
+
+TEST(TreeLayout, TurnsATreeThatWouldBeALongStripe) {
+  Tree wide;
+  wide.nodes = {node(-1, "root")};
+  for (int i = 0; i < 10; ++i) wide.nodes.push_back(node(0, "a leaf"));
+  EXPECT_EQ(best_direction(wide), Direction::kDown);
+  for (int i = 0; i < 50; ++i) wide.nodes.push_back(node(0, "a leaf"));
+  EXPECT_EQ(best_direction(wide), Direction::kRight);
+  Tree deep;
+  for (int i = 0; i < 100; ++i) deep.nodes.push_back(node(i - 1, "n"));
+  EXPECT_EQ(best_direction(deep), Direction::kDown);
+  EXPECT_EQ(best_direction(Tree{}), Direction::kDown);
+}
+
+TEST(TreeSvg, WritesAWordLikeANameAndASignLarge) {
+  Tree tree;
+  tree.nodes = {node(-1, "", TreeShape::kDecorator), node(0, "", TreeShape::kControl)};
+  tree.nodes[0].symbol = "Inverter";
+  tree.nodes[1].symbol = "R?";
+  const std::string svg = to_svg(tree);
+  EXPECT_THAT(svg, ContainsRegex("class=\"name\" [^>]*>Inverter<"));
+  EXPECT_THAT(svg, ContainsRegex("class=\"symboltext\" [^>]*>R"));
 }
 
 TEST(TreeLayout, PlacesEqualSubtreesEqually) {

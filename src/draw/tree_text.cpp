@@ -46,7 +46,7 @@ std::string to_dot(const Tree& tree) {
     std::string_view shape = "shape=box";
     switch (node.shape) {
       case TreeShape::kControl: break;
-      case TreeShape::kDecorator: shape = "shape=box, style=\"rounded,filled\""; break;
+      case TreeShape::kDecorator: shape = "shape=hexagon"; break;
       case TreeShape::kCondition: shape = "shape=ellipse"; break;
       case TreeShape::kAction: break;
       case TreeShape::kSubtree: shape = "shape=box, peripheries=2"; break;
@@ -76,8 +76,8 @@ std::string to_mermaid(const Tree& tree) {
     switch (node.shape) {
       case TreeShape::kControl: break;
       case TreeShape::kDecorator:
-        open = "(";
-        close = ")";
+        open = "{{";
+        close = "}}";
         break;
       case TreeShape::kCondition:
         open = "([";
