@@ -5,6 +5,9 @@
 #include <new>
 #include <string>
 
+#ifdef SENTREE_BENCH_PEER
+#include "bt_peer.h"
+#endif
 #include "sentree/bt/load.h"
 #include "sentree/bt/model.h"
 #include "sentree/bt/registry.h"
@@ -65,7 +68,14 @@ bt::Registry registry() {
   return r;
 }
 
+#ifdef SENTREE_BENCH_PEER
+bool on_peer = false;  // the benchmark measures BehaviorTree.CPP instead of us
+#endif
+
 void tick(benchmark::State& bench, const std::string& xml, double visited, bool once_per_tick = true) {
+#ifdef SENTREE_BENCH_PEER
+  if (on_peer) return peer::tick(bench, xml, once_per_tick);
+#endif
   const bt::Registry nodes = registry();
   auto loaded = bt::load(xml, {.registry = &nodes});
   if (!loaded.ok()) {
@@ -191,6 +201,9 @@ void skipIf100_true(benchmark::State& s) {
 }
 
 void load_tree(benchmark::State& bench, const std::string& xml) {
+#ifdef SENTREE_BENCH_PEER
+  if (on_peer) return peer::load(bench, xml);
+#endif
   const bt::Registry nodes = registry();
   std::size_t size = 0;
   for (auto _ : bench) {
@@ -223,26 +236,45 @@ void load_ports(benchmark::State& s) {
                  "</Sequence>"));
 }
 
-BENCHMARK(sequence10);
-BENCHMARK(sequence100);
-BENCHMARK(sequence1000);
-BENCHMARK(sequence100000);
-BENCHMARK(sequence100_user_sync);
-BENCHMARK(battery_ok_going_to_destination);
-BENCHMARK(battery_ok_going_to_destination_tick_once);
-BENCHMARK(battery_low_going_to_charge);
-BENCHMARK(battery_ok_at_destination);
-BENCHMARK(balanced_mixed_1093);
-BENCHMARK(balanced_decorated);
-BENCHMARK(subtree10x10_remapped_ports);
-BENCHMARK(flat100_ports);
-BENCHMARK(nested4_subtree_100_ports);
-BENCHMARK(script10_increment);
-BENCHMARK(skipIf100_false);
-BENCHMARK(skipIf100_true);
-BENCHMARK(load_plain)->Arg(1000)->Arg(10000);
-BENCHMARK(load_ports)->Arg(1000)->Arg(10000);
+// Side by side, so that whatever else the machine does slows both.
+#ifdef SENTREE_BENCH_PEER
+template <void (*kMeasure)(benchmark::State&)>
+void measure_peer(benchmark::State& bench) {
+  on_peer = true;
+  kMeasure(bench);
+  on_peer = false;
+}
+#define MEASURE(name, ...)     \
+  BENCHMARK(name) __VA_ARGS__; \
+  BENCHMARK(measure_peer<name>)->Name("BehaviorTree.CPP:" #name) __VA_ARGS__
+#else
+#define MEASURE(name, ...) BENCHMARK(name) __VA_ARGS__
+#endif
+
+MEASURE(sequence10);
+MEASURE(sequence100);
+MEASURE(sequence1000);
+MEASURE(sequence100000);
+MEASURE(sequence100_user_sync);
+MEASURE(battery_ok_going_to_destination);
+MEASURE(battery_ok_going_to_destination_tick_once);
+MEASURE(battery_low_going_to_charge);
+MEASURE(battery_ok_at_destination);
+MEASURE(balanced_mixed_1093);
+MEASURE(balanced_decorated);
+MEASURE(subtree10x10_remapped_ports);
+MEASURE(flat100_ports);
+MEASURE(nested4_subtree_100_ports);
+MEASURE(script10_increment);
+MEASURE(skipIf100_false);
+MEASURE(skipIf100_true);
+MEASURE(load_plain, ->Arg(1000)->Arg(10000));
+MEASURE(load_ports, ->Arg(1000)->Arg(10000));
 
 }  // namespace
 
+#ifdef SENTREE_BENCH_PEER
+int main(int argc, char** argv) { return sentree::peer::main(argc, argv); }
+#else
 BENCHMARK_MAIN();
+#endif

@@ -1,0 +1,13 @@
+# Where BehaviorTree.CPP 4 is installed, the same benchmarks run with it in the same run, and ratios are printed.
+find_package(behaviortree_cpp 4 QUIET)
+set(peer)
+foreach(target BT::behaviortree_cpp behaviortree_cpp::behaviortree_cpp)
+  if(TARGET ${target})
+    set(peer ${target})
+  endif()
+endforeach()
+if(peer)
+  target_sources(bt_bench PRIVATE bt_peer.cpp)
+  target_link_libraries(bt_bench PRIVATE ${peer})
+  target_compile_definitions(bt_bench PRIVATE SENTREE_BENCH_PEER)
+endif()
