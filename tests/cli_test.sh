@@ -155,6 +155,10 @@ offered=$(PATH=${sentree%/*}:$PATH bash -c 'source <(sentree completion bash)
 
 expect 0 'unix sockets' "$sentree" doctor
 
+# Two robots in one world.
+expect 0 'nothing to complain about' "$sentree" check examples/two-robots
+expect 0 '1 of 1 scenarios held' "$sentree" test examples/two-robots
+
 # The simulated robot alone.
 world=examples/recharge/world/world.yaml
 expect 0 'nothing to complain about' "$sentree" check $world

@@ -158,6 +158,7 @@ const std::vector<LibraryRule>& library_rules() {
 const std::vector<SecrecyRule>& secrecy_rules() {
   static const std::vector<SecrecyRule> kRules = {
       {"sim/localization", "sim/ground_truth.h", "localization estimates from sensors only"},
+      {"sim/likelihood_field", "sim/ground_truth.h", "localization estimates from sensors only"},
       {"sim/localization", "sim/state.h", "the simulation's state holds the true pose"},
       {"sim/particle_filter", "sim/ground_truth.h", "localization estimates from sensors only"},
       {"sim/navigator", "sim/ground_truth.h", "navigation goes by what localization believes"},

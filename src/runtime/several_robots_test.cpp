@@ -7,6 +7,7 @@
 #include <fstream>
 #include <string>
 
+#include "sentree/idl/conform.h"
 #include "sentree/runtime/component.h"
 #include "sentree/runtime/run.h"
 
@@ -142,6 +143,33 @@ TEST_F(TwoRobots, AComponentServesEachRobotByItsName) {
             "arguments: the simulator has no service \"rigt/battery\"; did you mean \"right/battery\"?");
   EXPECT_THAT(ask("right/battery", "getBateryCharge"), HasSubstr("did you mean \"getBatteryCharge\"?"));
   EXPECT_THAT(ask("left/simulation", "setBatteryCharge"), HasSubstr("percent"));
+}
+
+// With arguments of zeros, which most methods refuse in their reply: whatever it is, it has the shape that the IDL
+// says.
+TEST_F(TwoRobots, EveryReplyOfEveryMethodHasTheShapeOfTheIdl) {
+  auto component = prepare_sim_world(file("world.yaml"));
+  ASSERT_TRUE(component.ok());
+  const std::vector<SimComponent::Served> services = component.value->services;
+  SimServer server(std::move(*component.value), 1, 1.0);
+  const ControlHandler control = server.control("world.yaml");
+  int methods = 0;
+  for (const SimComponent::Served& served : services) {
+    if (served.robot != "left") continue;
+    for (const idl::Method* method : served.service->methods) {
+      Map arguments;
+      for (const idl::Field& field : method->arguments.fields)
+        arguments[field.name] = field.when_absent.value_or(Value());
+      const CallOutcome outcome = control.call(served.name, method->name, Value(std::move(arguments)));
+      EXPECT_TRUE(outcome.ok) << served.name << "." << method->name << ": " << outcome.message;
+      ++methods;
+      if (!outcome.ok || method->result->kind == idl::Kind::kVoid) continue;
+      const auto conforming = idl::conform(*method->result, outcome.result, method->name);
+      EXPECT_TRUE(conforming) << served.name << "." << method->name << ": "
+                              << (conforming ? "" : conforming.error().message);
+    }
+  }
+  EXPECT_GT(methods, 80);
 }
 
 TEST_F(TwoRobots, AProjectsComponentHasTheProjectsNamesAndEveryTestControl) {
