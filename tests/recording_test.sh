@@ -72,4 +72,21 @@ kill -TERM $run
 wait $run || true
 expect 0 'ended by interrupt' "$sentree" info interrupted.mcap
 
+# Yesterday's failure: told, checked with other monitors, tried with a fixed skill.
+"$sentree" run "$project" --scenario experiment2 --clock virtual --record failure.mcap >/dev/null 2>&1 || true
+expect 1 'monitor recharge: violated' "$sentree" monitor check failure.mcap
+expect 0 'monitor battery: undecided' "$sentree" monitor check failure.mcap --monitor "$project/monitors/battery.scxml" --violated failure
+expect 0 'behaves as recorded' "$sentree" replay failure.mcap
+cp -r "$project" fixed && cp fixed/skills/BatteryLevelAbove.scxml fixed/skills/BatteryLevelAbove-buggy.scxml
+expect 1 'BatteryLevelAbove30' "$sentree" replay failure.mcap --project fixed
+grep -q 'AtStation asks .*which was not recorded; the replay ends here' out || fail "the replay did not say which request was not recorded"
+expect 1 'the simulator took over' "$sentree" replay failure.mcap --project fixed --continue
+grep -q 'monitor recharge: undecided' out || fail "the fixed skill still violates recharge"
+expect 0 '^time_s,sequence,tick' "$sentree" export failure.mcap --to csv
+expect 0 '^{"topic":"/observations","time_ns":0,' "$sentree" export failure.mcap --to ndjson
+expect 0 'traceEvents' "$sentree" export failure.mcap --to perfetto
+expect 0 'nodes were ticked' "$sentree" report failure.mcap
+grep -qE '(src|href)="?http' out && fail "the report needs other pages"
+expect 3 'not a recording' "$sentree" replay "$project/mission.xml"
+
 if [[ $failures -gt 0 ]]; then echo "$failures failed" && exit 1; fi

@@ -41,6 +41,37 @@ struct InfoCommand {
 };
 int info(const InfoCommand& command);
 
+struct ExportCommand {
+  std::string file;
+  std::string format;  ///< csv, ndjson or perfetto.
+  std::string output;  ///< Empty: standard output.
+};
+int export_recording(const ExportCommand& command);
+
+struct ReportCommand {
+  std::string file;
+  std::string output;  ///< Empty: standard output.
+};
+int report(const ReportCommand& command);
+
+struct ReplayCommand {
+  std::string file;
+  std::string project;  ///< Empty: the recorded one.
+  bool go_on = false;
+  bool json = false;
+  bool verbose = false;
+};
+int replay(const ReplayCommand& command);
+
+struct MonitorCheckCommand {
+  std::string file;
+  std::string project;                ///< Whose monitors, if none are given; empty: the recorded one's.
+  std::vector<std::string> monitors;  ///< Charts.
+  std::vector<std::string> violated;  ///< States of them whose entry is a violation.
+  bool json = false;
+};
+int monitor_check(const MonitorCheckCommand& command);
+
 struct TestCommand {
   std::string project = ".";
   std::vector<std::string> scenarios;  ///< Names; empty: all.

@@ -60,6 +60,40 @@ void add_info(CLI::App& app, InfoCommand& command) {
   sub->add_flag("--json", command.json, "Print it as JSON");
 }
 
+void add_export(CLI::App& app, ExportCommand& command) {
+  auto* sub = app.add_subcommand("export", "Turn a recording into another format");
+  sub->footer(
+      "Examples:\n"
+      "  sentree export RUN.mcap --to csv -o run.csv           the observations, one a row\n"
+      "  sentree export RUN.mcap --to ndjson                   every message of every topic, one a line\n"
+      "  sentree export RUN.mcap --to perfetto -o run.json     for https://ui.perfetto.dev and chrome://tracing");
+  sub->add_option("recording", command.file, "MCAP file of sentree run")->required();
+  sub->add_option("--to", command.format)->required()->check(CLI::IsMember({"csv", "ndjson", "perfetto"}));
+  sub->add_option("--output,-o", command.output, "Default: standard output");
+}
+
+void add_report(CLI::App& app, ReportCommand& command) {
+  auto* sub = app.add_subcommand("report", "Tell a recorded run on one web page: verdicts, witness, timeline, coverage");
+  sub->footer("Example:\n  sentree report RUN.mcap -o report.html");
+  sub->add_option("recording", command.file, "MCAP file of sentree run")->required();
+  sub->add_option("--output,-o", command.output, "Default: standard output");
+}
+
+void add_replay(CLI::App& app, ReplayCommand& command) {
+  auto* sub = app.add_subcommand("replay", "Run a recorded mission again against the replies that it got then");
+  sub->footer(
+      "Examples:\n"
+      "  sentree replay runs/recharge-20260102-101500.mcap\n"
+      "  sentree replay RUN.mcap --project my_robot              a changed skill on yesterday's failure\n"
+      "  sentree replay RUN.mcap --project my_robot --continue   and on, in the simulator, where it does something else\n"
+      "Exit code: 0 it behaves as recorded (with --continue: no monitor is violated), 1 it does not, 3 not a recording.");
+  sub->add_option("recording", command.file, "MCAP file of sentree run")->required();
+  sub->add_option("--project", command.project, "Run this project instead of the recorded one");
+  sub->add_flag("--continue", command.go_on, "Go on in the simulator at the first request that was not recorded");
+  sub->add_flag("--verbose,-v", command.verbose, "Print every observation");
+  sub->add_flag("--json", command.json, "Print what differs as JSON");
+}
+
 void add_test(CLI::App& app, TestCommand& command) {
   auto* sub = app.add_subcommand("test", "Run scenarios and say which expectations held");
   sub->footer(
@@ -255,12 +289,27 @@ void add_bench(CLI::App& app, BenchRpcCommand& command) {
   rpc->add_flag("--json", command.json, "Print median and 99th percentile as JSON [µs]");
 }
 
-void add_monitor(CLI::App& app, MonitorServeCommand& command) {
-  auto* sub = app.add_subcommand("monitor", "Run one monitor of a project in a process of its own");
-  sub->footer("Example:\n  sentree monitor --project examples/recharge --name battery --listen unix:/tmp/battery.sock");
-  sub->add_option("--project", command.project, "Project or scenario")->required();
-  sub->add_option("--name", command.name, "Which of its monitors")->required();
-  sub->add_option("--listen", command.listen, "unix:PATH, tcp://HOST:PORT (port 0: any)")->required();
+void add_monitor(CLI::App& app, MonitorServeCommand& command, MonitorCheckCommand& check) {
+  auto* sub = app.add_subcommand("monitor", "Run one monitor of a project in a process of its own; check a recording");
+  sub->footer(
+      "Examples:\n"
+      "  sentree monitor --project examples/recharge --name battery --listen unix:/tmp/battery.sock\n"
+      "  sentree monitor check RUN.mcap --monitor monitors/battery.scxml --violated failure");
+  sub->add_option("--project", command.project, "Project or scenario");
+  sub->add_option("--name", command.name, "Which of its monitors");
+  sub->add_option("--listen", command.listen, "unix:PATH, tcp://HOST:PORT (port 0: any)");
+  auto* on = sub->add_subcommand("check", "Say what monitors make of a recording");
+  on->footer(
+      "Examples:\n"
+      "  sentree monitor check runs/recharge-20260102-101500.mcap\n"
+      "  sentree monitor check RUN.mcap --project my_robot\n"
+      "  sentree monitor check RUN.mcap --monitor monitors/battery.scxml --violated failure\n"
+      "Exit code: 0 none is violated, 1 one is, 3 not a recording.");
+  on->add_option("recording", check.file, "MCAP file of sentree run")->required();
+  on->add_option("--project", check.project, "Its monitors, instead of the recorded project's");
+  on->add_option("--monitor", check.monitors, "Charts, instead of a project's monitors");
+  on->add_option("--violated", check.violated, "States of the charts whose entry is a violation");
+  on->add_flag("--json", check.json, "Print verdicts and witnesses as JSON");
   sub->add_flag("--insecure", command.insecure, "Allow other machines to connect without TLS");
 }
 
@@ -328,6 +377,10 @@ int main(int argc, char** argv) {
   PingCommand ping_command;
   EchoCommand echo_command;
   MonitorServeCommand monitor_command;
+  MonitorCheckCommand monitor_check_command;
+  ReplayCommand replay_command;
+  ExportCommand export_command;
+  ReportCommand report_command;
   BenchRpcCommand bench_command;
   DoctorCommand doctor_command;
   add_init(app, init_command);
@@ -335,6 +388,9 @@ int main(int argc, char** argv) {
   add_run(app, run_command);
   add_test(app, test_command);
   add_info(app, info_command);
+  add_replay(app, replay_command);
+  add_export(app, export_command);
+  add_report(app, report_command);
   add_graph(app, graph_command);
   add_fmt(app, fmt_command);
   add_diff(app, diff_command);
@@ -345,7 +401,7 @@ int main(int argc, char** argv) {
   add_ping(app, ping_command);
   add_echo(app, echo_command);
   add_skill(app, skill_command);
-  add_monitor(app, monitor_command);
+  add_monitor(app, monitor_command, monitor_check_command);
   add_component(app, component_command);
   add_sim(app, sim_command);
   app.add_subcommand("doctor", "Say whether this machine has what Sentree needs")
@@ -380,7 +436,16 @@ int main(int argc, char** argv) {
   if (app.got_subcommand("services")) return services(services_command);
   if (app.got_subcommand("ping")) return ping(ping_command);
   if (app.got_subcommand("echo")) return echo(echo_command);
-  if (app.got_subcommand("monitor")) return monitor_serve(monitor_command);
+  if (app.got_subcommand("export")) return export_recording(export_command);
+  if (app.got_subcommand("report")) return report(report_command);
+  if (app.got_subcommand("replay")) return leave(replay(replay_command));
+  if (app.got_subcommand("monitor")) {
+    if (app.get_subcommand("monitor")->got_subcommand("check")) return monitor_check(monitor_check_command);
+    if (!monitor_command.project.empty() && !monitor_command.name.empty() && !monitor_command.listen.empty())
+      return monitor_serve(monitor_command);
+    say("sentree monitor needs --project, --name and --listen, or the subcommand check");
+    return kUsage;
+  }
   if (app.got_subcommand("bench")) return bench_rpc(bench_command);
   if (app.got_subcommand("skill")) return skill(skill_command);
   if (app.got_subcommand("component")) return component(component_command);

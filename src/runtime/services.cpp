@@ -32,6 +32,11 @@ void SimHost::inspect(const std::function<void(const sim::State&)>& look) {
   look(state_);
 }
 
+void SimHost::restore(sim::State state) {
+  const std::lock_guard lock(mutex_);
+  state_ = std::move(state);
+}
+
 namespace {
 
 class SimPort final : public ServicePort {

@@ -42,6 +42,8 @@ class SimHost {
   [[nodiscard]] sim::State snapshot();
   /// Shows the state, advanced to now, without a copy. `look` must not call back.
   void inspect(const std::function<void(const sim::State&)>& look);
+  /// Puts another state of the same world in its place.
+  void restore(sim::State state);
   [[nodiscard]] const sim::World& world() const { return *world_; }
 
  private:

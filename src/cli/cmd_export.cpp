@@ -1,0 +1,177 @@
+#include <map>
+
+#include "sentree/base/json.h"
+#include "sentree/cli/commands.h"
+#include "sentree/cli/output.h"
+#include "sentree/runtime/recorded_run.h"
+#include "sentree/text/file.h"
+
+namespace sentree::cli {
+
+namespace {
+
+constexpr std::size_t kPieceSize = 1U << 20U;
+
+// Where an export goes: a file, or standard output.
+class Output {
+ public:
+  explicit Output(std::string file) : file_(std::move(file)) {}
+  std::string& text() {
+    if (file_.empty() && text_.size() > kPieceSize) flush();
+    return text_;
+  }
+  bool end() {
+    if (file_.empty()) {
+      flush();
+      return true;
+    }
+    const auto written = text::write_file(file_, text_);
+    if (!written) say(to_string(written.error()));
+    return written.has_value();
+  }
+
+ private:
+  void flush() {
+    print(text_);
+    text_.clear();
+  }
+  std::string file_;
+  std::string text_;
+};
+
+// RFC 4180.
+void append_csv(std::string& out, std::string_view field) {
+  if (field.find_first_of(",\"\r\n") == std::string_view::npos) {
+    out += field;
+    return;
+  }
+  out += '"';
+  for (const char c : field) {
+    out += c;
+    if (c == '"') out += '"';
+  }
+  out += '"';
+}
+
+Result<void> to_csv(runtime::RecordedRun& run, Output& output) {
+  output.text() += "time_s,sequence,tick,kind,source,target,name,call,data\r\n";
+  return run.each([&](const Message& message) {
+    std::string& out = output.text();
+    out += shortest_decimal(seconds(message.time)) + "," + std::to_string(message.sequence) + "," +
+           std::to_string(message.tick) + ",";
+    out += to_string(message.kind);
+    for (const std::string* field : {&message.source, &message.target, &message.name}) {
+      out += ',';
+      append_csv(out, *field);
+    }
+    out += "," + std::to_string(message.call) + ",";
+    append_csv(out, message.data.is_null() ? std::string() : to_json(message.data));
+    out += "\r\n";
+    return true;
+  });
+}
+
+// Every message of every topic on a line of its own.
+Result<void> to_ndjson(runtime::RecordedRun& run, Output& output) {
+  record::Reader& reader = run.reader();
+  return reader.read({}, [&](const record::RawMessage& message) {
+    const record::Channel& channel = reader.channels().at(message.channel);
+    if (channel.encoding != "json") return true;
+    std::string& out = output.text();
+    out += "{\"topic\":";
+    append_json_string(out, channel.topic);
+    out += ",\"time_ns\":" + std::to_string(message.log_time) + ",\"data\":";
+    out += message.data;
+    out += "}\n";
+    return true;
+  });
+}
+
+// The JSON form of trace events, which Perfetto and chrome://tracing open: a track per node with its statuses, a track
+// per caller and service with its calls, and instants.
+Result<void> to_trace(runtime::RecordedRun& run, Output& output) {
+  std::map<std::string, std::int64_t> tracks;
+  bool first = true;
+  const auto emit = [&](const Map& event) {
+    std::string& out = output.text();
+    if (!first) out += ",\n";
+    first = false;
+    append_json(out, event);
+  };
+  const auto track = [&](const std::string& name) {
+    const auto [entry, is_new] = tracks.try_emplace(name, static_cast<std::int64_t>(tracks.size() + 1));
+    if (is_new)
+      emit(
+          Map{{"ph", "M"}, {"pid", 1}, {"tid", entry->second}, {"name", "thread_name"}, {"args", Map{{"name", name}}}});
+    return entry->second;
+  };
+  const auto micros = [](TimePoint time) { return static_cast<double>(time.time_since_epoch().count()) / 1e3; };
+  struct Open {
+    TimePoint since{};
+    std::string what;
+  };
+  std::map<std::string, Open> nodes;
+  std::map<std::uint64_t, Open> calls;
+  const auto slice = [&](const std::string& on, const Open& open, TimePoint until, Value args) {
+    emit(Map{{"ph", "X"},
+             {"pid", 1},
+             {"tid", track(on)},
+             {"name", open.what},
+             {"ts", micros(open.since)},
+             {"dur", micros(until) - micros(open.since)},
+             {"args", std::move(args)}});
+  };
+  output.text() += "{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n";
+  const auto read = run.each([&](const Message& message) {
+    if (message.name == "node.status") {
+      Open& open = nodes[message.source];
+      if (!open.what.empty() && open.what != "IDLE") slice("node " + message.source, open, message.time, Map());
+      const Value* to = message.data.find("to");
+      open = {message.time, to != nullptr ? std::string(to->text()) : std::string()};
+    } else if (message.kind == MessageKind::kRequest) {
+      calls[message.call] = {message.time, message.name.substr(0, message.name.rfind('.'))};
+    } else if (message.kind != MessageKind::kEvent) {
+      const auto open = calls.find(message.call);
+      if (open == calls.end()) return true;
+      slice(message.source == "mission" || message.target == "mission" ? "ticks" : message.source + " calls",
+            open->second, message.time, message.data);
+      calls.erase(open);
+    } else if (message.name != "mission.tick") {
+      emit(Map{{"ph", "i"},
+               {"s", "g"},
+               {"pid", 1},
+               {"tid", track("events")},
+               {"name", message.name},
+               {"ts", micros(message.time)},
+               {"args", message.data}});
+    }
+    return true;
+  });
+  for (const auto& [node, open] : nodes) {
+    if (!open.what.empty() && open.what != "IDLE") slice("node " + node, open, run.ended(), Map());
+  }
+  output.text() += "\n]}\n";
+  return read;
+}
+
+}  // namespace
+
+int export_recording(const ExportCommand& command) {
+  auto run = runtime::RecordedRun::open(command.file);
+  if (!run) {
+    say(to_string(run.error()));
+    return kInvalidInput;
+  }
+  Output output(command.output);
+  const auto exported = command.format == "csv"      ? to_csv(*run, output)
+                        : command.format == "ndjson" ? to_ndjson(*run, output)
+                                                     : to_trace(*run, output);
+  say(run->reader().problems());
+  if (!exported) {
+    say(to_string(exported.error()));
+    return kInvalidInput;
+  }
+  return output.end() ? kOk : kEnvironment;
+}
+
+}  // namespace sentree::cli

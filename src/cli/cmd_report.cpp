@@ -1,0 +1,248 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "sentree/bt/graph.h"
+#include "sentree/cli/commands.h"
+#include "sentree/cli/output.h"
+#include "sentree/cli/report.h"
+#include "sentree/draw/tree.h"
+#include "sentree/runtime/recorded_run.h"
+#include "sentree/text/file.h"
+
+namespace sentree::cli {
+
+namespace {
+
+// Bars of one row of the timeline; more are drawn as if they were one.
+constexpr std::size_t kBarsMax = 4000;
+
+std::string escaped(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '&': out += "&amp;"; break;
+      case '<': out += "&lt;"; break;
+      case '>': out += "&gt;"; break;
+      case '"': out += "&quot;"; break;
+      default: out += c;
+    }
+  }
+  return out;
+}
+
+struct Bar {
+  TimePoint from{};
+  TimePoint to{};
+  std::string status;
+};
+
+struct Facts {
+  std::vector<runtime::MonitorReport> monitors;
+  std::vector<std::vector<Bar>> bars;              // by leaf
+  std::vector<std::map<std::string, int>> counts;  // by node: how often it came to each status
+  std::vector<Message> interventions;
+  std::uint64_t observations = 0;
+};
+
+constexpr std::string_view kStyle = R"(
+:root{color-scheme:light dark;--ink:#1b1f24;--soft:#5b6470;--page:#fff;--line:#d5dae0;--run:#3c78d8;--ok:#2e8b57;--bad:#c0392b;--skip:#8e7cc3}
+@media(prefers-color-scheme:dark){:root{--ink:#e6e9ee;--soft:#9aa4b1;--page:#15181c;--line:#353b44;--run:#6fa0f0;--ok:#4fb37d;--bad:#e8695b;--skip:#b4a7d6}}
+body{font:15px/1.5 system-ui,sans-serif;color:var(--ink);background:var(--page);max-width:70rem;margin:2rem auto;padding:0 1rem}
+h1{font-size:1.5rem}h2{font-size:1.15rem;margin-top:2rem;border-bottom:1px solid var(--line)}
+table{border-collapse:collapse}td,th{padding:.15rem .8rem .15rem 0;text-align:left;vertical-align:top}
+th{color:var(--soft);font-weight:normal}td:first-child{white-space:nowrap}code{font:13px/1.4 ui-monospace,monospace;overflow-wrap:anywhere}
+.violated{color:var(--bad);font-weight:600}.satisfied{color:var(--ok);font-weight:600}.undecided{color:var(--soft)}
+svg{max-width:100%;height:auto}.tl text{fill:var(--ink);font:12px system-ui,sans-serif}.tl .axis{stroke:var(--line)}
+.RUNNING{fill:var(--run)}.SUCCESS{fill:var(--ok)}.FAILURE{fill:var(--bad)}.SKIPPED{fill:var(--skip)}.mark{stroke:var(--bad);stroke-dasharray:4 3}
+.scroll{overflow-x:auto}
+)";
+
+std::string timeline(const runtime::Plan& plan, const Facts& facts, TimePoint end) {
+  constexpr double kLeft = 190, kWidth = 800, kRow = 22;
+  const double span = std::max(seconds(end), 1e-3);
+  const auto x = [&](TimePoint time) { return kLeft + kWidth * std::min(seconds(time) / span, 1.0); };
+  const double height = kRow * static_cast<double>(plan.leaves.size()) + 30;
+  std::string svg = fmt::format(
+      "<div class=scroll><svg class=tl viewBox=\"0 0 {:.0f} {:.0f}\" width=\"{:.0f}\" role=img aria-label=\"Status of "
+      "each "
+      "leaf over time\">\n",
+      kLeft + kWidth + 20, height, kLeft + kWidth + 20);
+  for (int i = 0; i <= 8; ++i) {
+    const double at = kLeft + kWidth * i / 8;
+    svg += fmt::format("<line class=axis x1={0:.1f} x2={0:.1f} y1=0 y2={1:.0f} />", at, height - 22);
+    svg += fmt::format("<text x={:.1f} y={:.0f} text-anchor=middle>{:.1f} s</text>\n", at, height - 6, span * i / 8);
+  }
+  for (std::size_t i = 0; i < plan.leaves.size(); ++i) {
+    const double y = kRow * static_cast<double>(i);
+    svg += fmt::format("<text x={:.0f} y={:.0f} text-anchor=end>{}</text>\n", kLeft - 8, y + 15,
+                       escaped(plan.leaves[i].name));
+    for (const Bar& bar : facts.bars[i]) {
+      svg += fmt::format(
+          "<rect class={} x={:.2f} y={:.0f} width={:.2f} height=16><title>{} {}: {:.3f} to {:.3f} s</title></rect>\n",
+          bar.status, x(bar.from), y + 3, std::max(x(bar.to) - x(bar.from), 1.0), escaped(plan.leaves[i].name),
+          bar.status, seconds(bar.from), seconds(bar.to));
+    }
+  }
+  for (const runtime::MonitorReport& monitor : facts.monitors) {
+    if (!monitor.decision || monitor.verdict != monitor::Verdict::kViolated) continue;
+    svg += fmt::format(
+        "<line class=mark x1={0:.1f} x2={0:.1f} y1=0 y2={1:.0f}><title>{2} violated at {3:.3f} s</title></line>\n",
+        x(monitor.decision->at), height - 22, escaped(monitor.name), seconds(monitor.decision->at));
+  }
+  return svg + "</svg></div>\n";
+}
+
+std::string coverage(const runtime::Plan& plan, const Facts& facts) {
+  draw::Tree picture = bt::to_graph(plan.tree, nullptr, {.ports = false, .conditions = false});
+  std::size_t reached = 0;
+  for (std::size_t node = 0; node < picture.nodes.size() && node < facts.counts.size(); ++node) {
+    const auto& counts = facts.counts[node];
+    std::string line;
+    for (const auto& [status, count] : counts)
+      line += (line.empty() ? "" : ", ") + status + " " + std::to_string(count);
+    reached += counts.empty() ? 0 : 1;
+    picture.nodes[node].lines.push_back(counts.empty() ? "never ticked" : line);
+    if (!counts.empty()) {
+      picture.nodes[node].status = counts.contains("FAILURE")   ? draw::TreeStatus::kFailure
+                                   : counts.contains("SUCCESS") ? draw::TreeStatus::kSuccess
+                                                                : draw::TreeStatus::kRunning;
+    }
+  }
+  return fmt::format("<p>{} of {} nodes were ticked.</p>\n<div class=scroll>", reached, picture.nodes.size()) +
+         draw::to_svg(picture) + "</div>\n";
+}
+
+std::string verdicts(const Facts& facts) {
+  if (facts.monitors.empty()) return "<p>The project has no monitors.</p>\n";
+  std::string html;
+  for (const runtime::MonitorReport& monitor : facts.monitors) {
+    const std::string verdict(to_string(monitor.verdict));
+    html += fmt::format("<h3>{} <span class={}>{}</span>{}</h3>\n", escaped(monitor.name), verdict, verdict,
+                        monitor.decision ? fmt::format(" at {:.3f} s, state <code>{}</code>",
+                                                       seconds(monitor.decision->at), escaped(monitor.decision->state))
+                                         : std::string());
+    if (!monitor.decision) continue;
+    html += monitor.decision->deciding ? "" : "<p>Nothing was observed then: a deadline passed.</p>\n";
+    html += "<table><tr><th>time<th>observation<th>from<th>to<th>data</tr>\n";
+    for (const Message& message : monitor.decision->witness) {
+      html += fmt::format("<tr><td>{:.3f} s<td><code>{}</code><td>{}<td>{}<td><code>{}</code></tr>\n",
+                          seconds(message.time), escaped(message.name), escaped(message.source),
+                          escaped(message.target), escaped(to_json(message.data)));
+    }
+    html += "</table>\n";
+  }
+  return html;
+}
+
+std::string page(runtime::RecordedRun& run, const runtime::Plan& plan, const Facts& facts) {
+  std::string html =
+      "<!doctype html>\n<html lang=en><meta charset=utf-8><meta name=viewport content=\"width=device-width\">\n";
+  html += "<title>" + escaped(run.fact("scenario")) + "</title>\n<style>" + std::string(kStyle) + "</style>\n";
+  html += "<h1>" + escaped(run.fact("scenario")) + "</h1>\n<table>\n";
+  const auto row = [&](std::string_view name, const std::string& value) {
+    if (!value.empty()) html += fmt::format("<tr><th>{}<td>{}</tr>\n", name, escaped(value));
+  };
+  row("Mission", run.fact("mission") + (run.fact("reason").empty() ? "" : " (" + run.fact("reason") + ")"));
+  row("Ended by", run.reader().complete() ? run.fact("ended_by") : "nothing: the recording was cut off");
+  row("Run time", fmt::format("{:.3f} s, {} time, seed {}", seconds(run.ended()), run.fact("clock"), run.fact("seed")));
+  row("Started", run.fact("started"));
+  row("Observations", std::to_string(facts.observations));
+  html += "</table>\n<h2>Verdicts</h2>\n" + verdicts(facts);
+  html += "<h2>Timeline</h2>\n" + timeline(plan, facts, run.ended());
+  if (!facts.interventions.empty()) {
+    html += "<h2>Interventions</h2>\n<table>\n";
+    for (const Message& message : facts.interventions)
+      html += fmt::format("<tr><td>{:.3f} s<td>{}<td><code>{}</code></tr>\n", seconds(message.time),
+                          escaped(message.source), escaped(to_json(message.data)));
+    html += "</table>\n";
+  }
+  return html + "<h2>Tree coverage</h2>\n" + coverage(plan, facts) + "</html>\n";
+}
+
+}  // namespace
+
+int report(const ReportCommand& command) {
+  auto run = runtime::RecordedRun::open(command.file);
+  if (!run) {
+    say(to_string(run.error()));
+    return kInvalidInput;
+  }
+  auto scenario = run->scenario();
+  if (!scenario.ok()) {
+    say(scenario.diagnostics);
+    return kInvalidInput;
+  }
+  scenario.value->virtual_time = false;
+  const auto plan = runtime::prepare(std::move(*scenario.value));
+  if (!plan.ok()) {
+    say(plan.diagnostics);
+    return kInvalidInput;
+  }
+  const runtime::Plan& project = *plan.value;
+  Facts facts;
+  facts.bars.resize(project.leaves.size());
+  facts.counts.resize(project.tree.size());
+  std::vector<monitor::State> states;
+  for (const monitor::Model& model : project.monitors) {
+    states.push_back(monitor::start(model, TimePoint{}));
+    facts.monitors.emplace_back().name = model.name();
+  }
+  std::map<std::string, std::size_t> leaves;
+  for (std::size_t i = 0; i < project.leaves.size(); ++i) leaves[project.leaves[i].name] = i;
+  const auto take = [&](std::size_t i, std::optional<monitor::Decision> decision) {
+    if (!decision) return;
+    facts.monitors[i].verdict = decision->verdict;
+    facts.monitors[i].decision = std::move(decision);
+  };
+  const auto read = run->each([&](Message message) {
+    ++facts.observations;
+    runtime::restore_numbers(project, message);
+    for (std::size_t i = 0; i < states.size(); ++i) take(i, monitor::observe(project.monitors[i], states[i], message));
+    if (message.name == "scenario.injection") facts.interventions.push_back(message);
+    if (message.name == "node.status") {
+      const Value* node = message.data.find("node");
+      const Value* to = message.data.find("to");
+      if (node != nullptr && to != nullptr && node->as_int() != nullptr && to->text() != "IDLE" &&
+          *node->as_int() >= 0 && *node->as_int() < static_cast<std::int64_t>(facts.counts.size()))
+        ++facts.counts[static_cast<std::size_t>(*node->as_int())][std::string(to->text())];
+      return true;
+    }
+    if (!message.name.ends_with(".tick.reply") && !message.name.ends_with(".halt.request")) return true;
+    const bool halted = message.name.ends_with(".halt.request");
+    const auto leaf = leaves.find(halted ? message.target : message.source);
+    if (leaf == leaves.end()) return true;
+    std::vector<Bar>& bars = facts.bars[leaf->second];
+    const Value* answer = message.data.find("status");
+    const std::string status(answer != nullptr ? answer->text() : "");
+    const TimePoint until = message.time + project.scenario.project.period;
+    if (halted) {
+      if (!bars.empty()) bars.back().to = std::min(bars.back().to, message.time);
+    } else if (!bars.empty() && message.time <= bars.back().to &&
+               (bars.back().status == status || bars.size() >= kBarsMax)) {
+      bars.back().to = until;
+    } else {
+      if (!bars.empty()) bars.back().to = std::min(bars.back().to, message.time);
+      bars.push_back({message.time, until, status});
+    }
+    return true;
+  });
+  say(run->reader().problems());
+  if (!read) {
+    say(to_string(read.error()));
+    return kInvalidInput;
+  }
+  for (std::size_t i = 0; i < states.size(); ++i)
+    take(i, monitor::advance(project.monitors[i], states[i], run->ended()));
+  const std::string html = page(*run, project, facts);
+  if (command.output.empty()) {
+    print(html);
+    return kOk;
+  }
+  const auto written = text::write_file(command.output, html);
+  if (!written) say(to_string(written.error()));
+  return written ? kOk : kEnvironment;
+}
+
+}  // namespace sentree::cli

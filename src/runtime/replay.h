@@ -1,0 +1,56 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sentree/runtime/recorded_run.h"
+#include "sentree/runtime/run.h"
+
+namespace sentree::runtime {
+
+/// How many periods of the mission earlier or later than it was recorded a request may come and still get its recorded
+/// outcome.
+inline constexpr std::uint64_t kReplayTicksMax = 10;
+/// Differences that are kept.
+inline constexpr std::size_t kDifferencesMax = 100;
+
+/// Where the replay and the recording part ways, for one leaf, the mission or a monitor.
+struct Difference {
+  TimePoint time{};
+  std::uint64_t tick = 0;
+  std::uint64_t sequence = 0;  ///< Of the observation that shows it, in the run that did it first.
+  std::string who;
+  std::string recorded;  ///< What it did then: this, or still the same as before.
+  std::string replayed;  ///< What it did now.
+};
+
+struct ReplayReport {
+  RunReport run;
+  std::uint64_t recorded_requests = 0;
+  std::uint64_t answered_requests = 0;  ///< Answered from the recording.
+  std::vector<Difference> differences;  ///< The first of each leaf, of the mission and of each monitor, by time.
+  /// The first request that was not recorded, e.g. `GoToStation asks navigation.stopNavigation({"goal_id":1})`; empty:
+  /// there was none.
+  std::string unrecorded;
+  TimePoint unrecorded_at{};
+  bool continued = false;  ///< The simulator took over there.
+};
+
+struct ReplayOptions {
+  /// At the first request that was not recorded, restore the simulator to that moment and go on with it.
+  bool go_on = false;
+  RunOptions run;
+};
+
+/// Runs the mission of `plan` again in virtual time: its skills, tree and monitors are executed, and its services
+/// answer what they answered in the recording, as long after the request as then. The recording's interventions are
+/// observed at their times.
+///
+/// Behaviour is what leaves answer and ask, what the mission's status is and what monitors decide; of a recording in
+/// real time the order in each of them counts, of one in virtual time the tick as well. A plan with parts elsewhere is
+/// replayed in this process. Errors: record.*, json.*, replay.foreign-skill.
+[[nodiscard]] Result<ReplayReport> replay(RecordedRun& recorded, Plan plan, ReplayOptions options);
+
+}  // namespace sentree::runtime

@@ -1,0 +1,132 @@
+#include "sentree/runtime/replay.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sentree/runtime/recording.h"
+
+namespace sentree::runtime {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+const fs::path kRecharge = fs::path(SENTREE_SOURCE_DIR) / "examples/recharge";
+
+class Replays : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (fs::temp_directory_path() / "sentree-replay-test-XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  RecordedRun record_run(const fs::path& scenario, bool virtual_time, Duration duration, double factor = 1.0) {
+    const std::string file = (folder_ / "run.mcap").string();
+    const text::ReadLog log;
+    auto loaded = load_scenario(scenario);
+    EXPECT_TRUE(loaded.ok());
+    loaded.value->duration = duration;
+    loaded.value->virtual_time = virtual_time;
+    loaded.value->factor = factor;
+    if (!virtual_time)
+      loaded.value->project.deadlines = {
+          .call = std::chrono::seconds(1), .condition = std::chrono::seconds(2), .budget = std::chrono::seconds(3)};
+    const auto plan = prepare(std::move(*loaded.value));
+    EXPECT_TRUE(plan.ok());
+    RunOptions options;
+    RunRecorder recorder(*plan.value, log.files(), std::move(*record::FileSink::create(file)), {});
+    recorder.install(options);
+    runtime::Run run(*plan.value, std::move(options));
+    recorder.finish(run.execute());
+    auto opened = RecordedRun::open(file);
+    EXPECT_TRUE(opened.has_value());
+    return std::move(*opened);
+  }
+
+  // The recharge project with one skill replaced by another file of it.
+  fs::path project_with(const std::string& skill, const std::string& file) {
+    const fs::path folder = folder_ / "changed";
+    fs::copy(kRecharge, folder, fs::copy_options::recursive);
+    fs::copy_file(kRecharge / file, folder / "skills" / (skill + ".scxml"), fs::copy_options::overwrite_existing);
+    return folder;
+  }
+
+  ReplayReport replay_with(RecordedRun& run, Loaded<Scenario> scenario, bool go_on) {
+    EXPECT_TRUE(scenario.ok());
+    scenario.value->virtual_time = false;  // parts elsewhere are no problem for a replay
+    auto plan = prepare(std::move(*scenario.value));
+    EXPECT_TRUE(plan.ok()) << to_string(plan.diagnostics[0]);
+    ReplayOptions options;
+    options.go_on = go_on;
+    options.run.listeners.push_back([this](const Message& message) { replayed_.push_back(message); });
+    auto report = replay(run, std::move(*plan.value), std::move(options));
+    EXPECT_TRUE(report.has_value()) << to_string(report.error());
+    return std::move(*report);
+  }
+
+  fs::path folder_;
+  std::vector<Message> replayed_;
+};
+
+TEST_F(Replays, AnUnchangedProjectDoesTheSameInEveryObservation) {
+  RecordedRun run = record_run(kRecharge / "scenarios/experiment1.yaml", true, std::chrono::seconds(60));
+  const ReplayReport report = replay_with(run, run.scenario(), false);
+  EXPECT_THAT(report.differences, IsEmpty());
+  EXPECT_EQ(report.unrecorded, "");
+  EXPECT_EQ(report.answered_requests, report.recorded_requests);
+  EXPECT_EQ(report.run.monitors[0].verdict, monitor::Verdict::kViolated);
+  EXPECT_EQ(replayed_, *run.observations());
+}
+
+TEST_F(Replays, ARecordingInRealTimeDoesTheSame) {
+  RecordedRun run = record_run(kRecharge / "scenarios/experiment1.yaml", false, std::chrono::seconds(30), 40);
+  const ReplayReport report = replay_with(run, run.scenario(), false);
+  for (const Difference& d : report.differences)
+    ADD_FAILURE() << seconds(d.time) << " " << d.who << ": " << d.recorded << " / " << d.replayed;
+  EXPECT_EQ(report.unrecorded, "");
+}
+
+TEST_F(Replays, AChangedSkillStopsAtTheFirstRequestThatWasNotRecorded) {
+  // Recorded with the buggy skill, which never sends the robot to the station; tried with the sound one.
+  RecordedRun run = record_run(kRecharge / "scenarios/experiment2.yaml", true, std::chrono::seconds(120));
+  EXPECT_THAT(run.fact("verdicts"), HasSubstr("\"recharge\":\"violated\""));
+  const fs::path changed = project_with("BatteryLevelAbove-buggy", "skills/BatteryLevelAbove.scxml");
+  const ReplayReport report = replay_with(run, run.scenario_in(changed.string()), false);
+  ASSERT_FALSE(report.differences.empty());
+  EXPECT_THAT(report.differences[0].who, HasSubstr("BatteryLevelAbove"));
+  EXPECT_THAT(report.differences[0].replayed, HasSubstr("FAILURE"));
+  EXPECT_THAT(report.unrecorded, HasSubstr("station"));
+  EXPECT_FALSE(report.continued);
+  EXPECT_EQ(report.run.ended, report.unrecorded_at);
+}
+
+TEST_F(Replays, AChangedSkillGoesOnInTheRestoredSimulator) {
+  RecordedRun run = record_run(kRecharge / "scenarios/experiment2.yaml", true, std::chrono::seconds(120));
+  const fs::path changed = project_with("BatteryLevelAbove-buggy", "skills/BatteryLevelAbove.scxml");
+  const ReplayReport report = replay_with(run, run.scenario_in(changed.string()), true);
+  EXPECT_TRUE(report.continued);
+  EXPECT_GT(report.run.ended, report.unrecorded_at);
+  for (const MonitorReport& monitor : report.run.monitors) {
+    if (monitor.name == "recharge") {
+      EXPECT_NE(monitor.verdict, monitor::Verdict::kViolated);
+    }
+  }
+
+  // The restored simulator is where the sound skill alone would have brought it: the same as a run of it from the
+  // start.
+  const std::vector<Message> replayed = replayed_;
+  std::vector<Message> direct;
+  auto scenario = run.scenario_in(changed.string());
+  const auto plan = prepare(std::move(*scenario.value));
+  RunOptions options;
+  options.listeners.push_back([&](const Message& message) { direct.push_back(message); });
+  (void)runtime::Run(*plan.value, std::move(options)).execute();
+  EXPECT_EQ(replayed, direct);
+}
+
+}  // namespace
+}  // namespace sentree::runtime
