@@ -5,8 +5,8 @@ namespace cpp robot
 
 enum ReturnCode { OK = 0, ERROR = 1, NOT_IMPLEMENTED = 2, NOT_READY = 3, OUT_OF_BOUNDS = 4, UNKNOWN_NAME = 5 }   // ~ yarp ReturnValue
 struct Header   { 1: double stamp, 2: string frame_id = "map" }                 // stamp: simulated s since start
-struct Pose2D   { 1: double x, 2: double y, 3: double theta }
-struct Twist2D  { 1: double vx, 2: double vy = 0, 3: double omega }              // m/s, m/s, rad/s in base_link
+struct Pose2D   { 1: double x (unit = "m"), 2: double y (unit = "m"), 3: double theta (unit = "rad") }
+struct Twist2D  { 1: double vx (unit = "m/s"), 2: double vy = 0 (unit = "m/s"), 3: double omega (unit = "rad/s") }              // m/s, m/s, rad/s in base_link
 struct PoseStamped { 1: Header header, 2: Pose2D pose }
 struct PoseWithCovariance { 1: Header header, 2: Pose2D pose, 3: list<double> covariance }  // 3x3 row-major (x, y, theta)
 struct Odometry { 1: Header header, 2: Pose2D pose, 3: Twist2D twist, 4: string child_frame_id = "base_link" }
@@ -33,7 +33,8 @@ enum NavigationError  { NONE = 0, GOAL_REJECTED = 1, SEND_GOAL_FAILURE = 2,
                         UNKNOWN = 9000, TF_ERROR = 9002, TIMEOUT = 9003 }                    // Nav2 numbers
 struct NavigationState { 1: NavigationStatus status, 2: NavigationError error_code = NavigationError.NONE, 3: string error_msg = "",
                          4: i64 goal_id, 5: string target_name = "", 6: Location target,
-                         7: double navigation_time, 8: double estimated_time_remaining, 9: double distance_remaining, 10: i32 number_of_recoveries }
+                         7: double navigation_time (unit = "s"), 8: double estimated_time_remaining (unit = "s"),
+                         9: double distance_remaining (unit = "m"), 10: i32 number_of_recoveries }
 struct GoalReply { 1: ReturnCode code, 2: i64 goal_id, 3: NavigationError error_code = NavigationError.NONE }
 struct PlanReply { 1: ReturnCode code, 2: NavigationError error_code = NavigationError.NONE, 3: string error_msg = "", 4: Path path, 5: double length }
 enum NavigationMapType { GLOBAL = 0, LOCAL = 1 }                 // yarp NavigationMapTypeEnum
@@ -116,12 +117,12 @@ service MapServer {
 enum PowerSupplyStatus { UNKNOWN = 0, CHARGING = 1, DISCHARGING = 2, NOT_CHARGING = 3, FULL = 4 }
 enum BatteryWarning    { NONE = 0, LOW = 1, CRITICAL = 2 }                       // YARP BATTERY_LOW/CRITICAL_WARNING
 enum BatteryStatus     { OK_STANDBY = 0, OK_IN_CHARGE = 1, OK_IN_USE = 2, GENERAL_ERROR = 3, TIMEOUT = 4, LOW_WARNING = 5, CRITICAL_WARNING = 6 }  // YARP's
-struct BatteryState { 1: Header header, 2: double voltage, 3: double current,     // current < 0 while discharging (ROS sign)
-                      4: double percentage,                                       // 0..1, as in sensor_msgs
-                      5: double temperature, 6: PowerSupplyStatus power_supply_status, 7: BatteryWarning warning, 8: bool present = true }
+struct BatteryState { 1: Header header, 2: double voltage (unit = "V"), 3: double current (unit = "A"),     // current < 0 while discharging (ROS sign)
+                      4: double percentage (unit = "ratio"),                                    // 0..1, as in sensor_msgs
+                      5: double temperature (unit = "degC"), 6: PowerSupplyStatus power_supply_status, 7: BatteryWarning warning, 8: bool present = true }
 service Battery {
   BatteryState getBatteryState()
-  double       getBatteryCharge()                              // 0..100 %, YARP name and unit
+  double       getBatteryCharge() (unit = "%")                              // 0..100 %, YARP name and unit
   bool         isCharging()
   double       getBatteryVoltage()                             // V
   double       getBatteryCurrent()                             // A, < 0 while discharging (ROS sign; YARP's is the opposite)

@@ -196,6 +196,7 @@ class Resolver {
       f.id = static_cast<std::int16_t>(w.id);
       f.name = w.name;
       f.span = w.span;
+      f.unit = w.unit;
       f.requiredness = w.requiredness;
       if (arguments && f.requiredness == Requiredness::kOptional) {
         f.requiredness = Requiredness::kDefault;
@@ -253,6 +254,7 @@ class Resolver {
       m.service = d.name;
       m.span = w.span;
       m.oneway = w.oneway;
+      m.unit = w.unit;
       m.result = type(w.result);
       m.arguments = Struct{w.name + "_args", StructKind::kStruct, fields(w.arguments, nullptr, true), w.span};
       m.exceptions = fields(w.exceptions, nullptr, false);

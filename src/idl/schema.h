@@ -79,6 +79,7 @@ struct Field {
   /// What a reader of the wire takes for an absent field, as generated code does: the default, else the type's zero.
   /// Nothing for an optional field without default, and for a type that contains itself.
   std::optional<Value> when_absent;
+  std::string unit;  ///< As the annotation (unit = "%") says; empty: none.
   SourceSpan span;
 };
 
@@ -102,6 +103,7 @@ struct Method {
   const Type* result = nullptr;   ///< Kind::kVoid if there is none.
   std::vector<Field> exceptions;  ///< The `throws` clause; each of type kStruct.
   bool oneway = false;
+  std::string unit;  ///< Of the result, as the annotation (unit = "%") says; empty: none.
   SourceSpan span;
 };
 

@@ -151,13 +151,16 @@ class Parser {
     return true;
   }
 
-  bool annotations() {
+  // Of all annotations one means something here: the unit of what is annotated.
+  bool annotations(std::string* unit = nullptr) {
     if (!is_symbol('(')) return true;
     if (!advance()) return false;
     while (!is_symbol(')')) {
-      std::string ignored;
-      if (!identifier("an annotation or \")\"", ignored)) return false;
-      if (is_symbol('=') && (!advance() || !text("the annotation's value in quotes", ignored))) return false;
+      std::string name;
+      std::string value;
+      if (!identifier("an annotation or \")\"", name)) return false;
+      if (is_symbol('=') && (!advance() || !text("the annotation's value in quotes", value))) return false;
+      if (unit != nullptr && name == "unit") *unit = value;
       if (!skip_separator()) return false;
     }
     return advance();
@@ -280,7 +283,7 @@ class Parser {
         std::vector<Field> ignored;
         if (!advance() || !symbol('{') || !fields('}', ignored, depth + 1)) return false;
       }
-      if (!annotations() || !skip_separator()) return false;
+      if (!annotations(&f.unit) || !skip_separator()) return false;
       if (!names.insert(f.name).second) {
         return error(f.span, "idl.duplicate", "there is a field \"" + f.name + "\" already");
       }
@@ -317,7 +320,7 @@ class Parser {
       if (!declared("the method's name", m.name, m.span)) return false;
       if (!symbol('(') || !fields(')', m.arguments, 0)) return false;
       if (is_word("throws") && (!advance() || !symbol('(') || !fields(')', m.exceptions, 0))) return false;
-      if (!annotations() || !skip_separator()) return false;
+      if (!annotations(&m.unit) || !skip_separator()) return false;
       d.methods.push_back(std::move(m));
     }
     return advance();

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "sentree/base/assert.h"
 #include "sentree/scxml/event.h"
+#include "sentree/scxml/model.h"
 
 namespace sentree::monitor {
 
@@ -60,16 +62,17 @@ std::string_view to_string(Verdict verdict) {
 
 Loaded<Model> Model::make(Spec spec) {
   Loaded<Model> made;
-  auto parts =
-      std::make_shared<Parts>(Parts{.spec = std::move(spec), .violated = {}, .descriptors = {}, .renaming = {}});
+  auto parts = std::make_shared<Parts>(Parts{.spec = std::move(spec)});
   const scxml::Chart& chart = parts->spec.chart;
+  parts->decides.assign(chart.states().size(), Verdict::kUndecided);
+  parts->pending.assign(chart.states().size(), false);
 
   std::vector<std::string> ids;
   for (const scxml::State& state : chart.states()) ids.push_back(state.id);
   bool can_decide = false;
   for (const std::string& id : parts->spec.violated) {
     if (const auto state = chart.find(id)) {
-      parts->violated.push_back(*state);
+      parts->decides[*state] = Verdict::kViolated;
       can_decide = true;
     } else {
       made.diagnostics.push_back({Severity::kError, "monitor.unknown-state",
@@ -78,13 +81,22 @@ Loaded<Model> Model::make(Spec spec) {
                                   parts->spec.span});
     }
   }
-  for (const scxml::State& state : chart.states()) {
-    if (state.kind == scxml::StateKind::kFinal && state.parent == 0 &&
-        (state.id == "violated" || state.id == "satisfied")) {
-      can_decide = true;
+  for (scxml::StateIndex i = 0; i < chart.states().size(); ++i) {
+    const scxml::State& state = chart.states()[i];
+    if (state.kind != scxml::StateKind::kFinal || state.parent != 0) continue;
+    if (state.id == "violated") parts->decides[i] = Verdict::kViolated;
+    if (state.id == "satisfied" && parts->decides[i] == Verdict::kUndecided) parts->decides[i] = Verdict::kSatisfied;
+    can_decide = can_decide || parts->decides[i] != Verdict::kUndecided;
+  }
+  if (parts->spec.origin) {
+    for (const Situation& situation : parts->spec.origin->situations) {
+      const auto state = chart.find(situation.state);
+      if (state && situation.role == Situation::Role::kPending) parts->pending[*state] = true;
     }
   }
-  if (!can_decide && parts->spec.violated.empty()) {
+  parts->has_data = !chart.model().variables.empty();
+  // A requirement without an end is told of by its check; its monitor can be satisfied, or only looks on.
+  if (!can_decide && parts->spec.violated.empty() && !parts->spec.origin) {
     made.diagnostics.push_back({Severity::kError, "monitor.no-verdict",
                                 "monitor \"" + parts->spec.name +
                                     "\" can never decide: name its bad states with violated: [STATE], or give it a "
@@ -93,6 +105,7 @@ Loaded<Model> Model::make(Spec spec) {
   }
 
   parts->descriptors = chart.events_handled();
+  parts->projection = Projection::of(chart);
   for (const scxml::Transition& transition : chart.transitions()) {
     // An eventless transition may look at any event that has just been delivered.
     if (transition.events.empty() && transition.condition.find("_event") != std::string::npos)
@@ -109,10 +122,32 @@ Loaded<Model> Model::make(Spec spec) {
                                   parts->spec.renames.front().span});
     }
   }
-  if (!has_errors(made.diagnostics)) made.value = Model(std::move(parts));
+  if (has_errors(made.diagnostics)) return made;
+  made.value = Model(std::move(parts));
   return made;
 }
 
+Loaded<Model> Model::make(const Requirement& requirement, const Vocabulary* vocabulary) {
+  Loaded<Model> made;
+  const Typing typing = check_requirement(requirement, vocabulary, made.diagnostics);
+  if (has_errors(made.diagnostics)) return made;
+  Synthesis synthesis = synthesize(requirement, typing);
+  auto chart = scxml::load(synthesis.chart, requirement.name + ".scxml");
+  SENTREE_ASSERT(chart.ok());
+  Spec spec{.name = requirement.name, .chart = std::move(*chart.value)};
+  if (requirement.re_arming) spec.violated = {"violated"};
+  spec.span = requirement.span;
+  spec.re_arming = requirement.re_arming;
+  spec.origin =
+      std::make_shared<const Origin>(Origin{requirement, std::move(synthesis.situations), std::move(synthesis.data)});
+  auto model = make(std::move(spec));
+  made.diagnostics.insert(made.diagnostics.end(), model.diagnostics.begin(), model.diagnostics.end());
+  made.value = std::move(model.value);
+  return made;
+}
+
+const Origin* Model::origin() const { return parts_->spec.origin.get(); }
+bool Model::re_arming() const { return parts_->spec.re_arming; }
 const std::string& Model::name() const { return parts_->spec.name; }
 const scxml::Chart& Model::chart() const { return parts_->spec.chart; }
 

@@ -1,7 +1,7 @@
 #include "sentree/monitor/monitor.h"
 
 #include <algorithm>
-#include <charconv>
+#include <cstdio>
 #include <variant>
 
 #include "sentree/monitor/model.h"
@@ -11,72 +11,52 @@ namespace sentree::monitor {
 
 namespace {
 
-// Catches the entry of a deciding state, also of one that the same macrostep leaves again.
+// Catches the entry of a deciding state, also of one that the same macrostep leaves again, and of what is remembered of
+// other states.
 class EntryWatch final : public scxml::Observer {
  public:
-  explicit EntryWatch(const Model::Parts& parts) : parts_(parts) {}
+  EntryWatch(const Model::Parts& parts, State& state, const Observation& during, TimePoint now)
+      : parts_(parts), state_(state), during_(during), now_(now) {}
 
   void entered(const scxml::Chart& chart, std::string_view, scxml::StateIndex state) override {
-    if (verdict != Verdict::kUndecided || !(chart == parts_.spec.chart)) return;
-    const scxml::State& entered_state = chart.states()[state];
-    if (std::find(parts_.violated.begin(), parts_.violated.end(), state) != parts_.violated.end()) {
-      verdict = Verdict::kViolated;
-    } else if (entered_state.kind == scxml::StateKind::kFinal && entered_state.parent == 0) {
-      if (entered_state.id == "violated") verdict = Verdict::kViolated;
-      if (entered_state.id == "satisfied") verdict = Verdict::kSatisfied;
-    }
-    if (verdict != Verdict::kUndecided) state_id = entered_state.id;
+    if (!(chart == parts_.spec.chart)) return;
+    state_.entered_by[state] = during_;
+    if (parts_.pending[state]) state_.since = now_;
+    if (stepped.verdict != Verdict::kUndecided || parts_.decides[state] == Verdict::kUndecided) return;
+    stepped.verdict = parts_.decides[state];
+    stepped.state = chart.states()[state].id;
   }
 
-  Verdict verdict = Verdict::kUndecided;
-  std::string state_id;
+  Stepped stepped;
 
  private:
   const Model::Parts& parts_;
+  State& state_;
+  const Observation& during_;
+  TimePoint now_;
 };
 
-struct Stepped {
-  Verdict verdict = Verdict::kUndecided;
-  std::string state;
-};
-
-// What the chart's step did, and whether it had to be given up.
-Stepped judge(State& state, const EntryWatch& entries) {
+// What is over is not owed any more.
+void settle(const Model::Parts& parts, State& state) {
   if (state.session.status() == scxml::SessionStatus::kFailed) state.failure = state.session.failure();
-  return {entries.verdict, entries.state_id};
+  if (!state.since) return;
+  const scxml::StateSet& active = state.session.configuration();
+  for (std::size_t i = 0; i < parts.pending.size(); ++i) {
+    if (parts.pending[i] && active.contains(static_cast<scxml::StateIndex>(i))) return;
+  }
+  state.since.reset();
 }
 
-scxml::Host host_with(EntryWatch& entries, scxml::ExecutionWatch* watch) {
+Stepped deliver(const Model& model, State& state, const scxml::Event& event, const Observation& observation,
+                scxml::ExecutionWatch* watch) {
+  const Model::Parts& parts = Access::parts(model);
+  EntryWatch entries(parts, state, observation, observation->time);
   scxml::Host host;
   host.observer = &entries;
   host.watch = watch;
-  return host;
-}
-
-Stepped fire_timers(const Model& model, State& state, TimePoint up_to, scxml::ExecutionWatch* watch) {
-  const Model::Parts& parts = Access::parts(model);
-  EntryWatch entries(parts);
-  const scxml::Host host = host_with(entries, watch);
   scxml::Effects effects;
-  // One instant at a time: what a timer sends without delay is due at the instant of that timer.
-  while (state.session.running() && state.session.next_timer() <= up_to && entries.verdict == Verdict::kUndecided) {
-    scxml::step_timers(parts.spec.chart, state.session, state.session.next_timer(), effects, host);
-    effects.clear();
-  }
-  return judge(state, entries);
-}
-
-Stepped deliver(const Model& model, State& state, std::string name, Value data, TimePoint time,
-                scxml::ExecutionWatch* watch) {
-  const Model::Parts& parts = Access::parts(model);
-  EntryWatch entries(parts);
-  const scxml::Host host = host_with(entries, watch);
-  scxml::Effects effects;
-  scxml::Event event;
-  event.name = std::move(name);
-  event.data = std::move(data);
-  scxml::step(parts.spec.chart, state.session, event, time, effects, host);
-  return judge(state, entries);
+  scxml::step(parts.spec.chart, state.session, event, observation->time, effects, host);
+  return std::move(entries.stepped);
 }
 
 scxml::Host renaming_host(scxml::ExecutionWatch* watch) {
@@ -86,8 +66,10 @@ scxml::Host renaming_host(scxml::ExecutionWatch* watch) {
   return host;
 }
 
-Stepped deliver_renamed(const Model& model, State& state, const Message& message, scxml::ExecutionWatch* watch) {
+Stepped deliver_renamed(const Model& model, State& state, const Observation& observation,
+                        scxml::ExecutionWatch* watch) {
   const Model::Parts& parts = Access::parts(model);
+  const Message& message = *observation;
   const scxml::Host host = renaming_host(watch);
   Stepped stepped;
   for (std::size_t i = 0; i < parts.spec.renames.size() && stepped.verdict == Verdict::kUndecided; ++i) {
@@ -99,155 +81,229 @@ Stepped deliver_renamed(const Model& model, State& state, const Message& message
     scxml::step(*parts.renaming, state.renaming, event, message.time, effects, host);
     for (scxml::Effect& effect : effects) {
       if (auto* send = std::get_if<scxml::OutgoingSend>(&effect)) {
-        stepped =
-            deliver(model, state, parts.spec.renames[i].event, send->data.value_or(Value(Map())), message.time, watch);
+        scxml::Event renamed;
+        renamed.name = parts.spec.renames[i].event;
+        renamed.data = send->data.value_or(Value(Map()));
+        stepped = deliver(model, state, renamed, observation, watch);
       }
     }
   }
   return stepped;
 }
 
-// Timers before the message, then the message itself; the history stays.
-Stepped feed(const Model& model, State& state, const Message& message, scxml::ExecutionWatch* watch) {
-  Stepped stepped = fire_timers(model, state, message.time - Duration(1), watch);
-  if (stepped.verdict != Verdict::kUndecided || !state.session.running()) return stepped;
-  if (Access::parts(model).renaming) return deliver_renamed(model, state, message, watch);
-  return deliver(model, state, message.name, event_data(message), message.time, watch);
+bool is_over(const Model& model, const State& state) {
+  if (!state.session.running() || state.verdict == Verdict::kSatisfied) return true;
+  return state.verdict == Verdict::kViolated && !model.re_arming();
 }
 
-void remember(State& state, const Message& message) {
+void remember(const Model& model, State& state, const Observation& observation, scxml::ExecutionWatch* watch) {
+  if (state.history.size() >= state.reduce_at) reduce_history(model, state, watch);
   if (state.history.size() >= kHistoryMax) {
     state.history.erase(state.history.begin(), state.history.begin() + kHistoryMax / 2);
     state.history_complete = false;
   }
-  state.history.push_back(message);
+  state.history.push_back(observation);
 }
 
-Decision decide(const Model& model, State& state, const Stepped& stepped, TimePoint at, const Message* deciding,
-                scxml::ExecutionWatch* watch) {
-  Decision decision{.verdict = stepped.verdict, .at = at, .state = stepped.state, .deciding = {}, .witness = {}};
+Decision decide(const Model& model, State& state, const Stepped& stepped, std::optional<TimePoint> since, TimePoint at,
+                const Message* deciding, scxml::ExecutionWatch* watch) {
+  Decision decision{.verdict = stepped.verdict, .at = at, .state = stepped.state};
   if (deciding != nullptr) decision.deciding = *deciding;
+  decision.since = since;
+  decision.started = state.started;
   decision.witness_complete = state.history_complete;
-  decision.witness = minimal_witness(model, state, decision, watch);
+  if (stepped.verdict == Verdict::kViolated) decision.number = ++state.violations;
   state.verdict = stepped.verdict;
-  state.history.clear();
+  decision.witness = minimal_witness(model, state, decision, watch);
+  if (is_over(model, state)) state.history.clear();
   return decision;
 }
 
-State begin(const Model& model, TimePoint now, scxml::ExecutionWatch* watch) {
+// One instant: what a timer sends without delay is due at the instant of that timer.
+Stepped fire_due(const Model& model, State& state, const Observation& during, scxml::ExecutionWatch* watch) {
   const Model::Parts& parts = Access::parts(model);
+  const TimePoint due = state.session.next_timer();
+  EntryWatch entries(parts, state, during, due);
   scxml::Host host;
+  host.observer = &entries;
   host.watch = watch;
+  scxml::Effects effects;
+  scxml::step_timers(parts.spec.chart, state.session, due, effects, host);
+  return std::move(entries.stepped);
+}
+
+void advance_into(const Model& model, State& state, TimePoint now, Decisions& decisions, scxml::ExecutionWatch* watch) {
+  while (!is_over(model, state) && state.session.next_timer() <= now) {
+    const TimePoint due = state.session.next_timer();
+    const std::optional<TimePoint> since = state.since;
+    const Stepped stepped = fire_due(model, state, nullptr, watch);
+    if (stepped.verdict != Verdict::kUndecided)
+      decisions.push_back(decide(model, state, stepped, since, due, nullptr, watch));
+    settle(Access::parts(model), state);
+  }
+}
+
+// `event` null: the chart sees the observation under other names.
+Decisions observe_with(const Model& model, State& state, const Observation& observation, const scxml::Event* event,
+                       scxml::ExecutionWatch* watch) {
+  Decisions decisions;
+  if (state.session.next_timer() < observation->time) {
+    advance_into(model, state, observation->time - Duration(1), decisions, watch);
+    if (is_over(model, state)) return decisions;
+  }
+  remember(model, state, observation, watch);
+  const std::optional<TimePoint> since = state.since;
+  const Stepped stepped = event != nullptr ? deliver(model, state, *event, observation, watch)
+                                           : deliver_renamed(model, state, observation, watch);
+  if (stepped.verdict != Verdict::kUndecided)
+    decisions.push_back(decide(model, state, stepped, since, observation->time, observation.get(), watch));
+  settle(Access::parts(model), state);
+  const Model::Parts& parts = Access::parts(model);
+  // A chart without data that is back in its beginning has forgotten everything.
+  if (!parts.has_data && !parts.renaming && state.session.timers().empty() && !state.history.empty() &&
+      state.session.configuration() == state.beginning) {
+    state.history.clear();
+    state.history_complete = true;
+  }
+  return decisions;
+}
+
+scxml::Event event_of(const Model& model, const Message& message) {
+  scxml::Event event;
+  event.name = message.name;
+  event.data = Access::parts(model).projection.data(message);
+  return event;
+}
+
+}  // namespace
+
+State begin_replay(const Model& model, TimePoint now, scxml::ExecutionWatch* watch) {
+  const Model::Parts& parts = Access::parts(model);
   State state;
+  state.entered_by.resize(parts.spec.chart.states().size());
+  const Observation nothing;
+  EntryWatch entries(parts, state, nothing, now);
+  scxml::Host host;
+  host.observer = &entries;
+  host.watch = watch;
   scxml::Effects effects;
   scxml::start(parts.spec.chart, state.session, {.data = {}, .session_id = parts.spec.name}, now, effects, host);
   if (parts.renaming) {
     scxml::start(*parts.renaming, state.renaming, {.data = {}, .session_id = "renaming"}, now, effects,
                  renaming_host(watch));
   }
-  if (state.session.status() == scxml::SessionStatus::kFailed) state.failure = state.session.failure();
+  state.beginning = state.session.configuration();
   state.started = now;
+  settle(parts, state);
   return state;
 }
 
-using Selection = std::vector<const Message*>;
-
-// Whether a fresh replay of `messages` decides as `decision` did, and not before its last message.
-bool decides_alike(const Model& model, TimePoint started, const Selection& messages, const Decision& decision,
-                   scxml::ExecutionWatch* watch) {
-  State replay = begin(model, started, watch);
-  for (std::size_t i = 0; i < messages.size(); ++i) {
-    const Stepped stepped = feed(model, replay, *messages[i], watch);
-    if (stepped.verdict == Verdict::kUndecided) continue;
-    return stepped.verdict == decision.verdict && stepped.state == decision.state && i + 1 == messages.size() &&
-           messages[i]->time == decision.at;
+Stepped replay_message(const Model& model, State& state, const Observation& observation, const scxml::Event* event,
+                       scxml::ExecutionWatch* watch) {
+  Stepped stepped;
+  if (Access::parts(model).renaming) {
+    stepped = deliver_renamed(model, state, observation, watch);
+  } else if (event != nullptr) {
+    stepped = deliver(model, state, *event, observation, watch);
+  } else {
+    stepped = deliver(model, state, event_of(model, *observation), observation, watch);
   }
-  if (decision.deciding) return false;
-  if (fire_timers(model, replay, decision.at - Duration(1), watch).verdict != Verdict::kUndecided) return false;
-  const Stepped stepped = fire_timers(model, replay, decision.at, watch);
-  return stepped.verdict == decision.verdict && stepped.state == decision.state;
+  settle(Access::parts(model), state);
+  return stepped;
 }
 
-}  // namespace
-
-State start(const Model& model, TimePoint now, scxml::ExecutionWatch* watch) {
-  State state = begin(model, now, watch);
-  state.initial = state.session;
-  return state;
+Stepped replay_timers(const Model& model, State& state, TimePoint up_to, const Observation& during,
+                      scxml::ExecutionWatch* watch) {
+  Stepped stepped;
+  while (state.session.running() && state.session.next_timer() <= up_to && stepped.verdict == Verdict::kUndecided) {
+    stepped = fire_due(model, state, during, watch);
+    settle(Access::parts(model), state);
+  }
+  return stepped;
 }
 
-TimePoint next_timer(const State& state) {
-  return state.verdict == Verdict::kUndecided && state.session.running() ? state.session.next_timer() : kNever;
+State start(const Model& model, TimePoint now, scxml::ExecutionWatch* watch) { return begin_replay(model, now, watch); }
+
+TimePoint next_timer(const Model& model, const State& state) {
+  return is_over(model, state) ? kNever : state.session.next_timer();
 }
 
-std::optional<Decision> observe(const Model& model, State& state, const Message& message,
-                                scxml::ExecutionWatch* watch) {
-  if (state.verdict != Verdict::kUndecided || !state.session.running() || !model.listens_to(message.name))
-    return std::nullopt;
-  if (state.session.next_timer() < message.time) {
-    if (auto decision = advance(model, state, message.time - Duration(1), watch)) return decision;
-  }
-  remember(state, message);
-  const Stepped stepped = feed(model, state, message, watch);
-  if (stepped.verdict != Verdict::kUndecided) return decide(model, state, stepped, message.time, &message, watch);
-  // Back at the beginning, what was observed so far can no longer matter.
-  if (state.session.configuration() == state.initial.configuration() && state.session == state.initial) {
-    state.history.clear();
-    state.history_complete = true;
-  }
-  return std::nullopt;
+Decisions observe(const Model& model, State& state, const Observation& observation, const scxml::Event& event,
+                  scxml::ExecutionWatch* watch) {
+  if (is_over(model, state)) return {};
+  return observe_with(model, state, observation, Access::parts(model).renaming ? nullptr : &event, watch);
 }
 
-std::optional<Decision> advance(const Model& model, State& state, TimePoint now, scxml::ExecutionWatch* watch) {
-  while (state.verdict == Verdict::kUndecided && state.session.running() && state.session.next_timer() <= now) {
-    const TimePoint due = state.session.next_timer();
-    const Stepped stepped = fire_timers(model, state, due, watch);
-    if (stepped.verdict != Verdict::kUndecided) return decide(model, state, stepped, due, nullptr, watch);
-  }
-  return std::nullopt;
+Decisions observe(const Model& model, State& state, const Message& message, scxml::ExecutionWatch* watch) {
+  if (is_over(model, state) || !model.listens_to(message.name)) return {};
+  const auto observation = std::make_shared<const Message>(message);
+  if (Access::parts(model).renaming) return observe_with(model, state, observation, nullptr, watch);
+  const scxml::Event event = event_of(model, message);
+  return observe_with(model, state, observation, &event, watch);
+}
+
+Decisions advance(const Model& model, State& state, TimePoint now, scxml::ExecutionWatch* watch) {
+  Decisions decisions;
+  advance_into(model, state, now, decisions, watch);
+  return decisions;
 }
 
 std::optional<std::string> veto(const Model& model, const State& state, const Message& message,
                                 scxml::ExecutionWatch* watch) {
   if (state.failure) return "it was given up and cannot decide: " + state.failure->message;
-  if (state.verdict == Verdict::kViolated) return "it is violated already";
+  if (state.verdict == Verdict::kViolated && !model.re_arming()) return "it is violated already";
   if (!state.session.running() || !model.listens_to(message.name)) return std::nullopt;
   State copy;
   copy.session = state.session;
   copy.renaming = state.renaming;
-  const Stepped stepped = feed(model, copy, message, watch);
+  copy.entered_by.resize(state.entered_by.size());
+  const auto observation = std::make_shared<const Message>(message);
+  Stepped stepped = replay_timers(model, copy, message.time - Duration(1), nullptr, watch);
+  if (stepped.verdict == Verdict::kUndecided && copy.session.running())
+    stepped = replay_message(model, copy, observation, nullptr, watch);
   if (stepped.verdict == Verdict::kViolated) return "it would enter \"" + stepped.state + "\"";
   if (copy.failure) return "it cannot decide: " + copy.failure->message;
   return std::nullopt;
 }
 
-std::vector<Message> minimal_witness(const Model& model, const State& state, const Decision& decision,
-                                     scxml::ExecutionWatch* watch) {
-  if (!state.history_complete) return state.history;
-  Selection kept;
-  for (const Message& message : state.history) kept.push_back(&message);
-  // Delta debugging (Zeller and Hildebrandt 2002), removal of chunks only: ends when no single one can go.
-  std::size_t chunk = std::max<std::size_t>(kept.size() / 2, 1);
-  while (!kept.empty()) {
-    bool removed = false;
-    for (std::size_t begin = 0; begin < kept.size();) {
-      const auto from = kept.begin() + static_cast<std::ptrdiff_t>(begin);
-      const auto to = kept.begin() + static_cast<std::ptrdiff_t>(std::min(begin + chunk, kept.size()));
-      Selection shorter(kept.begin(), from);
-      shorter.insert(shorter.end(), to, kept.end());
-      if (decides_alike(model, state.started, shorter, decision, watch)) {
-        kept = std::move(shorter);
-        removed = true;
-      } else {
-        begin += chunk;
-      }
-    }
-    if (chunk == 1 && !removed) break;
-    if (chunk > 1) chunk /= 2;
+std::string Standing::text() const {
+  std::string text = (pending ? "pending: " : "holds so far: ") + says;
+  const auto time = [](TimePoint t) {
+    char buffer[32];
+    std::snprintf(buffer, sizeof buffer, "%.3f s", seconds(t));
+    return std::string(buffer);
+  };
+  if (since) text += " since " + time(*since);
+  if (deadline) text += ", until " + time(*deadline);
+  if (!counted.empty()) text += ", " + counted;
+  return text;
+}
+
+Standing standing(const Model& model, const State& state) {
+  Standing standing;
+  const scxml::Chart& chart = model.chart();
+  const Origin* origin = model.origin();
+  if (origin == nullptr) {
+    const auto ids = state.session.active_ids(chart);
+    standing.says = "in state " + (ids.empty() ? std::string("?") : ids.back());
+    return standing;
   }
-  std::vector<Message> witness;
-  for (const Message* message : kept) witness.push_back(*message);
-  return witness;
+  for (const Situation& situation : origin->situations) {
+    const auto index = chart.find(situation.state);
+    if (!index || !state.session.is_active(*index)) continue;
+    standing.pending = situation.role == Situation::Role::kPending || situation.role == Situation::Role::kBreached;
+    standing.says = situation.says;
+    if (situation.role != Situation::Role::kPending) continue;
+    standing.since = state.since;
+    if (!state.session.timers().empty()) standing.deadline = state.session.timers().front().due;
+    const auto& bound = origin->requirement.bound;
+    if (!bound || bound->unit == Bound::Unit::kTime) continue;
+    const Map data = state.session.data(chart);
+    const Value* count = data.find(bound->unit == Bound::Unit::kTicks ? "ticks" : "observations");
+    if (count != nullptr)
+      standing.counted = std::to_string(static_cast<std::int64_t>(count->number())) + " of " + bound->text();
+  }
+  return standing;
 }
 
 }  // namespace sentree::monitor

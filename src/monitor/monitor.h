@@ -11,6 +11,7 @@
 #include "sentree/base/message.h"
 #include "sentree/base/result.h"
 #include "sentree/base/time.h"
+#include "sentree/monitor/synthesis.h"
 #include "sentree/scxml/chart.h"
 #include "sentree/scxml/host.h"
 #include "sentree/scxml/session.h"
@@ -31,13 +32,22 @@ struct Rename {
   SourceSpan span;
 };
 
+/// A chart that was written from a requirement: what its states and data mean.
+struct Origin {
+  Requirement requirement;
+  std::vector<Situation> situations;
+  std::vector<Datum> data;
+};
+
 /// What a monitor is made of.
 struct Spec {
   std::string name;
   scxml::Chart chart;
-  std::vector<std::string> violated;  ///< States whose entry is a violation.
-  std::vector<Rename> renames;        ///< If any, the chart sees renamed observations only.
-  SourceSpan span;                    ///< Where it is declared, for messages.
+  std::vector<std::string> violated = {};     ///< States whose entry is a violation.
+  std::vector<Rename> renames = {};           ///< If any, the chart sees renamed observations only.
+  SourceSpan span = {};                       ///< Where it is declared, for messages.
+  bool re_arming = false;                     ///< A violation is not its last: it goes on and counts.
+  std::shared_ptr<const Origin> origin = {};  ///< Null: the chart was drawn by hand.
 };
 
 /// A monitor, checked and ready; immutable, shared by its states.
@@ -45,9 +55,14 @@ class Model {
  public:
   /// Codes: monitor.unknown-state, monitor.no-verdict (nothing can ever violate it), monitor.bad-expression.
   [[nodiscard]] static Loaded<Model> make(Spec spec);
+  /// The monitor that is synthesized from a requirement, named like it. Codes: those of `check_requirement`.
+  [[nodiscard]] static Loaded<Model> make(const Requirement& requirement, const Vocabulary* vocabulary = nullptr);
 
   [[nodiscard]] const std::string& name() const;
   [[nodiscard]] const scxml::Chart& chart() const;
+  /// Null: the chart was drawn by hand.
+  [[nodiscard]] const Origin* origin() const;
+  [[nodiscard]] bool re_arming() const;
   /// False: an observation of that name changes nothing, now or later.
   [[nodiscard]] bool listens_to(std::string_view observation) const;
 
@@ -65,22 +80,38 @@ struct Decision {
   TimePoint at{};
   std::string state;                ///< The state whose entry decided it.
   std::optional<Message> deciding;  ///< The observation that led there; nothing: time passed in silence.
+  /// Since when what it decided had been owed; nothing: it owed nothing, or its chart was drawn by hand.
+  std::optional<TimePoint> since;
+  std::uint64_t number = 1;  ///< Of its violations, from 1: a re-arming monitor goes on.
+  TimePoint started{};       ///< When the monitor began to look; a replay begins there.
   /// Observations whose replay alone gives the same verdict at the same time; leaving out any one of them would not.
   std::vector<Message> witness;
   bool witness_complete = true;  ///< False: the history was too long to keep from its beginning.
 };
+using Decisions = std::vector<Decision>;
 
-/// Observations kept to find the witness; the oldest are dropped beyond it.
+/// A message that many monitors look at and remember.
+using Observation = std::shared_ptr<const Message>;
+
+/// Observations kept to find the witness; beyond it the oldest are dropped if all of them still matter.
 inline constexpr std::size_t kHistoryMax = 100'000;
+
+/// Observations remembered before it is looked which of them still matter.
+inline constexpr std::size_t kReduceMin = 256;
 
 /// A monitor's memory; a plain value.
 struct State {
   scxml::Session session;
   scxml::Session renaming;
-  scxml::Session initial;  ///< As after `start`; the past no longer matters when the session is back there.
+  scxml::StateSet beginning;  ///< The configuration after `start`.
   Verdict verdict = Verdict::kUndecided;
-  std::vector<Message> history;  ///< Observations since the session was last in its initial state.
+  std::uint64_t violations = 0;
+  /// Observations whose replay leads where the session is now.
+  std::vector<Observation> history;
   bool history_complete = true;
+  std::size_t reduce_at = kReduceMin;   ///< Size of the history at which it is reduced to what still matters.
+  std::vector<Observation> entered_by;  ///< By state of the chart: during which observation it was entered last.
+  std::optional<TimePoint> since;       ///< When the pending situation it is in began.
   TimePoint started{};
   std::optional<Diagnostic> failure;  ///< It was given up: its chart exceeded a bound.
 };
@@ -91,21 +122,33 @@ struct State {
 [[nodiscard]] State start(const Model& model, TimePoint now, scxml::ExecutionWatch* watch = nullptr);
 
 /// Feeds one observation. Timers due before it fire first; one due at the same instant fires after it.
-/// Returns the decision, once; a decided or failed monitor ignores what follows.
+/// Returns what it decided: nothing most of the time, one thing once; several are of re-arming monitors only. A decided
+/// or failed monitor ignores what follows.
 /// Cost: an observation that it does not listen to costs a look-up.
-std::optional<Decision> observe(const Model& model, State& state, const Message& message,
-                                scxml::ExecutionWatch* watch = nullptr);
+Decisions observe(const Model& model, State& state, const Message& message, scxml::ExecutionWatch* watch = nullptr);
 
 /// Lets time pass in silence up to and including `now`.
-std::optional<Decision> advance(const Model& model, State& state, TimePoint now,
-                                scxml::ExecutionWatch* watch = nullptr);
+Decisions advance(const Model& model, State& state, TimePoint now, scxml::ExecutionWatch* watch = nullptr);
 
 /// When silence next matters; kNever: never.
-[[nodiscard]] TimePoint next_timer(const State& state);
+[[nodiscard]] TimePoint next_timer(const Model& model, const State& state);
 
 /// Why a monitor that is a gate refuses the request `message`, or nothing: a copy of the state is stepped with it, the
 /// state stays. A monitor that is violated, was given up, or exceeds a bound on the way cannot decide, and refuses.
 [[nodiscard]] std::optional<std::string> veto(const Model& model, const State& state, const Message& message,
                                               scxml::ExecutionWatch* watch = nullptr);
+
+/// How an undecided monitor stands.
+struct Standing {
+  bool pending = false;  ///< Something is owed; else it holds so far.
+  std::string says;      ///< "owes at(station)"; of a chart drawn by hand: "in state idle".
+  std::optional<TimePoint> since;
+  std::optional<TimePoint> deadline;  ///< When silence would decide.
+  std::string counted;                ///< Of bounds that are no time: "3 of 10 ticks".
+
+  /// "pending: owes at(station) since 12.300 s, until 22.300 s"
+  [[nodiscard]] std::string text() const;
+};
+[[nodiscard]] Standing standing(const Model& model, const State& state);
 
 }  // namespace sentree::monitor

@@ -39,6 +39,18 @@ Message message(const std::string& name, int ms, Value data = Map()) {
   return m;
 }
 
+// The one decision, if any.
+std::optional<Decision> see(const Model& model, State& state, const Message& message) {
+  Decisions decisions = observe(model, state, message);
+  EXPECT_LE(decisions.size(), 1U);
+  return decisions.empty() ? std::nullopt : std::optional(decisions.front());
+}
+std::optional<Decision> pass(const Model& model, State& state, TimePoint now) {
+  Decisions decisions = advance(model, state, now);
+  EXPECT_LE(decisions.size(), 1U);
+  return decisions.empty() ? std::nullopt : std::optional(decisions.front());
+}
+
 std::vector<std::string> names(const std::vector<Message>& messages) {
   std::vector<std::string> all;
   for (const Message& m : messages)
@@ -52,13 +64,13 @@ constexpr const char* kLevel =
 TEST(Monitor, DecidesOnceAtTheEntryOfABadState) {
   const Model m = model(kLevel, {"bad"});
   State state = start(m, TimePoint{});
-  EXPECT_FALSE(observe(m, state, message("level", 1, Map{{"value", 20}})));
-  const auto decision = observe(m, state, message("level", 2, Map{{"value", 19}}));
+  EXPECT_FALSE(see(m, state, message("level", 1, Map{{"value", 20}})));
+  const auto decision = see(m, state, message("level", 2, Map{{"value", 19}}));
   ASSERT_TRUE(decision);
   EXPECT_EQ(decision->verdict, Verdict::kViolated);
   EXPECT_EQ(decision->state, "bad");
   EXPECT_EQ(decision->deciding->time, TimePoint(milliseconds(2)));
-  EXPECT_FALSE(observe(m, state, message("level", 3, Map{{"value", 1}})));
+  EXPECT_FALSE(see(m, state, message("level", 3, Map{{"value", 1}})));
 }
 
 TEST(Monitor, SeesABadStateThatIsLeftAtOnce) {
@@ -66,7 +78,7 @@ TEST(Monitor, SeesABadStateThatIsLeftAtOnce) {
       "<state id='ok'><transition event='e' target='bad'/></state><state id='bad'><transition target='ok'/></state>",
       {"bad"});
   State state = start(m, TimePoint{});
-  EXPECT_TRUE(observe(m, state, message("e", 1)));
+  EXPECT_TRUE(see(m, state, message("e", 1)));
 }
 
 TEST(Monitor, FinalStatesNameTheirVerdict) {
@@ -75,8 +87,8 @@ TEST(Monitor, FinalStatesNameTheirVerdict) {
       "<final id='satisfied'/><final id='violated'/>");
   State good = start(m, TimePoint{});
   State bad = good;
-  EXPECT_EQ(observe(m, good, message("good", 1))->verdict, Verdict::kSatisfied);
-  EXPECT_EQ(observe(m, bad, message("bad", 1))->verdict, Verdict::kViolated);
+  EXPECT_EQ(see(m, good, message("good", 1))->verdict, Verdict::kSatisfied);
+  EXPECT_EQ(see(m, bad, message("bad", 1))->verdict, Verdict::kViolated);
 }
 
 constexpr const char* kDeadline =
@@ -88,10 +100,10 @@ constexpr const char* kDeadline =
 TEST(Monitor, AnObservationWinsOverATimerAtTheSameInstant) {
   const Model m = model(kDeadline, {"bad"});
   State state = start(m, TimePoint{});
-  observe(m, state, message("ask", 10));
-  EXPECT_FALSE(observe(m, state, message("answer", 110)));
-  observe(m, state, message("ask", 200));
-  const auto decision = observe(m, state, message("answer", 301));
+  see(m, state, message("ask", 10));
+  EXPECT_FALSE(see(m, state, message("answer", 110)));
+  see(m, state, message("ask", 200));
+  const auto decision = see(m, state, message("answer", 301));
   ASSERT_TRUE(decision);
   EXPECT_EQ(decision->at, TimePoint(milliseconds(300)));
   EXPECT_FALSE(decision->deciding);
@@ -100,10 +112,10 @@ TEST(Monitor, AnObservationWinsOverATimerAtTheSameInstant) {
 TEST(Monitor, NoticesSilence) {
   const Model m = model(kDeadline, {"bad"});
   State state = start(m, TimePoint{});
-  observe(m, state, message("ask", 10));
-  EXPECT_EQ(next_timer(state), TimePoint(milliseconds(110)));
-  EXPECT_FALSE(advance(m, state, TimePoint(milliseconds(109))));
-  const auto decision = advance(m, state, TimePoint(milliseconds(500)));
+  see(m, state, message("ask", 10));
+  EXPECT_EQ(next_timer(m, state), TimePoint(milliseconds(110)));
+  EXPECT_FALSE(pass(m, state, TimePoint(milliseconds(109))));
+  const auto decision = pass(m, state, TimePoint(milliseconds(500)));
   ASSERT_TRUE(decision);
   EXPECT_EQ(decision->at, TimePoint(milliseconds(110)));
   EXPECT_THAT(names(decision->witness), ElementsAre("ask@10"));
@@ -120,12 +132,12 @@ TEST(Witness, KeepsOnlyWhatIsNeeded) {
   const Model m = model(kAfterArmed, {"bad"});
   State state = start(m, TimePoint{});
   int ms = 0;
-  for (int i = 0; i < 50; ++i) observe(m, state, message("other", ++ms));
-  observe(m, state, message("arm", ++ms));
-  observe(m, state, message("disarm", ++ms));
-  observe(m, state, message("arm", ++ms));
-  for (int i = 0; i < 50; ++i) observe(m, state, message("other", ++ms));
-  const auto decision = observe(m, state, message("shot", ++ms));
+  for (int i = 0; i < 50; ++i) see(m, state, message("other", ++ms));
+  see(m, state, message("arm", ++ms));
+  see(m, state, message("disarm", ++ms));
+  see(m, state, message("arm", ++ms));
+  for (int i = 0; i < 50; ++i) see(m, state, message("other", ++ms));
+  const auto decision = see(m, state, message("shot", ++ms));
   ASSERT_TRUE(decision);
   EXPECT_EQ(decision->witness.size(), 2U);
   EXPECT_EQ(decision->witness[0].name, "arm");
@@ -141,14 +153,14 @@ TEST(Witness, ReplayedAloneDecidesAlikeAndIsMinimal) {
     std::optional<Decision> decision;
     for (int ms = 1; ms < 200 && !decision; ++ms) {
       constexpr const char* kNames[] = {"other", "arm", "disarm", "shot"};
-      decision = observe(m, state, message(kNames[rng.below(4)], ms));
+      decision = see(m, state, message(kNames[rng.below(4)], ms));
     }
     ASSERT_TRUE(decision);
     const auto replay = [&](std::size_t without) {
       State again = start(m, TimePoint{});
       std::optional<Decision> found;
       for (std::size_t i = 0; i < decision->witness.size(); ++i) {
-        if (i != without && !found) found = observe(m, again, decision->witness[i]);
+        if (i != without && !found) found = see(m, again, decision->witness[i]);
       }
       return found;
     };
@@ -165,7 +177,7 @@ TEST(Monitor, ForgetsThePastWhenItIsBackAtItsBeginning) {
       "target='a'/><transition event='x' target='bad'/></state><state id='bad'/>",
       {"bad"});
   State state = start(m, TimePoint{});
-  for (int i = 1; i <= 1000; ++i) observe(m, state, message("e", i));
+  for (int i = 1; i <= 1000; ++i) see(m, state, message("e", i));
   EXPECT_TRUE(state.history.empty());
 }
 
@@ -182,9 +194,9 @@ TEST(Monitor, AChartWrittenElsewhereSeesRenamedEventsOnly) {
   EXPECT_FALSE(m.listens_to("batteryLevelChanged"));
   State state = start(m, TimePoint{});
   const auto level = [](double ratio) { return Map{{"result", Map{{"percentage", ratio}}}}; };
-  EXPECT_FALSE(observe(m, state, message("batteryLevelChanged", 1, Map{{"level", 1}})));
-  EXPECT_FALSE(observe(m, state, message("battery.getBatteryState.reply", 2, level(0.2))));
-  const auto decision = observe(m, state, message("battery.getBatteryState.reply", 3, level(0.19)));
+  EXPECT_FALSE(see(m, state, message("batteryLevelChanged", 1, Map{{"level", 1}})));
+  EXPECT_FALSE(see(m, state, message("battery.getBatteryState.reply", 2, level(0.2))));
+  const auto decision = see(m, state, message("battery.getBatteryState.reply", 3, level(0.19)));
   ASSERT_TRUE(decision);
   EXPECT_THAT(names(decision->witness), ElementsAre("battery.getBatteryState.reply@3"));
 }
@@ -200,7 +212,7 @@ TEST(Monitor, AVetoIsAskedOfACopy) {
 TEST(Monitor, AGateThatIsViolatedAlreadyRefusesEverything) {
   const Model m = model(kLevel, {"bad"});
   State state = start(m, TimePoint{});
-  ASSERT_TRUE(observe(m, state, message("level", 1, Map{{"value", 1}})));
+  ASSERT_TRUE(see(m, state, message("level", 1, Map{{"value", 1}})));
   EXPECT_EQ(veto(m, state, message("level", 2, Map{{"value", 50}})), "it is violated already");
 }
 
@@ -210,7 +222,7 @@ TEST(Monitor, AChartThatExceedsABoundIsGivenUp) {
       "<state id='c'><transition target='b'/></state><state id='bad'/>",
       {"bad"});
   State state = start(m, TimePoint{});
-  EXPECT_FALSE(observe(m, state, message("e", 1)));
+  EXPECT_FALSE(see(m, state, message("e", 1)));
   ASSERT_TRUE(state.failure);
 }
 

@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "sentree/text/file.h"
-
 namespace sentree::monitor {
 namespace {
 
@@ -184,13 +182,6 @@ TEST(Requirement, BoundsOfFilesAreReached) {
   EXPECT_THAT(messages_of("event(halt) at most 33 times per 5 ticks."), ElementsAre(HasSubstr("at most 32 times")));
   EXPECT_THAT(messages_of("event(halt) at most 1001 times per 5 s."),
               ElementsAre(HasSubstr("a whole number up to 1000")));
-}
-
-TEST(Examples, TheTwelveAreRead) {
-  const auto source =
-      text::read_file(std::string(SENTREE_SOURCE_DIR) + "/examples/requirements/requirements/twelve.req");
-  ASSERT_TRUE(source);
-  EXPECT_EQ(parse(*source).requirements.size(), 12U);
 }
 
 }  // namespace

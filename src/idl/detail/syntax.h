@@ -37,6 +37,7 @@ struct Field {
   TypeUse type;
   std::string name;
   std::vector<Constant> value;  ///< One, or none.
+  std::string unit;             ///< Annotation (unit = "…").
   SourceSpan span;
 };
 
@@ -46,6 +47,7 @@ struct Method {
   std::string name;
   std::vector<Field> arguments;
   std::vector<Field> exceptions;
+  std::string unit;
   SourceSpan span;
 };
 

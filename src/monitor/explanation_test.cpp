@@ -1,0 +1,168 @@
+#include "sentree/monitor/explanation.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sentree/monitor/monitor_set.h"
+
+namespace sentree::monitor {
+namespace {
+
+using std::chrono::milliseconds;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+Model model(const std::string& text) {
+  const auto file = parse_requirements(
+      "let level = reply(battery.getBatteryState).percentage * 100\n"
+      "let dest = request(nav.goto).name\nevent ask = request(s.ask)\nevent answer = reply(s.ask)\n" +
+          text,
+      "r.req");
+  for (const Diagnostic& diagnostic : file.diagnostics) ADD_FAILURE() << to_string(diagnostic);
+  return *Model::make(file.value->requirements.at(0)).value;
+}
+
+class Recording {
+ public:
+  Recording& add(int ms, const std::string& name, Map data, const std::string& source = "Leaf") {
+    Message m;
+    m.name = name;
+    m.source = source;
+    m.time = TimePoint(milliseconds(ms));
+    m.sequence = messages.size() + 1;
+    m.data = std::move(data);
+    messages.push_back(std::move(m));
+    return *this;
+  }
+  Recording& level(int ms, double ratio) {
+    return add(ms, "battery.getBatteryState.reply", Map{{"args", Map()}, {"result", Map{{"percentage", ratio}}}},
+               "BatteryLevelAbove30");
+  }
+  Recording& go(int ms, const char* where) {
+    return add(ms, "nav.goto.request", Map{{"args", Map{{"name", where}}}}, "GoTo");
+  }
+  Recording& ticks(int from, int to) {
+    for (int t = from; t <= to; ++t) add(t * 100, "mission.tick", Map{{"tick", t}}, "mission");
+    return *this;
+  }
+  std::vector<Message> messages;
+};
+
+constexpr const char* kTurns =
+    "turns (critical) \"Low, the robot turns to the station.\":\n"
+    "  whenever level < 30 and dest = kitchen, dest = station within 10 ticks.";
+
+TEST(Explanation, TellsTriggerValuesDecidingObservationAndLeaf) {
+  Recording r;
+  r.go(10, "garden").level(20, 0.9).go(30, "kitchen").add(50, "GoTo.tick.reply", Map{{"status", "RUNNING"}}, "GoTo");
+  r.level(60, 0.28).level(70, 0.27).ticks(1, 12);
+  const Model m = model(kTurns);
+  const auto decided = evaluate({m}, r.messages, TimePoint{}, TimePoint(milliseconds(5000)));
+  ASSERT_EQ(decided.size(), 1U);
+  const auto e = *explain(m, decided[0].decision, decided[0].leaf);
+  EXPECT_EQ(e.requirement, "turns");
+  EXPECT_EQ(e.trigger->time, TimePoint(milliseconds(60)));
+  EXPECT_EQ(e.triggered, TimePoint(milliseconds(60)));
+  EXPECT_EQ(e.detected, TimePoint(milliseconds(1100)));
+  EXPECT_EQ(e.deciding->name, "mission.tick");
+  EXPECT_EQ(e.bound, "10 ticks");
+  EXPECT_EQ(e.leaf, "GoTo");
+  EXPECT_THAT(e.steps.at(0).set, ElementsAre("dest = kitchen"));
+  EXPECT_TRUE(e.steps.at(1).is_trigger);
+  EXPECT_TRUE(e.steps.back().is_deciding);
+  EXPECT_EQ(e.steps.size(), 2U + 11U);
+  const std::string text = story(e, "  ");
+  EXPECT_THAT(text,
+              HasSubstr("0.060 s  battery.getBatteryState.reply of BatteryLevelAbove30: battery_percentage = 0.28  ← "
+                        "from here on it owes dest = station\n"));
+  EXPECT_THAT(text, HasSubstr("owed since 0.060 s, 10 ticks long; decided at 1.100 s while GoTo was at work\n"));
+}
+
+TEST(Explanation, TellsOfSilence) {
+  Recording r;
+  r.add(100, "s.ask.request", Map{{"args", Map()}});
+  const Model m = model("R: whenever event(ask), event(answer) within 500 ms.");
+  const auto decided = evaluate({m}, r.messages, TimePoint{}, TimePoint(milliseconds(5000)));
+  const auto e = *explain(m, decided.at(0).decision, "");
+  EXPECT_FALSE(e.deciding);
+  EXPECT_EQ(e.deadline, TimePoint(milliseconds(600)));
+  EXPECT_THAT(story(e, ""), HasSubstr("0.600 s  nothing came: the deadline passed, and the requirement owes "
+                                      "event(answer)\n"));
+  const Value value = to_value(e);
+  EXPECT_TRUE(value.find("deciding")->is_null());
+  EXPECT_EQ(value.find("trigger")->find("name")->text(), "s.ask.request");
+}
+
+TEST(Explanation, OfALongRunNeedsOnlyWhatStillMatters) {
+  // Hours of readings, then the violation: what led there is found although nothing else is remembered.
+  Recording r;
+  r.go(1, "kitchen");
+  for (int i = 0; i < 150'000; ++i) r.level(10 + i, 0.5 + 0.001 * (i % 7));
+  const int end_ms = 10 + 150'000;
+  r.level(end_ms, 0.2).ticks(end_ms / 100 + 1, end_ms / 100 + 20);
+  const Model m = model(kTurns);
+  const auto decided = evaluate({m}, r.messages, TimePoint{}, TimePoint(milliseconds(2 * end_ms)));
+  ASSERT_EQ(decided.size(), 1U);
+  EXPECT_TRUE(decided[0].decision.witness_complete);
+  EXPECT_EQ(decided[0].decision.witness.size(), 13U);
+}
+
+TEST(Explanation, IsTheSameBytesEachTime) {
+  Recording r;
+  r.go(30, "kitchen").level(60, 0.28).ticks(1, 12);
+  const auto text = [&] {
+    const Model m = model(kTurns);
+    const auto decided = evaluate({m}, r.messages, TimePoint{}, TimePoint(milliseconds(5000)));
+    return to_json(to_value(*explain(m, decided.at(0).decision, decided[0].leaf)));
+  };
+  EXPECT_EQ(text(), text());
+}
+
+TEST(MonitorSet, DecidesInOrderOfTimeForAllMonitors) {
+  Recording r;
+  r.add(100, "s.ask.request", Map{{"args", Map()}}).level(550, 0.1);
+  const auto decided =
+      evaluate({model("A: always level >= 20."), model("B: whenever event(ask), event(answer) within 400 ms."),
+                model("C: whenever event(ask), event(answer) within 300 ms."), model("D: never event(answer).")},
+               r.messages, TimePoint{}, TimePoint(milliseconds(5000)));
+  std::vector<std::size_t> order;
+  for (const auto& one : decided) order.push_back(one.monitor);
+  EXPECT_THAT(order, ElementsAre(2U, 1U, 0U));
+}
+
+TEST(MonitorSet, LooksOnlyAtWhatChartsName) {
+  const auto chart = scxml::load(
+      "<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0' datamodel='ecmascript'><state id='s'>"
+      "<transition event='e' cond=\"_event.data.result.a.indexOf('x') === 0 &amp;&amp; _event.data.source === 'L'\" "
+      "target='violated'/></state><final id='violated'/></scxml>");
+  Message m;
+  m.source = "L";
+  m.data = Map{{"args", Map{{"big", 1}}}, {"result", Map{{"a", "xyz"}, {"b", 2}}}};
+  EXPECT_EQ(to_json(Projection::of(*chart.value).data(m)), R"({"result":{"a":"xyz"},"source":"L"})");
+  const auto whole = scxml::load(
+      "<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0' datamodel='ecmascript'><datamodel><data "
+      "id='x'/></datamodel><state id='s'><transition event='e'><assign location='x' "
+      "expr='_event.data'/></transition></state></scxml>");
+  EXPECT_TRUE(Projection::of(*whole.value).is_whole());
+}
+
+TEST(LeafTracker, KnowsWhoIsAtWork) {
+  LeafTracker leaves;
+  const auto see = [&](const std::string& name, Map data = {}) {
+    Message m;
+    m.name = name;
+    m.data = std::move(data);
+    leaves.see(m, LeafTracker::sign(name));
+    return leaves.active();
+  };
+  EXPECT_EQ(see("Sub.A.tick.request"), "Sub.A");
+  EXPECT_EQ(see("battery.getBatteryState.reply"), "Sub.A");
+  EXPECT_EQ(see("Sub.A.tick.reply", Map{{"status", "RUNNING"}}), "Sub.A");
+  EXPECT_EQ(see("B.tick.request"), "B");
+  EXPECT_EQ(see("B.tick.reply", Map{{"status", "SUCCESS"}}), "Sub.A");
+  EXPECT_THAT(see("Sub.A.halt.reply"), IsEmpty());
+}
+
+}  // namespace
+}  // namespace sentree::monitor

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sentree/base/message.h"
+#include "sentree/scxml/chart.h"
+
+namespace sentree::monitor {
+
+/// The members of an observation that charts look at, so that the others need not be copied for them.
+class Projection {
+ public:
+  /// What the expressions of `chart` name of `_event.data`. Everything, if one of them uses `_event` in another way.
+  [[nodiscard]] static Projection of(const scxml::Chart& chart);
+
+  [[nodiscard]] bool is_whole() const { return whole_; }
+  void make_whole() { whole_ = true; }
+  void add(const Projection& other);
+  /// As `event_data`, without what nobody looks at.
+  [[nodiscard]] Value data(const Message& message) const;
+  /// Whether nobody looks at anything but the event's name.
+  [[nodiscard]] bool is_empty() const { return !whole_ && members_.empty(); }
+
+ private:
+  struct Member {
+    std::string name;
+    bool whole = false;
+    std::vector<Member> members;
+  };
+  static void add_path(std::vector<Member>& members, std::string_view path);
+  static void merge(std::vector<Member>& into, const std::vector<Member>& from);
+  static Value cut(const Value& value, const Member& member);
+  void scan(std::string_view expression);
+
+  bool whole_ = false;
+  std::vector<Member> members_;
+};
+
+}  // namespace sentree::monitor

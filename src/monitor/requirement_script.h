@@ -1,0 +1,87 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sentree/monitor/requirement.h"
+#include "sentree/monitor/requirement_types.h"
+
+namespace sentree::monitor {
+
+/// An ECMAScript expression and how tightly it binds.
+struct Js {
+  std::string text;
+  int binding = 0;
+};
+
+[[nodiscard]] Js js_and(const Js& a, const Js& b);
+[[nodiscard]] Js js_or(const Js& a, const Js& b);
+[[nodiscard]] Js js_not(const Js& a);
+[[nodiscard]] inline Js js_true() { return {"true", 9}; }
+[[nodiscard]] inline Js js_false() { return {"false", 9}; }
+[[nodiscard]] bool is_true(const Js& js);
+[[nodiscard]] bool is_false(const Js& js);
+
+/// Words of a condition as a name: "level < 30" is level_below_30.
+[[nodiscard]] std::string slug(const Condition& condition, std::size_t length_max = 40);
+
+/// Translates the conditions of one requirement to expressions over the data of its chart, and collects those data.
+///
+/// Of each condition there are two expressions, since it has three values: one that is true where it is known to hold,
+/// one where it is known not to. Data that are not set yet are undefined and make both false.
+class Script {
+ public:
+  /// A <data> that observations set.
+  struct Variable {
+    std::string name;
+    std::string shown;            ///< What it is in the requirement's words.
+    std::string assigned;         ///< Expression over _event.data; empty: a flag.
+    std::vector<Source> sources;  ///< Which set it; of a flag: which raise it.
+    [[nodiscard]] bool is_flag() const { return assigned.empty(); }
+  };
+  /// A <data> that remembers a condition from before the present observation.
+  struct Before {
+    std::string name;
+    std::string expression;
+    std::string shown;
+  };
+
+  Script(const Requirement& requirement, const Typing& typing);
+
+  [[nodiscard]] Js holds(const ConditionPtr& condition) { return truth(*condition, true); }
+  [[nodiscard]] Js fails(const ConditionPtr& condition) { return truth(*condition, false); }
+  /// As `holds`, of the values before the present observation.
+  [[nodiscard]] Js held_before(const ConditionPtr& condition);
+  /// Which observations of its name the source means.
+  [[nodiscard]] Js filter(const Source& source);
+  /// A name that nothing else in the chart has.
+  [[nodiscard]] std::string unique(std::string name);
+
+  [[nodiscard]] const std::vector<Variable>& variables() const { return variables_; }
+  [[nodiscard]] const std::vector<Before>& before() const { return before_; }
+
+ private:
+  void name_values(const Condition& condition);
+  [[nodiscard]] Js truth(const Condition& condition, bool wanted);
+  [[nodiscard]] Js compare(const Condition& condition, bool wanted);
+  [[nodiscard]] Js equal(const Condition& condition, bool wanted);
+  [[nodiscard]] Js value(const Condition& condition);
+  [[nodiscard]] const std::string& variable(const Condition& value, std::string_view name);
+  [[nodiscard]] const std::string* merged(const Condition& defined);
+  [[nodiscard]] const std::string& flag(const Condition& event, std::string_view name);
+  [[nodiscard]] Js before(const Condition& condition, bool wanted);
+  [[nodiscard]] DataType type_of(const Condition& condition) const;
+  [[nodiscard]] std::string raw(const Condition& value, bool guarded) const;
+
+  const Typing& typing_;
+  std::vector<Variable> variables_;
+  std::vector<Before> before_;
+  std::map<std::string, std::size_t> known_;  // variable by what it stands for
+  std::map<std::string, std::string> before_known_;
+  std::vector<std::string> taken_;
+  std::string where_key_;
+};
+
+}  // namespace sentree::monitor

@@ -1,0 +1,582 @@
+#include "sentree/monitor/requirement_types.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "sentree/base/value.h"
+
+namespace sentree::monitor {
+
+namespace {
+
+using Kind = Condition::Kind;
+using Type = DataType::Kind;
+
+std::string_view shown(Type type) {
+  switch (type) {
+    case Type::kNumber: return "a number";
+    case Type::kTruth: return "true or false";
+    case Type::kText: return "a text";
+    case Type::kRecord: return "a record";
+    default: return "nothing that can be compared";
+  }
+}
+
+struct Scale {
+  std::string_view unit;
+  std::string_view of;
+  double factor;  // 1 `unit` is `factor` `of`
+};
+constexpr std::array<Scale, 20> kScales{
+    {{"ratio", "ratio", 1}, {"%", "ratio", 0.01},  {"m", "m", 1},     {"mm", "m", 0.001},
+     {"cm", "m", 0.01},     {"km", "m", 1000},     {"rad", "rad", 1}, {"deg", "rad", 0.017453292519943295},
+     {"s", "s", 1},         {"ms", "s", 0.001},    {"us", "s", 1e-6}, {"min", "s", 60},
+     {"m/s", "m/s", 1},     {"rad/s", "rad/s", 1}, {"V", "V", 1},     {"mV", "V", 0.001},
+     {"A", "A", 1},         {"degC", "degC", 1},   {"W", "W", 1},     {"Hz", "Hz", 1}}};
+
+const Scale* scale_of(std::string_view unit) {
+  const auto found = std::find_if(kScales.begin(), kScales.end(), [&](const Scale& s) { return s.unit == unit; });
+  return found == kScales.end() ? nullptr : &*found;
+}
+
+std::string decimal(double number) {
+  std::string text = shortest_decimal(number);
+  if (text.ends_with(".0")) text.resize(text.size() - 2);
+  return text;
+}
+
+// A number in another unit: x [m] * 1000 is in mm. Empty: the product has no unit that is known.
+std::string scaled_unit(const std::string& unit, double by) {
+  if (unit.empty()) return {};
+  const Scale* from = scale_of(unit);
+  for (const Scale& to : kScales) {
+    if (from == nullptr || to.of != from->of || to.unit == unit) continue;
+    const double factor = from->factor / to.factor;
+    if (factor > by * (1 - 1e-12) && factor < by * (1 + 1e-12)) return std::string(to.unit);
+  }
+  return unit;
+}
+
+std::string advice(const std::string& from, const std::string& to) {
+  const Scale* a = scale_of(from);
+  const Scale* b = scale_of(to);
+  if (a == nullptr || b == nullptr || a->of != b->of) return "";
+  const double factor = a->factor / b->factor;
+  return factor >= 1 ? "; multiply the first by " + decimal(factor)
+                     : "; divide the first by " + decimal(b->factor / a->factor);
+}
+
+template <class Map>
+std::vector<std::string> keys(const Map& map) {
+  std::vector<std::string> names;
+  for (const auto& [name, value] : map) names.push_back(name);
+  return names;
+}
+
+const Condition& inside(const Condition& condition) {
+  const Condition* inner = &condition;
+  while (inner->kind == Kind::kDefined) inner = inner->operands[0].get();
+  return *inner;
+}
+
+struct Found {
+  Type type = Type::kUnknown;
+  std::string unit;
+  const Condition* literal = nullptr;  // a number written without unit
+  const DataType* data = nullptr;
+};
+
+class Checker {
+ public:
+  Checker(const Vocabulary* vocabulary, Diagnostics& diagnostics) : vocabulary_(vocabulary), out_(diagnostics) {}
+
+  void condition(const ConditionPtr& condition) {
+    if (condition) visit(*condition, Type::kTruth);
+  }
+
+  Typing typing;
+  bool last_pass = false;
+
+ private:
+  void add(Severity severity, const SourceSpan& span, std::string code, std::string message) {
+    if (!last_pass) return;
+    Diagnostic diagnostic{severity, std::move(code), std::move(message), span};
+    if (std::find(out_.begin(), out_.end(), diagnostic) == out_.end()) out_.push_back(std::move(diagnostic));
+  }
+  void error(const SourceSpan& span, std::string code, std::string message) {
+    add(Severity::kError, span, std::move(code), std::move(message));
+  }
+
+  Found visit(const Condition& c, Type expected) {
+    switch (c.kind) {
+      case Kind::kNumber: return want({Type::kNumber, c.unit, c.unit.empty() ? &c : nullptr, nullptr}, expected, c);
+      case Kind::kText: return want({Type::kText, "", nullptr, nullptr}, expected, c);
+      case Kind::kTruth: return want({Type::kTruth, "", nullptr, nullptr}, expected, c);
+      case Kind::kDefined: return defined(c, expected);
+      case Kind::kValue: return value(c, expected);
+      case Kind::kMember: return member(c, expected);
+      case Kind::kEvent: source(*c.source); return want({Type::kTruth, "", nullptr, nullptr}, expected, c);
+      case Kind::kUpdated: {
+        visit(*c.operands[0], Type::kUnknown);
+        std::vector<Source> sources;
+        collect_sources(*c.operands[0], sources);
+        if (sources.empty()) error(c.span, "requirement.type", "\"updated\" follows a value that observations set");
+        return want({Type::kTruth, "", nullptr, nullptr}, expected, c);
+      }
+      case Kind::kNot:
+      case Kind::kAnd:
+      case Kind::kOr:
+      case Kind::kImplies:
+      case Kind::kRises:
+      case Kind::kFalls:
+        for (const ConditionPtr& operand : c.operands) visit(*operand, Type::kTruth);
+        return want({Type::kTruth, "", nullptr, nullptr}, expected, c);
+      case Kind::kLess:
+      case Kind::kLessEqual:
+      case Kind::kGreater:
+      case Kind::kGreaterEqual: {
+        const Found left = visit(*c.operands[0], Type::kNumber);
+        const Found right = visit(*c.operands[1], Type::kNumber);
+        compare_units(c, left, right);
+        return want({Type::kTruth, "", nullptr, nullptr}, expected, c);
+      }
+      case Kind::kEqual:
+      case Kind::kNotEqual: equality(c); return want({Type::kTruth, "", nullptr, nullptr}, expected, c);
+      default: return want(arithmetic(c), expected, c);
+    }
+  }
+
+  Found want(Found found, Type expected, const Condition& c) {
+    if (expected != Type::kUnknown && found.type != Type::kUnknown && found.type != expected) {
+      error(
+          c.span, "requirement.type",
+          "expected " + std::string(shown(expected)) + ", but " + to_text(c) + " is " + std::string(shown(found.type)));
+    }
+    return found;
+  }
+
+  Found defined(const Condition& c, Type expected) {
+    Found found = visit(*c.operands[0], expected);
+    if (c.unit.empty()) return found;
+    if (!found.unit.empty() && found.unit != c.unit) {
+      error(c.span, "requirement.unit",
+            "\"" + c.text + "\" is defined in " + c.unit + ", but its value is in " + found.unit +
+                advice(found.unit, c.unit));
+    }
+    found.unit = c.unit;
+    found.literal = nullptr;
+    return found;
+  }
+
+  // What the type is known to be, or was inferred from another use; a use that expects more tells.
+  Found typed(const std::string& key, const Condition& c, Type expected) {
+    DataType& type = typing[key];
+    if (type.kind == Type::kUnknown) type.kind = expected;
+    if (type.kind == Type::kRecord || type.kind == Type::kOther) {
+      std::string members;
+      for (const auto& [name, inner] : type.members) members += (members.empty() ? "" : ", ") + name;
+      error(c.span, "requirement.type",
+            to_text(c) + " is " + (type.name.empty() ? "a record" : "of type " + type.name) +
+                (members.empty() ? ", which cannot be compared" : "; name one of its members: " + members));
+      return {Type::kUnknown, "", nullptr, nullptr};
+    }
+    return want({type.kind, type.unit, nullptr, &type}, expected, c);
+  }
+
+  Found value(const Condition& c, Type expected) {
+    const std::string key = to_text(c);
+    const DataType* root = source(*c.source);
+    if (root != nullptr) know(key, *root, c.path, c);
+    return typed(key, c, expected);
+  }
+
+  Found member(const Condition& c, Type expected) {
+    const std::string key = to_text(c);
+    if (where_ != nullptr) {
+      const DataType* root = nullptr;
+      if (c.path[0] == "args" || c.path[0] == "inputs") root = &where_->arguments;
+      if (c.path[0] == "result") root = &where_->result;
+      if (root != nullptr) know(where_key_ + key, *root, {c.path.begin() + 1, c.path.end()}, c);
+    }
+    return typed(where_key_ + key, c, expected);
+  }
+
+  void know(const std::string& key, const DataType& root, const std::vector<std::string>& path, const Condition& c) {
+    DataType type = follow(root, path, c);
+    typing.try_emplace(key, std::move(type));
+  }
+
+  DataType follow(const DataType& root, const std::vector<std::string>& path, const Condition& c) {
+    const DataType* type = &root;
+    bool absent = root.may_be_absent;
+    for (const std::string& name : path) {
+      if (type->kind == Type::kUnknown) return {};
+      const auto member = std::find_if(type->members.begin(), type->members.end(),
+                                       [&](const auto& entry) { return entry.first == name; });
+      if (member == type->members.end()) {
+        error(c.span, "requirement.unknown-member",
+              to_text(c) + ": " + (type->name.empty() ? "it" : type->name) + " has no member \"" + name + "\"" +
+                  did_you_mean(name, keys(type->members)));
+        return {};
+      }
+      type = &member->second;
+      absent = absent || type->may_be_absent;
+    }
+    DataType result = *type;
+    result.may_be_absent = absent;
+    return result;
+  }
+
+  // Null: nothing is known of its data.
+  const DataType* source(const Source& source) {
+    const Vocabulary::Method* method = nullptr;
+    if (vocabulary_ != nullptr) {
+      if (!source.service.empty()) method = find_method(source);
+      if (source.kind == Source::Kind::kNode) known(source.from, vocabulary_->nodes, "node", source.from_span);
+      if (source.kind != Source::Kind::kNode && !source.from.empty()) {
+        known(source.from, vocabulary_->leaves, "leaf", source.from_span);
+      }
+      if (source.kind == Source::Kind::kObservation) observation(source);
+    }
+    if (source.where) {
+      where_ = method;
+      where_key_ = source.observation + " ";
+      visit(*source.where, Type::kTruth);
+      where_ = nullptr;
+      where_key_.clear();
+    }
+    static const DataType kStatus{.kind = Type::kRecord,
+                                  .members = {{"to",
+                                               {.kind = Type::kText,
+                                                .name = "status",
+                                                .may_be_absent = false,
+                                                .words = {"IDLE", "RUNNING", "SUCCESS", "FAILURE", "SKIPPED"}}}}};
+    static const DataType kFailure{.kind = Type::kRecord,
+                                   .name = "an error",
+                                   .may_be_absent = false,
+                                   .members = {{"kind",
+                                                {.kind = Type::kText,
+                                                 .name = "kind",
+                                                 .words = {"exception", "unreachable", "late", "protocol", "vetoed"}}},
+                                               {"message", {.kind = Type::kText, .name = "string"}}}};
+    if (source.kind == Source::Kind::kNode) return &kStatus;
+    if (source.kind == Source::Kind::kError) return &kFailure;
+    if (method == nullptr) return nullptr;
+    if (source.kind == Source::Kind::kRequest) return &method->arguments;
+    return source.kind == Source::Kind::kReply ? &method->result : nullptr;
+  }
+
+  const Vocabulary::Method* find_method(const Source& source) {
+    const auto service = vocabulary_->services.find(source.service);
+    if (service == vocabulary_->services.end()) {
+      error(source.span, "requirement.unknown-service",
+            "the project has no service \"" + source.service + "\"" +
+                did_you_mean(source.service, keys(vocabulary_->services)));
+      return nullptr;
+    }
+    const auto method = service->second.find(source.method);
+    if (method == service->second.end()) {
+      error(source.span, "requirement.unknown-method",
+            "service \"" + source.service + "\" has no method \"" + source.method + "\"" +
+                did_you_mean(source.method, keys(service->second)));
+      return nullptr;
+    }
+    return &method->second;
+  }
+
+  void known(const std::string& name, const std::vector<std::string>& names, const std::string& what,
+             const SourceSpan& span) {
+    if (std::find(names.begin(), names.end(), name) != names.end()) return;
+    error(span, "requirement.unknown-leaf",
+          "the mission has no " + what + " \"" + name + "\"" + did_you_mean(name, names));
+  }
+
+  // A full name: of the mission, of a call or of a leaf.
+  void observation(const Source& source) {
+    static const std::vector<std::string> kOfTheRun{"mission.tick",       "mission.status",   "node.status",
+                                                    "scenario.injection", "monitor.violated", "monitor.satisfied"};
+    std::vector<std::string> names = kOfTheRun;
+    for (const std::string& leaf : vocabulary_->leaves) {
+      for (const char* end :
+           {".tick.request", ".tick.reply", ".tick.error", ".halt.request", ".halt.reply", ".cancel", ".log"})
+        names.push_back(leaf + end);
+    }
+    for (const auto& [service, methods] : vocabulary_->services) {
+      for (const auto& [method, types] : methods) {
+        for (const char* end : {".request", ".reply", ".error", ".late"}) names.push_back(service + "." + method + end);
+      }
+    }
+    if (std::find(names.begin(), names.end(), source.observation) != names.end()) return;
+    error(source.span, "requirement.unknown-leaf",
+          "nothing in this project is observed as \"" + source.observation + "\"" +
+              did_you_mean(source.observation, names));
+  }
+
+  void equality(const Condition& c) {
+    for (const ConditionPtr& operand : c.operands) {
+      const Condition& inner = inside(*operand);
+      const bool is_value = inner.kind == Kind::kNumber || inner.kind == Kind::kText || inner.kind == Kind::kTruth ||
+                            inner.kind == Kind::kValue || inner.kind == Kind::kMember || inner.kind >= Kind::kNegate;
+      if (!is_value) {
+        error(inner.span, "requirement.type", "= and != compare values; join conditions with and, or, implies");
+        return;
+      }
+    }
+    Found left = visit(*c.operands[0], Type::kUnknown);
+    Found right = visit(*c.operands[1], Type::kUnknown);
+    if (left.type == Type::kUnknown && right.type != Type::kUnknown) left = visit(*c.operands[0], right.type);
+    if (right.type == Type::kUnknown && left.type != Type::kUnknown) right = visit(*c.operands[1], left.type);
+    if (left.type == Type::kUnknown) return;
+    if (left.type != right.type) {
+      std::string hint;
+      if (inside(*c.operands[1]).is_word) hint = " (\"" + inside(*c.operands[1]).text + "\" is not defined)";
+      error(c.span, "requirement.type",
+            to_text(*c.operands[0]) + " is " + std::string(shown(left.type)) + ", " + to_text(*c.operands[1]) + " is " +
+                std::string(shown(right.type)) + "; they are never equal" + hint);
+      return;
+    }
+    if (left.type == Type::kNumber) compare_units(c, left, right);
+    if (left.type == Type::kText) {
+      check_word(left, *c.operands[1]);
+      check_word(right, *c.operands[0]);
+    }
+  }
+
+  void check_word(const Found& of, const Condition& word) {
+    const Condition& text = inside(word);
+    if (of.data == nullptr || of.data->words.empty() || text.kind != Kind::kText) return;
+    const std::vector<std::string>& words = of.data->words;
+    if (std::find(words.begin(), words.end(), text.text) != words.end()) return;
+    std::string all;
+    if (words.size() <= 6) {
+      for (const std::string& w : words) all += (all.empty() ? "; it has " : ", ") + w;
+    }
+    const std::string hint = did_you_mean(text.text, words);
+    error(text.span, "requirement.unknown-word",
+          "\"" + text.text + "\" is no " + of.data->name + (hint.empty() ? all : hint));
+  }
+
+  void compare_units(const Condition& c, const Found& left, const Found& right) {
+    const auto one_bare = [&](const Found& with, const Found& bare, const Condition& other) {
+      if (bare.literal == nullptr) return;
+      if (with.unit == "ratio" && bare.literal->number > 1) {
+        error(bare.literal->span, "requirement.unit",
+              to_text(other) + " is a ratio from 0 to 1, and " + decimal(bare.literal->number) + " is beyond; write " +
+                  decimal(bare.literal->number / 100) + ", or multiply the value by 100");
+      } else if (with.unit == "%" && bare.literal->number > 0 && bare.literal->number < 1) {
+        add(Severity::kWarning, bare.literal->span, "requirement.unit",
+            to_text(other) + " is in percent, so " + decimal(bare.literal->number) +
+                " is less than one percent; write " + decimal(bare.literal->number * 100) + ", or say so with " +
+                decimal(bare.literal->number) + " %");
+      }
+    };
+    if (!left.unit.empty() && !right.unit.empty() && left.unit != right.unit) {
+      error(c.span, "requirement.unit",
+            to_text(*c.operands[0]) + " is in " + left.unit + ", " + to_text(*c.operands[1]) + " in " + right.unit +
+                advice(left.unit, right.unit));
+      return;
+    }
+    one_bare(left, right, *c.operands[0]);
+    one_bare(right, left, *c.operands[1]);
+  }
+
+  Found arithmetic(const Condition& c) {
+    const Found left = visit(*c.operands[0], Type::kNumber);
+    if (c.kind == Kind::kNegate) return {Type::kNumber, left.unit, nullptr, nullptr};
+    const Found right = visit(*c.operands[1], Type::kNumber);
+    Found result{Type::kNumber, "", nullptr, nullptr};
+    if (c.kind == Kind::kAdd || c.kind == Kind::kSubtract) {
+      compare_units(c, left, right);
+      result.unit = left.unit.empty() ? right.unit : left.unit;
+    } else if (right.literal != nullptr) {
+      result.unit =
+          scaled_unit(left.unit, c.kind == Kind::kMultiply ? right.literal->number : 1 / right.literal->number);
+    } else if (left.literal != nullptr && c.kind == Kind::kMultiply) {
+      result.unit = scaled_unit(right.unit, left.literal->number);
+    }
+    return result;
+  }
+
+  const Vocabulary* vocabulary_;
+  Diagnostics& out_;
+  const Vocabulary::Method* where_ = nullptr;  // of the source whose where is being visited
+  std::string where_key_;
+};
+
+// ---- What can never be ----
+
+// Bounds that a conjunction sets to the values in it.
+struct Range {
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  bool low_open = false;
+  bool high_open = false;
+  std::vector<std::string> words;
+
+  [[nodiscard]] bool empty() const {
+    return low > high || (low == high && (low_open || high_open)) ||
+           (words.size() > 1 && words.front() != words.back());
+  }
+  void at_least(double bound, bool open) {
+    if (bound > low || (bound == low && open)) {
+      low = bound;
+      low_open = open;
+    }
+  }
+  void at_most(double bound, bool open) {
+    if (bound < high || (bound == high && open)) {
+      high = bound;
+      high_open = open;
+    }
+  }
+};
+
+Kind mirrored(Kind kind) {
+  switch (kind) {
+    case Kind::kLess: return Kind::kGreater;
+    case Kind::kLessEqual: return Kind::kGreaterEqual;
+    case Kind::kGreater: return Kind::kLess;
+    case Kind::kGreaterEqual: return Kind::kLessEqual;
+    default: return kind;
+  }
+}
+
+// True if the conjunction contradicts itself. Looks at comparisons of one value with constants only.
+bool contradicts(const Condition& c, std::map<std::string, Range>& ranges) {
+  const Condition& inner = inside(c);
+  if (inner.kind == Kind::kTruth) return inner.number == 0;
+  if (inner.kind == Kind::kAnd)
+    return contradicts(*inner.operands[0], ranges) || contradicts(*inner.operands[1], ranges);
+  if (inner.kind < Kind::kEqual || inner.kind > Kind::kGreaterEqual || inner.kind == Kind::kNotEqual) return false;
+  const Condition* left = inner.operands[0].get();
+  const Condition* right = inner.operands[1].get();
+  Kind kind = inner.kind;
+  if (inside(*left).kind == Kind::kNumber || inside(*left).kind == Kind::kText) {
+    std::swap(left, right);
+    kind = mirrored(kind);
+  }
+  const Condition& constant = inside(*right);
+  Range& range = ranges[to_text(inside(*left))];
+  if (constant.kind == Kind::kText && kind == Kind::kEqual) {
+    range.words.push_back(constant.text);
+    if (range.words.size() > 1 && range.words.front() != constant.text) return true;
+  } else if (constant.kind == Kind::kNumber) {
+    const double n = constant.number;
+    if (kind == Kind::kEqual || kind == Kind::kGreater || kind == Kind::kGreaterEqual)
+      range.at_least(n, kind == Kind::kGreater);
+    if (kind == Kind::kEqual || kind == Kind::kLess || kind == Kind::kLessEqual) range.at_most(n, kind == Kind::kLess);
+  }
+  return range.empty();
+}
+
+bool is_never(const Condition& condition) {
+  std::map<std::string, Range> ranges;
+  return contradicts(condition, ranges);
+}
+
+bool is_always_true(const Condition& condition) {
+  const Condition& inner = inside(condition);
+  return inner.kind == Kind::kTruth && inner.number != 0;
+}
+
+// Why the condition can never hold in this project; empty: it can.
+std::string never_holds(const Condition& condition, const Vocabulary* vocabulary) {
+  if (is_never(condition)) return "it contradicts itself";
+  const Condition& inner = inside(condition);
+  if (inner.kind == Kind::kAnd) {
+    const std::string left = never_holds(*inner.operands[0], vocabulary);
+    return left.empty() ? never_holds(*inner.operands[1], vocabulary) : left;
+  }
+  if (inner.kind == Kind::kOr) {
+    const std::string left = never_holds(*inner.operands[0], vocabulary);
+    return left.empty() ? left : never_holds(*inner.operands[1], vocabulary);
+  }
+  if (vocabulary == nullptr || !vocabulary->calls || inner.kind == Kind::kNot || inner.kind == Kind::kImplies)
+    return {};
+  // Whatever is left needs every one of its observations.
+  std::vector<Source> sources;
+  collect_sources(inner, sources);
+  for (const Source& source : sources) {
+    if (source.service.empty()) continue;
+    const bool called =
+        std::any_of(vocabulary->calls->begin(), vocabulary->calls->end(), [&](const Vocabulary::Call& call) {
+          return call.service == source.service && call.method == source.method &&
+                 (source.from.empty() || source.from == call.leaf);
+        });
+    if (!called) {
+      return (source.from.empty() ? std::string("no skill") : "\"" + source.from + "\" never") + " calls " +
+             source.service + "." + source.method;
+    }
+  }
+  return {};
+}
+
+void find_vacuous(const Requirement& r, const Vocabulary* vocabulary, Diagnostics& diagnostics) {
+  const auto warn = [&](std::string code, std::string message) {
+    diagnostics.push_back({Severity::kWarning, std::move(code), std::move(message), r.span});
+  };
+  if (!can_be_violated(r)) {
+    warn("requirement.never-violated",
+         "requirement " + r.name +
+             " can never be violated while the mission runs: it owes something without saying when; add \"within\" "
+             "and a bound, or leave it to the verifier");
+    return;
+  }
+  if (r.scope.open) {
+    const std::string why = never_holds(*r.scope.open, vocabulary);
+    if (!why.empty()) {
+      warn("requirement.never-triggered", "the scope of requirement " + r.name + " never begins: " + why);
+      return;
+    }
+  }
+  // What has to happen for a violation.
+  ConditionPtr trigger;
+  switch (r.pattern) {
+    case Pattern::kRespond:
+    case Pattern::kImmediately:
+    case Pattern::kKeepFor:
+    case Pattern::kKeepUntil:
+    case Pattern::kNotFor:
+    case Pattern::kNever:
+    case Pattern::kAtMost:
+    case Pattern::kHoldsFor: trigger = r.p; break;
+    case Pattern::kPrecedes: trigger = r.q; break;
+    default: break;
+  }
+  if (trigger) {
+    const std::string why = never_holds(*trigger, vocabulary);
+    if (!why.empty()) {
+      warn("requirement.never-triggered",
+           "requirement " + r.name + " never says anything: " + to_text(*trigger) + " can never hold, because " + why);
+      return;
+    }
+  }
+  if (r.pattern == Pattern::kAlways && is_always_true(*r.p))
+    warn("requirement.never-violated", "requirement " + r.name + " can never be violated: true is always true");
+}
+
+}  // namespace
+
+bool can_be_violated(const Requirement& requirement) {
+  if (requirement.pattern == Pattern::kRespond) return requirement.bound.has_value();
+  if (requirement.pattern != Pattern::kEventually || requirement.bound) return true;
+  // Without a bound it is due when its scope ends.
+  return requirement.scope.kind == Scope::Kind::kBefore || requirement.scope.can_reopen();
+}
+
+Typing check_requirement(const Requirement& requirement, const Vocabulary* vocabulary, Diagnostics& diagnostics) {
+  Checker checker(vocabulary, diagnostics);
+  // A value compared with another one gets its type from there, so the first passes only infer.
+  for (const bool last : {false, false, true}) {
+    checker.last_pass = last;
+    for (const ConditionPtr* condition : {&requirement.scope.open, &requirement.scope.close, &requirement.p,
+                                          &requirement.q, &requirement.r, &requirement.assuming}) {
+      checker.condition(*condition);
+    }
+  }
+  find_vacuous(requirement, vocabulary, diagnostics);
+  return checker.typing;
+}
+
+}  // namespace sentree::monitor

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sentree/monitor/requirement.h"
+
+namespace sentree::monitor {
+
+/// What a value can be.
+struct DataType {
+  enum class Kind : std::uint8_t {
+    kUnknown,
+    kNumber,
+    kTruth,
+    kText,
+    kRecord,  ///< Has members; a requirement names one of them.
+    kOther,   ///< Lists, octets: nothing that can be compared.
+  };
+  Kind kind = Kind::kUnknown;
+  std::string name;                                       ///< For messages: "double", "NavigationStatus".
+  std::string unit;                                       ///< kNumber; empty: not known.
+  bool may_be_absent = true;                              ///< An observation may come without it.
+  std::vector<std::string> words;                         ///< kText of an enumeration: its enumerators.
+  std::vector<std::pair<std::string, DataType>> members;  ///< kRecord.
+};
+
+/// What a project observes: that by which requirements are checked before it runs.
+struct Vocabulary {
+  struct Method {
+    DataType arguments;  ///< kRecord.
+    DataType result;
+  };
+  std::map<std::string, std::map<std::string, Method>> services;
+  std::vector<std::string> leaves;  ///< Names of leaves as observations have them.
+  std::vector<std::string> nodes;   ///< Paths of the tree's nodes.
+  struct Call {
+    std::string leaf;
+    std::string service;
+    std::string method;
+    friend bool operator==(const Call&, const Call&) = default;
+  };
+  /// Every call that some skill can make; nothing: that is not known (a skill in another language).
+  std::optional<std::vector<Call>> calls;
+};
+
+/// The types of a requirement's values, by their text ("reply(battery.getBatteryState).percentage"; inside where by the
+/// member's: "args.name").
+using Typing = std::map<std::string, DataType>;
+
+/// Finds the type of every value: from the vocabulary, else from how it is used.
+///
+/// Errors: requirement.unknown-service, requirement.unknown-method, requirement.unknown-member,
+/// requirement.unknown-leaf, requirement.unknown-word, requirement.type, requirement.unit. Warnings:
+/// requirement.unit, requirement.never-violated, requirement.never-triggered.
+/// @param vocabulary  Null: nothing is known but the requirement itself.
+[[nodiscard]] Typing check_requirement(const Requirement& requirement, const Vocabulary* vocabulary,
+                                       Diagnostics& diagnostics);
+
+/// True if no run, however it goes on, violates it: what it owes has no end.
+[[nodiscard]] bool can_be_violated(const Requirement& requirement);
+
+}  // namespace sentree::monitor

@@ -1,0 +1,140 @@
+#include "sentree/monitor/requirement_types.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sentree::monitor {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+using Kind = DataType::Kind;
+
+DataType number(const std::string& unit = "") {
+  return {.kind = Kind::kNumber, .name = "double", .unit = unit, .may_be_absent = false};
+}
+
+Vocabulary vocabulary() {
+  const DataType none{.kind = Kind::kRecord, .may_be_absent = false};
+  const DataType battery{.kind = Kind::kRecord,
+                         .name = "BatteryState",
+                         .may_be_absent = false,
+                         .members = {{"percentage", number("ratio")}, {"voltage", number("V")}}};
+  const DataType navigation{
+      .kind = Kind::kRecord,
+      .name = "NavigationState",
+      .may_be_absent = false,
+      .members = {{"status", {.kind = Kind::kText, .name = "NavigationStatus", .words = {"IDLE", "MOVING"}}}}};
+  const DataType going{.kind = Kind::kRecord,
+                       .name = "navigation.goTo",
+                       .may_be_absent = false,
+                       .members = {{"name", {.kind = Kind::kText, .name = "string"}}}};
+  Vocabulary v;
+  v.services["battery"]["getBatteryState"] = {none, battery};
+  v.services["battery"]["getCharge"] = {none, number("%")};
+  v.services["battery"]["isCharging"] = {none, {.kind = Kind::kTruth, .name = "bool"}};
+  v.services["navigation"]["getState"] = {none, navigation};
+  v.services["navigation"]["goTo"] = {going, {.kind = Kind::kTruth, .name = "bool"}};
+  v.leaves = {"GoToKitchen", "Look"};
+  v.nodes = {"Main", "GoToKitchen", "Look"};
+  v.calls = {{"GoToKitchen", "navigation", "goTo"},
+             {"GoToKitchen", "navigation", "getState"},
+             {"Look", "battery", "getBatteryState"}};
+  return v;
+}
+
+std::vector<std::string> found(const std::string& text, bool with_project = true) {
+  const auto file = parse_requirements(text, "r.req");
+  std::vector<std::string> all;
+  for (const Diagnostic& diagnostic : file.diagnostics) all.push_back(to_string(diagnostic));
+  if (!file.ok()) return all;
+  const Vocabulary v = vocabulary();
+  Diagnostics diagnostics;
+  for (const Requirement& requirement : file.value->requirements)
+    (void)check_requirement(requirement, with_project ? &v : nullptr, diagnostics);
+  for (const Diagnostic& diagnostic : diagnostics) all.push_back(to_string(diagnostic));
+  return all;
+}
+
+constexpr const char* kBattery = "reply(battery.getBatteryState)";
+
+TEST(Types, KnowServicesMethodsMembersAndLeaves) {
+  EXPECT_THAT(found("R: always reply(batery.getBatteryState).voltage > 20 V."),
+              ElementsAre("r.req:1:17: the project has no service \"batery\"; did you mean \"battery\"?"));
+  EXPECT_THAT(found("R: always reply(battery.getBateryState).voltage > 20 V."),
+              ElementsAre("r.req:1:17: service \"battery\" has no method \"getBateryState\"; did you mean "
+                          "\"getBatteryState\"?"));
+  EXPECT_THAT(found("R: always reply(battery.getBatteryState).percntage > 0.2."),
+              ElementsAre("r.req:1:11: reply(battery.getBatteryState).percntage: BatteryState has no member "
+                          "\"percntage\"; did you mean \"percentage\"?"));
+  EXPECT_THAT(found("R: always reply(battery.getBatteryState from Lok).voltage > 20 V."),
+              ElementsAre("r.req:1:46: the mission has no leaf \"Lok\"; did you mean \"Look\"?"));
+  EXPECT_THAT(found("R: never node(GoToKichen) in FAILURE."),
+              ElementsAre("r.req:1:15: the mission has no node \"GoToKichen\"; did you mean \"GoToKitchen\"?"));
+  EXPECT_THAT(found("R: never node(GoToKitchen) in FAILED."),
+              ElementsAre(HasSubstr("\"FAILED\" is no status; it has IDLE, RUNNING, SUCCESS, FAILURE, SKIPPED")));
+  EXPECT_THAT(found("R: never event(mission.tik)."),
+              ElementsAre("r.req:1:16: nothing in this project is observed as \"mission.tik\"; did you mean "
+                          "\"mission.tick\"?"));
+  EXPECT_THAT(found("R: never event(request(navigation.goTo where args.nam = kitchen))."),
+              ElementsAre(HasSubstr("args.nam: navigation.goTo has no member \"nam\"; did you mean \"name\"?")));
+}
+
+TEST(Types, AreCompared) {
+  EXPECT_THAT(found("R: always reply(navigation.getState).status > 3."),
+              ElementsAre(HasSubstr("expected a number, but reply(navigation.getState).status is a text")));
+  EXPECT_THAT(found("R: always reply(navigation.getState).status = MOVIN."),
+              ElementsAre("r.req:1:47: \"MOVIN\" is no NavigationStatus; did you mean \"MOVING\"?"));
+  EXPECT_THAT(found("R: always reply(battery.getCharge) = full."),
+              ElementsAre(HasSubstr("they are never equal (\"full\" is not defined)")));
+  EXPECT_THAT(found("R: always reply(battery.getBatteryState) > 3."),
+              ElementsAre(HasSubstr("name one of its members: percentage, voltage")));
+  EXPECT_THAT(found("R: always reply(battery.getCharge)."), ElementsAre(HasSubstr("expected true or false")));
+  EXPECT_THAT(found("R: always (reply(battery.isCharging) and reply(battery.getCharge) > 3) = true."),
+              ElementsAre(HasSubstr("= and != compare values")));
+  // Without a project, a use tells the type.
+  EXPECT_THAT(found("R: always reply(a.b) > 3 and reply(a.b) = word.", false),
+              ElementsAre(HasSubstr("is a number, word is a text")));
+}
+
+TEST(Units, OfPercentAndRatioAreToldApart) {
+  const std::string ratio = std::string(kBattery) + ".percentage";
+  EXPECT_THAT(found("R: always " + ratio + " >= 20 %."),
+              ElementsAre("r.req:1:53: reply(battery.getBatteryState).percentage is in ratio, 20 % in %; multiply the "
+                          "first by 100"));
+  EXPECT_THAT(found("R: always " + ratio + " >= 20."),
+              ElementsAre(HasSubstr("is a ratio from 0 to 1, and 20 is beyond; write 0.2")));
+  EXPECT_THAT(found("R: always " + ratio + " >= 0.2."), IsEmpty());
+  EXPECT_THAT(found("R: always " + ratio + " * 100 >= 20 %."), IsEmpty());
+  EXPECT_THAT(found("R: always " + ratio + " = reply(battery.getCharge)."), testing::Contains(HasSubstr("in ratio")));
+  EXPECT_THAT(found("R: always reply(battery.getCharge) > 0.3."),
+              testing::Contains(HasSubstr("less than one percent; write 30")));
+  EXPECT_THAT(found("let l [%] = " + ratio + "\nR: always l > 3."),
+              ElementsAre(HasSubstr("\"l\" is defined in %, but its value is in ratio; multiply the first by 100")));
+  EXPECT_THAT(found("R: always " + std::string(kBattery) + ".voltage > 3 m."),
+              ElementsAre(HasSubstr("is in V, 3 m in m")));
+  EXPECT_THAT(found("R: always " + std::string(kBattery) + ".voltage * 1000 > 3 mV."), IsEmpty());
+}
+
+TEST(Vacuous, RequirementsArePointedOut) {
+  const auto only = [](const std::string& text, const std::string& what) {
+    EXPECT_THAT(found(text), ElementsAre(HasSubstr(what))) << text;
+  };
+  only("R: eventually reply(battery.getBatteryState).voltage > 3.", "can never be violated while the mission runs");
+  only("R: whenever event(request(navigation.goTo)), reply(battery.getBatteryState).voltage > 3 eventually.",
+       "can never be violated while the mission runs");
+  only("R: never event(reply(battery.isCharging)).", "because no skill calls battery.isCharging");
+  only("R: never event(reply(battery.getBatteryState from GoToKitchen)).",
+       "because \"GoToKitchen\" never calls battery.getBatteryState");
+  only("let v = reply(battery.getBatteryState).voltage\nR: whenever v < 20 and v > 24, v = 22 within 1 s.",
+       "because it contradicts itself");
+  only("let n = request(navigation.goTo).name\nR: never (n = a and n = b).", "because it contradicts itself");
+  only("R: after event(reply(battery.isCharging)), never event(request(navigation.goTo)).",
+       "the scope of requirement R never begins");
+  EXPECT_THAT(found("R: before event(request(navigation.goTo)), eventually node(Look) in SUCCESS."), IsEmpty());
+}
+
+}  // namespace
+}  // namespace sentree::monitor

@@ -1,0 +1,588 @@
+#include "sentree/monitor/synthesis.h"
+
+#include <algorithm>
+
+#include "sentree/monitor/requirement_script.h"
+#include "sentree/text/xml.h"
+
+namespace sentree::monitor {
+
+namespace {
+
+using Role = Situation::Role;
+
+struct Edge {
+  std::string event;
+  Js condition;
+  std::string target;  // empty: it stays
+  std::vector<std::string> actions;
+};
+
+struct ChartState {
+  std::string id;
+  Role role = Role::kWatching;
+  std::string says;
+  bool bounded = false;  // the requirement's bound runs while it is active
+  std::vector<std::string> on_exit;
+  std::vector<Edge> edges;
+};
+
+std::string assign(const std::string& location, const std::string& expression) {
+  return "<assign location=\"" + location + "\" expr=\"" + text::xml_escape(expression) + "\"/>";
+}
+
+// Comments must not hold two hyphens in a row, nor end with one.
+std::string comment(std::string text) {
+  for (std::size_t at = text.find("--"); at != std::string::npos; at = text.find("--", at + 1))
+    text.insert(at + 1, " ");
+  return "<!-- " + text + " -->";
+}
+
+std::string delay(Duration time) {
+  const std::int64_t ns = time.count();
+  if (ns % 1'000'000'000 == 0) return std::to_string(ns / 1'000'000'000) + "s";
+  if (ns % 1'000'000 == 0) return std::to_string(ns / 1'000'000) + "ms";
+  std::string digits = std::to_string(ns % 1'000'000);
+  digits.insert(0, 6 - digits.size(), '0');
+  while (digits.back() == '0') digits.pop_back();
+  return std::to_string(ns / 1'000'000) + "." + digits + "ms";
+}
+
+class Synthesizer {
+ public:
+  Synthesizer(const Requirement& requirement, const Typing& typing) : r_(requirement), script_(requirement, typing) {}
+
+  Synthesis run() {
+    p_ = script_.holds(r_.p);
+    if (r_.assuming) broken_ = script_.fails(r_.assuming);
+    scope();
+    active_ = js_and(in_scope_, js_not(broken_));
+    body();
+    Synthesis result;
+    result.chart = write();
+    for (const ChartState& state : states_) result.situations.push_back({state.id, state.role, state.says});
+    for (const Script::Variable& v : script_.variables()) result.data.push_back({v.name, v.shown, v.is_flag()});
+    return result;
+  }
+
+ private:
+  [[nodiscard]] bool in_ticks() const { return r_.bound && r_.bound->unit == Bound::Unit::kTicks; }
+  [[nodiscard]] bool in_events() const { return r_.bound && r_.bound->unit == Bound::Unit::kEvents; }
+  [[nodiscard]] bool in_time() const { return r_.bound && r_.bound->unit == Bound::Unit::kTime; }
+  [[nodiscard]] bool is_before() const { return r_.scope.kind == Scope::Kind::kBefore; }
+  // Counted: the bound has been over since the present tick; is over with the present observation.
+  [[nodiscard]] Js late() const {
+    return in_ticks() ? Js{"ticks > " + std::to_string(r_.bound->count), 5} : js_false();
+  }
+  [[nodiscard]] Js used_up() const {
+    return in_events() ? Js{"observations >= " + std::to_string(r_.bound->count), 5} : js_false();
+  }
+
+  void scope() {
+    const Scope& s = r_.scope;
+    if (s.kind == Scope::Kind::kGlobally) return;
+    if (s.kind == Scope::Kind::kWhile) {
+      in_scope_ = script_.holds(s.open);
+      return;
+    }
+    in_scope_ = {"in_scope", 9};
+    const Js opens = s.open ? script_.holds(s.open) : js_true();
+    const Js closes = s.close ? script_.holds(s.close) : js_false();
+    if (s.kind == Scope::Kind::kBefore)
+      scope_update_ = js_and(in_scope_, js_not(closes));
+    else
+      scope_update_ = js_and(js_not(closes), js_or(in_scope_, opens));
+  }
+
+  ChartState& add(std::string id, Role role, std::string says, bool bounded = false) {
+    states_.push_back({script_.unique(std::move(id)), role, std::move(says), bounded, {}, {}});
+    return states_.back();
+  }
+  static void on(ChartState& state, const Js& condition, std::string target, std::vector<std::string> actions = {}) {
+    if (!is_false(condition)) state.edges.push_back({"observed", condition, std::move(target), std::move(actions)});
+  }
+  void over(ChartState& state, std::string target) {
+    if (in_time()) state.edges.push_back({"deadline", js_true(), std::move(target), {}});
+  }
+  // A violation; between … and … it is told at the end of the segment.
+  void violate(ChartState& state, const std::string& event, const Js& condition,
+               const std::vector<std::string>& actions = {}) {
+    if (is_false(condition)) return;
+    if (r_.scope.kind == Scope::Kind::kBetween)
+      state.edges.push_back({event, js_and(condition, in_scope_), kBreached, actions});
+    state.edges.push_back({event, condition, kViolated, actions});
+  }
+  // One that can only happen inside the scope.
+  void violate_inside(ChartState& state, const std::string& event, const Js& condition,
+                      const std::vector<std::string>& actions = {}) {
+    if (is_false(condition)) return;
+    const bool waits = r_.scope.kind == Scope::Kind::kBetween;
+    state.edges.push_back({event, condition, waits ? kBreached : kViolated, actions});
+  }
+  // Before …: once over, what is not owed by then holds for good.
+  void settle(ChartState& state, const Js& condition = js_true()) {
+    if (is_before()) on(state, js_and(condition, js_not(in_scope_)), kSatisfied);
+  }
+
+  void body() {
+    switch (r_.pattern) {
+      case Pattern::kAlways:
+        invariant(script_.fails(r_.p), "holds_" + slug(*r_.p), "holds so far: " + to_text(*r_.p));
+        break;
+      case Pattern::kNever: invariant(p_, "free_of_" + slug(*r_.p), "has not seen " + to_text(*r_.p)); break;
+      case Pattern::kEventually: existence(); break;
+      case Pattern::kRespond: response(); break;
+      case Pattern::kImmediately: {
+        ChartState& home = add("waits_for_" + slug(*r_.p), Role::kWatching, "waits for " + to_text(*r_.p));
+        violate_inside(home, "observed", js_and(active_, js_and(p_, script_.fails(r_.q))));
+        settle(home);
+        break;
+      }
+      case Pattern::kKeepFor: keep_for(); break;
+      case Pattern::kKeepUntil: keep_until(); break;
+      case Pattern::kNotFor: not_for(); break;
+      case Pattern::kPrecedes: precedence(); break;
+      case Pattern::kAtLeastEvery: recurrence(); break;
+      case Pattern::kAtMost: counting(); break;
+      case Pattern::kHoldsFor: duration(); break;
+    }
+  }
+
+  void invariant(const Js& bad, const std::string& id, const std::string& says) {
+    ChartState& home = add(id, Role::kWatching, says);
+    violate_inside(home, "observed", js_and(active_, bad));
+    settle(home);
+    if (!r_.re_arming) return;
+    // One violation lasts until the condition is restored.
+    ChartState& still = add("until_restored", Role::kWatching, "is violated until the condition is restored");
+    on(still, js_not(js_and(active_, bad)), states_[0].id);
+    restart_ = still.id;
+  }
+
+  void existence() {
+    const std::string text = to_text(*r_.p);
+    const bool can_wait = !is_true(active_);
+    const std::string outside = can_wait && !is_before() ? outside_state() : std::string();
+    const std::string due = script_.unique("owes_" + slug(*r_.p));
+    const std::string met = r_.scope.can_reopen() ? script_.unique("has_seen_" + slug(*r_.p)) : kSatisfied;
+    const std::string interrupted = !outside.empty() ? outside : r_.assuming ? outside_state() : "";
+    if (!interrupted.empty()) {
+      ChartState& state = find(interrupted);
+      on(state, js_and(active_, p_), met);
+      on(state, active_, due);
+    }
+    ChartState& owes = states_.emplace_back(ChartState{due, Role::kPending, "owes " + text, true, {}, {}});
+    if (r_.assuming) on(owes, broken_, interrupted);
+    violate(owes, "observed", late());
+    if (!is_true(in_scope_) && r_.scope.kind != Scope::Kind::kAfter) {
+      // Due when its scope ends, if not before.
+      owes.edges.push_back({"observed", js_not(in_scope_), kViolated, {}});
+    }
+    on(owes, p_, met);
+    violate(owes, "observed", used_up());
+    if (in_time()) violate(owes, "deadline", js_true());
+    if (met != kSatisfied) {
+      ChartState& seen = states_.emplace_back(ChartState{met, Role::kWatching, "has seen " + text, false, {}, {}});
+      on(seen, js_not(active_), interrupted);
+    }
+    initial_ = interrupted.empty() || is_before() || r_.scope.kind == Scope::Kind::kGlobally ? due : interrupted;
+  }
+
+  void response() {
+    const Js q = script_.holds(r_.q);
+    const std::string owes_id = script_.unique("owes_" + slug(*r_.q));
+    const std::string home_id = watching_for_trigger();
+    on(find(home_id), js_and(active_, js_and(p_, js_not(q))), owes_id);
+    settle(find(home_id));
+    ChartState& owes =
+        states_.emplace_back(ChartState{owes_id, Role::kPending, "owes " + to_text(*r_.q), true, {}, {}});
+    on(owes, broken_, home_id);
+    violate(owes, "observed", late());
+    settle(owes, q);
+    on(owes, q, home_id);
+    violate(owes, "observed", used_up());
+    if (in_time()) violate(owes, "deadline", js_true());
+  }
+
+  void keep_for() {
+    const Js trigger = js_and(active_, p_);
+    const Js bad = script_.fails(r_.q);
+    const std::string home_id = watching_for_trigger();
+    const std::string keeps_id = script_.unique("keeps_" + slug(*r_.q));
+    violate_inside(find(home_id), "observed", js_and(trigger, bad));
+    on(find(home_id), trigger, keeps_id);
+    settle(find(home_id));
+    ChartState& keeps =
+        states_.emplace_back(ChartState{keeps_id, Role::kPending, "must keep " + to_text(*r_.q), true, {}, {}});
+    on(keeps, broken_, home_id);
+    leave(keeps, js_and(late(), js_not(trigger)), home_id);
+    violate(keeps, "observed", bad);
+    on(keeps, trigger, keeps_id);
+    leave(keeps, used_up(), home_id);
+    over(keeps, home_id);
+  }
+
+  void keep_until() {
+    const Js end = script_.holds(r_.r);
+    const Js trigger = js_and(active_, js_and(p_, js_not(end)));
+    const Js bad = script_.fails(r_.q);
+    const std::string home_id = watching_for_trigger();
+    const std::string keeps_id = script_.unique("keeps_" + slug(*r_.q) + "_until_" + slug(*r_.r, 24));
+    violate_inside(find(home_id), "observed", js_and(trigger, bad));
+    on(find(home_id), trigger, keeps_id);
+    settle(find(home_id));
+    ChartState& keeps = states_.emplace_back(ChartState{
+        keeps_id, Role::kPending, "must keep " + to_text(*r_.q) + " until " + to_text(*r_.r), false, {}, {}});
+    on(keeps, broken_, home_id);
+    leave(keeps, end, home_id);
+    violate(keeps, "observed", bad);
+  }
+
+  void not_for() {
+    const Js trigger = js_and(active_, p_);
+    const Js bad = script_.holds(r_.q);
+    const std::string home_id = watching_for_trigger();
+    const std::string free_id = script_.unique("must_stay_free_of_" + slug(*r_.q));
+    on(find(home_id), trigger, free_id);
+    settle(find(home_id));
+    ChartState& quiet =
+        states_.emplace_back(ChartState{free_id, Role::kPending, "must not see " + to_text(*r_.q), true, {}, {}});
+    on(quiet, broken_, home_id);
+    on(quiet, js_and(late(), trigger), free_id);
+    leave(quiet, late(), home_id);
+    violate(quiet, "observed", bad);
+    on(quiet, trigger, free_id);
+    leave(quiet, used_up(), home_id);
+    over(quiet, home_id);
+  }
+
+  void precedence() {
+    const Js q = script_.holds(r_.q);
+    const bool for_good = !r_.bound && !r_.scope.can_reopen();
+    const std::string home_id =
+        add("waits_for_" + slug(*r_.p), Role::kWatching, "waits for " + to_text(*r_.p) + ", which comes first").id;
+    const std::string ready_id = for_good ? kSatisfied : script_.unique("has_seen_" + slug(*r_.p));
+    on(find(home_id), js_and(active_, p_), ready_id);
+    violate_inside(find(home_id), "observed", js_and(active_, q));
+    settle(find(home_id));
+    if (for_good) return;
+    ChartState& ready =
+        states_.emplace_back(ChartState{ready_id, Role::kWatching, "has seen " + to_text(*r_.p), true, {}, {}});
+    settle(ready);
+    on(ready, js_not(active_), home_id);
+    violate_inside(ready, "observed", js_and(late(), js_and(js_not(p_), q)));
+    on(ready, js_and(late(), js_not(p_)), home_id);
+    if (r_.bound) on(ready, p_, ready_id);
+    on(ready, used_up(), home_id);
+    over(ready, home_id);
+  }
+
+  void recurrence() {
+    const std::string text = to_text(*r_.p);
+    const bool lasts = !is_momentary(*r_.p);
+    const std::string due_id = script_.unique("owes_" + slug(*r_.p));
+    const std::string holds_id = lasts ? script_.unique("holds_" + slug(*r_.p)) : due_id;
+    std::string outside;
+    if (!is_true(active_)) {
+      outside = outside_state();
+      settle(find(outside));
+      if (lasts) on(find(outside), js_and(active_, p_), holds_id);
+      on(find(outside), active_, due_id);
+    }
+    if (lasts) {
+      ChartState& holds = states_.emplace_back(ChartState{holds_id, Role::kWatching, "holds: " + text, false, {}, {}});
+      settle(holds);
+      on(holds, js_not(active_), outside);
+      on(holds, js_not(p_), due_id);
+    }
+    ChartState& due = states_.emplace_back(ChartState{due_id, Role::kPending, "owes " + text + " again", true, {}, {}});
+    settle(due);
+    on(due, js_not(active_), outside);
+    violate_inside(due, "observed", late());
+    on(due, p_, holds_id);
+    violate_inside(due, "observed", used_up());
+    if (in_time()) violate_inside(due, "deadline", js_true());
+    initial_ = outside.empty() || is_before() || r_.scope.kind == Scope::Kind::kGlobally ? due_id : outside;
+    // Between … and … a violation is told outside.
+    restart_ = r_.scope.kind == Scope::Kind::kBetween ? outside : due_id;
+  }
+
+  void counting() {
+    const std::string n = std::to_string(r_.times);
+    Js occurs = p_;
+    if (!is_momentary(*r_.p)) occurs = js_and(js_not(script_.held_before(r_.p)), p_);
+    occurs = js_and(active_, occurs);
+    ChartState& home = add("counts_" + slug(*r_.p), Role::kWatching, "counts " + to_text(*r_.p));
+    settle(home);
+    std::vector<std::string> count;
+    if (!r_.bound) {
+      data_.emplace_back("count", "0", "occurrences in this scope");
+      violate_inside(home, "observed", js_and(occurs, {"count >= " + n, 5}));
+      on(home, occurs, "", {assign("count", "count + 1")});
+      if (!is_true(active_)) on(home, js_and(js_not(active_), {"count > 0", 5}), home.id);
+      home.on_exit.push_back(assign("count", "0"));
+    } else if (in_time()) {
+      data_.emplace_back("count", "0", "occurrences during the last " + r_.bound->text());
+      count = {assign("count", "count + 1"), "<send event=\"forget\" delay=\"" + delay(r_.bound->time) + "\"/>"};
+      violate_inside(home, "observed", js_and(occurs, {"count >= " + n, 5}), if_it_goes_on(count));
+      on(home, occurs, "", count);
+      forgets_ = true;
+    } else {
+      counts_always_ = true;
+      const std::string clock = in_ticks() ? "ticks" : "observations";
+      const auto seen = [](std::int64_t i) { return "seen_" + std::to_string(i); };
+      for (std::int64_t i = r_.times; i > 1; --i) count.push_back(assign(seen(i), seen(i - 1)));
+      if (r_.times > 0) count.push_back(assign(seen(1), clock));
+      for (std::int64_t i = 1; i <= r_.times; ++i)
+        data_.emplace_back(seen(i), "", i == 1 ? "when it occurred last, in " + clock : "and before");
+      const Js too_many =
+          r_.times == 0 ? js_true() : Js{clock + " - " + seen(r_.times) + " <= " + std::to_string(r_.bound->count), 5};
+      violate_inside(home, "observed", js_and(occurs, too_many), if_it_goes_on(count));
+      on(home, occurs, "", count);
+    }
+  }
+
+  void duration() {
+    auto rises = std::make_shared<Condition>();
+    rises->kind = Condition::Kind::kRises;
+    rises->operands = {r_.p};
+    const std::string home_id = add("waits_for_" + slug(*r_.p), Role::kWatching, "waits for " + to_text(*r_.p)).id;
+    const std::string holds_id = script_.unique("must_keep_" + slug(*r_.p));
+    on(find(home_id), js_and(active_, script_.holds(rises)), holds_id);
+    settle(find(home_id));
+    ChartState& holds =
+        states_.emplace_back(ChartState{holds_id, Role::kPending, "must keep " + to_text(*r_.p), true, {}, {}});
+    on(holds, broken_, home_id);
+    leave(holds, late(), home_id);
+    violate(holds, "observed", script_.fails(r_.p));
+    leave(holds, used_up(), home_id);
+    over(holds, home_id);
+  }
+
+  // What only matters after a violation.
+  [[nodiscard]] std::vector<std::string> if_it_goes_on(const std::vector<std::string>& actions) const {
+    return r_.re_arming ? actions : std::vector<std::string>();
+  }
+  // Back to watching; where nothing more can come, it is satisfied.
+  void leave(ChartState& state, const Js& condition, const std::string& home) {
+    if (is_false(condition)) return;
+    settle(state, condition);
+    on(state, condition, home);
+  }
+
+  std::string watching_for_trigger() {
+    return add("waits_for_" + slug(*r_.p), Role::kWatching, "waits for " + to_text(*r_.p)).id;
+  }
+  std::string outside_state() {
+    const std::string what = r_.scope.kind == Scope::Kind::kGlobally ? "its assumption is broken"
+                             : r_.assuming                           ? "outside its scope, or its assumption is broken"
+                                                                     : "outside its scope";
+    return add("outside", Role::kOutside, what).id;
+  }
+  ChartState& find(const std::string& id) {
+    return *std::find_if(states_.begin(), states_.end(), [&](const ChartState& state) { return state.id == id; });
+  }
+
+  // ---- Writing ----
+
+  std::string write() {
+    if (initial_.empty()) initial_ = states_.front().id;
+    if (restart_.empty()) restart_ = initial_;
+    if (r_.scope.kind == Scope::Kind::kBetween) {
+      ChartState breached{kBreached, Role::kBreached, "is broken, if its scope ends", false, {}, {}};
+      breached.edges.push_back({"observed", js_not(in_scope_), kViolated, {}});
+      states_.push_back(std::move(breached));
+    }
+    out_ = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
+    head();
+    out_ += "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" name=\"" +
+            text::xml_escape(r_.name) + "\" initial=\"watching\">\n";
+    datamodel();
+    out_ += "  <state id=\"watching\" initial=\"" + initial_ + "\">\n";
+    observations();
+    for (const ChartState& state : states_) write_state(state);
+    out_ += "  </state>\n\n";
+    if (r_.re_arming)
+      out_ +=
+          "  <!-- Each entry is a violation; then it starts over. -->\n  <state id=\"violated\">\n    <transition "
+          "target=\"" +
+          restart_ + "\"/>\n  </state>\n";
+    else
+      out_ += "  <final id=\"violated\"/>\n";
+    if (uses_satisfied()) out_ += "  <final id=\"satisfied\"/>\n";
+    return out_ + "</scxml>\n";
+  }
+
+  [[nodiscard]] bool uses_satisfied() const {
+    return std::any_of(states_.begin(), states_.end(), [](const ChartState& state) {
+      return std::any_of(state.edges.begin(), state.edges.end(),
+                         [](const Edge& edge) { return edge.target == kSatisfied; });
+    });
+  }
+
+  void head() {
+    out_ += "<!--\n  Requirement " + r_.name + " (" + std::string(to_string(r_.importance)) +
+            (r_.re_arming ? ", re-arming" : "") + ")";
+    if (!r_.span.file.empty()) out_ += ", " + r_.span.file + ":" + std::to_string(r_.span.line);
+    out_ += "\n";
+    const auto line = [&](std::string text) {
+      for (std::size_t at = text.find("--"); at != std::string::npos; at = text.find("--", at + 1))
+        text.insert(at + 1, " ");
+      out_ += "  " + text + "\n";
+    };
+    if (!r_.prose.empty()) line("\"" + r_.prose + "\"");
+    line(r_.text());
+    out_ +=
+        "\n  Written from the requirement: change that, not this chart. Data are undefined until an observation sets\n"
+        "  them, and then every comparison with them is false: what has not been seen decides nothing.\n-->\n";
+  }
+
+  void datamodel() {
+    std::string inner;
+    const auto data = [&](const std::string& id, const std::string& initial, const std::string& what) {
+      inner += "    <data id=\"" + id + "\"" + (initial.empty() ? "" : " expr=\"" + initial + "\"") + "/> " +
+               comment(what) + "\n";
+    };
+    for (const Script::Variable& v : script_.variables()) data(v.name, v.is_flag() ? "false" : "", v.shown);
+    for (const Script::Before& b : script_.before())
+      data(b.name, "false", b.shown + ", before the present observation");
+    if (!scope_update_.text.empty()) data("in_scope", is_before() ? "true" : "false", scope_text());
+    if (in_ticks()) data("ticks", "0", counts_always_ ? "root ticks" : "root ticks since it is owed");
+    if (in_events()) data("observations", "0", counts_always_ ? "observations" : "observations since it is owed");
+    for (const auto& [id, initial, what] : data_) data(id, initial, what);
+    if (!inner.empty()) out_ += "  <datamodel>\n" + inner + "  </datamodel>\n\n";
+  }
+
+  [[nodiscard]] std::string scope_text() const {
+    const std::string text = r_.text();
+    return text.substr(0, text.find(", "));
+  }
+
+  // One transition for each name: it notes what the observation says, then tells the state below.
+  void observations() {
+    out_ += "    <!-- What is observed. -->\n";
+    std::vector<Source> sources = sources_of(r_);
+    std::vector<std::string> names;
+    for (const Source& source : sources) {
+      if (std::find(names.begin(), names.end(), source.observation) == names.end()) names.push_back(source.observation);
+    }
+    for (const std::string& name : names) {
+      std::vector<std::string> filters;
+      Js any = js_false();
+      for (const Source& source : sources) {
+        if (source.observation != name) continue;
+        const Js filter = script_.filter(source);
+        if (std::find(filters.begin(), filters.end(), filter.text) != filters.end()) continue;
+        filters.push_back(filter.text);
+        any = js_or(any, filter);
+      }
+      out_ += "    <transition event=\"" + name + "\"" + condition_attribute(any) + ">\n";
+      note(name, any);
+      out_ += "    </transition>\n";
+    }
+    if (forgets_)
+      out_ += "    <transition event=\"forget\">\n      " + assign("count", "count - 1") + "\n    </transition>\n";
+  }
+
+  void note(const std::string& name, const Js& any) {
+    const auto line = [&](const std::string& text) { out_ += "      " + text + "\n"; };
+    for (const Script::Before& before : script_.before()) line(assign(before.name, before.expression));
+    for (const Script::Variable& variable : script_.variables()) {
+      Js filter = js_false();
+      for (const Source& source : variable.sources) {
+        if (source.observation == name) filter = js_or(filter, script_.filter(source));
+      }
+      if (variable.is_flag()) {
+        line(assign(variable.name, filter.text == any.text ? "true" : filter.text));
+      } else if (!is_false(filter)) {
+        const std::string text = assign(variable.name, variable.assigned);
+        if (filter.text == any.text)
+          line(text);
+        else
+          line("<if cond=\"" + text::xml_escape(filter.text) + "\">" + text + "</if>");
+      }
+    }
+    const bool is_tick = name == "mission.tick" && in_ticks();
+    if (is_tick || in_events()) {
+      const std::string clock = is_tick ? "ticks" : "observations";
+      const std::string count = assign(clock, clock + " + 1");
+      Js pending = js_false();
+      for (const ChartState& state : states_) {
+        if (counted(state)) pending = js_or(pending, {"In('" + state.id + "')", 9});
+      }
+      if (counts_always_)
+        line(count);
+      else
+        line("<if cond=\"" + text::xml_escape(pending.text) + "\">" + count + "</if>");
+    }
+    if (!scope_update_.text.empty()) line(assign("in_scope", scope_update_.text));
+    line("<raise event=\"observed\"/>");
+  }
+
+  // A state in which the bound, counted in ticks or observations, runs.
+  [[nodiscard]] bool counted(const ChartState& state) const {
+    return state.bounded && (in_ticks() || in_events()) && !counts_always_;
+  }
+
+  static std::string condition_attribute(const Js& condition) {
+    return is_true(condition) ? "" : " cond=\"" + text::xml_escape(condition.text) + "\"";
+  }
+
+  void write_state(const ChartState& state) {
+    out_ += "\n    " + comment(state.says) + "\n    <state id=\"" + state.id + "\">\n";
+    if (state.bounded && in_time()) {
+      out_ += "      <onentry><send event=\"deadline\" id=\"deadline\" delay=\"" + delay(r_.bound->time) +
+              "\"/></onentry>\n      <onexit><cancel sendid=\"deadline\"/></onexit>\n";
+    }
+    std::vector<std::string> on_exit = state.on_exit;
+    if (counted(state)) on_exit.push_back(assign(in_ticks() ? "ticks" : "observations", "0"));
+    for (const std::string& action : on_exit) out_ += "      <onexit>" + action + "</onexit>\n";
+    for (const Edge& edge : state.edges) {
+      out_ += "      <transition event=\"" + edge.event + "\"" + condition_attribute(edge.condition) +
+              (edge.target.empty() ? "" : " target=\"" + edge.target + "\"");
+      if (edge.actions.empty()) {
+        out_ += "/>\n";
+        continue;
+      }
+      out_ += ">\n";
+      for (const std::string& action : edge.actions) out_ += "        " + action + "\n";
+      out_ += "      </transition>\n";
+    }
+    out_ += "    </state>\n";
+  }
+
+  static inline const std::string kViolated = "violated";
+  static inline const std::string kSatisfied = "satisfied";
+  static inline const std::string kBreached = "broken_in_scope";
+
+  struct ExtraData {
+    ExtraData(std::string id_, std::string initial_, std::string what_)
+        : id(std::move(id_)), initial(std::move(initial_)), what(std::move(what_)) {}
+    std::string id;
+    std::string initial;
+    std::string what;
+  };
+
+  const Requirement& r_;
+  Script script_;
+  Js p_;
+  Js in_scope_ = js_true();
+  Js broken_ = js_false();  // the assumption
+  Js active_ = js_true();
+  Js scope_update_;
+  std::vector<ChartState> states_;
+  std::vector<ExtraData> data_;
+  std::string initial_;
+  std::string restart_;
+  bool forgets_ = false;
+  bool counts_always_ = false;
+  std::string out_;
+};
+
+}  // namespace
+
+Synthesis synthesize(const Requirement& requirement, const Typing& typing) {
+  return Synthesizer(requirement, typing).run();
+}
+
+}  // namespace sentree::monitor

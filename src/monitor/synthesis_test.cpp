@@ -1,0 +1,263 @@
+#include "sentree/monitor/synthesis.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sentree/monitor/monitor.h"
+#include "sentree/scxml/check.h"
+#include "sentree/text/file.h"
+
+namespace sentree::monitor {
+namespace {
+
+using std::chrono::milliseconds;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+constexpr const char* kDefinitions =
+    "let level = reply(battery.level)\n"
+    "let ok = reply(s.ok)\n"
+    "event ask = request(s.ask)\n"
+    "event answer = reply(s.ask)\n";
+
+Requirement requirement(const std::string& text) {
+  auto file = parse_requirements(kDefinitions + ("R: " + text), "r.req");
+  for (const Diagnostic& diagnostic : file.diagnostics) ADD_FAILURE() << to_string(diagnostic);
+  return file.ok() ? file.value->requirements.at(0) : Requirement();
+}
+
+// Plays observations to a requirement's monitor.
+class Player {
+ public:
+  explicit Player(const std::string& text) : model_(*Model::make(requirement(text)).value), state_(start(model_, {})) {}
+
+  Player& see(TimePoint at, const std::string& name, Value result = {}) {
+    Message m;
+    m.name = name;
+    m.time = at;
+    m.sequence = ++sequence_;
+    m.data = Map{{"args", Map()}, {"result", std::move(result)}};
+    for (const Decision& decision : observe(model_, state_, m)) decisions_.push_back(decision);
+    return *this;
+  }
+  Player& tick(int times = 1) {
+    for (int i = 0; i < times; ++i) see(TimePoint(milliseconds(100 * ++ticks_)), "mission.tick");
+    return *this;
+  }
+  Player& silence(TimePoint until) {
+    for (const Decision& decision : advance(model_, state_, until)) decisions_.push_back(decision);
+    return *this;
+  }
+  [[nodiscard]] std::vector<TimePoint> violations() const {
+    std::vector<TimePoint> times;
+    for (const Decision& d : decisions_) {
+      if (d.verdict == Verdict::kViolated) times.push_back(d.at);
+    }
+    return times;
+  }
+  [[nodiscard]] bool satisfied() const {
+    return !decisions_.empty() && decisions_.back().verdict == Verdict::kSatisfied;
+  }
+  [[nodiscard]] Standing standing() const { return monitor::standing(model_, state_); }
+  [[nodiscard]] const Decisions& decisions() const { return decisions_; }
+
+ private:
+  Model model_;
+  State state_;
+  Decisions decisions_;
+  std::uint64_t sequence_ = 0;
+  int ticks_ = 0;
+};
+
+constexpr TimePoint at(int ms) { return TimePoint(milliseconds(ms)); }
+constexpr Duration kNs{1};
+
+// ---- Deadlines, to the nanosecond ----
+
+TEST(Deadline, AResponseExactlyAtItIsInTime) {
+  const std::string text = "whenever event(ask), event(answer) within 500 ms.";
+  EXPECT_THAT(Player(text).see(at(10), "s.ask.request").see(at(510), "s.ask.reply").silence(at(9000)).violations(),
+              IsEmpty());
+  EXPECT_THAT(Player(text).see(at(10), "s.ask.request").see(at(510) + kNs, "s.ask.reply").violations(),
+              ElementsAre(at(510)));
+}
+
+TEST(Deadline, SilenceIsNoticedAtTheDeadline) {
+  Player late("whenever event(ask), event(answer) within 500 ms.");
+  EXPECT_THAT(late.see(at(10), "s.ask.request").silence(at(510) - kNs).violations(), IsEmpty());
+  EXPECT_THAT(late.silence(at(510)).violations(), ElementsAre(at(510)));
+  EXPECT_FALSE(late.decisions().front().deciding);
+  EXPECT_EQ(late.decisions().front().since, at(10));
+}
+
+TEST(Deadline, TenTicksAreOverAtTheEleventh) {
+  const std::string text = "whenever event(ask), event(answer) within 10 ticks.";
+  Player tenth(text);
+  tenth.tick(3).see(at(305), "s.ask.request").tick(10).see(at(1305), "s.ask.reply").tick(5);
+  EXPECT_THAT(tenth.violations(), IsEmpty());
+  Player eleventh(text);
+  eleventh.tick(3).see(at(305), "s.ask.request").tick(10);
+  EXPECT_THAT(eleventh.violations(), IsEmpty());
+  EXPECT_THAT(eleventh.tick().violations(), ElementsAre(at(1400)));
+  EXPECT_EQ(eleventh.decisions().front().deciding->name, "mission.tick");
+}
+
+TEST(Deadline, ThreeEventsAreOverWithTheThird) {
+  const std::string text = "whenever event(ask), ok within 3 events.";
+  Player late(text);
+  late.see(at(1), "s.ask.request").see(at(2), "s.ask.request").see(at(3), "s.ok.reply", false);
+  EXPECT_THAT(late.violations(), IsEmpty());
+  Player in_time = late;
+  EXPECT_THAT(in_time.see(at(4), "s.ok.reply", true).violations(), IsEmpty());
+  EXPECT_THAT(late.see(at(4), "s.ok.reply", false).violations(), ElementsAre(at(4)));
+}
+
+TEST(Deadline, TheOldestTriggerCounts) {
+  Player p("whenever event(ask), event(answer) within 500 ms.");
+  p.see(at(0), "s.ask.request").see(at(400), "s.ask.request").silence(at(600));
+  EXPECT_THAT(p.violations(), ElementsAre(at(500)));
+}
+
+TEST(Deadline, WhatIsKeptIsKeptThroughTheEnd) {
+  const std::string text = "whenever event(ask), keep ok for 500 ms.";
+  EXPECT_THAT(Player(text).see(at(0), "s.ask.request").see(at(500), "s.ok.reply", false).violations(),
+              ElementsAre(at(500)));
+  EXPECT_THAT(Player(text).see(at(0), "s.ask.request").see(at(500) + kNs, "s.ok.reply", false).violations(), IsEmpty());
+}
+
+TEST(Deadline, WhatIsForbiddenBeginsAfterTheTrigger) {
+  const std::string text = "whenever event(ask), not event(ask) for 500 ms.";
+  EXPECT_THAT(Player(text).see(at(0), "s.ask.request").violations(), IsEmpty());
+  EXPECT_THAT(Player(text).see(at(0), "s.ask.request").see(at(500), "s.ask.request").violations(),
+              ElementsAre(at(500)));
+  EXPECT_THAT(Player(text).see(at(0), "s.ask.request").see(at(500) + kNs, "s.ask.request").violations(), IsEmpty());
+}
+
+TEST(Deadline, OfRecurrenceWindowAndPrecedenceAreClosed) {
+  EXPECT_THAT(Player("event(ask) at least every 500 ms.").see(at(500), "s.ask.request").silence(at(999)).violations(),
+              IsEmpty());
+  EXPECT_THAT(Player("event(ask) at least every 500 ms.").see(at(500) + kNs, "s.ask.request").violations(),
+              ElementsAre(at(500)));
+  EXPECT_THAT(Player("event(ask) at most 1 times per 500 ms.")
+                  .see(at(0), "s.ask.request")
+                  .see(at(500), "s.ask.request")
+                  .violations(),
+              ElementsAre(at(500)));
+  EXPECT_THAT(Player("event(ask) at most 1 times per 500 ms.")
+                  .see(at(0), "s.ask.request")
+                  .see(at(500) + kNs, "s.ask.request")
+                  .violations(),
+              IsEmpty());
+  const std::string precedes = "event(ask) precedes event(answer) by at most 500 ms.";
+  EXPECT_THAT(Player(precedes).see(at(0), "s.ask.request").see(at(500), "s.ask.reply").violations(), IsEmpty());
+  EXPECT_THAT(Player(precedes).see(at(0), "s.ask.request").see(at(500) + kNs, "s.ask.reply").violations(),
+              ElementsAre(at(500) + kNs));
+}
+
+// ---- Values that have not been seen ----
+
+TEST(Unknown, DecidesNothing) {
+  EXPECT_THAT(Player("always level >= 20.").see(at(1), "battery.level.reply").violations(), IsEmpty());
+  EXPECT_THAT(Player("always level >= 20.").see(at(1), "battery.level.reply", 19).violations(), ElementsAre(at(1)));
+  EXPECT_THAT(Player("always not ok.").see(at(1), "battery.level.reply", 1).violations(), IsEmpty());
+  EXPECT_THAT(Player("whenever level < 30, ok immediately.").see(at(1), "battery.level.reply", 1).violations(),
+              IsEmpty());
+  EXPECT_THAT(Player("whenever rises(level < 30), ok within 1 s.")
+                  .see(at(1), "battery.level.reply", 1)
+                  .silence(at(9000))
+                  .violations(),
+              IsEmpty());
+  EXPECT_THAT(Player("whenever rises(level < 30), ok within 1 s.")
+                  .see(at(1), "battery.level.reply", 31)
+                  .see(at(2), "battery.level.reply", 1)
+                  .silence(at(9000))
+                  .violations(),
+              ElementsAre(at(1002)));
+}
+
+// ---- Verdicts ----
+
+TEST(Verdicts, AreIrrevocableUnlessReArming) {
+  Player once("always level >= 20.");
+  once.see(at(1), "battery.level.reply", 1).see(at(2), "battery.level.reply", 50).see(at(3), "battery.level.reply", 1);
+  EXPECT_THAT(once.violations(), ElementsAre(at(1)));
+  auto file = parse_requirements(std::string(kDefinitions) + "R (re-arming): always level >= 20.");
+  const Model model = *Model::make(file.value->requirements[0]).value;
+  State state = start(model, {});
+  std::vector<std::uint64_t> numbers;
+  for (const int level : {1, 2, 50, 3}) {
+    Message m;
+    m.name = "battery.level.reply";
+    m.data = Map{{"result", level}};
+    for (const Decision& decision : observe(model, state, m)) numbers.push_back(decision.number);
+  }
+  EXPECT_THAT(numbers, ElementsAre(1, 2));
+}
+
+TEST(Verdicts, OfOpenMonitorsHaveAReason) {
+  Player p("whenever event(ask), event(answer) within 500 ms.");
+  EXPECT_EQ(p.standing().text(), "holds so far: waits for event(ask)");
+  EXPECT_EQ(p.see(at(10), "s.ask.request").standing().text(),
+            "pending: owes event(answer) since 0.010 s, until 0.510 s");
+  Player ticks("whenever event(ask), event(answer) within 10 ticks.");
+  EXPECT_EQ(ticks.see(at(10), "s.ask.request").tick(3).standing().text(),
+            "pending: owes event(answer) since 0.010 s, 3 of 10 ticks");
+}
+
+TEST(Verdicts, SatisfiedIsForGood) {
+  EXPECT_TRUE(Player("eventually ok within 1 s.").see(at(1000), "s.ok.reply", true).satisfied());
+  EXPECT_TRUE(Player("ok precedes event(ask).").see(at(1), "s.ok.reply", true).satisfied());
+  EXPECT_TRUE(Player("before event(ask), always level > 3.").see(at(1), "s.ask.request").satisfied());
+}
+
+// ---- Charts ----
+
+std::string chart_of(const std::string& text) { return Model::make(requirement(text)).value->chart().source(); }
+
+TEST(Chart, ReadsLikeTheRequirement) {
+  const std::string chart = chart_of("whenever level < 30, ok within 500 ms.");
+  EXPECT_THAT(chart, HasSubstr("Requirement R (major), r.req:5\n  globally, whenever level < 30, ok within 500 ms\n"));
+  EXPECT_THAT(chart, HasSubstr("<data id=\"level\"/> <!-- reply(battery.level) -->"));
+  EXPECT_THAT(chart, HasSubstr("<state id=\"waits_for_level_below_30\">\n      <transition event=\"observed\" "
+                               "cond=\"level &lt; 30 &amp;&amp; ok !== true\" target=\"owes_ok\"/>"));
+  EXPECT_THAT(chart, HasSubstr("<send event=\"deadline\" id=\"deadline\" delay=\"500ms\"/>"));
+}
+
+TEST(Chart, IsStandardAndHasNothingToComplainAbout) {
+  const auto source =
+      text::read_file(std::string(SENTREE_SOURCE_DIR) + "/examples/requirements/requirements/twelve.req");
+  const auto file = parse_requirements(*source, "twelve.req");
+  for (const Requirement& r : file.value->requirements) {
+    const auto model = Model::make(r);
+    ASSERT_TRUE(model.ok()) << r.name;
+    EXPECT_THAT(model.diagnostics, IsEmpty()) << r.name;
+    EXPECT_THAT(scxml::check(model.value->chart()), IsEmpty()) << model.value->chart().source();
+    EXPECT_THAT(model.value->chart().source(), Not(HasSubstr("xmlns:")));
+    EXPECT_EQ(model.value->chart().source(), Model::make(r).value->chart().source());
+  }
+}
+
+TEST(Chart, WritesDelaysExactly) {
+  EXPECT_THAT(chart_of("event(ask) at least every 2 min."), HasSubstr("delay=\"120s\""));
+  EXPECT_THAT(chart_of("event(ask) at least every 1500 ms."), HasSubstr("delay=\"1500ms\""));
+  EXPECT_THAT(chart_of("event(ask) at least every 1.5 us."), HasSubstr("delay=\"0.0015ms\""));
+}
+
+TEST(Chart, KeepsNamesApart) {
+  const std::string chart = chart_of("whenever ok, level > 3 within 1 s.");
+  EXPECT_TRUE(scxml::load(chart).ok());
+  const auto file = parse_requirements(
+      "let watching = reply(a.b)\nlet count = reply(a.c)\nlet delete = reply(a.d)\n"
+      "R: always (watching or count or delete).");
+  ASSERT_TRUE(file.ok());
+  const auto model = Model::make(file.value->requirements[0]);
+  ASSERT_TRUE(model.ok());
+  EXPECT_THAT(model.value->chart().source(), HasSubstr("<data id=\"watching_2\"/>"));
+  EXPECT_THAT(model.value->chart().source(), HasSubstr("<data id=\"count_2\"/>"));
+  EXPECT_THAT(model.value->chart().source(), HasSubstr("<data id=\"delete_value\"/>"));
+}
+
+}  // namespace
+}  // namespace sentree::monitor

@@ -1,0 +1,153 @@
+// Which observations a verdict needs, and which may be forgotten.
+#include <algorithm>
+#include <set>
+#include <unordered_map>
+
+#include "sentree/monitor/model.h"
+
+namespace sentree::monitor {
+
+namespace {
+
+using Selection = std::vector<Observation>;
+
+// Whether a fresh replay of `messages` decides as `decision` did: at the last of them, or in silence after it.
+bool decides_alike(const Model& model, TimePoint started, const Selection& messages, const Decision& decision,
+                   scxml::ExecutionWatch* watch) {
+  State replay = begin_replay(model, started, watch);
+  // Earlier violations of a monitor that goes on are other stories.
+  const auto is_earlier = [&](const Stepped& stepped) {
+    return model.re_arming() && stepped.verdict == Verdict::kViolated;
+  };
+  const auto is_same = [&](const Stepped& stepped, std::optional<TimePoint> since) {
+    return stepped.verdict == decision.verdict && stepped.state == decision.state && since == decision.since;
+  };
+  for (std::size_t i = 0; i < messages.size(); ++i) {
+    for (;;) {
+      const Stepped timed = replay_timers(model, replay, messages[i]->time - Duration(1), nullptr, watch);
+      if (timed.verdict == Verdict::kUndecided) break;
+      if (!is_earlier(timed)) return false;
+    }
+    if (!replay.session.running()) return false;
+    const std::optional<TimePoint> since = replay.since;
+    const Stepped stepped = replay_message(model, replay, messages[i], nullptr, watch);
+    const bool last = i + 1 == messages.size() && decision.deciding;
+    if (last) return is_same(stepped, since) && messages[i]->sequence == decision.deciding->sequence;
+    if (stepped.verdict != Verdict::kUndecided && !is_earlier(stepped)) return false;
+  }
+  if (decision.deciding) return false;
+  for (;;) {
+    if (!replay.session.running() || replay.session.next_timer() > decision.at) return false;
+    const TimePoint due = replay.session.next_timer();
+    const std::optional<TimePoint> since = replay.since;
+    const Stepped timed = replay_timers(model, replay, due, nullptr, watch);
+    if (timed.verdict == Verdict::kUndecided) continue;
+    if (due == decision.at && is_same(timed, since)) return true;
+    if (!is_earlier(timed)) return false;
+  }
+}
+
+// The same state of affairs, however it came about: numbers that only break ties may differ.
+bool is_equivalent(const Model& model, const State& a, const State& b) {
+  const scxml::Chart& chart = model.chart();
+  if (!(a.session.configuration() == b.session.configuration())) return false;
+  if (a.session.timers().size() != b.session.timers().size()) return false;
+  if (!std::equal(a.session.timers().begin(), a.session.timers().end(), b.session.timers().begin(),
+                  [](const scxml::Timer& x, const scxml::Timer& y) {
+                    return x.due == y.due && x.event.name == y.event.name && x.event.data == y.event.data;
+                  })) {
+    return false;
+  }
+  return a.since == b.since && a.session.data(chart) == b.session.data(chart) && a.renaming == b.renaming &&
+         a.session.invocations().empty() && b.session.invocations().empty();
+}
+
+// Observations of one key say the same thing again and again; the last of them counts.
+std::uint64_t key_of(const Message& message) {
+  const Value* args = message.data.find("args");
+  return hash_combine(hash_combine(hash_bytes(message.name), hash_bytes(message.source)),
+                      args != nullptr ? args->hash() : 0);
+}
+
+// The last observation of each key among the first `count`.
+void keep_last(const std::vector<Observation>& history, std::size_t count, std::set<std::size_t>& kept) {
+  std::unordered_map<std::uint64_t, std::size_t> last;
+  for (std::size_t i = 0; i < count; ++i) last[key_of(*history[i])] = i;
+  for (const auto& [key, index] : last) kept.insert(index);
+}
+
+}  // namespace
+
+void reduce_history(const Model& model, State& state, scxml::ExecutionWatch* watch) {
+  if (!state.history_complete) return;
+  // A guess: what set the present values, what led into the present states, and with what values; and the ticks since.
+  // It is taken only if a replay of it leads to the same state of affairs.
+  std::set<std::size_t> kept;
+  const std::vector<Observation>& history = state.history;
+  keep_last(history, history.size(), kept);
+  std::size_t newest_entry = history.size();
+  for (std::size_t s = 0; s < state.entered_by.size(); ++s) {
+    if (!state.session.is_active(static_cast<scxml::StateIndex>(s)) || !state.entered_by[s]) continue;
+    const auto entry = std::find(history.begin(), history.end(), state.entered_by[s]);
+    if (entry == history.end()) continue;
+    const auto index = static_cast<std::size_t>(entry - history.begin());
+    kept.insert(index);
+    keep_last(history, index, kept);
+    newest_entry = index;
+  }
+  for (std::size_t i = newest_entry; i < history.size(); ++i) {
+    if (history[i]->name == "mission.tick") kept.insert(i);
+  }
+  State replay = begin_replay(model, state.started, watch);
+  bool same = true;
+  for (const std::size_t index : kept) {
+    const Observation& observation = history[index];
+    for (;;) {
+      const Stepped timed = replay_timers(model, replay, observation->time - Duration(1), nullptr, watch);
+      if (timed.verdict == Verdict::kUndecided) break;
+      if (!model.re_arming()) same = false;
+    }
+    const Stepped stepped = replay_message(model, replay, observation, nullptr, watch);
+    if (stepped.verdict != Verdict::kUndecided && !model.re_arming()) same = false;
+    if (!same) break;
+  }
+  if (same && is_equivalent(model, replay, state)) {
+    std::vector<Observation> reduced;
+    for (const std::size_t index : kept) reduced.push_back(history[index]);
+    state.history = std::move(reduced);
+  }
+  state.reduce_at = std::max<std::size_t>(kReduceMin, 2 * state.history.size());
+}
+
+std::vector<Message> minimal_witness(const Model& model, const State& state, const Decision& decision,
+                                     scxml::ExecutionWatch* watch) {
+  Selection kept = state.history;
+  const auto messages = [&] {
+    std::vector<Message> witness;
+    for (const Observation& observation : kept) witness.push_back(*observation);
+    return witness;
+  };
+  if (!state.history_complete) return messages();
+  // Delta debugging (Zeller and Hildebrandt 2002), removal of chunks only: ends when no single one can go.
+  std::size_t chunk = std::max<std::size_t>(kept.size() / 2, 1);
+  while (!kept.empty()) {
+    bool removed = false;
+    for (std::size_t begin = 0; begin < kept.size();) {
+      const auto from = kept.begin() + static_cast<std::ptrdiff_t>(begin);
+      const auto to = kept.begin() + static_cast<std::ptrdiff_t>(std::min(begin + chunk, kept.size()));
+      Selection shorter(kept.begin(), from);
+      shorter.insert(shorter.end(), to, kept.end());
+      if (decides_alike(model, state.started, shorter, decision, watch)) {
+        kept = std::move(shorter);
+        removed = true;
+      } else {
+        begin += chunk;
+      }
+    }
+    if (chunk == 1 && !removed) break;
+    if (chunk > 1) chunk /= 2;
+  }
+  return messages();
+}
+
+}  // namespace sentree::monitor
