@@ -49,6 +49,25 @@ expect 0 '^\{"scenarios":\[\{"name":"empty-battery","ok":true' "$sentree" test e
 expect 3 'no scenario "vist"; did you mean "visit"' "$sentree" test examples/minimal --scenario vist
 expect 124 'ended by its time limit' "$sentree" run examples/recharge --clock virtual --duration '5 s'
 
+# Requirements: checked, made into charts, watched and explained.
+expect 0 'nothing to complain about' "$sentree" check examples/requirements
+expect 0 'charts/turns_to_station.scxml' \
+  "$sentree" monitor synth examples/recharge/requirements/recharge.req -o "$work/charts"
+expect 0 'nothing to complain about' "$sentree" check "$work/charts/turns_to_station.scxml"
+echo 'R: always reply(batery.getBatteryState).percentage > 0.2.' >"$work/slip.req"
+expect 3 'slip.req:1:17: the project has no service "batery"; did you mean "battery"' \
+  "$sentree" monitor synth "$work/slip.req" -o "$work/charts" --project examples/recharge
+echo 'R: always reply(battery.getBatteryState).percentage > 20 %.' >"$work/slip.req"
+expect 3 'is in ratio, 20 % in %; multiply the first by 100' \
+  "$sentree" monitor synth "$work/slip.req" -o "$work/charts" --project examples/recharge
+expect 2 'monitor needs --project, --name and --listen' "$sentree" monitor
+expect 1 'required: globally, always level >= 20 %' \
+  "$sentree" run examples/recharge --scenario experiment1 --clock virtual
+expect 1 '"explanation":\{"requirement":"turns_to_station","severity":"major".*"role":"trigger".*"role":"deciding"' \
+  "$sentree" run examples/recharge --scenario experiment2 --clock virtual --json
+expect 0 'monitor turns_to_station: undecided \(holds so far: waits for level < 30' \
+  "$sentree" run examples/recharge --scenario normal --clock virtual
+
 # A script that never ends: the message names chart and line, and the process ends.
 expect 1 'Stuck.scxml:[0-9]+:[0-9]+: this script does not end' "$sentree" run tests/projects/endless --clock virtual
 expect 1 '"mission":"SUCCESS".*"given_up":\[".*skill Stuck is given up' \

@@ -66,11 +66,13 @@ int monitor_check(const MonitorCheckCommand& command) {
     states.push_back(monitor::start(model, TimePoint{}));
     reports.emplace_back().name = model.name();
   }
-  const auto take = [&](std::size_t i, std::optional<monitor::Decision> decision) {
-    if (!decision) return;
-    reports[i].verdict = decision->verdict;
-    reports[i].decision = std::move(decision);
-    if (!command.json) print(story(reports[i]));
+  const auto take = [&](std::size_t i, monitor::Decisions decisions) {
+    for (monitor::Decision& decision : decisions) {
+      reports[i].verdict = decision.verdict;
+      reports[i].explanation = monitor::explain(models[i], decision, "");
+      reports[i].decision = std::move(decision);
+      if (!command.json) print(story(reports[i]));
+    }
   };
   std::uint64_t observations = 0;
   const auto read = recorded->each([&](Message message) {

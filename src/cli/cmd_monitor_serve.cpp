@@ -9,6 +9,10 @@
 namespace sentree::cli {
 
 int monitor_serve(const MonitorServeCommand& command) {
+  if (command.project.empty() || command.name.empty() || command.listen.empty()) {
+    say("monitor needs --project, --name and --listen, or the command synth (see sentree monitor --help)");
+    return kUsage;
+  }
   const auto scenario = load_file(command.project);
   if (!scenario) return kInvalidInput;
   auto plan = runtime::prepare_monitor(scenario->project, command.name);
@@ -20,10 +24,11 @@ int monitor_serve(const MonitorServeCommand& command) {
     return kEnvironment;
   }
   const auto service =
-      runtime::make_monitor_service(std::move(*interface), std::move(plan.value->model), std::move(plan.value->gate),
-                                    [name = command.name](const monitor::Decision& decision) {
+      runtime::make_monitor_service(std::move(*interface), plan.value->model, std::move(plan.value->gate),
+                                    [model = plan.value->model](const monitor::Decision& decision) {
                                       runtime::MonitorReport report;
-                                      report.name = name;
+                                      report.name = model.name();
+                                      report.explanation = monitor::explain(model, decision, "");
                                       report.verdict = decision.verdict;
                                       report.decision = decision;
                                       say(story(report));

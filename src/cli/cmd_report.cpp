@@ -191,10 +191,11 @@ int report(const ReportCommand& command) {
   }
   std::map<std::string, std::size_t> leaves;
   for (std::size_t i = 0; i < project.leaves.size(); ++i) leaves[project.leaves[i].name] = i;
-  const auto take = [&](std::size_t i, std::optional<monitor::Decision> decision) {
-    if (!decision) return;
-    facts.monitors[i].verdict = decision->verdict;
-    facts.monitors[i].decision = std::move(decision);
+  const auto take = [&](std::size_t i, monitor::Decisions decisions) {
+    for (monitor::Decision& decision : decisions) {
+      facts.monitors[i].verdict = decision.verdict;
+      facts.monitors[i].decision = std::move(decision);
+    }
   };
   const auto read = run->each([&](Message message) {
     ++facts.observations;

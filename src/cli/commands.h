@@ -176,6 +176,13 @@ struct BenchRpcCommand {
 };
 int bench_rpc(const BenchRpcCommand& command);
 
+struct SynthCommand {
+  std::string file;
+  std::string output;
+  std::string project;  ///< Whose services and leaves the requirements are about; empty: the one above the file.
+};
+int monitor_synth(const SynthCommand& command);
+
 struct InitCommand {
   std::string folder;
 };

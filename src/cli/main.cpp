@@ -73,7 +73,8 @@ void add_export(CLI::App& app, ExportCommand& command) {
 }
 
 void add_report(CLI::App& app, ReportCommand& command) {
-  auto* sub = app.add_subcommand("report", "Tell a recorded run on one web page: verdicts, witness, timeline, coverage");
+  auto* sub =
+      app.add_subcommand("report", "Tell a recorded run on one web page: verdicts, witness, timeline, coverage");
   sub->footer("Example:\n  sentree report RUN.mcap -o report.html");
   sub->add_option("recording", command.file, "MCAP file of sentree run")->required();
   sub->add_option("--output,-o", command.output, "Default: standard output");
@@ -85,8 +86,10 @@ void add_replay(CLI::App& app, ReplayCommand& command) {
       "Examples:\n"
       "  sentree replay runs/recharge-20260102-101500.mcap\n"
       "  sentree replay RUN.mcap --project my_robot              a changed skill on yesterday's failure\n"
-      "  sentree replay RUN.mcap --project my_robot --continue   and on, in the simulator, where it does something else\n"
-      "Exit code: 0 it behaves as recorded (with --continue: no monitor is violated), 1 it does not, 3 not a recording.");
+      "  sentree replay RUN.mcap --project my_robot --continue   and on, in the simulator, where it does something "
+      "else\n"
+      "Exit code: 0 it behaves as recorded (with --continue: no monitor is violated), 1 it does not, 3 not a "
+      "recording.");
   sub->add_option("recording", command.file, "MCAP file of sentree run")->required();
   sub->add_option("--project", command.project, "Run this project instead of the recorded one");
   sub->add_flag("--continue", command.go_on, "Go on in the simulator at the first request that was not recorded");
@@ -289,12 +292,23 @@ void add_bench(CLI::App& app, BenchRpcCommand& command) {
   rpc->add_flag("--json", command.json, "Print median and 99th percentile as JSON [µs]");
 }
 
-void add_monitor(CLI::App& app, MonitorServeCommand& command, MonitorCheckCommand& check) {
-  auto* sub = app.add_subcommand("monitor", "Run one monitor of a project in a process of its own; check a recording");
+CLI::App* add_monitor(CLI::App& app, MonitorServeCommand& command, MonitorCheckCommand& check,
+                      SynthCommand& synth_command) {
+  auto* sub = app.add_subcommand("monitor",
+                                 "Make monitors of requirements; check a recording; run one in a process of its own");
   sub->footer(
       "Examples:\n"
-      "  sentree monitor --project examples/recharge --name battery --listen unix:/tmp/battery.sock\n"
-      "  sentree monitor check RUN.mcap --monitor monitors/battery.scxml --violated failure");
+      "  sentree monitor synth examples/recharge/requirements/recharge.req -o charts\n"
+      "  sentree monitor check RUN.mcap --monitor monitors/battery.scxml --violated failure\n"
+      "  sentree monitor --project examples/recharge --name battery --listen unix:/tmp/battery.sock");
+  auto* synth = sub->add_subcommand("synth", "Write one state chart for each requirement of a .req file");
+  synth->footer(
+      "Example:\n  sentree monitor synth examples/requirements/requirements/twelve.req -o charts\n"
+      "The language is in docs/requirements.md. Exit code: 3 for what is wrong with the requirements.");
+  synth->add_option("file", synth_command.file, "Requirements (.req)")->required();
+  synth->add_option("--output,-o", synth_command.output, "Folder for the charts, NAME.scxml each")->required();
+  synth->add_option("--project", synth_command.project,
+                    "Whose services, leaves and units they are about (default: the sentree.yaml above the file)");
   sub->add_option("--project", command.project, "Project or scenario");
   sub->add_option("--name", command.name, "Which of its monitors");
   sub->add_option("--listen", command.listen, "unix:PATH, tcp://HOST:PORT (port 0: any)");
@@ -311,6 +325,7 @@ void add_monitor(CLI::App& app, MonitorServeCommand& command, MonitorCheckComman
   on->add_option("--violated", check.violated, "States of the charts whose entry is a violation");
   on->add_flag("--json", check.json, "Print verdicts and witnesses as JSON");
   sub->add_flag("--insecure", command.insecure, "Allow other machines to connect without TLS");
+  return synth;
 }
 
 void add_component(CLI::App& app, ComponentCommand& command) {
@@ -382,6 +397,7 @@ int main(int argc, char** argv) {
   ExportCommand export_command;
   ReportCommand report_command;
   BenchRpcCommand bench_command;
+  SynthCommand synth_command;
   DoctorCommand doctor_command;
   add_init(app, init_command);
   add_check(app, check_command);
@@ -401,7 +417,7 @@ int main(int argc, char** argv) {
   add_ping(app, ping_command);
   add_echo(app, echo_command);
   add_skill(app, skill_command);
-  add_monitor(app, monitor_command, monitor_check_command);
+  const CLI::App* synth = add_monitor(app, monitor_command, monitor_check_command, synth_command);
   add_component(app, component_command);
   add_sim(app, sim_command);
   app.add_subcommand("doctor", "Say whether this machine has what Sentree needs")
@@ -439,11 +455,12 @@ int main(int argc, char** argv) {
   if (app.got_subcommand("export")) return export_recording(export_command);
   if (app.got_subcommand("report")) return report(report_command);
   if (app.got_subcommand("replay")) return leave(replay(replay_command));
+  if (synth->parsed()) return monitor_synth(synth_command);
   if (app.got_subcommand("monitor")) {
     if (app.get_subcommand("monitor")->got_subcommand("check")) return monitor_check(monitor_check_command);
     if (!monitor_command.project.empty() && !monitor_command.name.empty() && !monitor_command.listen.empty())
       return monitor_serve(monitor_command);
-    say("sentree monitor needs --project, --name and --listen, or the subcommand check");
+    say("sentree monitor needs --project, --name and --listen, or the subcommand check or synth");
     return kUsage;
   }
   if (app.got_subcommand("bench")) return bench_rpc(bench_command);

@@ -88,6 +88,7 @@ std::string story(const runtime::MonitorReport& report) {
   std::string text = fmt::format(
       "{}  {} {} at {:.3f} s{}\n", decision.verdict == monitor::Verdict::kViolated ? "✗" : "✓", report.name,
       to_string(report.verdict), seconds(decision.at), decision.deciding ? "" : ", in silence: a deadline passed");
+  if (report.explanation) return text + monitor::story(*report.explanation, "   ");
   text += decision.witness_complete ? "   The observations that led there, none of which can be left out:\n"
                                     : "   The last observations before it (the earlier ones are no longer known):\n";
   constexpr std::size_t kShownMax = 40;
@@ -119,6 +120,9 @@ Value to_value(const runtime::RunReport& report) {
     if (monitor.decision) {
       entry["time"] = seconds(monitor.decision->at);
       entry["state"] = monitor.decision->state;
+      if (!monitor.leaf.empty()) entry["leaf"] = monitor.leaf;
+      if (monitor.violations > 1) entry["violations"] = static_cast<std::int64_t>(monitor.violations);
+      if (monitor.explanation) entry["explanation"] = monitor::to_value(*monitor.explanation);
       if (monitor.decision->deciding) entry["deciding"] = to_value(*monitor.decision->deciding);
       List witness;
       for (const Message& message : monitor.decision->witness) witness.push_back(to_value(message));
@@ -126,6 +130,7 @@ Value to_value(const runtime::RunReport& report) {
       if (!monitor.decision->witness_complete) entry["witness_complete"] = false;
     }
     if (monitor.vetoes > 0) entry["vetoes"] = static_cast<std::int64_t>(monitor.vetoes);
+    if (!monitor.standing.empty()) entry["standing"] = monitor.standing;
     if (!monitor.failure.empty()) entry["failure"] = monitor.failure;
     monitors.push_back(std::move(entry));
   }
@@ -171,7 +176,10 @@ std::string summary(const runtime::RunReport& report) {
                        : monitor.verdict == monitor::Verdict::kSatisfied ? "✓"
                                                                          : "·";
     text += fmt::format("  {} monitor {}: {}{}\n", mark, monitor.name, to_string(monitor.verdict),
-                        monitor.decision ? fmt::format(" at {:.3f} s", seconds(monitor.decision->at)) : std::string());
+                        monitor.decision           ? fmt::format(" at {:.3f} s", seconds(monitor.decision->at))
+                        : monitor.standing.empty() ? std::string()
+                                                   : " (" + monitor.standing + ")");
+    if (monitor.violations > 1) text.insert(text.size() - 1, fmt::format(", the last of {} times", monitor.violations));
     if (monitor.vetoes > 0) text.insert(text.size() - 1, fmt::format(", vetoed {} of the requests", monitor.vetoes));
   }
   if (!report.virtual_time) {

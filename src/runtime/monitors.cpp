@@ -17,6 +17,7 @@ bool matches(const GatePlan& gate, std::string_view call) {
 Monitors::Monitors(const Plan& plan, Scheduler& scheduler, Stream& stream, Watchdog& watchdog, Replies replies)
     : models_(plan.monitors),
       gates_(plan.gates),
+      dispatch_(models_),
       scheduler_(scheduler),
       stream_(stream),
       watchdog_(watchdog),
@@ -65,17 +66,20 @@ void Monitors::start() {
   on_own_thread([this] {
     for (; started_ < models_.size(); ++started_) {
       if (auto* execution = watch(started_)) states_[started_] = monitor::start(models_[started_], {}, execution);
-      take(started_, std::nullopt);
+      take(started_, {});
     }
     schedule();
   });
 }
 
 void Monitors::observe(const Message& message) {
-  for (; observed_ < models_.size(); ++observed_) {
-    auto* execution = watch(observed_);
-    take(observed_,
-         execution ? monitor::observe(models_[observed_], states_[observed_], message, execution) : std::nullopt);
+  const monitor::Dispatch::Route& route = dispatch_.route(message.name);
+  leaves_.see(message, route.sign);
+  for (; observed_ < route.monitors.size(); ++observed_) {
+    const std::size_t index = route.monitors[observed_];
+    auto* execution = watch(index);
+    take(index,
+         execution ? monitor::observe(models_[index], states_[index], message, execution) : monitor::Decisions());
   }
   observed_ = 0;
   if (message.kind == MessageKind::kError) count_veto(message);
@@ -92,7 +96,7 @@ void Monitors::count_veto(const Message& error) {
 
 void Monitors::finish(TimePoint end) {
   if (scheduler_.is_virtual() && hung()) {
-    for (std::size_t i = 0; i < models_.size(); ++i) take(i, std::nullopt);
+    for (std::size_t i = 0; i < models_.size(); ++i) take(i, {});
     return;
   }
   on_own_thread([this, end] {
@@ -100,6 +104,10 @@ void Monitors::finish(TimePoint end) {
     advance(end);
     stream_.flush();
   });
+  for (std::size_t i = 0; i < models_.size(); ++i) {
+    if (reports_[i].verdict == monitor::Verdict::kUndecided && reports_[i].failure.empty())
+      reports_[i].standing = monitor::standing(models_[i], states_[i]).text();
+  }
 }
 
 const monitor::State* Monitors::state(std::size_t index) const {
@@ -165,13 +173,13 @@ void Monitors::advance_rest() {
   for (; advanced_ < models_.size(); ++advanced_) {
     auto* execution = watch(advanced_);
     take(advanced_, execution ? monitor::advance(models_[advanced_], states_[advanced_], *advancing_to_, execution)
-                              : std::nullopt);
+                              : monitor::Decisions());
   }
   advanced_ = 0;
   advancing_to_.reset();
 }
 
-void Monitors::take(std::size_t index, std::optional<monitor::Decision> decision) {
+void Monitors::take(std::size_t index, monitor::Decisions decisions) {
   MonitorReport& report = reports_[index];
   const Entry& entry = entries_[index];
   if (report.failure.empty()) {
@@ -188,17 +196,21 @@ void Monitors::take(std::size_t index, std::optional<monitor::Decision> decision
       stream_.publish(std::move(message));
     }
   }
-  if (!decision) return;
-  report.verdict = decision->verdict;
-  report.decision = std::move(decision);
-  stream_.publish(decision_message(report));
-  replies_.decided(report);
+  for (monitor::Decision& decision : decisions) {
+    report.verdict = decision.verdict;
+    if (decision.verdict == monitor::Verdict::kViolated) report.violations = decision.number;
+    report.leaf = leaves_.active();
+    report.explanation = monitor::explain(models_[index], decision, report.leaf);
+    report.decision = std::move(decision);
+    stream_.publish(decision_message(report));
+    replies_.decided(report);
+  }
 }
 
 void Monitors::schedule() {
   TimePoint next = kNever;
   for (std::size_t i = 0; i < states_.size(); ++i) {
-    if (!entries_[i].given_up) next = std::min(next, monitor::next_timer(states_[i]));
+    if (!entries_[i].given_up) next = std::min(next, monitor::next_timer(models_[i], states_[i]));
   }
   if (next == kNever || next >= wake_) return;
   wake_ = next;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "sentree/monitor/monitor_set.h"
 #include "sentree/runtime/run.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/stream.h"
@@ -63,12 +64,14 @@ class Monitors {
   void count_veto(const Message& error);
   void advance(TimePoint now);
   void advance_rest();
-  void take(std::size_t index, std::optional<monitor::Decision> decision);
+  void take(std::size_t index, monitor::Decisions decisions);
   void schedule();
 
   // Own copies: a thread that was left behind may use them until the process ends.
   const std::vector<monitor::Model> models_;
   const std::vector<GatePlan> gates_;
+  monitor::Dispatch dispatch_;
+  monitor::LeafTracker leaves_;
   Scheduler& scheduler_;
   Stream& stream_;
   Watchdog& watchdog_;

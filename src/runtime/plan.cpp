@@ -9,6 +9,7 @@
 #include "sentree/idl/conform.h"
 #include "sentree/rpc/address.h"
 #include "sentree/runtime/checks.h"
+#include "sentree/runtime/requirements.h"
 #include "sentree/scxml/check.h"
 #include "sentree/sim/services.h"
 #include "sentree/text/file.h"
@@ -138,7 +139,8 @@ class Preparation {
     return charts_[file.path] = chart;
   }
 
-  void monitors() {
+  void monitors(const bt::Tree* tree) {
+    const monitor::Vocabulary vocabulary = vocabulary_of(services_, tree, leaves_);
     for (const ObserverEntry& entry : project_.observers) {
       check_address("observer \"" + entry.name + "\"", entry.at, entry.span);
       observers_.push_back({.name = entry.name, .at = entry.at, .is_monitor = false});
@@ -149,21 +151,56 @@ class Preparation {
         observers_.push_back({.name = entry.name, .at = entry.at, .is_monitor = true});
         continue;
       }
-      const auto chart = load_chart(entry.file);
-      if (!chart) continue;
-      monitor::Spec spec{
-          .name = entry.name, .chart = *chart, .violated = entry.violated, .renames = {}, .span = entry.span};
-      for (const EventRename& rename : entry.events)
-        spec.renames.push_back({rename.event, rename.on, rename.data, rename.span});
-      auto model = monitor::Model::make(std::move(spec));
-      append(diagnostics, model.diagnostics);
-      if (!model.value) continue;
+      auto model = is_requirement(entry) ? synthesized(entry, tree != nullptr ? &vocabulary : nullptr) : drawn(entry);
+      if (!model) continue;
       if (!entry.gate.empty()) {
-        check_gate(entry, *model.value, services_, diagnostics);
+        check_gate(entry, *model, services_, diagnostics);
         gates_.push_back({monitors_.size(), entry.gate});
       }
-      monitors_.push_back(std::move(*model.value));
+      monitors_.push_back(std::move(*model));
     }
+  }
+
+  static bool is_requirement(const MonitorEntry& entry) { return path(entry.file.path).extension() == ".req"; }
+
+  std::optional<monitor::Model> drawn(const MonitorEntry& entry) {
+    const auto chart = load_chart(entry.file);
+    if (!chart) return std::nullopt;
+    monitor::Spec spec{.name = entry.name, .chart = *chart, .violated = entry.violated, .span = entry.span};
+    for (const EventRename& rename : entry.events)
+      spec.renames.push_back({rename.event, rename.on, rename.data, rename.span});
+    auto model = monitor::Model::make(std::move(spec));
+    append(diagnostics, model.diagnostics);
+    return std::move(model.value);
+  }
+
+  // One requirement of a file, which is read once.
+  std::optional<monitor::Model> synthesized(const MonitorEntry& entry, const monitor::Vocabulary* vocabulary) {
+    const std::string shown = project_.shown(entry.file.path);
+    if (!requirements_.contains(entry.file.path)) {
+      auto& slot = requirements_[entry.file.path];
+      const auto source = text::read_file(project_.folder / entry.file.path, shown, monitor::kRequirementBytesMax);
+      if (!source) {
+        diagnostics.push_back(missing(project_, entry.file, source.error()));
+        return std::nullopt;
+      }
+      auto parsed = monitor::parse_requirements(*source, shown);
+      append(diagnostics, parsed.diagnostics);
+      slot = std::move(parsed.value);
+    }
+    const auto& file = requirements_[entry.file.path];
+    if (!file) return std::nullopt;
+    if (!entry.violated.empty() || !entry.events.empty())
+      add("check.requirement", "a requirement needs neither \"violated\" nor \"events\"", entry.span);
+    for (monitor::Requirement requirement : file->requirements) {
+      if (requirement.name != entry.requirement) continue;
+      requirement.name = entry.name;
+      auto model = monitor::Model::make(requirement, vocabulary);
+      append(diagnostics, model.diagnostics);
+      return std::move(model.value);
+    }
+    add("check.requirement", "\"" + entry.file.path + "\" holds no requirement, only definitions", entry.file.span);
+    return std::nullopt;
   }
 
   FileRef file_of(const SkillEntry* entry, const std::string& id) const {
@@ -269,6 +306,7 @@ class Preparation {
   const Project& project_;
   std::map<std::string, std::optional<idl::Schema>> schemas_;
   std::map<std::string, std::optional<scxml::Chart>> charts_;
+  std::map<std::string, std::optional<monitor::RequirementFile>> requirements_;
 };
 
 // What is said to run elsewhere does so: every "{name}" is a process, and nothing elsewhere needs what is in this one.
@@ -389,7 +427,7 @@ Loaded<Plan> prepare(Scenario scenario) {
   preparation.world();
   auto tree = preparation.tree();
   if (tree) preparation.leaves(*tree);
-  preparation.monitors();
+  preparation.monitors(tree ? &*tree : nullptr);
   check_processes(scenario, preparation.diagnostics);
   for (const Injection& injection : scenario.timeline) {
     if (!injection.kill.empty()) {
@@ -432,6 +470,18 @@ Loaded<Plan> prepare(Scenario scenario) {
                         .world = std::move(preparation.world_),
                         .warnings = prepared.diagnostics};
   return prepared;
+}
+
+Loaded<monitor::Vocabulary> load_vocabulary(const Project& project) {
+  Loaded<monitor::Vocabulary> loaded;
+  Preparation preparation(project);
+  preparation.services();
+  const auto tree = preparation.tree();
+  if (tree) preparation.leaves(*tree);
+  loaded.diagnostics = std::move(preparation.diagnostics);
+  if (tree && !has_errors(loaded.diagnostics))
+    loaded.value = vocabulary_of(preparation.services_, &*tree, preparation.leaves_);
+  return loaded;
 }
 
 Loaded<SkillPlan> prepare_skill(const Project& project, const std::string& leaf) {
@@ -485,7 +535,8 @@ Loaded<MonitorPlan> prepare_monitor(const Project& project, const std::string& n
   } else {
     alone.monitors.front().at.clear();
     preparation.services();
-    preparation.monitors();
+    const auto tree = preparation.tree();
+    preparation.monitors(tree ? &*tree : nullptr);
   }
   prepared.diagnostics = std::move(preparation.diagnostics);
   if (has_errors(prepared.diagnostics)) return prepared;

@@ -84,6 +84,9 @@ bool load_plugins(const Project& project, bt::Registry& registry, Diagnostics& d
 /// The project's world with the scenario's changes to it. Codes: sim.*, map.*, file.*.
 [[nodiscard]] Loaded<sim::World> load_project_world(const Project& project);
 
+/// What a project observes: its services, leaves and nodes, and the calls of its skills. Codes: as `prepare`.
+[[nodiscard]] Loaded<monitor::Vocabulary> load_vocabulary(const Project& project);
+
 /// The parts of a plan that one skill in a process of its own needs: the chart and the services.
 struct SkillPlan {
   scxml::Chart chart;

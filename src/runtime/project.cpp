@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "sentree/runtime/requirements.h"
 #include "sentree/runtime/yaml_reader.h"
 #include "sentree/text/file.h"
 
@@ -112,15 +113,17 @@ void read_monitors(const text::YamlNode& node, bool replaces, Project& project, 
     monitor.gate = reader.strings("gate");
     monitor.gate_span = reader.span("gate");
     monitor.at = reader.string("at").value_or("");
-    const auto other = std::find_if(project.monitors.begin(), project.monitors.end(),
-                                    [&](const auto& m) { return m.name == monitor.name; });
-    if (other == project.monitors.end())
-      project.monitors.push_back(std::move(monitor));
-    else if (replaces)
-      *other = std::move(monitor);
-    else
-      reader.error(entry.span, "project.duplicate",
-                   "two monitors are named \"" + monitor.name + "\"; give one another name:");
+    for (MonitorEntry& one : expand_requirements(project, std::move(monitor))) {
+      const auto other = std::find_if(project.monitors.begin(), project.monitors.end(),
+                                      [&](const auto& m) { return m.name == one.name; });
+      if (other == project.monitors.end())
+        project.monitors.push_back(std::move(one));
+      else if (replaces)
+        *other = std::move(one);
+      else
+        reader.error(entry.span, "project.duplicate",
+                     "two monitors are named \"" + one.name + "\"; give one another name:");
+    }
   }
 }
 

@@ -47,6 +47,7 @@ struct EventRename {
 struct MonitorEntry {
   std::string name;  ///< Default: the file's stem.
   FileRef file;
+  std::string requirement;            ///< Which requirement of a .req file; empty: the file is a chart.
   std::vector<std::string> violated;  ///< States whose entry is a violation, besides <final id="violated">.
   std::vector<EventRename> events;
   /// Requests that it may refuse before they are sent, "<service>.<method>"; '*' stands for any text.

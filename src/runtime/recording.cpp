@@ -279,8 +279,11 @@ struct RunRecorder::Impl {
     if (state == nullptr) return;
     const monitor::Model& model = plan.monitors[index];
     Map saved{{"verdict", monitor::to_string(state->verdict)}};
-    // The history is in the recording: those observations from here on that the monitor listens to.
-    if (!state->history.empty()) saved["history_from"] = static_cast<std::int64_t>(state->history.front().sequence);
+    // The history is in the recording: the sequence numbers of what still matters.
+    List history;
+    for (const monitor::Observation& observation : state->history)
+      history.emplace_back(static_cast<std::int64_t>(observation->sequence));
+    if (!history.empty()) saved["history"] = std::move(history);
     if (!state->history_complete) saved["history_complete"] = false;
     if (auto session = scxml::save(model.chart(), state->session)) saved["session"] = std::move(*session);
     into[model.name()] = std::move(saved);

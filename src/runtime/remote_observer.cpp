@@ -200,9 +200,10 @@ class MonitorService final : public rpc::Service {
   }
 
  private:
-  Value answer(const std::optional<monitor::Decision>& decision) const {
-    if (!decision) return Map{{"accept", true}};
-    on_decision_(*decision);
+  Value answer(const monitor::Decisions& decisions) const {
+    if (decisions.empty()) return Map{{"accept", true}};
+    for (const monitor::Decision& each : decisions) on_decision_(each);
+    const monitor::Decision* decision = &decisions.back();
     List witness;
     for (const Message& message : decision->witness) witness.push_back(*text::parse_json(to_json(message)));
     return Map{{"accept", true},

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "sentree/monitor/explanation.h"
 #include "sentree/monitor/monitor.h"
 #include "sentree/runtime/inside.h"
 #include "sentree/runtime/mission.h"
@@ -19,7 +20,11 @@ namespace sentree::runtime {
 struct MonitorReport {
   std::string name;
   monitor::Verdict verdict = monitor::Verdict::kUndecided;
-  std::optional<monitor::Decision> decision;
+  std::optional<monitor::Decision> decision;  ///< The last, of a re-arming monitor.
+  std::optional<monitor::Explanation> explanation;  ///< Of a monitor that was synthesized from a requirement.
+  std::string leaf;                                 ///< That was at work when it decided; empty: none.
+  std::uint64_t violations = 0;
+  std::string standing;  ///< Why it is undecided: "pending: …" or "holds so far: …".
   std::string failure;       ///< Why it was given up; empty: it was not.
   std::uint64_t vetoes = 0;  ///< Requests that it refused as a gate.
 };
