@@ -39,7 +39,18 @@ const std::string kIncluding =
     "<root BTCPP_format=\"4\"><include path=\"f1.xml\"/><BehaviorTree ID=\"A\"><AlwaysSuccess/></BehaviorTree></root>";
 
 TEST(Bounds, OfIncludedFiles) {
-  EXPECT_THAT(messages(kIncluding, chain(0)), HasSubstr("more than 1000 files are included"));
+  LoadOptions options;
+  options.read_file = [](const std::filesystem::path& path) -> Result<std::string> {
+    std::string text = "<root BTCPP_format=\"4\">";
+    for (int i = 0; path.filename() == "f1.xml" && i < 1000; ++i)
+      text += "<include path=\"g" + std::to_string(i) + "\"/>";
+    return text + "</root>";
+  };
+  EXPECT_THAT(messages(kIncluding, options), HasSubstr("more than 1000 files are included"));
+}
+
+TEST(Bounds, OfTheDepthOfIncludedFiles) {
+  EXPECT_THAT(messages(kIncluding, chain(0)), HasSubstr("files include each other more than 64 levels deep"));
 }
 
 TEST(Bounds, OfTheBytesOfIncludedFiles) {

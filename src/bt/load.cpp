@@ -225,6 +225,10 @@ void Loader::read_include(std::uint32_t document, const XmlElement& element) {
     error("bt.include-cycle", "\"" + key + "\" includes itself", place);
     return;
   }
+  if (open_files_.size() > kIncludeDepthMax) {
+    error("bt.too-deep", "files include each other more than " + std::to_string(kIncludeDepthMax) + " levels deep", place);
+    return;
+  }
   // A file that several others include is read once.
   if (!read_files_.insert(key).second) return;
   if (read_files_.size() > kIncludesMax) {

@@ -17,6 +17,7 @@ namespace sentree::bt {
 inline constexpr std::size_t kNodesMax = 4'000'000;          ///< After expanding SubTrees.
 inline constexpr std::size_t kDepthMax = 4'000;              ///< Nodes inside nodes, SubTrees expanded.
 inline constexpr std::size_t kIncludesMax = 1'000;           ///< Files read through <include>, all together.
+inline constexpr std::size_t kIncludeDepthMax = 64;          ///< Files that include files.
 inline constexpr std::size_t kIncludeBytesMax = 64U << 20U;  ///< Included files together; also the main file alone.
 inline constexpr std::size_t kPortBytesMax = 1U << 20U;      ///< The text of one port.
 inline constexpr std::size_t kFindingsMax = 10'000;          ///< More problems of one load are not listed.

@@ -423,7 +423,9 @@ class Synthesizer {
   void head() {
     out_ += "<!--\n  Requirement " + r_.name + " (" + std::string(to_string(r_.importance)) +
             (r_.re_arming ? ", re-arming" : "") + ")";
-    if (!r_.span.file.empty()) out_ += ", " + r_.span.file + ":" + std::to_string(r_.span.line);
+    // Without its folder: the chart is the same wherever the project lies.
+    const std::string file = r_.span.file.substr(r_.span.file.find_last_of('/') + 1);
+    if (!file.empty()) out_ += ", " + file + ":" + std::to_string(r_.span.line);
     out_ += "\n";
     const auto line = [&](std::string text) {
       for (std::size_t at = text.find("--"); at != std::string::npos; at = text.find("--", at + 1))

@@ -151,7 +151,9 @@ class Preparation {
         observers_.push_back({.name = entry.name, .at = entry.at, .is_monitor = true});
         continue;
       }
-      auto model = is_requirement(entry) ? synthesized(entry, tree != nullptr ? &vocabulary : nullptr) : drawn(entry);
+      // What a broken project lacks has been said, and is not missed again by each requirement.
+      const bool is_sound = tree != nullptr && !has_errors(diagnostics);
+      auto model = is_requirement(entry) ? synthesized(entry, is_sound ? &vocabulary : nullptr) : drawn(entry);
       if (!model) continue;
       if (!entry.gate.empty()) {
         check_gate(entry, *model, services_, diagnostics);

@@ -101,6 +101,12 @@ class Replay {
 
   // Everything in this process, in virtual time.
   Result<void> adapt() {
+    // Deadlines are wall time: in the recorded run they were this long in run time.
+    const double factor = plan_.scenario.virtual_time ? 1.0 : plan_.scenario.factor;
+    Deadlines& deadlines = plan_.scenario.project.deadlines;
+    for (Duration* deadline :
+         {&deadlines.call, &deadlines.condition, &deadlines.budget, &deadlines.halt, &deadlines.unresponsive})
+      *deadline = Duration(static_cast<std::int64_t>(static_cast<double>(deadline->count()) * factor));
     plan_.scenario.virtual_time = true;
     plan_.scenario.factor = 1.0;
     plan_.scenario.processes.clear();
