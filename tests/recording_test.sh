@@ -75,6 +75,9 @@ expect 0 'ended by interrupt' "$sentree" info interrupted.mcap
 # Yesterday's failure: told, checked with other monitors, tried with a fixed skill.
 "$sentree" run "$project" --scenario experiment2 --clock virtual --record failure.mcap >/dev/null 2>&1 || true
 expect 1 'monitor recharge: violated' "$sentree" monitor check failure.mcap
+expect 1 'monitor turns_to_station: violated' "$sentree" monitor check failure.mcap --req "$project/requirements/recharge.req"
+sed 's/battery.getBatteryState/batery.getBatteryState/' "$project/requirements/recharge.req" >misspelt.req
+expect 3 'no service "batery"; did you mean "battery"' "$sentree" monitor check failure.mcap --req misspelt.req
 expect 0 'monitor battery: undecided' "$sentree" monitor check failure.mcap --monitor "$project/monitors/battery.scxml" --violated failure
 expect 0 'behaves as recorded' "$sentree" replay failure.mcap
 cp -r "$project" fixed && cp fixed/skills/BatteryLevelAbove.scxml fixed/skills/BatteryLevelAbove-buggy.scxml

@@ -4,7 +4,9 @@
 #include "sentree/cli/output.h"
 #include "sentree/cli/report.h"
 #include "sentree/monitor/monitor.h"
+#include "sentree/monitor/requirement.h"
 #include "sentree/runtime/recorded_run.h"
+#include "sentree/runtime/requirements.h"
 #include "sentree/scxml/loader.h"
 #include "sentree/text/file.h"
 
@@ -30,6 +32,27 @@ std::optional<monitor::Model> load_monitor(const std::string& file, const std::v
   return std::move(model.value);
 }
 
+// One monitor for each requirement of the file. False: something is wrong with it, which has been said.
+bool load_requirements(const std::string& file, const runtime::Plan* plan, std::vector<monitor::Model>& models) {
+  const auto source = text::read_file(file, file, monitor::kRequirementBytesMax);
+  if (!source) {
+    say(to_string(source.error()));
+    return false;
+  }
+  const auto parsed = monitor::parse_requirements(*source, file);
+  say(parsed.diagnostics);
+  if (!parsed.ok()) return false;
+  std::optional<monitor::Vocabulary> vocabulary;
+  if (plan != nullptr) vocabulary = runtime::vocabulary_of(plan->services, &plan->tree, plan->leaves);
+  for (const monitor::Requirement& requirement : parsed.value->requirements) {
+    auto model = monitor::Model::make(requirement, vocabulary ? &*vocabulary : nullptr);
+    say(model.diagnostics);
+    if (!model.ok()) return false;
+    models.push_back(std::move(*model.value));
+  }
+  return true;
+}
+
 }  // namespace
 
 int monitor_check(const MonitorCheckCommand& command) {
@@ -46,7 +69,7 @@ int monitor_check(const MonitorCheckCommand& command) {
     auto prepared = runtime::prepare(std::move(*scenario.value));
     if (!prepared.ok()) say(prepared.diagnostics);
     plan = std::move(prepared.value);
-  } else if (command.monitors.empty()) {
+  } else if (command.monitors.empty() && command.requirements.empty()) {
     say(scenario.diagnostics);
   }
   std::vector<monitor::Model> models;
@@ -55,7 +78,10 @@ int monitor_check(const MonitorCheckCommand& command) {
     if (!model) return kInvalidInput;
     models.push_back(std::move(*model));
   }
-  if (command.monitors.empty()) {
+  for (const std::string& file : command.requirements) {
+    if (!load_requirements(file, plan ? &*plan : nullptr, models)) return kInvalidInput;
+  }
+  if (models.empty()) {
     if (!plan) return kInvalidInput;
     models = plan->monitors;
   }

@@ -65,9 +65,10 @@ int replay(const ReplayCommand& command);
 
 struct MonitorCheckCommand {
   std::string file;
-  std::string project;                ///< Whose monitors, if none are given; empty: the recorded one's.
-  std::vector<std::string> monitors;  ///< Charts.
-  std::vector<std::string> violated;  ///< States of them whose entry is a violation.
+  std::string project;                    ///< Whose monitors, if none are given; empty: the recorded one's.
+  std::vector<std::string> monitors;      ///< Charts.
+  std::vector<std::string> violated;      ///< States of them whose entry is a violation.
+  std::vector<std::string> requirements;  ///< Requirement files.
   bool json = false;
 };
 int monitor_check(const MonitorCheckCommand& command);

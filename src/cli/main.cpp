@@ -299,6 +299,7 @@ CLI::App* add_monitor(CLI::App& app, MonitorServeCommand& command, MonitorCheckC
   sub->footer(
       "Examples:\n"
       "  sentree monitor synth examples/recharge/requirements/recharge.req -o charts\n"
+      "  sentree monitor check RUN.mcap --req requirements/new.req\n"
       "  sentree monitor check RUN.mcap --monitor monitors/battery.scxml --violated failure\n"
       "  sentree monitor --project examples/recharge --name battery --listen unix:/tmp/battery.sock");
   auto* synth = sub->add_subcommand("synth", "Write one state chart for each requirement of a .req file");
@@ -322,6 +323,7 @@ CLI::App* add_monitor(CLI::App& app, MonitorServeCommand& command, MonitorCheckC
   on->add_option("recording", check.file, "MCAP file of sentree run")->required();
   on->add_option("--project", check.project, "Its monitors, instead of the recorded project's");
   on->add_option("--monitor", check.monitors, "Charts, instead of a project's monitors");
+  on->add_option("--req", check.requirements, "Requirement files, instead of a project's monitors");
   on->add_option("--violated", check.violated, "States of the charts whose entry is a violation");
   on->add_flag("--json", check.json, "Print verdicts and witnesses as JSON");
   sub->add_flag("--insecure", command.insecure, "Allow other machines to connect without TLS");

@@ -133,7 +133,13 @@ Loaded<Model> Model::make(const Requirement& requirement, const Vocabulary* voca
   if (has_errors(made.diagnostics)) return made;
   Synthesis synthesis = synthesize(requirement, typing);
   auto chart = scxml::load(synthesis.chart, requirement.name + ".scxml");
-  SENTREE_ASSERT(chart.ok());
+  if (!chart.ok()) {
+    made.diagnostics.push_back(
+        {Severity::kError, "monitor.unwritable",
+         "requirement " + requirement.name + " cannot be written as a chart: " + chart.diagnostics.front().message,
+         requirement.span});
+    return made;
+  }
   Spec spec{.name = requirement.name, .chart = std::move(*chart.value)};
   if (requirement.re_arming) spec.violated = {"violated"};
   spec.span = requirement.span;

@@ -4,6 +4,7 @@
 #include <cctype>
 
 #include "sentree/monitor/requirement_parser.h"
+#include "sentree/text/xml.h"
 
 namespace sentree::monitor {
 
@@ -259,6 +260,13 @@ Loaded<RequirementFile> parse_requirements(std::string_view source, std::string 
     loaded.diagnostics.push_back({Severity::kError, "requirement.too-large",
                                   "a requirement file has at most " + std::to_string(kRequirementBytesMax) + " bytes",
                                   SourceSpan{file, 0, 0, 0}});
+    return loaded;
+  }
+  // It goes into a chart, which is XML.
+  if (const auto unreadable = text::first_unreadable(source)) {
+    const LineIndex::Position place = LineIndex(source).position(unreadable->first);
+    loaded.diagnostics.push_back(
+        {Severity::kError, "requirement.encoding", unreadable->second, SourceSpan{file, place.line, place.column, 1}});
     return loaded;
   }
   RequirementFile result;

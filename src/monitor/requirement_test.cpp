@@ -166,6 +166,8 @@ TEST(Requirement, BoundsOfFilesAreReached) {
   std::string many = "let a = reply(s.m)\n";
   for (std::size_t i = 0; i <= kRequirementsMax; ++i) many += "R" + std::to_string(i) + ": always a.\n";
   EXPECT_EQ(parse_requirements(many).diagnostics.front().code, "requirement.too-large");
+  EXPECT_EQ(to_string(parse_requirements("// a\n// b\xff", "r.req").diagnostics.front()),
+            "r.req:2:5: not UTF-8; save the file in that encoding");
   EXPECT_EQ(parse_requirements(std::string(kRequirementBytesMax + 1, ' ')).diagnostics.front().code,
             "requirement.too-large");
   const std::string deep(static_cast<std::size_t>(kConditionNestingMax) + 1, '(');

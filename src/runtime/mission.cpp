@@ -39,7 +39,7 @@ Mission::Mission(const Plan& plan, MissionOptions options, Scheduler& scheduler,
 
 void Mission::start(std::function<void()> ended) {
   ended_ = std::move(ended);
-  scheduler_.at(actor_, TimePoint{}, Rank::kTick, [this] { on_period(); });
+  plan_next_tick(TimePoint{});
 }
 
 void Mission::stop() {
@@ -101,12 +101,17 @@ void Mission::on_period() {
     run(bt::Input::tick());
   }
   if (over_) return;
-  planned_ += options_.period;
+  TimePoint next = planned_ + options_.period;
   // Periods that have passed altogether are missed as well.
-  while (planned_ + options_.period <= scheduler_.now()) {
-    planned_ += options_.period;
+  while (next + options_.period <= scheduler_.now()) {
+    next += options_.period;
     ++missed_;
   }
+  plan_next_tick(next);
+}
+
+void Mission::plan_next_tick(TimePoint by_rate) {
+  planned_ = given_tick_ < options_.tick_times.size() ? options_.tick_times[given_tick_++] : by_rate;
   scheduler_.at(actor_, planned_, Rank::kTick, [this] { on_period(); });
 }
 

@@ -41,6 +41,8 @@ struct MissionOptions {
   bool repeat = false;
   Deadlines deadlines;  ///< Wall time.
   double factor = 1.0;  ///< Run seconds per wall second; deadlines are stretched by it.
+  /// When the first ticks begin, instead of by the rate: those of a recording.
+  std::vector<TimePoint> tick_times;
 };
 
 /// Executes the tree: ticks it at its rate, carries ticks and halts to the leaves and their answers back, keeps
@@ -80,6 +82,7 @@ class Mission {
   struct StatusEvents;
 
   void on_period();
+  void plan_next_tick(TimePoint by_rate);
   void run(bt::Input input);
   void follow(const std::vector<bt::Effect>& effects);
   void tick_leaf(const bt::Effect& effect);
@@ -107,6 +110,7 @@ class Mission {
   std::uint64_t next_tick_ = 0;  // ticks of leaves, numbered
   std::uint64_t ticks_ = 0;      // of the root
   TimePoint planned_{};
+  std::size_t given_tick_ = 0;  // of the options' tick times
   TimePoint began_{};
   TimePoint timer_at_ = kNever;
   bool stopping_ = false;

@@ -69,6 +69,10 @@ class Replay {
 
     RunOptions options = std::move(options_.run);
     options.inject = false;
+    // A recording in real time has ticks that were late, and lacks some.
+    for (const Message& message : *messages) {
+      if (message.name == "mission.tick") options.tick_times.push_back(message.time);
+    }
     options.listeners.insert(options.listeners.begin(),
                              [this](const Message& message) { now_behaviour_.observe(message); });
     options.make_port = [this](const ServicePlan& service, const std::string& leaf) {

@@ -83,7 +83,7 @@ TEST_F(Replays, AnUnchangedProjectDoesTheSameInEveryObservation) {
 }
 
 TEST_F(Replays, ARecordingInRealTimeDoesTheSame) {
-  RecordedRun run = record_run(kRecharge / "scenarios/experiment1.yaml", false, std::chrono::seconds(30), 40);
+  RecordedRun run = record_run(kRecharge / "scenarios/experiment1.yaml", false, std::chrono::seconds(8), 4);
   const ReplayReport report = replay_with(run, run.scenario(), false);
   for (const Difference& d : report.differences)
     ADD_FAILURE() << seconds(d.time) << " " << d.who << ": " << d.recorded << " / " << d.replayed;

@@ -452,7 +452,8 @@ class Run::Impl final : public RunView, private RunInside {
     const MissionOptions options{.period = scenario_.project.period,
                                  .repeat = scenario_.project.repeat,
                                  .deadlines = scenario_.project.deadlines,
-                                 .factor = scenario_.factor};
+                                 .factor = scenario_.factor,
+                                 .tick_times = options_.tick_times};
     mission_ = std::make_unique<Mission>(plan_, options, *scheduler_, stream_, std::move(drivers));
     return std::nullopt;
   }

@@ -75,6 +75,8 @@ struct RunOptions {
   /// Where skills on other machines publish what they do, beside the run's own socket; empty: nowhere.
   std::string listen;
   bool insecure = false;  ///< `listen` may be reached by other machines without TLS.
+  /// When the first ticks begin, instead of by the mission's rate.
+  std::vector<TimePoint> tick_times;
   /// Sees every observation in order.
   std::vector<Stream::Listener> listeners;
   /// Told of a decision right after the observation that caused it.

@@ -154,6 +154,10 @@ class XmlEdit {
   std::vector<Patch> patches_;
 };
 
+/// Where and why a text cannot be part of an XML document (XML 1.0, 2.2): the first byte that is not UTF-8, or a control
+/// character. Nothing: it can.
+[[nodiscard]] std::optional<std::pair<std::size_t, std::string>> first_unreadable(std::string_view source);
+
 /// Text as it must be written inside an attribute value or between tags.
 [[nodiscard]] std::string xml_escape(std::string_view text);
 

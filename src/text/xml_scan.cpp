@@ -5,6 +5,8 @@
 #include <cstring>
 #include <utility>
 
+#include "sentree/text/xml.h"
+
 namespace sentree::text {
 
 namespace {
@@ -94,40 +96,10 @@ class Scanner {
       error(offset, std::move(message), code);
   }
 
-  // XML 2.2: valid UTF-8 without control characters.
   bool check_characters() {
-    for (std::size_t i = 0; i < source_.size();) {
-      if (i + 8 <= source_.size() && eight_plain(source_.data() + i)) {
-        i += 8;
-        continue;
-      }
-      const auto c = static_cast<unsigned char>(source_[i]);
-      if (c < 0x80) {
-        if (c < 0x20 && !is_space(source_[i])) {
-          error(i, "control character " + std::to_string(int{c}) + " is not allowed in XML");
-          return false;
-        }
-        ++i;
-        continue;
-      }
-      const int length = c >= 0xC2 && c <= 0xDF ? 2 : (c & 0xF0) == 0xE0 ? 3 : c >= 0xF0 && c <= 0xF4 ? 4 : 0;
-      bool valid = length != 0 && i + static_cast<std::size_t>(length) <= source_.size();
-      for (int k = 1; valid && k < length; ++k) valid = (static_cast<unsigned char>(source_[i + k]) & 0xC0) == 0x80;
-      if (valid && length == 3) {
-        const auto second = static_cast<unsigned char>(source_[i + 1]);
-        valid = !(c == 0xE0 && second < 0xA0) && !(c == 0xED && second > 0x9F);
-      }
-      if (valid && length == 4) {
-        const auto second = static_cast<unsigned char>(source_[i + 1]);
-        valid = !(c == 0xF0 && second < 0x90) && !(c == 0xF4 && second > 0x8F);
-      }
-      if (!valid) {
-        error(i, "not UTF-8; save the file in that encoding");
-        return false;
-      }
-      i += static_cast<std::size_t>(length);
-    }
-    return true;
+    const auto unreadable = first_unreadable(source_);
+    if (unreadable) error(unreadable->first, unreadable->second);
+    return !unreadable;
   }
 
   void xml_declaration() {
@@ -442,6 +414,39 @@ std::vector<XmlAttributeExtent> scan_attributes(std::string_view source, std::si
     at = extent.value_end + 1;
     extents.push_back(extent);
   }
+}
+
+std::optional<std::pair<std::size_t, std::string>> first_unreadable(std::string_view source) {
+  for (std::size_t i = 0; i < source.size();) {
+    if (i + 8 <= source.size() && eight_plain(source.data() + i)) {
+      i += 8;
+      continue;
+    }
+    const auto c = static_cast<unsigned char>(source[i]);
+    if (c < 0x80) {
+      if (c < 0x20 && !is_space(source[i])) {
+        return std::pair{i, "control character " + std::to_string(int{c}) + " is not allowed in XML"};
+      }
+      ++i;
+      continue;
+    }
+    const int length = c >= 0xC2 && c <= 0xDF ? 2 : (c & 0xF0) == 0xE0 ? 3 : c >= 0xF0 && c <= 0xF4 ? 4 : 0;
+    bool valid = length != 0 && i + static_cast<std::size_t>(length) <= source.size();
+    for (int k = 1; valid && k < length; ++k) valid = (static_cast<unsigned char>(source[i + k]) & 0xC0) == 0x80;
+    if (valid && length == 3) {
+      const auto second = static_cast<unsigned char>(source[i + 1]);
+      valid = !(c == 0xE0 && second < 0xA0) && !(c == 0xED && second > 0x9F);
+    }
+    if (valid && length == 4) {
+      const auto second = static_cast<unsigned char>(source[i + 1]);
+      valid = !(c == 0xF0 && second < 0x90) && !(c == 0xF4 && second > 0x8F);
+    }
+    if (!valid) {
+      return std::pair{i, std::string("not UTF-8; save the file in that encoding")};
+    }
+    i += static_cast<std::size_t>(length);
+  }
+  return std::nullopt;
 }
 
 }  // namespace sentree::text
