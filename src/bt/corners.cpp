@@ -167,9 +167,10 @@ std::uint8_t Loader::tree_result(std::uint32_t index) {
   const Definition& definition = definitions_[index];
   if (definition.nodes.empty()) return kLeaf | kRunning;
   Results& results = results_[index];
-  // A tree that contains itself, or too many others, is an error already.
+  // A tree that contains itself is an error already; of a longer chain of SubTrees less is told.
+  constexpr std::size_t kChainMax = 200;
   if (results.nodes.empty()) {
-    if (results.open || results_depth_ > kDepthMax) return kLeaf | kRunning;
+    if (results.open || results_depth_ > kChainMax) return kLeaf | kRunning;
     results.open = true;
     ++results_depth_;
     find_results(index);

@@ -233,6 +233,7 @@ TEST(Threads, WorkNoMoreAtATimeThanTheyMay) {
 }
 
 TEST(Threads, RefuseMoreJobsThanMayWait) {
+  Wakes wakes;  // first: the threads still wake when the test is over
   bt::Registry registry;
   Gate gate;
   const auto threads = std::make_shared<Threads>(1);
@@ -242,7 +243,6 @@ TEST(Threads, RefuseMoreJobsThanMayWait) {
   });
   std::string body = "<Parallel>";
   for (std::size_t i = 0; i < Threads::kWaitingMax + 2; ++i) body += "<Work/>";
-  Wakes wakes;
   bt::Runner r = runner(body + "</Parallel>", registry, wakes);
   EXPECT_EQ(r.tick(), Status::kFailure);
   EXPECT_THAT(r.error()->message, HasSubstr("more than 1000 jobs wait for one of 1 threads"));
