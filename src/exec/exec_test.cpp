@@ -233,9 +233,10 @@ TEST(Threads, WorkNoMoreAtATimeThanTheyMay) {
 }
 
 TEST(Threads, RefuseMoreJobsThanMayWait) {
-  Wakes wakes;  // first: the threads still wake when the test is over
-  bt::Registry registry;
+  // First: the registry's threads still use them when the test is over.
+  Wakes wakes;
   Gate gate;
+  bt::Registry registry;
   const auto threads = std::make_shared<Threads>(1);
   threaded_action(registry, threads, "Work", {}, [&](Job&) {
     gate.wait();
