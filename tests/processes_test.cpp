@@ -155,7 +155,8 @@ TEST(Processes, SurviveKillsAtRandomMoments) {
   std::uniform_int_distribution<int> when_ms(500, 40'000);
   for (int i = 0; i < 8; ++i) {
     Injection injection;
-    injection.at = TimePoint(milliseconds(when_ms(random)));
+    // The first comes long before the mission can have ended, so that it needs the restarted part.
+    injection.at = i == 0 ? TimePoint(seconds(1)) : TimePoint(milliseconds(when_ms(random)));
     injection.kill = scenario.processes[random() % scenario.processes.size()].name;
     scenario.timeline.push_back(std::move(injection));
   }
@@ -163,8 +164,10 @@ TEST(Processes, SurviveKillsAtRandomMoments) {
   ASSERT_TRUE(plan.ok());
   const Ran ran = run(*plan.value);
   EXPECT_THAT(ran.report.unmet, IsEmpty());
-  EXPECT_GT(ran.count("process.exited"), 0U);
-  EXPECT_EQ(ran.count("process.restarted"), ran.count("process.exited"));
+  EXPECT_GT(ran.count("process.restarted"), 0U);
+  // The last may still be starting when the mission succeeds, and one may be killed while it starts.
+  EXPECT_LE(ran.count("process.restarted"), ran.count("process.exited"));
+  EXPECT_EQ(ran.count("process.given_up"), 0U);
 }
 
 TEST(Processes, AreGivenUpWhenTheyEndTooOften) {
