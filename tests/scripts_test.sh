@@ -18,7 +18,7 @@ set_up() {
   : >"$calls"
   installed='installed g++\ninstalled ninja-build\nconfig-files cmake\n'
   user=1000
-  for tool in bash cat sed sort comm dirname basename realpath awk nproc env mkdir grep tail touch; do ln -s "$(command -v $tool)" "$work/bin/$tool"; done
+  for tool in bash cat sed sort comm dirname basename realpath awk nproc env mkdir grep tail touch rm wc paste; do ln -s "$(command -v $tool)" "$work/bin/$tool"; done
   stub apt-get 'exit 0'
   stub sudo 'exec "$@"'
   stub ninja 'exit 0'
@@ -133,6 +133,32 @@ name="fails when a test fails"
 set_up
 stub ctest 'exit 8'
 run 8 "$work/repo/test"
+
+# A ctest whose first run fails the given tests.
+stub_failing_ctest() {
+  stub ctest 'failed='"$work"'/repo/build/release/Testing/Temporary/LastTestsFailed.log
+[[ " $* " == *" --rerun-failed "* ]] && exit '"$1"'
+mkdir -p "${failed%/*}" && printf "'"$2"'" >"$failed"; exit 8'
+}
+
+name="runs what failed once more alone, and says so"
+set_up
+stub_failing_ctest 0 '7:A.b\n9:C.d\n'
+run 0 "$work/repo/test"
+expect_call 'ctest --preset release --parallel 1 --rerun-failed'
+expect_output 'Passed alone, but not beside other tests, which should be looked into: A.b C.d'
+
+name="fails when a test fails alone too"
+set_up
+stub_failing_ctest 8 '7:A.b\n'
+run 8 "$work/repo/test"
+expect_call 'ctest --preset release --parallel 1 --rerun-failed'
+
+name="does not repeat when many fail"
+set_up
+stub_failing_ctest 0 '1:a\n2:b\n3:c\n4:d\n5:e\n6:f\n'
+run 8 "$work/repo/test"
+expect_no_call 'ctest .* --rerun-failed'
 
 name="tests with sanitizers and fuzzes in the long mode, and ends with the release build"
 set_up
