@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <ostream>
 #include <string>
 
 #include "sentree/bt/load.h"
@@ -33,6 +34,9 @@ struct Corner {
   std::string risky;  ///< Gives the warning.
   std::string code;
   std::string safe;  ///< Looks alike and does not.
+
+  // The name of the test case.
+  friend void PrintTo(const Corner& corner, std::ostream* out) { *out << corner.code << ": " << corner.risky; }
 };
 
 class Corners : public ::testing::TestWithParam<Corner> {};
@@ -123,6 +127,8 @@ TEST(Scripts, WarnOfIntegersBeyond64BitsAndOfMissingSeparators) {
 struct Typed {
   std::string code;
   std::string mistake;  ///< Empty: none.
+
+  friend void PrintTo(const Typed& typed, std::ostream* out) { *out << typed.code; }
 };
 
 class ScriptTypes : public ::testing::TestWithParam<Typed> {};

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <ostream>
 #include <string>
 
 #include "sentree/bt/runner.h"
@@ -29,6 +30,9 @@ std::string messages(const std::string& xml, const LoadOptions& options = {}) {
 struct Broken {
   std::string xml;
   std::string message;
+
+  // The name of the test case.
+  friend void PrintTo(const Broken& broken, std::ostream* out) { *out << broken.message; }
 };
 
 class BrokenTree : public ::testing::TestWithParam<Broken> {};
