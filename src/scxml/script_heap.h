@@ -86,8 +86,6 @@ class ScriptHeap {
 
  private:
   struct Allocator;
-  /// How a script's value becomes a Value.
-  struct Reader;
 
   explicit ScriptHeap(const Model& model);
   bool build();
