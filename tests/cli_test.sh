@@ -54,6 +54,11 @@ expect 0 'nothing to complain about' "$sentree" check examples/requirements
 expect 0 'charts/turns_to_station.scxml' \
   "$sentree" monitor synth examples/recharge/requirements/recharge.req -o "$work/charts"
 expect 0 'nothing to complain about' "$sentree" check "$work/charts/turns_to_station.scxml"
+expect 0 'nothing to complain about' "$sentree" check examples/recharge/requirements/recharge.req
+mkdir -p "$work/req/requirements" && cp -r examples/recharge/. "$work/req/"
+echo 'R: always reply(batery.getBatteryState).percentage > 0.2.' >"$work/req/requirements/slip.req"
+expect 3 'slip.req:1:17: the project has no service "batery"; did you mean "battery"' \
+  "$sentree" check "$work/req/requirements/slip.req"
 echo 'R: always reply(batery.getBatteryState).percentage > 0.2.' >"$work/slip.req"
 expect 3 'slip.req:1:17: the project has no service "batery"; did you mean "battery"' \
   "$sentree" monitor synth "$work/slip.req" -o "$work/charts" --project examples/recharge

@@ -76,6 +76,7 @@ expect 0 'ended by interrupt' "$sentree" info interrupted.mcap
 "$sentree" run "$project" --scenario experiment2 --clock virtual --record failure.mcap >/dev/null 2>&1 || true
 expect 1 'monitor recharge: violated' "$sentree" monitor check failure.mcap
 expect 1 'monitor turns_to_station: violated' "$sentree" monitor check failure.mcap --req "$project/requirements/recharge.req"
+grep -q 'decided at .* while GoToKitchen was at work' out || fail "the check of a recording does not name the leaf at work"
 sed 's/battery.getBatteryState/batery.getBatteryState/' "$project/requirements/recharge.req" >misspelt.req
 expect 3 'no service "batery"; did you mean "battery"' "$sentree" monitor check failure.mcap --req misspelt.req
 expect 0 'monitor battery: undecided' "$sentree" monitor check failure.mcap --monitor "$project/monitors/battery.scxml" --violated failure

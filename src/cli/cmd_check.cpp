@@ -4,6 +4,7 @@
 #include "sentree/bt/load.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
+#include "sentree/cli/requirement_file.h"
 #include "sentree/runtime/plan.h"
 #include "sentree/scxml/chart.h"
 #include "sentree/scxml/check.h"
@@ -34,6 +35,22 @@ Diagnostics check_chart(const std::filesystem::path& path) {
   return loaded.diagnostics;
 }
 
+// Requirements against the project above them; without one, or if it is broken, as far as they stand alone.
+Diagnostics check_requirements(const std::filesystem::path& path) {
+  const std::filesystem::path folder = project_above(path);
+  const auto known = folder.empty() ? Loaded<monitor::Vocabulary>() : vocabulary_of_project(folder);
+  auto loaded = load_requirement_file(path.string(), known.ok() ? &*known.value : nullptr);
+  if (!folder.empty() && !known.ok()) {
+    loaded.diagnostics.push_back({.severity = Severity::kWarning,
+                                  .code = "monitor.no-vocabulary",
+                                  .message = "its services and leaves are taken on trust, since the project in " +
+                                             folder.string() + " does not load; check that first",
+                                  .span = SourceSpan{path.string()}});
+  }
+  sort_by_place(loaded.diagnostics);
+  return loaded.diagnostics;
+}
+
 // Whether the file is a scenario: it has no mission of its own.
 bool is_scenario(const std::filesystem::path& path) {
   if (path.extension() != ".yaml" || path.filename() == "sentree.yaml") return false;
@@ -55,6 +72,7 @@ Diagnostics check_all(const std::string& path) {
   const std::filesystem::path file(path);
   if (file.extension() == ".xml") return bt::load_file(file).diagnostics;
   if (file.extension() == ".scxml") return check_chart(file);
+  if (file.extension() == ".req") return check_requirements(file);
   if (is_scenario(file)) return check_scenario(file);
   auto project = runtime::load_project(path);
   add_new(all, project.diagnostics);

@@ -3,8 +3,9 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/report.h"
+#include "sentree/cli/requirement_file.h"
+#include "sentree/cli/verdicts.h"
 #include "sentree/monitor/monitor.h"
-#include "sentree/monitor/requirement.h"
 #include "sentree/runtime/recorded_run.h"
 #include "sentree/runtime/requirements.h"
 #include "sentree/scxml/loader.h"
@@ -32,27 +33,6 @@ std::optional<monitor::Model> load_monitor(const std::string& file, const std::v
   return std::move(model.value);
 }
 
-// One monitor for each requirement of the file. False: something is wrong with it, which has been said.
-bool load_requirements(const std::string& file, const runtime::Plan* plan, std::vector<monitor::Model>& models) {
-  const auto source = text::read_file(file, file, monitor::kRequirementBytesMax);
-  if (!source) {
-    say(to_string(source.error()));
-    return false;
-  }
-  const auto parsed = monitor::parse_requirements(*source, file);
-  say(parsed.diagnostics);
-  if (!parsed.ok()) return false;
-  std::optional<monitor::Vocabulary> vocabulary;
-  if (plan != nullptr) vocabulary = runtime::vocabulary_of(plan->services, &plan->tree, plan->leaves);
-  for (const monitor::Requirement& requirement : parsed.value->requirements) {
-    auto model = monitor::Model::make(requirement, vocabulary ? &*vocabulary : nullptr);
-    say(model.diagnostics);
-    if (!model.ok()) return false;
-    models.push_back(std::move(*model.value));
-  }
-  return true;
-}
-
 }  // namespace
 
 int monitor_check(const MonitorCheckCommand& command) {
@@ -78,33 +58,27 @@ int monitor_check(const MonitorCheckCommand& command) {
     if (!model) return kInvalidInput;
     models.push_back(std::move(*model));
   }
+  std::optional<monitor::Vocabulary> vocabulary;
+  if (plan) vocabulary = runtime::vocabulary_of(plan->services, &plan->tree, plan->leaves);
   for (const std::string& file : command.requirements) {
-    if (!load_requirements(file, plan ? &*plan : nullptr, models)) return kInvalidInput;
+    auto loaded = load_requirement_file(file, vocabulary ? &*vocabulary : nullptr);
+    say(loaded.diagnostics);
+    if (!loaded.ok()) return kInvalidInput;
+    for (monitor::Model& model : *loaded.value) models.push_back(std::move(model));
   }
   if (models.empty()) {
     if (!plan) return kInvalidInput;
     models = plan->monitors;
   }
 
-  std::vector<monitor::State> states;
-  std::vector<runtime::MonitorReport> reports;
-  for (const monitor::Model& model : models) {
-    states.push_back(monitor::start(model, TimePoint{}));
-    reports.emplace_back().name = model.name();
-  }
-  const auto take = [&](std::size_t i, monitor::Decisions decisions) {
-    for (monitor::Decision& decision : decisions) {
-      reports[i].verdict = decision.verdict;
-      reports[i].explanation = monitor::explain(models[i], decision, "");
-      reports[i].decision = std::move(decision);
-      if (!command.json) print(story(reports[i]));
-    }
-  };
+  Verdicts verdicts(std::move(models), [&](const runtime::MonitorReport& report) {
+    if (!command.json) print(story(report));
+  });
   std::uint64_t observations = 0;
   const auto read = recorded->each([&](Message message) {
     ++observations;
     if (plan) runtime::restore_numbers(*plan, message);
-    for (std::size_t i = 0; i < models.size(); ++i) take(i, monitor::observe(models[i], states[i], message));
+    verdicts.observe(std::move(message));
     return true;
   });
   say(recorded->reader().problems());
@@ -112,22 +86,10 @@ int monitor_check(const MonitorCheckCommand& command) {
     say(to_string(read.error()));
     return kInvalidInput;
   }
-  bool any_violated = false;
-  List list;
-  std::string text = fmt::format("\n{} observations until {:.3f} s\n", observations, seconds(recorded->ended()));
-  for (std::size_t i = 0; i < models.size(); ++i) {
-    take(i, monitor::advance(models[i], states[i], recorded->ended()));
-    runtime::MonitorReport& report = reports[i];
-    if (states[i].failure) report.failure = to_string(*states[i].failure);
-    any_violated = any_violated || report.verdict == monitor::Verdict::kViolated;
-    const char* mark = report.verdict == monitor::Verdict::kViolated    ? "✗"
-                       : report.verdict == monitor::Verdict::kSatisfied ? "✓"
-                                                                        : "·";
-    text += fmt::format("  {} monitor {}: {}\n", mark, report.name, to_string(report.verdict));
-    if (!report.failure.empty()) text += "    given up: " + report.failure + "\n";
-  }
   runtime::RunReport whole;
-  whole.monitors = std::move(reports);
+  whole.monitors = verdicts.finish(recorded->ended());
+  std::string text = fmt::format("\n{} observations until {:.3f} s\n", observations, seconds(recorded->ended()));
+  for (const runtime::MonitorReport& report : whole.monitors) text += monitor_line(report);
   if (command.json)
     print(to_json(Value(Map{{"observations", static_cast<std::int64_t>(observations)},
                             {"time", seconds(recorded->ended())},
@@ -135,7 +97,7 @@ int monitor_check(const MonitorCheckCommand& command) {
           "\n");
   else
     print(text);
-  return any_violated ? kFindings : kOk;
+  return whole.any_violated() ? kFindings : kOk;
 }
 
 }  // namespace sentree::cli

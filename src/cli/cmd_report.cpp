@@ -7,6 +7,7 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/report.h"
+#include "sentree/cli/verdicts.h"
 #include "sentree/draw/tree.h"
 #include "sentree/runtime/recorded_run.h"
 #include "sentree/text/file.h"
@@ -184,23 +185,13 @@ int report(const ReportCommand& command) {
   Facts facts;
   facts.bars.resize(project.leaves.size());
   facts.counts.resize(project.tree.size());
-  std::vector<monitor::State> states;
-  for (const monitor::Model& model : project.monitors) {
-    states.push_back(monitor::start(model, TimePoint{}));
-    facts.monitors.emplace_back().name = model.name();
-  }
+  Verdicts verdicts(project.monitors);
   std::map<std::string, std::size_t> leaves;
   for (std::size_t i = 0; i < project.leaves.size(); ++i) leaves[project.leaves[i].name] = i;
-  const auto take = [&](std::size_t i, monitor::Decisions decisions) {
-    for (monitor::Decision& decision : decisions) {
-      facts.monitors[i].verdict = decision.verdict;
-      facts.monitors[i].decision = std::move(decision);
-    }
-  };
   const auto read = run->each([&](Message message) {
     ++facts.observations;
     runtime::restore_numbers(project, message);
-    for (std::size_t i = 0; i < states.size(); ++i) take(i, monitor::observe(project.monitors[i], states[i], message));
+    verdicts.observe(message);
     if (message.name == "scenario.injection") facts.interventions.push_back(message);
     if (message.name == "node.status") {
       const Value* node = message.data.find("node");
@@ -234,8 +225,7 @@ int report(const ReportCommand& command) {
     say(to_string(read.error()));
     return kInvalidInput;
   }
-  for (std::size_t i = 0; i < states.size(); ++i)
-    take(i, monitor::advance(project.monitors[i], states[i], run->ended()));
+  facts.monitors = verdicts.finish(run->ended());
   const std::string html = page(*run, project, facts);
   if (command.output.empty()) {
     print(html);

@@ -115,8 +115,10 @@ void add_check(CLI::App& app, CheckCommand& command) {
       "  sentree check examples/recharge/mission.xml         a tree, as far as it stands alone\n"
       "  sentree check examples/recharge/skills/WaitForUser.scxml\n"
       "  sentree check examples/recharge/world/world.yaml\n"
+      "  sentree check examples/recharge/requirements/recharge.req    against the project that it lies in\n"
       "Exit code: 0 nothing, 1 warnings, 3 errors.");
-  sub->add_option("project", command.project, "Folder with a sentree.yaml, or a tree, chart, scenario or world file")
+  sub->add_option("project", command.project,
+                  "Folder with a sentree.yaml, or a tree, chart, requirement, scenario or world file")
       ->capture_default_str();
   sub->add_flag("--json", command.json, "Print the findings as JSON");
 }

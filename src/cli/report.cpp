@@ -164,6 +164,20 @@ Value to_value(const runtime::RunReport& report) {
   return map;
 }
 
+std::string monitor_line(const runtime::MonitorReport& monitor) {
+  const char* mark = monitor.verdict == monitor::Verdict::kViolated    ? "✗"
+                     : monitor.verdict == monitor::Verdict::kSatisfied ? "✓"
+                                                                       : "·";
+  std::string text = fmt::format("  {} monitor {}: {}{}", mark, monitor.name, to_string(monitor.verdict),
+                                 monitor.decision           ? fmt::format(" at {:.3f} s", seconds(monitor.decision->at))
+                                 : monitor.standing.empty() ? std::string()
+                                                            : " (" + monitor.standing + ")");
+  if (monitor.violations > 1) text += fmt::format(", the last of {} times", monitor.violations);
+  if (monitor.vetoes > 0) text += fmt::format(", vetoed {} of the requests", monitor.vetoes);
+  if (!monitor.failure.empty()) text += "\n    given up: " + monitor.failure;
+  return text + "\n";
+}
+
 std::string summary(const runtime::RunReport& report) {
   std::string text = fmt::format(
       "\n{}: mission {}{} after {:.1f} s, {} ticks, {} observations\n", report.scenario, to_string(report.mission),
@@ -171,17 +185,7 @@ std::string summary(const runtime::RunReport& report) {
       seconds(report.ended), report.timing.ticks, report.observations);
   if (report.timed_out) text += "  ended by its time limit\n";
   if (report.interrupted) text += "  interrupted\n";
-  for (const runtime::MonitorReport& monitor : report.monitors) {
-    const char* mark = monitor.verdict == monitor::Verdict::kViolated    ? "✗"
-                       : monitor.verdict == monitor::Verdict::kSatisfied ? "✓"
-                                                                         : "·";
-    text += fmt::format("  {} monitor {}: {}{}\n", mark, monitor.name, to_string(monitor.verdict),
-                        monitor.decision           ? fmt::format(" at {:.3f} s", seconds(monitor.decision->at))
-                        : monitor.standing.empty() ? std::string()
-                                                   : " (" + monitor.standing + ")");
-    if (monitor.violations > 1) text.insert(text.size() - 1, fmt::format(", the last of {} times", monitor.violations));
-    if (monitor.vetoes > 0) text.insert(text.size() - 1, fmt::format(", vetoed {} of the requests", monitor.vetoes));
-  }
+  for (const runtime::MonitorReport& monitor : report.monitors) text += monitor_line(monitor);
   if (!report.virtual_time) {
     text += fmt::format(
         "  ticks began late by {:.2f} ms (median), {:.2f} ms (99 %), {:.2f} ms (most); {} periods missed; a tick took "

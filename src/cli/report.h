@@ -14,6 +14,9 @@ namespace sentree::cli {
 /// The report as a few lines for people.
 [[nodiscard]] std::string summary(const runtime::RunReport& report);
 
+/// How a monitor stands, on one line; on a second one why it was given up.
+[[nodiscard]] std::string monitor_line(const runtime::MonitorReport& monitor);
+
 /// A decision as a short story: what was required, what was seen, when.
 [[nodiscard]] std::string story(const runtime::MonitorReport& report);
 

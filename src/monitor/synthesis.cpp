@@ -127,7 +127,7 @@ class Synthesizer {
   void body() {
     switch (r_.pattern) {
       case Pattern::kAlways:
-        invariant(script_.fails(r_.p), "holds_" + slug(*r_.p), "holds so far: " + to_text(*r_.p));
+        invariant(script_.fails(r_.p), "holds_" + slug(*r_.p), "requires " + to_text(*r_.p));
         break;
       case Pattern::kNever: invariant(p_, "free_of_" + slug(*r_.p), "has not seen " + to_text(*r_.p)); break;
       case Pattern::kEventually: existence(); break;
