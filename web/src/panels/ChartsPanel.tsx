@@ -1,0 +1,3 @@
+export function ChartsPanel() {
+  return <div className="empty">Charts</div>;
+}

@@ -1,0 +1,3 @@
+export function MapPanel() {
+  return <div className="empty">Map</div>;
+}

@@ -1,0 +1,3 @@
+export function MessagesPanel() {
+  return <div className="empty">Messages</div>;
+}

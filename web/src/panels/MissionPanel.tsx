@@ -1,0 +1,3 @@
+export function MissionPanel() {
+  return <div className="empty">Mission</div>;
+}

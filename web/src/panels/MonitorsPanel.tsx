@@ -1,0 +1,3 @@
+export function MonitorsPanel() {
+  return <div className="empty">Monitors</div>;
+}

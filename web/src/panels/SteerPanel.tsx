@@ -1,0 +1,3 @@
+export function SteerPanel() {
+  return <div className="empty">Steer</div>;
+}

@@ -1,0 +1,77 @@
+import { useEffect, useRef } from "react";
+import { create } from "zustand";
+
+/** Something a person can do, found by key, in the palette (Ctrl+K) and in the help (?). */
+export interface Command {
+  id: string;
+  title: string;
+  /** Heading in the help, e.g. a panel's title. */
+  group: string;
+  /** As `key_text` writes them: "Space", "Shift+N", "Ctrl+K". */
+  keys?: readonly string[];
+  run(): void;
+}
+
+export const useCommands = create<{ commands: ReadonlyMap<string, Command> }>()(() => ({ commands: new Map() }));
+
+/** Offers `commands` while the calling component is shown; the last one rendered runs. */
+export function useCommand(...commands: Command[]): void {
+  const latest = useRef(commands);
+  latest.current = commands;
+  const identity = commands.map((command) => `${command.id}|${command.title}|${command.keys?.join(" ")}`).join("\n");
+  useEffect(() => {
+    const offered = latest.current.map((command, index) => ({ ...command, run: () => latest.current[index]?.run() }));
+    useCommands.setState(({ commands: old }) => {
+      const next = new Map(old);
+      for (const command of offered) next.set(command.id, command);
+      return { commands: next };
+    });
+    return () => {
+      useCommands.setState(({ commands: old }) => {
+        const next = new Map(old);
+        for (const command of offered) if (next.get(command.id) === command) next.delete(command.id);
+        return { commands: next };
+      });
+    };
+  }, [identity]);
+}
+
+type KeyLike = Pick<KeyboardEvent, "key" | "ctrlKey" | "metaKey" | "altKey" | "shiftKey">;
+
+/** The name of a key with its modifiers; Shift is named only where it does not already change the sign. */
+export function key_text(event: KeyLike): string {
+  const letter = event.key === " " ? "Space" : event.key.length === 1 ? event.key.toUpperCase() : event.key;
+  const sign = event.key.length === 1 && !/[a-z0-9 ]/i.test(event.key);
+  return [
+    event.ctrlKey || event.metaKey ? "Ctrl+" : "",
+    event.altKey ? "Alt+" : "",
+    event.shiftKey && !sign ? "Shift+" : "",
+    letter,
+  ].join("");
+}
+
+/** Keys belong to the field that a person types into, and to widgets that use them themselves. */
+export function is_typing(target: EventTarget | null): boolean {
+  if (!(target instanceof HTMLElement)) return false;
+  if (target.isContentEditable || target instanceof HTMLTextAreaElement || target instanceof HTMLSelectElement) return true;
+  return target instanceof HTMLInputElement && !["button", "checkbox", "radio"].includes(target.type);
+}
+
+/** Space and Enter press the button that has the focus. */
+function presses(event: KeyboardEvent): boolean {
+  const pressing = event.key === " " || event.key === "Enter";
+  return pressing && event.target instanceof HTMLElement && event.target.closest("button, a, summary, [role=button], [role=option], [role=treeitem], input") !== null;
+}
+
+export function handle_key(event: KeyboardEvent): void {
+  if (event.defaultPrevented) return;
+  const keys = key_text(event);
+  if (is_typing(event.target) && !keys.startsWith("Ctrl+")) return;
+  if (presses(event)) return;
+  for (const command of useCommands.getState().commands.values()) {
+    if (!command.keys?.includes(keys)) continue;
+    event.preventDefault();
+    command.run();
+    return;
+  }
+}

@@ -1,0 +1,224 @@
+import { create } from "zustand";
+
+import { Client, RefusedError, socket_address, type Phase } from "../protocol/client";
+import type {
+  ChartModel,
+  Hello,
+  Model,
+  Observation,
+  Operation,
+  Operations,
+  Problem,
+  ServerMessage,
+  State,
+  Time,
+  TreeNode,
+  Violation,
+} from "../protocol/types";
+import { append, fold } from "./fold";
+
+/** Observations that the page keeps while it follows the run; older ones are asked for. */
+export const kLiveMessagesMax = 2000;
+export const kProblemsMax = 200;
+
+/** What all panels agree to look at. */
+export interface Selection {
+  node: number | null;
+  chart: string | null;
+  monitor: string | null;
+  /** Sequence of the chosen observation. */
+  sequence: number | null;
+}
+
+/** A short-lived line for the person who uses the page, e.g. why an operation was refused. */
+export interface Note {
+  id: number;
+  kind: "info" | "error";
+  text: string;
+}
+
+/** The model, and the ways that panels look things up in it. */
+export interface Index {
+  model: Model;
+  children: number[][];
+  node_of_leaf: Map<string, TreeNode>;
+  chart: Map<string, ChartModel>;
+}
+
+export interface Studio {
+  phase: Phase;
+  attempt: number;
+  hello: Hello | null;
+  index: Index | null;
+  /** Of the moment that the page shows: the present when `state.live`, else the chosen one. */
+  state: State | null;
+  /** The newest observations, in order, while following the run. */
+  messages: readonly Observation[];
+  /** Observations left out because the page could not keep up. */
+  missed: number;
+  violations: readonly Violation[];
+  problems: readonly Problem[];
+  selection: Selection;
+  notes: readonly Note[];
+  /** The moment asked for, while its state has not arrived. */
+  wanted: Time | null;
+  /** Replay: run time per wall time; 0: not replaying. */
+  replay: number;
+  replay_speed: number;
+}
+
+const kNothingSelected: Selection = { node: null, chart: null, monitor: null, sequence: null };
+
+export const kEmpty: Studio = {
+  phase: "connecting",
+  attempt: 0,
+  hello: null,
+  index: null,
+  state: null,
+  messages: [],
+  missed: 0,
+  violations: [],
+  problems: [],
+  selection: kNothingSelected,
+  notes: [],
+  wanted: null,
+  replay: 0,
+  replay_speed: 1,
+};
+
+export const useStudio = create<Studio>()(() => kEmpty);
+
+export function make_index(model: Model): Index {
+  const children: number[][] = model.tree.nodes.map(() => []);
+  const node_of_leaf = new Map<string, TreeNode>();
+  for (const node of model.tree.nodes) {
+    if (node.parent >= 0) children[node.parent]?.push(node.id);
+    if (node.leaf !== null) node_of_leaf.set(node.path, node);
+  }
+  return { model, children, node_of_leaf, chart: new Map(model.charts.map((chart) => [chart.id, chart])) };
+}
+
+/** The store after one message of the program. */
+export function receive(studio: Studio, message: Exclude<ServerMessage, { type: "answer" }>): Studio {
+  switch (message.type) {
+    case "hello": {
+      const { type: _, ...hello } = message;
+      // The same run goes on after a reconnect; its state, past messages and violations are sent again.
+      const same = studio.hello?.boot === hello.boot;
+      return same
+        ? { ...studio, hello, violations: [], problems: [], messages: [], missed: 0 }
+        : { ...kEmpty, phase: studio.phase, attempt: studio.attempt, notes: studio.notes, hello };
+    }
+    case "model": {
+      const { type: _, ...model } = message;
+      return { ...studio, index: make_index(model) };
+    }
+    case "state": {
+      const { type: _, ...state } = message;
+      // A page that had fallen behind gets the complete state: what it has not seen lies between.
+      const messages = state.live && studio.state?.live ? studio.messages : [];
+      return { ...studio, state, messages };
+    }
+    case "delta": {
+      if (!studio.state) return studio;
+      const { type: _, ...delta } = message;
+      return {
+        ...studio,
+        state: fold(studio.state, delta),
+        messages: append(studio.messages, delta.messages ?? [], kLiveMessagesMax),
+        missed: studio.missed + (delta.missed ?? 0),
+      };
+    }
+    case "violation": {
+      const { type: _, ...violation } = message;
+      if (studio.violations.some((v) => v.monitor === violation.monitor && v.sequence === violation.sequence)) return studio;
+      const violations = [...studio.violations, violation].sort((a, b) => a.time - b.time || a.sequence - b.sequence);
+      return { ...studio, violations };
+    }
+    case "problem": {
+      const { type: _, ...problem } = message;
+      return { ...studio, problems: append(studio.problems, [problem], kProblemsMax) };
+    }
+  }
+}
+
+// ---- the connection ----
+
+let staged: Studio | null = null;
+let scheduled = false;
+
+function commit(): void {
+  scheduled = false;
+  if (!staged) return;
+  const { phase, attempt, hello, index, state, messages, missed, violations, problems } = staged;
+  const fresh = hello !== null && useStudio.getState().hello?.boot !== hello.boot;
+  staged = null;
+  useStudio.setState({
+    ...{ phase, attempt, hello, index, state, messages, missed, violations, problems },
+    ...(fresh ? { selection: kNothingSelected, wanted: null, replay: 0 } : {}),
+  });
+}
+
+/** Messages that arrive within one frame are drawn together. */
+function stage(change: (studio: Studio) => Studio): void {
+  staged = change(staged ?? useStudio.getState());
+  if (scheduled) return;
+  scheduled = true;
+  // A hidden page draws no frames, but must not fall behind.
+  if (document.hidden) window.setTimeout(commit, 100);
+  else requestAnimationFrame(commit);
+}
+
+function token(): string | undefined {
+  return /(?:^#|&)token=([^&]+)/.exec(window.location.hash)?.[1];
+}
+
+let client: Client | null = null;
+
+export function connect(): void {
+  const given = token();
+  client = new Client({
+    open: () => new WebSocket(socket_address(window.location)),
+    receive: (message) => stage((studio) => receive(studio, message)),
+    phase: (phase, attempt) => stage((studio) => ({ ...studio, phase, attempt })),
+    ...(given === undefined ? {} : { token: given }),
+  });
+  client.start();
+}
+
+export function retry(): void {
+  client?.retry();
+}
+
+/** The answer of the program; rejects with a RefusedError that says why not. */
+export function request<Op extends Operation>(op: Op, args: Operations[Op][0]): Promise<Operations[Op][1]> {
+  return client ? client.request(op, args) : Promise.reject(new RefusedError("not connected to the program"));
+}
+
+/** As `request`; a refusal is shown to the person, and the value is null. */
+export async function ask<Op extends Operation>(op: Op, args: Operations[Op][0]): Promise<Operations[Op][1] | null> {
+  try {
+    return await request(op, args);
+  } catch (error) {
+    note("error", `${op.replace("_", " ")}: ${error instanceof Error ? error.message : String(error)}`);
+    return null;
+  }
+}
+
+let next_note = 1;
+const kNotesMax = 5;
+const kNoteShown_ms = 8000;
+
+export function note(kind: Note["kind"], text: string): void {
+  const id = next_note++;
+  useStudio.setState((studio) => ({ notes: append(studio.notes, [{ id, kind, text }], kNotesMax) }));
+  window.setTimeout(() => dismiss(id), kNoteShown_ms);
+}
+
+export function dismiss(id: number): void {
+  useStudio.setState((studio) => ({ notes: studio.notes.filter((entry) => entry.id !== id) }));
+}
+
+export function select(selection: Partial<Selection>): void {
+  useStudio.setState((studio) => ({ selection: { ...studio.selection, ...selection } }));
+}
