@@ -61,7 +61,7 @@ void record_observations(benchmark::State& state) {
     for (std::uint64_t i = 1; i <= kMessages; ++i) {
       message.sequence = i;
       message.time = TimePoint(Duration(static_cast<std::int64_t>(i) * 1'000'000));
-      recorder.message(channel, message.time, [&](std::string& out) { append_observation(out, message); });
+      recorder.pack(channel, message.time, [&](PackedJson& out) { pack_observation(out, message); });
     }
     recorder.close();
   }
@@ -79,7 +79,7 @@ void read_observations(benchmark::State& state) {
     const ChannelId channel = recorder.add_channel("/observations", "sentree.Observation", schemas::kObservation);
     for (std::uint64_t i = 1; i <= kMessages; ++i) {
       const Message message = reply(i);
-      recorder.message(channel, message.time, [&](std::string& out) { append_observation(out, message); });
+      recorder.pack(channel, message.time, [&](PackedJson& out) { pack_observation(out, message); });
     }
   }
   for (auto _ : state) {

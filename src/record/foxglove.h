@@ -7,10 +7,12 @@
 #include <vector>
 
 #include "sentree/base/time.h"
+#include "sentree/record/packed_json.h"
 
 namespace sentree::record {
 
-// Robot and world in Foxglove's shapes, as JSON at the end of `out`. Frame "map"; metres and radians.
+// Robot and world in Foxglove's shapes, as JSON at the end of `out`; what comes often is packed. Frame "map"; metres
+// and radians.
 
 struct Pose {
   double x = 0.0;
@@ -18,13 +20,13 @@ struct Pose {
   double theta = 0.0;  ///< Counter-clockwise from +x.
 };
 
-void append_pose(std::string& out, TimePoint time, const Pose& pose_map);
+void pack_pose(PackedJson& out, TimePoint time, const Pose& pose_map);
 
 void append_path(std::string& out, TimePoint time, std::span<const Pose> poses_map);
 
 /// Ranges [m] are written in millimetres' precision; what is not finite becomes 0.
-void append_scan(std::string& out, TimePoint time, const Pose& laser_map, double angle_min, double angle_increment,
-                 std::span<const double> ranges);
+void pack_scan(PackedJson& out, TimePoint time, const Pose& laser_map, double angle_min, double angle_increment,
+               std::span<const double> ranges);
 
 /// An occupancy grid, row-major from the lower left cell: -1 unknown, 0 free to 100 occupied.
 struct Grid {

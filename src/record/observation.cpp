@@ -1,37 +1,15 @@
 #include "sentree/record/observation.h"
 
-#include <array>
-#include <charconv>
-
 #include "sentree/base/json.h"
+#include "sentree/record/detail/print.h"
 #include "sentree/text/json.h"
 
 namespace sentree::record {
 
 namespace {
 
-template <class Integer>
-void append_integer(std::string& out, Integer number) {
-  std::array<char, 24> buffer;
-  out.append(buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), number).ptr);
-}
-
-// Nanoseconds as seconds with as many decimals as are needed, at least one.
-void append_seconds(std::string& out, TimePoint time) {
-  std::int64_t ns = time.time_since_epoch().count();
-  if (ns < 0) {
-    out += '-';
-    ns = -ns;
-  }
-  append_integer(out, ns / 1'000'000'000);
-  out += '.';
-  std::array<char, 9> digits;
-  std::int64_t rest = ns % 1'000'000'000;
-  for (std::size_t i = digits.size(); i-- > 0; rest /= 10) digits[i] = static_cast<char>('0' + rest % 10);
-  std::size_t length = digits.size();
-  while (length > 1 && digits[length - 1] == '0') --length;
-  out.append(digits.data(), length);
-}
+using detail::append_integer;
+using detail::append_seconds;
 
 std::optional<MessageKind> kind_of(std::string_view text) {
   for (const MessageKind kind :
@@ -82,6 +60,41 @@ void append_observation(std::string& out, const Message& message) {
     append_json(out, message.data);
   }
   out += '}';
+}
+
+void pack_observation(PackedJson& out, const Message& message) {
+  out.raw(R"({"sequence":)");
+  out.unsigned_integer(message.sequence);
+  out.raw(R"(,"time":)");
+  out.seconds(message.time);
+  out.raw(R"(,"stamp":)");
+  out.unsigned_integer(message.stamp);
+  switch (message.kind) {
+    case MessageKind::kRequest: out.raw(R"(,"kind":"request","source":)"); break;
+    case MessageKind::kReply: out.raw(R"(,"kind":"reply","source":)"); break;
+    case MessageKind::kError: out.raw(R"(,"kind":"error","source":)"); break;
+    case MessageKind::kEvent: out.raw(R"(,"kind":"event","source":)"); break;
+  }
+  out.text(message.source);
+  if (!message.target.empty()) {
+    out.raw(R"(,"target":)");
+    out.text(message.target);
+  }
+  out.raw(R"(,"name":)");
+  out.text(message.name);
+  if (message.call != 0) {
+    out.raw(R"(,"call":)");
+    out.unsigned_integer(message.call);
+  }
+  out.raw(R"(,"tick":)");
+  out.unsigned_integer(message.tick);
+  if (message.data.is_null()) {
+    out.raw("}");
+    return;
+  }
+  out.raw(R"(,"data":)");
+  out.value(message.data);
+  out.raw("}");
 }
 
 Result<Message> read_observation(const RawMessage& recorded) {

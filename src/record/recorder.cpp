@@ -4,6 +4,8 @@
 #include <signal.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <cstring>
 #include <limits>
 
 #include "sentree/base/assert.h"
@@ -14,7 +16,6 @@ namespace sentree::record {
 
 Recorder::Recorder(std::unique_ptr<Sink> sink, RecorderOptions options)
     : options_(std::move(options)), sink_(std::move(sink)), writer_(*sink_, options_.compression) {
-  chunk_.records.reserve(options_.chunk_size + options_.chunk_size / 8);
   gaps_ = add_channel("/gaps", "sentree.Gap", schemas::kGap);
   // Signals are for the threads of the program that records.
   sigset_t all, before;
@@ -33,18 +34,16 @@ ChannelId Recorder::add_channel(std::string topic, std::string_view schema, std:
   if (known == schemas_.end()) {
     schemas_.push_back(
         {static_cast<SchemaId>(schemas_.size() + 1), std::string(schema), "jsonschema", std::string(json_schema)});
-    chunk_.add(schemas_.back());
     known = schemas_.end() - 1;
   }
   channels_.push_back({static_cast<ChannelId>(channels_.size() + 1), known->id, std::move(topic), "json", {}});
-  chunk_.add(channels_.back());
   return channels_.back().id;
 }
 
 // A full chunk is handed on; when too many wait, there is no room.
 bool Recorder::make_room(TimePoint time) {
   if (closing_ || report_.failed) return false;
-  if (chunk_.records.size() >= options_.chunk_size && !seal()) {
+  if (batch_.packed.size() >= options_.chunk_size && !seal()) {
     if (lost_now_ == 0) {
       lost_from_ = time;
       ++report_.gaps;
@@ -59,6 +58,19 @@ bool Recorder::make_room(TimePoint time) {
   return true;
 }
 
+std::size_t Recorder::begin_entry(ChannelId channel, TimePoint time) {
+  const Entry entry{time.time_since_epoch().count(), ++sequence_, 0, channel};
+  const std::size_t begin = batch_.packed.size();
+  std::memcpy(batch_.packed.room(sizeof entry), &entry, sizeof entry);
+  ++batch_.messages;
+  return begin;
+}
+
+void Recorder::end_entry(std::size_t begin) {
+  const auto size = static_cast<std::uint32_t>(batch_.packed.size() - begin - sizeof(Entry));
+  std::memcpy(batch_.packed.at(begin + offsetof(Entry, size)), &size, sizeof size);
+}
+
 bool Recorder::seal() {
   if (queue_.size() >= kWaitingChunksMax) {
     if (!options_.wait_when_full) return false;
@@ -67,10 +79,11 @@ bool Recorder::seal() {
     lock.release();
     if (report_.failed) return false;
   }
-  push(std::move(chunk_));
-  chunk_ = Chunk();
+  batch_.channels = channels_.size();
+  push(std::move(batch_));
+  batch_ = Batch();
   if (!spare_.empty()) {
-    chunk_ = std::move(spare_.back());
+    batch_ = std::move(spare_.back());
     spare_.pop_back();
   }
   return true;
@@ -82,12 +95,10 @@ void Recorder::push(Item item) {
 }
 
 void Recorder::note_gap() {
-  const auto at = static_cast<std::uint64_t>(lost_to_.time_since_epoch().count());
-  const std::size_t begin = chunk_.begin_message(gaps_, ++sequence_, at, at);
-  append_json(
-      chunk_.records,
+  const std::size_t begin = begin_entry(gaps_, lost_to_);
+  batch_.packed.value(
       Map{{"lost", static_cast<std::int64_t>(lost_now_)}, {"from", seconds(lost_from_)}, {"to", seconds(lost_to_)}});
-  chunk_.end_message(begin);
+  end_entry(begin);
   lost_now_ = 0;
 }
 
@@ -102,7 +113,32 @@ void Recorder::add(Metadata metadata) {
 }
 
 Result<void> Recorder::write(const Item& item) {
-  return std::visit([this](const auto& record) { return writer_.write(record); }, item);
+  if (const auto* batch = std::get_if<Batch>(&item)) return write(*batch);
+  if (const auto* attachment = std::get_if<Attachment>(&item)) return writer_.write(*attachment);
+  return writer_.write(std::get<Metadata>(item));
+}
+
+Result<void> Recorder::write(const Batch& batch) {
+  chunk_.clear();
+  {
+    const std::lock_guard lock(mutex_);
+    for (; written_channels_ < batch.channels; ++written_channels_) {
+      const Channel& channel = channels_[written_channels_];
+      for (; written_schemas_ < channel.schema; ++written_schemas_) chunk_.add(schemas_[written_schemas_]);
+      chunk_.add(channel);
+    }
+  }
+  std::string_view rest = batch.packed.bytes();
+  while (!rest.empty()) {
+    Entry entry;
+    std::memcpy(&entry, rest.data(), sizeof entry);
+    const auto time = static_cast<std::uint64_t>(entry.time);
+    const std::size_t begin = chunk_.begin_message(entry.channel, entry.sequence, time, time);
+    PackedJson::unpack(chunk_.records, rest.substr(sizeof entry, entry.size));
+    chunk_.end_message(begin);
+    rest.remove_prefix(sizeof entry + entry.size);
+  }
+  return chunk_.empty() ? Result<void>() : writer_.write(chunk_);
 }
 
 void Recorder::work() {
@@ -129,7 +165,7 @@ void Recorder::work() {
         work_.wait(lock, ready);
       } else if (!work_.wait_until(lock, flushed + flush_every, ready)) {
         flushed = std::chrono::steady_clock::now();
-        if (chunk_.messages > 0) (void)seal();
+        if (batch_.messages > 0) (void)seal();
         if (queue_.empty()) continue;
       }
       if (queue_.empty()) break;
@@ -138,10 +174,11 @@ void Recorder::work() {
     }
     room_.notify_all();
     if (!check(write(item))) return;
-    if (auto* chunk = std::get_if<Chunk>(&item)) {
-      chunk->clear();
+    if (auto* batch = std::get_if<Batch>(&item)) {
+      batch->packed.clear();
+      batch->messages = 0;
       const std::lock_guard lock(mutex_);
-      if (spare_.size() < 4) spare_.push_back(std::move(*chunk));
+      if (spare_.size() < 4) spare_.push_back(std::move(*batch));
     }
   }
   (void)check(writer_.end(schemas_, channels_));
@@ -153,7 +190,8 @@ void Recorder::close() {
     if (closing_) return;
     if (lost_now_ > 0) note_gap();
     // The last chunk may go beyond the bound: nothing follows it.
-    if (!chunk_.empty() && !report_.failed) push(std::move(chunk_));
+    batch_.channels = channels_.size();
+    if (!report_.failed) push(std::move(batch_));
     closing_ = true;
     work_.notify_one();
   }

@@ -16,6 +16,7 @@
 #include "sentree/base/result.h"
 #include "sentree/base/time.h"
 #include "sentree/record/mcap.h"
+#include "sentree/record/packed_json.h"
 #include "sentree/record/sink.h"
 #include "sentree/record/writer.h"
 
@@ -26,7 +27,7 @@ inline constexpr std::size_t kWaitingChunksMax = 64;
 
 struct RecorderOptions {
   Compression compression = Compression::kZstd;
-  std::size_t chunk_size = 512U << 10U;  ///< Unpacked bytes after which a chunk is ended.
+  std::size_t chunk_size = 512U << 10U;  ///< Packed bytes after which a chunk is ended; its JSON is about as long.
   /// Wall time after which an unfinished chunk is written all the same; 0: never, so that the bytes of the file depend
   /// on the messages only.
   Duration flush_every = std::chrono::milliseconds(500);
@@ -57,16 +58,24 @@ class Recorder {
   /// A topic of JSON messages. Schemas of one name are one.
   ChannelId add_channel(std::string topic, std::string_view schema, std::string_view json_schema);
 
-  /// Records a message; `append` adds its JSON to the string that it is given, which holds others already.
-  /// Cost: that of `append` and an uncontended lock.
-  template <class Append>
-  void message(ChannelId channel, TimePoint time, Append&& append) {
+  /// Records a message; `pack` adds its JSON to what it is given, which holds others already. The writer's thread
+  /// prints it.
+  /// Cost: that of `pack` and an uncontended lock.
+  template <class Pack>
+  void pack(ChannelId channel, TimePoint time, Pack&& pack) {
     const std::lock_guard lock(mutex_);
     if (!make_room(time)) return;
-    const auto at = static_cast<std::uint64_t>(time.time_since_epoch().count());
-    const std::size_t begin = chunk_.begin_message(channel, ++sequence_, at, at);
-    append(chunk_.records);
-    chunk_.end_message(begin);
+    const std::size_t begin = begin_entry(channel, time);
+    pack(batch_.packed);
+    end_entry(begin);
+  }
+
+  /// Records a message; `append` adds its JSON to the string that it is given.
+  template <class Append>
+  void message(ChannelId channel, TimePoint time, Append&& append) {
+    std::string json;
+    append(json);
+    pack(channel, time, [&](PackedJson& out) { out.json(json); });
   }
 
   void attach(Attachment attachment);
@@ -77,7 +86,22 @@ class Recorder {
   [[nodiscard]] RecorderReport report() const;
 
  private:
-  using Item = std::variant<Chunk, Attachment, Metadata>;
+  // Messages in the order in which they came: each an entry's header and its packed JSON.
+  struct Batch {
+    PackedJson packed;
+    std::size_t messages = 0;
+    std::size_t channels = 0;  // that there were when it was handed on
+  };
+  struct Entry {
+    std::int64_t time = 0;
+    std::uint32_t sequence = 0;
+    std::uint32_t size = 0;
+    ChannelId channel = 0;
+  };
+  using Item = std::variant<Batch, Attachment, Metadata>;
+
+  std::size_t begin_entry(ChannelId channel, TimePoint time);
+  void end_entry(std::size_t begin);
 
   // With the lock held. False: there is none, and the message is lost.
   bool make_room(TimePoint time);
@@ -86,6 +110,7 @@ class Recorder {
   void note_gap();
   void work();
   Result<void> write(const Item& item);
+  Result<void> write(const Batch& batch);
 
   RecorderOptions options_;
   std::unique_ptr<Sink> sink_;
@@ -94,9 +119,9 @@ class Recorder {
   mutable std::mutex mutex_;
   std::condition_variable work_;
   std::condition_variable room_;
-  Chunk chunk_;
+  Batch batch_;
   std::deque<Item> queue_;
-  std::vector<Chunk> spare_;
+  std::vector<Batch> spare_;
   std::vector<Schema> schemas_;
   std::vector<Channel> channels_;
   ChannelId gaps_ = 0;
@@ -106,6 +131,10 @@ class Recorder {
   TimePoint lost_to_{};
   RecorderReport report_;
   bool closing_ = false;
+  // Of the writer's thread.
+  Chunk chunk_;
+  std::size_t written_channels_ = 0;
+  std::size_t written_schemas_ = 0;
   std::thread thread_;
 };
 

@@ -271,9 +271,13 @@ TEST(Foxglove, WritesJsonWithTheMembersOfItsSchema) {
       EXPECT_NE(value->find(name), nullptr) << name << " in " << json;
   };
   std::string pose, poses, scan, grid, log, scene;
-  append_pose(pose, time, {1.25, -2, 0});
+  PackedJson packed;
+  pack_pose(packed, time, {1.25, -2, 0});
+  PackedJson::unpack(pose, packed.bytes());
+  packed.clear();
   append_path(poses, time, path);
-  append_scan(scan, time, {0, 0, 0}, -1.0, 0.5, ranges);
+  pack_scan(packed, time, {0, 0, 0}, -1.0, 0.5, ranges);
+  PackedJson::unpack(scan, packed.bytes());
   append_grid(grid, time, {.origin_map = {}, .cell_m = 0.05, .columns = 2, .cells = cells});
   append_log(log, time, LogLevel::kWarning, "GoTo", "slow \"motor\"");
   append_scene(scene, time, things);

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <ctime>
-#include <map>
 #include <set>
+#include <unordered_map>
 
 #include "sentree/base/json.h"
 #include "sentree/record/foxglove.h"
@@ -49,10 +49,17 @@ std::string wall_clock() {
   return text;
 }
 
-List state_ids(const scxml::Chart& chart, const scxml::Session& session) {
-  List ids;
-  for (const std::string& id : session.active_ids(chart)) ids.emplace_back(id);
-  return ids;
+void pack_state_ids(record::PackedJson& out, const scxml::Chart& chart, const scxml::Session& session) {
+  out.raw("[");
+  bool first = true;
+  session.configuration().for_each([&](scxml::StateIndex state) {
+    const std::string& id = chart.states()[state].id;
+    if (id.empty()) return;
+    if (!first) out.raw(",");
+    first = false;
+    out.text(id);
+  });
+  out.raw("]");
 }
 
 }  // namespace
@@ -109,38 +116,46 @@ struct RunRecorder::Impl {
     recorder.add(std::move(facts));
   }
 
-  template <class Append>
-  void write(record::ChannelId channel, TimePoint time, Append&& append) {
-    recorder.message(channel, time, std::forward<Append>(append));
+  template <class Pack>
+  void write(record::ChannelId channel, TimePoint time, Pack&& pack) {
+    recorder.pack(channel, time, std::forward<Pack>(pack));
   }
 
   void say(TimePoint time, record::LogLevel level, std::string_view name, std::string_view text) {
-    write(log, time, [&](std::string& out) { record::append_log(out, time, level, name, text); });
+    recorder.message(log, time, [&](std::string& out) { record::append_log(out, time, level, name, text); });
   }
 
   // In the observer's actor.
   void observe(const Message& message) {
     last_time = message.time;
-    write(observations, message.time, [&](std::string& out) { record::append_observation(out, message); });
-    if (message.name == "mission.tick") {
-      write_tree(message.time);
-      tick = message.tick;
-    } else if (message.name == "node.status") {
-      const Value* node = message.data.find("node");
-      const Value* to = message.data.find("to");
-      const std::int64_t* index = node != nullptr ? node->as_int() : nullptr;
-      if (index == nullptr || to == nullptr || *index < 0 || *index >= static_cast<std::int64_t>(statuses.size()))
-        return;
-      statuses[static_cast<std::size_t>(*index)] = bt::parse_status(to->text()).value_or(bt::Status::kIdle);
-    } else if (message.kind == MessageKind::kEvent && message.name.ends_with(".log")) {
-      const Value* label = message.data.find("label");
-      const Value* text = message.data.find("text");
-      std::string line(label != nullptr ? label->text() : "");
-      if (!line.empty()) line += ": ";
-      say(message.time, record::LogLevel::kInfo, message.source,
-          line + std::string(text != nullptr ? text->text() : ""));
+    const Route& route = route_of(message);
+    write(observations, message.time, [&](record::PackedJson& out) { record::pack_observation(out, message); });
+    switch (route.what) {
+      case What::kTick:
+        write_tree(message.time);
+        tick = message.tick;
+        break;
+      case What::kStatus: take_status(message); break;
+      case What::kLog: {
+        const Value* label = message.data.find("label");
+        const Value* text = message.data.find("text");
+        std::string line(label != nullptr ? label->text() : "");
+        if (!line.empty()) line += ": ";
+        say(message.time, record::LogLevel::kInfo, message.source,
+            line + std::string(text != nullptr ? text->text() : ""));
+        break;
+      }
+      case What::kOther: break;
     }
-    for (const std::size_t index : listeners_of(message.name)) look_at_monitor(index, message.time);
+    for (const std::size_t index : route.monitors) look_at_monitor(index, message.time);
+  }
+
+  void take_status(const Message& message) {
+    const Value* node = message.data.find("node");
+    const Value* to = message.data.find("to");
+    const std::int64_t* index = node != nullptr ? node->as_int() : nullptr;
+    if (index == nullptr || to == nullptr || *index < 0 || *index >= static_cast<std::int64_t>(statuses.size())) return;
+    statuses[static_cast<std::size_t>(*index)] = bt::parse_status(to->text()).value_or(bt::Status::kIdle);
   }
 
   // The tree as the last tick left it, if that differs from the one before.
@@ -152,22 +167,34 @@ struct RunRecorder::Impl {
       if (statuses[node] == bt::Status::kIdle) continue;
       status.append(plan.tree.path(static_cast<bt::NodeId>(node)), bt::to_string(statuses[node]));
     }
-    write(tree, time, [&](std::string& out) {
-      append_json(out, Map{{"tick", static_cast<std::int64_t>(tick)}, {"status", std::move(status)}});
+    write(tree, time, [&](record::PackedJson& out) {
+      out.value(Map{{"tick", static_cast<std::int64_t>(tick)}, {"status", std::move(status)}});
     });
   }
 
-  // Monitors that such an observation may move.
-  const std::vector<std::size_t>& listeners_of(const std::string& name) {
+  // What observations of one name mean here.
+  enum class What : std::uint8_t { kOther, kTick, kStatus, kLog };
+  struct Route {
+    What what = What::kOther;
+    std::vector<std::size_t> monitors;  // that they may move
+  };
+
+  const Route& route_of(const Message& message) {
     constexpr std::size_t kNamesMax = 1U << 14U;
-    if (listeners.size() > kNamesMax) listeners.clear();
-    const auto [entry, is_new] = listeners.try_emplace(name);
-    if (is_new) {
-      for (std::size_t i = 0; i < plan.monitors.size(); ++i) {
-        if (plan.monitors[i].listens_to(name)) entry->second.push_back(i);
-      }
+    if (routes.size() > kNamesMax) routes.clear();
+    const auto [entry, is_new] = routes.try_emplace(message.name);
+    Route& route = entry->second;
+    if (!is_new) return route;
+    if (message.name == "mission.tick")
+      route.what = What::kTick;
+    else if (message.name == "node.status")
+      route.what = What::kStatus;
+    else if (message.kind == MessageKind::kEvent && message.name.ends_with(".log"))
+      route.what = What::kLog;
+    for (std::size_t i = 0; i < plan.monitors.size(); ++i) {
+      if (plan.monitors[i].listens_to(message.name)) route.monitors.push_back(i);
     }
-    return entry->second;
+    return route;
   }
 
   // In the observer's actor.
@@ -178,10 +205,14 @@ struct RunRecorder::Impl {
     if (seen.known && seen.verdict == state->verdict && seen.configuration == state->session.configuration()) return;
     seen = {true, state->verdict, state->session.configuration()};
     const monitor::Model& model = plan.monitors[index];
-    write(monitor_states, time, [&](std::string& out) {
-      append_json(out, Map{{"monitor", model.name()},
-                           {"verdict", monitor::to_string(state->verdict)},
-                           {"states", state_ids(model.chart(), state->session)}});
+    write(monitor_states, time, [&](record::PackedJson& out) {
+      out.raw(R"({"monitor":)");
+      out.text(model.name());
+      out.raw(R"(,"verdict":)");
+      out.text(monitor::to_string(state->verdict));
+      out.raw(R"(,"states":)");
+      pack_state_ids(out, model.chart(), state->session);
+      out.raw("}");
     });
   }
 
@@ -195,10 +226,17 @@ struct RunRecorder::Impl {
     seen.running = skill.running();
     if (skill.running()) seen.configuration = skill.session().configuration();
     const TimePoint time = inside->scheduler().now();
-    write(chart_states, time, [&](std::string& out) {
-      append_json(out, Map{{"leaf", plan.leaves[leaf].name},
-                           {"running", skill.running()},
-                           {"states", skill.running() ? state_ids(skill.chart(), skill.session()) : List()}});
+    write(chart_states, time, [&](record::PackedJson& out) {
+      out.raw(R"({"leaf":)");
+      out.text(plan.leaves[leaf].name);
+      out.raw(R"(,"running":)");
+      out.boolean(skill.running());
+      out.raw(R"(,"states":)");
+      if (skill.running())
+        pack_state_ids(out, skill.chart(), skill.session());
+      else
+        out.raw("[]");
+      out.raw("}");
     });
   }
 
@@ -294,7 +332,7 @@ struct RunRecorder::Impl {
     if (--snapshot.missing > 0) return;
     snapshot.values["skills"] = std::move(snapshot.skills);
     snapshot.values["monitors"] = std::move(snapshot.monitors);
-    write(snapshots, snapshot.time, [&](std::string& out) { append_json(out, snapshot.values); });
+    write(snapshots, snapshot.time, [&](record::PackedJson& out) { out.value(snapshot.values); });
   }
 
   struct Seen {
@@ -322,7 +360,7 @@ struct RunRecorder::Impl {
   std::uint64_t tick = 0;
   std::vector<bt::Status> statuses;
   std::vector<bt::Status> written_statuses;
-  std::map<std::string, std::vector<std::size_t>, std::less<>> listeners;
+  std::unordered_map<std::string, Route> routes;
   std::vector<Seen> monitors;
   std::vector<Charted> charts;  // each belongs to its skill's actor
 };

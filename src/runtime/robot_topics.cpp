@@ -1,6 +1,5 @@
 #include "sentree/runtime/robot_topics.h"
 
-#include "sentree/base/json.h"
 #include "sentree/record/foxglove.h"
 #include "sentree/record/schemas.h"
 
@@ -51,9 +50,10 @@ void RobotTopics::sample_robot(const sim::RobotSpec& spec, const sim::RobotState
   const sim::Pose2 estimate = sim::estimated_pose(state.localization, state.odometry);
   const bool repeat = robot.posed == TimePoint::min() || now - robot.posed >= kPoseRepeat;
   if (repeat || !(state.truth.pose == robot.last_truth) || !(estimate == robot.last_estimate)) {
-    recorder_.message(robot.truth, now,
-                      [&](std::string& out) { record::append_pose(out, now, to_pose(state.truth.pose)); });
-    recorder_.message(robot.estimate, now, [&](std::string& out) { record::append_pose(out, now, to_pose(estimate)); });
+    recorder_.pack(robot.truth, now,
+                   [&](record::PackedJson& out) { record::pack_pose(out, now, to_pose(state.truth.pose)); });
+    recorder_.pack(robot.estimate, now,
+                   [&](record::PackedJson& out) { record::pack_pose(out, now, to_pose(estimate)); });
     robot.last_truth = state.truth.pose;
     robot.last_estimate = estimate;
     robot.posed = now;
@@ -62,9 +62,9 @@ void RobotTopics::sample_robot(const sim::RobotSpec& spec, const sim::RobotState
     // Where the robot believes that the scan was taken.
     const sim::Pose2 laser =
         sim::compose(sim::estimated_pose(state.localization, state.scan_odometry), spec.laser.mount);
-    recorder_.message(robot.scan, now, [&](std::string& out) {
-      record::append_scan(out, now, to_pose(laser), spec.laser.angle_min_rad, spec.laser.angle_increment_rad,
-                          state.scan.ranges);
+    recorder_.pack(robot.scan, now, [&](record::PackedJson& out) {
+      record::pack_scan(out, now, to_pose(laser), spec.laser.angle_min_rad, spec.laser.angle_increment_rad,
+                        state.scan.ranges);
     });
     robot.scanned = state.scan.stamp;
   }
@@ -75,10 +75,14 @@ void RobotTopics::sample_robot(const sim::RobotSpec& spec, const sim::RobotState
     robot.last_path = state.navigator.path;
   }
   if (!(state.battery == robot.last_battery)) {
-    recorder_.message(robot.battery, now, [&](std::string& out) {
-      append_json(out, Map{{"percent", state.battery.charge * 100},
-                           {"current_A", state.battery.current_A},
-                           {"charging", sim::is_charging(state.battery)}});
+    recorder_.pack(robot.battery, now, [&](record::PackedJson& out) {
+      out.raw(R"({"percent":)");
+      out.number(state.battery.charge * 100);
+      out.raw(R"(,"current_A":)");
+      out.number(state.battery.current_A);
+      out.raw(R"(,"charging":)");
+      out.boolean(sim::is_charging(state.battery));
+      out.raw("}");
     });
     robot.last_battery = state.battery;
   }

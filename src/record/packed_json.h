@@ -1,0 +1,103 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "sentree/base/time.h"
+#include "sentree/base/value.h"
+
+namespace sentree::record {
+
+/// Text of the program itself, which is always there.
+class StaticText {
+ public:
+  template <std::size_t N>
+  consteval StaticText(const char (&literal)[N]) : text_(literal, N - 1) {}
+  [[nodiscard]] std::string_view view() const { return text_; }
+
+ private:
+  std::string_view text_;
+};
+
+/// JSON that is to be printed later and elsewhere: the numbers and texts as they are, in the order in which they come.
+///
+/// Printing costs most of what recording a message costs; packing is a copy. `unpack` prints exactly what
+/// `append_json` would have printed.
+class PackedJson {
+ public:
+  PackedJson() = default;
+  PackedJson(PackedJson&& other) noexcept { *this = std::move(other); }
+  PackedJson& operator=(PackedJson&& other) noexcept {
+    data_ = std::move(other.data_);
+    size_ = std::exchange(other.size_, 0);
+    capacity_ = std::exchange(other.capacity_, 0);
+    return *this;
+  }
+
+  /// JSON as it stands. The text is kept by its address.
+  void raw(StaticText json);
+  /// JSON as it stands, copied.
+  void json(std::string_view written) { copy(kJson, written); }
+  /// A JSON string.
+  void text(std::string_view text) { copy(kText, text); }
+  void integer(std::int64_t number) { put(kInteger, number); }
+  void unsigned_integer(std::uint64_t number) { put(kUnsigned, number); }
+  void number(double number) { put(kDouble, number); }
+  void boolean(bool truth);
+  /// Seconds with as many decimals as are needed, at least one.
+  void seconds(TimePoint time) { put(kSeconds, time.time_since_epoch().count()); }
+  /// With six decimals at most; 0 if it is not finite or beyond 1e9.
+  void rounded(double number) { put(kRounded, number); }
+  /// With three decimals each, comma between them.
+  void rounded_list(std::span<const double> numbers);
+  void value(const Value& value);
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] std::string_view bytes() const { return {data_.get(), size_}; }
+  /// Forgets the content and keeps the memory.
+  void clear() { size_ = 0; }
+  /// Room for other things that lie between packed ones, at the end.
+  char* room(std::size_t bytes) {
+    if (capacity_ - size_ < bytes) grow(bytes);
+    char* at = data_.get() + size_;
+    size_ += bytes;
+    return at;
+  }
+  [[nodiscard]] char* at(std::size_t offset) { return data_.get() + offset; }
+
+  /// Prints what was packed into `bytes`.
+  static void unpack(std::string& out, std::string_view bytes);
+
+ private:
+  // Beyond these, a byte stands for itself: brackets, commas, colons.
+  enum Op : char { kRaw, kJson, kText, kInteger, kUnsigned, kDouble, kSeconds, kRounded, kRoundedList, kBytes };
+
+  void put(char op) { *room(1) = op; }
+  template <class Number>
+  void put(Op op, Number number) {
+    static_assert(sizeof number == 8);
+    char* to = room(9);
+    *to = op;
+    std::memcpy(to + 1, &number, 8);
+  }
+  void copy(Op op, std::string_view bytes) {
+    char* to = room(5 + bytes.size());
+    const auto length = static_cast<std::uint32_t>(bytes.size());
+    *to = op;
+    std::memcpy(to + 1, &length, 4);
+    if (length > 0) std::memcpy(to + 5, bytes.data(), length);
+  }
+  void grow(std::size_t bytes);
+
+  std::unique_ptr<char[]> data_;
+  std::size_t size_ = 0;
+  std::size_t capacity_ = 0;
+};
+
+}  // namespace sentree::record
