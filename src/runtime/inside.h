@@ -11,6 +11,7 @@ namespace sentree::runtime {
 class Mission;
 class Monitors;
 class SkillActor;
+class Steering;
 
 /// What somebody who takes part in a run (a recorder, a replay) may reach. Lives as long as the run.
 class RunInside {
@@ -31,6 +32,8 @@ class RunInside {
   [[nodiscard]] virtual const Monitors& monitors() const = 0;
   /// The skill of a leaf, by index in the plan, or null if it runs in another process.
   [[nodiscard]] virtual SkillActor* skill(std::size_t leaf) = 0;
+  /// For other threads; its answers come from the run.
+  [[nodiscard]] virtual Steering& steering() = 0;
   /// Ends the run as it is, without halting anything.
   virtual void end() = 0;
 };

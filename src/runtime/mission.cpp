@@ -20,7 +20,7 @@ struct Mission::StatusEvents final : bt::Observer {
 Mission::Mission(const Plan& plan, MissionOptions options, Scheduler& scheduler, Stream& stream,
                  std::vector<std::unique_ptr<LeafDriver>> drivers)
     : plan_(plan),
-      options_(options),
+      options_(std::move(options)),
       scheduler_(scheduler),
       stream_(stream),
       actor_(scheduler.add_actor("mission")),
@@ -247,6 +247,7 @@ void Mission::finish_tick(bt::Status status) {
   if (status != root_)
     publish(MessageKind::kEvent, "mission", "", "mission.status", Map{{"status", to_string(status)}});
   root_ = status;
+  if (options_.tick_done) options_.tick_done(ticks_);
   if (bt::is_completed(status) && !options_.repeat) over_ = true;
   check_end();
 }

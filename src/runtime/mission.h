@@ -43,6 +43,8 @@ struct MissionOptions {
   double factor = 1.0;  ///< Run seconds per wall second; deadlines are stretched by it.
   /// When the first ticks begin, instead of by the rate: those of a recording.
   std::vector<TimePoint> tick_times;
+  /// Told, in the mission's actor, when a root tick has been done; may be empty.
+  std::function<void(std::uint64_t tick)> tick_done = {};
 };
 
 /// Executes the tree: ticks it at its rate, carries ticks and halts to the leaves and their answers back, keeps

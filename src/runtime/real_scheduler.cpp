@@ -18,30 +18,76 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-// Run time that stands at 0 until it is started. Any thread may read it.
+// Run time that stands at 0 until it is started, and while it is paused. Any thread may read it.
 class StretchedClock final : public Clock {
  public:
   explicit StretchedClock(double factor) : factor_(factor) { SENTREE_ASSERT(factor > 0); }
 
-  void start() { start_ns_ = SteadyClock::now().time_since_epoch().count(); }
-  TimePoint now() const override {
-    const std::int64_t start = start_ns_;
-    if (start == kNotStarted) return {};
-    const auto passed = static_cast<double>(SteadyClock::now().time_since_epoch().count() - start);
-    return TimePoint(Duration(static_cast<std::int64_t>(passed * factor_)));
+  void start() {
+    const std::lock_guard lock(mutex_);
+    started_ = true;
+    anchor(TimePoint{}, factor_);
   }
-  /// Only once started.
+  void set(Pace pace) {
+    const std::lock_guard lock(mutex_);
+    const TimePoint present = now();
+    paused_ = pace.paused;
+    if (pace.factor > 0) factor_ = pace.factor;
+    anchor(present, factor_);
+  }
+  Pace pace() const {
+    const std::lock_guard lock(mutex_);
+    return {paused_, factor_};
+  }
+  TimePoint now() const override {
+    const Line line = read();
+    const auto passed = static_cast<double>(SteadyClock::now().time_since_epoch().count() - line.wall_ns);
+    return TimePoint(Duration(line.run_ns + static_cast<std::int64_t>(passed * line.slope)));
+  }
+  /// When it will be `when`; never, while time stands.
   SteadyClock::time_point wall(TimePoint when) const {
-    const double ns = static_cast<double>(when.time_since_epoch().count()) / factor_;
-    if (ns > 9e18 - static_cast<double>(start_ns_)) return SteadyClock::time_point::max();
-    return SteadyClock::time_point(Duration(start_ns_ + static_cast<std::int64_t>(ns)));
+    const Line line = read();
+    if (line.slope <= 0) return SteadyClock::time_point::max();
+    const double ns = static_cast<double>(when.time_since_epoch().count() - line.run_ns) / line.slope;
+    if (ns > 9e18 - static_cast<double>(line.wall_ns)) return SteadyClock::time_point::max();
+    return SteadyClock::time_point(Duration(line.wall_ns + static_cast<std::int64_t>(ns)));
   }
 
  private:
-  static constexpr std::int64_t kNotStarted = INT64_MIN;
-  const double factor_;
-  std::atomic<std::int64_t> start_ns_ = kNotStarted;
+  // Run time as a function of wall time.
+  struct Line {
+    std::int64_t run_ns = 0;
+    std::int64_t wall_ns = 0;
+    double slope = 0.0;
+  };
+
+  // Readers outnumber writers by millions, so they take no lock: they read again what was written meanwhile.
+  Line read() const {
+    for (;;) {
+      const std::uint64_t version = version_;
+      const Line line{run_ns_, wall_ns_, slope_};
+      if (version % 2 == 0 && version_ == version) return line;
+    }
+  }
+  void anchor(TimePoint present, double factor) {
+    ++version_;
+    run_ns_ = present.time_since_epoch().count();
+    wall_ns_ = SteadyClock::now().time_since_epoch().count();
+    slope_ = started_ && !paused_ ? factor : 0.0;
+    ++version_;
+  }
+
+  mutable std::mutex mutex_;  // of those who write
+  double factor_;
+  bool paused_ = false;
+  bool started_ = false;
+  std::atomic<std::uint64_t> version_ = 0;  // odd: being written
+  std::atomic<std::int64_t> run_ns_ = 0;
+  std::atomic<std::int64_t> wall_ns_ = 0;
+  std::atomic<double> slope_ = 0.0;
 };
+
+thread_local const void* working_for = nullptr;  // the scheduler whose task this thread executes
 
 class RealScheduler final : public Scheduler {
  public:
@@ -53,6 +99,7 @@ class RealScheduler final : public Scheduler {
 
   TimePoint now() const override { return clock_.now(); }
   bool is_virtual() const override { return false; }
+  bool is_inside() const override { return working_for == this; }
 
   ActorId add_actor(std::string name) override {
     const std::lock_guard lock(mutex_);
@@ -87,13 +134,30 @@ class RealScheduler final : public Scheduler {
       stopped_ = true;
     }
     stopped_changed_.notify_all();
-    // Actors are never removed, so the list can be walked while more are added only under the lock.
-    const std::lock_guard lock(mutex_);
-    for (auto& actor : actors_) {
-      const std::lock_guard actor_lock(actor->mutex);
-      actor->wake.notify_all();
-    }
+    wake_all();
   }
+
+  void set_pace(Pace pace) override {
+    const bool was_paused = clock_.pace().paused;
+    clock_.set(pace);
+    wake_all();
+    if (pace.paused && !was_paused && told_standing_) told_standing_();
+  }
+  Pace pace() const override { return clock_.pace(); }
+  bool standing() const override { return clock_.pace().paused; }
+  void on_standing(std::function<void()> told) override { told_standing_ = std::move(told); }
+  bool inject(ActorId to, Task task) override {
+    if (injected_.fetch_add(1) >= kInboxMax) {
+      --injected_;
+      return false;
+    }
+    post(to, [this, task = std::move(task)] {
+      --injected_;
+      task();
+    });
+    return true;
+  }
+  TimePoint view_time() const override { return now(); }
 
   void abandon(ActorId which, std::string) override {
     const std::lock_guard lock(mutex_);
@@ -133,6 +197,15 @@ class RealScheduler final : public Scheduler {
     std::condition_variable ended_changed;
   };
 
+  void wake_all() {
+    // Actors are never removed, so the list can be walked while more are added only under the lock.
+    const std::lock_guard lock(mutex_);
+    for (auto& actor : actors_) {
+      const std::lock_guard actor_lock(actor->mutex);
+      actor->wake.notify_all();
+    }
+  }
+
   template <class Add>
   void push(ActorId to, Add add) {
     Actor* actor = nullptr;
@@ -166,6 +239,7 @@ class RealScheduler final : public Scheduler {
   }
 
   void work(Actor& actor, std::uint64_t mine) {
+    working_for = this;
     prctl(PR_SET_NAME, actor.name.substr(0, 15).c_str());
     prctl(PR_SET_TIMERSLACK, 1000UL);  // 1 µs: the default of 50 µs would show as jitter of every tick
     std::unique_lock lock(actor.mutex);
@@ -210,6 +284,8 @@ class RealScheduler final : public Scheduler {
   std::condition_variable stopped_changed_;
   std::atomic<bool> stopped_ = false;
   bool running_ = false;
+  std::function<void()> told_standing_;
+  std::atomic<std::size_t> injected_ = 0;
   std::optional<std::string> error_;
   std::vector<std::unique_ptr<Actor>> actors_;
 };

@@ -17,7 +17,9 @@
 #include "sentree/runtime/remote_observer.h"
 #include "sentree/runtime/remote_service.h"
 #include "sentree/runtime/remote_skill.h"
+#include "sentree/runtime/run_steering.h"
 #include "sentree/runtime/services.h"
+#include "sentree/runtime/stream_publisher.h"
 #include "sentree/runtime/supervisor.h"
 #include "sentree/runtime/tap.h"
 #include "sentree/runtime/watchdog.h"
@@ -26,78 +28,6 @@
 namespace sentree::runtime {
 
 namespace {
-
-using Observers = std::vector<std::unique_ptr<RemoteObserver>>;
-
-// The stream as callers see it, with the monitors and observers that gate it.
-class StreamPublisher final : public Publisher {
- public:
-  /// @param patience  How long a gate may take [run time].
-  StreamPublisher(Stream& stream, const Monitors& monitors, const Observers& observers, Scheduler& scheduler,
-                  Duration patience)
-      : stream_(stream), monitors_(monitors), observers_(observers), scheduler_(scheduler), patience_(patience) {}
-
-  void publish(Message message) override { stream_.publish(std::move(message)); }
-
-  std::optional<Admission> request(Message message, Stream::Decided decided) override {
-    std::vector<RemoteObserver*> asked;
-    for (const auto& observer : observers_) {
-      if (observer->is_gate_of(call_of(message))) asked.push_back(observer.get());
-    }
-    if (asked.empty()) return admit(std::move(message), std::move(decided));
-    ask(std::move(message), asked, std::move(decided));
-    return std::nullopt;
-  }
-
-  std::uint64_t next_call() override { return stream_.next_call(); }
-
- private:
-  // Asks the monitors of this process, and publishes.
-  std::optional<Admission> admit(Message message, Stream::Decided decided) {
-    if (!monitors_.is_gated(call_of(message))) {
-      stream_.publish(std::move(message));
-      return Admission{};
-    }
-    return stream_.publish_if(
-        std::move(message), [this](const Message& request) { return monitors_.judge(request); },
-        scheduler_.now() + patience_, std::move(decided));
-  }
-
-  // Asks those elsewhere first, all at once; the first veto, or the deadline, decides.
-  void ask(Message message, const std::vector<RemoteObserver*>& asked, Stream::Decided decided) {
-    struct Question {
-      Message message;
-      Stream::Decided decided;
-      std::atomic<std::size_t> unanswered;
-      std::atomic<bool> open = true;
-    };
-    message.time = scheduler_.now();
-    message.tick = stream_.tick();
-    const auto question = std::make_shared<Question>();
-    question->message = message;
-    question->decided = std::move(decided);
-    question->unanswered = asked.size();
-    scheduler_.at(stream_.actor(), scheduler_.now() + patience_, Rank::kTimer, [question] {
-      if (question->open.exchange(false)) question->decided({Veto{"", "an observer did not answer in time"}});
-    });
-    for (RemoteObserver* observer : asked) {
-      observer->ask(message, [this, question](Admission admission) {
-        if (admission.veto) {
-          if (question->open.exchange(false)) question->decided(std::move(admission));
-        } else if (--question->unanswered == 0 && question->open.exchange(false)) {
-          if (auto decision = admit(std::move(question->message), question->decided))
-            question->decided(std::move(*decision));
-        }
-      });
-    }
-  }
-
-  Stream& stream_;
-  const Monitors& monitors_;
-  const Observers& observers_;
-  Scheduler& scheduler_;
-  Duration patience_;
-};
 
 // What a run's processes get to end in order.
 constexpr std::chrono::seconds kEndPatience{2};
@@ -129,11 +59,6 @@ void replace_all(std::string& text, const std::string& what, const std::string& 
 
 }  // namespace
 
-bool RunReport::any_violated() const {
-  return std::any_of(monitors.begin(), monitors.end(),
-                     [](const MonitorReport& m) { return m.verdict == monitor::Verdict::kViolated; });
-}
-
 class Run::Impl final : public RunView, private RunInside {
  public:
   Impl(const Plan& plan, RunOptions options)
@@ -148,7 +73,18 @@ class Run::Impl final : public RunView, private RunInside {
                   {.decided = [this](const MonitorReport& report) { on_decision(report); },
                    .given_up = [this](const std::string& why) { given_up(why); }}),
         publisher_(stream_, monitors_, observers_, *scheduler_, stretched(scenario_.project.deadlines.call)),
-        director_(scheduler_->add_actor("director")) {
+        director_(scheduler_->add_actor("director")),
+        steering_({.plan = &plan,
+                   .scheduler = scheduler_.get(),
+                   .director = director_,
+                   .publish = [this](Message message) { stream_.publish(std::move(message)); },
+                   .tick = [this] { return stream_.tick(); },
+                   .call = [this](const std::string& service, const std::string& method,
+                                  const Value& args) { return call_service(service, method, args); },
+                   .stop = [this] { mission_->stop(); },
+                   .kill_process = [this](const std::string& process) { supervisor_->kill(process); }}) {
+    scheduler_->set_pace(
+        {.paused = options_.paused, .factor = scenario_.virtual_time ? options_.pace : scenario_.factor});
     services_ = plan.services;
     const bool simulates =
         std::any_of(services_.begin(), services_.end(), [](const auto& service) { return service.second.at == "sim"; });
@@ -186,10 +122,11 @@ class Run::Impl final : public RunView, private RunInside {
     });
     if (options_.on_begin) options_.on_begin(*this);
     ready_ = mission_.get();
-    if (interrupted_) mission_->stop();  // while the parts were started
+    if (interrupted_) steering_.ask_to_stop("interrupt");  // while the parts were started
     // In virtual time nothing goes on without a thread, so a script that never ends has ended the run.
     const auto hung = scenario_.virtual_time ? monitors_.hung() : std::nullopt;
     const auto error = hung ? hung : scheduler_->run();
+    steering_.finish();
     if (options_.on_view) options_.on_view(nullptr);
     // Skills elsewhere first: they still publish while they halt. Monitors and observers see what they say.
     control_server_.reset();
@@ -237,10 +174,11 @@ class Run::Impl final : public RunView, private RunInside {
 
   void interrupt() {
     interrupted_ = true;
-    if (scheduler_->is_virtual()) {
+    const Pace pace = scheduler_->pace();
+    if (scheduler_->is_virtual() && !pace.paused && pace.factor <= 0) {
       scheduler_->stop();
-    } else if (Mission* mission = ready_.load()) {
-      mission->stop();
+    } else if (ready_.load() != nullptr) {
+      steering_.ask_to_stop("interrupt");
     }
   }
 
@@ -269,6 +207,7 @@ class Run::Impl final : public RunView, private RunInside {
   const Mission& mission() const override { return *mission_; }
   const Monitors& monitors() const override { return monitors_; }
   SkillActor* skill(std::size_t leaf) override { return skills_[leaf]; }
+  Steering& steering() override { return steering_; }
   void end() override {
     ended_ = scheduler_->now();
     scheduler_->stop();
@@ -453,7 +392,8 @@ class Run::Impl final : public RunView, private RunInside {
                                  .repeat = scenario_.project.repeat,
                                  .deadlines = scenario_.project.deadlines,
                                  .factor = scenario_.factor,
-                                 .tick_times = options_.tick_times};
+                                 .tick_times = options_.tick_times,
+                                 .tick_done = [this](std::uint64_t tick) { steering_.tick_done(tick); }};
     mission_ = std::make_unique<Mission>(plan_, options, *scheduler_, stream_, std::move(drivers));
     return std::nullopt;
   }
@@ -531,13 +471,13 @@ class Run::Impl final : public RunView, private RunInside {
   }
 
   void inject(const Injection& injection) {
-    if (!injection.kill.empty()) {
-      publish_injection("kill", injection.kill, Map{{"process", injection.kill}});
-      supervisor_->kill(injection.kill);
-      return;
-    }
-    publish_injection(injection.service + "." + injection.method, injection.service, Map{{"args", injection.args}});
-    const CallOutcome outcome = call_service(injection.service, injection.method, injection.args);
+    Intervention what;
+    what.kind = injection.kill.empty() ? Intervention::Kind::kCall : Intervention::Kind::kKill;
+    what.target = injection.kill.empty() ? injection.service + "." + injection.method : injection.kill;
+    what.args = injection.args;
+    const auto applied = steering_.execute(what, "scenario");
+    if (!applied || !injection.kill.empty()) return;
+    const CallOutcome& outcome = applied->outcome;
     const bool accepted = outcome.ok && (outcome.result.as_string() == nullptr || outcome.result.text() == "OK");
     if (!accepted) {
       problem(to_string(injection.span) + ": " + injection.service + "." + injection.method + " answered " +
@@ -608,17 +548,6 @@ class Run::Impl final : public RunView, private RunInside {
       problem("no control socket: " + to_string(server.error()));
   }
 
-  void publish_injection(const std::string& what, const std::string& target, Map data) {
-    Message message;
-    message.kind = MessageKind::kEvent;
-    message.source = "scenario";
-    message.target = target;
-    message.name = "scenario.injection";
-    data["what"] = what;
-    message.data = std::move(data);
-    stream_.publish(std::move(message));
-  }
-
   void on_decision(const MonitorReport& report) {
     if (options_.on_decision) options_.on_decision(report);
     if (scenario_.stop_when_violated && report.verdict == monitor::Verdict::kViolated) mission_->stop();
@@ -654,9 +583,10 @@ class Run::Impl final : public RunView, private RunInside {
   Monitors monitors_;
   StreamPublisher publisher_;
   ActorId director_;
+  RunSteering steering_;
   std::unique_ptr<Supervisor> supervisor_;  // null: everything runs in this process
   std::string component_;                   // name of the process that runs the simulator; empty: this one does
-  Observers observers_;
+  StreamPublisher::Observers observers_;
   std::vector<MonitorReport> remote_reports_;  // of monitors elsewhere; under problems_mutex_
   std::atomic<bool> over_ = false;             // nothing is executed any more
   std::vector<std::unique_ptr<rpc::Server>> observer_servers_;
@@ -680,35 +610,5 @@ Run::~Run() {
 }
 RunReport Run::execute() { return impl_->execute(); }
 void Run::interrupt() { impl_->interrupt(); }
-
-void judge(const Scenario& scenario, RunReport& report) {
-  report.unmet.clear();
-  for (const std::string& why : report.given_up) report.unmet.push_back(why);
-  if (!report.error.empty() && report.given_up.empty())
-    report.unmet.push_back("the run could not go on: " + report.error);
-  if (scenario.mission && *scenario.mission != to_string(report.mission)) {
-    report.unmet.push_back("mission status " + std::string(to_string(report.mission)) + ", expected " +
-                           *scenario.mission + (report.reason.empty() ? "" : " (" + report.reason + ")"));
-  }
-  if (!scenario.mission_reason.empty() && report.reason.find(scenario.mission_reason) == std::string::npos) {
-    report.unmet.push_back("reason \"" + report.reason + "\", expected \"" + scenario.mission_reason + "\" in it");
-  }
-  for (const MonitorReport& monitor : report.monitors) {
-    const auto expected = scenario.verdicts.find(monitor.name);
-    const bool said =
-        std::find(report.given_up.begin(), report.given_up.end(), monitor.failure) != report.given_up.end();
-    if (!monitor.failure.empty() && !said)
-      report.unmet.push_back("monitor " + monitor.name + " was given up: " + monitor.failure);
-    if (expected == scenario.verdicts.end() || expected->second == to_string(monitor.verdict)) continue;
-    report.unmet.push_back("monitor " + monitor.name + " is " + std::string(to_string(monitor.verdict)) +
-                           ", expected " + expected->second);
-  }
-  if (scenario.distinct_processes) {
-    std::set<std::int64_t> pids;
-    for (const ProcessReport& process : report.processes) pids.insert(process.pid);
-    if (pids.size() != scenario.processes.size() + 1)
-      report.unmet.push_back("its parts did not run in processes of their own");
-  }
-}
 
 }  // namespace sentree::runtime

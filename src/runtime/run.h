@@ -20,11 +20,11 @@ namespace sentree::runtime {
 struct MonitorReport {
   std::string name;
   monitor::Verdict verdict = monitor::Verdict::kUndecided;
-  std::optional<monitor::Decision> decision;  ///< The last, of a re-arming monitor.
+  std::optional<monitor::Decision> decision;        ///< The last, of a re-arming monitor.
   std::optional<monitor::Explanation> explanation;  ///< Of a monitor that was synthesized from a requirement.
   std::string leaf;                                 ///< That was at work when it decided; empty: none.
   std::uint64_t violations = 0;
-  std::string standing;  ///< Why it is undecided: "pending: …" or "holds so far: …".
+  std::string standing;      ///< Why it is undecided: "pending: …" or "holds so far: …".
   std::string failure;       ///< Why it was given up; empty: it was not.
   std::uint64_t vetoes = 0;  ///< Requests that it refused as a gate.
 };
@@ -91,6 +91,10 @@ struct RunOptions {
   std::function<void(std::size_t leaf, const Skill&)> on_skill_step;
   /// Makes the port through which a leaf's skill calls a service; null: the usual one.
   std::function<std::unique_ptr<ServicePort>(const ServicePlan&, const std::string& leaf)> make_port;
+  /// The run stands at time 0 until it is resumed through `RunInside::steering`.
+  bool paused = false;
+  /// In virtual time: run seconds per wall second; 0: as fast as the machine allows.
+  double pace = 0.0;
   /// False: somebody else sees to the scenario's timeline.
   bool inject = true;
 };
@@ -104,7 +108,8 @@ class Run {
   /// Blocks until the run has ended. Errors that prevent the start (port taken, process that does not start) are in
   /// `RunReport::error`.
   [[nodiscard]] RunReport execute();
-  /// Halts the mission and ends the run in order. From any thread, not from a signal handler.
+  /// Halts the mission and ends the run in order, paused or not; in virtual time without a pace it ends as it is. From
+  /// any thread, not from a signal handler.
   void interrupt();
 
  private:

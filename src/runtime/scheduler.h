@@ -17,6 +17,15 @@ using ActorId = std::size_t;
 /// What comes first at one instant of virtual time.
 enum class Rank : std::uint8_t { kInjection, kSimulator, kMessage, kTimer, kTick };
 
+/// How run time passes, as a person who steers the run wants it.
+struct Pace {
+  bool paused = false;  ///< Time stands still.
+  /// Run seconds per wall second while it does not; 0: as fast as the machine allows (virtual time only).
+  double factor = 0.0;
+};
+inline constexpr double kFactorMin = 0.001;
+inline constexpr double kFactorMax = 1000.0;
+
 /// Hands tasks to actors, now or later; is the run's clock.
 ///
 /// Two kinds with one contract: tasks of one actor never overlap, and tasks posted from one actor to another arrive in
@@ -34,6 +43,8 @@ class Scheduler : public Clock {
   /// A new actor; `name` is used in messages only.
   virtual ActorId add_actor(std::string name) = 0;
 
+  // `now()` may be asked from any thread.
+
   /// Runs `task` in `to` as soon as possible. From any thread.
   virtual void post(ActorId to, Task task) = 0;
 
@@ -44,6 +55,27 @@ class Scheduler : public Clock {
   /// Runs tasks until `stop()`. Returns an error if a bound was reached or, in virtual time, if nothing is left to do.
   virtual std::optional<std::string> run() = 0;
 
+  /// From any thread, before the run too. In virtual time it is observed between two instants: the one that goes on is
+  /// finished first, so that a run that was held is the same run. In real time timers stop at once; messages that are
+  /// on their way still arrive.
+  virtual void set_pace(Pace pace) = 0;
+  [[nodiscard]] virtual Pace pace() const = 0;
+  /// Whether time stands still: paused, and in virtual time nothing is left to do at this instant.
+  [[nodiscard]] virtual bool standing() const = 0;
+  /// Told, in any thread, when time begins to stand still. Before `run()`.
+  virtual void on_standing(std::function<void()> told) = 0;
+  /// Commands from outside that wait to be taken in.
+  static constexpr std::size_t kInboxMax = 1024;
+  /// Runs `task` in `to` as something that comes from outside the run, also while it is paused. From any thread. False:
+  /// too many wait already.
+  ///
+  /// In virtual time it becomes an injection at a time at which nothing but injections has happened: now, or the next
+  /// nanosecond. So the same injection, scheduled at that time, gives the same run.
+  [[nodiscard]] virtual bool inject(ActorId to, Task task) = 0;
+  /// The time that a view shows: `now()`, but in virtual time that follows the wall clock it also passes between
+  /// events. From any thread.
+  [[nodiscard]] virtual TimePoint view_time() const = 0;
+
   /// Ends `run()`; tasks that have not begun are dropped. From any thread, and from a signal-safe wrapper.
   virtual void stop() = 0;
 
@@ -52,9 +84,11 @@ class Scheduler : public Clock {
   virtual void abandon(ActorId actor, std::string why) = 0;
 
   [[nodiscard]] virtual bool is_virtual() const = 0;
+  /// Whether the calling thread executes one of its tasks: then it must not wait for another.
+  [[nodiscard]] virtual bool is_inside() const = 0;
 };
 
-/// Virtual time: as fast as the machine allows, the same every time.
+/// Virtual time: as fast as the machine allows or as fast as its pace says, the same every time.
 [[nodiscard]] std::unique_ptr<Scheduler> make_virtual_scheduler();
 
 /// The steady clock, run time passing `factor` times as fast as wall time (> 0). It stands at 0 until `run()`.

@@ -1,6 +1,10 @@
+#include <algorithm>
 #include <atomic>
+#include <condition_variable>
 #include <mutex>
 #include <queue>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "sentree/runtime/scheduler.h"
@@ -10,29 +14,44 @@ namespace sentree::runtime {
 
 namespace {
 
+using SteadyClock = std::chrono::steady_clock;
+
+// A run that is so far behind the wall clock does not catch up [wall time].
+constexpr std::chrono::milliseconds kLagMax{250};
+
 class VirtualScheduler final : public Scheduler {
  public:
-  TimePoint now() const override { return now_; }
+  TimePoint now() const override { return now_.load(std::memory_order_relaxed); }
   bool is_virtual() const override { return true; }
+  bool is_inside() const override { return worker_ == std::this_thread::get_id(); }
 
   ActorId add_actor(std::string name) override {
     names_.push_back(std::move(name));
     return names_.size() - 1;
   }
 
-  void post(ActorId to, Task task) override { push(to, now_, Rank::kMessage, std::move(task)); }
+  void post(ActorId to, Task task) override { push(to, now(), Rank::kMessage, std::move(task)); }
   void at(ActorId to, TimePoint when, Rank rank, Task task) override {
-    push(to, std::max(when, now_), rank, std::move(task));
+    push(to, std::max(when, now()), rank, std::move(task));
   }
 
   // In a thread of its own, so that the caller comes back even from a script that does not.
   std::optional<std::string> run() override {
+    {
+      const std::lock_guard lock(pace_mutex_);
+      anchor_wall_ = SteadyClock::now();
+      running_ = true;
+    }
     if (thread_.run([this] { result_ = work(); })) return result_;
     const std::lock_guard lock(abandoned_mutex_);
     return abandoned_;
   }
 
-  void stop() override { stopped_ = true; }
+  void stop() override {
+    stopped_ = true;
+    const std::lock_guard lock(pace_mutex_);
+    changed_.notify_all();
+  }
 
   void abandon(ActorId, std::string why) override {
     {
@@ -42,26 +61,130 @@ class VirtualScheduler final : public Scheduler {
     thread_.leave();
   }
 
+  void set_pace(Pace pace) override {
+    const std::lock_guard lock(pace_mutex_);
+    anchor_run_ = shown();
+    anchor_wall_ = SteadyClock::now();
+    pace_ = pace;
+    attention_ = true;
+    changed_.notify_all();
+  }
+  Pace pace() const override {
+    const std::lock_guard lock(pace_mutex_);
+    return pace_;
+  }
+  bool standing() const override {
+    const std::lock_guard lock(pace_mutex_);
+    return standing_ && pace_.paused && inbox_.empty();
+  }
+  void on_standing(std::function<void()> told) override { told_standing_ = std::move(told); }
+
+  bool inject(ActorId to, Task task) override {
+    const std::lock_guard lock(pace_mutex_);
+    if (inbox_.size() >= kInboxMax) return false;
+    inbox_.emplace_back(to, std::move(task));
+    attention_ = true;
+    changed_.notify_all();
+    return true;
+  }
+
+  TimePoint view_time() const override {
+    const std::lock_guard lock(pace_mutex_);
+    return shown();
+  }
+
  private:
   std::optional<std::string> work() {
+    worker_ = std::this_thread::get_id();
     std::size_t tasks_now = 0;
     while (!stopped_) {
       if (error_) return error_;
+      if (attention_ && !attend()) break;
       if (queue_.empty()) return "nothing is left to do, and nobody ended the run";
       // The top is only read through a const reference; its task is moved out right before it is popped.
       auto& top = const_cast<Entry&>(queue_.top());
-      if (top.when > now_) {
-        now_ = top.when;
+      if (top.when > now()) {
+        now_.store(top.when, std::memory_order_relaxed);
         tasks_now = 0;
+        begun_ = false;
       } else if (++tasks_now > kTasksPerInstantMax) {
         return names_[top.actor] + " has been sent more than " + std::to_string(kTasksPerInstantMax) +
                " messages without time passing; two parts answer each other for ever";
       }
+      if (top.rank != Rank::kInjection) begun_ = true;
       const Task task = std::move(top.task);
       queue_.pop();
       task();
     }
     return error_;
+  }
+
+  // Takes in commands and waits until the next task may be executed. False: the run has been stopped.
+  bool attend() {
+    std::unique_lock lock(pace_mutex_);
+    for (;;) {
+      waiting_ = false;
+      if (stopped_) return false;
+      for (auto& [to, task] : inbox_) {
+        commands_until_ = command_time();
+        push(to, commands_until_, Rank::kInjection, std::move(task));
+      }
+      inbox_.clear();
+      if (error_) return true;
+      const TimePoint next = queue_.empty() ? kNever : queue_.top().when;
+      const bool goes_on = begun_ && next == now();
+      const bool commanded = !queue_.empty() && queue_.top().rank == Rank::kInjection && next <= commands_until_;
+      if (goes_on || commanded) return true;
+      if (!pace_.paused) {
+        standing_ = false;
+        if (pace_.factor <= 0 || queue_.empty()) {
+          attention_ = false;
+          return true;
+        }
+        const SteadyClock::time_point present = SteadyClock::now();
+        if (present - wall(next) > kLagMax) {
+          anchor_run_ = next;
+          anchor_wall_ = present;
+        }
+        if (present >= wall(next)) return true;
+        waiting_ = true;
+        ceiling_ = next;
+        changed_.wait_until(lock, wall(next));
+      } else {
+        waiting_ = true;
+        ceiling_ = next;
+        if (!std::exchange(standing_, true) && told_standing_) {
+          lock.unlock();
+          told_standing_();
+          lock.lock();
+        } else {
+          changed_.wait(lock);
+        }
+      }
+    }
+  }
+
+  // With the pace's lock held, from here to `wall`.
+
+  // When a command happens that is taken in now: it must be the first thing at its instant.
+  TimePoint command_time() const {
+    const TimePoint earliest = begun_ ? now() + Duration(1) : now();
+    const TimePoint latest = queue_.empty() ? kNever : queue_.top().when;
+    return std::max(earliest, std::min(passed(), latest));
+  }
+
+  // Where the wall clock is in run time.
+  TimePoint passed() const {
+    if (pace_.paused || pace_.factor <= 0 || !running_) return std::max(now(), anchor_run_);
+    const double ns = static_cast<double>((SteadyClock::now() - anchor_wall_).count()) * pace_.factor;
+    return std::max(now(), add_saturating(anchor_run_, from_seconds(ns * 1e-9)));
+  }
+  TimePoint shown() const { return waiting_ ? std::max(now(), std::min(passed(), ceiling_)) : now(); }
+
+  SteadyClock::time_point wall(TimePoint when) const {
+    const double ns = static_cast<double>((when - anchor_run_).count()) / pace_.factor;
+    constexpr double kFarNs = 1e18;  // more than 30 years
+    return anchor_wall_ + Duration(static_cast<std::int64_t>(std::clamp(ns, -kFarNs, kFarNs)));
   }
 
   struct Entry {
@@ -87,16 +210,32 @@ class VirtualScheduler final : public Scheduler {
     queue_.push({when, rank, order_++, to, std::move(task)});
   }
 
-  TimePoint now_{};
+  std::atomic<TimePoint> now_ = TimePoint{};  // written by the thread that works only
+  bool begun_ = false;                        // more than injections has happened now
   std::uint64_t order_ = 0;
   std::atomic<bool> stopped_ = false;  // an interrupt comes from another thread
   std::optional<std::string> error_;
   std::vector<std::string> names_;
   LeavableThread thread_;
+  std::atomic<std::thread::id> worker_;
   std::mutex abandoned_mutex_;
   std::string abandoned_;
   std::optional<std::string> result_;
   std::priority_queue<Entry, std::vector<Entry>, Later> queue_;
+
+  std::atomic<bool> attention_ = false;  // there is a pace to keep or a command to take in
+  mutable std::mutex pace_mutex_;
+  std::condition_variable changed_;
+  Pace pace_;
+  std::vector<std::pair<ActorId, Task>> inbox_;
+  TimePoint commands_until_ = TimePoint::min();  // what was commanded goes on even if time stands
+  bool running_ = false;
+  bool waiting_ = false;   // between two instants
+  bool standing_ = false;  // and told so
+  TimePoint ceiling_{};    // the next instant, while it waits
+  TimePoint anchor_run_{};
+  SteadyClock::time_point anchor_wall_{};
+  std::function<void()> told_standing_;
 };
 
 }  // namespace

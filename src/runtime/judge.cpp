@@ -1,0 +1,43 @@
+#include <algorithm>
+#include <set>
+
+#include "sentree/runtime/run.h"
+
+namespace sentree::runtime {
+
+bool RunReport::any_violated() const {
+  return std::any_of(monitors.begin(), monitors.end(),
+                     [](const MonitorReport& m) { return m.verdict == monitor::Verdict::kViolated; });
+}
+
+void judge(const Scenario& scenario, RunReport& report) {
+  report.unmet.clear();
+  for (const std::string& why : report.given_up) report.unmet.push_back(why);
+  if (!report.error.empty() && report.given_up.empty())
+    report.unmet.push_back("the run could not go on: " + report.error);
+  if (scenario.mission && *scenario.mission != to_string(report.mission)) {
+    report.unmet.push_back("mission status " + std::string(to_string(report.mission)) + ", expected " +
+                           *scenario.mission + (report.reason.empty() ? "" : " (" + report.reason + ")"));
+  }
+  if (!scenario.mission_reason.empty() && report.reason.find(scenario.mission_reason) == std::string::npos) {
+    report.unmet.push_back("reason \"" + report.reason + "\", expected \"" + scenario.mission_reason + "\" in it");
+  }
+  for (const MonitorReport& monitor : report.monitors) {
+    const auto expected = scenario.verdicts.find(monitor.name);
+    const bool said =
+        std::find(report.given_up.begin(), report.given_up.end(), monitor.failure) != report.given_up.end();
+    if (!monitor.failure.empty() && !said)
+      report.unmet.push_back("monitor " + monitor.name + " was given up: " + monitor.failure);
+    if (expected == scenario.verdicts.end() || expected->second == to_string(monitor.verdict)) continue;
+    report.unmet.push_back("monitor " + monitor.name + " is " + std::string(to_string(monitor.verdict)) +
+                           ", expected " + expected->second);
+  }
+  if (scenario.distinct_processes) {
+    std::set<std::int64_t> pids;
+    for (const ProcessReport& process : report.processes) pids.insert(process.pid);
+    if (pids.size() != scenario.processes.size() + 1)
+      report.unmet.push_back("its parts did not run in processes of their own");
+  }
+}
+
+}  // namespace sentree::runtime

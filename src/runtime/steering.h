@@ -1,0 +1,97 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sentree/base/result.h"
+#include "sentree/base/time.h"
+#include "sentree/base/value.h"
+#include "sentree/runtime/intervention.h"
+#include "sentree/runtime/services.h"
+
+namespace sentree::runtime {
+
+/// Something that can be killed and restarted.
+struct SteeredPart {
+  std::string name;
+  std::string kind;      ///< "skill", "component" or "monitor".
+  bool process = false;  ///< In a process of its own.
+};
+
+/// A fault, a forced result or a breakpoint that stands.
+struct StandingIntervention {
+  std::uint64_t id = 0;
+  Intervention what;
+  std::uint64_t used = 0;  ///< Messages that it has changed, or times that it was reached.
+};
+
+/// Steers a run while it goes on. From any thread but the run's own (its listeners and callbacks): what has an outcome
+/// waits until it has happened.
+///
+/// `pause`, `resume`, `step`, `run_until` and `set_factor` change when things happen on the wall clock, not what
+/// happens, and leave no trace. Everything else is an intervention: it is observed as "scenario.injection", and in
+/// virtual time the same interventions at the same times give the same observations, byte for byte.
+class Steering {
+ public:
+  enum class State { kRunning, kPaused, kEnded };
+  struct Status {
+    State state = State::kRunning;
+    double factor = 0.0;           ///< Run seconds per wall second; 0: as fast as the machine allows.
+    std::uint64_t breakpoint = 0;  ///< Number of the breakpoint at which it paused; 0: none.
+    std::string stopped_at;        ///< What was reached there, e.g. "GoToKitchen is RUNNING".
+  };
+
+  virtual ~Steering() = default;
+
+  [[nodiscard]] virtual Status status() const = 0;
+  /// Blocks until the run is paused, with nothing left to do at that time, or has ended.
+  virtual Status wait_paused() = 0;
+  /// What a view shows as now.
+  [[nodiscard]] virtual TimePoint time() const = 0;
+
+  // Errors of everything below: steering.ended (the run is over), steering.busy (too many commands wait),
+  // steering.inside (called by the run itself).
+
+  virtual Result<void> pause() = 0;
+  virtual Result<void> resume() = 0;
+  /// Goes on until `ticks` more root ticks have begun and been done, then pauses.
+  virtual Result<void> step(std::uint64_t ticks = 1) = 0;
+  /// Goes on until all that comes before `time` has happened, then pauses.
+  virtual Result<void> run_until(TimePoint time) = 0;
+  /// Run seconds per wall second, from kFactorMin to kFactorMax; 0: as fast as the machine allows (virtual time only).
+  /// Error: steering.factor.
+  virtual Result<void> set_factor(double factor) = 0;
+
+  /// What became of an intervention.
+  struct Applied {
+    std::uint64_t id = 0;  ///< Of one that stands.
+    CallOutcome outcome;   ///< Of a call.
+  };
+  /// Errors: steering.* with the names that there are.
+  virtual Result<Applied> apply(const Intervention& what) = 0;
+
+  // The same, one by one.
+
+  /// Halts the mission; the run ends in order. Goes on if it was paused.
+  Result<void> stop();
+  Result<CallOutcome> call(std::string service, const std::string& method, Value args);
+  Result<void> kill(std::string part);
+  Result<void> restart(std::string part);
+  Result<std::uint64_t> delay(std::string messages, Duration by, std::uint64_t count = 0);
+  Result<std::uint64_t> falsify(std::string calls, std::string path, Value value, std::uint64_t count = 0);
+  Result<std::uint64_t> force(std::string leaf, std::string status, bool once);
+  Result<std::uint64_t> break_at_node(std::string path, std::string status);
+  Result<std::uint64_t> break_at_state(std::string chart, std::string state);
+  Result<std::uint64_t> break_at_message(std::string pattern);
+  Result<void> clear(std::uint64_t id);
+
+  [[nodiscard]] virtual std::vector<StandingIntervention> standing() const = 0;
+  [[nodiscard]] virtual std::vector<SteeredPart> parts() const = 0;
+  /// The run so far as a scenario that does the same again: the text of a file in the project's scenarios/ folder.
+  [[nodiscard]] virtual Result<std::string> scenario() const = 0;
+};
+
+}  // namespace sentree::runtime

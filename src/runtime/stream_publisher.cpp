@@ -1,0 +1,60 @@
+#include "sentree/runtime/stream_publisher.h"
+
+#include <atomic>
+#include <utility>
+
+namespace sentree::runtime {
+
+StreamPublisher::StreamPublisher(Stream& stream, const Monitors& monitors, const Observers& observers,
+                                 Scheduler& scheduler, Duration patience)
+    : stream_(stream), monitors_(monitors), observers_(observers), scheduler_(scheduler), patience_(patience) {}
+
+std::optional<Admission> StreamPublisher::request(Message message, Stream::Decided decided) {
+  std::vector<RemoteObserver*> asked;
+  for (const auto& observer : observers_) {
+    if (observer->is_gate_of(call_of(message))) asked.push_back(observer.get());
+  }
+  if (asked.empty()) return admit(std::move(message), std::move(decided));
+  ask(std::move(message), asked, std::move(decided));
+  return std::nullopt;
+}
+
+std::optional<Admission> StreamPublisher::admit(Message message, Stream::Decided decided) {
+  if (!monitors_.is_gated(call_of(message))) {
+    stream_.publish(std::move(message));
+    return Admission{};
+  }
+  return stream_.publish_if(
+      std::move(message), [this](const Message& request) { return monitors_.judge(request); },
+      scheduler_.now() + patience_, std::move(decided));
+}
+
+void StreamPublisher::ask(Message message, const std::vector<RemoteObserver*>& asked, Stream::Decided decided) {
+  struct Question {
+    Message message;
+    Stream::Decided decided;
+    std::atomic<std::size_t> unanswered;
+    std::atomic<bool> open = true;
+  };
+  message.time = scheduler_.now();
+  message.tick = stream_.tick();
+  const auto question = std::make_shared<Question>();
+  question->message = message;
+  question->decided = std::move(decided);
+  question->unanswered = asked.size();
+  scheduler_.at(stream_.actor(), scheduler_.now() + patience_, Rank::kTimer, [question] {
+    if (question->open.exchange(false)) question->decided({Veto{"", "an observer did not answer in time"}});
+  });
+  for (RemoteObserver* observer : asked) {
+    observer->ask(message, [this, question](Admission admission) {
+      if (admission.veto) {
+        if (question->open.exchange(false)) question->decided(std::move(admission));
+      } else if (--question->unanswered == 0 && question->open.exchange(false)) {
+        if (auto decision = admit(std::move(question->message), question->decided))
+          question->decided(std::move(*decision));
+      }
+    });
+  }
+}
+
+}  // namespace sentree::runtime

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "sentree/runtime/caller.h"
+#include "sentree/runtime/monitors.h"
+#include "sentree/runtime/remote_observer.h"
+#include "sentree/runtime/scheduler.h"
+#include "sentree/runtime/stream.h"
+
+namespace sentree::runtime {
+
+/// The stream as callers see it, with the monitors and observers that gate it.
+class StreamPublisher final : public Publisher {
+ public:
+  using Observers = std::vector<std::unique_ptr<RemoteObserver>>;
+
+  /// @param patience  How long a gate may take [run time].
+  StreamPublisher(Stream& stream, const Monitors& monitors, const Observers& observers, Scheduler& scheduler,
+                  Duration patience);
+
+  void publish(Message message) override { stream_.publish(std::move(message)); }
+  std::optional<Admission> request(Message message, Stream::Decided decided) override;
+  std::uint64_t next_call() override { return stream_.next_call(); }
+
+ private:
+  // Asks the monitors of this process, and publishes.
+  std::optional<Admission> admit(Message message, Stream::Decided decided);
+  // Asks those elsewhere first, all at once; the first veto, or the deadline, decides.
+  void ask(Message message, const std::vector<RemoteObserver*>& asked, Stream::Decided decided);
+
+  Stream& stream_;
+  const Monitors& monitors_;
+  const Observers& observers_;
+  Scheduler& scheduler_;
+  Duration patience_;
+};
+
+}  // namespace sentree::runtime
