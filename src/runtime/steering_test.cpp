@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "sentree/runtime/steering_fixture.h"
+#include "sentree/runtime/detail/steering_fixture.h"
 
 namespace sentree::runtime {
 namespace {
