@@ -1,6 +1,10 @@
 import "./styles/tokens.css";
 import "./styles/base.css";
 import "./styles/shell.css";
+import "./styles/header.css";
+import "./styles/monitors.css";
+import "./styles/messages.css";
+import "./styles/timeline.css";
 
 import { StrictMode } from "react";
 import { createRoot } from "react-dom/client";

@@ -1,3 +1,187 @@
+import { useEffect, useRef, useState } from "react";
+
+import { clock_text } from "../draw/format";
+import { useCommand } from "../shell/commands";
+import { Icon } from "../shell/Icon";
+import { PanelTools } from "../shell/PanelFrame";
+import { kSpeeds, next_tick, previous_tick, violation } from "../shell/run_commands";
+import { useTheme } from "../shell/theme";
+import { useStudio } from "../store/store";
+import { go_live, start_replay, stop_replay } from "../store/time_travel";
+import { select_lane, Timeline, type Shown } from "./timeline/controller";
+import { lane_title, value_at, value_text, type Placed } from "./timeline/lanes";
+
+const kHideIdle = "sentree.timeline.hide_idle";
+
+function Tools({ timeline, shown, hide_idle, set_hide_idle }: { timeline: Timeline | null; shown: Shown; hide_idle: boolean; set_hide_idle(hide: boolean): void }) {
+  const replay = useStudio((studio) => studio.replay);
+  const speed = useStudio((studio) => studio.replay_speed);
+  const live = useStudio((studio) => studio.state?.live ?? true);
+  const recording = useStudio((studio) => studio.hello?.mode === "recording");
+  const violations = useStudio((studio) => studio.violations.length);
+  return (
+    <>
+      <div className="tool-group" role="group" aria-label="Replay">
+        <button className="icon-button" onClick={() => violation(-1)} disabled={violations === 0} aria-label="Previous violation" title="Previous violation (Shift+N)">
+          <Icon name="previous" />
+        </button>
+        <button className="icon-button" onClick={previous_tick} aria-label="One tick back" title="One tick back (,)">
+          <span className="flip">
+            <Icon name="step" />
+          </span>
+        </button>
+        <button className="button small" onClick={() => (replay > 0 ? stop_replay() : start_replay(speed))} aria-pressed={replay > 0} title="Replay from the moment shown (Space, in the past)" data-testid="replay">
+          <Icon name={replay > 0 ? "pause" : "play"} />
+          {replay > 0 ? "Stop" : "Replay"}
+        </button>
+        <select
+          className="field small"
+          aria-label="Speed of the replay"
+          value={speed}
+          onChange={(event) => useStudio.setState({ replay_speed: Number(event.target.value), ...(replay > 0 ? { replay: Number(event.target.value) } : {}) })}
+        >
+          {kSpeeds.map((value) => (
+            <option key={value} value={value}>
+              {value}×
+            </option>
+          ))}
+        </select>
+        {!live && (
+          <button className="icon-button" onClick={next_tick} aria-label="One tick on" title="One tick on (.)">
+            <Icon name="step" />
+          </button>
+        )}
+        <button className="icon-button" onClick={() => violation(1)} disabled={violations === 0} aria-label="Next violation" title="Next violation (N)">
+          <Icon name="next" />
+        </button>
+        {!recording && (
+          <button className="button small" onClick={go_live} disabled={live} title="Follow the present (L)">
+            <Icon name="live" />
+            Live
+          </button>
+        )}
+      </div>
+      <span className="tool-space" />
+      <Readout />
+      <button className="button small" aria-pressed={hide_idle} onClick={() => set_hide_idle(!hide_idle)} title="Leave out lanes in which nothing happens">
+        Hide idle
+      </button>
+      <div className="tool-group" role="group" aria-label="Zoom">
+        <button className="icon-button" onClick={() => timeline?.zoom_by(1 / 0.7)} aria-label="Show more time" title="Show more time (−)">
+          <Icon name="minus" />
+        </button>
+        <button className="icon-button" onClick={() => timeline?.zoom_by(0.7)} aria-label="Show less time" title="Show less time (+)">
+          <Icon name="plus" />
+        </button>
+        <button className="button small" aria-pressed={shown.following === "all"} onClick={() => timeline?.set_following(shown.following === "all" ? "newest" : "all")} title="Everything (0)">
+          All
+        </button>
+        <button className="icon-button" aria-pressed={shown.following === "newest"} onClick={() => timeline?.set_following("newest")} aria-label="Follow the newest" title="Follow the newest">
+          <Icon name="follow" />
+        </button>
+      </div>
+    </>
+  );
+}
+
+function Readout() {
+  const end = useStudio((studio) => studio.state?.end ?? 0);
+  return (
+    <span className="muted number readout" title="Newest known">
+      of {clock_text(end, 0)}
+    </span>
+  );
+}
+
+/** The value of a lane at the moment shown. */
+function Value({ placed }: { placed: Placed }) {
+  const time = useStudio((studio) => Math.round((studio.state?.time ?? 0) / 2e8) * 2e8);
+  const value = value_at(placed.lane, time);
+  return <span className="lane-value number">{value === undefined ? "–" : value_text(placed.lane, value)}</span>;
+}
+
+function Names({ shown }: { shown: Shown }) {
+  const selection = useStudio((studio) => studio.selection);
+  const index = useStudio((studio) => studio.index);
+  const chosen_leaf = selection.node === null ? null : index?.model.tree.nodes[selection.node]?.message_name;
+  return (
+    <ul className="lane-names" aria-label="Lanes">
+      {shown.placed.map((placed, i) => {
+        const { lane, top, height } = placed;
+        const first_of_kind = shown.placed[i - 1]?.lane.kind !== lane.kind;
+        const chosen = lane.kind === "leaf" ? lane.name === chosen_leaf : lane.kind === "monitor" ? lane.name === selection.monitor : lane.id === selection.chart;
+        return (
+          <li key={lane.id} style={{ top, height }} className={`lane-name ${lane.kind}${chosen ? " chosen" : ""}`} data-lane={lane.id}>
+            <button className="ellipsis" onClick={() => select_lane(lane)} title={`${lane.kind}: ${lane.name}`} tabIndex={-1}>
+              {lane_title(lane)}
+            </button>
+            {lane.kind === "value" ? <Value placed={placed} /> : first_of_kind && lane.kind !== "mission" && <span className="lane-kind">{lane.kind}</span>}
+          </li>
+        );
+      })}
+    </ul>
+  );
+}
+
 export function TimelinePanel() {
-  return <div className="empty">Timeline</div>;
+  const ruler = useRef<HTMLCanvasElement>(null);
+  const lanes = useRef<HTMLCanvasElement>(null);
+  const scroll = useRef<HTMLDivElement>(null);
+  const tip = useRef<HTMLDivElement>(null);
+  const [timeline, set_timeline] = useState<Timeline | null>(null);
+  const [shown, set_shown] = useState<Shown>({ placed: [], height: 0, following: "newest" });
+  const [hide_idle, set_hide_idle] = useState(() => localStorage.getItem(kHideIdle) === "yes");
+  const theme = useTheme((current) => current.theme);
+  const begin = useStudio((studio) => studio.state?.begin ?? 0);
+  // Screen readers get seconds; the canvases redraw by themselves.
+  const seconds = useStudio((studio) => Math.round((studio.state?.time ?? 0) / 1e9));
+  const end_seconds = useStudio((studio) => Math.round((studio.state?.end ?? 0) / 1e9));
+  const live = useStudio((studio) => studio.state?.live ?? true);
+
+  useEffect(() => {
+    if (!ruler.current || !lanes.current || !scroll.current || !tip.current) return;
+    const made = new Timeline({ ruler: ruler.current, lanes: lanes.current, scroll: scroll.current, tip: tip.current }, set_shown);
+    set_timeline(made);
+    return () => made.destroy();
+  }, []);
+  useEffect(() => timeline?.redraw(), [timeline, theme]);
+  useEffect(() => {
+    localStorage.setItem(kHideIdle, hide_idle ? "yes" : "no");
+    timeline?.set_hide_idle(hide_idle);
+  }, [timeline, hide_idle]);
+  useCommand({ id: "timeline.idle", title: "Hide idle lanes", group: "Timeline", keys: ["I"], run: () => set_hide_idle(!hide_idle) });
+
+  return (
+    <div className="timeline">
+      <PanelTools>
+        <Tools timeline={timeline} shown={shown} hide_idle={hide_idle} set_hide_idle={set_hide_idle} />
+      </PanelTools>
+      <div className="timeline-ruler">
+        <span className="timeline-corner muted">drag to scrub</span>
+        <canvas ref={ruler} aria-hidden="true" />
+      </div>
+      <div
+        ref={scroll}
+        className="scroll timeline-scroll"
+        role="slider"
+        tabIndex={0}
+        aria-label="Moment shown"
+        aria-valuemin={Math.round(begin / 1e9)}
+        aria-valuemax={end_seconds}
+        aria-valuenow={seconds}
+        aria-valuetext={`${clock_text(seconds * 1e9, 0)} of ${clock_text(end_seconds * 1e9, 0)}${live ? ", live" : ", the past"}`}
+        onKeyDown={(event) => {
+          if (event.ctrlKey || event.metaKey || event.altKey || !timeline?.key(event)) return;
+          event.preventDefault();
+          event.stopPropagation();
+        }}
+      >
+        <div className="timeline-all" style={{ height: shown.height }}>
+          <Names shown={shown} />
+          <canvas ref={lanes} className="timeline-lanes" aria-hidden="true" />
+        </div>
+      </div>
+      <div ref={tip} className="timeline-tip" hidden />
+    </div>
+  );
 }

@@ -30,7 +30,8 @@ export interface Hello {
 export type NodeKind = "action" | "condition" | "control" | "decorator" | "subtree";
 export interface TreeNode {
   id: number;
-  parent: number;
+  /** null: the root. */
+  parent: number | null;
   path: string;
   name: string;
   type: string;
@@ -38,7 +39,9 @@ export interface TreeNode {
   symbol: string;
   /** The chart that a leaf runs. */
   leaf: string | null;
-  ports: { name: string; direction: string; value: string }[];
+  /** What a leaf is called in observations. */
+  message_name: string | null;
+  ports: { name: string; direction: "input" | "output" | "inout"; value: string; type: string }[];
 }
 export interface Size {
   width: number;
@@ -55,6 +58,8 @@ export interface TreeLayout {
   edges: Point[][];
 }
 export interface TreeModel {
+  id: string;
+  direction: "down" | "right";
   nodes: TreeNode[];
   layout: TreeLayout;
 }
@@ -72,20 +77,22 @@ export interface ChartModel {
   file: string;
   layout: ChartLayout;
   states: { id: string; parent: number; kind: string }[];
-  transitions: { source: number; targets: number[]; event: string; condition: string; actions: string; line: number }[];
+  transitions: { source: number; targets: number[]; event: string; condition: string; actions: string; line: number | null }[];
 }
 export interface MonitorModel {
   name: string;
-  chart: string;
+  /** null: the monitor is in another process. */
+  chart: string | null;
   requirement: string;
   sentence: string;
-  severity: string;
+  severity: string | null;
   gate: string[];
 }
 export interface Method {
   name: string;
   args: { name: string; type: string }[];
   oneway?: boolean;
+  [more: string]: unknown;
 }
 export interface ServiceModel {
   name: string;
@@ -113,7 +120,8 @@ export interface WorldModel {
   locations: Location[];
   areas: { name: string; polygon: Point[] }[];
   stations: Location[];
-  robots: { name: string; radius: number; laser: LaserModel | null }[];
+  doors: { name: string; a: Point; b: Point }[];
+  robots: { name: string; radius: number; laser: LaserModel }[];
 }
 export interface Part {
   name: string;
@@ -151,9 +159,9 @@ export interface TreeState {
 export interface ChartState {
   running: boolean;
   active: number[];
-  last: number | null;
-  event: string;
-  data: Record<string, Data>;
+  last?: number | null;
+  event?: string;
+  data?: Record<string, Data>;
   since: Time;
 }
 export type Verdict = "violated" | "satisfied" | "undecided";
@@ -163,33 +171,37 @@ export interface MonitorState {
   deadline: Time | null;
   states: string[];
   violations: number;
+  since?: Time;
 }
 export interface Battery {
   percentage: number;
-  voltage: number;
+  voltage: number | null;
   current: number;
   charging: boolean;
-  plugged: boolean;
+  plugged: boolean | null;
 }
 export interface RobotState {
   pose: Pose;
   estimate: Pose | null;
-  twist: [v: number, w: number];
+  twist?: [v: number, w: number];
+  /** What the navigation says that it does. */
+  navigation?: string;
   scan?: (number | null)[];
+  /** Where the robot was when it scanned. */
+  scan_pose?: Pose;
   path: Point[];
-  goal: Pose | null;
+  goal?: Pose | null;
   particles?: Pose[];
   battery: Battery | null;
 }
 export interface Obstacle {
   name: string;
   polygon?: Point[];
-  circle?: { x: number; y: number; radius: number };
+  circle?: [x: number, y: number, radius: number];
 }
 export interface Door {
   name: string;
   open: boolean;
-  polygon?: Point[];
 }
 export interface State {
   time: Time;
@@ -227,7 +239,8 @@ export interface Observation {
   name: string;
   source: string;
   target: string;
-  call: number | string | null;
+  /** Joins a request with its outcome; 0: neither. */
+  call: number;
   data: Data;
 }
 export interface Violation {

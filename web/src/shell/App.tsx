@@ -1,16 +1,35 @@
 import { useEffect } from "react";
 
 import { panels } from "../panels/registry";
+import { useStudio } from "../store/store";
 import { handle_key, useCommand } from "./commands";
-import { go_to_panel, reset_layout } from "./layout";
+import { Header, TravelStrip } from "./Header";
+import { Help } from "./Help";
+import { go_to_panel, reset_layout, toggle_maximised, useLayout } from "./layout";
+import { Notes } from "./Notes";
+import { Palette } from "./Palette";
+import { useRunCommands } from "./run_commands";
 import { toggle_theme } from "./theme";
+import { ViolationBanner } from "./ViolationBanner";
 import { Work } from "./Work";
 
+/** The panel that has the focus. */
+function focused_panel() {
+  const id = document.activeElement?.closest(".panel")?.id.replace("panel-", "");
+  return panels.find((panel) => panel.id === id)?.id;
+}
+
 export function App() {
+  const known = useStudio((studio) => studio.index !== null && studio.state !== null);
+  const title = useStudio((studio) => studio.hello?.title);
   useEffect(() => {
     window.addEventListener("keydown", handle_key);
     return () => window.removeEventListener("keydown", handle_key);
   }, []);
+  useEffect(() => {
+    document.title = title ? `${title} – Sentree Studio` : "Sentree Studio";
+  }, [title]);
+  useRunCommands();
   useCommand(
     ...panels.map((panel) => ({
       id: `panel.${panel.id}`,
@@ -19,12 +38,28 @@ export function App() {
       keys: [panel.key],
       run: () => go_to_panel(panel.id),
     })),
+    {
+      id: "panel.fill",
+      title: "Let the panel fill the page, and back",
+      group: "Page",
+      keys: ["X"],
+      run: () => {
+        const id = focused_panel() ?? useLayout.getState().maximised;
+        if (id) toggle_maximised(id);
+      },
+    },
     { id: "theme", title: "Light or dark", group: "Page", keys: ["D"], run: toggle_theme },
     { id: "layout.reset", title: "Reset the layout", group: "Page", run: reset_layout },
   );
   return (
     <div className="studio">
-      <Work />
+      <Header />
+      <TravelStrip />
+      <ViolationBanner />
+      {known ? <Work /> : <p className="empty waiting">Waiting for the run …</p>}
+      <Notes />
+      <Palette />
+      <Help />
     </div>
   );
 }

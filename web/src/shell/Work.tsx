@@ -1,7 +1,8 @@
 import { Fragment, useRef } from "react";
 
 import { panels, type PanelId } from "../panels/registry";
-import { kTimelineMin_px, move_border, useLayout } from "./layout";
+import { kTimelineMin_px, move_border } from "./arrangement";
+import { useLayout } from "./layout";
 import { PanelFrame } from "./PanelFrame";
 import { Splitter } from "./Splitter";
 

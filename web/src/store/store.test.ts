@@ -32,7 +32,7 @@ const observation = (sequence: number): Observation => ({
   name: "mission.tick",
   source: "mission",
   target: "",
-  call: null,
+  call: 0,
   data: { tick: 1 },
 });
 

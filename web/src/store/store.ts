@@ -41,6 +41,7 @@ export interface Note {
 export interface Index {
   model: Model;
   children: number[][];
+  /** By the name that the leaf has in observations. */
   node_of_leaf: Map<string, TreeNode>;
   chart: Map<string, ChartModel>;
 }
@@ -92,8 +93,8 @@ export function make_index(model: Model): Index {
   const children: number[][] = model.tree.nodes.map(() => []);
   const node_of_leaf = new Map<string, TreeNode>();
   for (const node of model.tree.nodes) {
-    if (node.parent >= 0) children[node.parent]?.push(node.id);
-    if (node.leaf !== null) node_of_leaf.set(node.path, node);
+    if (node.parent !== null) children[node.parent]?.push(node.id);
+    if (node.message_name !== null) node_of_leaf.set(node.message_name, node);
   }
   return { model, children, node_of_leaf, chart: new Map(model.charts.map((chart) => [chart.id, chart])) };
 }
@@ -175,11 +176,32 @@ function token(): string | undefined {
 
 let client: Client | null = null;
 
+/** Of the stream before the page looked, this much is asked for. */
+const kMessagesBefore = 300;
+
+/** A page that begins to follow shows what was said last, too. */
+async function fill_messages(until: number): Promise<void> {
+  try {
+    const { messages: older } = await request("messages", { before: until + 1, limit: kMessagesBefore });
+    stage((studio) => {
+      if (!studio.state?.live) return studio;
+      const first = studio.messages[0]?.sequence ?? Infinity;
+      const messages = append(older.filter((message) => message.sequence < first), studio.messages, kLiveMessagesMax);
+      return { ...studio, messages };
+    });
+  } catch {
+    // The connection was lost meanwhile; the next one begins anew.
+  }
+}
+
 export function connect(): void {
   const given = token();
   client = new Client({
     open: () => new WebSocket(socket_address(window.location)),
-    receive: (message) => stage((studio) => receive(studio, message)),
+    receive: (message) => {
+      stage((studio) => receive(studio, message));
+      if (message.type === "state" && message.live) void fill_messages(message.sequence);
+    },
     phase: (phase, attempt) => stage((studio) => ({ ...studio, phase, attempt })),
     ...(given === undefined ? {} : { token: given }),
   });

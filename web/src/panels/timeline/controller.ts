@@ -1,0 +1,371 @@
+import type { Lane, Mark, Time } from "../../protocol/types";
+import { request, select, useStudio } from "../../store/store";
+import { seek, stop_replay } from "../../store/time_travel";
+import { lane_at, lane_title, mark_at, place, span_at, value_at, value_text, type Placed } from "./lanes";
+import { kRuler_px, paint_lanes, paint_ruler, type Picture } from "./paint";
+import { clamp, fit, keep_in_view, newest, pan, span_of, time_at, x_of, zoom, type View } from "./view";
+
+/** What the view follows: everything, the newest, or nothing. */
+export type Following = "all" | "newest" | "none";
+
+export const kWindowFirst_ns = 120e9;
+/** Between two requests for lanes while the run goes on. */
+export const kRefresh_ms = 250;
+const kClick_px = 4;
+/** Lanes are asked for this much beyond what is shown on each side, so that panning has something to show. */
+const kBeyond = 0.5;
+
+export interface TimelineParts {
+  ruler: HTMLCanvasElement;
+  lanes: HTMLCanvasElement;
+  scroll: HTMLElement;
+  tip: HTMLElement;
+}
+export interface Shown {
+  placed: readonly Placed[];
+  height: number;
+  following: Following;
+}
+
+/** Draws lanes and ruler outside of React: they change with every frame. */
+export class Timeline {
+  private view: View = { from: 0, to: kWindowFirst_ns };
+  private span: Time = kWindowFirst_ns;
+  private following: Following = "newest";
+  private lanes: readonly Lane[] = [];
+  private marks: readonly Mark[] = [];
+  private placed: readonly Placed[] = [];
+  private asked: View | null = null;
+  private busy = false;
+  private last_asked_ms = -Infinity;
+  private boot: string | undefined;
+  private hover: Time | null = null;
+  private hide_idle = false;
+  private dirty = true;
+  private frame = 0;
+  private timer = 0;
+  private width = 0;
+  private height = 0;
+  private readonly abort = new AbortController();
+  private readonly unsubscribe: () => void;
+  private readonly observer: ResizeObserver;
+
+  constructor(
+    private readonly parts: TimelineParts,
+    private readonly show: (shown: Shown) => void,
+  ) {
+    const { signal } = this.abort;
+    this.observer = new ResizeObserver(() => this.resize());
+    this.observer.observe(parts.scroll);
+    this.observer.observe(parts.ruler);
+    this.unsubscribe = useStudio.subscribe((studio, before) => {
+      if (studio.state !== before.state || studio.violations !== before.violations) this.update();
+    });
+    parts.scroll.addEventListener("scroll", () => this.redraw(), { signal });
+    for (const [canvas, scrubs] of [[parts.ruler, true], [parts.lanes, false]] as const) {
+      canvas.addEventListener("pointerdown", (event) => this.pointer_down(event, canvas, scrubs), { signal });
+      canvas.addEventListener("pointermove", (event) => this.pointer_over(event, canvas === parts.ruler), { signal });
+      canvas.addEventListener("pointerleave", () => this.leave(), { signal });
+      canvas.addEventListener("wheel", (event) => this.wheel(event, scrubs), { signal, passive: false });
+    }
+    this.resize();
+    this.update();
+  }
+
+  destroy(): void {
+    this.abort.abort();
+    this.unsubscribe();
+    this.observer.disconnect();
+    cancelAnimationFrame(this.frame);
+    window.clearTimeout(this.timer);
+  }
+
+  redraw(): void {
+    this.dirty = true;
+    if (this.frame === 0) this.frame = requestAnimationFrame(() => this.draw());
+  }
+
+  set_hide_idle(hide: boolean): void {
+    this.hide_idle = hide;
+    this.arrange();
+  }
+
+  set_following(following: Following): void {
+    this.following = following;
+    this.arrange();
+    this.update();
+  }
+
+  zoom_by(factor: number, at?: Time): void {
+    const state = useStudio.getState().state;
+    if (!state) return;
+    this.span = Math.max(span_of(this.view) * factor, 1e6);
+    if (this.following === "newest" && state.live && at === undefined) {
+      this.update();
+      return;
+    }
+    if (this.following === "all" || at !== undefined) this.free();
+    this.look(zoom(this.view, factor, at ?? state.time));
+  }
+
+  /** Keys of the widget; true if the key was one. */
+  key(event: { key: string; shiftKey: boolean }): boolean {
+    const state = useStudio.getState().state;
+    if (!state) return false;
+    const step = span_of(this.view) / (event.shiftKey ? 10 : 100);
+    const sideways: Record<string, number> = { ArrowLeft: -step, ArrowRight: step };
+    const by = sideways[event.key];
+    if (by !== undefined) {
+      stop_replay();
+      seek((useStudio.getState().wanted ?? state.time) + by);
+    } else if (event.key === "ArrowDown" || event.key === "ArrowUp") {
+      this.parts.scroll.scrollTop += event.key === "ArrowDown" ? 44 : -44;
+    } else if (event.key === "+" || event.key === "=") this.zoom_by(0.7);
+    else if (event.key === "-") this.zoom_by(1 / 0.7);
+    else if (event.key === "0") this.set_following("all");
+    else if (event.key === "End") seek(state.end);
+    else return false;
+    return true;
+  }
+
+  // ---- what is shown ----
+
+  private free(): void {
+    if (this.following === "none") return;
+    this.following = "none";
+    this.arrange();
+  }
+
+  private look(view: View): void {
+    const state = useStudio.getState().state;
+    this.view = state ? clamp(view, state.begin, state.end) : view;
+    this.ask();
+    this.redraw();
+  }
+
+  /** After the moment or what is known has changed. */
+  private update(): void {
+    const { state, hello } = useStudio.getState();
+    if (!state) return;
+    if (hello?.boot !== this.boot) {
+      this.boot = hello?.boot;
+      this.lanes = [];
+      this.asked = null;
+      this.following = hello?.mode === "recording" ? "all" : "newest";
+      this.span = kWindowFirst_ns;
+      this.arrange();
+    }
+    const follows = state.live || hello?.mode === "recording";
+    if (this.following === "all") this.look(fit(state.begin, state.end));
+    else if (this.following === "newest" && follows) this.look(newest(this.span, state.begin, state.end));
+    else this.look(useStudio.getState().replay > 0 || useStudio.getState().wanted === null ? this.reveal(state.time) : this.view);
+  }
+
+  private shown_time: Time = 0;
+
+  /** The moment shown stays in view when it moves, but not when the person looks elsewhere meanwhile. */
+  private reveal(time: Time): View {
+    if (time === this.shown_time) return this.view;
+    this.shown_time = time;
+    return keep_in_view(this.view, time);
+  }
+
+  private arrange(): void {
+    const { placed, height } = place(this.lanes, this.hide_idle);
+    this.placed = placed;
+    this.show({ placed, height, following: this.following });
+    this.redraw();
+  }
+
+  private resize(): void {
+    this.width = this.parts.ruler.clientWidth;
+    this.height = this.parts.scroll.clientHeight;
+    this.parts.lanes.style.height = `${this.height}px`;
+    this.redraw();
+  }
+
+  // ---- data ----
+
+  /** One request at a time, for what is wanted then; again when the view or the run has gone on meanwhile. */
+  private ask(): void {
+    const { state, phase } = useStudio.getState();
+    if (this.busy || !state || phase !== "open" || this.width < 1) return;
+    const { view } = this;
+    const covered = this.asked !== null && view.from >= this.asked.from && (view.to <= this.asked.to || this.asked.to > state.end) && span_of(this.asked) < span_of(view) * 3 && span_of(this.asked) > span_of(view) * 0.9;
+    const grown = this.grown_until < state.end && view.to > this.grown_until;
+    if (covered && !grown) return;
+    const wait = covered ? kRefresh_ms - (performance.now() - this.last_asked_ms) : 0;
+    if (wait > 0) {
+      if (this.timer === 0) {
+        this.timer = window.setTimeout(() => {
+          this.timer = 0;
+          this.ask();
+        }, wait);
+      }
+      return;
+    }
+    const beyond = span_of(view) * kBeyond;
+    const wanted: View = { from: Math.round(Math.max(state.begin, view.from - beyond)), to: Math.round(view.to + beyond) };
+    const until = state.end;
+    this.busy = true;
+    this.last_asked_ms = performance.now();
+    const width = Math.min(4000, Math.max(16, Math.round(this.width * (1 + 2 * kBeyond))));
+    request("lanes", { from: wanted.from, to: wanted.to, width })
+      .then((answer) => {
+        this.asked = wanted;
+        this.grown_until = until;
+        this.lanes = answer.lanes;
+        this.marks = answer.marks;
+        this.arrange();
+      })
+      // Without a connection the lanes stay as they are.
+      .catch(() => undefined)
+      .finally(() => {
+        this.busy = false;
+        this.ask();
+      });
+  }
+  private grown_until: Time = -1;
+
+  // ---- drawing ----
+
+  private draw(): void {
+    this.frame = 0;
+    const { state, violations } = useStudio.getState();
+    if (!state || !this.dirty || this.width < 1) return;
+    this.dirty = false;
+    const violated = new Map<string, Time>();
+    for (const { monitor, time } of violations) if (!violated.has(monitor)) violated.set(monitor, time);
+    const picture: Picture = { view: this.view, time: state.time, end: state.end, live: state.live, marks: this.marks, violated, hover: this.hover };
+    paint_ruler(this.parts.ruler, this.width, picture);
+    const size = { width: this.width, height: this.height };
+    paint_lanes(this.parts.lanes, size, this.placed, this.lanes, this.parts.scroll.scrollTop, picture);
+  }
+
+  // ---- pointer ----
+
+  private local(event: PointerEvent | WheelEvent): { x: number; time: Time } {
+    const x = event.clientX - this.parts.ruler.getBoundingClientRect().left;
+    return { x, time: time_at(this.view, x, this.width) };
+  }
+
+  private pointer_down(event: PointerEvent, canvas: HTMLCanvasElement, scrubs: boolean): void {
+    if (event.button !== 0) return;
+    canvas.setPointerCapture(event.pointerId);
+    const start = { x: event.clientX, y: event.clientY, view: this.view, scroll: this.parts.scroll.scrollTop };
+    let moved = false;
+    stop_replay();
+    const done = new AbortController();
+    const scrub = (at: PointerEvent) => seek(this.local(at).time);
+    canvas.addEventListener(
+      "pointermove",
+      (move) => {
+        if (!moved && Math.hypot(move.clientX - start.x, move.clientY - start.y) < kClick_px) return;
+        if (!moved && !scrubs) this.free();
+        moved = true;
+        if (scrubs) scrub(move);
+        else {
+          this.look(pan(start.view, (-(move.clientX - start.x) / this.width) * span_of(start.view)));
+          this.parts.scroll.scrollTop = start.scroll - (move.clientY - start.y);
+        }
+      },
+      { signal: done.signal },
+    );
+    const finish = (up: PointerEvent) => {
+      done.abort();
+      if (!moved && up.type === "pointerup") this.click(up, canvas === this.parts.ruler);
+    };
+    canvas.addEventListener("pointerup", finish, { signal: done.signal });
+    canvas.addEventListener("pointercancel", finish, { signal: done.signal });
+  }
+
+  private click(event: PointerEvent, on_ruler: boolean): void {
+    const { x, time } = this.local(event);
+    const mark = on_ruler ? mark_at(this.marks, this.view, x, this.width) : undefined;
+    if (mark) {
+      select({ sequence: mark.sequence });
+      seek(mark.time);
+      return;
+    }
+    const placed = on_ruler ? undefined : this.at(event);
+    if (placed) select_lane(placed.lane);
+    seek(time);
+  }
+
+  private at(event: PointerEvent): Placed | undefined {
+    const y = event.clientY - this.parts.lanes.getBoundingClientRect().top + this.parts.scroll.scrollTop;
+    return lane_at(this.placed, y);
+  }
+
+  private pointer_over(event: PointerEvent, on_ruler: boolean): void {
+    const { x, time } = this.local(event);
+    this.hover = time;
+    const { tip } = this.parts;
+    const text = this.tip_text(event, x, time, on_ruler);
+    tip.textContent = text;
+    tip.hidden = false;
+    const area = this.parts.ruler.getBoundingClientRect();
+    const left = Math.min(x + 12, this.width - tip.offsetWidth - 4);
+    const y = event.clientY - area.top;
+    tip.style.transform = `translate(${Math.round(Math.max(left, 0) + this.parts.ruler.offsetLeft)}px, ${Math.round(y > tip.offsetHeight + 16 ? y - tip.offsetHeight - 10 : y + 18)}px)`;
+    this.redraw();
+  }
+
+  private tip_text(event: PointerEvent, x: number, time: Time, on_ruler: boolean): string {
+    const mark = on_ruler ? mark_at(this.marks, this.view, x, this.width) : undefined;
+    if (mark) return `${mark.kind}: ${mark.text}\n${this.clock(mark.time)}`;
+    const placed = on_ruler ? undefined : this.at(event);
+    if (!placed) return this.clock(time);
+    const { lane } = placed;
+    if (lane.kind === "value") {
+      const value = value_at(lane, time);
+      return `${lane_title(lane)}: ${value === undefined ? "–" : value_text(lane, value)}\n${this.clock(time)}`;
+    }
+    const span = span_at(lane, time);
+    if (!span) return `${lane.name}\n${this.clock(time)}`;
+    return `${lane.name}: ${span[2]}\n${this.clock(span[0])} – ${this.clock(span[1])}`;
+  }
+
+  private clock(time: Time): string {
+    const total_ms = Math.round(Math.max(0, time) / 1e6);
+    return `${Math.floor(total_ms / 60000)}:${((total_ms % 60000) / 1000).toFixed(3).padStart(6, "0")}`;
+  }
+
+  private leave(): void {
+    this.hover = null;
+    this.parts.tip.hidden = true;
+    this.redraw();
+  }
+
+  private wheel(event: WheelEvent, on_ruler: boolean): void {
+    const { time } = this.local(event);
+    if (event.ctrlKey || event.metaKey || on_ruler) {
+      event.preventDefault();
+      this.zoom_by(Math.exp(event.deltaY * 0.002), time);
+    } else if (event.shiftKey || Math.abs(event.deltaX) > Math.abs(event.deltaY)) {
+      event.preventDefault();
+      this.free();
+      this.look(pan(this.view, ((event.deltaX || event.deltaY) / this.width) * span_of(this.view)));
+    }
+  }
+
+  /** Where `time` is drawn, from the left border of the lanes. For tests of the whole page. */
+  x_of(time: Time): number {
+    return x_of(this.view, time, this.width);
+  }
+}
+
+/** The lane's subject becomes what all panels look at. */
+export function select_lane(lane: Lane): void {
+  const index = useStudio.getState().index;
+  if (!index) return;
+  if (lane.kind === "leaf") {
+    const node = index.node_of_leaf.get(lane.name);
+    if (node) select({ node: node.id, ...(node.leaf === null ? {} : { chart: node.leaf }) });
+  } else if (lane.kind === "skill" || lane.kind === "monitor") {
+    const chart = index.chart.get(lane.id) ?? index.model.charts.find((candidate) => candidate.kind === lane.kind && candidate.name === lane.name);
+    if (chart) select({ chart: chart.id, ...(lane.kind === "monitor" ? { monitor: lane.name } : {}) });
+  }
+}
+
+export { kRuler_px };

@@ -1,0 +1,123 @@
+import type { Lane, Mark, Time } from "../../protocol/types";
+import { x_of, type View } from "./view";
+
+export const kState_px = 20;
+export const kValue_px = 40;
+const kGap_px = 2;
+/** Between lanes of different kinds. */
+const kGroupGap_px = 8;
+
+const kOrder: Record<Lane["kind"], number> = { mission: 0, leaf: 1, skill: 2, monitor: 3, value: 4 };
+
+/** A lane with its place in the whole list of lanes. */
+export interface Placed {
+  lane: Lane;
+  top: number;
+  height: number;
+}
+
+const kIdleLabels = new Set(["", "IDLE", "idle", "not running"]);
+
+/** True if nothing happens in the lane within what was asked for. */
+export function is_idle(lane: Lane): boolean {
+  if (lane.kind === "mission" || lane.kind === "value") return false;
+  const spans = lane.spans ?? [];
+  if (lane.kind === "monitor") return spans.length === 0;
+  return spans.every(([, , label]) => kIdleLabels.has(label));
+}
+
+export function shown_label(label: string): boolean {
+  return !kIdleLabels.has(label);
+}
+
+/** From top to bottom: mission, leaves, skills, monitors, values; within a kind as the program lists them. */
+export function place(lanes: readonly Lane[], hide_idle: boolean): { placed: Placed[]; height: number } {
+  const sorted = lanes
+    .filter((lane) => !hide_idle || !is_idle(lane))
+    .map((lane, i) => ({ lane, i }))
+    .sort((a, b) => kOrder[a.lane.kind] - kOrder[b.lane.kind] || a.i - b.i);
+  const placed: Placed[] = [];
+  let top = 4;
+  let kind: Lane["kind"] | null = null;
+  for (const { lane } of sorted) {
+    if (kind !== null && kind !== lane.kind) top += kGroupGap_px;
+    kind = lane.kind;
+    const height = lane.kind === "value" ? kValue_px : kState_px;
+    placed.push({ lane, top, height });
+    top += height + kGap_px;
+  }
+  return { placed, height: top + 4 };
+}
+
+export function lane_at(placed: readonly Placed[], y: number): Placed | undefined {
+  return placed.find(({ top, height }) => y >= top && y < top + height);
+}
+
+export function span_at(lane: Lane, time: Time): readonly [Time, Time, string] | undefined {
+  return lane.spans?.find(([from, to]) => time >= from && time < to);
+}
+
+/** The value at `time`: the last one before it. */
+export function value_at(lane: Lane, time: Time): number | undefined {
+  return lane.points?.findLast(([at]) => at <= time)?.[1] ?? lane.points?.[0]?.[1];
+}
+
+/** Where the text of a span goes: at its beginning, or at the left border while that is out of view; null: no room. */
+export function label_place(x_from: number, x_to: number, width: number, text_width: number): number | null {
+  const kPad = 5;
+  const left = Math.max(x_from, 0) + kPad;
+  const right = Math.min(x_to, width) - kPad;
+  return right - left >= text_width ? left : null;
+}
+
+/** The newest end of the spans: those that end there go on. */
+export function known_until(lanes: readonly Lane[]): Time {
+  let last = -Infinity;
+  for (const lane of lanes) {
+    const end = lane.spans?.at(-1)?.[1];
+    if (end !== undefined && end > last) last = end;
+  }
+  return last;
+}
+
+const kUnit = /\s*\[([^\]]+)\]$/;
+
+/** The name without its unit: "battery of robot [%]" has one. */
+export function lane_title(lane: Lane): string {
+  return lane.name.replace(kUnit, "");
+}
+
+/** Range of a value lane: 0 to 100 for percentages, else what occurs. */
+export function value_range(lane: Lane): [number, number] {
+  const unit = kUnit.exec(lane.name)?.[1];
+  if (unit === "%") return [0, 100];
+  let low = Infinity;
+  let high = -Infinity;
+  for (const [, value] of lane.points ?? []) {
+    low = Math.min(low, value);
+    high = Math.max(high, value);
+  }
+  if (low > high) return [0, 1];
+  return high > low ? [low, high] : [low - 1, low + 1];
+}
+
+export function value_text(lane: Lane, value: number): string {
+  const unit = kUnit.exec(lane.name)?.[1];
+  return `${unit === "%" ? value.toFixed(1) : Number(value.toPrecision(4))}${unit ? ` ${unit}` : ""}`;
+}
+
+/** How far from a mark, in pixels, it is still meant. */
+const kReach_px = 7;
+
+export function mark_at(marks: readonly Mark[], view: View, x: number, width: number): Mark | undefined {
+  let best: Mark | undefined;
+  let distance = kReach_px;
+  for (const mark of marks) {
+    const away = Math.abs(x_of(view, mark.time, width) - x);
+    if (away <= distance) {
+      best = mark;
+      distance = away;
+    }
+  }
+  return best;
+}

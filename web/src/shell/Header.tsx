@@ -1,0 +1,169 @@
+import { useStudio } from "../store/store";
+import { go_live } from "../store/time_travel";
+import { ask, retry } from "../store/store";
+import { clock_text, duration_text } from "../draw/format";
+import { Icon, type IconName } from "./Icon";
+import { open_help } from "./Help";
+import { open_palette } from "./Palette";
+import { kSpeeds, next_tick, toggle_running } from "./run_commands";
+import { toggle_theme, useTheme } from "./theme";
+import { useBanner } from "./ViolationBanner";
+
+const kMissionClass: Record<string, string> = { RUNNING: "running", SUCCESS: "success", FAILURE: "failure", HALTING: "halting" };
+const kMissionIcon: Record<string, IconName> = { RUNNING: "play", SUCCESS: "check", FAILURE: "cross" };
+
+function Mission() {
+  const status = useStudio((studio) => studio.state?.run.mission ?? "");
+  const reason = useStudio((studio) => studio.state?.run.reason ?? "");
+  if (!status) return null;
+  return (
+    <span className={`badge mission ${kMissionClass[status] ?? ""}`} data-testid="mission-status" title={reason || "Status of the mission"}>
+      <Icon name={kMissionIcon[status] ?? "minus"} />
+      {status}
+      {reason && <span className="reason ellipsis">{reason}</span>}
+    </span>
+  );
+}
+
+function Clock() {
+  const time = useStudio((studio) => studio.state?.time ?? 0);
+  const tick = useStudio((studio) => studio.state?.tick ?? 0);
+  const kind = useStudio((studio) => studio.hello?.clock ?? "");
+  return (
+    <span className="clock" title={`Run time (${kind} clock) and number of the tick`}>
+      <time className="clock-time mono" data-testid="clock">
+        {clock_text(time)}
+      </time>
+      <span className="muted number">tick {tick}</span>
+    </span>
+  );
+}
+
+/** Whether the page shows the present, and what the run is doing. */
+function Presence() {
+  const live = useStudio((studio) => studio.state?.live ?? true);
+  const run = useStudio((studio) => studio.state?.run.state ?? "running");
+  const stopped = useStudio((studio) => studio.state?.run.stopped_at ?? null);
+  const recording = useStudio((studio) => studio.hello?.mode === "recording");
+  const lost = useStudio((studio) => studio.phase !== "open");
+  if (lost) return <span className="presence ended">○ no connection</span>;
+  if (recording) return <span className="presence recording" data-testid="presence">◼ Recording</span>;
+  if (!live) return <span className="presence past" data-testid="presence">◀ Past</span>;
+  if (stopped) return <span className="presence paused" data-testid="presence">❚❚ Stopped at {stopped.what}</span>;
+  if (run === "paused") return <span className="presence paused" data-testid="presence">❚❚ Paused</span>;
+  if (run === "ended") return <span className="presence ended" data-testid="presence">■ Ended</span>;
+  return <span className="presence live" data-testid="presence"><span className="pulse" aria-hidden="true">●</span> Live</span>;
+}
+
+function RunControls() {
+  const steerable = useStudio((studio) => studio.hello?.steerable ?? false);
+  const run = useStudio((studio) => studio.state?.run.state ?? "ended");
+  const live = useStudio((studio) => studio.state?.live ?? true);
+  const factor = useStudio((studio) => studio.state?.run.factor ?? 1);
+  const connected = useStudio((studio) => studio.phase === "open");
+  if (!steerable) return null;
+  const enabled = connected && live && run !== "ended";
+  const speeds = kSpeeds.some((speed) => speed === factor) ? kSpeeds : [...kSpeeds, factor].sort((a, b) => a - b);
+  return (
+    <div className="run-controls" role="group" aria-label="Run">
+      <button className="button" disabled={!enabled} onClick={toggle_running} title={run === "paused" ? "Resume (Space)" : "Pause (Space)"} data-testid="pause">
+        <Icon name={run === "paused" ? "play" : "pause"} />
+        {run === "paused" ? "Resume" : "Pause"}
+      </button>
+      <button className="icon-button" disabled={!enabled} onClick={next_tick} aria-label="One tick" title="One tick (.)" data-testid="step">
+        <Icon name="step" />
+      </button>
+      <select className="field" aria-label="Speed of the run" title="Run time per wall time ([ and ])" value={factor} disabled={!enabled} onChange={(event) => void ask("factor", { value: Number(event.target.value) })}>
+        {speeds.map((speed) => (
+          <option key={speed} value={speed}>
+            {speed > 0 && speed < 1e6 ? `${speed}×` : "as fast as possible"}
+          </option>
+        ))}
+      </select>
+      <button className="icon-button" disabled={!enabled} onClick={() => void ask("stop", {})} aria-label="Stop the mission" title="Stop the mission: all skills are halted">
+        <Icon name="stop" />
+      </button>
+    </div>
+  );
+}
+
+function Violations() {
+  const count = useStudio((studio) => studio.violations.length);
+  const shown = useBanner((banner) => banner.shown);
+  if (count === 0 || shown) return null;
+  return (
+    <button className="violation-chip" onClick={() => useBanner.setState({ shown: true, details: true })}>
+      <Icon name="alarm" />
+      {count} {count === 1 ? "violation" : "violations"}
+    </button>
+  );
+}
+
+export function Header() {
+  const title = useStudio((studio) => studio.hello?.title ?? "Sentree Studio");
+  const description = useStudio((studio) => studio.hello?.description ?? "");
+  const dark = useTheme(({ theme }) => theme === "dark");
+  return (
+    <header className="header">
+      <img className="logo" src="./icon.svg" alt="" width="22" height="22" />
+      <h1 className="title ellipsis" title={description}>
+        {title}
+        {description && <span className="description">{description}</span>}
+      </h1>
+      <Mission />
+      <Violations />
+      <span className="header-space" />
+      <Presence />
+      <Clock />
+      <RunControls />
+      <span className="header-space short" />
+      <button className="button find" onClick={open_palette} title="Find a command, a node, a chart (Ctrl+K)">
+        <Icon name="search" />
+        Find <kbd className="kbd">Ctrl K</kbd>
+      </button>
+      <button className="icon-button" onClick={toggle_theme} aria-label={dark ? "Light colours" : "Dark colours"} title="Light or dark (D)">
+        <Icon name={dark ? "sun" : "moon"} />
+      </button>
+      <button className="icon-button" onClick={open_help} aria-label="Help and keys" title="Help and keys (?)">
+        <Icon name="help" />
+      </button>
+    </header>
+  );
+}
+
+/** Says plainly when the page does not show the present. */
+export function TravelStrip() {
+  const phase = useStudio((studio) => studio.phase);
+  const attempt = useStudio((studio) => studio.attempt);
+  const known = useStudio((studio) => studio.hello !== null);
+  const mode = useStudio((studio) => studio.hello?.mode);
+  const state = useStudio((studio) => studio.state);
+  const replay = useStudio((studio) => studio.replay);
+  if (phase === "lost" || (phase === "connecting" && known)) {
+    return (
+      <div className="strip lost" role="alert">
+        <Icon name="warning" />
+        <strong>No connection to the program.</strong>
+        <span>{known ? "The page shows what it knew last" : "Is it still running"}{known ? "; attempt" : "? Attempt"} {attempt} to reach it …</span>
+        <button className="button small" onClick={retry}>
+          Try now
+        </button>
+      </div>
+    );
+  }
+  if (!state || state.live || mode === "recording") return null;
+  return (
+    <div className="strip past" role="status" data-testid="past-strip">
+      <Icon name="rewind" />
+      <strong>You look at the past:</strong>
+      <span className="number">
+        {clock_text(state.time)}, {duration_text(state.end - state.time)} before the newest{replay > 0 ? `, replaying at ${replay}×` : ""}. Every panel shows this moment
+        {state.run.state === "running" ? "; the run goes on." : "."}
+      </span>
+      <button className="button small" onClick={go_live} data-testid="back-to-live">
+        <Icon name="live" />
+        Back to live <kbd className="kbd">L</kbd>
+      </button>
+    </div>
+  );
+}

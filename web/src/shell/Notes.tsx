@@ -1,0 +1,20 @@
+import { dismiss, useStudio } from "../store/store";
+import { Icon } from "./Icon";
+
+/** Refusals and short messages; they go away by themselves. */
+export function Notes() {
+  const notes = useStudio((studio) => studio.notes);
+  return (
+    <div className="notes" aria-live="polite">
+      {notes.map(({ id, kind, text }) => (
+        <div key={id} className={`note ${kind}`}>
+          <Icon name={kind === "error" ? "warning" : "help"} />
+          <span>{text}</span>
+          <button className="icon-button" onClick={() => dismiss(id)} aria-label="Dismiss">
+            <Icon name="close" />
+          </button>
+        </div>
+      ))}
+    </div>
+  );
+}

@@ -1,0 +1,132 @@
+import { useMemo, useState } from "react";
+import { create } from "zustand";
+
+import { select, useStudio } from "../store/store";
+import { useCommand, useCommands } from "./commands";
+import { Dialog } from "./Dialog";
+import { go_to_panel } from "./layout";
+import { matches } from "./match";
+
+const usePalette = create<{ open: boolean }>()(() => ({ open: false }));
+export const open_palette = () => usePalette.setState({ open: true });
+const close = () => usePalette.setState({ open: false });
+
+export const kEntriesShownMax = 60;
+
+interface Entry {
+  id: string;
+  title: string;
+  group: string;
+  keys?: readonly string[] | undefined;
+  run(): void;
+}
+
+function useEntries(): Entry[] {
+  const commands = useCommands((all) => all.commands);
+  const index = useStudio((studio) => studio.index);
+  return useMemo(() => {
+    const entries: Entry[] = [...commands.values()].filter((command) => command.id !== "palette");
+    for (const node of index?.model.tree.nodes ?? []) {
+      entries.push({
+        id: `node.${node.id}`,
+        title: node.name || node.type,
+        group: `Node · ${node.type}`,
+        run: () => {
+          select({ node: node.id, ...(node.leaf === null ? {} : { chart: node.leaf }) });
+          go_to_panel("mission");
+        },
+      });
+    }
+    for (const chart of index?.model.charts ?? []) {
+      entries.push({
+        id: `chart.${chart.id}`,
+        title: chart.name,
+        group: chart.kind === "skill" ? "Skill" : "Chart of a monitor",
+        run: () => {
+          select({ chart: chart.id });
+          go_to_panel("charts");
+        },
+      });
+    }
+    for (const monitor of index?.model.monitors ?? []) {
+      entries.push({
+        id: `monitor.${monitor.name}`,
+        title: monitor.name,
+        group: "Monitor",
+        run: () => {
+          select({ monitor: monitor.name });
+          go_to_panel("monitors");
+        },
+      });
+    }
+    return entries;
+  }, [commands, index]);
+}
+
+function PaletteList() {
+  const [text, set_text] = useState("");
+  const [chosen, set_chosen] = useState(0);
+  const entries = useEntries();
+  const found = useMemo(() => entries.filter((entry) => matches(text, `${entry.title} ${entry.group}`)).slice(0, kEntriesShownMax), [entries, text]);
+  const at = Math.min(chosen, found.length - 1);
+  const run = (entry: Entry | undefined) => {
+    if (!entry) return;
+    close();
+    // After the dialog has given the focus back.
+    setTimeout(() => entry.run());
+  };
+  const show = (next: number) => {
+    set_chosen(next);
+    document.getElementById(`palette-${next}`)?.scrollIntoView({ block: "nearest" });
+  };
+  return (
+    <>
+      <input
+        className="palette-field"
+        placeholder="A command, node, skill, monitor …"
+        aria-label="Find"
+        role="combobox"
+        aria-expanded="true"
+        aria-controls="palette-list"
+        aria-activedescendant={`palette-${at}`}
+        autoFocus
+        value={text}
+        onChange={(event) => {
+          set_text(event.target.value);
+          set_chosen(0);
+        }}
+        onKeyDown={(event) => {
+          if (event.key === "ArrowDown") show(Math.min(at + 1, found.length - 1));
+          else if (event.key === "ArrowUp") show(Math.max(at - 1, 0));
+          else if (event.key === "Enter") run(found[at]);
+          else return;
+          event.preventDefault();
+        }}
+      />
+      <ul id="palette-list" className="palette-list" role="listbox" aria-label="Found">
+        {found.map((entry, i) => (
+          <li key={entry.id} id={`palette-${i}`} role="option" aria-selected={i === at} className={i === at ? "chosen" : ""} onClick={() => run(entry)}>
+            <span className="ellipsis">{entry.title}</span>
+            <span className="palette-group">{entry.group}</span>
+            {entry.keys?.map((key) => (
+              <kbd key={key} className="kbd">
+                {key}
+              </kbd>
+            ))}
+          </li>
+        ))}
+        {found.length === 0 && <li className="muted">Nothing has these letters.</li>}
+      </ul>
+    </>
+  );
+}
+
+export function Palette() {
+  const open = usePalette((palette) => palette.open);
+  useCommand({ id: "palette", title: "Find a command, a node, a chart", group: "Page", keys: ["Ctrl+K", "/"], run: open_palette });
+  return open ? (
+    <Dialog label="Find" className="palette" close={close}>
+      <PaletteList />
+    </Dialog>
+  ) : null;
+}
