@@ -1,3 +1,121 @@
+import "../styles/picture.css";
+import "../styles/charts.css";
+
+import { useEffect, useRef } from "react";
+
+import { PictureTools } from "../picture/PictureTools";
+import { Icon } from "../shell/Icon";
+import { PanelTools } from "../shell/PanelFrame";
+import { useCommand } from "../shell/commands";
+import { go_to_panel, useLayout } from "../shell/layout";
+import { select, useStudio } from "../store/store";
+import type { ChartModel } from "../protocol/types";
+import { ChartPicture, type ChartHandle } from "./charts/ChartPicture";
+import { ChartSide } from "./charts/ChartSide";
+import { Grid } from "./charts/Grid";
+import { chart_to_follow, kTilesMax, useCharts } from "./charts/charts";
+
 export function ChartsPanel() {
-  return <div className="empty">Charts</div>;
+  const index = useStudio((studio) => studio.index);
+  const chosen = useStudio((studio) => studio.selection.chart);
+  const node = useStudio((studio) => studio.selection.node);
+  const { grid, follow, values, pinned } = useCharts();
+  const picture = useRef<ChartHandle>(null);
+  const charts = index?.model.charts ?? [];
+  const chart = charts.find(({ id }) => id === chosen) ?? charts[0];
+
+  useCommand(
+    { id: "charts.grid", title: "All charts side by side", group: "Charts", keys: ["G"], run: () => useCharts.setState({ grid: !grid }) },
+    { id: "charts.follow", title: "Follow the leaf at work in the charts", group: "Charts", run: () => useCharts.setState({ follow: !follow }) },
+    { id: "charts.values", title: "Values beside the chart", group: "Charts", run: () => useCharts.setState({ values: !values }) },
+    { id: "charts.next", title: "Next chart", group: "Charts", keys: ["C"], run: () => step(charts, chart, 1) },
+    { id: "charts.previous", title: "Previous chart", group: "Charts", keys: ["Shift+C"], run: () => step(charts, chart, -1) },
+    ...charts.map((entry) => ({
+      id: `chart.${entry.id}`,
+      title: `Chart of ${entry.kind} ${entry.name}`,
+      group: "Charts",
+      run: () => open_chart(entry.id),
+    })),
+  );
+  useEffect(() => {
+    const open = () => {
+      useCharts.setState({ grid: false, follow: false });
+      go_to_panel("charts");
+    };
+    document.addEventListener("sentree:open-chart", open);
+    return () => document.removeEventListener("sentree:open-chart", open);
+  }, []);
+
+  // Follows the leaf that is chosen or, with `follow`, the one at work.
+  const leaf = node === null ? null : (index?.model.tree.nodes[node]?.leaf ?? null);
+  const at_work = useStudio((studio) => (follow && studio.index ? chart_to_follow(studio.index, studio.state, studio.selection.chart) : null));
+  useEffect(() => {
+    if (leaf) select({ chart: leaf });
+  }, [leaf]);
+  useEffect(() => {
+    if (at_work) select({ chart: at_work });
+  }, [at_work]);
+
+  if (!index || !chart) return <div className="empty">{index ? "This mission has no charts." : "Waiting for the charts …"}</div>;
+  const tiles = pinned.map((id) => index.chart.get(id)).filter((entry) => entry !== undefined);
+  return (
+    <div className="charts">
+      <PanelTools>
+        {!grid && <Pick charts={charts} chart={chart} />}
+        <button className="icon-button" aria-pressed={follow} aria-label="Follow the leaf at work" title="Follow the leaf at work" onClick={() => useCharts.setState({ follow: !follow })}>
+          <Icon name="follow" />
+        </button>
+        <button className="button small" aria-pressed={grid} title="All charts side by side (G)" onClick={() => useCharts.setState({ grid: !grid })}>
+          All
+        </button>
+        {!grid && (
+          <button className="button small" aria-pressed={values} title="Event and data beside the chart" onClick={() => useCharts.setState({ values: !values })}>
+            Values
+          </button>
+        )}
+        {!grid && <PictureTools id={`chart:${chart.id}`} name="chart" fit={() => picture.current?.fit()} zoom={(factor) => picture.current?.zoom(factor)} />}
+      </PanelTools>
+      {grid ? (
+        <Grid charts={tiles.length > 0 ? tiles : charts.slice(0, kTilesMax)} all={charts} pinned={pinned} open={open_chart} />
+      ) : (
+        <div className="charts-body" key={chart.id}>
+          <ChartPicture chart={chart} handle={picture} />
+          {values && <ChartSide chart={chart} />}
+        </div>
+      )}
+    </div>
+  );
+}
+
+function open_chart(id: string): void {
+  select({ chart: id });
+  useCharts.setState({ grid: false, follow: false });
+  if (useLayout.getState().collapsed.includes("charts")) go_to_panel("charts");
+}
+
+function step(charts: readonly ChartModel[], chart: ChartModel | undefined, by: number): void {
+  if (!chart || charts.length === 0) return;
+  const next = charts[(charts.indexOf(chart) + by + charts.length) % charts.length];
+  if (next) open_chart(next.id);
+}
+
+/** Skills and monitors by name, those at work marked. */
+function Pick({ charts, chart }: { charts: readonly ChartModel[]; chart: ChartModel }) {
+  const states = useStudio((studio) => charts.map(({ id }) => (studio.state?.charts[id]?.running ? "▸" : " ")).join(""));
+  const violated = useStudio((studio) => charts.map(({ kind, name }) => (kind === "monitor" && studio.state?.monitors[name]?.verdict === "violated" ? "✗" : " ")).join(""));
+  const options = (kind: ChartModel["kind"]) =>
+    charts.map((entry, i) =>
+      entry.kind === kind ? (
+        <option key={entry.id} value={entry.id}>
+          {entry.name}
+          {violated[i] === "✗" ? "  ✗ violated" : kind === "skill" && states[i] === "▸" ? "  ▸ running" : ""}
+        </option>
+      ) : null,
+    );
+  return (
+    <select className="field chart-pick" aria-label="Chart" value={chart.id} onChange={(event) => open_chart(event.target.value)} data-testid="chart-pick">
+      <optgroup label="Skills">{options("skill")}</optgroup>
+      <optgroup label="Monitors">{options("monitor")}</optgroup>
+    </select>
+  );
 }

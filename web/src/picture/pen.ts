@@ -52,7 +52,7 @@ export class CanvasPen implements Pen {
 
   polyline(points: readonly Point[], style: Style): void {
     this.trace(points);
-    this.finish({ ...style, fill: undefined });
+    this.finish(without_fill(style));
   }
 
   segments(points: readonly Point[], style: Style): void {
@@ -62,7 +62,7 @@ export class CanvasPen implements Pen {
       context.moveTo(points[i]![0], points[i]![1]);
       context.lineTo(points[i + 1]![0], points[i + 1]![1]);
     }
-    this.finish({ ...style, fill: undefined });
+    this.finish(without_fill(style));
   }
 
   circle(centre: Point, radius: number, style: Style): void {
@@ -142,13 +142,13 @@ export class SvgPen implements Pen {
   }
 
   polyline(points: readonly Point[], style: Style): void {
-    if (points.length > 0) this.path(`M${points.map(pair).join("L")}`, { ...style, fill: undefined });
+    if (points.length > 0) this.path(`M${points.map(pair).join("L")}`, without_fill(style));
   }
 
   segments(points: readonly Point[], style: Style): void {
     let data = "";
     for (let i = 0; i + 1 < points.length; i += 2) data += `M${pair(points[i]!)}L${pair(points[i + 1]!)}`;
-    if (data) this.path(data, { ...style, fill: undefined });
+    if (data) this.path(data, without_fill(style));
   }
 
   circle(centre: Point, radius: number, style: Style): void {
@@ -199,6 +199,10 @@ export function svg_document(size: Size, title: string, background: string, body
 export function escape(text: string): string {
   const markup: Record<string, string> = { "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" };
   return text.replace(/[&<>"]/g, (c) => markup[c]!).replace(/[\u0000-\u0008\u000b\u000c\u000e-\u001f\ufffe\uffff]/g, "\ufffd");
+}
+
+function without_fill({ fill: _, ...style }: Style): Style {
+  return style;
 }
 
 function number(value: number): string {

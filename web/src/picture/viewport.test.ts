@@ -28,8 +28,9 @@ describe("a viewport", () => {
 
   it("fits a box with its margin and does not blow a small one up", () => {
     const wide = fit({ x: 10, y: 20, width: 1000, height: 100 }, kSize, 20, 1.5, kLimits);
-    expect(to_screen(wide, [10, 70])).toEqual([20, 150]);
-    expect(to_screen(wide, [1010, 70])).toEqual([380, 150]);
+    expect(to_screen(wide, [10, 70])[0]).toBeCloseTo(20);
+    expect(to_screen(wide, [1010, 70])[0]).toBeCloseTo(380);
+    expect(to_screen(wide, [10, 70])[1]).toBeCloseTo(150);
     expect(fit({ x: 0, y: 0, width: 10, height: 10 }, kSize, 20, 1.5, kLimits).scale).toBe(1.5);
     expect(fit({ x: 0, y: 0, width: 0, height: 0 }, kSize, 20, 1.5, kLimits).scale).toBe(1.5);
   });

@@ -88,17 +88,33 @@ export interface MonitorModel {
   severity: string | null;
   gate: string[];
 }
-export interface Method {
+/** As idl::describe writes what a service's methods take and give. */
+export interface IdlField {
   name: string;
-  args: { name: string; type: string }[];
-  oneway?: boolean;
-  [more: string]: unknown;
+  type: string;
+  required: boolean;
+  default?: Data;
+  unit?: string;
+}
+export type IdlType =
+  | { kind: "struct" | "union" | "exception"; fields: IdlField[] }
+  | { kind: "enum"; values: string[] }
+  | { kind: "list" | "set"; element: string }
+  | { kind: "map"; key: string; element: string };
+export type IdlTypes = Record<string, IdlType>;
+export interface IdlMethod {
+  name: string;
+  args: IdlField[];
+  result: string;
+  oneway: boolean;
+  unit?: string;
 }
 export interface ServiceModel {
   name: string;
   interface: string;
   at: string;
-  methods: Method[];
+  methods: IdlMethod[];
+  types: IdlTypes;
 }
 export interface Location {
   name: string;

@@ -8,7 +8,7 @@ const kThings: Pickable = {
   ],
   obstacles: [
     { name: "box", polygon: [[3, 3], [4, 3], [4, 4], [3, 4]] },
-    { name: "disc", circle: { x: 1, y: 1.3, radius: 0.3 } },
+    { name: "disc", circle: [1, 1.3, 0.3] },
   ],
   doors: [{ name: "kitchen", open: false, polygon: [[6, 0], [7, 0], [7, 0.1], [6, 0.1]] }],
   locations: [{ name: "start", x: 9, y: 9, theta: 0 }],

@@ -1,4 +1,4 @@
-import type { Door, Location, Obstacle, Point, Pose } from "../../protocol/types";
+import type { Location, Obstacle, Point, Pose } from "../../protocol/types";
 import { inside_polygon, segment_distance } from "./geometry";
 
 export type Hit =
@@ -7,10 +7,17 @@ export type Hit =
   | { kind: "door"; name: string; open: boolean }
   | { kind: "location" | "station"; name: string };
 
+/** A door with the floor that it closes. */
+export interface DrawnDoor {
+  name: string;
+  open: boolean;
+  polygon: Point[];
+}
+
 export interface Pickable {
   robots: readonly { name: string; pose: Pose; radius: number }[];
   obstacles: readonly Obstacle[];
-  doors: readonly Door[];
+  doors: readonly DrawnDoor[];
   locations: readonly Location[];
   stations: readonly Location[];
 }
@@ -22,11 +29,11 @@ export function pick(things: Pickable, point: Point, reach: number): Hit | null 
     if (near(robot.pose[0], robot.pose[1], robot.radius)) return { kind: "robot", name: robot.name, pose: robot.pose };
   }
   for (const { name, circle, polygon } of [...things.obstacles].reverse()) {
-    if (circle && near(circle.x, circle.y, circle.radius)) return { kind: "obstacle", name };
+    if (circle && near(...circle)) return { kind: "obstacle", name };
     if (polygon && near_polygon(polygon, point, reach)) return { kind: "obstacle", name };
   }
   for (const { name, open, polygon } of things.doors) {
-    if (polygon && near_polygon(polygon, point, reach)) return { kind: "door", name, open };
+    if (near_polygon(polygon, point, reach)) return { kind: "door", name, open };
   }
   for (const { name, x, y } of things.locations) if (near(x, y, 0)) return { kind: "location", name };
   for (const { name, x, y } of things.stations) if (near(x, y, 0)) return { kind: "station", name };

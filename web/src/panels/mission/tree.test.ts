@@ -2,19 +2,19 @@ import { describe, expect, it } from "vitest";
 import type { Rect, TreeNode } from "../../protocol/types";
 import { ancestors, descendants, neighbour, running, search, shown, uncover, visible_for } from "./tree";
 
-function node(id: number, parent: number, name: string, ports: TreeNode["ports"] = []): TreeNode {
-  return { id, parent, path: `Main.${name}`, name, type: id === 0 ? "ReactiveSequence" : "GoTo", kind: "action", symbol: "", leaf: null, ports };
+function node(id: number, parent: number | null, name: string, ports: TreeNode["ports"] = []): TreeNode {
+  return { id, parent, path: `Main.${name}`, name, type: id === 0 ? "ReactiveSequence" : "GoTo", kind: "action", symbol: "", leaf: null, message_name: null, ports };
 }
 
 // 0 ─ 1 ─ 3, 4
 //   └ 2 ─ 5
 const kNodes = [
-  node(0, -1, "Root"),
+  node(0, null, "Root"),
   node(1, 0, "Energy"),
   node(2, 0, "Visit"),
-  node(3, 1, "Above30", [{ name: "threshold", direction: "in", value: "30" }]),
+  node(3, 1, "Above30", [{ name: "threshold", direction: "input", type: "", value: "30" }]),
   node(4, 1, "Charge"),
-  node(5, 2, "Kitchen", [{ name: "destination", direction: "in", value: "kitchen" }]),
+  node(5, 2, "Kitchen", [{ name: "destination", direction: "input", type: "", value: "kitchen" }]),
 ];
 const kChildren = [[1, 2], [3, 4], [5], [], [], []];
 
@@ -60,7 +60,7 @@ describe("the list of running nodes", () => {
 
 describe("arrow keys", () => {
   const box = (x: number, y: number): Rect => ({ x, y, width: 40, height: 30 });
-  const parent_of = (id: number) => kNodes[id]!.parent;
+  const parent_of = (id: number) => kNodes[id]!.parent ?? -1;
   const down = new Map([[0, box(100, 0)], [1, box(40, 60)], [2, box(160, 60)], [3, box(0, 120)], [4, box(80, 120)], [5, box(160, 120)]]);
   const right = new Map([...down].map(([id, r]) => [id, { x: r.y, y: r.x, width: 30, height: 40 }] as const));
 

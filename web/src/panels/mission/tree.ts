@@ -8,7 +8,7 @@ export function shown(nodes: readonly TreeNode[], collapsed: ReadonlySet<number>
   const hidden = new Set<number>();
   // A parent's id is less than its children's.
   for (const { id, parent } of nodes) {
-    if (parent >= 0 && (hidden.has(parent) || collapsed.has(parent))) hidden.add(id);
+    if (parent !== null && (hidden.has(parent) || collapsed.has(parent))) hidden.add(id);
   }
   return nodes.filter(({ id }) => !hidden.has(id)).map(({ id }) => id);
 }
@@ -68,9 +68,18 @@ export function running(children: readonly number[][], status: readonly number[]
 
 export type Arrow = "ArrowUp" | "ArrowDown" | "ArrowLeft" | "ArrowRight";
 
+/** Which way the tree is drawn: down unless some child does not lie below its parent. */
+export function drawn_down(rects: ReadonlyMap<number, Rect>, parent_of: (id: number) => number): boolean {
+  for (const [id, rect] of rects) {
+    const parent = rects.get(parent_of(id));
+    if (parent && rect.y < parent.y + parent.height) return false;
+  }
+  return true;
+}
+
 /**
- * The node that an arrow key leads to: along the tree's edges and between siblings, whichever way the tree is drawn;
- * beyond the last sibling the nearest node of the same depth. Null: there is none.
+ * The node that an arrow key leads to, whichever way the tree is drawn: along its edges to the parent or the nearest
+ * child, across them to the next node of the same depth. Null: there is none.
  */
 export function neighbour(
   rects: ReadonlyMap<number, Rect>,
@@ -80,36 +89,34 @@ export function neighbour(
 ): number | null {
   const start = rects.get(from);
   if (!start) return null;
-  const depth = (id: number) => {
-    let levels = 0;
-    for (let at = parent_of(id); at >= 0; at = parent_of(at)) levels += 1;
-    return levels;
-  };
-  const level = depth(from);
-  const along = arrow === "ArrowLeft" || arrow === "ArrowRight" ? 0 : 1;
+  const horizontal = arrow === "ArrowLeft" || arrow === "ArrowRight";
   const sign = arrow === "ArrowRight" || arrow === "ArrowDown" ? 1 : -1;
-  const middle = (rect: Rect) => [rect.x + rect.width / 2, rect.y + rect.height / 2] as const;
-  const origin = middle(start);
+  const along_edges = horizontal !== drawn_down(rects, parent_of);
+  const middle = (rect: Rect) => (horizontal === along_edges ? rect.y + rect.height / 2 : rect.x + rect.width / 2);
+  if (along_edges && sign < 0) return rects.has(parent_of(from)) ? parent_of(from) : null;
+  const level = depth(parent_of, from);
   let best: number | null = null;
-  let best_cost = Infinity;
+  let best_distance = Infinity;
   for (const [id, rect] of rects) {
-    if (id === from) continue;
-    const linked = parent_of(id) === from || parent_of(from) === id;
-    if (!linked && depth(id) !== level) continue;
-    const there = middle(rect);
-    const forward = sign * (there[along] - origin[along]);
-    if (forward <= 0) continue;
-    // Parent and children lie beyond the node's side, nodes of the same depth beside it.
-    const beyond = gap(start, rect, along) > 0;
-    const beside = gap(start, rect, along === 0 ? 1 : 0) <= 0;
-    if (!beyond || (!linked && !beside)) continue;
-    const cost = (linked ? 0 : 1e6) + forward + 2 * Math.abs(there[along === 0 ? 1 : 0] - origin[along === 0 ? 1 : 0]);
-    if (cost < best_cost) [best, best_cost] = [id, cost];
+    if (along_edges ? parent_of(id) !== from : id === from || depth(parent_of, id) !== level) continue;
+    const offset = middle(rect) - middle(start);
+    if (!along_edges && sign * offset <= 0) continue;
+    if (Math.abs(offset) < best_distance) [best, best_distance] = [id, Math.abs(offset)];
   }
   return best;
 }
 
-// Room between two boxes along an axis; negative where they overlap there.
-function gap(a: Rect, b: Rect, along: 0 | 1): number {
-  return along === 0 ? Math.max(b.x - a.x - a.width, a.x - b.x - b.width) : Math.max(b.y - a.y - a.height, a.y - b.y - b.height);
+function depth(parent_of: (id: number) => number, id: number): number {
+  let levels = 0;
+  for (let at = parent_of(id); at >= 0; at = parent_of(at)) levels += 1;
+  return levels;
+}
+
+/** The blackboard that a node sees: that of the innermost SubTree on its path which has one. */
+export function scope_of(path: string, scopes: readonly string[]): string {
+  let best = "";
+  for (const scope of scopes) {
+    if (scope.length > best.length && path.startsWith(scope) && /^[./]/.test(path.slice(scope.length))) best = scope;
+  }
+  return best;
 }

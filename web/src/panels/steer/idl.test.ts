@@ -1,5 +1,6 @@
 import { describe, expect, it } from "vitest";
-import { arguments_draft, new_draft, read_arguments, read_draft, reply_fields, type Draft, type IdlMethod, type IdlTypes } from "./idl";
+import { arguments_draft, new_draft, read_arguments, read_draft, reply_fields, type Draft } from "./idl";
+import type { IdlMethod, IdlTypes } from "../../protocol/types";
 
 const kTypes: IdlTypes = {
   Header: {

@@ -1,26 +1,4 @@
-import type { Data } from "../../protocol/types";
-
-/** As idl::describe writes them: what a service's methods take and give. */
-export interface IdlField {
-  name: string;
-  type: string;
-  required: boolean;
-  default?: Data;
-  unit?: string;
-}
-export type IdlType =
-  | { kind: "struct" | "union" | "exception"; fields: IdlField[] }
-  | { kind: "enum"; values: string[] }
-  | { kind: "list" | "set"; element: string }
-  | { kind: "map"; key: string; element: string };
-export type IdlTypes = Record<string, IdlType>;
-export interface IdlMethod {
-  name: string;
-  args: IdlField[];
-  result: string;
-  oneway: boolean;
-  unit?: string;
-}
+import type { Data, IdlMethod, IdlTypes } from "../../protocol/types";
 
 /** What a form holds for a value while it is edited: possibly not a value yet. */
 export type Draft =

@@ -1,0 +1,93 @@
+import { create } from "zustand";
+
+import type { Data, Operation, Operations } from "../../protocol/types";
+import { ask, request, useStudio, type Studio } from "../../store/store";
+
+/** Why the run cannot be steered from this page now; null: it can. */
+export function why_not(studio: Pick<Studio, "phase" | "hello" | "state">): string | null {
+  const { phase, hello, state } = studio;
+  if (phase !== "open" || !hello || !state) return "There is no connection to the program";
+  if (hello.mode === "recording") return "This is a recording: nothing can be changed any more";
+  if (!hello.steerable) return "This page may only look; open it with the address that the program printed to steer";
+  if (!state.live) return "You look at the past; go back to live (L) to steer";
+  if (state.run.state === "ended") return "The run has ended";
+  return null;
+}
+
+export function useWhyNot(): string | null {
+  return useStudio(why_not);
+}
+
+/** A breakpoint, a fault or a forced result that stands until it is cleared or used up. */
+export interface Standing {
+  id: number;
+  kind: string;
+  text: string;
+  /** How often it has had an effect. */
+  used: number;
+  node: number | null;
+  chart: string | null;
+  state: string | null;
+  status: string | null;
+}
+
+export const useSteering = create<{ standing: readonly Standing[] }>()(() => ({ standing: [] }));
+
+/** What the program says of standing interventions, brought into one shape. */
+export function read_standing(value: unknown): Standing[] {
+  if (!Array.isArray(value)) return [];
+  return value.filter(is_record).map((entry) => {
+    const what = is_record(entry["what"]) ? { ...entry, ...entry["what"] } : entry;
+    const kind = text_of(what["kind"]);
+    return {
+      id: Number(entry["id"]),
+      kind: text_of(entry["kind"]) || kind,
+      text: text_of(entry["text"]) || describe(what),
+      used: typeof entry["used"] === "number" ? entry["used"] : 0,
+      node: typeof what["node"] === "number" ? what["node"] : null,
+      chart: typeof what["chart"] === "string" ? what["chart"] : null,
+      state: typeof what["state"] === "string" ? what["state"] : null,
+      status: typeof what["status"] === "string" && what["status"] !== "" ? what["status"] : null,
+    };
+  });
+}
+
+function describe(what: Record<string, Data>): string {
+  const { id: _id, kind: _kind, used: _used, ...rest } = what;
+  return Object.entries(rest)
+    .filter(([, value]) => value !== null && value !== "" && typeof value !== "object")
+    .map(([key, value]) => `${key} ${String(value)}`)
+    .join(", ");
+}
+
+function is_record(value: unknown): value is Record<string, Data> {
+  return typeof value === "object" && value !== null && !Array.isArray(value);
+}
+
+function text_of(value: unknown): string {
+  return typeof value === "string" ? value : "";
+}
+
+export async function refresh_standing(): Promise<void> {
+  if (why_not(useStudio.getState()) !== null) return;
+  try {
+    useSteering.setState({ standing: read_standing(await request("interventions", {})) });
+  } catch {
+    // The connection is gone; the list is asked for again with the next one.
+  }
+}
+
+/** As `ask`, and brings the list of standing interventions up to date. */
+export async function steer<Op extends Operation>(op: Op, args: Operations[Op][0]): Promise<Operations[Op][1] | null> {
+  const answer = await ask(op, args);
+  await refresh_standing();
+  return answer;
+}
+
+/** The test control of a robot of the simulated world; null: there is none. */
+export function test_control(services: readonly { name: string }[], robots: readonly { name: string }[], robot: string): string | null {
+  const own = `${robot}/simulation`;
+  if (services.some(({ name }) => name === own)) return own;
+  const first = robots[0]?.name === robot;
+  return first && services.some(({ name }) => name === "simulation") ? "simulation" : null;
+}
