@@ -13,12 +13,12 @@ import { Details, Rows } from "./messages/Rows";
 import { covers, extend, kEmptyWindow, kPage, prepend, type Window } from "./messages/window";
 
 const kShowTitles: Record<Show, string> = {
-  default: "All but ticks",
-  all: "Everything",
+  default: "No ticks",
+  all: "All",
   calls: "Calls",
-  ticks: "Ticks, halts",
+  ticks: "Ticks",
   statuses: "Statuses",
-  events: "Events, verdicts",
+  events: "Events",
   errors: "Errors",
 };
 /** With fewer rows than this there is nothing to scroll; then older ones are offered, or asked for. */
@@ -157,7 +157,7 @@ export function MessagesPanel() {
           ref={text_field}
           className="field"
           type="search"
-          placeholder="Search names and values"
+          placeholder="Search"
           aria-label="Text"
           value={filter.text}
           onChange={(event) => set_filter({ ...filter, text: event.target.value })}
@@ -170,13 +170,13 @@ export function MessagesPanel() {
           ))}
         </select>
         <select className="field" aria-label="Service" value={filter.service} onChange={(event) => set_filter({ ...filter, service: event.target.value })}>
-          <option value="">Any service</option>
+          <option value="">Services</option>
           {lists.services.map((service) => (
             <option key={service}>{service}</option>
           ))}
         </select>
         <select className="field" aria-label="Leaf" value={filter.leaf} onChange={(event) => set_filter({ ...filter, leaf: event.target.value })}>
-          <option value="">Any leaf</option>
+          <option value="">Leaves</option>
           {lists.leaves.map((leaf) => (
             <option key={leaf}>{leaf}</option>
           ))}

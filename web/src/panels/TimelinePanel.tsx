@@ -111,7 +111,7 @@ function Names({ shown }: { shown: Shown }) {
         const first_of_kind = shown.placed[i - 1]?.lane.kind !== lane.kind;
         const chosen = lane.kind === "leaf" ? lane.name === chosen_leaf : lane.kind === "monitor" ? lane.name === selection.monitor : lane.id === selection.chart;
         return (
-          <li key={lane.id} style={{ top, height }} className={`lane-name ${lane.kind}${chosen ? " chosen" : ""}`} data-lane={lane.id}>
+          <li key={lane.id} style={{ top, height }} className={`lane-name kind-${lane.kind}${chosen ? " chosen" : ""}`} data-lane={lane.id}>
             <button className="ellipsis" onClick={() => select_lane(lane)} title={`${lane.kind}: ${lane.name}`} tabIndex={-1}>
               {lane_title(lane)}
             </button>
@@ -149,7 +149,7 @@ export function TimelinePanel() {
     localStorage.setItem(kHideIdle, hide_idle ? "yes" : "no");
     timeline?.set_hide_idle(hide_idle);
   }, [timeline, hide_idle]);
-  useCommand({ id: "timeline.idle", title: "Hide idle lanes", group: "Timeline", keys: ["I"], run: () => set_hide_idle(!hide_idle) });
+  useCommand({ id: "timeline.idle", title: "Hide idle lanes", group: "Timeline", keys: ["H"], run: () => set_hide_idle(!hide_idle) });
 
   return (
     <div className="timeline">

@@ -17,7 +17,7 @@ function Mission() {
   const reason = useStudio((studio) => studio.state?.run.reason ?? "");
   if (!status) return null;
   return (
-    <span className={`badge mission ${kMissionClass[status] ?? ""}`} data-testid="mission-status" title={reason || "Status of the mission"}>
+    <span className={`badge mission-badge ${kMissionClass[status] ?? ""}`} data-testid="mission-status" title={reason || "Status of the mission"}>
       <Icon name={kMissionIcon[status] ?? "minus"} />
       {status}
       {reason && <span className="reason ellipsis">{reason}</span>}

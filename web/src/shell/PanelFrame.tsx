@@ -4,6 +4,7 @@ import { createPortal } from "react-dom";
 import type { Panel } from "../panels/registry";
 import { useStudio } from "../store/store";
 import { Icon } from "./Icon";
+import { PanelGuard } from "./PanelGuard";
 import { toggle_collapsed, toggle_maximised, useLayout } from "./layout";
 
 const ToolsPlace = createContext<HTMLElement | null>(null);
@@ -38,7 +39,9 @@ export function PanelFrame({ panel, weight, height_px }: { panel: Panel; weight?
       {collapsed ? null : (
         <div className="panel-content">
           <ToolsPlace.Provider value={place}>
-            <panel.Content />
+            <PanelGuard name={panel.title}>
+              <panel.Content />
+            </PanelGuard>
           </ToolsPlace.Provider>
         </div>
       )}

@@ -94,6 +94,12 @@ describe("the newest observations", () => {
   });
 });
 
+it("a state from before anything was observed has no charts and no robots", () => {
+  const { charts: _, robots: __, monitors: ___, ...bare } = state;
+  const studio = receive(kEmpty, { type: "state", ...bare } as Exclude<ServerMessage, { type: "answer" }>);
+  expect(studio.state).toMatchObject({ charts: {}, robots: {}, monitors: {} });
+});
+
 describe("a hello", () => {
   it("of the same run keeps the model, and takes violations anew", () => {
     const violation = violated(5, 9);

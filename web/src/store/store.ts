@@ -87,6 +87,9 @@ export const kEmpty: Studio = {
   replay_speed: 1,
 };
 
+/** Before anything has been observed there are neither charts nor robots in what the program sends. */
+const kNothingYet = { blackboard: {}, charts: {}, monitors: {}, robots: {}, obstacles: [], doors: [] };
+
 export const useStudio = create<Studio>()(() => kEmpty);
 
 export function make_index(model: Model): Index {
@@ -115,7 +118,8 @@ export function receive(studio: Studio, message: Exclude<ServerMessage, { type: 
       return { ...studio, index: make_index(model) };
     }
     case "state": {
-      const { type: _, ...state } = message;
+      const { type: _, ...sent } = message;
+      const state: State = { ...kNothingYet, ...sent };
       // A page that had fallen behind gets the complete state: what it has not seen lies between.
       const messages = state.live && studio.state?.live ? studio.messages : [];
       return { ...studio, state, messages };

@@ -18,7 +18,11 @@ const kMarks: Record<Row["state"], { sign: string; says: string }> = {
   late: { sign: "◷", says: "too late" },
 };
 
+/** A change of a node's status: what matters is the node. */
+const is_status = (row: Row) => row.first.name === "node.status";
+
 function row_title(row: Row): string {
+  if (is_status(row)) return row.first.source;
   return row.outcome === null ? short_name(row.first) : subject(row.first);
 }
 
@@ -40,7 +44,7 @@ function Line({ row, top, chosen, later, pick }: { row: Row; top: number; chosen
         {mark.sign}
       </span>
       <span className="message-who ellipsis" title={first.target ? `${first.source} → ${first.target}` : first.source}>
-        {first.source || "–"}
+        {is_status(row) ? "status" : first.source || "–"}
       </span>
       <span className="message-name ellipsis" title={first.name}>
         {row_title(row)}

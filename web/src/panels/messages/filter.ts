@@ -1,11 +1,11 @@
 import type { Filter, Model, Observation } from "../../protocol/types";
 import { matches } from "../../shell/match";
-import { summary } from "./describe";
+import { members, summary } from "./describe";
 import type { Row } from "./join";
 
 /** What a line is about. */
 export type Topic = "call" | "tick" | "status" | "event";
-/** What the list shows; "default" leaves out ticks, which are most of the stream. */
+/** What the list shows; "default" leaves out ticks, and statuses that come back with every tick: most of the stream. */
 export const kShows = ["default", "all", "calls", "ticks", "statuses", "events", "errors"] as const;
 export type Show = (typeof kShows)[number];
 
@@ -47,9 +47,7 @@ const starts = (name: string, head: string) => name === head || name.startsWith(
 
 /** True if the observation is a leaf's own, or of a call that the leaf makes. */
 export function of_leaf(observation: Observation, leaf: string): boolean {
-  if (observation.source === leaf || observation.target === leaf || starts(observation.name, leaf)) return true;
-  const data = observation.data;
-  return observation.name === "node.status" && typeof data === "object" && data !== null && !Array.isArray(data) && data["node"] === leaf;
+  return observation.source === leaf || observation.target === leaf || starts(observation.name, leaf);
 }
 
 export function of_service(observation: Observation, service: string): boolean {
@@ -61,11 +59,26 @@ function text_of(row: Row): string {
   return `${row.first.name} ${row.first.source} ${row.first.target} ${summary(row.first)} ${second}`;
 }
 
+/**
+ * False for a status that is no news: a node that goes idle between ticks, or comes to what it was before that.
+ * Conditions under reactive nodes do so with every tick. `last` keeps what each node was.
+ */
+function is_news(row: Row, last: Map<string, string>): boolean {
+  if (row.first.name !== "node.status") return true;
+  const { to } = members(row.first.data);
+  if (typeof to !== "string") return true;
+  if (to === "IDLE" || last.get(row.first.source) === to) return false;
+  last.set(row.first.source, to);
+  return true;
+}
+
 export function filter_rows(rows: readonly Row[], filter: MessageFilter): Row[] {
   const { show, text, service, leaf } = filter;
+  const last = new Map<string, string>();
   return rows.filter(
     (row) =>
       shown(show, row) &&
+      (show !== "default" || is_news(row, last)) &&
       (service === "" || of_service(row.first, service)) &&
       (leaf === "" || of_leaf(row.first, leaf)) &&
       (text.trim() === "" || matches(text.trim(), text_of(row))),

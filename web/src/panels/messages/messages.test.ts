@@ -82,6 +82,13 @@ describe("the filter", () => {
     expect(names({ show: "all" })).toHaveLength(6);
   });
 
+  it("leaves out statuses that come back with every tick", () => {
+    const status = (from: string, to: string) => seen("node.status", "event", { source: "AtKitchen" }, { node: 7, from, to });
+    const flapping = join([status("IDLE", "FAILURE"), status("FAILURE", "IDLE"), status("IDLE", "FAILURE"), status("FAILURE", "IDLE"), status("IDLE", "SUCCESS")]);
+    expect(filter_rows(flapping, kNoFilter).map((row) => summary(row.first))).toEqual(["IDLE → FAILURE", "IDLE → SUCCESS"]);
+    expect(filter_rows(flapping, { ...kNoFilter, show: "statuses" })).toHaveLength(5);
+  });
+
   it("shows one kind", () => {
     expect(names({ show: "ticks" })).toEqual(["mission.tick", "AtKitchen.tick.request"]);
     expect(names({ show: "calls" })).toEqual(["battery.getBatteryState.request", "navigation.go.error"]);

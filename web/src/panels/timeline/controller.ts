@@ -1,19 +1,24 @@
 import type { Lane, Mark, Time } from "../../protocol/types";
 import { request, select, useStudio } from "../../store/store";
 import { seek, stop_replay } from "../../store/time_travel";
-import { lane_at, lane_title, mark_at, place, span_at, value_at, value_text, type Placed } from "./lanes";
+import { lane_at, lane_title, mark_at, merge_close, place, span_at, value_at, value_text, type Placed } from "./lanes";
 import { kRuler_px, paint_lanes, paint_ruler, type Picture } from "./paint";
-import { clamp, fit, keep_in_view, newest, pan, span_of, time_at, x_of, zoom, type View } from "./view";
+import { clamp, fit, keep_in_view, kSpanMin_ns, newest, pan, span_of, time_at, x_of, zoom, type View } from "./view";
 
 /** What the view follows: everything, the newest, or nothing. */
 export type Following = "all" | "newest" | "none";
 
-export const kWindowFirst_ns = 120e9;
+/** What the newest shows until the person zooms: the whole run, within these. */
+export const kWindowFirst_ns = 30e9;
+export const kWindowLast_ns = 180e9;
 /** Between two requests for lanes while the run goes on. */
 export const kRefresh_ms = 250;
 const kClick_px = 4;
 /** Lanes are asked for this much beyond what is shown on each side, so that panning has something to show. */
 const kBeyond = 0.5;
+
+/** Gaps narrower than this between equal spans are not drawn. */
+const kMergedGap_px = 8;
 
 export interface TimelineParts {
   ruler: HTMLCanvasElement;
@@ -30,7 +35,8 @@ export interface Shown {
 /** Draws lanes and ruler outside of React: they change with every frame. */
 export class Timeline {
   private view: View = { from: 0, to: kWindowFirst_ns };
-  private span: Time = kWindowFirst_ns;
+  /** Chosen by zooming; null: by the run's length. */
+  private span: Time | null = null;
   private following: Following = "newest";
   private lanes: readonly Lane[] = [];
   private marks: readonly Mark[] = [];
@@ -99,7 +105,7 @@ export class Timeline {
   zoom_by(factor: number, at?: Time): void {
     const state = useStudio.getState().state;
     if (!state) return;
-    this.span = Math.max(span_of(this.view) * factor, 1e6);
+    this.span = Math.max(span_of(this.view) * factor, kSpanMin_ns);
     if (this.following === "newest" && state.live && at === undefined) {
       this.update();
       return;
@@ -152,12 +158,12 @@ export class Timeline {
       this.lanes = [];
       this.asked = null;
       this.following = hello?.mode === "recording" ? "all" : "newest";
-      this.span = kWindowFirst_ns;
+      this.span = null;
       this.arrange();
     }
     const follows = state.live || hello?.mode === "recording";
     if (this.following === "all") this.look(fit(state.begin, state.end));
-    else if (this.following === "newest" && follows) this.look(newest(this.span, state.begin, state.end));
+    else if (this.following === "newest" && follows) this.look(newest(this.span ?? first_span(state.end - state.begin), state.begin, state.end));
     else this.look(useStudio.getState().replay > 0 || useStudio.getState().wanted === null ? this.reveal(state.time) : this.view);
   }
 
@@ -214,7 +220,8 @@ export class Timeline {
       .then((answer) => {
         this.asked = wanted;
         this.grown_until = until;
-        this.lanes = answer.lanes;
+        const gap = (kMergedGap_px / this.width) * span_of(this.view);
+        this.lanes = answer.lanes.map((lane) => merge_close(lane, gap));
         this.marks = answer.marks;
         this.arrange();
       })
@@ -353,6 +360,13 @@ export class Timeline {
   x_of(time: Time): number {
     return x_of(this.view, time, this.width);
   }
+}
+
+/** Grows in steps, so that the picture does not shrink with every frame. */
+function first_span(known: Time): Time {
+  let span = kWindowFirst_ns;
+  while (span < kWindowLast_ns && span < known * 1.05) span *= 1.5;
+  return Math.min(span, kWindowLast_ns);
 }
 
 /** The lane's subject becomes what all panels look at. */

@@ -30,6 +30,21 @@ export function shown_label(label: string): boolean {
   return !kIdleLabels.has(label);
 }
 
+/**
+ * Spans of the same label with less than `gap` between them become one. Conditions under reactive nodes are idle between
+ * ticks; seen from far away that is no news, and from near the gaps are there.
+ */
+export function merge_close(lane: Lane, gap: Time): Lane {
+  if (!lane.spans || lane.kind === "monitor") return lane;
+  const spans: [Time, Time, string][] = [];
+  for (const [from, to, label] of lane.spans) {
+    const last = spans.at(-1);
+    if (last && last[2] === label && from - last[1] < gap) last[1] = to;
+    else spans.push([from, to, label]);
+  }
+  return { ...lane, spans };
+}
+
 /** From top to bottom: mission, leaves, skills, monitors, values; within a kind as the program lists them. */
 export function place(lanes: readonly Lane[], hide_idle: boolean): { placed: Placed[]; height: number } {
   const sorted = lanes

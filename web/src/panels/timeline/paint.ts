@@ -252,7 +252,7 @@ export function paint_ruler(canvas: HTMLCanvasElement, width: number, picture: P
     context.fillStyle = color("line-strong");
     context.fillRect(Math.round(x), 14, 1, 6);
     context.fillStyle = color("muted");
-    context.fillText(text, x + 4, 9);
+    if (x + 4 + context.measureText(text).width < width) context.fillText(text, x + 4, 9);
   }
   context.fillStyle = color("line");
   context.fillRect(0, 20, width, 1);

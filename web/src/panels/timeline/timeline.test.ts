@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 
 import type { Lane, Mark } from "../../protocol/types";
-import { is_idle, kState_px, kValue_px, known_until, label_place, lane_at, lane_title, mark_at, place, span_at, value_at, value_range, value_text } from "./lanes";
+import { is_idle, kState_px, kValue_px, known_until, label_place, lane_at, lane_title, mark_at, merge_close, place, span_at, value_at, value_range, value_text } from "./lanes";
 import { clamp, fit, keep_in_view, newest, span_of, ticks, time_at, x_of, zoom } from "./view";
 
 const second = 1e9;
@@ -94,6 +94,12 @@ describe("lanes", () => {
     expect(span_at(spans, 10)?.[2]).toBe("SUCCESS");
     expect(span_at(spans, 20)).toBeUndefined();
     expect(known_until([spans, lane("leaf", "B", [[0, 30, "RUNNING"]])])).toBe(30);
+  });
+
+  it("that flap with every tick are whole from far away", () => {
+    const flapping = lane("leaf", "A", [[0, 1, "SUCCESS"], [10, 11, "SUCCESS"], [20, 21, "FAILURE"], [30, 31, "FAILURE"], [90, 91, "FAILURE"]]);
+    expect(merge_close(flapping, 15).spans).toEqual([[0, 11, "SUCCESS"], [20, 31, "FAILURE"], [90, 91, "FAILURE"]]);
+    expect(merge_close(flapping, 2).spans).toEqual(flapping.spans);
   });
 
   it("keep their labels in view", () => {

@@ -1,0 +1,132 @@
+import { existsSync } from "node:fs";
+import assert from "node:assert/strict";
+import { after } from "node:test";
+
+import { kPatience_ms, program } from "./program.mjs";
+
+/** CTest shows a test that ends so as skipped. */
+const kSkipped = 77;
+const kPrograms = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
+
+function skip(why) {
+  console.log(`skipped: ${why}`);
+  process.exit(kSkipped);
+}
+
+const executable = process.env.CHROMIUM ?? kPrograms.find((path) => existsSync(path));
+if (!executable) skip("no Chromium here (package chromium)");
+if (!existsSync(program)) skip(`no program ${program}; SENTREE_PROGRAM names one`);
+let chromium;
+try {
+  ({ chromium } = await import("playwright-core"));
+} catch {
+  skip("playwright-core is not installed (npm ci in web/)");
+}
+
+let launched = null;
+
+/** One browser for all tests of a file. */
+export async function browser() {
+  launched ??= chromium.launch({
+    executablePath: executable,
+    args: ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--force-color-profile=srgb", "--font-render-hinting=none"],
+  });
+  return launched;
+}
+after(async () => (await launched)?.close());
+
+/** A line that says that the network is gone, which tests of lost connections expect. */
+const kOfNetwork = /ERR_CONNECTION_REFUSED|WebSocket connection to|ERR_CONNECTION_RESET|net::ERR_/;
+
+/**
+ * The page in a browser context of its own. Whatever the page writes to the console as an error, and every exception,
+ * is a failure: `errors()` has them, `close()` asserts that there are none.
+ */
+export async function open_page(url, { width = 1440, height = 900, theme = "light", lost_connections = false, motion = "reduce" } = {}) {
+  const context = await (await browser()).newContext({ viewport: { width, height }, colorScheme: theme, reducedMotion: motion, deviceScaleFactor: 1 });
+  const page = await context.newPage();
+  page.setDefaultTimeout(kPatience_ms);
+  const errors = [];
+  page.on("console", (message) => {
+    if (message.type() !== "error" && message.type() !== "warning") return;
+    if (lost_connections && kOfNetwork.test(message.text())) return;
+    errors.push(message.text());
+  });
+  page.on("pageerror", (error) => errors.push(String(error.stack ?? error)));
+  await page.goto(url);
+  await page.locator("#panel-timeline").waitFor();
+  return {
+    page,
+    errors: () => errors,
+    async close() {
+      await context.close();
+      assert.deepEqual(errors, [], "the page wrote errors to the console");
+    },
+  };
+}
+
+/** Waits until `check` in Node returns true. */
+export async function until(check, what) {
+  const end = Date.now() + kPatience_ms;
+  for (;;) {
+    const value = await check();
+    if (value) return value;
+    if (Date.now() > end) throw new Error(`still not so: ${what}`);
+    await new Promise((settle) => setTimeout(settle, 50));
+  }
+}
+
+/** Sends one operation from inside the page, over a connection of its own; the value of the answer. */
+export function operate(page, op, args = {}) {
+  return page.evaluate(
+    ([name, given]) =>
+      new Promise((settle, fail) => {
+        const socket = new WebSocket(`ws://${location.host}/api/ws`);
+        socket.onerror = () => fail(new Error("no connection"));
+        socket.onopen = () => socket.send(JSON.stringify({ op: name, id: 1, ...given }));
+        socket.onmessage = (event) => {
+          const message = JSON.parse(event.data);
+          if (message.type !== "answer") return;
+          socket.close();
+          if (message.ok) settle(message.value);
+          else fail(new Error(message.error));
+        };
+      }),
+    [op, args],
+  );
+}
+
+/** The first message of type `type` that the program sends to a new page. */
+export function first_message(page, type) {
+  return page.evaluate(
+    (wanted) =>
+      new Promise((settle, fail) => {
+        const socket = new WebSocket(`ws://${location.host}/api/ws`);
+        socket.onerror = () => fail(new Error("no connection"));
+        socket.onmessage = (event) => {
+          const message = JSON.parse(event.data);
+          if (message.type !== wanted) return;
+          socket.close();
+          settle(message);
+        };
+      }),
+    type,
+  );
+}
+
+export const text = (page, id) => page.getByTestId(id).innerText();
+
+/** By monitor: its verdict as the page says it, in words and in the shape's label. */
+export async function verdicts(page) {
+  const rows = await page.locator("[data-monitor]").evaluateAll((found) =>
+    found.map((row) => [row.dataset.monitor, row.querySelector(".verdict-word")?.textContent, row.querySelector(".verdict-sign")?.getAttribute("aria-label")]),
+  );
+  for (const [name, word, sign] of rows) assert.equal(word, sign, `word and shape of ${name} differ`);
+  return Object.fromEntries(rows.map(([name, word]) => [name, word]));
+}
+
+/** Run time in nanoseconds as the header shows it. */
+export async function shown_time(page) {
+  const parts = (await text(page, "clock")).split(":").map(Number);
+  return Math.round(parts.reduce((sum, part) => sum * 60 + part, 0) * 1e3) * 1e6;
+}
