@@ -1,5 +1,7 @@
 #include "sentree/record/observation.h"
 
+#include <cstring>
+
 #include "sentree/base/json.h"
 #include "sentree/record/detail/print.h"
 #include "sentree/text/json.h"
@@ -30,31 +32,63 @@ std::string text_member(const Value& value, std::string_view key) {
   return member != nullptr ? std::string(member->text()) : std::string();
 }
 
+// What every observation has, before the data that are particular to it.
+struct Facts {
+  std::uint64_t sequence = 0;
+  TimePoint time{};
+  CausalStamp stamp = 0;
+  std::uint64_t call = 0;
+  std::uint64_t tick = 0;
+  MessageKind kind = MessageKind::kEvent;
+  // Sizes of texts.
+  std::uint32_t source = 0;
+  std::uint32_t target = 0;
+  std::uint32_t name = 0;
+};
+
+Facts facts_of(const Message& message) {
+  return {.sequence = message.sequence,
+          .time = message.time,
+          .stamp = message.stamp,
+          .call = message.call,
+          .tick = message.tick,
+          .kind = message.kind,
+          .source = static_cast<std::uint32_t>(message.source.size()),
+          .target = static_cast<std::uint32_t>(message.target.size()),
+          .name = static_cast<std::uint32_t>(message.name.size())};
+}
+
+// The object stays open.
+void append_facts(std::string& out, const Facts& facts, std::string_view source, std::string_view target,
+                  std::string_view name) {
+  out += R"({"sequence":)";
+  append_integer(out, facts.sequence);
+  out += R"(,"time":)";
+  append_seconds(out, facts.time);
+  out += R"(,"stamp":)";
+  append_integer(out, facts.stamp);
+  out += R"(,"kind":")";
+  out += to_string(facts.kind);
+  out += R"(","source":)";
+  append_json_string(out, source);
+  if (!target.empty()) {
+    out += R"(,"target":)";
+    append_json_string(out, target);
+  }
+  out += R"(,"name":)";
+  append_json_string(out, name);
+  if (facts.call != 0) {
+    out += R"(,"call":)";
+    append_integer(out, facts.call);
+  }
+  out += R"(,"tick":)";
+  append_integer(out, facts.tick);
+}
+
 }  // namespace
 
 void append_observation(std::string& out, const Message& message) {
-  out += R"({"sequence":)";
-  append_integer(out, message.sequence);
-  out += R"(,"time":)";
-  append_seconds(out, message.time);
-  out += R"(,"stamp":)";
-  append_integer(out, message.stamp);
-  out += R"(,"kind":")";
-  out += to_string(message.kind);
-  out += R"(","source":)";
-  append_json_string(out, message.source);
-  if (!message.target.empty()) {
-    out += R"(,"target":)";
-    append_json_string(out, message.target);
-  }
-  out += R"(,"name":)";
-  append_json_string(out, message.name);
-  if (message.call != 0) {
-    out += R"(,"call":)";
-    append_integer(out, message.call);
-  }
-  out += R"(,"tick":)";
-  append_integer(out, message.tick);
+  append_facts(out, facts_of(message), message.source, message.target, message.name);
   if (!message.data.is_null()) {
     out += R"(,"data":)";
     append_json(out, message.data);
@@ -63,37 +97,29 @@ void append_observation(std::string& out, const Message& message) {
 }
 
 void pack_observation(PackedJson& out, const Message& message) {
-  out.raw(R"({"sequence":)");
-  out.unsigned_integer(message.sequence);
-  out.raw(R"(,"time":)");
-  out.seconds(message.time);
-  out.raw(R"(,"stamp":)");
-  out.unsigned_integer(message.stamp);
-  switch (message.kind) {
-    case MessageKind::kRequest: out.raw(R"(,"kind":"request","source":)"); break;
-    case MessageKind::kReply: out.raw(R"(,"kind":"reply","source":)"); break;
-    case MessageKind::kError: out.raw(R"(,"kind":"error","source":)"); break;
-    case MessageKind::kEvent: out.raw(R"(,"kind":"event","source":)"); break;
+  const Facts facts = facts_of(message);
+  char* to = out.later(
+      [](std::string& json, std::string_view bytes) {
+        Facts packed;
+        std::memcpy(&packed, bytes.data(), sizeof packed);
+        bytes.remove_prefix(sizeof packed);
+        const std::string_view source = bytes.substr(0, packed.source);
+        const std::string_view target = bytes.substr(packed.source, packed.target);
+        append_facts(json, packed, source, target, bytes.substr(packed.source + packed.target));
+      },
+      sizeof facts + facts.source + facts.target + facts.name);
+  const auto put = [&to](const void* bytes, std::size_t size) {
+    std::memcpy(to, bytes, size);
+    to += size;
+  };
+  put(&facts, sizeof facts);
+  put(message.source.data(), facts.source);
+  put(message.target.data(), facts.target);
+  put(message.name.data(), facts.name);
+  if (!message.data.is_null()) {
+    out.raw(R"(,"data":)");
+    out.value(message.data);
   }
-  out.text(message.source);
-  if (!message.target.empty()) {
-    out.raw(R"(,"target":)");
-    out.text(message.target);
-  }
-  out.raw(R"(,"name":)");
-  out.text(message.name);
-  if (message.call != 0) {
-    out.raw(R"(,"call":)");
-    out.unsigned_integer(message.call);
-  }
-  out.raw(R"(,"tick":)");
-  out.unsigned_integer(message.tick);
-  if (message.data.is_null()) {
-    out.raw("}");
-    return;
-  }
-  out.raw(R"(,"data":)");
-  out.value(message.data);
   out.raw("}");
 }
 

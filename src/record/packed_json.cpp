@@ -43,15 +43,6 @@ void PackedJson::grow(std::size_t bytes) {
   capacity_ = wanted;
 }
 
-void PackedJson::raw(StaticText json) {
-  const char* text = json.view().data();
-  const auto length = static_cast<std::uint32_t>(json.view().size());
-  char* to = room(1 + sizeof text + sizeof length);
-  *to = kRaw;
-  std::memcpy(to + 1, &text, sizeof text);
-  std::memcpy(to + 1 + sizeof text, &length, sizeof length);
-}
-
 void PackedJson::boolean(bool truth) {
   if (truth)
     raw("true");
@@ -119,9 +110,7 @@ void PackedJson::unpack(std::string& out, std::string_view bytes) {
       case kJson: out += taker.take(taker.take<std::uint32_t>()); break;
       case kText: append_json_string(out, taker.take(taker.take<std::uint32_t>())); break;
       case kInteger: detail::append_integer(out, taker.take<std::int64_t>()); break;
-      case kUnsigned: detail::append_integer(out, taker.take<std::uint64_t>()); break;
       case kDouble: append_json(out, Value(taker.take<double>())); break;
-      case kSeconds: detail::append_seconds(out, TimePoint(Duration(taker.take<std::int64_t>()))); break;
       case kRounded: detail::append_rounded(out, taker.take<double>(), 6); break;
       case kRoundedList: {
         const auto count = taker.take<std::uint32_t>();
@@ -136,6 +125,11 @@ void PackedJson::unpack(std::string& out, std::string_view bytes) {
         out += "{\"$bytes\":\"";
         append_base64(out, std::as_bytes(std::span(octets.data(), octets.size())));
         out += "\"}";
+        break;
+      }
+      case kPrint: {
+        const auto print = taker.take<Print>();
+        print(out, taker.take(taker.take<std::uint32_t>()));
         break;
       }
       default: out += op;

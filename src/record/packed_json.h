@@ -9,7 +9,6 @@
 #include <string_view>
 #include <utility>
 
-#include "sentree/base/time.h"
 #include "sentree/base/value.h"
 
 namespace sentree::record {
@@ -41,25 +40,42 @@ class PackedJson {
   }
 
   /// JSON as it stands. The text is kept by its address.
-  void raw(StaticText json);
+  void raw(StaticText json) {
+    const char* text = json.view().data();
+    const auto length = static_cast<std::uint32_t>(json.view().size());
+    char* to = room(1 + sizeof text + sizeof length);
+    *to = kRaw;
+    std::memcpy(to + 1, &text, sizeof text);
+    std::memcpy(to + 1 + sizeof text, &length, sizeof length);
+  }
   /// JSON as it stands, copied.
   void json(std::string_view written) { copy(kJson, written); }
   /// A JSON string.
   void text(std::string_view text) { copy(kText, text); }
   void integer(std::int64_t number) { put(kInteger, number); }
-  void unsigned_integer(std::uint64_t number) { put(kUnsigned, number); }
   void number(double number) { put(kDouble, number); }
   void boolean(bool truth);
-  /// Seconds with as many decimals as are needed, at least one.
-  void seconds(TimePoint time) { put(kSeconds, time.time_since_epoch().count()); }
   /// With six decimals at most; 0 if it is not finite or beyond 1e9.
   void rounded(double number) { put(kRounded, number); }
   /// With three decimals each, comma between them.
   void rounded_list(std::span<const double> numbers);
   void value(const Value& value);
+  /// What `print` makes of `size` bytes, which the caller fills in at once.
+  using Print = void (*)(std::string& out, std::string_view bytes);
+  char* later(Print print, std::size_t size) {
+    const auto length = static_cast<std::uint32_t>(size);
+    char* to = room(1 + sizeof print + sizeof length + size);
+    *to = kPrint;
+    std::memcpy(to + 1, &print, sizeof print);
+    std::memcpy(to + 1 + sizeof print, &length, sizeof length);
+    return to + 1 + sizeof print + sizeof length;
+  }
 
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] std::string_view bytes() const { return {data_.get(), size_}; }
+  void reserve(std::size_t bytes) {
+    if (capacity_ - size_ < bytes) grow(bytes);
+  }
   /// Forgets the content and keeps the memory.
   void clear() { size_ = 0; }
   /// Room for other things that lie between packed ones, at the end.
@@ -76,7 +92,7 @@ class PackedJson {
 
  private:
   // Beyond these, a byte stands for itself: brackets, commas, colons.
-  enum Op : char { kRaw, kJson, kText, kInteger, kUnsigned, kDouble, kSeconds, kRounded, kRoundedList, kBytes };
+  enum Op : char { kRaw, kJson, kText, kInteger, kDouble, kRounded, kRoundedList, kBytes, kPrint };
 
   void put(char op) { *room(1) = op; }
   template <class Number>

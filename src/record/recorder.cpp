@@ -16,6 +16,7 @@ namespace sentree::record {
 
 Recorder::Recorder(std::unique_ptr<Sink> sink, RecorderOptions options)
     : options_(std::move(options)), sink_(std::move(sink)), writer_(*sink_, options_.compression) {
+  renew_batch();
   gaps_ = add_channel("/gaps", "sentree.Gap", schemas::kGap);
   // Signals are for the threads of the program that records.
   sigset_t all, before;
@@ -58,6 +59,17 @@ bool Recorder::make_room(TimePoint time) {
   return true;
 }
 
+// Memory that was used before is in the processor's caches and page tables; new memory costs as much as the messages.
+void Recorder::renew_batch() {
+  if (spare_.empty()) {
+    batch_ = Batch();
+    batch_.packed.reserve(options_.chunk_size + options_.chunk_size / 8);
+  } else {
+    batch_ = std::move(spare_.back());
+    spare_.pop_back();
+  }
+}
+
 std::size_t Recorder::begin_entry(ChannelId channel, TimePoint time) {
   const Entry entry{time.time_since_epoch().count(), ++sequence_, 0, channel};
   const std::size_t begin = batch_.packed.size();
@@ -81,11 +93,7 @@ bool Recorder::seal() {
   }
   batch_.channels = channels_.size();
   push(std::move(batch_));
-  batch_ = Batch();
-  if (!spare_.empty()) {
-    batch_ = std::move(spare_.back());
-    spare_.pop_back();
-  }
+  renew_batch();
   return true;
 }
 
@@ -178,7 +186,7 @@ void Recorder::work() {
       batch->packed.clear();
       batch->messages = 0;
       const std::lock_guard lock(mutex_);
-      if (spare_.size() < 4) spare_.push_back(std::move(*batch));
+      if (spare_.size() < kWaitingChunksMax) spare_.push_back(std::move(*batch));
     }
   }
   (void)check(writer_.end(schemas_, channels_));

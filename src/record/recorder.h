@@ -106,6 +106,7 @@ class Recorder {
   // With the lock held. False: there is none, and the message is lost.
   bool make_room(TimePoint time);
   bool seal();
+  void renew_batch();
   void push(Item item);
   void note_gap();
   void work();
