@@ -17,7 +17,7 @@ expect() {
   "$@" >"$work/out" 2>&1 </dev/null || got=$?
   if [[ $got -ne $code ]]; then
     fail "$* exited with $got, expected $code:" && tail -5 "$work/out"
-  elif ! grep -qE -- "$pattern" "$work/out"; then
+  elif ! grep -qaE -- "$pattern" "$work/out"; then
     fail "$*: nothing matches $pattern:" && tail -5 "$work/out"
   else
     echo "✓ $*"
@@ -89,6 +89,9 @@ grep -q 'monitor recharge: undecided' out || fail "the fixed skill still violate
 expect 0 '^time_s,sequence,tick' "$sentree" export failure.mcap --to csv
 expect 0 '^{"topic":"/observations","time_ns":0,' "$sentree" export failure.mcap --to ndjson
 expect 0 'traceEvents' "$sentree" export failure.mcap --to perfetto
+expect 0 '^BTCPP4-FileLogger2' "$sentree" export failure.mcap --to btlog
+expect 0 'GoToKitchen' "$sentree" export failure.mcap --to fbl
+expect 2 'btlog' "$sentree" export failure.mcap --to db3
 expect 0 'nodes were ticked' "$sentree" report failure.mcap
 grep -qE '(src|href)="?http' out && fail "the report needs other pages"
 expect 3 'not a recording' "$sentree" replay "$project/mission.xml"

@@ -379,7 +379,7 @@ bool Loader::instantiate(std::uint32_t index, NodeId subtree, std::uint32_t scop
   if (definition.nodes.empty()) return false;
   definition.expanding = true;
   const auto tree = static_cast<std::uint32_t>(model_->trees.size());
-  model_->trees.push_back({subtree, scope});
+  model_->trees.push_back({subtree, scope, string(definition.id)});
 
   bool complete = true;
   grow(model_->nodes, definition.nodes.size());

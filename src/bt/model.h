@@ -151,6 +151,7 @@ struct Scope {
 struct TreeInstance {
   NodeId subtree = kNoNode;  ///< Its SubTree node; kNoNode for the main tree.
   std::uint32_t scope = 0;
+  std::uint32_t id = 0;  ///< Of the BehaviorTree; in Model::strings.
 };
 
 /// A script with its names resolved in one scope.

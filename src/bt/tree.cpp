@@ -56,6 +56,9 @@ NodeId Tree::subtree_end(NodeId node) const {
   return node + 1;
 }
 
+std::string_view Tree::definition(NodeId node) const {
+  return model_->strings[model_->trees[model_->infos[node].tree].id];
+}
 NodeId Tree::enclosing_subtree(NodeId node) const { return model_->trees[model_->infos[node].tree].subtree; }
 
 SourceSpan Tree::span(NodeId node) const {

@@ -55,6 +55,8 @@ class Tree {
   [[nodiscard]] NodeId subtree_end(NodeId node) const;  ///< One past the last descendant.
   /// The SubTree node whose definition the node belongs to; kNoNode in the main tree.
   [[nodiscard]] NodeId enclosing_subtree(NodeId node) const;
+  /// ID of the BehaviorTree that the node is written in.
+  [[nodiscard]] std::string_view definition(NodeId node) const;
   [[nodiscard]] SourceSpan span(NodeId node) const;              ///< Of the element that made it.
   [[nodiscard]] std::vector<PortFact> ports(NodeId node) const;  ///< Also those of SubTrees.
   /// Pre- and post-conditions as written: {"_skipIf", "n > 3"} …

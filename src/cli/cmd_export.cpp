@@ -1,8 +1,13 @@
+#include <time.h>
+
 #include <map>
+#include <vector>
 
 #include "sentree/base/json.h"
+#include "sentree/bt/groot.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
+#include "sentree/runtime/plan.h"
 #include "sentree/runtime/recorded_run.h"
 #include "sentree/text/file.h"
 
@@ -154,6 +159,45 @@ Result<void> to_trace(runtime::RecordedRun& run, Output& output) {
   return read;
 }
 
+// Microseconds since 1970 of a time like 2026-01-02T10:15:00Z; 0 if it is none.
+std::int64_t epoch_us(const std::string& time) {
+  std::tm utc{};
+  const char* end = strptime(time.c_str(), "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return end != nullptr && *end == '\0' ? static_cast<std::int64_t>(timegm(&utc)) * 1'000'000 : 0;
+}
+
+// The logs of Groot: the recorded tree, and every change of a node's status.
+Result<void> to_groot(runtime::RecordedRun& run, bool groot2, Output& output) {
+  auto scenario = run.scenario();
+  if (scenario.ok()) scenario.value->virtual_time = false;  // parts in other processes are of no interest here
+  const auto plan = scenario.ok() ? runtime::prepare(std::move(*scenario.value)) : Loaded<runtime::Plan>();
+  if (!plan.ok()) {
+    say(scenario.diagnostics);
+    say(plan.diagnostics);
+    return fail("record.no-project", "the recording's tree cannot be loaded", SourceSpan{run.path()});
+  }
+  const bt::Tree& tree = plan.value->tree;
+  std::vector<bt::Transition> transitions;
+  const auto read = run.each([&](const Message& message) {
+    const Value* node = message.name == "node.status" ? message.data.find("node") : nullptr;
+    const Value* from = message.data.find("from");
+    const Value* to = message.data.find("to");
+    const std::int64_t* index = node != nullptr ? node->as_int() : nullptr;
+    if (index == nullptr || from == nullptr || to == nullptr) return true;
+    const auto before = bt::parse_status(from->text());
+    const auto after = bt::parse_status(to->text());
+    if (*index >= 0 && *index < static_cast<std::int64_t>(tree.size()) && before && after)
+      transitions.push_back({message.time, static_cast<bt::NodeId>(*index), *before, *after});
+    return true;
+  });
+  if (!read) return read;
+  const std::int64_t began_us = epoch_us(run.fact("started"));
+  const auto file = groot2 ? bt::write_btlog(tree, transitions, began_us) : bt::write_fbl(tree, transitions, began_us);
+  if (!file) return tl::unexpected(file.error());
+  output.text() += *file;
+  return {};
+}
+
 }  // namespace
 
 int export_recording(const ExportCommand& command) {
@@ -165,6 +209,8 @@ int export_recording(const ExportCommand& command) {
   Output output(command.output);
   const auto exported = command.format == "csv"      ? to_csv(*run, output)
                         : command.format == "ndjson" ? to_ndjson(*run, output)
+                        : command.format == "btlog"  ? to_groot(*run, true, output)
+                        : command.format == "fbl"    ? to_groot(*run, false, output)
                                                      : to_trace(*run, output);
   say(run->reader().problems());
   if (!exported) {

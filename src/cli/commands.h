@@ -43,7 +43,7 @@ int info(const InfoCommand& command);
 
 struct ExportCommand {
   std::string file;
-  std::string format;  ///< csv, ndjson or perfetto.
+  std::string format;  ///< csv, ndjson, perfetto, btlog or fbl.
   std::string output;  ///< Empty: standard output.
 };
 int export_recording(const ExportCommand& command);
