@@ -31,7 +31,7 @@ export function MissionPanel() {
     { id: "mission.collapse", title: "Collapse the tree", group: "Mission", run: collapse_all },
     { id: "mission.expand", title: "Expand the tree", group: "Mission", run: expand_all },
     { id: "mission.ages", title: "Ages of statuses in the tree", group: "Mission", run: () => useMission.setState({ ages: !ages }) },
-    { id: "mission.inspect", title: "Ports and blackboard beside the tree", group: "Mission", keys: ["I"], run: () => useMission.setState({ inspecting: !inspecting }) },
+    { id: "mission.inspect", title: "Ports and blackboard beside the tree", group: "Mission", keys: ["P"], run: () => useMission.setState({ inspecting: !inspecting }) },
   );
 
   if (!index) return <div className="empty">Waiting for the mission …</div>;
@@ -48,7 +48,7 @@ export function MissionPanel() {
         <button className="button small" aria-pressed={ages} title="When each status changed last" onClick={() => useMission.setState({ ages: !ages })}>
           Ages
         </button>
-        <button className="button small" aria-pressed={inspecting} title="Ports and blackboard of the chosen node (I)" onClick={() => useMission.setState({ inspecting: !inspecting })}>
+        <button className="button small" aria-pressed={inspecting} title="Ports and blackboard of the chosen node (P)" onClick={() => useMission.setState({ inspecting: !inspecting })}>
           Inspect
         </button>
         <PictureTools id="mission" name="tree" fit={() => picture.current?.fit()} zoom={(factor) => picture.current?.zoom(factor)} />

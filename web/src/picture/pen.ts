@@ -36,7 +36,7 @@ export interface TextStyle {
 }
 export type Matrix = readonly [a: number, b: number, c: number, d: number, e: number, f: number];
 
-export const kFontFamily = "Inter, 'Segoe UI', 'Helvetica Neue', Arial, 'DejaVu Sans', sans-serif";
+export const kFontFamily = "'Inter Variable', Inter, 'Segoe UI', 'Helvetica Neue', Arial, 'DejaVu Sans', sans-serif";
 
 export class CanvasPen implements Pen {
   constructor(

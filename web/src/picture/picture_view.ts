@@ -13,8 +13,8 @@ export interface PictureOptions {
   margin: number;
   /** A small picture is not enlarged beyond this when all of it is shown. */
   fit_max: number;
-  /** A picture that would have to be smaller than this is shown in part, at this scale, until somebody asks for all. */
-  readable?: number;
+  /** A picture that would be shown at less than `from` is shown in part, at `scale`, until somebody asks for all. */
+  readable?: { from: number; scale: number };
   /** The part of the picture that is shown then. */
   focus?(): Rect | null;
   /** The view or the size of the panel has changed: draw. */
@@ -91,7 +91,7 @@ export class PictureView {
   }
 
   private cut(): boolean {
-    return this.whole().scale < (this.options.readable ?? 0);
+    return this.whole().scale < (this.options.readable?.from ?? 0);
   }
 
   private hold(): void {
@@ -100,7 +100,7 @@ export class PictureView {
       this.show(this.whole());
       return;
     }
-    const scale = this.options.readable ?? 1;
+    const scale = this.options.readable?.scale ?? 1;
     const part = this.options.focus?.();
     const top: Viewport = { scale, x: this.size.width / 2 - scale * (this.box.x + this.box.width / 2), y: this.options.margin - scale * this.box.y };
     const middle: Point = part ? [part.x + part.width / 2, part.y + part.height / 2] : [0, 0];

@@ -28,7 +28,7 @@ export function ChartPicture({ chart, handle }: { chart: ChartModel; handle: Ref
         limits: { min: 0.05, max: 4 },
         margin: 4,
         fit_max: 1.1,
-        readable: 0.62,
+        readable: { from: 0.5, scale: 0.72 },
         focus: () => active_box(chart),
         change: ({ scale, x, y }) => group.current?.setAttribute("transform", `translate(${x} ${y}) scale(${scale})`),
       }),

@@ -80,7 +80,7 @@ export function draw_map(pen: Pen, scene: Scene, view: Viewport, size: Size, col
   if (layers.has("places")) {
     // A location at a station is drawn once, as the station.
     const covered = (place: Location) => world.stations.some((station) => Math.hypot(station.x - place.x, station.y - place.y) < 0.01);
-    for (const place of world.locations) draw_place(pen, place, at, colors, named, covered(place));
+    for (const place of world.locations) draw_place(pen, place, at, colors, named, covered(place), size.width);
     for (const station of world.stations) draw_station(pen, station, at, px, colors, named);
   }
   if (layers.has("path")) {
@@ -159,13 +159,15 @@ function draw_particles(pen: Pen, particles: readonly Pose[], at: At, px: Px, co
   pen.segments(lines, { stroke: colors.past, width: 1.2, alpha: 0.65 });
 }
 
-function draw_place(pen: Pen, place: Location, at: At, colors: MapColors, named: boolean, covered: boolean): void {
+function draw_place(pen: Pen, place: Location, at: At, colors: MapColors, named: boolean, covered: boolean, width: number): void {
   const centre = at([place.x, place.y]);
   if (!covered) {
     pen.segments([centre, [centre[0] + 13 * Math.cos(place.theta), centre[1] - 13 * Math.sin(place.theta)]], { stroke: colors.accent, width: 2 });
     pen.circle(centre, 4.5, { fill: colors.accent, stroke: colors.ground, width: 1 });
   }
-  if (named) pen.text([centre[0] + 9, centre[1] + 15], place.name, { fill: colors.accent, size: 11, weight: 500, halo: colors.ground });
+  // Names stay inside the panel.
+  const right = centre[0] + 9 + 6.5 * place.name.length < width;
+  if (named) pen.text([centre[0] + (right ? 9 : -9), centre[1] + 15], place.name, { anchor: right ? "start" : "end", fill: colors.accent, size: 11, weight: 500, halo: colors.ground });
 }
 
 function draw_station(pen: Pen, station: Location, at: At, px: Px, colors: MapColors, named: boolean): void {

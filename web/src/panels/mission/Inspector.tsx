@@ -17,7 +17,7 @@ export function Inspector({ index, node: id, close }: { index: Index; node: numb
     <aside className="inspector" aria-label="The chosen node">
       <header className="inspector-head">
         <strong className="ellipsis">{node ? node.name : "Blackboard"}</strong>
-        <button className="icon-button" aria-label="Close" title="Close (I)" onClick={close}>
+        <button className="icon-button" aria-label="Close" title="Close (P)" onClick={close}>
           <Icon name="close" />
         </button>
       </header>

@@ -42,7 +42,7 @@ export function TreePicture({ index, handle }: { index: Index; handle: Ref<TreeH
         limits: { min: 0.05, max: 4 },
         margin: 8,
         fit_max: 1.15,
-        readable: 0.4,
+        readable: { from: 0.4, scale: 0.55 },
         change: ({ scale, x, y }) => group.current?.setAttribute("transform", `translate(${x} ${y}) scale(${scale})`),
       }),
   );
