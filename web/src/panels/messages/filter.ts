@@ -60,25 +60,36 @@ function text_of(row: Row): string {
 }
 
 /**
- * False for a status that is no news: a node that goes idle between ticks, or comes to what it was before that.
- * Conditions under reactive nodes do so with every tick. `last` keeps what each node was.
+ * Statuses that are no news: a node that goes idle between ticks, one that is RUNNING only until it is something else in
+ * the same tick, and one that comes to what it was in the tick before. Reactive nodes do all that with every tick.
  */
-function is_news(row: Row, last: Map<string, string>): boolean {
-  if (row.first.name !== "node.status") return true;
-  const { to } = members(row.first.data);
-  if (typeof to !== "string") return true;
-  if (to === "IDLE" || last.get(row.first.source) === to) return false;
-  last.set(row.first.source, to);
-  return true;
+function old_news(rows: readonly Row[]): Set<Row> {
+  const old = new Set<Row>();
+  const next_tick = new Map<string, number>();
+  for (const row of rows.toReversed()) {
+    const { name, source, tick } = row.first;
+    if (name !== "node.status") continue;
+    if (members(row.first.data)["to"] === "RUNNING" && next_tick.get(source) === tick) old.add(row);
+    next_tick.set(source, tick);
+  }
+  const last = new Map<string, unknown>();
+  for (const row of rows) {
+    const { name, source, data } = row.first;
+    if (name !== "node.status" || old.has(row)) continue;
+    const { to } = members(data);
+    if (to === "IDLE" || last.get(source) === to) old.add(row);
+    else last.set(source, to);
+  }
+  return old;
 }
 
 export function filter_rows(rows: readonly Row[], filter: MessageFilter): Row[] {
   const { show, text, service, leaf } = filter;
-  const last = new Map<string, string>();
+  const old = show === "default" ? old_news(rows) : null;
   return rows.filter(
     (row) =>
       shown(show, row) &&
-      (show !== "default" || is_news(row, last)) &&
+      !old?.has(row) &&
       (service === "" || of_service(row.first, service)) &&
       (leaf === "" || of_leaf(row.first, leaf)) &&
       (text.trim() === "" || matches(text.trim(), text_of(row))),

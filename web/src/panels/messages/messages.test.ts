@@ -82,6 +82,12 @@ describe("the filter", () => {
     expect(names({ show: "all" })).toHaveLength(6);
   });
 
+  it("leaves out what a node is only within a tick", () => {
+    const status = (tick: number, from: string, to: string) => seen("node.status", "event", { source: "Root", tick }, { node: 0, from, to });
+    const rows_of_ticks = join([status(1, "IDLE", "RUNNING"), status(1, "RUNNING", "SUCCESS"), status(2, "SUCCESS", "IDLE"), status(2, "IDLE", "RUNNING"), status(2, "RUNNING", "SUCCESS"), status(3, "SUCCESS", "RUNNING")]);
+    expect(filter_rows(rows_of_ticks, kNoFilter).map((row) => summary(row.first))).toEqual(["RUNNING → SUCCESS", "SUCCESS → RUNNING"]);
+  });
+
   it("leaves out statuses that come back with every tick", () => {
     const status = (from: string, to: string) => seen("node.status", "event", { source: "AtKitchen" }, { node: 7, from, to });
     const flapping = join([status("IDLE", "FAILURE"), status("FAILURE", "IDLE"), status("IDLE", "FAILURE"), status("FAILURE", "IDLE"), status("IDLE", "SUCCESS")]);
