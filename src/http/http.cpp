@@ -4,10 +4,15 @@
 #include <boost/asio.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
 #include <charconv>
+#include <deque>
+#include <mutex>
 #include <optional>
 #include <set>
 #include <thread>
+
+#include "sentree/http/websocket.h"
 
 namespace sentree::http {
 namespace {
@@ -15,6 +20,7 @@ namespace {
 namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace bhttp = boost::beast::http;
+namespace websocket = boost::beast::websocket;
 using tcp = asio::ip::tcp;
 
 bool same_name(std::string_view a, std::string_view b) {
@@ -68,25 +74,182 @@ std::string Request::text() const {
   return text + "\r\n" + body;
 }
 
+bool is_loopback(std::string_view address) {
+  beast::error_code error;
+  const auto ip = asio::ip::make_address(std::string(address), error);
+  return !error && ip.is_loopback();
+}
+
+// ---- Sockets ----
+
+// What the handles of a socket share with the connection, which comes and goes in the server's thread.
+struct Socket::Core {
+  std::mutex mutex;
+  std::deque<std::shared_ptr<const std::string>> queue;
+  std::size_t bytes = 0;
+  std::size_t bytes_max = 0;
+  std::optional<websocket::close_reason> closing;
+  // Makes the server's thread look at the queue; called with the lock held, and empty once the connection is gone.
+  std::function<void()> wake;
+};
+
+bool Socket::send(std::shared_ptr<const std::string> text) const {
+  const std::lock_guard lock(core_->mutex);
+  if (!core_->wake || core_->closing) return false;
+  if (!core_->queue.empty() && core_->bytes + text->size() > core_->bytes_max) return false;
+  core_->bytes += text->size();
+  core_->queue.push_back(std::move(text));
+  if (core_->queue.size() == 1) core_->wake();
+  return true;
+}
+
+std::size_t Socket::queued() const {
+  const std::lock_guard lock(core_->mutex);
+  return core_->bytes;
+}
+
+void Socket::close(std::uint16_t code, std::string reason) const {
+  const std::lock_guard lock(core_->mutex);
+  if (!core_->wake || core_->closing) return;
+  constexpr std::size_t kReasonMax = 123;  // RFC 6455, 5.5: what fits a control frame beside the code
+  reason.resize(std::min(reason.size(), kReasonMax));
+  core_->closing = websocket::close_reason(static_cast<websocket::close_code>(code), reason);
+  if (core_->queue.empty()) core_->wake();
+}
+
 // ---- Server ----
 
 struct Server::Impl {
   asio::io_context context{1};
   tcp::acceptor acceptor{context};
   Handler handler;
+  SocketService sockets;
   Limits limits;
   std::string address;
-  std::size_t connections = 0;  // of the thread
+  std::size_t connections = 0;                    // of the thread
+  std::set<std::shared_ptr<Socket::Core>> cores;  // of the thread
   std::thread thread;
 
   class Connection;
+  class SocketConnection;
 
   void accept();
 
   ~Impl() {
     context.stop();
     if (thread.joinable()) thread.join();
+    // From here on no handle wakes a context that is being destroyed.
+    for (const auto& core : cores) {
+      const std::lock_guard lock(core->mutex);
+      core->wake = nullptr;
+    }
   }
+};
+
+class Server::Impl::SocketConnection : public std::enable_shared_from_this<SocketConnection> {
+ public:
+  SocketConnection(beast::tcp_stream stream, Impl& server)
+      : stream_(std::move(stream)), server_(server), core_(std::make_shared<Socket::Core>()) {
+    ++server_.connections;
+    core_->bytes_max = server_.sockets.limits.queue_bytes_max;
+  }
+  ~SocketConnection() {
+    --server_.connections;
+    end();
+  }
+  SocketConnection(const SocketConnection&) = delete;
+  SocketConnection& operator=(const SocketConnection&) = delete;
+
+  void accept(const bhttp::request<bhttp::string_body>& upgrade, Request request) {
+    beast::get_lowest_layer(stream_).expires_never();
+    stream_.set_option(websocket::stream_base::timeout{.handshake_timeout = server_.limits.timeout,
+                                                       .idle_timeout = server_.sockets.limits.idle,
+                                                       .keep_alive_pings = true});
+    stream_.read_message_max(server_.sockets.limits.message_bytes_max);
+    stream_.text(true);
+    request_ = std::move(request);
+    stream_.async_accept(upgrade, [self = shared_from_this()](beast::error_code error) {
+      if (!error) self->opened();
+    });
+  }
+
+ private:
+  void opened() {
+    core_->wake = [weak = weak_from_this(), &context = server_.context] {
+      asio::post(context, [weak] {
+        if (const auto self = weak.lock()) self->write();
+      });
+    };
+    server_.cores.insert(core_);
+    handler_ = server_.sockets.open(request_, Socket(core_));
+    if (handler_) {
+      read();
+    } else {
+      end();
+    }
+  }
+
+  void read() {
+    stream_.async_read(buffer_, [self = shared_from_this()](beast::error_code error, std::size_t) {
+      if (error) return self->end();
+      self->handler_->received(beast::buffers_to_string(self->buffer_.data()));
+      self->buffer_.clear();
+      self->read();
+    });
+  }
+
+  void write() {
+    if (writing_ || !handler_) return;
+    {
+      const std::lock_guard lock(core_->mutex);
+      if (core_->queue.empty()) {
+        if (core_->closing && !std::exchange(closed_, true))
+          stream_.async_close(*core_->closing, [self = shared_from_this()](beast::error_code) { self->end(); });
+        return;
+      }
+      sending_ = core_->queue.front();
+    }
+    writing_ = true;
+    stream_.async_write(asio::buffer(*sending_),
+                        [self = shared_from_this()](beast::error_code error, std::size_t) { self->written(error); });
+  }
+
+  void written(beast::error_code error) {
+    writing_ = false;
+    if (error) return end();
+    if (!handler_) return;  // it was closed meanwhile
+    bool empty = false;
+    {
+      const std::lock_guard lock(core_->mutex);
+      core_->bytes -= sending_->size();
+      core_->queue.pop_front();
+      empty = core_->queue.empty();
+    }
+    if (empty && handler_) handler_->drained();
+    write();
+  }
+
+  void end() {
+    {
+      const std::lock_guard lock(core_->mutex);
+      core_->wake = nullptr;
+      core_->queue.clear();
+      core_->bytes = 0;
+    }
+    server_.cores.erase(core_);
+    handler_.reset();
+    beast::get_lowest_layer(stream_).close();
+  }
+
+  websocket::stream<beast::tcp_stream> stream_;
+  Impl& server_;
+  std::shared_ptr<Socket::Core> core_;
+  std::unique_ptr<SocketHandler> handler_;
+  Request request_;
+  beast::flat_buffer buffer_;
+  std::shared_ptr<const std::string> sending_;
+  bool writing_ = false;
+  bool closed_ = false;
 };
 
 class Server::Impl::Connection : public std::enable_shared_from_this<Connection> {
@@ -127,12 +290,24 @@ class Server::Impl::Connection : public std::enable_shared_from_this<Connection>
       for (const auto& field : message)
         request.headers.emplace_back(std::string(field.name_string()), std::string(field.value()));
       request.body = message.body();
-      response = server_.handler(request);
+      if (websocket::is_upgrade(message)) {
+        std::optional<Response> refusal = Response{404, "text/plain", "there is no WebSocket here\n"};
+        if (server_.sockets.refuse) refusal = server_.sockets.refuse(request);
+        if (!refusal) {
+          std::make_shared<SocketConnection>(std::move(stream_), server_)->accept(message, std::move(request));
+          return;
+        }
+        response = std::move(*refusal);
+        keep = false;
+      } else {
+        response = server_.handler(request);
+      }
     }
     answer_.emplace();
     answer_->version(11);
     answer_->result(static_cast<unsigned>(response.status));
     answer_->set(bhttp::field::content_type, response.content_type);
+    for (const auto& [name, value] : response.headers) answer_->set(name, value);
     answer_->body() = std::move(response.body);
     answer_->keep_alive(keep);
     answer_->prepare_payload();
@@ -166,7 +341,7 @@ Server& Server::operator=(Server&&) noexcept = default;
 Server::~Server() = default;
 
 Result<Server> Server::listen(std::string_view address, std::uint16_t port, Handler handler, Limits limits,
-                              bool allow_remote) {
+                              bool allow_remote, SocketService sockets) {
   beast::error_code error;
   const auto ip = asio::ip::make_address(std::string(address), error);
   if (error) return fail("http.bad-address", "\"" + std::string(address) + "\" is no IP address");
@@ -176,6 +351,7 @@ Result<Server> Server::listen(std::string_view address, std::uint16_t port, Hand
   }
   auto impl = std::make_unique<Impl>();
   impl->handler = std::move(handler);
+  impl->sockets = std::move(sockets);
   impl->limits = limits;
   impl->address = ip.is_v6() ? "[" + std::string(address) + "]" : std::string(address);
   const tcp::endpoint endpoint(ip, port);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -31,6 +32,25 @@ struct Response {
   int status = 200;
   std::string content_type = "text/plain";
   std::string body;
+  std::vector<std::pair<std::string, std::string>> headers = {};  ///< Further ones.
+};
+
+class Socket;
+class SocketHandler;
+
+/// Bounds of one WebSocket.
+struct SocketLimits {
+  std::size_t message_bytes_max = 64U << 10U;  ///< Received; a longer one ends the socket (1009).
+  std::size_t queue_bytes_max = 16U << 20U;    ///< Waiting to be sent; see `Socket::send`.
+  std::chrono::milliseconds idle{30'000};      ///< A peer that does not even answer a ping for so long is gone.
+};
+
+/// How a server answers who wants to open a WebSocket. Its functions are called in the server's thread.
+struct SocketService {
+  /// Why not, or nothing. Not set: every request is refused.
+  std::function<std::optional<Response>(const Request&)> refuse;
+  std::function<std::unique_ptr<SocketHandler>(const Request&, Socket)> open;
+  SocketLimits limits = {};
 };
 
 /// Bounds of a client or server.
@@ -41,6 +61,9 @@ struct Limits {
   std::chrono::milliseconds timeout{10'000};  ///< To connect, and for each read or write.
 };
 
+/// Whether the address that a server is asked to listen on can be reached from this machine only.
+[[nodiscard]] bool is_loopback(std::string_view address);
+
 /// An HTTP/1.1 server in one thread of its own. Answers are made by a function, called in that thread.
 class Server {
  public:
@@ -48,8 +71,10 @@ class Server {
 
   /// Listens on an IP address, at any free port for 0. Errors: http.bad-address, http.not-loopback (an address that
   /// others can reach is refused unless `allow_remote`), http.port-taken.
+  /// @param sockets  What requests to open a WebSocket are answered with (see websocket.h).
   [[nodiscard]] static Result<Server> listen(std::string_view address, std::uint16_t port, Handler handler,
-                                             Limits limits = {}, bool allow_remote = false);
+                                             Limits limits = {}, bool allow_remote = false,
+                                             SocketService sockets = {});
   Server(Server&&) noexcept;
   Server& operator=(Server&&) noexcept;
   /// Closes all connections and waits for the thread.
