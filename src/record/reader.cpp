@@ -270,6 +270,21 @@ Result<std::string> Reader::unpack(const Part& part) {
   return records;
 }
 
+Result<std::string> Reader::part(std::size_t index) {
+  if (index >= parts_.size())
+    return fail("record.damaged", "there is no part " + std::to_string(index), SourceSpan{name_});
+  return unpack(parts_[index]);
+}
+
+void Reader::each_message(std::string_view records, const std::function<void(const RawMessage&)>& take) const {
+  (void)detail::for_each_record(records, [&](Op op, std::string_view content) {
+    if (op != Op::kMessage) return true;
+    const auto message = detail::read_message(content);
+    if (message && channels_.contains(message->channel)) take(*message);
+    return message.has_value();
+  });
+}
+
 Result<Attachment> Reader::attachment(const AttachmentIndex& index) {
   if (index.length > kRecordSizeMax)
     return fail("record.too-large", "attachment \"" + index.name + "\" is larger than can be read", SourceSpan{name_});

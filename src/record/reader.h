@@ -67,6 +67,14 @@ class Reader {
   /// Cost: chunks that the query excludes are not read. Errors: record.overlap, record.unreadable.
   [[nodiscard]] Result<void> read(const Query& query, const std::function<bool(const RawMessage&)>& take);
 
+  // For who keeps an index of places of their own: a file is a number of parts, by the time at which each begins.
+  [[nodiscard]] std::size_t parts() const { return parts_.size(); }
+  /// A part's records, unpacked. Errors: record.damaged-chunk, record.too-large, record.unreadable.
+  [[nodiscard]] Result<std::string> part(std::size_t index);
+  /// Gives `take` the messages of such records, in the order of the file; their data are views into `records`. Those
+  /// of unknown channels are left out, and what follows something damaged.
+  void each_message(std::string_view records, const std::function<void(const RawMessage&)>& take) const;
+
  private:
   // A chunk, or messages that lie in the file without one.
   struct Part {

@@ -81,6 +81,11 @@ std::size_t Recorder::begin_entry(ChannelId channel, TimePoint time) {
 void Recorder::end_entry(std::size_t begin) {
   const auto size = static_cast<std::uint32_t>(batch_.packed.size() - begin - sizeof(Entry));
   std::memcpy(batch_.packed.at(begin + offsetof(Entry, size)), &size, sizeof size);
+  if (!options_.tap) return;
+  const std::string_view entry = batch_.packed.bytes().substr(begin);
+  Entry head;
+  std::memcpy(&head, entry.data(), sizeof head);
+  options_.tap(channels_[head.channel - 1U], TimePoint(Duration(head.time)), entry.substr(sizeof head));
 }
 
 bool Recorder::seal() {

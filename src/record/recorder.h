@@ -35,6 +35,9 @@ struct RecorderOptions {
   std::string library = "sentree";
   /// Told once, in the writer's thread, when writing fails. What comes later is not recorded.
   std::function<void(const Diagnostic&)> on_failure;
+  /// Sees each message as it is recorded, in the thread that records it, with the recorder's lock held; its JSON is
+  /// packed (see `PackedJson::unpack`).
+  std::function<void(const Channel&, TimePoint, std::string_view packed)> tap = {};
 };
 
 struct RecorderReport {

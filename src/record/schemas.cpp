@@ -28,12 +28,17 @@ const std::string_view kChart =
     R"~({"title":"sentree.Chart","type":"object",)~"
     R"~("description":"A skill's chart whose configuration changed","properties":{"leaf":{"type":"string"},)~"
     R"~("running":{"type":"boolean"},"states":{"type":"array","items":{"type":"string"},)~"
-    R"~("description":"Active states in document order"}}})~";
+    R"~("description":"Active states in document order"},)~"
+    R"~("last":{"type":"integer","description":"The transition taken last, by its place in the document"},)~"
+    R"~("event":{"type":"string","description":"The event that it got last"},)~"
+    R"~("data":{"type":"object","description":"Values of its data, while it runs"}}})~";
 
 const std::string_view kMonitor =
     R"~({"title":"sentree.Monitor","type":"object","description":"A monitor whose configuration changed",)~"
     R"~("properties":{"monitor":{"type":"string"},"verdict":{"enum":["undecided","violated","satisfied"]},)~"
-    R"~("states":{"type":"array","items":{"type":"string"}}}})~";
+    R"~("states":{"type":"array","items":{"type":"string"}},"standing":{"type":"string",)~"
+    R"~("description":"Why it is undecided"},"deadline":{"type":"integer",)~"
+    R"~("description":"When silence will decide [ns]"},"violations":{"type":"integer"}}})~";
 
 const std::string_view kSnapshot =
     R"~({"title":"sentree.Snapshot","type":"object",)~"

@@ -28,6 +28,12 @@ class StringSink final : public Sink {
   std::string text;
 };
 
+/// Keeps nothing: for who only looks at the messages that are recorded.
+class NullSink final : public Sink {
+ public:
+  Result<void> write(std::string_view) override { return {}; }
+};
+
 /// A new file. What `write` has taken is with the system: it survives the end of the process, however that ends.
 class FileSink final : public Sink {
  public:

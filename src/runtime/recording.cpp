@@ -202,8 +202,10 @@ struct RunRecorder::Impl {
     const monitor::State* state = inside != nullptr ? inside->monitors().state(index) : nullptr;
     if (state == nullptr) return;
     Seen& seen = monitors[index];
-    if (seen.known && seen.verdict == state->verdict && seen.configuration == state->session.configuration()) return;
-    seen = {true, state->verdict, state->session.configuration()};
+    if (seen.known && seen.verdict == state->verdict && seen.violations == state->violations &&
+        seen.configuration == state->session.configuration())
+      return;
+    seen = {true, state->verdict, state->violations, state->session.configuration()};
     const monitor::Model& model = plan.monitors[index];
     write(monitor_states, time, [&](record::PackedJson& out) {
       out.raw(R"({"monitor":)");
@@ -212,6 +214,19 @@ struct RunRecorder::Impl {
       out.text(monitor::to_string(state->verdict));
       out.raw(R"(,"states":)");
       pack_state_ids(out, model.chart(), state->session);
+      if (state->verdict == monitor::Verdict::kUndecided && !state->failure) {
+        const monitor::Standing standing = monitor::standing(model, *state);
+        out.raw(R"(,"standing":)");
+        out.text(standing.text());
+        if (standing.deadline) {
+          out.raw(R"(,"deadline":)");
+          out.integer(standing.deadline->time_since_epoch().count());
+        }
+      }
+      if (state->violations > 0) {
+        out.raw(R"(,"violations":)");
+        out.integer(static_cast<std::int64_t>(state->violations));
+      }
       out.raw("}");
     });
   }
@@ -219,11 +234,13 @@ struct RunRecorder::Impl {
   // In the skill's actor.
   void stepped(std::size_t leaf, const Skill& skill) {
     Charted& seen = charts[leaf];
-    if (seen.known && seen.running == skill.running() &&
+    const Skill::Latest& latest = skill.latest();
+    if (seen.known && seen.running == skill.running() && seen.transitions == latest.transitions &&
         (!skill.running() || seen.configuration == skill.session().configuration()))
       return;
     seen.known = true;
     seen.running = skill.running();
+    seen.transitions = latest.transitions;
     if (skill.running()) seen.configuration = skill.session().configuration();
     const TimePoint time = inside->scheduler().now();
     write(chart_states, time, [&](record::PackedJson& out) {
@@ -236,6 +253,16 @@ struct RunRecorder::Impl {
         pack_state_ids(out, skill.chart(), skill.session());
       else
         out.raw("[]");
+      if (latest.transition) {
+        out.raw(R"(,"last":)");
+        out.integer(static_cast<std::int64_t>(*latest.transition));
+      }
+      out.raw(R"(,"event":)");
+      out.text(latest.event);
+      if (skill.running()) {
+        out.raw(R"(,"data":)");
+        out.value(skill.session().data(skill.chart()));
+      }
       out.raw("}");
     });
   }
@@ -338,11 +365,13 @@ struct RunRecorder::Impl {
   struct Seen {
     bool known = false;
     monitor::Verdict verdict = monitor::Verdict::kUndecided;
+    std::uint64_t violations = 0;
     scxml::StateSet configuration;
   };
   struct Charted {
     bool known = false;
     bool running = false;
+    std::uint64_t transitions = 0;
     scxml::StateSet configuration;
   };
 
@@ -370,6 +399,7 @@ RunRecorder::RunRecorder(const Plan& plan, const std::vector<text::ReadFile>& fi
   record::RecorderOptions recorder;
   recorder.compression = options.compression;
   recorder.library = std::move(options.library);
+  recorder.tap = std::move(options.tap);
   if (plan.scenario.virtual_time) {
     recorder.flush_every = Duration(0);
     recorder.wait_when_full = true;

@@ -30,6 +30,8 @@ struct RecordingOptions {
   record::Compression compression = record::Compression::kZstd;
   /// Told once when the disk is full or fails; the run goes on without recording.
   std::function<void(const std::string&)> on_failure;
+  /// See record::RecorderOptions.
+  std::function<void(const record::Channel&, TimePoint, std::string_view packed)> tap = {};
 };
 
 /// Records one run: every observation, the states of tree, charts, monitors and robot, the log, and what is needed to

@@ -11,6 +11,17 @@ Skill::Skill(scxml::Chart chart, SkillOptions options, SkillPort& port)
   host_.processors.push_back({"thrift", ""});
   host_.on_send = options_.check_call;
   host_.watch = options_.watch;
+  host_.observer = &watcher_;
+}
+
+void Skill::Watcher::event(const scxml::Chart& chart, std::string_view, const scxml::Event& event) {
+  if (chart == skill.chart_) latest.event = event.name;
+}
+
+void Skill::Watcher::transition(const scxml::Chart& chart, std::string_view, scxml::TransitionIndex taken) {
+  if (!(chart == skill.chart_)) return;
+  latest.transition = taken;
+  ++latest.transitions;
 }
 
 void Skill::start(const Map& inputs, TimePoint now) {

@@ -67,6 +67,8 @@ struct SkillOptions {
 class Skill {
  public:
   Skill(scxml::Chart chart, SkillOptions options, SkillPort& port);
+  Skill(const Skill&) = delete;
+  Skill& operator=(const Skill&) = delete;
 
   /// A tick; `started`: the leaf was idle, so a new run begins. Answered by `SkillPort::answer`, at once for an
   /// action, at the end of the run for a condition.
@@ -85,10 +87,26 @@ class Skill {
   [[nodiscard]] const scxml::Chart& chart() const { return chart_; }
   [[nodiscard]] const scxml::Session& session() const { return session_; }
   [[nodiscard]] bool running() const { return running_; }
+  /// The transition that its chart took last, in any run, and the event that it got last.
+  struct Latest {
+    std::optional<scxml::TransitionIndex> transition;
+    std::string event;
+    std::uint64_t transitions = 0;  ///< Taken so far.
+  };
+  [[nodiscard]] const Latest& latest() const { return watcher_.latest; }
   /// Everything that it remembers, as data. Error: scxml.no-value-form.
   [[nodiscard]] Result<Value> save() const;
 
  private:
+  // Notes what the chart does; its children are not looked at.
+  struct Watcher final : scxml::Observer {
+    explicit Watcher(const Skill& owner) : skill(owner) {}
+    void event(const scxml::Chart& chart, std::string_view session, const scxml::Event& event) override;
+    void transition(const scxml::Chart& chart, std::string_view session, scxml::TransitionIndex taken) override;
+    const Skill& skill;
+    Latest latest;
+  };
+
   void start(const Map& inputs, TimePoint now);
   scxml::StepInfo step(scxml::Event event, TimePoint now);
   void follow(scxml::Effects& effects);
@@ -99,6 +117,7 @@ class Skill {
   scxml::Chart chart_;
   SkillOptions options_;
   SkillPort& port_;
+  Watcher watcher_{*this};
   scxml::Host host_;
   scxml::Session session_;
   std::uint64_t run_ = 0;
