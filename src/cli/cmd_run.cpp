@@ -3,15 +3,19 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <condition_variable>
 #include <memory>
+#include <mutex>
 #include <thread>
 
 #include "sentree/cli/commands.h"
 #include "sentree/cli/live_view.h"
 #include "sentree/cli/output.h"
+#include "sentree/cli/page.h"
 #include "sentree/cli/report.h"
 #include "sentree/cli/run_recording.h"
 #include "sentree/runtime/distribute.h"
+#include "sentree/studio/live.h"
 
 namespace sentree::cli {
 
@@ -26,7 +30,7 @@ class Interrupts {
     pthread_sigmask(SIG_BLOCK, &awaited, nullptr);
   }
 
-  explicit Interrupts(runtime::Run& run) : run_(run) {
+  explicit Interrupts(runtime::Run& run) : run_(&run) {
     block();
     thread_ = std::thread([this] { wait(); });
   }
@@ -34,6 +38,17 @@ class Interrupts {
     done_ = true;
     pthread_kill(thread_.native_handle(), SIGUSR1);
     thread_.join();
+  }
+
+  /// The run is over: from now on a signal ends the waiting.
+  void run_is_over() {
+    const std::lock_guard lock(mutex_);
+    run_ = nullptr;
+  }
+  /// Returns at the next signal.
+  void wait_for_one() {
+    std::unique_lock lock(mutex_);
+    asked_.wait(lock, [this] { return asked_to_end_; });
   }
 
  private:
@@ -52,11 +67,17 @@ class Interrupts {
       if (done_) return;
       if (signal == SIGUSR1) continue;
       if (++received > 1) _exit(kInterrupted);  // asked twice: at once
-      run_.interrupt();
+      const std::lock_guard lock(mutex_);
+      if (run_ != nullptr) run_->interrupt();
+      asked_to_end_ = true;
+      asked_.notify_one();
     }
   }
 
-  runtime::Run& run_;
+  std::mutex mutex_;
+  std::condition_variable asked_;
+  runtime::Run* run_;  // null: it is over
+  bool asked_to_end_ = false;
   std::atomic<bool> done_ = false;
   std::thread thread_;
 };
@@ -126,22 +147,41 @@ int run(const RunCommand& command) {
     options.on_decision = [](const runtime::MonitorReport& report) { print(story(report)); };
     options.on_problem = [](const std::string& what) { say("! " + what); };
   }
+  std::unique_ptr<studio::Live> page;
+  RecordingTap tap;
+  if (!command.studio.empty()) {
+    const auto where = page_options(command.studio, command.insecure);
+    if (!where) return kUsage;
+    auto started = start_page(*where, command.studio == "true",
+                              [&](const auto& there) { return studio::Live::start(*plan.value, there); });
+    if (!started) {
+      say(to_string(started.error()));
+      return kEnvironment;
+    }
+    page = std::move(*started);
+    page->install(options);
+    // Virtual time, so that the run can be repeated exactly, at a pace that one can follow.
+    if (plan.value->scenario.virtual_time) options.pace = command.factor.value_or(1.0);
+    options.paused = command.paused;
+    tap = page->tap();
+    announce(page->server(), command.open);
+  }
   std::unique_ptr<RunRecording> recording;
   if (files) {
     bool ok = true;
-    recording = RunRecording::begin(command.record, *plan.value, files->files(), ok);
+    recording = RunRecording::begin(command.record, *plan.value, files->files(), tap, ok);
     if (!ok) return kEnvironment;
-    if (recording) recording->install(options);
     files.reset();
   }
+  if (!recording && page) recording = RunRecording::tap_only(*plan.value, tap);
+  if (recording) recording->install(options);
   runtime::Run run(*plan.value, std::move(options));
-  runtime::RunReport report;
-  {
-    const Interrupts interrupts(run);
-    report = run.execute();
-  }
+  Interrupts interrupts(run);
+  const runtime::RunReport report = run.execute();
+  interrupts.run_is_over();
   view.reset();
   if (recording) recording->finish(report);
+  if (page) page->ended(report);
   if (command.json) {
     print(to_json(to_value(report)) + "\n");
   } else {
@@ -153,6 +193,10 @@ int run(const RunCommand& command) {
     print(summary(report));
   }
   if (!report.error.empty()) say(report.error);
+  if (page && !command.studio_exit && !report.interrupted && report.error.empty()) {
+    say("the run is over; its page stays at " + page->server().url() + " until Ctrl-C");
+    interrupts.wait_for_one();
+  }
   return exit_code(plan.value->scenario, report);
 }
 

@@ -32,6 +32,10 @@ struct RunCommand {
   std::string record;  ///< Recording to write; empty: a new one in the folder of recordings.
   bool no_record = false;
   bool processes = false;  ///< Each skill and component in a process of its own.
+  std::string studio;      ///< Where the web page is served, [HOST:]PORT, or "true" for the usual place; empty: nowhere.
+  bool studio_exit = false;  ///< The page ends with the run.
+  bool open = false;         ///< Show the page in a browser.
+  bool paused = false;       ///< The run stands at its beginning until the page lets it go on.
 };
 int run(const RunCommand& command);
 

@@ -25,6 +25,7 @@ void add_run(CLI::App& app, RunCommand& command) {
       "  sentree run examples/recharge --scenario recharge --clock virtual\n"
       "  sentree run examples/recharge --scenario experiment1 --clock virtual --seed 7 --json\n"
       "  sentree run examples/recharge --clock real --factor 8 --live\n"
+      "  sentree run examples/recharge --scenario experiment1 --factor 4 --studio --open\n"
       "  sentree run examples/recharge --scenario experiment2 --processes --factor 20\n"
       "Exit code: 0 the mission did as expected, 1 it did not or a monitor is violated, 3 invalid project,\n"
       "4 environment (port taken), 124 time limit, 130 interrupted.");
@@ -34,7 +35,7 @@ void add_run(CLI::App& app, RunCommand& command) {
          "--clock", [&](const std::string& clock) { command.virtual_clock = clock == "virtual"; },
          "virtual: as fast as the machine allows, the same every time; real")
       ->check(CLI::IsMember({"virtual", "real"}));
-  sub->add_option("--factor", command.factor, "Run seconds per wall second, with the real clock")
+  sub->add_option("--factor", command.factor, "Run seconds per wall second, with the real clock or --studio")
       ->check(CLI::Range(0.01, 1000.0));
   sub->add_option("--seed", command.seed, "Of all that is random; same seed, same run in virtual time");
   sub->add_option("--duration", command.duration, "Time limit of the run, e.g. 90 s");
@@ -42,6 +43,12 @@ void add_run(CLI::App& app, RunCommand& command) {
   sub->add_flag("--insecure", command.insecure, "Let other machines connect without TLS");
   sub->add_flag("--processes", command.processes,
                 "Each skill and component in a process of its own, restarted when it ends");
+  auto* studio = sub->add_flag("--studio", command.studio,
+                               "Show the run in a web page, at http://127.0.0.1:4711 or the next free port; "
+                               "--studio=PORT or --studio=HOST:PORT elsewhere. The page stays until Ctrl-C");
+  sub->add_flag("--studio-exit", command.studio_exit, "The page ends with the run")->needs(studio);
+  sub->add_flag("--open", command.open, "Open the page in a browser")->needs(studio);
+  sub->add_flag("--paused", command.paused, "Begin paused; the page lets the run go on")->needs(studio);
   sub->add_flag("--live", command.live, "Show map, tree and monitors in the terminal");
   sub->add_flag("--headless", command.headless, "Print the log and the summary (default)");
   sub->add_flag("--verbose,-v", command.verbose, "Print every observation");

@@ -9,7 +9,8 @@
 namespace sentree::cli {
 
 std::unique_ptr<RunRecording> RunRecording::begin(const std::string& file, const runtime::Plan& plan,
-                                                  const std::vector<text::ReadFile>& files, bool& ok) {
+                                                  const std::vector<text::ReadFile>& files, RecordingTap tap,
+                                                  bool& ok) {
   ok = true;
   std::filesystem::path path = file;
   if (file.empty()) {
@@ -32,12 +33,22 @@ std::unique_ptr<RunRecording> RunRecording::begin(const std::string& file, const
   recording->recorder_ = std::make_unique<runtime::RunRecorder>(
       plan, files, std::move(*sink),
       runtime::RecordingOptions{.library = "sentree " SENTREE_VERSION,
-                                .on_failure = [](const std::string& what) { say("! " + what); }});
+                                .on_failure = [](const std::string& what) { say("! " + what); },
+                                .tap = std::move(tap)});
+  return recording;
+}
+
+std::unique_ptr<RunRecording> RunRecording::tap_only(const runtime::Plan& plan, RecordingTap tap) {
+  auto recording = std::make_unique<RunRecording>();
+  recording->recorder_ = std::make_unique<runtime::RunRecorder>(
+      plan, std::vector<text::ReadFile>(), std::make_unique<record::NullSink>(),
+      runtime::RecordingOptions{.compression = record::Compression::kNone, .on_failure = {}, .tap = std::move(tap)});
   return recording;
 }
 
 void RunRecording::finish(const runtime::RunReport& report) {
   const record::RecorderReport written = recorder_->finish(report);
+  if (path_.empty()) return;
   if (written.lost > 0)
     say("! the disk was too slow: " + std::to_string(written.lost) + " messages are not in the recording");
   say((written.failed ? "recorded in part: " : "recorded: ") + path_.string());

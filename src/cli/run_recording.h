@@ -9,21 +9,26 @@
 
 namespace sentree::cli {
 
+using RecordingTap = decltype(runtime::RecordingOptions::tap);
+
 /// The recording that `sentree run` makes beside its run, and what it says about it.
 class RunRecording {
  public:
   /// Begins one in `file`, or where none is given in the folder of recordings: $SENTREE_RUNS, by default runs/ (an
   /// empty $SENTREE_RUNS means no recording). The oldest recordings of that folder make room. Nothing comes back if
   /// there is to be none, or if it cannot be written; only with a `file` is that a failure, and `ok` false.
+  /// @param tap  Sees what is recorded; may be empty.
   static std::unique_ptr<RunRecording> begin(const std::string& file, const runtime::Plan& plan,
-                                             const std::vector<text::ReadFile>& files, bool& ok);
+                                             const std::vector<text::ReadFile>& files, RecordingTap tap, bool& ok);
+  /// Records nothing, for the tap alone.
+  static std::unique_ptr<RunRecording> tap_only(const runtime::Plan& plan, RecordingTap tap);
 
   void install(runtime::RunOptions& options) { recorder_->install(options); }
-  /// Ends it and says where it is, and whether something is missing.
+  /// Ends it and says where it is, if it is anywhere, and whether something is missing.
   void finish(const runtime::RunReport& report);
 
  private:
-  std::filesystem::path path_;
+  std::filesystem::path path_;  // empty: nothing is written
   std::unique_ptr<runtime::RunRecorder> recorder_;
 };
 

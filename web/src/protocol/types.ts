@@ -335,7 +335,7 @@ export interface Operations {
     { kind: "node" | "state" | "message"; node?: number; chart?: string; state?: string; pattern?: string; status?: string },
     { breakpoint: number },
   ];
-  clear: [{ id: number }, unknown];
+  clear: [{ what: number }, unknown];
   interventions: [Nothing, Interventions];
   save_scenario: [{ name: string }, { yaml: string; file: string }];
 }

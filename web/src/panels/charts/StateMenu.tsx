@@ -14,7 +14,7 @@ export function StateMenu({ chart, state, x, y, close }: { chart: ChartModel; st
       label: "Stop the run when it is entered",
       checked: present !== undefined,
       why_not,
-      run: () => void (present ? steer("clear", { id: present.id }) : steer("breakpoint", { kind: "state", chart: chart.id, state: id })),
+      run: () => void (present ? steer("clear", { what: present.id }) : steer("breakpoint", { kind: "state", chart: chart.id, state: id })),
     },
     { label: "Copy its name", why_not: id === "" ? "It has none" : null, run: () => void navigator.clipboard?.writeText(id) },
   ];

@@ -27,7 +27,7 @@ export function NodeMenu({ index, node: id, x, y, close }: { index: Index; node:
       why_not,
       run: () =>
         void (present
-          ? steer("clear", { id: present.id })
+          ? steer("clear", { what: present.id })
           : steer("breakpoint", { kind: "node", node: id, ...(status === "" ? {} : { status }) })),
     });
   }
@@ -40,14 +40,14 @@ export function NodeMenu({ index, node: id, x, y, close }: { index: Index; node:
         label: status.toLowerCase(),
         checked: present !== undefined,
         why_not,
-        run: () => void (present ? steer("clear", { id: present.id }) : steer("force", { leaf, status, once: false })),
+        run: () => void (present ? steer("clear", { what: present.id }) : steer("force", { leaf, status, once: false })),
       });
     }
     entries.push({ label: "failure, once", why_not, run: () => void steer("force", { leaf, status: "FAILURE", once: true }) });
     entries.push({ label: "success, once", why_not, run: () => void steer("force", { leaf, status: "SUCCESS", once: true }) });
   }
   if (own.length > 0) {
-    entries.push("line", { label: "Clear all of these", why_not, run: () => void Promise.all(own.map((entry) => steer("clear", { id: entry.id }))) });
+    entries.push("line", { label: "Clear all of these", why_not, run: () => void Promise.all(own.map((entry) => steer("clear", { what: entry.id }))) });
   }
   return <Menu x={x} y={y} close={close} label={`Node ${node.name}`} head={<><strong>{node.name}</strong> <span className="muted">{node.type}</span></>} entries={entries} />;
 }

@@ -25,7 +25,7 @@ export function StandingList() {
               {entry.used > 0 && <span className="muted number"> · {entry.used}×</span>}
               {stopped_at?.breakpoint === entry.id && <span className="badge halting">stopped here</span>}
             </span>
-            <button type="button" className="icon-button" aria-label={`Clear ${entry.kind} ${entry.text}`} title="Clear" onClick={() => void steer("clear", { id: entry.id })}>
+            <button type="button" className="icon-button" aria-label={`Clear ${entry.kind} ${entry.text}`} title="Clear" onClick={() => void steer("clear", { what: entry.id })}>
               <Icon name="close" />
             </button>
           </li>

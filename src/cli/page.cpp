@@ -1,0 +1,75 @@
+#include "sentree/cli/page.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <unistd.h>
+
+#include <charconv>
+#include <cstdlib>
+
+#include "sentree/cli/output.h"
+#include "sentree/studio/assets.h"
+
+extern char** environ;
+
+namespace sentree::cli {
+
+namespace {
+
+bool has_display() {
+  const auto is_set = [](const char* name) {
+    const char* value = std::getenv(name);
+    return value != nullptr && *value != '\0';
+  };
+  return is_set("DISPLAY") || is_set("WAYLAND_DISPLAY");
+}
+
+void open_in_browser(const std::string& url) {
+  if (!has_display()) {
+    say("there is no display to open a browser on; open the address above yourself");
+    return;
+  }
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  std::string program = "xdg-open";
+  std::string argument = url;
+  char* const arguments[] = {program.data(), argument.data(), nullptr};
+  pid_t pid = 0;
+  if (posix_spawnp(&pid, program.c_str(), &actions, nullptr, arguments, environ) != 0)
+    say("xdg-open is not there (package xdg-utils); open the address above yourself");
+  posix_spawn_file_actions_destroy(&actions);
+}
+
+}  // namespace
+
+std::optional<studio::ServerOptions> page_options(const std::string& where, bool insecure) {
+  studio::ServerOptions options;
+  options.port = kStudioPort;
+  options.insecure = insecure;
+  options.version = SENTREE_VERSION;
+  if (where == "true") return options;
+  std::string port = where;
+  if (const std::size_t colon = where.rfind(':'); colon != std::string::npos) {
+    options.address = where.substr(0, colon);
+    port = where.substr(colon + 1);
+    if (options.address == "localhost") options.address = "127.0.0.1";
+    if (options.address.starts_with('[') && options.address.ends_with(']'))
+      options.address = options.address.substr(1, options.address.size() - 2);
+  }
+  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), options.port);
+  if (error == std::errc() && end == port.data() + port.size() && !options.address.empty()) return options;
+  say("--studio=" + where + ": neither a port nor an address such as 127.0.0.1:4711");
+  return std::nullopt;
+}
+
+void announce(const studio::Server& server, bool open) {
+  say("the page: " + server.url());
+  if (studio::assets().empty()) {
+    say("this program was built without the web page itself: install nodejs and npm, configure and build again");
+  }
+  if (open) open_in_browser(server.url());
+}
+
+}  // namespace sentree::cli

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sentree/http/websocket.h"
+#include "sentree/studio/server.h"
+
+namespace sentree::studio {
+
+/// What all pages are shown alike. Of the thread that composes.
+class Composer {
+ public:
+  struct Options {
+    std::string hello;
+    std::string token;
+  };
+  Composer(const Subject& subject, const History& history, const RunAccess& run, Options options);
+
+  /// Looks at the run again.
+  void refresh();
+
+  const Subject& subject;
+  const History& history;
+  const RunAccess& run;
+  const Options options;
+  const std::shared_ptr<const std::string> model;
+  std::vector<History::Fragment> fragments;
+  History::Present present;
+  std::string facts;  ///< The members of `run` but for the mission's status.
+};
+
+/// One page: what it asked for, and what it has been sent. Of the thread that composes.
+class Conversation {
+ public:
+  /// Sends hello, model, the violations so far and the present state.
+  Conversation(Composer& composer, http::Socket socket);
+
+  void received(const std::string& text);
+  /// Does a slice of what was asked for.
+  void work();
+  [[nodiscard]] bool has_work() const { return !requests_.empty() && !is_behind(); }
+  /// What has changed, if the page follows the present and keeps up.
+  void send_delta();
+
+ private:
+  struct Request {
+    std::int64_t id = 0;
+    std::string op;
+    Value body;
+    Filter filter;
+    bool begun = false;
+    bool forwards = false;
+    std::size_t position = 0;
+    std::size_t limit = 0;
+    std::vector<std::size_t> found;
+  };
+
+  [[nodiscard]] bool is_behind() const { return socket_.queued() > kBehindMax; }
+  /// True: it is answered.
+  bool advance(Request& request);
+  bool advance_search(Request& request);
+  void begin_search(Request& request);
+  void seek(const Request& request);
+  void follow();
+  void steer(const Request& request);
+  void send(std::string text);
+  void answer(const Request& request, Value value);
+  void answer_json(const Request& request, const std::string& json);
+  void refuse(const Request& request, const std::string& why);
+  void send_present_state();
+  void send_news();
+
+  Composer& composer_;
+  http::Socket socket_;
+  bool live_ = true;
+  bool may_steer_ = false;
+  std::deque<Request> requests_;
+  std::vector<std::uint64_t> sent_;  // versions of the parts
+  std::string sent_facts_;
+  Nanoseconds sent_time_ = -1;
+  std::size_t next_observation_ = 0;
+  std::size_t sent_violations_ = 0;
+  std::size_t sent_problems_ = 0;
+};
+
+}  // namespace sentree::studio

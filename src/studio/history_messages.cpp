@@ -1,0 +1,133 @@
+#include <algorithm>
+
+#include "sentree/base/json.h"
+#include "sentree/runtime/project.h"
+#include "sentree/studio/detail/history_impl.h"
+
+// Observations: where they are, and which match.
+
+namespace sentree::studio {
+
+namespace {
+
+char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; }
+
+bool contains(std::string_view text, std::string_view wanted) {
+  return std::search(text.begin(), text.end(), wanted.begin(), wanted.end(),
+                     [](char a, char b) { return lower(a) == lower(b); }) != text.end();
+}
+
+}  // namespace
+
+bool Filter::matches(const Shape& shape) const {
+  if (!kind.empty() && shape.kind != kind) return false;
+  if (!leaf.empty() && shape.source != leaf && shape.target != leaf) return false;
+  if (!service.empty() && !(shape.name.starts_with(service + ".") && (shape.target == service || shape.source == service)))
+    return false;
+  return name.empty() || runtime::matches_pattern(name, shape.name);
+}
+
+History::Moment History::Impl::moment(Nanoseconds time) const {
+  const std::size_t position = observations.position(time);
+  if (position == Track<Seen>::npos) return {.observations = forgotten};
+  const Seen& seen = observations[position].value;
+  return {seen.sequence, seen.tick, forgotten + position + 1};
+}
+
+History::Moment History::moment(Nanoseconds time) const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->moment(time);
+}
+
+std::size_t History::first_observation() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->forgotten;
+}
+
+std::size_t History::end_observation() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->forgotten + impl_->observations.size();
+}
+
+std::size_t History::find_sequence(std::uint64_t sequence) const {
+  const std::lock_guard lock(impl_->mutex);
+  std::size_t from = 0;
+  std::size_t to = impl_->observations.size();
+  while (from < to) {
+    const std::size_t middle = from + (to - from) / 2;
+    if (impl_->observations[middle].value.sequence < sequence)
+      from = middle + 1;
+    else
+      to = middle;
+  }
+  return impl_->forgotten + from;
+}
+
+std::size_t History::after_time(Nanoseconds time) const { return moment(time).observations; }
+
+std::string History::observation(std::size_t position) const {
+  const std::lock_guard lock(impl_->mutex);
+  if (position < impl_->forgotten || position - impl_->forgotten >= impl_->observations.size()) return {};
+  const auto& entry = impl_->observations[position - impl_->forgotten];
+  const Shape& shape = impl_->shapes[entry.value.shape];
+  const std::string text = impl_->read(entry.value.place);
+  std::string out = "{\"sequence\":" + std::to_string(entry.value.sequence) +
+                    ",\"time\":" + std::to_string(entry.time) + ",\"tick\":" + std::to_string(entry.value.tick) +
+                    ",\"kind\":";
+  append_json_string(out, shape.kind);
+  out += ",\"name\":";
+  append_json_string(out, shape.name);
+  out += ",\"source\":";
+  append_json_string(out, shape.source);
+  out += ",\"target\":";
+  append_json_string(out, shape.target);
+  out += ",\"call\":" + std::to_string(as_integer(member(text, "call")).value_or(0)) + ",\"data\":";
+  const std::string_view data = member(text, "data");
+  out += data.empty() ? "null" : impl_->sound(data);
+  return out + "}";
+}
+
+History::Found History::find(const Filter& filter, std::size_t position, bool forwards, std::size_t budget) const {
+  const std::lock_guard lock(impl_->mutex);
+  const std::size_t first = impl_->forgotten;
+  const std::size_t end = first + impl_->observations.size();
+  std::vector<std::int8_t> wanted(impl_->shapes.size(), -1);
+  Found found;
+  for (found.next = std::clamp(position, first, end); budget > 0; --budget) {
+    if (forwards ? found.next >= end : found.next <= first) {
+      found.at_end = true;
+      return found;
+    }
+    const std::size_t candidate = forwards ? found.next++ : --found.next;
+    const Seen& seen = impl_->observations[candidate - first].value;
+    std::int8_t& matches = wanted[seen.shape];
+    if (matches < 0) matches = filter.matches(impl_->shapes[seen.shape]) ? 1 : 0;
+    if (matches == 0) continue;
+    if (!filter.text.empty() && !contains(impl_->read(seen.place), filter.text)) continue;
+    found.position = candidate;
+    return found;
+  }
+  return found;
+}
+
+std::size_t History::violations() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->violations.size();
+}
+
+std::string History::violation(std::size_t index) const {
+  const std::lock_guard lock(impl_->mutex);
+  return index < impl_->violations.size() ? impl_->violations[index] : std::string();
+}
+
+std::size_t History::problems() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->problems.size();
+}
+
+History::Problem History::problem(std::size_t index) const {
+  const std::lock_guard lock(impl_->mutex);
+  return index < impl_->problems.size() ? impl_->problems[index] : Problem();
+}
+
+}  // namespace sentree::studio

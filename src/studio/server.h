@@ -1,0 +1,86 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sentree/base/result.h"
+#include "sentree/base/value.h"
+#include "sentree/studio/history.h"
+#include "sentree/studio/subject.h"
+
+namespace sentree::studio {
+
+/// Pages at once.
+inline constexpr std::size_t kClientsMax = 16;
+/// Requests of one page that wait for their answers; one more ends its socket.
+inline constexpr std::size_t kRequestsMax = 64;
+/// Bytes that a page may be behind before it gets less: the newest state later, and a gap in the messages.
+inline constexpr std::size_t kBehindMax = std::size_t{1} << 20U;
+/// Observations in one delta, and in one answer.
+inline constexpr std::size_t kDeltaMessagesMax = 200;
+inline constexpr std::size_t kAnswerMessagesMax = 500;
+/// Deltas are sent at most so often.
+inline constexpr std::chrono::milliseconds kDeltaPeriod{20};
+
+/// What is known of a run beside what was recorded of it.
+struct RunFacts {
+  std::string state = "running";  ///< "running", "paused" or "ended".
+  double factor = 1.0;
+  std::string reason;
+  Value stopped_at;  ///< Of a breakpoint.
+  std::uint64_t missed_ticks = 0;
+  List processes;  ///< {name, pid, alive}
+};
+
+/// How the server reaches a run that goes on. Called in its thread; none blocks for long.
+struct RunAccess {
+  /// Brings the history up to now.
+  std::function<void()> update;
+  std::function<RunFacts()> facts;
+  /// One of the steering requests of docs/studio-protocol.md; not set: the run cannot be steered.
+  std::function<Result<Value>(const std::string& op, const Value& request)> steer;
+};
+
+struct ServerOptions {
+  std::string address = "127.0.0.1";
+  std::uint16_t port = 0;  ///< 0: any free one.
+  bool insecure = false;   ///< Others may reach it, without TLS.
+  std::string version;
+  bool live = true;  ///< Else a recording.
+};
+
+/// Shows one run to pages in browsers: docs/studio-protocol.md.
+///
+/// Has two threads, one for the network and one that composes what pages get. The run only ever waits for the
+/// history's lock; a page that does not keep up gets less.
+class Server {
+ public:
+  /// `subject` and `history` are borrowed. Errors: http.bad-address, http.not-loopback, http.port-taken.
+  [[nodiscard]] static Result<std::unique_ptr<Server>> start(const Subject& subject, const History& history,
+                                                             RunAccess run, ServerOptions options);
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  /// What to open in a browser; with the token where others can reach the server.
+  [[nodiscard]] std::string url() const;
+  [[nodiscard]] std::uint16_t port() const;
+  /// Pages that are connected.
+  [[nodiscard]] std::size_t clients() const;
+
+ private:
+  struct Impl;
+  explicit Server(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Whether a request for a page of a server at `address`:`port` may be answered: its Host must be a name of this
+/// machine, so that no other site's name leads here, and its Origin, if it has one, must be the page itself.
+[[nodiscard]] bool is_own_page(std::string_view host, std::string_view origin, std::string_view address,
+                               std::uint16_t port);
+
+}  // namespace sentree::studio

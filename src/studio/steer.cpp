@@ -1,0 +1,225 @@
+#include "sentree/studio/steer.h"
+
+#include <cctype>
+#include <filesystem>
+
+#include "sentree/text/file.h"
+
+namespace sentree::studio {
+
+namespace {
+
+// What a request says, each with a message that names what is wrong.
+class Asked {
+ public:
+  Asked(const std::string& op, const Value& request) : op_(op), request_(request) {}
+
+  Result<std::string> text(const char* name) const {
+    const Value* value = request_.find(name);
+    if (value != nullptr && value->as_string() != nullptr) return *value->as_string();
+    return fail("studio.request", op_ + " needs a text \"" + name + "\"");
+  }
+  std::string text_or(const char* name, std::string otherwise) const {
+    const Value* value = request_.find(name);
+    return value != nullptr && value->as_string() != nullptr ? *value->as_string() : otherwise;
+  }
+  Result<std::uint64_t> count(const char* name, std::optional<std::uint64_t> otherwise) const {
+    const Value* value = request_.find(name);
+    if ((value == nullptr || value->is_null()) && otherwise) return *otherwise;
+    constexpr double kExact = 9007199254740992.0;
+    if (value != nullptr && value->is_number() && value->number() >= 0 && value->number() <= kExact)
+      return static_cast<std::uint64_t>(value->number());
+    return fail("studio.request", op_ + " needs a whole number \"" + std::string(name) + "\"");
+  }
+  Result<double> number(const char* name) const {
+    const Value* value = request_.find(name);
+    if (value != nullptr && value->is_number()) return value->number();
+    return fail("studio.request", op_ + " needs a number \"" + std::string(name) + "\"");
+  }
+  Value value(const char* name) const {
+    const Value* found = request_.find(name);
+    return found != nullptr ? *found : Value();
+  }
+  bool flag(const char* name) const {
+    const Value* found = request_.find(name);
+    return found != nullptr && found->as_bool() != nullptr && *found->as_bool();
+  }
+
+ private:
+  const std::string& op_;
+  const Value& request_;
+};
+
+Result<Value> done(const Result<void>& result) {
+  if (!result) return tl::unexpected(result.error());
+  return Value(Map());
+}
+
+Result<Value> standing(const char* name, const Result<std::uint64_t>& id) {
+  if (!id) return tl::unexpected(id.error());
+  return Value(Map{{name, static_cast<std::int64_t>(*id)}});
+}
+
+Result<Value> call(runtime::Steering& steering, const Asked& asked) {
+  const auto service = asked.text("service");
+  if (!service) return tl::unexpected(service.error());
+  const auto method = asked.text("method");
+  if (!method) return tl::unexpected(method.error());
+  Value args = asked.value("args");
+  auto outcome = steering.call(*service, *method, args.as_map() != nullptr ? std::move(args) : Value(Map()));
+  if (!outcome) return tl::unexpected(outcome.error());
+  if (!outcome->ok) return fail("studio.call", *service + "." + *method + ": " + outcome->message);
+  return Value(Map{{"result", std::move(outcome->result)}});
+}
+
+Result<Value> set_breakpoint(runtime::Steering& steering, const Subject& subject, const Asked& asked) {
+  const std::string kind = asked.text_or("kind", "");
+  if (kind == "node") {
+    const auto node = asked.count("node", std::nullopt);
+    if (!node) return tl::unexpected(node.error());
+    if (*node >= subject.plan.tree.size()) return fail("studio.request", "there is no node " + std::to_string(*node));
+    return standing("breakpoint", steering.break_at_node(subject.plan.tree.path(static_cast<bt::NodeId>(*node)),
+                                                         asked.text_or("status", "")));
+  }
+  if (kind == "state") {
+    const auto chart = asked.text("chart");
+    if (!chart) return tl::unexpected(chart.error());
+    const auto state = asked.text("state");
+    if (!state) return tl::unexpected(state.error());
+    return standing("breakpoint", steering.break_at_state(*chart, *state));
+  }
+  if (kind == "message") {
+    const auto pattern = asked.text("pattern");
+    if (!pattern) return tl::unexpected(pattern.error());
+    return standing("breakpoint", steering.break_at_message(*pattern));
+  }
+  return fail("studio.request", "a breakpoint is of kind node, state or message, not \"" + kind + "\"");
+}
+
+Value to_value(const Subject& subject, const runtime::StandingIntervention& standing) {
+  using Kind = runtime::Intervention::Kind;
+  const runtime::Intervention& what = standing.what;
+  Map value{{"id", static_cast<std::int64_t>(standing.id)}, {"used", static_cast<std::int64_t>(standing.used)}};
+  std::string text;
+  switch (what.kind) {
+    case Kind::kDelay:
+      value["kind"] = "delay";
+      value["message"] = what.target;
+      value["by"] = what.by.count();
+      text = what.target + " late by " + shortest_decimal(seconds(what.by)) + " s";
+      break;
+    case Kind::kFalsify:
+      value["kind"] = "falsify";
+      value["call"] = what.target;
+      value["path"] = what.path;
+      value["value"] = what.value;
+      text = what.target + (what.path.empty() ? "" : ": " + what.path) + " = " + to_json(what.value);
+      break;
+    case Kind::kForce:
+      value["kind"] = "force";
+      value["leaf"] = what.target;
+      value["status"] = what.status;
+      text = what.target + " is " + what.status;
+      break;
+    default:
+      value["kind"] = "breakpoint";
+      if (what.point == runtime::Intervention::Point::kNode) {
+        const bt::NodeId node = subject.plan.tree.find(what.target);
+        if (node != bt::kNoNode) value["node"] = static_cast<std::int64_t>(node);
+        value["status"] = what.status;
+        text = what.target + (what.status.empty() ? " changes" : " is " + what.status);
+      } else if (what.point == runtime::Intervention::Point::kState) {
+        value["chart"] = what.target;
+        value["state"] = what.state;
+        text = what.target + " enters " + what.state;
+      } else {
+        value["pattern"] = what.target;
+        text = "observation " + what.target;
+      }
+  }
+  if (what.count > 0) value["count"] = static_cast<std::int64_t>(what.count);
+  value["text"] = std::move(text);
+  return value;
+}
+
+Result<Value> save_scenario(const runtime::Steering& steering, const Subject& subject, const Asked& asked) {
+  const auto name = asked.text("name");
+  if (!name) return tl::unexpected(name.error());
+  constexpr std::size_t kNameMax = 80;
+  bool is_plain = !name->empty() && name->size() <= kNameMax && name->front() != '.';
+  for (const char c : *name) {
+    const bool plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' || c == '.';
+    is_plain = is_plain && plain;
+  }
+  if (!is_plain) return fail("studio.request", "\"" + *name + "\" is no name of a scenario: letters, digits, - and _");
+  const auto yaml = steering.scenario();
+  if (!yaml) return tl::unexpected(yaml.error());
+  const std::filesystem::path file = subject.plan.scenario.project.folder / "scenarios" / (*name + ".yaml");
+  std::error_code error;
+  if (std::filesystem::exists(file, error))
+    return fail("studio.exists", file.string() + " is there already; choose another name");
+  std::filesystem::create_directories(file.parent_path(), error);
+  if (auto written = text::write_file(file, *yaml); !written) return tl::unexpected(written.error());
+  return Value(Map{{"yaml", *yaml}, {"file", file.string()}});
+}
+
+}  // namespace
+
+Result<Value> steer(runtime::Steering& steering, const Subject& subject, const std::string& op, const Value& request) {
+  const Asked asked(op, request);
+  if (op == "pause") return done(steering.pause());
+  if (op == "resume") return done(steering.resume());
+  if (op == "stop") return done(steering.stop());
+  if (op == "call") return call(steering, asked);
+  if (op == "breakpoint") return set_breakpoint(steering, subject, asked);
+  if (op == "save_scenario") return save_scenario(steering, subject, asked);
+  if (op == "interventions") {
+    List list;
+    for (const runtime::StandingIntervention& one : steering.standing()) list.push_back(to_value(subject, one));
+    return Value(std::move(list));
+  }
+  if (op == "step") {
+    const auto ticks = asked.count("ticks", 1);
+    if (!ticks) return tl::unexpected(ticks.error());
+    return done(steering.step(*ticks));
+  }
+  if (op == "factor") {
+    const auto value = asked.number("value");
+    if (!value) return tl::unexpected(value.error());
+    return done(steering.set_factor(*value));
+  }
+  if (op == "kill" || op == "restart") {
+    const auto part = asked.text("part");
+    if (!part) return tl::unexpected(part.error());
+    return done(op == "kill" ? steering.kill(*part) : steering.restart(*part));
+  }
+  if (op == "delay") {
+    const auto message = asked.text("message");
+    if (!message) return tl::unexpected(message.error());
+    const auto by = asked.count("by", std::nullopt);
+    if (!by) return tl::unexpected(by.error());
+    const auto count = asked.count("count", 0);
+    if (!count) return tl::unexpected(count.error());
+    return standing("id", steering.delay(*message, Duration(static_cast<std::int64_t>(*by)), *count));
+  }
+  if (op == "falsify") {
+    const auto calls = asked.text("call");
+    if (!calls) return tl::unexpected(calls.error());
+    const auto count = asked.count("count", 0);
+    if (!count) return tl::unexpected(count.error());
+    return standing("id", steering.falsify(*calls, asked.text_or("path", ""), asked.value("value"), *count));
+  }
+  if (op == "force") {
+    const auto leaf = asked.text("leaf");
+    if (!leaf) return tl::unexpected(leaf.error());
+    return standing("id", steering.force(*leaf, asked.text_or("status", ""), asked.flag("once")));
+  }
+  if (op == "clear") {
+    const auto what = asked.count("what", std::nullopt);
+    if (!what) return tl::unexpected(what.error());
+    return done(steering.clear(*what));
+  }
+  return fail("studio.unknown-request", "there is no request \"" + op + "\"");
+}
+
+}  // namespace sentree::studio
