@@ -15,5 +15,7 @@ struct Asset {
 
 /// Empty if the page was not built with the program.
 [[nodiscard]] std::span<const Asset> assets();
+/// The same, in the file that is made of the page when the program is built.
+[[nodiscard]] std::span<const Asset> embedded_assets();
 
 }  // namespace sentree::studio
