@@ -177,23 +177,34 @@ void Loader::bind_thresholds(Node& node) {
   const std::int64_t* const success = literal(nodes::Parallel::kSuccessPort);
   const std::int64_t* const failure = literal(nodes::Parallel::kFailurePort);
   if (success == nullptr || failure == nullptr) return;
+  const ParallelLimits limits{nodes::threshold(*success, node.child_count),
+                              nodes::threshold(*failure, node.child_count), *success < 0};
+  // Those that cannot be are refused when the node is ticked.
+  if (!nodes::Parallel::possible(limits.success, limits.failure, node.child_count)) return;
   node.data = static_cast<std::uint32_t>(model_->parallels.size());
-  model_->parallels.push_back(
-      {nodes::threshold(*success, node.child_count), nodes::threshold(*failure, node.child_count), *success < 0});
+  model_->parallels.push_back(limits);
 }
 
 void Loader::note_leaves() {
-  model_->known_results.assign(model_->nodes.size(), Status::kIdle);
-  for (NodeId id = 0; id < model_->nodes.size(); ++id) {
+  std::vector<Status>& known = model_->known_results;
+  known.assign(model_->nodes.size(), Status::kIdle);
+  // Backwards, so that children come before their parents.
+  for (auto id = static_cast<NodeId>(model_->nodes.size()); id-- > 0;) {
     Node& node = model_->nodes[id];
     const bool conditions = (node.flags & (Node::kHasPre | Node::kHasPost)) != 0;
-    if (node.kind == Kind::kAlwaysSuccess && !conditions) model_->known_results[id] = Status::kSuccess;
-    if (node.kind == Kind::kAlwaysFailure && !conditions) model_->known_results[id] = Status::kFailure;
+    if (node.kind == Kind::kAlwaysSuccess && !conditions) known[id] = Status::kSuccess;
+    if (node.kind == Kind::kAlwaysFailure && !conditions) known[id] = Status::kFailure;
     if (node.child_count == 0) continue;
     // In document order, children without children of their own have ids that follow each other.
-    if (model_->children[node.first_child + node.child_count - 1] - id == node.child_count &&
-        model_->nodes[id + node.child_count].child_count == 0) {
-      node.flags |= Node::kLeafChildren;
+    if (model_->children[node.first_child + node.child_count - 1] - id != node.child_count ||
+        model_->nodes[id + node.child_count].child_count != 0) {
+      continue;
+    }
+    node.flags |= Node::kLeafChildren;
+    const auto leaves = std::span(known).subspan(id + 1, node.child_count);
+    constexpr std::size_t kMany = 8;
+    if (leaves.size() >= kMany && std::find(leaves.begin(), leaves.end(), Status::kIdle) == leaves.end()) {
+      node.flags |= Node::kKnownLeaves;
     }
   }
 }

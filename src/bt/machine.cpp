@@ -17,6 +17,13 @@
 
 namespace sentree::bt {
 
+namespace {
+
+// The loop that walks a tree holds only what most trees are made of; everything else is behind a call, which leaves the
+// loop its registers.
+
+}  // namespace
+
 [[gnu::always_inline]] inline Next Machine::enter(const Node& n, NodeId id) {
   switch (n.kind) {
     case Kind::kSequence: return nodes::Sequence::enter(*this, n, id);
@@ -166,17 +173,39 @@ bool clear_finished(Status* status, std::size_t count) {
 
 }  // namespace
 
-void Machine::reset_children(const Node& n) { reset_children(n, 0, n.child_count); }
+std::uint32_t Machine::take_known(const Node& n, std::uint32_t from, Status wanted) {
+  if (observer_ != nullptr) return from;  // It is told of each.
+  constexpr std::uint32_t kAtOnce = 8;
+  const std::uint64_t all_wanted = 0x0101010101010101U * static_cast<std::uint64_t>(wanted);
+  const NodeId first = children_[n.first_child];
+  for (; from + kAtOnce <= n.child_count; from += kAtOnce) {
+    std::uint64_t known = 0;
+    std::memcpy(&known, known_results_ + first + from, kAtOnce);
+    if (known != all_wanted) break;
+    std::memcpy(status_ + first + from, &known, kAtOnce);
+  }
+  return from;
+}
 
 void Machine::reset_children(const Node& n, std::uint32_t from, std::uint32_t to) {
+  constexpr std::uint32_t kFew = 8;  // More are worth being cleared by the word, if they are leaves.
+  if (observer_ == nullptr && to - from <= kFew) [[likely]] {
+    const NodeId* const children = children_ + n.first_child;
+    while (from < to && status_[children[from]] != Status::kRunning) status_[children[from++]] = Status::kIdle;
+    if (from >= to) return;
+  }
+  reset_some(n, from, to);
+}
+
+void Machine::reset_some(const Node& n, std::uint32_t from, std::uint32_t to) {
   const NodeId* const children = children_ + n.first_child;
   if ((n.flags & Node::kLeafChildren) != 0 && observer_ == nullptr && from < to &&
       clear_finished(status_ + children[from], to - from)) {
     return;
   }
-  for (std::uint32_t i = from; i < to; ++i) {
-    if (status_[children[i]] == Status::kIdle) continue;
-    reset(children[i]);
+  for (; from < to; ++from) {
+    if (status_[children[from]] == Status::kIdle) continue;
+    reset(children[from]);
     if (failed_ && !halting_tree_) return;
   }
 }
@@ -232,14 +261,16 @@ Machine::Outcome Machine::walk(NodeId id, bool entered, Status status, NodeId to
 
 template <bool kHooked>
 Machine::Outcome Machine::walk_as(NodeId id, bool entered, Status status, NodeId top) {
+  const Node* const nodes = nodes_;
+  const NodeId* const children = children_;
   for (;;) {
-    const Node* n = &nodes_[id];
+    const Node* n = nodes + id;
     if (!entered && !((n->flags & Node::kHasPre) != 0 && precondition(*n, id, status))) {
       Status instead = Status::kIdle;
       if constexpr (kHooked) instead = hooks_->begin(id, status_[id], now_);
       const Next next = instead == Status::kIdle ? enter(*n, id) : Next::done(instead);
       if (next.child < kSuspend) {
-        id = children_[n->first_child + next.child];
+        id = children[n->first_child + next.child];
         continue;
       }
       if (next.child == kSuspend) return {true, Status::kRunning};
@@ -259,16 +290,16 @@ Machine::Outcome Machine::walk_as(NodeId id, bool entered, Status status, NodeId
         observer_->skipped(id, now_);
       }
       if ((n->flags & Node::kDecorator) != 0) {
-        const NodeId child = children_[n->first_child];
+        const NodeId child = children[n->first_child];
         if (is_completed(status_[child])) set_status(child, Status::kIdle);
       }
       if (id == top) return {false, status};
       const NodeId child = id;
       id = n->parent;
-      n = &nodes_[id];
+      n = nodes + id;
       const Next next = child_done(*n, id, child, status);
       if (next.child < kSuspend) {
-        id = children_[n->first_child + next.child];
+        id = children[n->first_child + next.child];
         entered = false;
         break;
       }

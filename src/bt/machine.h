@@ -56,9 +56,13 @@ class Machine {
     status_[id] = status;
   }
   [[nodiscard]] NodeId child(const Node& n, std::uint32_t index) const { return children_[n.first_child + index]; }
+  [[nodiscard]] const NodeId* children(const Node& n) const { return children_ + n.first_child; }
   /// What a node gives whenever it is ticked (AlwaysSuccess without conditions …); kIdle where that is open. Parents
   /// need not enter such a child.
   [[nodiscard]] Status known_result(NodeId id) const { return known_results_[id]; }
+  /// For a node with kKnownLeaves: gives its children from `from` on their known results, several at once, as long as
+  /// all of those are `wanted`. Returns the first child that it left alone.
+  std::uint32_t take_known(const Node& n, std::uint32_t from, Status wanted);
   [[nodiscard]] bool format3() const { return model_.format == 3; }
   [[nodiscard]] TimePoint now() const { return now_; }
   [[nodiscard]] Blackboard& blackboard() { return blackboard_; }
@@ -73,7 +77,7 @@ class Machine {
     if (status_[id] == Status::kRunning) halt_node(id);
     set_status(id, Status::kIdle);
   }
-  void reset_children(const Node& n);
+  void reset_children(const Node& n) { reset_children(n, 0, n.child_count); }
   void reset_children(const Node& n, std::uint32_t from, std::uint32_t to);
   /// Halts whatever its status, and runs its `_onHalted`.
   void halt_node(NodeId id);
@@ -149,8 +153,10 @@ class Machine {
   Next child_done(const Node& n, NodeId id, NodeId child, Status status);
   void halt_kind(const Node& n, NodeId id);
   /// True if a pre-condition decides; `status` is its verdict.
-  bool precondition(const Node& n, NodeId id, Status& status);
-  void postcondition(const Node& n, NodeId id, Status status);
+  [[gnu::noinline]] bool precondition(const Node& n, NodeId id, Status& status);
+  [[gnu::noinline]] void postcondition(const Node& n, NodeId id, Status status);
+
+  [[gnu::noinline]] void reset_some(const Node& n, std::uint32_t from, std::uint32_t to);
 
   StepResult tick();
   StepResult answer(const Input& input);
@@ -164,7 +170,7 @@ class Machine {
     no_results_.assign(model_.nodes.size(), Status::kIdle);
     known_results_ = no_results_.data();
   }
-  void notify(NodeId id, Status status);
+  [[gnu::noinline]] void notify(NodeId id, Status status);
   void append_inputs(const Node& n, NodeId id, Map& inputs);
 
   const Tree& tree_;

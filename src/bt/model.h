@@ -92,6 +92,7 @@ struct Node {
   static constexpr std::uint8_t kHasPre = 4;
   static constexpr std::uint8_t kHasPost = 8;
   static constexpr std::uint8_t kLeafChildren = 16;  ///< Its children are leaves, so their ids follow each other.
+  static constexpr std::uint8_t kKnownLeaves = 32;   ///< They are many, and each has a known result.
 
   Kind kind = Kind::kAlwaysSuccess;
   std::uint8_t flags = 0;
@@ -174,7 +175,7 @@ struct UserNode {
   std::uint32_t object = kNone;  ///< In State::objects_.
 };
 
-/// Thresholds of a Parallel that are literals, in children.
+/// Thresholds of a Parallel that are literals, in children; not more than it has.
 struct ParallelLimits {
   std::int32_t success, failure;
   std::int32_t skipped_succeeds;  ///< The success threshold was written negative.

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -33,6 +34,38 @@ Runner runner(const std::string& body, const Registry* registry = nullptr) {
 }
 
 TimePoint at(Duration time) { return TimePoint(time); }
+
+/// How many of the nodes were told to be something else than before, in one tick.
+struct Changes final : Observer {
+  std::size_t count = 0;
+  void status_changed(NodeId, Status, Status, TimePoint) override { ++count; }
+};
+
+TEST(Sequence, TakesManyLeavesOfKnownResultsAtOnceAndStopsAtTheRightOne) {
+  for (std::size_t leaves = 1; leaves <= 20; ++leaves) {
+    for (std::size_t other = 0; other <= leaves; ++other) {
+      std::string good;
+      std::string bad;
+      for (std::size_t i = 0; i < leaves; ++i) {
+        good += i == other ? "<AlwaysFailure/>" : "<AlwaysSuccess/>";
+        bad += i == other ? "<AlwaysSuccess/>" : "<AlwaysFailure/>";
+      }
+      const bool all = other == leaves;
+      Runner sequence = runner("<Sequence>" + good + "</Sequence>");
+      Runner fallback = runner("<Fallback>" + bad + "</Fallback>");
+      for (int tick = 0; tick < 2; ++tick) {
+        EXPECT_EQ(sequence.tick(), all ? Status::kSuccess : Status::kFailure) << leaves << " leaves, " << other;
+        EXPECT_EQ(fallback.tick(), all ? Status::kFailure : Status::kSuccess) << leaves << " leaves, " << other;
+        EXPECT_EQ(sequence.state(), State(sequence.tree()));
+      }
+      // Somebody who listens is told of each leaf, there and back, and of the Sequence.
+      Changes changes;
+      sequence.effects().observer = &changes;
+      sequence.tick();
+      EXPECT_EQ(changes.count, 2 * std::min(leaves, other + 1) + 3);
+    }
+  }
+}
 
 TEST(Delay, TicksItsChildAfterTheDelayAndNotBefore) {
   Runner r = runner("<Delay delay_msec=\"100\"><AlwaysFailure/></Delay>");

@@ -154,7 +154,7 @@ struct User {
     Context self(m, id);
     return checked(m, n, id, guarded(m, id, [&] { return user.behaviour->tick(self, memory(m, user)); }));
   }
-  static Next child_done(Machine& m, const Node& n, NodeId id, NodeId child, Status status) {
+  [[gnu::noinline]] static Next child_done(Machine& m, const Node& n, NodeId id, NodeId child, Status status) {
     const UserNode& user = m.model().users[n.data];
     // Children are in ascending order of their ids.
     const NodeId* const first = m.model().children.data() + n.first_child;

@@ -25,9 +25,10 @@ inline std::int32_t threshold(std::int64_t written, std::uint32_t children) {
   return static_cast<std::int32_t>(std::clamp<std::int64_t>(wanted, 0, INT32_MAX));
 }
 
+/// Behind the memory of a Parallel.
 struct ParallelBits {
   std::uint32_t* words;
-  ParallelBits(Machine& m, const Node& n) : words(reinterpret_cast<std::uint32_t*>(m.memory(n) + kParallelWords)) {}
+  explicit ParallelBits(ParallelMemory& mem) : words(reinterpret_cast<std::uint32_t*>(&mem + 1)) {}
   [[nodiscard]] bool get(std::uint32_t i) const { return (words[i / 32] >> (i % 32) & 1U) != 0; }
   void set(std::uint32_t i) { words[i / 32] |= 1U << (i % 32); }
   void clear(std::uint32_t children) {
@@ -42,95 +43,129 @@ struct Parallel {
   static ParallelMemory& memory(Machine& m, const Node& n) { return *reinterpret_cast<ParallelMemory*>(m.memory(n)); }
 
   static void clear(Machine& m, const Node& n) {
-    memory(m, n) = {};
-    ParallelBits(m, n).clear(n.child_count);
+    ParallelMemory& mem = memory(m, n);
+    mem = {};
+    ParallelBits(mem).clear(n.child_count);
   }
 
-  static Next enter(Machine& m, const Node& n, NodeId id) {
+  [[gnu::always_inline]] static Next enter(Machine& m, const Node& n, NodeId id) {
     ParallelMemory& mem = memory(m, n);
-    if (n.data != kNone) {
+    if (n.data != kNone) [[likely]] {
       const ParallelLimits& limits = m.model().parallels[n.data];
       mem.success_threshold = limits.success;
       mem.failure_threshold = limits.failure;
       mem.skipped_succeeds = limits.skipped_succeeds;
-    } else {
-      const auto success = m.read_integer(n, kSuccessPort);
-      const auto failure = m.read_integer(n, kFailurePort);
-      if (!success || !failure) return m.fail(id, "bt.missing-port", "needs its thresholds as whole numbers");
-      mem.success_threshold = threshold(*success, n.child_count);
-      mem.failure_threshold = threshold(*failure, n.child_count);
-      mem.skipped_succeeds = *success < 0;
-    }
-    const auto children = static_cast<std::int32_t>(n.child_count);
-    if (mem.success_threshold > children || mem.failure_threshold > children) {
-      return m.fail(id, "bt.threshold",
-                    "a threshold is greater than the number of children, " + std::to_string(n.child_count));
+    } else if (!read_thresholds(m, n, id, mem)) {
+      return Next::done(Status::kIdle);
     }
     m.set_status(id, Status::kRunning);
-    mem.current = -1;
     mem.skipped = 0;
-    // Format 3 counts anew at each tick, in the order of the children.
-    if (m.format3()) mem.succeeded = mem.failed = 0;
-    return next_child(m, n, mem);
+    if (m.format3()) [[unlikely]] {
+      // Format 3 counts anew at each tick, in the order of the children.
+      mem.succeeded = mem.failed = 0;
+      return visit_format3(m, n, mem);
+    }
+    return visit<false>(m, n, mem, 0);
   }
 
-  static Next child_done(Machine& m, const Node& n, NodeId /*id*/, Status status) {
+  /// False: they cannot be, and the tick is given up.
+  [[gnu::noinline]] static bool read_thresholds(Machine& m, const Node& n, NodeId id, ParallelMemory& mem) {
+    const auto success = m.read_integer(n, kSuccessPort);
+    const auto failure = m.read_integer(n, kFailurePort);
+    if (!success || !failure) {
+      m.fail(id, "bt.missing-port", "needs its thresholds as whole numbers");
+      return false;
+    }
+    mem.success_threshold = threshold(*success, n.child_count);
+    mem.failure_threshold = threshold(*failure, n.child_count);
+    mem.skipped_succeeds = *success < 0;
+    if (possible(mem.success_threshold, mem.failure_threshold, n.child_count)) return true;
+    m.fail(id, "bt.threshold", "a threshold is greater than the number of children, " + std::to_string(n.child_count));
+    return false;
+  }
+
+  static bool possible(std::int32_t success, std::int32_t failure, std::uint32_t children) {
+    return success <= static_cast<std::int32_t>(children) && failure <= static_cast<std::int32_t>(children);
+  }
+
+  [[gnu::always_inline]] static Next child_done(Machine& m, const Node& n, NodeId /*id*/, Status status) {
     ParallelMemory& mem = memory(m, n);
     if (status == Status::kSkipped) ++mem.skipped;
-    if (is_completed(status)) count(m, n, mem, status);
-    return next_child(m, n, mem, status);
+    if (is_completed(status)) count(mem, status);
+    if (m.format3()) [[unlikely]]
+      return after_format3(m, n, mem, status);
+    return after<false>(m, n, mem, status);
   }
 
-  static void count(Machine& m, const Node& n, ParallelMemory& mem, Status status) {
-    ParallelBits(m, n).set(static_cast<std::uint32_t>(mem.current));
+  static void count(ParallelMemory& mem, Status status) {
+    ParallelBits(mem).set(static_cast<std::uint32_t>(mem.current));
     ++(status == Status::kSuccess ? mem.succeeded : mem.failed);
   }
 
-  /// Checks the thresholds for the child that was just visited, then goes to the next unfinished one.
-  static Next next_child(Machine& m, const Node& n, ParallelMemory& mem, Status last = Status::kIdle) {
-    const ParallelBits done(m, n);
-    for (;;) {
-      if (mem.current >= 0) {
-        if (const Status verdict = decided(m, n, mem, last); verdict != Status::kIdle) {
-          clear(m, n);
-          m.reset_children(n);
-          return Next::done(verdict);
-        }
-      }
-      ++mem.current;
-      const auto current = static_cast<std::uint32_t>(mem.current);
-      if (current == n.child_count) break;
-      const NodeId child = m.child(n, current);
-      if (!done.get(current)) {
-        last = m.known_result(child);
-        if (last == Status::kIdle) return Next::tick(current);
-        m.set_status(child, last);
-        count(m, n, mem, last);
-        continue;
-      }
-      last = m.status(child);
-      if (m.format3()) ++(last == Status::kSuccess ? mem.succeeded : mem.failed);
-    }
-    const bool all_skipped = mem.skipped == static_cast<std::int32_t>(n.child_count);
-    return Next::done(all_skipped ? Status::kSkipped : Status::kRunning);
-  }
-
-  static Status decided(const Machine& m, const Node& n, const ParallelMemory& mem, Status last) {
+  /// What the counts say after a child; kIdle: nothing yet.
+  template <bool kFormat3>
+  static Status verdict(const Node& n, const ParallelMemory& mem, Status last) {
     const std::int32_t success = mem.success_threshold;
-    const std::int32_t failure = mem.failure_threshold;
-    const auto children = static_cast<std::int32_t>(n.child_count);
-    if (m.format3()) {
+    const bool too_many_failed = mem.failed > static_cast<std::int32_t>(n.child_count) - success;
+    if constexpr (kFormat3) {
       // Format 3 compares each count when it grows, for equality: a threshold of 0 is never met.
       if (last == Status::kSuccess && mem.succeeded == success) return last;
-      if (last == Status::kFailure && (mem.failed > children - success || mem.failed == failure)) return last;
+      if (last == Status::kFailure && (too_many_failed || mem.failed == mem.failure_threshold)) return last;
       return Status::kIdle;
     }
     if (mem.succeeded >= success || (mem.skipped_succeeds != 0 && mem.succeeded + mem.skipped >= success)) {
       return Status::kSuccess;
     }
     // Equality: with a threshold of 0, a first child that fails goes beyond it, one that does not meets it.
-    if (children - mem.failed < success || mem.failed == failure) return Status::kFailure;
-    return Status::kIdle;
+    return too_many_failed || mem.failed == mem.failure_threshold ? Status::kFailure : Status::kIdle;
+  }
+
+  /// Visits the children from `current` on, until one must be ticked by the machine or the verdict is clear.
+  template <bool kFormat3>
+  [[gnu::always_inline]] static Next visit(Machine& m, const Node& n, ParallelMemory& mem, std::uint32_t current) {
+    ParallelBits done(mem);
+    const NodeId* const children = m.children(n);
+    for (; current < n.child_count; ++current) {
+      const NodeId child = children[current];
+      Status last = Status::kIdle;
+      if (!done.get(current)) {
+        last = m.known_result(child);
+        if (last == Status::kIdle) {
+          mem.current = static_cast<std::int32_t>(current);
+          return Next::tick(current);
+        }
+        m.set_status(child, last);
+        done.set(current);
+        ++(last == Status::kSuccess ? mem.succeeded : mem.failed);
+      } else {
+        last = m.status(child);
+        if constexpr (kFormat3) ++(last == Status::kSuccess ? mem.succeeded : mem.failed);
+      }
+      const Status clear = verdict<kFormat3>(n, mem, last);
+      if (clear != Status::kIdle) return end(m, n, clear);
+    }
+    const bool all_skipped = mem.skipped == static_cast<std::int32_t>(n.child_count);
+    return Next::done(all_skipped ? Status::kSkipped : Status::kRunning);
+  }
+
+  /// Goes on after the child that was just ticked and counted.
+  template <bool kFormat3>
+  [[gnu::always_inline]] static Next after(Machine& m, const Node& n, ParallelMemory& mem, Status last) {
+    const Status clear = verdict<kFormat3>(n, mem, last);
+    if (clear != Status::kIdle) return end(m, n, clear);
+    return visit<kFormat3>(m, n, mem, static_cast<std::uint32_t>(mem.current) + 1);
+  }
+  [[gnu::noinline]] static Next visit_format3(Machine& m, const Node& n, ParallelMemory& mem) {
+    return visit<true>(m, n, mem, 0);
+  }
+  [[gnu::noinline]] static Next after_format3(Machine& m, const Node& n, ParallelMemory& mem, Status last) {
+    return after<true>(m, n, mem, last);
+  }
+
+  static Next end(Machine& m, const Node& n, Status verdict) {
+    clear(m, n);
+    m.reset_children(n);
+    return Next::done(verdict);
   }
 
   static void halt(Machine& m, const Node& n) {
@@ -158,12 +193,12 @@ struct ParallelAll {
   static Next child_done(Machine& m, const Node& n, NodeId /*id*/, Status status) {
     ParallelMemory& mem = Parallel::memory(m, n);
     if (status == Status::kSkipped) ++mem.skipped;
-    if (is_completed(status)) Parallel::count(m, n, mem, status);
+    if (is_completed(status)) Parallel::count(mem, status);
     return next_child(m, n, mem);
   }
 
   static Next next_child(Machine& m, const Node& n, ParallelMemory& mem) {
-    const ParallelBits done(m, n);
+    const ParallelBits done(mem);
     for (++mem.current; static_cast<std::uint32_t>(mem.current) < n.child_count; ++mem.current) {
       if (!done.get(static_cast<std::uint32_t>(mem.current))) {
         return Next::tick(static_cast<std::uint32_t>(mem.current));

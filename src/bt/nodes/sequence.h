@@ -17,7 +17,7 @@ template <Status kGoOn, Status kStop, bool kAsync>
 struct Ordered {
   static SequenceMemory& memory(Machine& m, const Node& n) { return *reinterpret_cast<SequenceMemory*>(m.memory(n)); }
 
-  static Next enter(Machine& m, const Node& n, NodeId id) {
+  [[gnu::always_inline]] static Next enter(Machine& m, const Node& n, NodeId id) {
     SequenceMemory& mem = memory(m, n);
     if (m.status(id) == Status::kIdle) mem.skipped = 0;
     m.set_status(id, Status::kRunning);
@@ -25,8 +25,12 @@ struct Ordered {
   }
 
   /// Visits the children from `current` on, until one must be ticked by the machine.
-  static Next go_on(Machine& m, const Node& n, SequenceMemory& mem) {
-    for (auto current = static_cast<std::uint32_t>(mem.current); current < n.child_count; ++current) {
+  [[gnu::always_inline]] static Next go_on(Machine& m, const Node& n, SequenceMemory& mem) {
+    auto current = static_cast<std::uint32_t>(mem.current);
+    if constexpr (!kAsync) {
+      if ((n.flags & Node::kKnownLeaves) != 0) current = m.take_known(n, current, kGoOn);
+    }
+    for (; current < n.child_count; ++current) {
       const NodeId child = m.child(n, current);
       if constexpr (!kAsync) {
         const Status known = m.known_result(child);
@@ -53,7 +57,7 @@ struct Ordered {
     return Next::done(kStop);
   }
 
-  static Next child_done(Machine& m, const Node& n, NodeId /*id*/, Status status) {
+  [[gnu::always_inline]] static Next child_done(Machine& m, const Node& n, NodeId /*id*/, Status status) {
     SequenceMemory& mem = memory(m, n);
     if (status == kGoOn) {
       ++mem.current;
