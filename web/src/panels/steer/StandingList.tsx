@@ -41,7 +41,7 @@ export function StandingList() {
 }
 
 async function clear_all(standing: readonly Standing[]): Promise<void> {
-  for (const { id } of standing) await steer("clear", { id });
+  for (const { id } of standing) await steer("clear", { what: id });
 }
 
 function Target({ entry }: { entry: Standing }) {
