@@ -1,6 +1,6 @@
 import { Menu, type MenuEntry } from "../../shell/Menu";
 import type { Index } from "../../store/store";
-import { steer, useSteering, useWhyNot } from "../steer/steering";
+import { is_on, steer, useSteering, useWhyNot } from "../steer/steering";
 import { toggle, useMission } from "./mission";
 import { open_skill } from "./TreePicture";
 
@@ -11,7 +11,7 @@ export function NodeMenu({ index, node: id, x, y, close }: { index: Index; node:
   const folded = useMission((mission) => mission.collapsed.has(id));
   const node = index.model.tree.nodes[id];
   if (!node) return null;
-  const own = standing.filter((entry) => entry.node === id);
+  const own = standing.filter((entry) => is_on(entry, node));
   const entries: MenuEntry[] = [];
   if (node.leaf) entries.push({ label: "Open its skill's chart", hint: "Enter", run: () => open_skill(node.leaf!, id) });
   if ((index.children[id]?.length ?? 0) > 0) {

@@ -7,7 +7,7 @@ import { PictureView } from "../../picture/picture_view";
 import { kStatuses, type Point, type Rect, type TreeLayout, type TreeNode } from "../../protocol/types";
 import { color } from "../../shell/theme";
 import { select, useStudio, type Index } from "../../store/store";
-import { useSteering } from "../steer/steering";
+import { is_on, useSteering } from "../steer/steering";
 import { toggle, useMission } from "./mission";
 import { NodeMenu } from "./NodeMenu";
 import { StatusSign } from "./StatusSign";
@@ -193,7 +193,7 @@ const NodeView = memo(function NodeView({ node, drawn, folded, hidden, parent_of
   // One number, so that one selector per node is enough.
   const look = useStudio(({ state, selection }) => (state?.tree.status[id] ?? 0) + 8 * (state?.tree.last[id] ?? 0) + (selection.node === id ? 64 : 0));
   const found = useMission((mission) => mission.found.has(id));
-  const marks = useSteering((steering) => steering.standing.filter((entry) => entry.node === id).map((entry) => `${entry.kind}:${entry.status ?? ""}`).join());
+  const marks = useSteering((steering) => steering.standing.filter((entry) => is_on(entry, node)).map((entry) => `${entry.kind}:${entry.status ?? ""}`).join());
   const [status, last, chosen] = [look & 7, (look >> 3) & 7, look >= 64];
   const word = (kStatuses[status] ?? "IDLE").toLowerCase();
   const middle = drawn.x + drawn.width / 2;

@@ -1,6 +1,6 @@
 import { create } from "zustand";
 
-import type { Data, Operation, Operations } from "../../protocol/types";
+import type { Data, Operation, Operations, TreeNode } from "../../protocol/types";
 import { ask, request, useStudio, type Studio } from "../../store/store";
 
 /** Why the run cannot be steered from this page now; null: it can. */
@@ -26,6 +26,7 @@ export interface Standing {
   /** How often it has had an effect. */
   used: number;
   node: number | null;
+  leaf: string | null;
   chart: string | null;
   state: string | null;
   status: string | null;
@@ -45,11 +46,17 @@ export function read_standing(value: unknown): Standing[] {
       text: text_of(entry["text"]) || describe(what),
       used: typeof entry["used"] === "number" ? entry["used"] : 0,
       node: typeof what["node"] === "number" ? what["node"] : null,
+      leaf: typeof what["leaf"] === "string" ? what["leaf"] : null,
       chart: typeof what["chart"] === "string" ? what["chart"] : null,
       state: typeof what["state"] === "string" ? what["state"] : null,
       status: typeof what["status"] === "string" && what["status"] !== "" ? what["status"] : null,
     };
   });
+}
+
+/** Whether it is a breakpoint on a node, or a result that its leaf is forced to. */
+export function is_on(entry: Standing, node: Pick<TreeNode, "id" | "message_name">): boolean {
+  return entry.node === node.id || (entry.leaf !== null && entry.leaf === node.message_name);
 }
 
 function describe(what: Record<string, Data>): string {
