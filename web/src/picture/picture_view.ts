@@ -15,7 +15,7 @@ export interface PictureOptions {
   fit_max: number;
   /** A picture that would be shown at less than `from` is shown in part, at `scale`, until somebody asks for all. */
   readable?: { from: number; scale: number };
-  /** The part of the picture that is shown then. */
+  /** The part of the picture that is shown then; null: all of it after all. */
   focus?(): Rect | null;
   /** The view or the size of the panel has changed: draw. */
   change(view: Viewport, size: Size): void;
@@ -83,7 +83,8 @@ export class PictureView {
   refocus(): void {
     if (this.held !== "readable" || !this.cut()) return;
     const part = this.options.focus?.();
-    if (part) this.glide_to(reveal(this.view, part, this.size, kFocusMargin_px));
+    if (!part || this.view.scale < (this.options.readable?.scale ?? 0)) this.hold();
+    else this.glide_to(reveal(this.view, part, this.size, kFocusMargin_px));
   }
 
   private whole(): Viewport {
@@ -96,12 +97,12 @@ export class PictureView {
 
   private hold(): void {
     if (this.held === "by hand" || this.size.width === 0) return;
-    if (this.held === "all" || !this.cut()) {
+    const part = this.options.focus?.();
+    if (this.held === "all" || !this.cut() || part === null) {
       this.show(this.whole());
       return;
     }
     const scale = this.options.readable?.scale ?? 1;
-    const part = this.options.focus?.();
     const top: Viewport = { scale, x: this.size.width / 2 - scale * (this.box.x + this.box.width / 2), y: this.options.margin - scale * this.box.y };
     const middle: Point = part ? [part.x + part.width / 2, part.y + part.height / 2] : [0, 0];
     this.show(part ? centre_on(top, middle, this.size) : top);

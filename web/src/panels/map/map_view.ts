@@ -6,7 +6,7 @@ import { color, type Theme } from "../../shell/theme";
 import { useStudio } from "../../store/store";
 import { why_not } from "../steer/steering";
 import { plan_image } from "./floor_plan";
-import { map_corners, picture_box, screen_to_world, world_to_screen } from "./geometry";
+import { map_corners, picture_box, screen_to_world } from "./geometry";
 import { Glide } from "./glide";
 import { choose_tool, useMap } from "./map";
 import { pick, type Hit, type Pickable } from "./picking";
@@ -55,7 +55,11 @@ export class MapView {
       limits: { min: 0.5, max: 2000 },
       margin: 10,
       fit_max: 200,
-      change: () => this.dirty(),
+      change: ({ scale, x, y }) => {
+        // For tests, which press at places of the world.
+        canvas.dataset["view"] = `${scale} ${x} ${y}`;
+        this.dirty();
+      },
       grab: (event, at) => this.grab(event, at),
     });
     this.view.set_box(picture_box(map_corners(world.map)));
@@ -355,13 +359,6 @@ export class MapView {
   private ask(x: number, y: number): void {
     const at = this.at({ clientX: x, clientY: y });
     this.report.ask({ x, y, at, hit: this.hit(at) });
-  }
-
-  /** Where a point of the world is in the window; for tests that press there. */
-  window_point(point: Point): Point {
-    const box = this.canvas.getBoundingClientRect();
-    const [x, y] = world_to_screen(this.view.view, point);
-    return [box.left + x, box.top + y];
   }
 }
 
