@@ -56,11 +56,12 @@ export function MissionPanel() {
       <div className="mission-body">
         <div className="mission-picture">
           <TreePicture index={index} handle={picture} />
-          <Legend />
         </div>
         {inspecting && <Inspector index={index} node={chosen} close={() => useMission.setState({ inspecting: false })} />}
       </div>
-      <AtWork index={index} />
+      <AtWork index={index}>
+        <Legend />
+      </AtWork>
     </div>
   );
 }

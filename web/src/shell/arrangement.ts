@@ -13,9 +13,9 @@ export const kWeightMin = 0.12;
 
 export const kDefaultLayout: Layout = {
   columns: [
-    { weight: 1, panels: [{ id: "map", weight: 1.1 }, { id: "steer", weight: 0.9 }] },
-    { weight: 1.5, panels: [{ id: "mission", weight: 1 }, { id: "charts", weight: 0.9 }] },
-    { weight: 1.05, panels: [{ id: "monitors", weight: 1 }, { id: "messages", weight: 1 }] },
+    { weight: 0.95, panels: [{ id: "map", weight: 1.1 }, { id: "steer", weight: 0.9 }] },
+    { weight: 1.75, panels: [{ id: "mission", weight: 1.15 }, { id: "charts", weight: 0.9 }] },
+    { weight: 0.95, panels: [{ id: "monitors", weight: 1 }, { id: "messages", weight: 1 }] },
   ],
   timeline_px: 250,
   collapsed: [],

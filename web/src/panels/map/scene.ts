@@ -63,7 +63,10 @@ export function draw_map(pen: Pen, scene: Scene, view: Viewport, size: Size, col
   if (layers.has("areas")) {
     for (const { name, polygon } of world.areas) {
       pen.polygon(many(polygon), { fill: colors.accent, fill_alpha: 0.07, stroke: colors.accent, width: 1, dash: [4, 4], alpha: 0.8 });
-      if (named && polygon.length > 0) pen.text(at(middle_of(polygon)), name, { fill: colors.accent, size: 11, italic: true, anchor: "middle", halo: colors.ground });
+      // In the lower left corner, where fewer things stand than in the middle.
+      const corners = many(polygon);
+      const corner: Point = [Math.min(...corners.map(([x]) => x)) + 5, Math.max(...corners.map(([, y]) => y)) - 6];
+      if (named && polygon.length > 0) pen.text(corner, name, { fill: colors.accent, size: 11, italic: true, halo: colors.ground });
     }
   }
   if (layers.has("laser")) {

@@ -1,3 +1,5 @@
+import type { ReactNode } from "react";
+
 import { duration_text } from "../../draw/format";
 import { kStatuses } from "../../protocol/types";
 import { useStudio, type Index } from "../../store/store";
@@ -6,7 +8,7 @@ import { StatusSign } from "./StatusSign";
 import { running } from "./tree";
 
 /** What the mission is at, with how long already; a click goes there. */
-export function AtWork({ index }: { index: Index }) {
+export function AtWork({ index, children }: { index: Index; children?: ReactNode }) {
   // As text, so that only a change of the list draws it anew.
   const ids = useStudio((studio) => (studio.state ? running(index.children, studio.state.tree.status).join() : ""));
   const list = ids === "" ? [] : ids.split(",").map(Number);
@@ -17,6 +19,7 @@ export function AtWork({ index }: { index: Index }) {
       {list.map((id) => (
         <Chip key={id} id={id} name={index.model.tree.nodes[id]?.name ?? String(id)} />
       ))}
+      {children}
     </div>
   );
 }
