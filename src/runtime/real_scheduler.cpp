@@ -1,11 +1,18 @@
+#include <pthread.h>
 #include <sys/prctl.h>
+#include <sys/timerfd.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <condition_variable>
 #include <deque>
 #include <mutex>
 #include <queue>
+#include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "sentree/base/assert.h"
@@ -87,8 +94,45 @@ class StretchedClock final : public Clock {
   std::atomic<double> slope_ = 0.0;
 };
 
-thread_local const void* working_for = nullptr;  // the scheduler whose task this thread executes
+// A timer of the kernel. Unlike a condition's time limit it can be set anew without waking the thread that waits for
+// it.
+class KernelTimer {
+ public:
+  KernelTimer() : fd_(timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC)) {}
+  ~KernelTimer() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  KernelTimer(const KernelTimer&) = delete;
+  KernelTimer& operator=(const KernelTimer&) = delete;
 
+  [[nodiscard]] bool works() const { return fd_ >= 0; }
+  /// What has passed rings at once; `max()` never.
+  void set(SteadyClock::time_point when) {
+    itimerspec spec{};
+    if (when != SteadyClock::time_point::max()) {
+      const std::int64_t ns = std::max<std::int64_t>(1, when.time_since_epoch().count());
+      spec.it_value = {ns / 1'000'000'000, ns % 1'000'000'000};
+    }
+    timerfd_settime(fd_, TFD_TIMER_ABSTIME, &spec, nullptr);
+  }
+  void wait() {
+    std::uint64_t rings = 0;
+    while (::read(fd_, &rings, sizeof rings) < 0 && errno == EINTR) {
+    }
+  }
+
+ private:
+  const int fd_;
+};
+
+// Actors are not bound to threads: a task that an actor posts to an idle one is executed, as soon as the posting task
+// has ended, by the same thread. A tick that goes from the mission to a skill and back so wakes nobody, where a thread
+// of each actor's own would be woken for every step.
+//
+// One thread at a time watches the clock; the others are spare. Whoever has work to do does it first and watches
+// afterwards. What waits for a busy thread longer than kPatience (for a script that does not end, say) is given to
+// another one by the rescuer; since there may be one more thread than actors, everything goes on beside any number of
+// actors that do not come back.
 class RealScheduler final : public Scheduler {
  public:
   explicit RealScheduler(double factor) : clock_(factor) {}
@@ -99,48 +143,85 @@ class RealScheduler final : public Scheduler {
 
   TimePoint now() const override { return clock_.now(); }
   bool is_virtual() const override { return false; }
-  bool is_inside() const override { return working_for == this; }
+  bool is_inside() const override { return t_worker != nullptr && &t_worker->owner == this; }
 
-  ActorId add_actor(std::string name) override {
+  ActorId add_actor(std::string name, Urgency urgency) override {
     const std::lock_guard lock(mutex_);
-    Actor& actor = *actors_.emplace_back(std::make_unique<Actor>());
+    Actor& actor = actors_.emplace_back();
     actor.name = std::move(name);
-    if (running_) start(actor);
+    actor.background = urgency == Urgency::kBackground;
     return actors_.size() - 1;
   }
 
   void post(ActorId to, Task task) override {
-    push(to, [&](Actor& actor) { actor.tasks.push_back(std::move(task)); });
+    const std::lock_guard lock(mutex_);
+    Actor& actor = actors_[to];
+    if (!has_room(actor)) return;
+    actor.tasks.push_back(std::move(task));
+    if (!actor.claimed()) make_ready(actor);
+  }
+
+  void hand_over(ActorId to, Task task) override {
+    std::unique_lock lock(mutex_);
+    Actor& actor = actors_[to];
+    if (!has_room(actor)) return;
+    actor.tasks.push_back(std::move(task));
+    if (actor.claimed()) return;
+    if (!running_ || stopped_ || own_worker() != nullptr) {
+      make_ready(actor);
+      return;
+    }
+    Worker guest(*this);
+    guest.handle = pthread_self();
+    actor.ready = true;
+    guest.next.push_back(&actor);
+    guests_.push_back(&guest);
+    Worker* const before = std::exchange(t_worker, &guest);
+    while (!stopped_ && !guest.left && !guest.next.empty()) {
+      Actor& next = *guest.next.back();
+      guest.next.pop_back();
+      execute(guest, next, lock);
+    }
+    t_worker = before;
+    if (!guest.left) release(guest.next);
+    std::erase(guests_, &guest);
+    if (stopped_) ended_.notify_all();
   }
 
   void at(ActorId to, TimePoint when, Rank rank, Task task) override {
-    push(to, [&](Actor& actor) { actor.timers.push({when, rank, actor.order++, std::move(task)}); });
+    const std::lock_guard lock(mutex_);
+    Actor& actor = actors_[to];
+    if (!has_room(actor)) return;
+    actor.timers.push({when, rank, actor.order++, std::move(task)});
+    due_.push({when, &actor});
+    if (watching_) watch_until(clock_.wall(when));
   }
 
   std::optional<std::string> run() override {
     std::unique_lock lock(mutex_);
+    if (!alarm_.works() || !rescue_.works()) return "no file descriptor is left for the run's clock";
     running_ = true;
     clock_.start();
-    for (auto& actor : actors_) start(*actor);
-    stopped_changed_.wait(lock, [&] { return stopped_.load(); });
+    rescuer_ = std::thread([this] { rescue(); });
+    add_worker();
+    ended_.wait(lock, [&] { return stopped_; });
     lock.unlock();
     join();
     return error_;
   }
 
   void stop() override {
-    {
-      const std::lock_guard lock(mutex_);
-      stopped_ = true;
-    }
-    stopped_changed_.notify_all();
-    wake_all();
+    const std::lock_guard lock(mutex_);
+    stop_all();
   }
 
   void set_pace(Pace pace) override {
     const bool was_paused = clock_.pace().paused;
     clock_.set(pace);
-    wake_all();
+    {
+      const std::lock_guard lock(mutex_);
+      if (watching_) watch_until({});  // and then as the new pace wants
+    }
     if (pace.paused && !was_paused && told_standing_) told_standing_();
   }
   Pace pace() const override { return clock_.pace(); }
@@ -161,16 +242,29 @@ class RealScheduler final : public Scheduler {
 
   void abandon(ActorId which, std::string) override {
     const std::lock_guard lock(mutex_);
-    Actor& actor = *actors_[which];
-    {
-      const std::lock_guard actor_lock(actor.mutex);
-      ++actor.generation;
-      leave_behind(actor.thread);
+    Actor& actor = actors_[which];
+    if (Worker* worker = std::exchange(actor.at_work, nullptr)) {
+      worker->left = true;
+      worker->actor = nullptr;
+      --busy_;
+      release(worker->next);
+      if (worker->thread.joinable()) {
+        leave_behind(worker->thread);
+        --live_;
+      } else {
+        leave_behind(worker->handle);
+        std::erase(guests_, worker);
+      }
     }
-    start(actor);
+    if (!actor.ready && !actor.tasks.empty()) make_ready(actor);
+    call_worker();
+    if (stopped_) ended_.notify_all();
   }
 
  private:
+  // How long an actor that can go on waits for the thread that made it so.
+  static constexpr std::chrono::milliseconds kPatience{1};
+
   struct Timer {
     TimePoint when;
     Rank rank;
@@ -184,111 +278,284 @@ class RealScheduler final : public Scheduler {
       return a.order > b.order;
     }
   };
+  struct Worker;
   struct Actor {
     std::string name;
-    std::mutex mutex;
-    std::condition_variable wake;
+    bool background = false;
     std::deque<Task> tasks;
     std::priority_queue<Timer, std::vector<Timer>, Later> timers;
     std::uint64_t order = 0;
+    Worker* at_work = nullptr;  // who executes its task
+    bool ready = false;         // is in a list of actors that can go on
+    [[nodiscard]] bool claimed() const { return at_work != nullptr || ready; }
+    [[nodiscard]] bool has_task(TimePoint now) const {
+      return !tasks.empty() || (!timers.empty() && timers.top().when <= now);
+    }
+  };
+  // A thread of our own, or a guest: one that lends itself while it hands something over.
+  struct Worker {
+    explicit Worker(RealScheduler& scheduler) : owner(scheduler) {}
+    RealScheduler& owner;
     std::thread thread;
-    std::uint64_t generation = 0;  // of threads: counts those that were left behind
-    bool ended = false;            // the present thread does nothing more
-    std::condition_variable ended_changed;
+    pthread_t handle{};
+    Actor* actor = nullptr;    // whose task it executes
+    std::vector<Actor*> next;  // made ready by its tasks; the last one first
+    SteadyClock::time_point next_since;
+    bool left = false;  // behind: touches nothing any more
+    bool called = false;
+    std::condition_variable wake;  // of a spare one
+  };
+  // Each timer has one; when it is due, its actor looks.
+  struct Due {
+    TimePoint when;
+    Actor* actor;
+    bool operator<(const Due& other) const { return when > other.when; }
   };
 
-  void wake_all() {
-    // Actors are never removed, so the list can be walked while more are added only under the lock.
-    const std::lock_guard lock(mutex_);
-    for (auto& actor : actors_) {
-      const std::lock_guard actor_lock(actor->mutex);
-      actor->wake.notify_all();
-    }
+  // All below: with the lock held.
+
+  [[nodiscard]] Worker* own_worker() const {
+    return t_worker != nullptr && &t_worker->owner == this && !t_worker->left ? t_worker : nullptr;
   }
 
-  template <class Add>
-  void push(ActorId to, Add add) {
-    Actor* actor = nullptr;
-    {
-      const std::lock_guard lock(mutex_);
-      actor = actors_[to].get();
-    }
-    bool full = false;
-    {
-      const std::lock_guard lock(actor->mutex);
-      full = actor->tasks.size() + actor->timers.size() >= kQueueMax;
-      if (!full) add(*actor);
-    }
-    if (full) {
-      fail("more than " + std::to_string(kQueueMax) + " messages are waiting for " + actor->name);
-    } else {
-      actor->wake.notify_one();
-    }
+  bool has_room(const Actor& actor) {
+    if (actor.tasks.size() + actor.timers.size() < kQueueMax) return true;
+    if (!error_) error_ = "more than " + std::to_string(kQueueMax) + " messages are waiting for " + actor.name;
+    stop_all();
+    return false;
   }
 
-  void fail(std::string why) {
-    const std::lock_guard lock(mutex_);
-    if (!error_) error_ = std::move(why);
+  void stop_all() {
     stopped_ = true;
-    stopped_changed_.notify_all();
+    if (watching_) watch_until({});
+    rescue_.set({});
+    for (Worker* spare : spares_) spare->wake.notify_all();
+    ended_.notify_all();
   }
 
-  void start(Actor& actor) {
-    if (!actor.thread.joinable())
-      actor.thread = std::thread([this, &actor, mine = actor.generation] { work(actor, mine); });
+  void make_ready(Actor& actor) {
+    actor.ready = true;
+    if (Worker* me = own_worker(); me != nullptr && me->actor != nullptr) {
+      if (me->next.empty()) me->next_since = SteadyClock::now();
+      me->next.insert(actor.background ? me->next.begin() : me->next.end(), &actor);
+      arm_rescue();
+    } else {
+      ready_.push_back(&actor);
+      call_worker();
+    }
   }
 
-  void work(Actor& actor, std::uint64_t mine) {
-    working_for = this;
-    prctl(PR_SET_NAME, actor.name.substr(0, 15).c_str());
-    prctl(PR_SET_TIMERSLACK, 1000UL);  // 1 µs: the default of 50 µs would show as jitter of every tick
-    std::unique_lock lock(actor.mutex);
-    while (!stopped_ && actor.generation == mine) {
-      Task task;
-      if (!actor.timers.empty() && actor.timers.top().when <= now()) {
-        task = std::move(const_cast<Timer&>(actor.timers.top()).task);
-        actor.timers.pop();
-      } else if (!actor.tasks.empty()) {
-        task = std::move(actor.tasks.front());
-        actor.tasks.pop_front();
-      } else if (actor.timers.empty()) {
-        actor.wake.wait(lock);
-        continue;
-      } else {
-        actor.wake.wait_until(lock, clock_.wall(actor.timers.top().when));
-        continue;
-      }
+  // Gives what waits for one worker to any.
+  void release(std::vector<Actor*>& next) {
+    ready_.insert(ready_.end(), next.rbegin(), next.rend());
+    const bool any = !next.empty();
+    next.clear();
+    if (any) call_worker();
+  }
+
+  void call_worker() {
+    if (!running_ || stopped_) return;
+    if (watching_) {
+      watch_until({});
+    } else if (!spares_.empty()) {
+      Worker* spare = spares_.back();
+      spares_.pop_back();
+      spare->called = true;
+      spare->wake.notify_one();
+    } else if (busy_ == 0) {
+      add_worker();
+    } else {
+      arm_rescue();  // perhaps one of the busy ones is free before
+    }
+  }
+
+  void add_worker() {
+    if (live_ > actors_.size()) return;
+    Worker& worker = workers_.emplace_back(*this);
+    try {
+      worker.thread = std::thread([this, &worker] { work(worker); });
+      ++live_;
+    } catch (const std::system_error&) {
+      workers_.pop_back();
+      arm_rescue();  // which tries again
+    }
+  }
+
+  void watch_until(SteadyClock::time_point when) {
+    if (when >= alarm_at_) return;
+    alarm_at_ = when;
+    alarm_.set(when);
+  }
+
+  void arm_rescue() {
+    if (std::exchange(rescue_armed_, true)) return;
+    rescue_.set(SteadyClock::now() + kPatience);
+  }
+
+  // Actors whose time has come.
+  void look_at_clock() {
+    if (due_.empty()) return;
+    for (const TimePoint now = clock_.now(); !due_.empty() && due_.top().when <= now; due_.pop()) {
+      Actor& actor = *due_.top().actor;
+      if (actor.claimed()) continue;  // looks for itself
+      actor.ready = true;
+      ready_.push_back(&actor);
+    }
+  }
+
+  Actor* take(Worker& me) {
+    if (!me.next.empty()) {
+      Actor* actor = me.next.back();
+      me.next.pop_back();
+      return actor;
+    }
+    if (ready_.empty()) look_at_clock();
+    if (ready_.empty()) return nullptr;
+    Actor* actor = ready_.front();
+    ready_.pop_front();
+    return actor;
+  }
+
+  // What the actor has to do now. Whom it tells something comes before what else it has to do itself.
+  void execute(Worker& me, Actor& actor, std::unique_lock<std::mutex>& lock) {
+    actor.ready = false;
+    actor.at_work = &me;
+    me.actor = &actor;
+    ++busy_;
+    if (!watching_) arm_rescue();
+    const auto told = [&] { return !me.next.empty() && !me.next.back()->background; };
+    const std::size_t before = me.next.size();
+    while (!stopped_ && (me.next.size() == before || !told())) {
+      Task task = due_task(actor);
+      if (!task) break;
       lock.unlock();
       task();
       task = nullptr;
       lock.lock();
+      if (me.left) return;
     }
-    actor.ended = true;
-    actor.ended_changed.notify_all();
+    actor.at_work = nullptr;
+    me.actor = nullptr;
+    --busy_;
+    if (stopped_ || !actor.has_task(clock_.now())) return;
+    actor.ready = true;
+    if (me.next.empty()) me.next_since = SteadyClock::now();
+    auto place = me.next.begin() + static_cast<std::ptrdiff_t>(std::min(before, me.next.size()));
+    while (!actor.background && place != me.next.end() && (*place)->background) ++place;
+    me.next.insert(place, &actor);
+  }
+
+  Task due_task(Actor& actor) {
+    Task task;
+    if (!actor.timers.empty() && actor.timers.top().when <= now()) {
+      task = std::move(const_cast<Timer&>(actor.timers.top()).task);
+      actor.timers.pop();
+    } else if (!actor.tasks.empty()) {
+      task = std::move(actor.tasks.front());
+      actor.tasks.pop_front();
+    }
+    return task;
+  }
+
+  void work(Worker& me) {
+    prctl(PR_SET_NAME, "actors");
+    std::unique_lock lock(mutex_);
+    t_worker = &me;
+    while (!stopped_ && !me.left) {
+      if (Actor* actor = take(me)) {
+        execute(me, *actor, lock);
+      } else if (!watching_) {
+        watch(lock);
+      } else {
+        spares_.push_back(&me);
+        me.wake.wait(lock, [&] { return me.called || stopped_; });
+        me.called = false;
+      }
+    }
+    if (me.left) return;
+    --live_;
+    ended_.notify_all();
+  }
+
+  void watch(std::unique_lock<std::mutex>& lock) {
+    watching_ = true;
+    const auto next = due_.empty() ? SteadyClock::time_point::max() : clock_.wall(due_.top().when);
+    if (alarm_at_ != next) alarm_.set(alarm_at_ = next);
+    lock.unlock();
+    alarm_.wait();
+    lock.lock();
+    watching_ = false;
+    alarm_at_ = SteadyClock::time_point::max();
+  }
+
+  void rescue() {
+    prctl(PR_SET_NAME, "actors' rescuer");
+    for (;;) {
+      rescue_.wait();
+      const std::lock_guard lock(mutex_);
+      if (stopped_) return;
+      rescue_armed_ = false;
+      bool again = busy_ > 0 && !watching_;
+      const auto look_at = [&](Worker& worker) {
+        if (worker.next.empty()) return;
+        if (SteadyClock::now() - worker.next_since >= kPatience)
+          release(worker.next);
+        else
+          again = true;
+      };
+      for (Worker& worker : workers_) look_at(worker);
+      for (Worker* guest : guests_) look_at(*guest);
+      if (!watching_) look_at_clock();
+      if (!ready_.empty() && !watching_) {
+        if (spares_.empty())
+          add_worker();
+        else
+          call_worker();
+        again = true;
+      }
+      if (again) arm_rescue();
+    }
   }
 
   void join() {
-    for (auto& actor : actors_) {
-      {
-        std::unique_lock lock(actor->mutex);
-        actor->wake.notify_all();
-        // Its thread may be in a script that does not end, and be replaced while we wait.
-        if (actor->thread.joinable()) actor->ended_changed.wait(lock, [&] { return actor->ended; });
-      }
-      if (actor->thread.joinable()) actor->thread.join();
+    {
+      std::unique_lock lock(mutex_);
+      // A thread may be in a script that does not end, and be left behind while we wait.
+      ended_.wait(lock, [&] { return live_ == 0 && guests_.empty(); });
     }
+    for (Worker& worker : workers_) {
+      if (worker.thread.joinable()) worker.thread.join();
+    }
+    if (rescuer_.joinable()) rescuer_.join();
   }
 
+  static thread_local Worker* t_worker;
+
   StretchedClock clock_;
+  KernelTimer alarm_;   // rings for the one who watches
+  KernelTimer rescue_;  // rings for the rescuer
   std::mutex mutex_;
-  std::condition_variable stopped_changed_;
-  std::atomic<bool> stopped_ = false;
+  std::condition_variable ended_;  // something has
+  bool stopped_ = false;
   bool running_ = false;
   std::function<void()> told_standing_;
   std::atomic<std::size_t> injected_ = 0;
   std::optional<std::string> error_;
-  std::vector<std::unique_ptr<Actor>> actors_;
+  std::deque<Actor> actors_;    // never fewer
+  std::deque<Worker> workers_;  // those left behind too
+  std::vector<Worker*> guests_;
+  std::vector<Worker*> spares_;
+  std::size_t live_ = 0;  // workers that are not left behind
+  std::size_t busy_ = 0;  // workers and guests with an actor
+  std::deque<Actor*> ready_;
+  std::priority_queue<Due> due_;
+  bool watching_ = false;  // a worker waits for alarm_
+  SteadyClock::time_point alarm_at_ = SteadyClock::time_point::max();
+  bool rescue_armed_ = false;
+  std::thread rescuer_;
 };
+
+thread_local RealScheduler::Worker* RealScheduler::t_worker = nullptr;
 
 }  // namespace
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "sentree/base/time.h"
 
@@ -26,11 +27,14 @@ struct Pace {
 inline constexpr double kFactorMin = 0.001;
 inline constexpr double kFactorMax = 1000.0;
 
+enum class Urgency : std::uint8_t { kForeground, kBackground };
+
 /// Hands tasks to actors, now or later; is the run's clock.
 ///
 /// Two kinds with one contract: tasks of one actor never overlap, and tasks posted from one actor to another arrive in
 /// the order sent. In virtual time everything runs on the caller's thread in one order fixed by (time, rank,
-/// order of posting); in real time each actor has a thread.
+/// order of posting); in real time different actors run side by side, and one that does not come back holds up no
+/// other.
 class Scheduler : public Clock {
  public:
   using Task = std::function<void()>;
@@ -40,13 +44,18 @@ class Scheduler : public Clock {
   /// Tasks at one instant of virtual time: beyond that, parts answer each other for ever without time passing.
   static constexpr std::size_t kTasksPerInstantMax = 200'000;
 
-  /// A new actor; `name` is used in messages only.
-  virtual ActorId add_actor(std::string name) = 0;
+  /// A new actor; `name` is used in messages only. One in the background waits, in real time and for a few milliseconds
+  /// at most, while others that were told something have not finished with it.
+  virtual ActorId add_actor(std::string name, Urgency urgency = Urgency::kForeground) = 0;
 
   // `now()` may be asked from any thread.
 
   /// Runs `task` in `to` as soon as possible. From any thread.
   virtual void post(ActorId to, Task task) = 0;
+
+  /// As `post`, from a thread that has nothing else to do: in real time it may execute the task, and what follows from
+  /// it, before this returns. Not with a lock held that a task could want.
+  virtual void hand_over(ActorId to, Task task) { post(to, std::move(task)); }
 
   /// Runs `task` in `to` at `when` (at once if that has passed). From any thread. There is no cancelling: a task
   /// that may be overtaken checks whether it still applies.
@@ -80,7 +89,7 @@ class Scheduler : public Clock {
   virtual void stop() = 0;
 
   /// The task that `actor` executes never ends: its thread is left behind (see watchdog.h). In real time the actor goes
-  /// on with its next task in a new thread; in virtual time `run()` returns `why`. From any other thread.
+  /// on with its next task in another thread; in virtual time `run()` returns `why`. From any other thread.
   virtual void abandon(ActorId actor, std::string why) = 0;
 
   [[nodiscard]] virtual bool is_virtual() const = 0;

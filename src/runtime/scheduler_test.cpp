@@ -3,6 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <functional>
 #include <future>
 #include <mutex>
 #include <string>
@@ -91,6 +95,151 @@ TEST(RealScheduler, TasksOfOneActorNeverOverlapAndKeepTheirOrder) {
   EXPECT_EQ(scheduler->run(), std::nullopt);
   int next[3] = {0, 0, 0};
   for (const auto& [from, i] : seen) EXPECT_EQ(i, next[from]++);
+}
+
+// Set once, waited for by anybody.
+class Signal {
+ public:
+  void set() {
+    const std::lock_guard lock(mutex_);
+    set_ = true;
+    changed_.notify_all();
+  }
+  void wait() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return set_; });
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool set_ = false;
+};
+
+TEST(RealScheduler, ATaskMayWaitForWhatItPosted) {
+  const auto scheduler = make_real_scheduler();
+  constexpr int kDepth = 5;
+  std::vector<ActorId> actors;
+  for (int i = 0; i <= kDepth; ++i) actors.push_back(scheduler->add_actor(std::to_string(i)));
+  std::vector<Signal> done(kDepth + 1);
+  // Each waits for the next, so that all but the last occupy a thread.
+  std::function<void(int)> go = [&](int depth) {
+    if (depth < kDepth) {
+      scheduler->post(actors[depth + 1], [&, depth] { go(depth + 1); });
+      done[depth + 1].wait();
+    }
+    done[depth].set();
+    if (depth == 0) scheduler->stop();
+  };
+  scheduler->post(actors[0], [&] { go(0); });
+  EXPECT_EQ(scheduler->run(), std::nullopt);
+}
+
+TEST(RealScheduler, KeepsTimeWhileActorsAreBusy) {
+  const auto scheduler = make_real_scheduler();
+  const ActorId busy = scheduler->add_actor("busy");
+  const ActorId other = scheduler->add_actor("other");
+  Signal rang;
+  scheduler->post(busy, [&] {
+    scheduler->at(other, scheduler->now() + milliseconds(2), Rank::kTimer, [&] { rang.set(); });
+    rang.wait();
+    scheduler->stop();
+  });
+  EXPECT_EQ(scheduler->run(), std::nullopt);
+}
+
+TEST(RealScheduler, WhoeverIsToldComesFirstAndTheBackgroundLast) {
+  // On a machine that is busy with other things another thread may help out, in its own order; not every time.
+  for (std::vector<std::string> order; order != std::vector<std::string>{"told", "own", "background"};) {
+    const auto scheduler = make_real_scheduler();
+    const ActorId teller = scheduler->add_actor("teller");
+    const ActorId told = scheduler->add_actor("told");
+    const ActorId background = scheduler->add_actor("background", Urgency::kBackground);
+    std::mutex mutex;
+    order.clear();
+    const auto note = [&](const std::string& what) {
+      return [&, what] {
+        const std::lock_guard lock(mutex);
+        order.push_back(what);
+        if (order.size() == 3) scheduler->stop();
+      };
+    };
+    scheduler->post(teller, [&] {
+      scheduler->post(background, note("background"));
+      scheduler->post(teller, note("own"));
+      scheduler->post(told, note("told"));
+    });
+    EXPECT_EQ(scheduler->run(), std::nullopt);
+  }
+}
+
+TEST(RealScheduler, AThreadThatHandsOverExecutesItself) {
+  const auto scheduler = make_real_scheduler();
+  const ActorId actor = scheduler->add_actor("a");
+  const ActorId other = scheduler->add_actor("b");
+  std::thread running([&] { (void)scheduler->run(); });
+  Signal began;
+  scheduler->post(actor, [&] { began.set(); });
+  began.wait();
+  // The actor may be a moment from being idle; what it is handed then is done by another thread.
+  std::deque<Signal> followed;
+  for (std::thread::id where{}; where != std::this_thread::get_id();) {
+    Signal& done = followed.emplace_back();
+    scheduler->hand_over(actor, [&] {
+      where = std::this_thread::get_id();
+      scheduler->post(other, [&] { done.set(); });
+    });
+    done.wait();
+  }
+  scheduler->stop();
+  running.join();
+}
+
+TEST(RealScheduler, LosesNothingAmongManyThreads) {
+  const auto scheduler = make_real_scheduler();
+  constexpr int kActors = 6;
+  constexpr int kThreads = 3;
+  constexpr int kChains = 400;
+  constexpr int kSteps = 20;
+  struct State {
+    ActorId actor = 0;
+    std::atomic<bool> inside = false;
+  };
+  std::vector<State> states(kActors);
+  for (State& state : states) state.actor = scheduler->add_actor("actor");
+  std::atomic<int> overlaps = 0;
+  std::atomic<int> ended = 0;
+  std::function<void(int, int, int)> step = [&](int at, int stride, int left) {
+    State& state = states[at];
+    if (state.inside.exchange(true)) ++overlaps;
+    const int next = (at + stride) % kActors;
+    if (left > 0 && left % 7 == 0) {
+      scheduler->at(states[next].actor, scheduler->now(), Rank::kTimer,
+                    [&, next, stride, left] { step(next, stride, left - 1); });
+    } else if (left > 0) {
+      scheduler->post(states[next].actor, [&, next, stride, left] { step(next, stride, left - 1); });
+    }
+    state.inside = false;
+    if (left == 0 && ++ended == kThreads * kChains) scheduler->stop();
+  };
+  std::thread running([&] { EXPECT_EQ(scheduler->run(), std::nullopt); });
+  std::vector<std::thread> threads;
+  for (int thread = 0; thread < kThreads; ++thread) {
+    threads.emplace_back([&, thread] {
+      for (int i = 0; i < kChains; ++i) {
+        const int at = (i + thread) % kActors;
+        const auto task = [&, at, thread] { step(at, thread + 1, kSteps); };
+        if (i % 2 == 0)
+          scheduler->hand_over(states[at].actor, task);
+        else
+          scheduler->post(states[at].actor, task);
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  running.join();
+  EXPECT_EQ(overlaps, 0);
+  EXPECT_EQ(ended, kThreads * kChains);
 }
 
 TEST(RealScheduler, StretchesTimeByItsFactor) {

@@ -6,7 +6,8 @@
 
 namespace sentree::runtime {
 
-Stream::Stream(Scheduler& scheduler) : scheduler_(scheduler), actor_(scheduler.add_actor("observer")) {}
+Stream::Stream(Scheduler& scheduler)
+    : scheduler_(scheduler), actor_(scheduler.add_actor("observer", Urgency::kBackground)) {}
 
 Message Stream::publish(Message message) {
   bool start_draining = false;

@@ -25,7 +25,7 @@ class VirtualScheduler final : public Scheduler {
   bool is_virtual() const override { return true; }
   bool is_inside() const override { return worker_ == std::this_thread::get_id(); }
 
-  ActorId add_actor(std::string name) override {
+  ActorId add_actor(std::string name, Urgency) override {
     names_.push_back(std::move(name));
     return names_.size() - 1;
   }

@@ -106,9 +106,13 @@ void LeavableThread::leave() {
 }
 
 void leave_behind(std::thread& thread) {
-  const sched_param lowest{};
-  pthread_setschedparam(thread.native_handle(), SCHED_IDLE, &lowest);
+  leave_behind(thread.native_handle());
   thread.detach();
+}
+
+void leave_behind(pthread_t thread) {
+  const sched_param lowest{};
+  pthread_setschedparam(thread, SCHED_IDLE, &lowest);
   ++left_behind;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <pthread.h>
 #include <time.h>
 
 #include <atomic>
@@ -92,6 +93,8 @@ class LeavableThread {
 
 /// Gives up a thread that never comes back from a script: it goes on, with the lowest priority, until the process ends.
 void leave_behind(std::thread& thread);
+/// The same for a thread that belongs to somebody else.
+void leave_behind(pthread_t thread);
 
 /// How many threads have been left behind in this process. If there are any, what they work on must not be destroyed,
 /// and the process must end by `_exit`.
