@@ -81,6 +81,7 @@ Loaded<SimComponent> prepare_sim_world(const std::string& world_file) {
 
 SimServer::SimServer(SimComponent component, std::uint64_t seed, double factor)
     : clock_(make_real_clock(factor)), host_(std::make_unique<SimHost>(component.world, seed, *clock_)) {
+  host_->keep_up();
   served_ = std::move(component.services);
   for (const SimComponent::Served& served : served_) {
     auto service = std::make_shared<rpc::FunctionService>(

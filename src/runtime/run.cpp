@@ -110,7 +110,10 @@ class Run::Impl final : public RunView, private RunInside {
     stream_.subscribe([this](const Message& message) { tap_.observe(message); });
     monitors_.start();
     if (options_.on_view) options_.on_view(this);
-    if (!scenario_.virtual_time) start_control_socket();
+    if (!scenario_.virtual_time) {
+      start_control_socket();
+      if (sim_) sim_->keep_up();
+    }
     if (options_.inject) schedule_timeline();
     scheduler_->at(director_, TimePoint(scenario_.duration), Rank::kInjection, [this] {
       timed_out_ = true;

@@ -5,8 +5,31 @@
 
 namespace sentree::runtime {
 
+namespace {
+
+// A call pays for that much time at most, a fifth of what usually passes between ticks.
+constexpr std::chrono::milliseconds kKeepUpPeriod{20};
+
+}  // namespace
+
 SimHost::SimHost(std::shared_ptr<const sim::World> world, std::uint64_t seed, const Clock& clock)
     : world_(std::move(world)), clock_(clock), state_(sim::initial_state(*world_, seed)) {}
+
+SimHost::~SimHost() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  end_.notify_all();
+  if (keeper_.joinable()) keeper_.join();
+}
+
+void SimHost::keep_up() {
+  keeper_ = std::thread([this] {
+    std::unique_lock lock(mutex_);
+    while (!end_.wait_for(lock, kKeepUpPeriod, [this] { return ending_; })) sim::advance(*world_, state_, clock_.now());
+  });
+}
 
 CallOutcome SimHost::call(const std::string& interface, const std::string& method, const Value& args,
                           const std::string& robot) {

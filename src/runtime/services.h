@@ -1,9 +1,11 @@
 #pragma once
 
+#include <condition_variable>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <thread>
 
 #include "sentree/base/time.h"
 #include "sentree/base/value.h"
@@ -34,6 +36,13 @@ class ServicePort {
 class SimHost {
  public:
   SimHost(std::shared_ptr<const sim::World> world, std::uint64_t seed, const Clock& clock);
+  ~SimHost();
+  SimHost(const SimHost&) = delete;
+  SimHost& operator=(const SimHost&) = delete;
+
+  /// In real time: from now on a thread keeps the world up with the clock, so that no call pays for all the time since
+  /// the one before. What calls see is the same.
+  void keep_up();
 
   /// Advances the world to now and serves the call of a robot (empty: the first). From any thread.
   [[nodiscard]] CallOutcome call(const std::string& interface, const std::string& method, const Value& args,
@@ -51,6 +60,9 @@ class SimHost {
   const Clock& clock_;
   std::mutex mutex_;
   sim::State state_;
+  bool ending_ = false;
+  std::condition_variable end_;
+  std::thread keeper_;
 };
 
 /// A service of the simulator in this process; answers before `call` returns.
