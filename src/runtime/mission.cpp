@@ -186,13 +186,27 @@ void Mission::tick_leaf(const bt::Effect& effect) {
   }
   // One that has an older tick outstanding gets no second one, but the same time to answer.
   const Duration patience = leaf.plan->condition ? options_.deadlines.condition : options_.deadlines.budget;
-  scheduler_.at(actor_, add_saturating(now, stretched(patience)), Rank::kTimer,
-                [this, index, tick = leaf.outstanding] { on_deadline(index, tick); });
+  deadline_ = {index, leaf.outstanding, add_saturating(now, stretched(patience))};
+  watch_deadline();
 }
 
-void Mission::on_deadline(std::size_t index, std::uint64_t tick) {
-  Leaf& leaf = leaves_[index];
-  if (leaf.outstanding != tick || state_.waiting_leaf() != leaf.plan->node) return;
+void Mission::watch_deadline() {
+  // In real time one timer at a time is enough; each that rings for nothing would wake a processor. In virtual time it
+  // costs nothing, and keeps its place among the timers of its instant.
+  if (!scheduler_.is_virtual() && deadline_timer_ <= deadline_.when) return;
+  deadline_timer_ = deadline_.when;
+  scheduler_.at(actor_, deadline_.when, Rank::kTimer, [this, rings = deadline_] {
+    deadline_timer_ = kNever;
+    if (scheduler_.is_virtual() || deadline_.when <= scheduler_.now())
+      on_deadline(scheduler_.is_virtual() ? rings : deadline_);
+    else if (leaves_[deadline_.leaf].outstanding == deadline_.tick)
+      watch_deadline();
+  });
+}
+
+void Mission::on_deadline(AnswerDeadline deadline) {
+  Leaf& leaf = leaves_[deadline.leaf];
+  if (leaf.outstanding != deadline.tick || state_.waiting_leaf() != leaf.plan->node) return;
   const TimePoint now = scheduler_.now();
   const bool unresponsive = now - leaf.asked >= stretched(options_.deadlines.unresponsive);
   if (leaf.plan->condition || unresponsive) {

@@ -81,6 +81,12 @@ class Mission {
     TimePoint asked{};              // when that tick was sent
     std::optional<bt::Input> late;  // a completed answer that came too late for its tick
   };
+  // Of the leaf that was ticked last: no other is waited for.
+  struct AnswerDeadline {
+    std::size_t leaf = 0;
+    std::uint64_t tick = 0;
+    TimePoint when{};
+  };
   struct StatusEvents;
 
   void on_period();
@@ -88,7 +94,8 @@ class Mission {
   void run(bt::Input input);
   void follow(const std::vector<bt::Effect>& effects);
   void tick_leaf(const bt::Effect& effect);
-  void on_deadline(std::size_t leaf, std::uint64_t tick);
+  void watch_deadline();
+  void on_deadline(AnswerDeadline deadline);
   void finish_tick(bt::Status status);
   void check_end();
   void publish(MessageKind kind, std::string source, std::string target, std::string name, Value data,
@@ -115,6 +122,8 @@ class Mission {
   std::size_t given_tick_ = 0;  // of the options' tick times
   TimePoint began_{};
   TimePoint timer_at_ = kNever;
+  AnswerDeadline deadline_;
+  TimePoint deadline_timer_ = kNever;  // rings no later than deadline_
   bool stopping_ = false;
   bool over_ = false;  // root completed or halted; only outstanding halts are awaited
   bool done_ = false;
