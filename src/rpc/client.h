@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -28,6 +29,8 @@ struct ClientOptions {
   LogicalClock* clock = nullptr;  ///< Borrowed; stamps calls to other processes. Null: no stamps.
   Limits limits;
   TlsFiles tls;
+  std::chrono::milliseconds late_wait{kLateWaitMax};
+  std::chrono::milliseconds backoff_last{kBackoffLast};
 };
 
 struct ClientCounters {

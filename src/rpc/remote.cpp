@@ -132,7 +132,7 @@ tl::expected<void, CallError> Remote::connected(Deadline deadline) {
   Connected made = connect_to(address_, resolver_, tls_, deadline);
   if (made.stream == nullptr) {
     last_failure_ = made.why;
-    const auto backoff = std::min(kBackoffLast, kBackoffFirst * (1 << std::min(failures_, 10)));
+    const auto backoff = std::min(options_.backoff_last, kBackoffFirst * (1 << std::min(failures_, 10)));
     ++failures_;
     next_attempt_ = steady_clock::now() + backoff;
     return tl::unexpected(made.status == StreamStatus::kLate ? late("connecting: " + made.why) : unreachable(made.why));
@@ -202,7 +202,7 @@ Outcome Remote::await_reply(const idl::Method& method, const Value& arguments, c
       c.in.rewind();
       c.wire->reset();
       owed_.push_back({sequence, &method, arguments, std::string(context.source), context.call,
-                       steady_clock::now() + kLateWaitMax});
+                       steady_clock::now() + options_.late_wait});
       idle_since_ = {};
       return tl::unexpected(late("no reply to " + method.name));
     }
@@ -289,7 +289,7 @@ void Remote::collect() {
       connection = connection_;
     }
     pollfd watched[2] = {{connection->stream->descriptor(), POLLIN, 0}, {wake_[0], POLLIN, 0}};
-    ::poll(watched, 2, static_cast<int>(milliseconds(kLateWaitMax).count()));
+    ::poll(watched, 2, static_cast<int>(options_.late_wait.count()));
     {
       const std::lock_guard lock(mutex_);
       if (closed_) return;

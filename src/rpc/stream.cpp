@@ -179,9 +179,6 @@ struct Resolver::Lookup {
   Answer answer;
 };
 
-Resolver::Resolver() = default;
-Resolver::~Resolver() = default;
-
 namespace {
 
 Resolver::Answer look_up(const std::string& host, std::uint16_t port, bool passive, bool numeric_only) {
@@ -210,6 +207,13 @@ Resolver::Answer look_up(const std::string& host, std::uint16_t port, bool passi
 
 }  // namespace
 
+Resolver::Resolver()
+    : Resolver([](const std::string& host, std::uint16_t port, bool passive) {
+        return look_up(host, port, passive, false);
+      }) {}
+Resolver::Resolver(LookUp look_up) : look_up_(std::move(look_up)) {}
+Resolver::~Resolver() = default;
+
 Resolver::Answer Resolver::resolve(const std::string& host, std::uint16_t port, bool passive, Deadline deadline) {
   Answer numeric = look_up(host == "localhost" ? "127.0.0.1" : host, port, passive, true);
   if (numeric.status == StreamStatus::kOk) return numeric;
@@ -219,8 +223,8 @@ Resolver::Answer Resolver::resolve(const std::string& host, std::uint16_t port, 
     lookup_->host = host;
     lookup_->port = port;
     try {
-      std::thread([lookup = lookup_, passive] {
-        Answer answer = look_up(lookup->host, lookup->port, passive, false);
+      std::thread([lookup = lookup_, look_up = look_up_, passive] {
+        Answer answer = look_up(lookup->host, lookup->port, passive);
         const std::lock_guard lock(lookup->mutex);
         lookup->answer = std::move(answer);
         lookup->finished = true;

@@ -1,8 +1,16 @@
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <condition_variable>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <mutex>
+#include <string>
 #include <thread>
 
 #include "sentree/base/rng.h"
+#include "sentree/rpc/detail/stream.h"
 #include "sentree/rpc/detail/test_peers.h"
 
 namespace sentree::rpc {
@@ -269,6 +277,63 @@ TEST_F(BadPeers, APeerThatAcceptsNobodyCostsTheDeadlineAndNoMore) {
   EXPECT_EQ(stuffed->call("echo", Map{{"text", std::string(8U << 20U, 'x')}}, {.deadline = in(50ms)}).error().kind,
             CallErrorKind::kLate);
   EXPECT_LT(std::chrono::steady_clock::now() - begin, 5s);
+}
+
+TEST(Connection, IsGivenUpWhenALateReplyDoesNotCome) {
+  const Folder folder;
+  const RawServer server(folder.socket());
+  const auto client = connect(folder.socket(), {.late_wait = 30ms});
+  EXPECT_EQ(client->call("ping", {}, {.deadline = in(5ms)}).error().kind, CallErrorKind::kLate);
+  const int peer = server.accept();
+  // No further call: the client closes by itself, and the peer sees the end of the connection behind the request.
+  char request[256];
+  while (::recv(peer, request, sizeof request, 0) > 0) {
+  }
+  ::close(peer);
+}
+
+TEST(Connection, IsTriedAgainAtALargestDistance) {
+  const Folder folder;
+  constexpr int kLastMs = 25;  // 10, 20, 25, 25, …
+  const auto client = connect(folder.socket(), {.backoff_last = std::chrono::milliseconds(kLastMs)});
+  int attempts = 0;
+  int longest_ms = 0;
+  while (attempts < 6 || longest_ms <= 20) {
+    const Outcome out = client->call("ping", {}, {.deadline = in(10s)});
+    ASSERT_FALSE(out);
+    const std::size_t at = out.error().message.find("tried again in ");
+    if (at == std::string::npos)
+      ++attempts;
+    else
+      longest_ms = std::max(longest_ms, std::atoi(out.error().message.c_str() + at + std::strlen("tried again in ")));
+  }
+  EXPECT_LE(longest_ms, kLastMs);
+}
+
+TEST(NameService, ThatHangsCostsADeadlineAndIsAskedOnce) {
+  struct Service {
+    std::mutex mutex;
+    std::condition_variable changed;
+    int asked = 0;
+    bool answers = false;
+  };
+  const auto service = std::make_shared<Service>();  // its thread may outlive the test
+  Resolver resolver([service](const std::string&, std::uint16_t, bool) {
+    std::unique_lock lock(service->mutex);
+    ++service->asked;
+    service->changed.wait(lock, [&] { return service->answers; });
+    return Resolver::Answer{StreamStatus::kOk, {}, "address", 2};
+  });
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(resolver.resolve("robot", 9090, false, in(5ms)).status, StreamStatus::kLate);
+  {
+    const std::lock_guard lock(service->mutex);
+    service->answers = true;
+  }
+  service->changed.notify_all();
+  const Resolver::Answer answer = resolver.resolve("robot", 9090, false, kNoDeadline);
+  EXPECT_EQ(answer.status, StreamStatus::kOk);
+  EXPECT_EQ(answer.socket_address, "address");
+  EXPECT_EQ(service->asked, 1);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -73,18 +74,24 @@ struct Connected {
 /// its own, whose answer a later attempt can still use.
 class Resolver {
  public:
-  Resolver();
-  ~Resolver();
   struct Answer {
     StreamStatus status = StreamStatus::kOk;
     std::string why;
     std::string socket_address;  ///< The bytes of a sockaddr.
     int family = 0;
   };
+  /// Waits for the name service as long as that takes.
+  using LookUp = std::function<Answer(const std::string& host, std::uint16_t port, bool passive)>;
+
+  /// Asks the system.
+  Resolver();
+  explicit Resolver(LookUp look_up);
+  ~Resolver();
   [[nodiscard]] Answer resolve(const std::string& host, std::uint16_t port, bool passive, Deadline deadline);
 
  private:
   struct Lookup;
+  const LookUp look_up_;
   std::shared_ptr<Lookup> lookup_;
 };
 
