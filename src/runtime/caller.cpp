@@ -112,8 +112,9 @@ void Caller::execute(std::shared_ptr<Pending> pending) {
   auto& port = ports_[pending->call.service];
   if (!port) port = make_port_(services_.at(pending->call.service));
   port->call(*pending->method, pending->args, [this, pending](CallOutcome outcome) {
-    scheduler_.post(actor_,
-                    [this, pending, outcome = std::move(outcome)]() mutable { finish(*pending, std::move(outcome)); });
+    // Often from a thread that waited for the reply and has nothing else to do.
+    scheduler_.hand_over(
+        actor_, [this, pending, outcome = std::move(outcome)]() mutable { finish(*pending, std::move(outcome)); });
   });
 }
 

@@ -25,6 +25,8 @@ class Publisher {
   /// in any thread.
   virtual std::optional<Admission> request(Message message, Stream::Decided decided) = 0;
   [[nodiscard]] virtual std::uint64_t next_call() = 0;
+  /// Names of the calls that `request` may refuse; * stands for any characters.
+  [[nodiscard]] virtual std::vector<std::string> gates() const { return {"*"}; }
 };
 
 /// Delays that a scenario puts on messages, by name.

@@ -224,7 +224,7 @@ void Mission::on_deadline(AnswerDeadline deadline) {
 }
 
 void Mission::answered(std::size_t index, std::uint64_t tick, bt::Status status, Map outputs) {
-  scheduler_.post(actor_, [this, index, tick, status, outputs = std::move(outputs)]() mutable {
+  scheduler_.hand_over(actor_, [this, index, tick, status, outputs = std::move(outputs)]() mutable {
     Leaf& leaf = leaves_[index];
     if (leaf.outstanding != tick) return;  // halted or cancelled meanwhile
     leaf.outstanding = 0;
@@ -245,7 +245,7 @@ void Mission::answered(std::size_t index, std::uint64_t tick, bt::Status status,
 }
 
 void Mission::halted(std::size_t index) {
-  scheduler_.post(actor_, [this, index] {
+  scheduler_.hand_over(actor_, [this, index] {
     Leaf& leaf = leaves_[index];
     if (leaf.halt_call == 0) return;
     publish(MessageKind::kReply, leaf.plan->name, "mission", leaf.plan->name + ".halt.reply", Map(),

@@ -59,7 +59,7 @@ class Mission {
   /// Halts the tree; `ended` follows when the leaves have halted, or after the halt deadline.
   void stop();
 
-  /// From the drivers; in any thread.
+  /// From the drivers, in any thread, with no lock held.
   void answered(std::size_t leaf, std::uint64_t tick, bt::Status status, Map outputs);
   void halted(std::size_t leaf);
 

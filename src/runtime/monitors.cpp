@@ -49,6 +49,12 @@ bool Monitors::is_gated(std::string_view call) const {
   return std::any_of(gates_.begin(), gates_.end(), [&](const GatePlan& gate) { return matches(gate, call); });
 }
 
+std::vector<std::string> Monitors::gated() const {
+  std::vector<std::string> patterns;
+  for (const GatePlan& gate : gates_) patterns.insert(patterns.end(), gate.requests.begin(), gate.requests.end());
+  return patterns;
+}
+
 std::optional<Veto> Monitors::judge(const Message& request) const {
   const std::string_view call = call_of(request);
   for (const GatePlan& gate : gates_) {

@@ -38,6 +38,8 @@ class Monitors {
   void observe(const Message& message);
   /// Whether a monitor gates calls of this name, "<service>.<method>". From any thread.
   [[nodiscard]] bool is_gated(std::string_view call) const;
+  /// Names of the calls that are gated, as the project writes them.
+  [[nodiscard]] std::vector<std::string> gated() const;
   /// What the gates say of a request that is not yet sent. Called where `observe` is.
   [[nodiscard]] std::optional<Veto> judge(const Message& request) const;
   /// After the run: what is still in the stream, then time passes until `end`; nothing more is decided.

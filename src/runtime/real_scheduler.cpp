@@ -173,15 +173,10 @@ class RealScheduler final : public Scheduler {
     }
     Worker guest(*this);
     guest.handle = pthread_self();
-    actor.ready = true;
-    guest.next.push_back(&actor);
     guests_.push_back(&guest);
     Worker* const before = std::exchange(t_worker, &guest);
-    while (!stopped_ && !guest.left && !guest.next.empty()) {
-      Actor& next = *guest.next.back();
-      guest.next.pop_back();
-      execute(guest, next, lock);
-    }
+    // Nobody else's tasks: one that does not end would cost the guest its thread.
+    execute(guest, actor, lock);
     t_worker = before;
     if (!guest.left) release(guest.next);
     std::erase(guests_, &guest);

@@ -71,6 +71,7 @@ class RemoteObserver::Impl {
 
   const std::string& name() const { return name_; }
   bool is_gate_of(std::string_view call) const { return matches_any(gates_, call); }
+  const std::vector<std::string>& gates() const { return gates_; }
 
   void observe(const Message& message) {
     if (!matches_any(observes_, message.name)) return;
@@ -158,6 +159,7 @@ Result<std::unique_ptr<RemoteObserver>> RemoteObserver::connect(std::string name
 const std::string& RemoteObserver::name() const { return impl_->name(); }
 void RemoteObserver::observe(const Message& message) { impl_->observe(message); }
 bool RemoteObserver::is_gate_of(std::string_view call) const { return impl_->is_gate_of(call); }
+const std::vector<std::string>& RemoteObserver::gates() const { return impl_->gates(); }
 void RemoteObserver::ask(const Message& request, Stream::Decided decided) { impl_->ask(request, std::move(decided)); }
 void RemoteObserver::finish(TimePoint end) { impl_->finish(end); }
 

@@ -38,6 +38,7 @@ class RemoteObserver {
   void observe(const Message& message);
   /// Whether it must be asked before this call, "<service>.<method>".
   [[nodiscard]] bool is_gate_of(std::string_view call) const;
+  [[nodiscard]] const std::vector<std::string>& gates() const;
   /// Asks it, after all messages handed on before. `decided` is called once, in its thread or before this returns; one
   /// that cannot be asked refuses.
   void ask(const Message& request, Stream::Decided decided);

@@ -2,13 +2,18 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <future>
+#include <optional>
 
 #include "sentree/base/assert.h"
 #include "sentree/idl/conform.h"
 #include "sentree/rpc/client.h"
 #include "sentree/runtime/environment.h"
+#include "sentree/runtime/monitors.h"
+#include "sentree/runtime/observation_socket.h"
+#include "sentree/runtime/project.h"
 #include "sentree/runtime/remote_service.h"
 #include "sentree/runtime/wire_message.h"
 #include "sentree/runtime/worker.h"
@@ -94,6 +99,8 @@ class RemoteSkill final : public LeafDriver {
   Worker worker_;
 };
 
+List to_list(const std::vector<std::string>& texts) { return {texts.begin(), texts.end()}; }
+
 // A run that ends answers nobody; its skills do not wait longer than this.
 constexpr std::chrono::seconds kGatePatience{5};
 
@@ -107,11 +114,13 @@ Value to_verdict(const Admission& admission) {
 
 class RemotePublisher final : public Publisher {
  public:
-  RemotePublisher(std::unique_ptr<rpc::Client> client, std::uint64_t calls_from,
-                  std::function<void(const std::string&)> problem)
-      : client_(std::move(client)), calls_(calls_from), problem_(std::move(problem)) {}
+  /// @param outbox  The short way to a run on the same machine, or null.
+  RemotePublisher(std::unique_ptr<rpc::Client> client, std::unique_ptr<ObservationOutbox> outbox,
+                  std::uint64_t calls_from, std::function<void(const std::string&)> problem)
+      : client_(std::move(client)), outbox_(std::move(outbox)), calls_(calls_from), problem_(std::move(problem)) {}
 
   void publish(Message message) override {
+    if (outbox_ != nullptr && outbox_->send(message)) return;
     const auto published = observe(message);
     if (published) {
       tell_losses(message.source);
@@ -124,8 +133,9 @@ class RemotePublisher final : public Publisher {
     problem_("an observation was lost (" + message.name + "): " + published.error().message);
   }
 
-  // Whether there are gates is known only there: a request that nobody there has seen is not sent.
+  // What may be refused is asked for; a request that nobody there has seen is not sent.
   std::optional<Admission> request(Message message, Stream::Decided) override {
+    if (outbox_ != nullptr && !may_be_gated(call_of(message)) && outbox_->send(message)) return Admission{};
     const auto verdict = observe(message);
     if (!verdict)
       return Admission{Veto{"", "the run that gates this skill cannot be asked: " + verdict.error().message}};
@@ -137,6 +147,19 @@ class RemotePublisher final : public Publisher {
   std::uint64_t next_call() override { return ++calls_; }
 
  private:
+  bool may_be_gated(std::string_view call) {
+    const std::lock_guard lock(gates_mutex_);
+    if (!gates_) {
+      const auto info =
+          client_->call("info", Map(), {.deadline = std::chrono::steady_clock::now() + std::chrono::seconds(1)});
+      const Value* gates = info ? info->find("gates") : nullptr;
+      if (gates == nullptr || gates->as_list() == nullptr) return true;
+      gates_ = *gates->as_list();
+    }
+    return std::any_of(gates_->begin(), gates_->end(),
+                       [&](const Value& pattern) { return matches_pattern(pattern.text(), call); });
+  }
+
   // The run cannot know what did not reach it.
   void tell_losses(const std::string& source) {
     Message message;
@@ -161,6 +184,9 @@ class RemotePublisher final : public Publisher {
   }
 
   std::unique_ptr<rpc::Client> client_;
+  const std::unique_ptr<ObservationOutbox> outbox_;
+  std::mutex gates_mutex_;
+  std::optional<List> gates_;  // of the run; they do not change while it lasts
   std::atomic<std::uint64_t> calls_;
   std::function<void(const std::string&)> problem_;
   // Of the skill's actors, which may be several.
@@ -340,7 +366,7 @@ std::shared_ptr<rpc::Service> make_observer_service(idl::ServicePtr interface, P
           return Value(Map{{"name", "run"},
                            {"pid", static_cast<std::int64_t>(getpid())},
                            {"observes", List{"*"}},
-                           {"gates", List{}}});
+                           {"gates", to_list(publisher.gates())}});
         }
         if (method.name == "finish") return to_verdict({});
         Message message = from_wire(*arguments.find("message"));
@@ -371,7 +397,10 @@ Result<std::unique_ptr<Publisher>> make_remote_publisher(const rpc::Address& obs
   if (!client) return tl::unexpected(client.error());
   // Call numbers join request and reply in one run; each process draws from a range of its own.
   const std::uint64_t from = (hash_bytes(self) & 0xFFFFU) << 40U;
-  return std::unique_ptr<Publisher>(std::make_unique<RemotePublisher>(std::move(*client), from, std::move(problem)));
+  auto outbox = observer.kind == rpc::Address::Kind::kUnix ? ObservationOutbox::connect(observation_path(observer.path))
+                                                           : nullptr;
+  return std::unique_ptr<Publisher>(
+      std::make_unique<RemotePublisher>(std::move(*client), std::move(outbox), from, std::move(problem)));
 }
 
 std::unique_ptr<Publisher> make_silent_publisher() { return std::make_unique<SilentPublisher>(); }

@@ -14,6 +14,7 @@
 #include "sentree/runtime/environment.h"
 #include "sentree/runtime/local_skill.h"
 #include "sentree/runtime/monitors.h"
+#include "sentree/runtime/observation_socket.h"
 #include "sentree/runtime/remote_observer.h"
 #include "sentree/runtime/remote_service.h"
 #include "sentree/runtime/remote_skill.h"
@@ -141,6 +142,7 @@ class Run::Impl final : public RunView, private RunInside {
       supervisor_->end(publishing, kEndPatience);
     }
     observer_servers_.clear();
+    if (inbox_) inbox_->close();
     if (scenario_.virtual_time && left_behind_) ended_ = scheduler_->now();
     monitors_.finish(ended_);
     over_ = true;
@@ -257,6 +259,7 @@ class Run::Impl final : public RunView, private RunInside {
   }
 
   void on_process(const ProcessEvent& event) {
+    take_observations();
     Message message;
     message.source = "run";
     message.target = event.process;
@@ -292,6 +295,13 @@ class Run::Impl final : public RunView, private RunInside {
   std::optional<std::string> start_skills() {
     if (!anything_remote()) return std::nullopt;
     const std::string address = resolved("unix:{run}/observer.sock");
+    auto inbox = ObservationInbox::open(
+        observation_path(folder_->path() + "/observer.sock"),
+        [this](Message message) { stream_.publish(std::move(message)); },
+        [this](const std::string& what) { problem(what); });
+    if (!inbox) return inbox.error().message;
+    inbox_ = std::move(*inbox);
+    publisher_.set_inbox(inbox_.get());
     if (auto error = serve_observer(address)) return error;
     if (!options_.listen.empty()) {
       if (auto error = serve_observer(options_.listen)) return error;
@@ -304,6 +314,11 @@ class Run::Impl final : public RunView, private RunInside {
       if (auto error = start_process(entry, std::move(arguments))) return error;
     }
     return std::nullopt;
+  }
+
+  // What comes from another process must not be published before what that has observed.
+  void take_observations() {
+    if (inbox_) inbox_->drain();
   }
 
   // Where skills in other processes publish.
@@ -449,9 +464,13 @@ class Run::Impl final : public RunView, private RunInside {
     if (!address) return tl::unexpected(address.error());
     RemoteSkillReplies replies;
     replies.answered = [this, index](std::uint64_t tick, bt::Status status, Map outputs) {
+      take_observations();
       mission_->answered(index, tick, status, std::move(outputs));
     };
-    replies.halted = [this, index] { mission_->halted(index); };
+    replies.halted = [this, index] {
+      take_observations();
+      mission_->halted(index);
+    };
     replies.problem = [this](const std::string& what) { problem(what); };
     const Deadlines& deadlines = scenario_.project.deadlines;
     return make_remote_skill({.leaf = leaf.name,
@@ -578,6 +597,7 @@ class Run::Impl final : public RunView, private RunInside {
   RunOptions options_;
   Delays delays_;
   std::unique_ptr<RunFolder> folder_;
+  std::unique_ptr<ObservationInbox> inbox_;  // null: everything runs in this process
   std::unique_ptr<SimHost> sim_;
   std::map<std::string, ServicePlan> services_;
   std::unique_ptr<Scheduler> scheduler_;

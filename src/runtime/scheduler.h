@@ -53,8 +53,8 @@ class Scheduler : public Clock {
   /// Runs `task` in `to` as soon as possible. From any thread.
   virtual void post(ActorId to, Task task) = 0;
 
-  /// As `post`, from a thread that has nothing else to do: in real time it may execute the task, and what follows from
-  /// it, before this returns. Not with a lock held that a task could want.
+  /// As `post`, from a thread that has nothing else to do: in real time it may execute the task, and what else `to` has
+  /// to do, before this returns. Not with a lock held that a task could want.
   virtual void hand_over(ActorId to, Task task) { post(to, std::move(task)); }
 
   /// Runs `task` in `to` at `when` (at once if that has passed). From any thread. There is no cancelling: a task

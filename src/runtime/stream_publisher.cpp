@@ -9,7 +9,19 @@ StreamPublisher::StreamPublisher(Stream& stream, const Monitors& monitors, const
                                  Scheduler& scheduler, Duration patience)
     : stream_(stream), monitors_(monitors), observers_(observers), scheduler_(scheduler), patience_(patience) {}
 
+void StreamPublisher::publish(Message message) {
+  if (inbox_ != nullptr) inbox_->drain();
+  stream_.publish(std::move(message));
+}
+
+std::vector<std::string> StreamPublisher::gates() const {
+  std::vector<std::string> all = monitors_.gated();
+  for (const auto& observer : observers_) all.insert(all.end(), observer->gates().begin(), observer->gates().end());
+  return all;
+}
+
 std::optional<Admission> StreamPublisher::request(Message message, Stream::Decided decided) {
+  if (inbox_ != nullptr) inbox_->drain();
   std::vector<RemoteObserver*> asked;
   for (const auto& observer : observers_) {
     if (observer->is_gate_of(call_of(message))) asked.push_back(observer.get());

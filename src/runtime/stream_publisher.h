@@ -5,6 +5,7 @@
 
 #include "sentree/runtime/caller.h"
 #include "sentree/runtime/monitors.h"
+#include "sentree/runtime/observation_socket.h"
 #include "sentree/runtime/remote_observer.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/stream.h"
@@ -20,9 +21,13 @@ class StreamPublisher final : public Publisher {
   StreamPublisher(Stream& stream, const Monitors& monitors, const Observers& observers, Scheduler& scheduler,
                   Duration patience);
 
-  void publish(Message message) override { stream_.publish(std::move(message)); }
+  /// Where other processes leave what they observe; what is published here comes after that. Borrowed; before the run.
+  void set_inbox(ObservationInbox* inbox) { inbox_ = inbox; }
+
+  void publish(Message message) override;
   std::optional<Admission> request(Message message, Stream::Decided decided) override;
   std::uint64_t next_call() override { return stream_.next_call(); }
+  std::vector<std::string> gates() const override;
 
  private:
   // Asks the monitors of this process, and publishes.
@@ -35,6 +40,7 @@ class StreamPublisher final : public Publisher {
   const Observers& observers_;
   Scheduler& scheduler_;
   Duration patience_;
+  ObservationInbox* inbox_ = nullptr;
 };
 
 }  // namespace sentree::runtime
