@@ -114,7 +114,7 @@ export function first_message(page, type) {
   );
 }
 
-export const text = (page, id) => page.getByTestId(id).innerText();
+export const text = async (page, id) => (await page.getByTestId(id).innerText()).replace(/\s+/g, " ");
 
 /** By monitor: its verdict as the page says it, in words and in the shape's label. */
 export async function verdicts(page) {

@@ -8,7 +8,7 @@ import { fileURLToPath } from "node:url";
 export const kRoot = resolve(fileURLToPath(import.meta.url), "../../../..");
 export const program = process.env.SENTREE_PROGRAM ?? join(kRoot, "build/release/bin/sentree");
 /** No assertion depends on speed; this only ends tests that hang. */
-export const kPatience_ms = 120_000;
+export const kPatience_ms = Number(process.env.SENTREE_PATIENCE_S ?? 120) * 1000;
 
 export const example = (name) => join(kRoot, "examples", name);
 

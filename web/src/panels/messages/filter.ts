@@ -98,7 +98,10 @@ export function filter_rows(rows: readonly Row[], filter: MessageFilter): Row[] 
 
 /** What the program can already leave out of its answer; `filter_rows` does the rest. */
 export function server_filter(filter: MessageFilter): Filter | undefined {
+  // The program looks for one piece of text; of several words the longest is the rarest.
+  const word = filter.text.split(/\s+/).reduce((longest, each) => (each.length > longest.length ? each : longest), "");
   const narrow: Filter = {
+    ...(word ? { text: word } : {}),
     ...(filter.service ? { service: filter.service } : {}),
     ...(filter.leaf ? { leaf: filter.leaf } : {}),
     ...(filter.show === "errors" ? { kind: "error" } : {}),

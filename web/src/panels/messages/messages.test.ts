@@ -112,7 +112,8 @@ describe("the filter", () => {
 
   it("tells the program what it can leave out", () => {
     expect(server_filter(kNoFilter)).toBeUndefined();
-    expect(server_filter({ show: "errors", text: "x", service: "battery", leaf: "" })).toEqual({ service: "battery", kind: "error" });
+    expect(server_filter({ show: "errors", text: "", service: "battery", leaf: "" })).toEqual({ service: "battery", kind: "error" });
+    expect(server_filter({ ...kNoFilter, text: " set Battery " })).toEqual({ text: "Battery" });
   });
 
   it("knows what each observation is about", () => {

@@ -13,6 +13,8 @@ export const kWindowFirst_ns = 30e9;
 export const kWindowLast_ns = 180e9;
 /** Between two requests for lanes while the run goes on. */
 export const kRefresh_ms = 250;
+/** After a request that failed. */
+const kRetry_ms = 1000;
 const kClick_px = 4;
 /** Lanes are asked for this much beyond what is shown on each side, so that panning has something to show. */
 const kBeyond = 0.5;
@@ -202,12 +204,7 @@ export class Timeline {
     if (covered && !grown) return;
     const wait = covered ? kRefresh_ms - (performance.now() - this.last_asked_ms) : 0;
     if (wait > 0) {
-      if (this.timer === 0) {
-        this.timer = window.setTimeout(() => {
-          this.timer = 0;
-          this.ask();
-        }, wait);
-      }
+      this.ask_later(wait);
       return;
     }
     const beyond = span_of(view) * kBeyond;
@@ -224,15 +221,24 @@ export class Timeline {
         this.lanes = answer.lanes.map((lane) => merge_close(lane, gap));
         this.marks = answer.marks;
         this.arrange();
-      })
-      // Without a connection the lanes stay as they are.
-      .catch(() => undefined)
-      .finally(() => {
         this.busy = false;
         this.ask();
+      })
+      .catch(() => {
+        // Without a connection the lanes stay as they are. Asking again at once would be refused at once.
+        this.busy = false;
+        this.ask_later(kRetry_ms);
       });
   }
   private grown_until: Time = -1;
+
+  private ask_later(wait_ms: number): void {
+    if (this.timer !== 0) return;
+    this.timer = window.setTimeout(() => {
+      this.timer = 0;
+      this.ask();
+    }, wait_ms);
+  }
 
   // ---- drawing ----
 
