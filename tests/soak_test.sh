@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # soak_test.sh SENTREE SOURCE_DIR WORK_DIR [SECONDS]: a mission that starts again and again, with every part in a process of its own, for
-# a minute (or SECONDS, e.g. 3600) of wall time. Memory, file descriptors and threads of no process grow after the first third.
+# a minute (or SECONDS, e.g. 3600) of wall time. Memory, file descriptors and threads of no process grow after the first third, but for a
+# thread or two of the scheduler, which starts them when others are busy.
 set -euo pipefail
 sentree=$1 source=$2 work=$3 length=${4:-60}
 rm -rf "$work" && mkdir -p "$work"
@@ -41,5 +42,5 @@ wait $run || code=$?
 
 paste -d' ' "$work/early" "$work/late" | awk '
   { printf "%s: %d -> %d kB, %d -> %d descriptors, %d -> %d threads\n", $1 " " $2, $(NF/2-2), $(NF-2), $(NF/2-1), $(NF-1), $(NF/2), $NF
-    if ($(NF-2) > 1.1 * $(NF/2-2) + 2048 || $(NF-1) > $(NF/2-1) || $NF > $(NF/2)) { print "  grew"; failed = 1 } }
+    if ($(NF-2) > 1.1 * $(NF/2-2) + 2048 || $(NF-1) > $(NF/2-1) || $NF > $(NF/2) + 2) { print "  grew"; failed = 1 } }
   END { exit failed || NR < 3 }'

@@ -336,16 +336,22 @@ class RealScheduler final : public Scheduler {
       arm_rescue();
     } else {
       ready_.push_back(&actor);
-      call_worker();
+      call_worker_for(actor);
     }
+  }
+
+  // The background is worth no thread of its own yet; the rescuer sees to it if nobody does before.
+  void call_worker_for(const Actor& actor) {
+    if (actor.background)
+      arm_rescue();
+    else
+      call_worker();
   }
 
   // Gives what waits for one worker to any.
   void release(std::vector<Actor*>& next) {
     ready_.insert(ready_.end(), next.rbegin(), next.rend());
-    const bool any = !next.empty();
-    next.clear();
-    if (any) call_worker();
+    for (const Actor* actor : std::exchange(next, {})) call_worker_for(*actor);
   }
 
   void call_worker() {
@@ -501,8 +507,8 @@ class RealScheduler final : public Scheduler {
       for (Worker& worker : workers_) look_at(worker);
       for (Worker* guest : guests_) look_at(*guest);
       if (!watching_) look_at_clock();
-      if (!ready_.empty() && !watching_) {
-        if (spares_.empty())
+      if (!ready_.empty()) {
+        if (!watching_ && spares_.empty())
           add_worker();
         else
           call_worker();
