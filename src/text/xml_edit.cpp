@@ -1,7 +1,6 @@
 #include <algorithm>
 
 #include "sentree/text/xml.h"
-#include "sentree/text/xml_scan.h"
 
 namespace sentree::text {
 
@@ -36,21 +35,21 @@ std::string escape_value(std::string_view value, char quote) {
 
 void XmlEdit::set_attribute(const XmlElement& element, std::string_view name, std::string_view value) {
   const std::string& source = document_.source();
-  const auto extents = scan_attributes(source, element.offset());
-  for (const XmlAttributeExtent& extent : extents) {
-    if (std::string_view(source).substr(extent.name_begin, extent.name_end - extent.name_begin) != name) continue;
-    patches_.push_back({extent.value_begin, extent.value_end, escape_value(value, source[extent.value_begin - 1])});
+  const auto places = element.attribute_places();
+  for (const XmlAttributePlace& place : places) {
+    if (std::string_view(source).substr(place.name_begin, place.name_end - place.name_begin) != name) continue;
+    patches_.push_back({place.value_begin, place.value_end, escape_value(value, source[place.value_begin - 1])});
     return;
   }
-  const std::size_t at = extents.empty() ? element.offset() + 1 + element.name().size() : extents.back().value_end + 1;
+  const std::size_t at = places.empty() ? element.offset() + 1 + element.name().size() : places.back().value_end + 1;
   patches_.push_back({at, at, " " + std::string(name) + "=\"" + xml_escape(value) + "\""});
 }
 
 void XmlEdit::remove_attribute(const XmlElement& element, std::string_view name) {
   const std::string& source = document_.source();
-  for (const XmlAttributeExtent& extent : scan_attributes(source, element.offset())) {
-    if (std::string_view(source).substr(extent.name_begin, extent.name_end - extent.name_begin) != name) continue;
-    patches_.push_back({space_before(source, extent.name_begin), extent.value_end + 1, ""});
+  for (const XmlAttributePlace& place : element.attribute_places()) {
+    if (std::string_view(source).substr(place.name_begin, place.name_end - place.name_begin) != name) continue;
+    patches_.push_back({space_before(source, place.name_begin), place.value_end + 1, ""});
   }
 }
 

@@ -4,8 +4,6 @@
 #include <utility>
 #include <vector>
 
-#include "sentree/text/xml_scan.h"
-
 namespace sentree::text {
 
 namespace {
@@ -117,9 +115,10 @@ class Formatter {
   }
 
   void attributes(const XmlElement& e) {
-    std::vector<XmlAttributeExtent> all = scan_attributes(source_, e.offset());
+    const auto places = e.attribute_places();
+    std::vector<XmlAttributePlace> all(places.begin(), places.end());
     if (style_.attribute_rank) {
-      std::stable_sort(all.begin(), all.end(), [this](const XmlAttributeExtent& a, const XmlAttributeExtent& b) {
+      std::stable_sort(all.begin(), all.end(), [this](const XmlAttributePlace& a, const XmlAttributePlace& b) {
         return style_.attribute_rank(name(a)) < style_.attribute_rank(name(b));
       });
     }
@@ -137,17 +136,17 @@ class Formatter {
     }
   }
 
-  [[nodiscard]] std::string_view name(const XmlAttributeExtent& a) const {
+  [[nodiscard]] std::string_view name(const XmlAttributePlace& a) const {
     return source_.substr(a.name_begin, a.name_end - a.name_begin);
   }
 
   /// Whoever broke the line there had a reason.
-  [[nodiscard]] bool begins_line(const XmlAttributeExtent& a) const {
+  [[nodiscard]] bool begins_line(const XmlAttributePlace& a) const {
     return source_[source_.find_last_not_of(" \t", a.name_begin - 1)] == '\n';
   }
 
   /// name="value", the value as written but for what XML does not allow in it.
-  [[nodiscard]] std::string written(const XmlAttributeExtent& a) const {
+  [[nodiscard]] std::string written(const XmlAttributePlace& a) const {
     const std::string_view value = source_.substr(a.value_begin, a.value_end - a.value_begin);
     const char quote = value.find('"') == std::string_view::npos ? '"' : '\'';
     std::string out(name(a));

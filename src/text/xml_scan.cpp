@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
+#include <span>
 #include <utility>
 
 #include "sentree/text/xml.h"
@@ -13,7 +15,7 @@ namespace {
 
 // What a byte may be. Name characters are those of ASCII; all of UTF-8 above is taken for a letter, as every reader in
 // practice does.
-enum ByteClass : std::uint8_t { kSpace = 1, kNameStart = 2, kNameChar = 4, kColon = 8, kInValue = 16 };
+enum ByteClass : std::uint8_t { kSpace = 1, kNameStart = 2, kNameChar = 4, kLocalChar = 8, kInValue = 16 };
 
 constexpr std::array<std::uint8_t, 256> kClasses = [] {
   std::array<std::uint8_t, 256> classes{};
@@ -22,9 +24,9 @@ constexpr std::array<std::uint8_t, 256> kClasses = [] {
     const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == ':' || c >= 0x80;
     if (letter) classes[c] = kNameStart | kNameChar;
     if ((c >= '0' && c <= '9') || c == '-' || c == '.') classes[c] = kNameChar;
-    if (c == ':') classes[c] |= kColon;
-    // What neither ends a value nor needs a look inside one.
-    if (c != '"' && c != '\'' && c != '<' && c != '&') classes[c] |= kInValue;
+    if ((classes[c] & kNameChar) != 0 && c != ':') classes[c] |= kLocalChar;
+    // What neither ends a value nor needs a look inside one; the byte behind the source, 0, is none.
+    if (c >= ' ' && c != '"' && c != '\'' && c != '<' && c != '&') classes[c] |= kInValue;
   }
   return classes;
 }();
@@ -34,18 +36,102 @@ bool is_space(char c) { return is(c, kSpace); }
 bool is_name_start(char c) { return is(c, kNameStart); }
 bool is_name_char(char c) { return is(c, kNameChar); }
 
-/// True if the eight bytes are ASCII and none of them is a control character, white space other than ' ' included.
-bool eight_plain(const char* text) {
+/// How many of the eight bytes, from the first on, are ASCII and no control characters, white space other than ' '
+/// included. May be too few, never too many.
+std::size_t plain_bytes(const char* text) {
   constexpr std::uint64_t kOnes = 0x0101010101010101U;
   std::uint64_t eight = 0;
   std::memcpy(&eight, text, 8);
   // Below 0x20, the subtraction borrows into a byte's highest bit; from 0x80 on, that bit is set already.
-  return (((eight - kOnes * 0x20U) | eight) & (kOnes * 0x80U)) == 0;
+  const std::uint64_t others = ((eight - kOnes * 0x20U) | eight) & (kOnes * 0x80U);
+  if (others == 0) return 8;
+  // A borrow reaches bytes of higher value only, so the lowest mark is right.
+  return std::endian::native == std::endian::little ? static_cast<std::size_t>(std::countr_zero(others)) / 8 : 0;
+}
+
+constexpr std::size_t kReferenceMax = 64;  ///< Bytes looked through for its ';', else many a bare '&' would take long.
+
+/// What stands between the '&' that `text` begins with and its ';'; empty if that is no reference.
+std::string_view reference_name(std::string_view text) {
+  const std::size_t length = text.substr(0, kReferenceMax + 2).find(';');
+  const std::string_view name = length == std::string_view::npos ? "" : text.substr(1, length - 1);
+  const auto allowed = [](char c) { return is_name_char(c) || c == '#'; };
+  return std::all_of(name.begin(), name.end(), allowed) ? name : std::string_view();
+}
+
+constexpr std::array<std::pair<std::string_view, char>, 5> kPredefined{
+    {{"lt", '<'}, {"gt", '>'}, {"amp", '&'}, {"quot", '"'}, {"apos", '\''}}};
+
+/// The character of "#10" or "#xA" (XML 2.2, 4.1); 0 if it names none.
+std::uint32_t character(std::string_view name) {
+  std::uint32_t code = 0;
+  const bool hex = name.size() > 1 && name[1] == 'x';
+  for (const char c : name.substr(hex ? 2 : 1)) {
+    const int digit = c >= '0' && c <= '9'          ? c - '0'
+                      : hex && c >= 'a' && c <= 'f' ? c - 'a' + 10
+                      : hex && c >= 'A' && c <= 'F' ? c - 'A' + 10
+                                                    : -1;
+    if (digit < 0 || code > 0x10FFFF) return 0;
+    code = code * (hex ? 16U : 10U) + static_cast<std::uint32_t>(digit);
+  }
+  const bool allowed = code == 9 || code == 10 || code == 13 || (code >= 0x20 && code < 0xD800) ||
+                       (code >= 0xE000 && code < 0xFFFE) || (code > 0xFFFF && code <= 0x10FFFF);
+  return allowed ? code : 0;
+}
+
+void append_utf8(std::uint32_t code, std::string& out) {
+  const auto byte = [&out](std::uint32_t bits) { out += static_cast<char>(bits); };
+  if (code < 0x80) return byte(code);
+  if (code < 0x800) {
+    byte(0xC0U | code >> 6U);
+  } else {
+    if (code < 0x10000) {
+      byte(0xE0U | code >> 12U);
+    } else {
+      byte(0xF0U | code >> 18U);
+      byte(0x80U | (code >> 12U & 0x3FU));
+    }
+    byte(0x80U | (code >> 6U & 0x3FU));
+  }
+  byte(0x80U | (code & 0x3FU));
+}
+
+/// With references resolved, those that are none left as they are, and each line end as '\n'; in a value, white space
+/// as ' ' (XML 1.0, 2.11 and 3.3.3).
+std::string resolve(std::string_view written, bool references, bool value) {
+  std::string out;
+  out.reserve(written.size());
+  for (std::size_t i = 0; i < written.size(); ++i) {
+    const char c = written[i];
+    if (c == '\r') {
+      out += value ? ' ' : '\n';
+      if (i + 1 < written.size() && written[i + 1] == '\n') ++i;
+    } else if (value && is_space(c)) {
+      out += ' ';
+    } else if (references && c == '&') {
+      const std::string_view name = reference_name(written.substr(i));
+      const auto known = std::find_if(kPredefined.begin(), kPredefined.end(),
+                                      [name](const auto& entity) { return entity.first == name; });
+      const std::uint32_t code = name.starts_with('#') ? character(name) : 0;
+      if (known != kPredefined.end()) {
+        out += known->second;
+      } else if (code != 0) {
+        append_utf8(code, out);
+      } else {
+        out += c;
+        continue;
+      }
+      i += name.size() + 1;
+    } else {
+      out += c;
+    }
+  }
+  return out;
 }
 
 class Scanner {
  public:
-  Scanner(std::string_view source, const XmlOptions& options) : source_(source), options_(options) {}
+  Scanner(const std::string& source, const XmlOptions& options) : source_(source), options_(options) {}
 
   XmlScan run() {
     if (source_.size() > 0xFFFFFFFFU) {
@@ -54,7 +140,8 @@ class Scanner {
     }
     if (!check_characters()) return std::move(scan_);
     constexpr std::size_t kTagBytes = 32;  // A usual one's; fewer reallocations of a long list.
-    scan_.extents.reserve(source_.size() / kTagBytes);
+    scan_.elements.reserve(source_.size() / kTagBytes);
+    scan_.attributes.reserve(source_.size() / kTagBytes);
     if (source_.starts_with("\xEF\xBB\xBF")) at_ = 3;
     if (starts("<?xml") && at_ + 5 < source_.size() && is_space(source_[at_ + 5])) xml_declaration();
     while (!scan_.error && misc()) {
@@ -80,7 +167,7 @@ class Scanner {
  private:
   struct Open {
     std::string_view name;
-    std::size_t extent;
+    std::uint32_t element;
     std::size_t prefixes_before;
   };
 
@@ -150,13 +237,14 @@ class Scanner {
     if (starts("<?xml") && (is_space(source_[at_ + 5]) || at_ + 5 == end)) {
       return error(at_, "the XML declaration must stand at the very start"), false;
     }
+    if (!is_name_start(source_[at_ + 2])) return error(at_, "the processing instruction has no name"), false;
     at_ = end + 2;
     return true;
   }
 
   // The document type is skipped; what it defines is not defined for us.
   bool doctype() {
-    if (!scan_.extents.empty()) return error(at_, "DOCTYPE behind the root element"), false;
+    if (!scan_.elements.empty()) return error(at_, "DOCTYPE behind the root element"), false;
     int brackets = 0;
     char quote = 0;
     for (std::size_t i = at_ + 9; i < source_.size(); ++i) {
@@ -187,7 +275,7 @@ class Scanner {
       if (scan_.error) return;
       if (at_ >= source_.size() && !open_.empty()) {
         const Open& open = open_.back();
-        return error(scan_.extents[open.extent].begin, "<" + std::string(open.name) + "> is never closed");
+        return error(scan_.elements[open.element].begin, "<" + std::string(open.name) + "> is never closed");
       }
     } while (!open_.empty());
   }
@@ -226,54 +314,36 @@ class Scanner {
 
   // XML 4.1. False if that is an error.
   bool reference(std::size_t at) {
-    constexpr std::size_t kReferenceMax = 64;  // Looked through, else many a bare '&' would take quadratic time.
-    const std::size_t length = source_.substr(at, kReferenceMax + 2).find(';');
-    const std::string_view name = length == std::string_view::npos ? "" : source_.substr(at + 1, length - 1);
-    if (name.empty() || !std::all_of(name.begin(), name.end(), [](char c) { return is_name_char(c) || c == '#'; })) {
+    const std::string_view name = reference_name(source_.substr(at));
+    if (name.empty()) {
       lenient(at, "a bare \"&\"; write \"&amp;\"");
-      return !scan_.error;
-    }
-    if (name[0] == '#') {
-      std::uint32_t code = 0;
-      const bool hex = name.size() > 1 && name[1] == 'x';
-      for (const char c : name.substr(hex ? 2 : 1)) {
-        const int digit = c >= '0' && c <= '9'          ? c - '0'
-                          : hex && c >= 'a' && c <= 'f' ? c - 'a' + 10
-                          : hex && c >= 'A' && c <= 'F' ? c - 'A' + 10
-                                                        : -1;
-        if (digit < 0 || code > 0x10FFFF) {
-          code = 0;
-          break;
-        }
-        code = code * (hex ? 16U : 10U) + static_cast<std::uint32_t>(digit);
-      }
-      const bool allowed = code == 9 || code == 10 || code == 13 || (code >= 0x20 && code < 0xD800) ||
-                           (code >= 0xE000 && code < 0xFFFE) || (code > 0xFFFF && code <= 0x10FFFF);
-      if (!allowed) error(at, "character reference \"&" + std::string(name) + ";\" names no character of XML");
-      return !scan_.error;
-    }
-    constexpr std::array<std::string_view, 5> kPredefined{"lt", "gt", "amp", "quot", "apos"};
-    if (std::find(kPredefined.begin(), kPredefined.end(), name) == kPredefined.end()) {
+    } else if (name[0] == '#') {
+      if (character(name) == 0)
+        error(at, "character reference \"&" + std::string(name) + ";\" names no character of XML");
+    } else if (std::none_of(kPredefined.begin(), kPredefined.end(),
+                            [name](const auto& entity) { return entity.first == name; })) {
       lenient(at, "entity \"&" + std::string(name) + ";\" is not defined; only lt, gt, amp, quot and apos are");
     }
     return !scan_.error;
   }
 
+  // The source is followed by a 0, which belongs to no class, so these need not look for its end.
+
   std::string_view read_name() {
-    const std::size_t begin = at_;
-    if (at_ >= source_.size() || !is_name_start(source_[at_])) return {};
-    std::size_t end = at_;
-    std::uint8_t seen = 0;
-    for (; end < source_.size() && is_name_char(source_[end]); ++end) {
-      seen |= kClasses[static_cast<unsigned char>(source_[end])];
+    const char* const begin = source_.data() + at_;
+    if (!is_name_start(*begin)) return {};
+    const char* end = begin;
+    while (is(*end, kLocalChar)) ++end;
+    if (*end == ':') {
+      prefixed_ = true;
+      while (is_name_char(*end)) ++end;
     }
-    prefixed_ = prefixed_ || (seen & kColon) != 0;
-    at_ = end;
-    return source_.substr(begin, end - begin);
+    at_ = static_cast<std::size_t>(end - source_.data());
+    return {begin, static_cast<std::size_t>(end - begin)};
   }
   bool skip_space() {
     const std::size_t begin = at_;
-    while (at_ < source_.size() && is_space(source_[at_])) ++at_;
+    while (is_space(source_.data()[at_])) ++at_;
     return at_ > begin;
   }
 
@@ -285,30 +355,37 @@ class Scanner {
     if (open_.size() >= static_cast<std::size_t>(kXmlNestingMax)) {
       return error(begin, "elements nested deeper than " + std::to_string(kXmlNestingMax) + " levels", "xml.too-deep");
     }
-    open_.push_back({name, scan_.extents.size(), prefixes_.size()});
-    scan_.extents.push_back({static_cast<std::uint32_t>(begin), 0, 0, 0});
+    const auto element = static_cast<std::uint32_t>(scan_.elements.size());
+    const auto first_attribute = static_cast<std::uint32_t>(scan_.attributes.size());
+    scan_.elements.push_back({static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(name.size()), 0, 0, 0,
+                              open_.empty() ? 0 : open_.back().element, element + 1, first_attribute});
 
-    attributes_.clear();
     for (;;) {
       const bool spaced = skip_space();
       if (at_ >= source_.size()) return error(begin, "the tag <" + std::string(name) + " does not end");
       if (source_[at_] == '>' || source_[at_] == '/') break;
       if (!spaced) return error(at_, "white space is missing before the attribute");
-      if (!attribute(name)) return;
+      if (!attribute(name, first_attribute)) return;
     }
-    if (prefixed_) check_prefixes(begin, name);
+    const std::size_t prefixes_before = prefixes_.size();
+    if (prefixed_) check_prefixes(begin, name, first_attribute);
     if (scan_.error) return;
-    XmlExtent& extent = scan_.extents.back();
+    XmlElementPlace& place = scan_.elements.back();
     if (source_[at_] == '/') {
       if (++at_ >= source_.size() || source_[at_] != '>') return error(at_ - 1, "\"/\" must be followed by \">\"");
-      extent.open_end = extent.close_begin = extent.end = static_cast<std::uint32_t>(++at_);
-      close();
+      place.open_end = place.close_begin = place.end = static_cast<std::uint32_t>(++at_);
+      prefixes_.resize(prefixes_before);
     } else {
-      extent.open_end = static_cast<std::uint32_t>(++at_);
+      place.open_end = static_cast<std::uint32_t>(++at_);
+      open_.push_back({name, element, prefixes_before});
     }
   }
 
-  bool attribute(std::string_view element) {
+  [[nodiscard]] std::string_view name_of(const XmlAttributePlace& place) const {
+    return {source_.data() + place.name_begin, place.name_end - place.name_begin};
+  }
+
+  bool attribute(std::string_view element, std::size_t first_attribute) {
     const std::size_t begin = at_;
     const std::string_view name = read_name();
     if (name.empty()) return error(at_, "<" + std::string(element) + ">: expected an attribute or \">\""), false;
@@ -321,30 +398,49 @@ class Scanner {
     if (quote != '"' && quote != '\'')
       return error(at_, "the value of attribute \"" + std::string(name) + "\" is not in quotes"), false;
     const std::size_t value_begin = ++at_;
-    std::size_t value_end = value_begin;
-    while (value_end < source_.size() && is(source_[value_end], kInValue)) ++value_end;
-    const std::size_t first_special = value_end;
-    if (value_end == source_.size() || source_[value_end] != quote) value_end = source_.find(quote, value_end);
-    if (value_end == std::string_view::npos)
+    while (is(source_.data()[at_], kInValue)) ++at_;
+    const std::size_t first_special = at_;
+    if (at_ >= source_.size() || source_[at_] != quote) at_ = source_.find(quote, at_);
+    if (at_ == std::string_view::npos)
       return error(begin, "the value of attribute \"" + std::string(name) + "\" does not end"), false;
-    for (std::size_t i = first_special; i < value_end; ++i) {
-      if (source_[i] != '<' && source_[i] != '&') continue;
-      if (source_[i] == '<')
-        lenient(i, "\"<\" in the value of attribute \"" + std::string(name) + "\"; write \"&lt;\"");
-      else
-        reference(i);
-      if (scan_.error) return false;
+    XmlAttributePlace place{static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(begin + name.size()),
+                            static_cast<std::uint32_t>(value_begin), static_cast<std::uint32_t>(at_)};
+    if (first_special != at_ && !look_inside(place, name, first_special)) return false;
+    for (std::size_t i = first_attribute; i < scan_.attributes.size(); ++i) {
+      if (name_of(scan_.attributes[i]) == name)
+        return error(begin, "attribute \"" + std::string(name) + "\" stands twice"), false;
     }
-    for (const auto& [other, offset] : attributes_) {
-      if (other == name) return error(begin, "attribute \"" + std::string(name) + "\" stands twice"), false;
-    }
-    attributes_.emplace_back(name, begin);
-    if (name.starts_with("xmlns:")) prefixes_.push_back(name.substr(6));
-    at_ = value_end + 1;
+    scan_.attributes.push_back(place);
+    ++at_;
     return true;
   }
 
-  void check_prefixes(std::size_t begin, std::string_view element) {
+  // A value with something that is not as written, or not allowed, from `at` on.
+  bool look_inside(XmlAttributePlace& place, std::string_view name, std::size_t at) {
+    bool changes = false;
+    for (; at < place.value_end; ++at) {
+      if (source_[at] == '<') {
+        lenient(at, "\"<\" in the value of attribute \"" + std::string(name) + "\"; write \"&lt;\"");
+      } else if (source_[at] == '&') {
+        changes = true;
+        reference(at);
+      } else {
+        changes = changes || (source_[at] != ' ' && is_space(source_[at]));
+      }
+      if (scan_.error) return false;
+    }
+    if (!changes) return true;
+    place.resolved = static_cast<std::uint32_t>(scan_.resolved.size());
+    scan_.resolved.push_back(
+        resolve(source_.substr(place.value_begin, place.value_end - place.value_begin), true, true));
+    return true;
+  }
+
+  void check_prefixes(std::size_t begin, std::string_view element, std::size_t first_attribute) {
+    const auto attributes = std::span<const XmlAttributePlace>(scan_.attributes).subspan(first_attribute);
+    for (const XmlAttributePlace& place : attributes) {
+      if (const auto name = name_of(place); name.starts_with("xmlns:")) prefixes_.push_back(name.substr(6));
+    }
     const auto check = [&](std::string_view name, std::size_t offset) {
       const auto colon = name.find(':');
       if (colon == std::string_view::npos) return;
@@ -357,7 +453,7 @@ class Scanner {
               "xml.namespace");
     };
     check(element, begin + 1);
-    for (const auto& [name, offset] : attributes_) check(name, offset);
+    for (const XmlAttributePlace& place : attributes) check(name_of(place), place.name_begin);
   }
 
   void end_tag() {
@@ -372,13 +468,10 @@ class Scanner {
     if (open_.back().name != name) {
       return error(begin, "</" + std::string(name) + "> closes <" + std::string(open_.back().name) + ">");
     }
-    XmlExtent& extent = scan_.extents[open_.back().extent];
-    extent.close_begin = static_cast<std::uint32_t>(begin);
-    extent.end = static_cast<std::uint32_t>(at_);
-    close();
-  }
-
-  void close() {
+    XmlElementPlace& place = scan_.elements[open_.back().element];
+    place.close_begin = static_cast<std::uint32_t>(begin);
+    place.end = static_cast<std::uint32_t>(at_);
+    place.subtree_end = static_cast<std::uint32_t>(scan_.elements.size());
     prefixes_.resize(open_.back().prefixes_before);
     open_.pop_back();
   }
@@ -390,37 +483,21 @@ class Scanner {
   std::vector<Open> open_;
   std::vector<std::string_view> prefixes_;
   bool prefixed_ = false;  ///< A name of the present tag has a colon.
-  std::vector<std::pair<std::string_view, std::size_t>> attributes_;
 };
 
 }  // namespace
 
-XmlScan scan_xml(std::string_view source, const XmlOptions& options) { return Scanner(source, options).run(); }
+XmlScan scan_xml(const std::string& source, const XmlOptions& options) { return Scanner(source, options).run(); }
 
-std::vector<XmlAttributeExtent> scan_attributes(std::string_view source, std::size_t tag_begin) {
-  std::vector<XmlAttributeExtent> extents;
-  std::size_t at = tag_begin + 1;
-  while (is_name_char(source[at])) ++at;
-  for (;;) {
-    while (is_space(source[at])) ++at;
-    if (source[at] == '>' || source[at] == '/') return extents;
-    XmlAttributeExtent extent{};
-    extent.name_begin = at;
-    while (is_name_char(source[at])) ++at;
-    extent.name_end = at;
-    while (source[at] != '"' && source[at] != '\'') ++at;
-    extent.value_begin = at + 1;
-    extent.value_end = source.find(source[at], at + 1);
-    at = extent.value_end + 1;
-    extents.push_back(extent);
-  }
-}
+std::string resolve_text(std::string_view written) { return resolve(written, true, false); }
+std::string resolve_line_ends(std::string_view written) { return resolve(written, false, false); }
 
 std::optional<std::pair<std::size_t, std::string>> first_unreadable(std::string_view source) {
   for (std::size_t i = 0; i < source.size();) {
-    if (i + 8 <= source.size() && eight_plain(source.data() + i)) {
-      i += 8;
-      continue;
+    if (i + 8 <= source.size()) {
+      const std::size_t plain = plain_bytes(source.data() + i);
+      i += plain;
+      if (plain == 8) continue;
     }
     const auto c = static_cast<unsigned char>(source[i]);
     if (c < 0x80) {

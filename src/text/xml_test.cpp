@@ -45,6 +45,48 @@ TEST(XmlDocument, JoinsTextAndCdata) {
   EXPECT_EQ(parse("<a>x &amp; <!-- no --><![CDATA[<y>]]><b/></a>").root().text(), "x & <y>");
 }
 
+TEST(XmlDocument, ResolvesReferencesAndNormalisesWhiteSpace) {
+  // XML 1.0, 2.11 and 3.3.3: white space in a value becomes ' ', unless it is written as a reference; line ends of text
+  // become '\n'.
+  const auto document = parse(
+      "<a v='1&#10;2\n3\t4\r\n5\r6 &quot;&apos;&lt;&gt;&amp;lt;'>&#65;&#xE9;&#x20AC;&#x1F916;\r\nb\rc"
+      "<![CDATA[&amp;\r\n]]>&#32;<b/> \n </a>");
+  EXPECT_EQ(document.root().attribute("v"), "1\n2 3 4 5 6 \"'<>&lt;");
+  EXPECT_EQ(document.root().text(), "A\xC3\xA9\xE2\x82\xAC\xF0\x9F\xA4\x96\nb\nc&amp;\n ");
+}
+
+TEST(XmlDocument, KeepsWhatIsNoReferenceWhenLenient) {
+  const auto document = parse("<a v='&nbsp; & &; &lt &amp;amp;'/>", {.lenient = true});
+  EXPECT_EQ(document.root().attribute("v"), "&nbsp; & &; &lt &amp;");
+  EXPECT_EQ(document.warnings().size(), 4U);
+}
+
+TEST(XmlDocument, LeavesCommentsAndInstructionsOutOfText) {
+  EXPECT_EQ(parse("<a>x<!-->--><?p ?><!-- -- --><b>no</b>y<?q?></a>", {.lenient = true}).root().text(), "xy");
+  EXPECT_EQ(refusal("<a><? p?></a>"), "a.xml:1:4: the processing instruction has no name");
+}
+
+TEST(XmlElement, OutlivesAMoveOfItsDocument) {
+  auto document = parse("<a><b x='1'/></a>");
+  const XmlElement b = document.root().first_child();
+  const XmlDocument moved = std::move(document);
+  EXPECT_EQ(b.attribute("x"), "1");
+  EXPECT_EQ(b, moved.root().first_child());
+  EXPECT_EQ(to_string(b.span()), "a.xml:1:4");
+}
+
+TEST(XmlElement, OfNothingIsEmpty) {
+  const XmlElement none;
+  EXPECT_FALSE(none);
+  EXPECT_FALSE(none.first_child());
+  EXPECT_FALSE(none.next_sibling());
+  EXPECT_FALSE(none.parent());
+  EXPECT_EQ(none.name(), "");
+  EXPECT_EQ(none.attribute("x"), std::nullopt);
+  EXPECT_EQ(none.text(), "");
+  EXPECT_TRUE(none.attributes().empty());
+}
+
 TEST(XmlDocument, RefusesWhatIsNotWellFormed) {
   EXPECT_EQ(refusal(""), "a.xml:1:1: there is no root element");
   EXPECT_EQ(refusal("<a>\n<b></a>"), "a.xml:2:4: </a> closes <b>");
