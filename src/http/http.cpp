@@ -120,14 +120,15 @@ void Socket::close(std::uint16_t code, std::string reason) const {
 // ---- Server ----
 
 struct Server::Impl {
-  asio::io_context context{1};
-  tcp::acceptor acceptor{context};
   Handler handler;
   SocketService sockets;
   Limits limits;
   std::string address;
   std::size_t connections = 0;                    // of the thread
   std::set<std::shared_ptr<Socket::Core>> cores;  // of the thread
+  // After what connections use: those that are still open go with the context.
+  asio::io_context context{1};
+  tcp::acceptor acceptor{context};
   std::thread thread;
 
   class Connection;
@@ -155,7 +156,7 @@ class Server::Impl::SocketConnection : public std::enable_shared_from_this<Socke
   }
   ~SocketConnection() {
     --server_.connections;
-    end();
+    detach();
   }
   SocketConnection(const SocketConnection&) = delete;
   SocketConnection& operator=(const SocketConnection&) = delete;
@@ -167,6 +168,7 @@ class Server::Impl::SocketConnection : public std::enable_shared_from_this<Socke
                                                        .keep_alive_pings = true});
     stream_.read_message_max(server_.sockets.limits.message_bytes_max);
     stream_.text(true);
+    stream_.auto_fragment(false);
     request_ = std::move(request);
     stream_.async_accept(upgrade, [self = shared_from_this()](beast::error_code error) {
       if (!error) self->opened();
@@ -191,7 +193,7 @@ class Server::Impl::SocketConnection : public std::enable_shared_from_this<Socke
 
   void read() {
     stream_.async_read(buffer_, [self = shared_from_this()](beast::error_code error, std::size_t) {
-      if (error) return self->end();
+      if (error || !self->handler_) return self->end();
       self->handler_->received(beast::buffers_to_string(self->buffer_.data()));
       self->buffer_.clear();
       self->read();
@@ -230,6 +232,12 @@ class Server::Impl::SocketConnection : public std::enable_shared_from_this<Socke
   }
 
   void end() {
+    detach();
+    beast::get_lowest_layer(stream_).close();
+  }
+
+  // From here on nobody sends or receives.
+  void detach() {
     {
       const std::lock_guard lock(core_->mutex);
       core_->wake = nullptr;
@@ -238,7 +246,6 @@ class Server::Impl::SocketConnection : public std::enable_shared_from_this<Socke
     }
     server_.cores.erase(core_);
     handler_.reset();
-    beast::get_lowest_layer(stream_).close();
   }
 
   websocket::stream<beast::tcp_stream> stream_;

@@ -73,8 +73,7 @@ class Server {
   /// others can reach is refused unless `allow_remote`), http.port-taken.
   /// @param sockets  What requests to open a WebSocket are answered with (see websocket.h).
   [[nodiscard]] static Result<Server> listen(std::string_view address, std::uint16_t port, Handler handler,
-                                             Limits limits = {}, bool allow_remote = false,
-                                             SocketService sockets = {});
+                                             Limits limits = {}, bool allow_remote = false, SocketService sockets = {});
   Server(Server&&) noexcept;
   Server& operator=(Server&&) noexcept;
   /// Closes all connections and waits for the thread.
