@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "sentree/cli/output.h"
+#include "sentree/cli/report.h"
 #include "sentree/record/folder.h"
 
 namespace sentree::cli {
@@ -34,6 +35,7 @@ std::unique_ptr<RunRecording> RunRecording::begin(const std::string& file, const
       plan, files, std::move(*sink),
       runtime::RecordingOptions{.library = "sentree " SENTREE_VERSION,
                                 .on_failure = [](const std::string& what) { say("! " + what); },
+                                .story = story,
                                 .tap = std::move(tap)});
   return recording;
 }
@@ -42,7 +44,7 @@ std::unique_ptr<RunRecording> RunRecording::tap_only(const runtime::Plan& plan, 
   auto recording = std::make_unique<RunRecording>();
   recording->recorder_ = std::make_unique<runtime::RunRecorder>(
       plan, std::vector<text::ReadFile>(), std::make_unique<record::NullSink>(),
-      runtime::RecordingOptions{.compression = record::Compression::kNone, .on_failure = {}, .tap = std::move(tap)});
+      runtime::RecordingOptions{.compression = record::Compression::kNone, .on_failure = {}, .story = story, .tap = std::move(tap)});
   return recording;
 }
 

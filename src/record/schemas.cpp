@@ -50,7 +50,25 @@ const std::string_view kSnapshot =
 
 const std::string_view kBattery =
     R"~({"title":"sentree.Battery","type":"object","properties":{"percent":{"type":"number"},)~"
-    R"~("current_A":{"type":"number"},"charging":{"type":"boolean"}}})~";
+    R"~("current_A":{"type":"number"},"charging":{"type":"boolean"},"voltage_V":{"type":"number"},)~"
+    R"~("plugged":{"type":"boolean"}}})~";
+
+const std::string_view kMotion =
+    R"~({"title":"sentree.Motion","type":"object","description":"How a robot moves, and where to",)~"
+    R"~("properties":{"speed":{"type":"number","description":"[m/s]"},"turn":{"type":"number",)~"
+    R"~("description":"[rad/s]"},"status":{"type":"string","description":"Of its navigation"},)~"
+    R"~("goal":{"type":"array","items":{"type":"number"},"description":"x, y [m], heading [rad]; absent: none"}}})~";
+
+const std::string_view kBlackboard =
+    R"~({"title":"sentree.Blackboard","type":"object","description":"The tree's entries: by the path of the SubTree)~"
+    R"~( that owns them, then by name","additionalProperties":{"type":"object"}})~";
+
+const std::string_view kViolation =
+    R"~({"title":"sentree.Violation","type":"object","properties":{"monitor":{"type":"string"},)~"
+    R"~("time":{"type":"integer","description":"[ns]"},"sequence":{"type":"integer",)~"
+    R"~("description":"Of the observation that decided; 0: a deadline passed in silence"},)~"
+    R"~("story":{"type":"string"},"witness":{"type":"array","items":{"type":"object"}},)~"
+    R"~("explanation":{"description":"Of a monitor that was written from a requirement"}}})~";
 
 const std::string_view kPose =
     R"~({"title":"foxglove.PoseInFrame","type":"object","properties":{"timestamp":{"type":"object",)~"

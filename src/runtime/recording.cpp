@@ -73,6 +73,8 @@ struct RunRecorder::Impl {
     chart_states = recorder.add_channel("/charts", "sentree.Chart", schemas::kChart);
     monitor_states = recorder.add_channel("/monitors", "sentree.Monitor", schemas::kMonitor);
     log = recorder.add_channel("/log", "foxglove.Log", schemas::kLog);
+    blackboard = recorder.add_channel("/blackboard", "sentree.Blackboard", schemas::kBlackboard);
+    violations = recorder.add_channel("/violations", "sentree.Violation", schemas::kViolation);
     snapshots = recorder.add_channel(std::string(kSnapshotTopic), "sentree.Snapshot", schemas::kSnapshot);
     statuses.assign(plan.tree.size(), bt::Status::kIdle);
     monitors.resize(plan.monitors.size());
@@ -145,6 +147,10 @@ struct RunRecorder::Impl {
             line + std::string(text != nullptr ? text->text() : ""));
         break;
       }
+      case What::kInjection:
+        // What was done is seen at once, also where no time passes.
+        if (inside != nullptr) inside->scheduler().post(inside->director(), [this] { sample_robots(); });
+        break;
       case What::kOther: break;
     }
     for (const std::size_t index : route.monitors) look_at_monitor(index, message.time);
@@ -173,7 +179,7 @@ struct RunRecorder::Impl {
   }
 
   // What observations of one name mean here.
-  enum class What : std::uint8_t { kOther, kTick, kStatus, kLog };
+  enum class What : std::uint8_t { kOther, kTick, kStatus, kLog, kInjection };
   struct Route {
     What what = What::kOther;
     std::vector<std::size_t> monitors;  // that they may move
@@ -189,6 +195,8 @@ struct RunRecorder::Impl {
       route.what = What::kTick;
     else if (message.name == "node.status")
       route.what = What::kStatus;
+    else if (message.name == "scenario.injection")
+      route.what = What::kInjection;
     else if (message.kind == MessageKind::kEvent && message.name.ends_with(".log"))
       route.what = What::kLog;
     for (std::size_t i = 0; i < plan.monitors.size(); ++i) {
@@ -274,10 +282,50 @@ struct RunRecorder::Impl {
     snapshot_at(TimePoint(kSnapshotPeriod));
   }
 
+  // In the director's actor.
+  void sample_robots() {
+    const TimePoint now = inside->scheduler().now();
+    if (robots) inside->sim()->inspect([&](const sim::State& state) { robots->sample(state, now); });
+  }
+
+  // In the mission's actor. The blackboard, if it is not as it was written last.
+  void write_blackboard(TimePoint now) {
+    const Value entries = bt::export_blackboard(plan.tree, inside->mission().state());
+    std::string json = to_json(entries);
+    if (json == written_blackboard || (written_blackboard.empty() && json == "{}")) return;
+    written_blackboard = std::move(json);
+    recorder.message(blackboard, now, [&](std::string& out) { out += written_blackboard; });
+  }
+
+  void write_violation(const MonitorReport& report) {
+    const monitor::Decision& decision = *report.decision;
+    List witness;
+    for (const Message& message : decision.witness) {
+      witness.push_back(Map{{"sequence", static_cast<std::int64_t>(message.sequence)},
+                            {"time", message.time.time_since_epoch().count()},
+                            {"tick", static_cast<std::int64_t>(message.tick)},
+                            {"kind", to_string(message.kind)},
+                            {"name", message.name},
+                            {"source", message.source},
+                            {"target", message.target},
+                            {"call", static_cast<std::int64_t>(message.call)},
+                            {"data", message.data}});
+    }
+    Map violation{{"monitor", report.name},
+                  {"time", decision.at.time_since_epoch().count()},
+                  {"sequence", decision.deciding ? static_cast<std::int64_t>(decision.deciding->sequence) : 0},
+                  {"story", story ? story(report) : ""},
+                  {"witness", std::move(witness)},
+                  {"explanation", nullptr}};
+    if (report.explanation) violation["explanation"] = monitor::to_value(*report.explanation);
+    write(violations, decision.at, [&](record::PackedJson& out) { out.value(Value(std::move(violation))); });
+  }
+
   void sample_at(TimePoint when) {
     inside->scheduler().at(inside->director(), when, Rank::kSimulator, [this, when] {
       const TimePoint now = inside->scheduler().now();
-      if (robots) inside->sim()->inspect([&](const sim::State& state) { robots->sample(state, now); });
+      sample_robots();
+      inside->scheduler().post(inside->mission().actor(), [this, now] { write_blackboard(now); });
       // Silence moves monitors too.
       inside->scheduler().post(inside->observer(), [this, now] {
         for (std::size_t i = 0; i < monitors.size(); ++i) look_at_monitor(i, now);
@@ -382,7 +430,11 @@ struct RunRecorder::Impl {
   record::ChannelId chart_states = 0;
   record::ChannelId monitor_states = 0;
   record::ChannelId log = 0;
+  record::ChannelId blackboard = 0;
+  record::ChannelId violations = 0;
   record::ChannelId snapshots = 0;
+  std::function<std::string(const MonitorReport&)> story;
+  std::string written_blackboard;  // of the mission's actor
   RunInside* inside = nullptr;
   std::unique_ptr<RobotTopics> robots;
   TimePoint last_time{};
@@ -410,6 +462,7 @@ RunRecorder::RunRecorder(const Plan& plan, const std::vector<text::ReadFile>& fi
     };
   }
   impl_ = std::make_unique<Impl>(plan, std::move(sink), std::move(recorder));
+  impl_->story = std::move(options.story);
   impl_->attach_files(files);
 }
 
@@ -435,6 +488,7 @@ void RunRecorder::install(RunOptions& options) {
     if (next) next(report);
     if (!report.decision) return;
     const bool violated = report.verdict == monitor::Verdict::kViolated;
+    if (violated) impl->write_violation(report);
     impl->say(report.decision->at, violated ? record::LogLevel::kError : record::LogLevel::kInfo, report.name,
               std::string(to_string(report.verdict)) + ": state " + report.decision->state);
   };

@@ -30,6 +30,8 @@ struct RecordingOptions {
   record::Compression compression = record::Compression::kZstd;
   /// Told once when the disk is full or fails; the run goes on without recording.
   std::function<void(const std::string&)> on_failure;
+  /// A violation as people read it; empty: without.
+  std::function<std::string(const MonitorReport&)> story = {};
   /// See record::RecorderOptions.
   std::function<void(const record::Channel&, TimePoint, std::string_view packed)> tap = {};
 };

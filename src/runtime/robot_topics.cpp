@@ -2,12 +2,15 @@
 
 #include "sentree/record/foxglove.h"
 #include "sentree/record/schemas.h"
+#include "sentree/sim/service_values.h"
 
 namespace sentree::runtime {
 
 namespace {
 
 constexpr std::chrono::seconds kPoseRepeat{1};
+constexpr std::chrono::seconds kParticlesPeriod{1};
+constexpr std::size_t kParticlesShown = 200;
 
 record::Pose to_pose(const sim::Pose2& pose) { return {pose.x, pose.y, pose.theta}; }
 
@@ -36,6 +39,8 @@ RobotTopics::RobotTopics(record::Recorder& recorder, const sim::World& world) : 
     robot.scan = recorder.add_channel(base + "/scan", "foxglove.LaserScan", record::schemas::kScan);
     robot.path = recorder.add_channel(base + "/path", "foxglove.PosesInFrame", record::schemas::kPath);
     robot.battery = recorder.add_channel(base + "/battery", "sentree.Battery", record::schemas::kBattery);
+    robot.motion = recorder.add_channel(base + "/motion", "sentree.Motion", record::schemas::kMotion);
+    robot.particles = recorder.add_channel(base + "/particles", "foxglove.PosesInFrame", record::schemas::kPath);
   }
 }
 
@@ -82,10 +87,56 @@ void RobotTopics::sample_robot(const sim::RobotSpec& spec, const sim::RobotState
       out.number(state.battery.current_A);
       out.raw(R"(,"charging":)");
       out.boolean(sim::is_charging(state.battery));
+      out.raw(R"(,"voltage_V":)");
+      out.rounded(sim::voltage_V(spec.battery, state.battery));
+      out.raw(R"(,"plugged":)");
+      out.boolean(state.battery.plugged);
       out.raw("}");
     });
     robot.last_battery = state.battery;
   }
+  sample_motion(state, robot, now);
+  sample_particles(state, robot, now);
+}
+
+void RobotTopics::sample_motion(const sim::RobotState& state, Robot& robot, TimePoint now) {
+  std::optional<sim::Pose2> goal;
+  if (sim::is_active(state.navigator.status) && !state.navigator.goal.waypoints.empty())
+    goal = state.navigator.goal.waypoints.back();
+  Motion motion{state.odometry_twist, goal, state.navigator.status};
+  if (robot.last_motion && *robot.last_motion == motion) return;
+  recorder_.pack(robot.motion, now, [&](record::PackedJson& out) {
+    out.raw(R"({"speed":)");
+    out.rounded(motion.twist.vx);
+    out.raw(R"(,"turn":)");
+    out.rounded(motion.twist.omega);
+    out.raw(R"(,"status":)");
+    out.value(sim::to_value(motion.status));
+    if (goal) {
+      out.raw(R"(,"goal":[)");
+      out.rounded(goal->x);
+      out.raw(",");
+      out.rounded(goal->y);
+      out.raw(",");
+      out.rounded(goal->theta);
+      out.raw("]");
+    }
+    out.raw("}");
+  });
+  robot.last_motion = motion;
+}
+
+// Some of them, after the filter has worked.
+void RobotTopics::sample_particles(const sim::RobotState& state, Robot& robot, TimePoint now) {
+  const std::vector<sim::Particle>& particles = state.localization.particles;
+  const bool again = robot.particles_at == TimePoint::min() || now - robot.particles_at >= kParticlesPeriod;
+  if (particles.empty() || !again || (robot.filtered && *robot.filtered == state.localization.updated_at)) return;
+  const std::size_t stride = (particles.size() + kParticlesShown - 1) / kParticlesShown;
+  std::vector<record::Pose> poses;
+  for (std::size_t i = 0; i < particles.size(); i += stride) poses.push_back(to_pose(particles[i].pose));
+  recorder_.message(robot.particles, now, [&](std::string& out) { record::append_path(out, now, poses); });
+  robot.particles_at = now;
+  robot.filtered = state.localization.updated_at;
 }
 
 void RobotTopics::write_map(TimePoint now) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,8 +11,8 @@
 
 namespace sentree::runtime {
 
-/// Writes the simulated robot and its world into a recording, in Foxglove's schemas: pose, scan, path and battery of
-/// each robot, the map, and what stands in the world.
+/// Writes the simulated robot and its world into a recording, in Foxglove's schemas: pose, scan, path, motion,
+/// particles and battery of each robot, the map, and what stands in the world.
 class RobotTopics {
  public:
   RobotTopics(record::Recorder& recorder, const sim::World& world);
@@ -20,20 +21,33 @@ class RobotTopics {
   void sample(const sim::State& state, TimePoint now);
 
  private:
+  struct Motion {
+    sim::Twist2 twist;
+    std::optional<sim::Pose2> goal;  // while it is pursued
+    sim::NavigationStatus status = sim::NavigationStatus::kIdle;
+    friend bool operator==(const Motion&, const Motion&) = default;
+  };
   struct Robot {
     record::ChannelId truth = 0;
     record::ChannelId estimate = 0;
     record::ChannelId scan = 0;
     record::ChannelId path = 0;
     record::ChannelId battery = 0;
+    record::ChannelId motion = 0;
+    record::ChannelId particles = 0;
     sim::Pose2 last_truth;
     sim::Pose2 last_estimate;
     TimePoint posed = TimePoint::min();
     TimePoint scanned = TimePoint::min();
     std::vector<sim::Vec2> last_path;
     sim::Battery last_battery;
+    std::optional<Motion> last_motion;
+    TimePoint particles_at = TimePoint::min();
+    std::optional<sim::Pose2> filtered;  // odometry at the filter's last turn that was written
   };
   void sample_robot(const sim::RobotSpec& spec, const sim::RobotState& state, Robot& robot, TimePoint now);
+  void sample_motion(const sim::RobotState& state, Robot& robot, TimePoint now);
+  void sample_particles(const sim::RobotState& state, Robot& robot, TimePoint now);
   void write_map(TimePoint now);
   void write_scene(const sim::State& state, TimePoint now);
 
