@@ -39,6 +39,14 @@ struct RunCommand {
 };
 int run(const RunCommand& command);
 
+struct StudioCommand {
+  std::string recording;
+  std::string at;  ///< Where the page is served, [HOST:]PORT; empty: the usual place.
+  bool insecure = false;
+  bool open = false;
+};
+int studio(const StudioCommand& command);
+
 struct InfoCommand {
   std::string file;
   bool json = false;

@@ -58,6 +58,20 @@ void add_run(CLI::App& app, RunCommand& command) {
   sub->add_flag("--no-record", command.no_record, "Record nothing")->excludes(record);
 }
 
+void add_studio(CLI::App& app, StudioCommand& command) {
+  auto* sub = app.add_subcommand("studio", "Show a recording in a web page, at any moment of it");
+  sub->footer(
+      "Examples:\n"
+      "  sentree studio runs/recharge-20260102-101500.mcap --open\n"
+      "  sentree studio RUN.mcap --at 8080\n"
+      "A run that goes on is shown by: sentree run PROJECT --studio. The page stays until Ctrl-C.\n"
+      "Exit code: 0, 3 not a recording, 4 port taken.");
+  sub->add_option("recording", command.recording, "MCAP file of sentree run")->required();
+  sub->add_option("--at", command.at, "PORT or HOST:PORT; default: http://127.0.0.1:4711 or the next free port");
+  sub->add_flag("--insecure", command.insecure, "Let other machines look, without TLS");
+  sub->add_flag("--open", command.open, "Open the page in a browser");
+}
+
 void add_info(CLI::App& app, InfoCommand& command) {
   auto* sub = app.add_subcommand("info", "Say what a recording holds");
   sub->footer(
@@ -411,11 +425,13 @@ int main(int argc, char** argv) {
   ReportCommand report_command;
   BenchRpcCommand bench_command;
   SynthCommand synth_command;
+  StudioCommand studio_command;
   DoctorCommand doctor_command;
   add_init(app, init_command);
   add_check(app, check_command);
   add_run(app, run_command);
   add_test(app, test_command);
+  add_studio(app, studio_command);
   add_info(app, info_command);
   add_replay(app, replay_command);
   add_export(app, export_command);
@@ -451,6 +467,7 @@ int main(int argc, char** argv) {
   if (app.got_subcommand("check")) return check(check_command);
   if (app.got_subcommand("run")) return leave(run(run_command));
   if (app.got_subcommand("test")) return leave(test(test_command));
+  if (app.got_subcommand("studio")) return studio(studio_command);
   if (app.got_subcommand("info")) return info(info_command);
   if (app.got_subcommand("graph")) return graph(graph_command);
   if (app.got_subcommand("fmt")) return fmt(fmt_command);

@@ -330,8 +330,8 @@ void Conversation::begin_search(Request& request) {
     request.position = after ? history.after_time(*after) : history.after_time(before.value_or(0) - 1);
     return;
   }
-  request.limit = static_cast<std::size_t>(std::clamp<std::int64_t>(
-      integer_of(request.body, "limit").value_or(kAnswerMessagesMax), 1, kAnswerMessagesMax));
+  request.limit = static_cast<std::size_t>(
+      std::clamp<std::int64_t>(integer_of(request.body, "limit").value_or(kAnswerMessagesMax), 1, kAnswerMessagesMax));
   if (after)
     request.position = history.find_sequence(static_cast<std::uint64_t>(std::max<std::int64_t>(*after, 0)) + 1);
   else if (before)

@@ -226,13 +226,12 @@ void History::Impl::take_effect(Role role, const Shape& shape, Nanoseconds time,
       break;
     }
     case Role::kDecision:
-      if (shape.name == "monitor.violated")
-        mark(time, "violation", unquoted(member(data, "monitor")), seen.sequence);
+      if (shape.name == "monitor.violated") mark(time, "violation", unquoted(member(data, "monitor")), seen.sequence);
       if (const std::size_t monitor = subject.monitor_index(unquoted(member(data, "monitor")));
           monitor != Subject::kNone && subject.monitors[monitor].model == nullptr) {
-        monitors[monitor].push(time, {seen.place, 0,
-                                      shape.name == "monitor.violated" ? monitor::Verdict::kViolated
-                                                                       : monitor::Verdict::kSatisfied});
+        monitors[monitor].push(
+            time, {seen.place, 0,
+                   shape.name == "monitor.violated" ? monitor::Verdict::kViolated : monitor::Verdict::kSatisfied});
       }
       break;
     case Role::kError:
@@ -364,14 +363,15 @@ std::size_t History::bytes() const {
 void History::Impl::make_room() {
   // The index grows with the texts; both are looked at when a block is full.
   if (live == nullptr || live->blocks() * LiveTexts::kBlockSize <= bytes_max / 2) return;
-  while (live->blocks() > 2 && live->blocks() * LiveTexts::kBlockSize + index_bytes() > bytes_max)
-    forget_first_block();
+  while (live->blocks() > 2 && live->blocks() * LiveTexts::kBlockSize + index_bytes() > bytes_max) forget_first_block();
 }
 
 void History::Impl::forget_first_block() {
   const std::uint32_t block = live->first_block();
-  block_times.pop_front();
-  begin = std::max(begin, block_times.front());
+  forgotten += observations.drop_first_while([&](const Seen& seen) { return seen.place.block == block; });
+  // From the first observation on that is kept, so that there is one at the beginning.
+  begin = std::max(begin, block_times[1]);
+  if (observations.size() > 0) begin = std::max(begin, observations[0].time);
   // What holds at the new beginning stays known, wherever its text was.
   const auto carry = [&](auto& track, auto&& place_of) {
     track.drop_before(begin);
@@ -400,8 +400,8 @@ void History::Impl::forget_first_block() {
   for (auto& node : nodes) node.drop_before(begin, 1);
   mission.drop_before(begin);
   marks.drop_before(begin);
-  forgotten += observations.drop_first_while([&](const Seen& seen) { return seen.place.block == block; });
   live->drop_first_block();
+  block_times.pop_front();
 }
 
 }  // namespace sentree::studio

@@ -66,8 +66,8 @@ struct Mark {
 /// Everything that a page can show of a run, now or at any time before: what was recorded of it, by the time at which
 /// it held. A run that goes on and a recording are fed with the same messages, those of docs/recording.md.
 ///
-/// From any thread. What is asked for takes microseconds, but for `find`, `messages` and `lanes`, which take a lock for a
-/// slice of their work at a time.
+/// From any thread. What is asked for takes microseconds, but for `find`, `messages` and `lanes`, which take a lock for
+/// a slice of their work at a time.
 class History {
  public:
   /// Of a run that goes on; `subject` is borrowed.
@@ -88,7 +88,17 @@ class History {
   [[nodiscard]] Nanoseconds end() const;    ///< Of the newest thing.
 
   /// The parts that a state consists of; `index` tells charts, monitors and robots apart.
-  enum class Part : std::uint8_t { kMission, kTree, kBlackboard, kOutputs, kObstacles, kDoors, kChart, kMonitor, kRobot };
+  enum class Part : std::uint8_t {
+    kMission,
+    kTree,
+    kBlackboard,
+    kOutputs,
+    kObstacles,
+    kDoors,
+    kChart,
+    kMonitor,
+    kRobot
+  };
   struct PartId {
     Part part = Part::kMission;
     std::size_t index = 0;
@@ -130,8 +140,8 @@ class History {
   /// Goes from `position` up to `budget` observations forwards or backwards, until one matches.
   struct Found {
     std::optional<std::size_t> position;
-    std::size_t next = 0;   ///< Where to go on.
-    bool at_end = false;    ///< There are no more.
+    std::size_t next = 0;  ///< Where to go on.
+    bool at_end = false;   ///< There are no more.
   };
   [[nodiscard]] Found find(const Filter& filter, std::size_t position, bool forwards, std::size_t budget) const;
 

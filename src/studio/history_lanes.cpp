@@ -87,6 +87,27 @@ List spans_of(const Track<T>& track, Nanoseconds from, Nanoseconds to, int width
   return spans.take();
 }
 
+// A leaf that a reactive parent resets is idle again in the tick that gave its result: it is shown with that result
+// until the next tick, one and a half periods at most.
+List leaf_spans(const Track<std::uint8_t>& track, Nanoseconds from, Nanoseconds to, int width, Nanoseconds end,
+                Nanoseconds period) {
+  Spans spans(from, to, width);
+  std::size_t i = track.position(from);
+  if (i == Track<std::uint8_t>::npos) i = 0;
+  for (; i < track.size() && track[i].time < to; ++i) {
+    const Nanoseconds until = i + 1 < track.size() ? track[i + 1].time : std::max(end, track[i].time);
+    auto status = static_cast<bt::Status>(track[i].value);
+    Nanoseconds shown_until = until;
+    if (status == bt::Status::kIdle && i > 0 && is_completed(static_cast<bt::Status>(track[i - 1].value))) {
+      status = static_cast<bt::Status>(track[i - 1].value);
+      shown_until = std::min(until, track[i].time + period + period / 2);
+    }
+    spans.add(track[i].time, shown_until, status == bt::Status::kIdle ? std::string_view() : to_string(status));
+    spans.add(shown_until, until, {});
+  }
+  return spans.take();
+}
+
 Map lane(std::string id, const char* kind, std::string name, List spans) {
   return Map{{"id", std::move(id)}, {"kind", kind}, {"name", std::move(name)}, {"spans", std::move(spans)}};
 }
@@ -123,8 +144,9 @@ Value History::lanes(Nanoseconds from, Nanoseconds to, int width) const {
   add([&] { return lane("mission", "mission", "mission", spans_of(impl.mission, from, to, width, end, status)); });
   for (const runtime::LeafPlan& leaf : impl.subject.plan.leaves) {
     add([&] {
-      return lane("leaf:" + leaf.name, "leaf", leaf.name,
-                  spans_of(impl.nodes[leaf.node], from, to, width, end, status));
+      return lane(
+          "leaf:" + leaf.name, "leaf", leaf.name,
+          leaf_spans(impl.nodes[leaf.node], from, to, width, end, impl.subject.plan.scenario.project.period.count()));
     });
   }
   for (std::size_t i = 0; i < impl.subject.charts.size(); ++i) {

@@ -22,7 +22,8 @@ bool contains(std::string_view text, std::string_view wanted) {
 bool Filter::matches(const Shape& shape) const {
   if (!kind.empty() && shape.kind != kind) return false;
   if (!leaf.empty() && shape.source != leaf && shape.target != leaf) return false;
-  if (!service.empty() && !(shape.name.starts_with(service + ".") && (shape.target == service || shape.source == service)))
+  if (!service.empty() &&
+      !(shape.name.starts_with(service + ".") && (shape.target == service || shape.source == service)))
     return false;
   return name.empty() || runtime::matches_pattern(name, shape.name);
 }

@@ -212,8 +212,9 @@ void History::Impl::append_monitor(std::string& out, std::size_t index, Nanoseco
   const std::string_view states = member(text, "states");
   out += states.empty() ? "[]" : sound(states);
   append_member(out, "violations");
-  append_integer(out, as_integer(member(text, "violations"))
-                          .value_or(entry->value.verdict == monitor::Verdict::kViolated ? 1 : 0));
+  append_integer(
+      out,
+      as_integer(member(text, "violations")).value_or(entry->value.verdict == monitor::Verdict::kViolated ? 1 : 0));
   append_member(out, "since");
   append_integer(out, entry->time);
   out += '}';

@@ -67,11 +67,12 @@ Live::~Live() = default;
 Result<std::unique_ptr<Live>> Live::start(const runtime::Plan& plan, ServerOptions options) {
   auto impl = std::make_unique<Impl>(plan);
   options.live = true;
-  auto server = Server::start(impl->subject, impl->history, {.update = [raw = impl.get()] { raw->intake.drain(); },
-                               .facts = [raw = impl.get()] { return raw->facts(); },
-                               .steer = [raw = impl.get()](const std::string& op,
-                                                           const Value& request) { return raw->steer(op, request); }},
-                              std::move(options));
+  auto server = Server::start(
+      impl->subject, impl->history,
+      {.update = [raw = impl.get()] { raw->intake.drain(); },
+       .facts = [raw = impl.get()] { return raw->facts(); },
+       .steer = [raw = impl.get()](const std::string& op, const Value& request) { return raw->steer(op, request); }},
+      std::move(options));
   if (!server) return tl::unexpected(server.error());
   impl->server = std::move(*server);
   return std::unique_ptr<Live>(new Live(std::move(impl)));

@@ -179,19 +179,17 @@ std::optional<http::Response> Server::Impl::refusal(const http::Request& request
 
 http::Response Server::Impl::answer(const http::Request& request) const {
   if (auto refused = refusal(request)) return std::move(*refused);
-  if (request.method != "GET" && request.method != "HEAD")
-    return secured(text_response(405, "only GET is answered"));
+  if (request.method != "GET" && request.method != "HEAD") return secured(text_response(405, "only GET is answered"));
   const std::string path = request.target.substr(0, request.target.find('?'));
   http::Response response;
   if (path == "/api/health") {
-    response = {200, "application/json",
-                to_json(Value(Map{{"ok", true},
-                                  {"version", options.version},
-                                  {"mode", options.live ? "live" : "recording"}})) +
-                    "\n"};
+    response = {
+        200, "application/json",
+        to_json(Value(Map{{"ok", true}, {"version", options.version}, {"mode", options.live ? "live" : "recording"}})) +
+            "\n"};
   } else if (path == "/api/map") {
-    response = map.empty() ? text_response(404, "this run has no map")
-                           : http::Response{200, "application/octet-stream", map};
+    response =
+        map.empty() ? text_response(404, "this run has no map") : http::Response{200, "application/octet-stream", map};
   } else {
     response = file_response(path);
   }

@@ -161,10 +161,8 @@ List services_value(const Subject& subject, bool steerable) {
 Value world_value(const sim::World& world) {
   List locations;
   for (const sim::NamedLocation& location : world.locations) {
-    locations.push_back(Map{{"name", location.name},
-                            {"x", location.pose.x},
-                            {"y", location.pose.y},
-                            {"theta", location.pose.theta}});
+    locations.push_back(
+        Map{{"name", location.name}, {"x", location.pose.x}, {"y", location.pose.y}, {"theta", location.pose.theta}});
   }
   List areas;
   for (const sim::NamedArea& area : world.areas) {
@@ -174,10 +172,8 @@ Value world_value(const sim::World& world) {
   }
   List stations;
   for (const sim::Station& station : world.stations) {
-    stations.push_back(Map{{"name", station.name},
-                           {"x", station.pose.x},
-                           {"y", station.pose.y},
-                           {"theta", station.pose.theta}});
+    stations.push_back(
+        Map{{"name", station.name}, {"x", station.pose.x}, {"y", station.pose.y}, {"theta", station.pose.theta}});
   }
   List doors;
   for (const sim::Door& door : world.doors)

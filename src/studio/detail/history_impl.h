@@ -130,8 +130,8 @@ struct History::Impl {
   const std::size_t bytes_max;
   mutable std::mutex mutex;
   std::unique_ptr<Texts> texts;
-  LiveTexts* live = nullptr;        // `texts` of a run that goes on
-  record::Reader* reader = nullptr;  // of a recording
+  LiveTexts* live = nullptr;            // `texts` of a run that goes on
+  record::Reader* reader = nullptr;     // of a recording
   std::deque<Nanoseconds> block_times;  // when each kept block began
 
   Nanoseconds begin = 0;

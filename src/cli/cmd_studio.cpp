@@ -1,0 +1,32 @@
+#include <signal.h>
+
+#include "sentree/cli/commands.h"
+#include "sentree/cli/output.h"
+#include "sentree/cli/page.h"
+#include "sentree/studio/recorded.h"
+
+namespace sentree::cli {
+
+int studio(const StudioCommand& command) {
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int signal : {SIGINT, SIGTERM}) sigaddset(&signals, signal);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  const auto where = page_options(command.at.empty() ? "true" : command.at, command.insecure);
+  if (!where) return kUsage;
+  Diagnostics diagnostics;
+  auto page = start_page(*where, command.at.empty(), [&](const sentree::studio::ServerOptions& there) {
+    return sentree::studio::Recorded::open(command.recording, there, diagnostics);
+  });
+  say(diagnostics);
+  if (!page) {
+    say(to_string(page.error()));
+    return page.error().code.starts_with("http.") ? kEnvironment : kInvalidInput;
+  }
+  announce((*page)->server(), command.open);
+  int signal = 0;
+  sigwait(&signals, &signal);
+  return kOk;
+}
+
+}  // namespace sentree::cli

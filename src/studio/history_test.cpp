@@ -1,0 +1,191 @@
+#include "sentree/studio/history.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "sentree/base/json.h"
+#include "sentree/record/observation.h"
+#include "sentree/runtime/recording.h"
+#include "sentree/runtime/run.h"
+#include "sentree/studio/intake.h"
+#include "sentree/studio/detail/test_support.h"
+
+namespace sentree::studio {
+namespace {
+
+class SharedSink final : public record::Sink {
+ public:
+  explicit SharedSink(std::string& text) : text_(text) {}
+  Result<void> write(std::string_view bytes) override {
+    text_ += bytes;
+    return {};
+  }
+
+ private:
+  std::string& text_;
+};
+
+// One run, with its history as it went on, its recording, and its observations for a straightforward look.
+struct Watched {
+  explicit Watched(std::string scenario = "experiment1", Duration duration = std::chrono::seconds(30),
+                   std::size_t bytes_max = kHistoryBytesMax)
+      : plan(recharge_plan(scenario, duration)), subject(plan), history(subject, bytes_max) {
+    Intake intake(history);
+    runtime::RunOptions options;
+    options.listeners.push_back([this](const Message& message) { observations.push_back(message); });
+    runtime::RecordingOptions recording;
+    recording.tap = [&](const record::Channel& channel, TimePoint time, std::string_view packed) {
+      intake.take(channel, time, packed);
+    };
+    runtime::RunRecorder recorder(plan, {}, std::make_unique<SharedSink>(file), std::move(recording));
+    recorder.install(options);
+    runtime::Run run(plan, std::move(options));
+    recorder.finish(run.execute());
+    intake.drain();
+  }
+
+  runtime::Plan plan;
+  Subject subject;
+  History history;
+  std::string file;
+  std::vector<Message> observations;
+};
+
+std::string part_text(const History& history, const History::PartId& part, Nanoseconds time) {
+  std::string text;
+  history.append(text, part, time);
+  return text;
+}
+
+Nanoseconds ns(TimePoint time) { return time.time_since_epoch().count(); }
+
+TEST(History, SaysOfTheTreeWhatAReplayOfAllMessagesSays) {
+  const Watched run;
+  const auto seed = std::random_device()();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  for (int i = 0; i < 100; ++i) {
+    const Nanoseconds time = std::uniform_int_distribution<Nanoseconds>(0, run.history.end())(random);
+    std::vector<std::int64_t> status(run.plan.tree.size(), 0);
+    std::vector<std::int64_t> since(run.plan.tree.size(), 0);
+    std::vector<std::int64_t> last(run.plan.tree.size(), 0);
+    std::uint64_t sequence = 0;
+    std::uint64_t tick = 0;
+    for (const Message& message : run.observations) {
+      if (ns(message.time) > time) break;
+      sequence = message.sequence;
+      tick = message.tick;
+      if (message.name != "node.status") continue;
+      const auto node = static_cast<std::size_t>(*message.data.find("node")->as_int());
+      status[node] = static_cast<std::int64_t>(*bt::parse_status(message.data.find("to")->text()));
+      since[node] = ns(message.time);
+      if (status[node] != 0) last[node] = status[node];
+    }
+    const auto tree = text::parse_json(part_text(run.history, {History::Part::kTree, 0}, time));
+    ASSERT_TRUE(tree);
+    for (std::size_t node = 0; node < status.size(); ++node) {
+      EXPECT_EQ((*tree->find("status")->as_list())[node], Value(status[node])) << node << " at " << time;
+      EXPECT_EQ((*tree->find("since")->as_list())[node], Value(since[node])) << node << " at " << time;
+      EXPECT_EQ((*tree->find("last")->as_list())[node], Value(last[node])) << node << " at " << time;
+    }
+    EXPECT_EQ(run.history.moment(time).sequence, sequence);
+    EXPECT_EQ(run.history.moment(time).tick, tick);
+  }
+}
+
+TEST(History, OfARecordingIsThatOfTheRun) {
+  Watched run;
+  auto reader = record::Reader::open(std::make_unique<record::StringSource>(run.file), "run.mcap");
+  ASSERT_TRUE(reader);
+  History recorded(run.subject, **reader);
+  recorded.read_index();
+  ASSERT_EQ(recorded.end(), run.history.end());
+  ASSERT_EQ(recorded.end_observation(), run.observations.size());
+  const auto seed = std::random_device()();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  for (int i = 0; i < 50; ++i) {
+    const Nanoseconds time = std::uniform_int_distribution<Nanoseconds>(0, run.history.end())(random);
+    for (const History::PartId& part : run.history.parts())
+      ASSERT_EQ(part_text(recorded, part, time), part_text(run.history, part, time)) << static_cast<int>(part.part);
+    const std::size_t position = std::uniform_int_distribution<std::size_t>(0, run.observations.size() - 1)(random);
+    ASSERT_EQ(recorded.observation(position), run.history.observation(position));
+  }
+  EXPECT_EQ(to_json(recorded.lanes(0, recorded.end(), 300)), to_json(run.history.lanes(0, recorded.end(), 300)));
+  ASSERT_EQ(recorded.violations(), run.history.violations());
+  for (std::size_t i = 0; i < recorded.violations(); ++i) EXPECT_EQ(recorded.violation(i), run.history.violation(i));
+}
+
+TEST(History, KnowsTheViolationWithItsWitness) {
+  const Watched run;
+  ASSERT_GE(run.history.violations(), 1U);
+  const auto violation = text::parse_json(run.history.violation(0));
+  ASSERT_TRUE(violation);
+  EXPECT_EQ(violation->find("type")->text(), "violation");
+  EXPECT_FALSE(violation->find("witness")->as_list()->empty());
+}
+
+TEST(History, FindsWhatMatchesInBothDirections) {
+  const Watched run;
+  const Filter filter{.text = "PERCENTAGE", .service = "battery", .leaf = {}, .kind = "reply", .name = "*.reply"};
+  std::vector<std::size_t> wanted;
+  for (std::size_t i = 0; i < run.observations.size(); ++i) {
+    const Message& message = run.observations[i];
+    if (message.kind == MessageKind::kReply && message.name.starts_with("battery.") &&
+        to_json(message).find("percentage") != std::string::npos)
+      wanted.push_back(i);
+  }
+  ASSERT_FALSE(wanted.empty());
+  std::vector<std::size_t> found;
+  for (std::size_t at = 0;;) {
+    const History::Found next = run.history.find(filter, at, true, 100);
+    if (next.position) found.push_back(*next.position);
+    if (next.at_end) break;
+    at = next.next;
+  }
+  EXPECT_EQ(found, wanted);
+  found.clear();
+  for (std::size_t at = run.history.end_observation();;) {
+    const History::Found next = run.history.find(filter, at, false, 100);
+    if (next.position) found.insert(found.begin(), *next.position);
+    if (next.at_end) break;
+    at = next.next;
+  }
+  EXPECT_EQ(found, wanted);
+}
+
+TEST(History, ForgetsTheOldestWhenItsBoundIsReachedAndStaysRight) {
+  constexpr std::size_t kSmall = std::size_t{3} << 20U;
+  const Watched whole("experiment1", std::chrono::seconds(60));
+  const Watched bounded("experiment1", std::chrono::seconds(60), kSmall);
+  EXPECT_LE(bounded.history.bytes(), 2 * kSmall);
+  EXPECT_GT(bounded.history.begin(), 0);
+  EXPECT_GT(bounded.history.first_observation(), 0U);
+  EXPECT_EQ(bounded.history.end(), whole.history.end());
+  for (const Nanoseconds time :
+       {bounded.history.begin(), (bounded.history.begin() + bounded.history.end()) / 2, bounded.history.end()}) {
+    for (const History::PartId& part : whole.history.parts()) {
+      EXPECT_EQ(part_text(bounded.history, part, time), part_text(whole.history, part, time))
+          << static_cast<int>(part.part) << " " << part.index << " at " << time;
+    }
+    EXPECT_EQ(bounded.history.moment(time).sequence, whole.history.moment(time).sequence);
+  }
+}
+
+TEST(History, DrawsLanesNoFinerThanPixels) {
+  const Watched run;
+  constexpr int kWidth = 50;
+  const Value lanes = run.history.lanes(0, run.history.end(), kWidth);
+  ASSERT_FALSE(lanes.find("lanes")->as_list()->empty());
+  for (const Value& lane : *lanes.find("lanes")->as_list()) {
+    const Value* spans = lane.find("spans");
+    const Value* points = lane.find("points");
+    const std::size_t count = spans != nullptr ? spans->as_list()->size() : points->as_list()->size();
+    EXPECT_LE(count, 2U * kWidth + 2) << lane.find("id")->text();
+  }
+  EXPECT_FALSE(lanes.find("marks")->as_list()->empty());
+}
+
+}  // namespace
+}  // namespace sentree::studio

@@ -1,0 +1,50 @@
+#include "sentree/studio/recorded.h"
+
+namespace sentree::studio {
+
+struct Recorded::Impl {
+  Impl(runtime::RecordedRun recording, runtime::Plan recorded_plan)
+      : run(std::move(recording)), plan(std::move(recorded_plan)), subject(plan), history(subject, run.reader()) {}
+
+  RunFacts facts() const {
+    RunFacts facts;
+    facts.state = "ended";
+    facts.reason = run.fact("reason");
+    return facts;
+  }
+
+  runtime::RecordedRun run;
+  runtime::Plan plan;
+  Subject subject;
+  History history;
+  std::unique_ptr<Server> server;
+};
+
+Recorded::Recorded(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Recorded::~Recorded() = default;
+
+Result<std::unique_ptr<Recorded>> Recorded::open(const std::string& path, ServerOptions options,
+                                                 Diagnostics& diagnostics) {
+  auto run = runtime::RecordedRun::open(path);
+  if (!run) return tl::unexpected(run.error());
+  auto scenario = run->scenario();
+  diagnostics = scenario.diagnostics;
+  if (!scenario.ok()) return fail("record.no-project", "the recorded project cannot be loaded", SourceSpan{path});
+  auto plan = runtime::prepare(std::move(*scenario.value));
+  diagnostics.insert(diagnostics.end(), plan.diagnostics.begin(), plan.diagnostics.end());
+  if (!plan.ok()) return fail("record.no-project", "the recorded project cannot be loaded", SourceSpan{path});
+  auto impl = std::make_unique<Impl>(std::move(*run), std::move(*plan.value));
+  impl->history.read_index();
+  options.live = false;
+  auto server = Server::start(impl->subject, impl->history,
+                              {.update = {}, .facts = [raw = impl.get()] { return raw->facts(); }, .steer = {}},
+                              std::move(options));
+  if (!server) return tl::unexpected(server.error());
+  impl->server = std::move(*server);
+  return std::unique_ptr<Recorded>(new Recorded(std::move(impl)));
+}
+
+const Server& Recorded::server() const { return *impl_->server; }
+const History& Recorded::history() const { return impl_->history; }
+
+}  // namespace sentree::studio

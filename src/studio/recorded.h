@@ -1,0 +1,31 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "sentree/runtime/recorded_run.h"
+#include "sentree/studio/server.h"
+
+namespace sentree::studio {
+
+/// The page over a recording.
+class Recorded {
+ public:
+  /// Reads the recording once, which is over when this returns. Errors: those of `RecordedRun` and `Server::start`;
+  /// what is wrong with the recorded project is in `diagnostics`.
+  [[nodiscard]] static Result<std::unique_ptr<Recorded>> open(const std::string& path, ServerOptions options,
+                                                              Diagnostics& diagnostics);
+  ~Recorded();
+  Recorded(const Recorded&) = delete;
+  Recorded& operator=(const Recorded&) = delete;
+
+  [[nodiscard]] const Server& server() const;
+  [[nodiscard]] const History& history() const;
+
+ private:
+  struct Impl;
+  explicit Recorded(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace sentree::studio
