@@ -157,7 +157,8 @@ TEST(Processes, SurviveKillsAtRandomMoments) {
     Injection injection;
     // The first comes long before the mission can have ended, so that it needs the restarted part.
     injection.at = i == 0 ? TimePoint(seconds(1)) : TimePoint(milliseconds(when_ms(random)));
-    injection.kill = scenario.processes[random() % scenario.processes.size()].name;
+    injection.what.kind = Intervention::Kind::kKill;
+    injection.what.target = scenario.processes[random() % scenario.processes.size()].name;
     scenario.timeline.push_back(std::move(injection));
   }
   auto plan = prepare(std::move(scenario));
@@ -179,7 +180,8 @@ TEST(Processes, AreGivenUpWhenTheyEndTooOften) {
   for (const int at_s : {5, 45}) {
     Injection injection;
     injection.at = TimePoint(seconds(at_s));
-    injection.kill = "GoToLocation";
+    injection.what.kind = Intervention::Kind::kKill;
+    injection.what.target = "GoToLocation";
     scenario.timeline.push_back(std::move(injection));
   }
   auto plan = prepare(std::move(scenario));

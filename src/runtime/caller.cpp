@@ -6,16 +6,8 @@
 
 namespace sentree::runtime {
 
-Duration Delays::of(std::string_view message) const {
-  Duration delay{0};
-  for (const DelayFault& fault : faults_) {
-    if (matches_pattern(fault.message, message)) delay = std::max(delay, fault.by);
-  }
-  return delay;
-}
-
 Caller::Caller(std::string name, const std::map<std::string, ServicePlan>& services, MakePort make_port,
-               Publisher& publisher, Scheduler& scheduler, ActorId actor, const Delays& delays,
+               Publisher& publisher, Scheduler& scheduler, ActorId actor, StandingInterventions& standing,
                std::function<bool(const SkillEvent&)> deliver, std::function<bool(std::uint64_t)> is_current)
     : name_(std::move(name)),
       services_(services),
@@ -23,7 +15,7 @@ Caller::Caller(std::string name, const std::map<std::string, ServicePlan>& servi
       publisher_(publisher),
       scheduler_(scheduler),
       actor_(actor),
-      delays_(delays),
+      standing_(standing),
       deliver_(std::move(deliver)),
       is_current_(std::move(is_current)) {}
 
@@ -94,7 +86,9 @@ void Caller::admitted(const std::shared_ptr<Pending>& pending, Admission admissi
                {.ok = false, .result = {}, .kind = "vetoed", .message = "vetoed" + by + ": " + admission.veto->reason});
     return;
   }
-  const Duration delay = delays_.of(pending->call.service + "." + pending->call.method);
+  const Duration delay = standing_.any(Intervention::Kind::kDelay)
+                             ? standing_.delay_of(pending->call.service + "." + pending->call.method)
+                             : Duration(0);
   TimePoint& not_before = not_before_[pending->call.service];
   not_before = std::max(not_before, scheduler_.now() + delay);
   if (not_before > scheduler_.now()) {
@@ -114,8 +108,21 @@ void Caller::execute(std::shared_ptr<Pending> pending) {
   port->call(*pending->method, pending->args, [this, pending](CallOutcome outcome) {
     // Often from a thread that waited for the reply and has nothing else to do.
     scheduler_.hand_over(
-        actor_, [this, pending, outcome = std::move(outcome)]() mutable { finish(*pending, std::move(outcome)); });
+        actor_, [this, pending, outcome = std::move(outcome)]() mutable { answered(pending, std::move(outcome)); });
   });
+}
+
+void Caller::answered(const std::shared_ptr<Pending>& pending, CallOutcome outcome) {
+  const std::string name = pending->call.service + "." + pending->call.method;
+  if (outcome.ok && standing_.any(Intervention::Kind::kFalsify))
+    standing_.falsify(name, *pending->method, outcome.result);
+  const Duration delay = standing_.any(Intervention::Kind::kDelay) ? standing_.delay_of(name + ".reply") : Duration(0);
+  if (delay == Duration(0)) {
+    finish(*pending, std::move(outcome));
+    return;
+  }
+  scheduler_.at(actor_, add_saturating(scheduler_.now(), delay), Rank::kMessage,
+                [this, pending, outcome = std::move(outcome)]() mutable { finish(*pending, std::move(outcome)); });
 }
 
 void Caller::finish(const Pending& pending, CallOutcome outcome) {

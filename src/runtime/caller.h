@@ -12,6 +12,7 @@
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/services.h"
 #include "sentree/runtime/skill.h"
+#include "sentree/runtime/standing.h"
 #include "sentree/runtime/stream.h"
 
 namespace sentree::runtime {
@@ -29,18 +30,6 @@ class Publisher {
   [[nodiscard]] virtual std::vector<std::string> gates() const { return {"*"}; }
 };
 
-/// Delays that a scenario puts on messages, by name.
-class Delays {
- public:
-  Delays() = default;
-  explicit Delays(std::vector<DelayFault> faults) : faults_(std::move(faults)) {}
-  /// How long a message named "<leaf>.halt", "<service>.<method>" is held back; 0: not at all.
-  [[nodiscard]] Duration of(std::string_view message) const;
-
- private:
-  std::vector<DelayFault> faults_;
-};
-
 /// Calls of one chart to one service that wait for a gate's decision; one more fails at once as unreachable.
 inline constexpr std::size_t kGatedCallsMax = 256;
 
@@ -53,8 +42,8 @@ class Caller {
 
   /// @param deliver  Gives the chart an outcome; false if the run it belongs to is over.
   Caller(std::string name, const std::map<std::string, ServicePlan>& services, MakePort make_port, Publisher& publisher,
-         Scheduler& scheduler, ActorId actor, const Delays& delays, std::function<bool(const SkillEvent&)> deliver,
-         std::function<bool(std::uint64_t run)> is_current);
+         Scheduler& scheduler, ActorId actor, StandingInterventions& standing,
+         std::function<bool(const SkillEvent&)> deliver, std::function<bool(std::uint64_t run)> is_current);
 
   /// Whether the call can be made at all; for `SkillOptions::check_call`.
   [[nodiscard]] Result<void> check(const scxml::OutgoingSend& send) const;
@@ -73,6 +62,8 @@ class Caller {
   void admitted(const std::shared_ptr<Pending>& pending, Admission admission);
   void fail_later(const std::shared_ptr<Pending>& pending, CallOutcome outcome);
   void execute(std::shared_ptr<Pending> pending);
+  // What the service answered, as the faults that stand let it through.
+  void answered(const std::shared_ptr<Pending>& pending, CallOutcome outcome);
   void finish(const Pending& pending, CallOutcome outcome);
 
   std::string name_;
@@ -81,7 +72,7 @@ class Caller {
   Publisher& publisher_;
   Scheduler& scheduler_;
   ActorId actor_;
-  const Delays& delays_;
+  StandingInterventions& standing_;
   std::function<bool(const SkillEvent&)> deliver_;
   std::function<bool(std::uint64_t)> is_current_;
   std::map<std::string, std::unique_ptr<ServicePort>> ports_;

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 
-#include "sentree/base/result.h"
+#include "sentree/base/message.h"
 #include "sentree/base/time.h"
 #include "sentree/base/value.h"
 
@@ -47,5 +49,23 @@ struct Intervention {
     return kind == Kind::kDelay || kind == Kind::kFalsify || kind == Kind::kForce || kind == Kind::kBreakpoint;
   }
 };
+
+/// One word: "call", "kill", "delay", … as in a scenario's timeline.
+[[nodiscard]] std::string_view to_string(Intervention::Kind kind);
+
+/// What an entry of a timeline says of it: {"delay": {"message": "battery.*", "by": "2 s"}}.
+[[nodiscard]] Map to_entry(const Intervention& what);
+
+/// In one line: "delay battery.* by 2 s".
+[[nodiscard]] std::string describe(const Intervention& what);
+
+/// The observation "scenario.injection" that tells of it. Its data are `to_entry` and `what`: the call, else the kind;
+/// `id`, if it stands. (Of a call: `what` and `args`.)
+[[nodiscard]] Message injection_message(const Intervention& what, const std::string& source, std::uint64_t id);
+/// What such an observation says was done; nothing if it is none, or says nothing that we know.
+[[nodiscard]] std::optional<Intervention> intervention_of(const Message& message);
+
+/// "12.5 s": as a scenario file has it, to the nanosecond.
+[[nodiscard]] std::string exact_seconds(Duration duration);
 
 }  // namespace sentree::runtime

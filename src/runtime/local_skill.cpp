@@ -5,20 +5,26 @@
 
 namespace sentree::runtime {
 
+namespace {
+
+constexpr auto kKilled = "the skill was killed";
+
+}  // namespace
+
 SkillActor::SkillActor(scxml::Chart chart, Options options, const std::map<std::string, ServicePlan>& services,
-                       Caller::MakePort make_port, Publisher& publisher, Scheduler& scheduler, const Delays& delays,
-                       Replies replies)
+                       Caller::MakePort make_port, Publisher& publisher, Scheduler& scheduler,
+                       StandingInterventions& standing, Replies replies)
     : name_(options.name),
       publisher_(publisher),
       scheduler_(scheduler),
-      delays_(delays),
+      standing_(standing),
       actor_(scheduler.add_actor(options.name)),
       replies_(std::move(replies)),
       on_step_(std::move(options.on_step)),
       watched_(std::make_shared<Watched>(
           [this, watchdog = options.watchdog](const SourceSpan& script) { give_up(script, *watchdog); })),
       caller_(
-          options.name, services, std::move(make_port), publisher, scheduler, actor_, delays,
+          options.name, services, std::move(make_port), publisher, scheduler, actor_, standing,
           [this](const SkillEvent& event) {
             watched_->in_this_thread();
             if (given_up_) return false;
@@ -61,16 +67,32 @@ void SkillActor::give_up(const SourceSpan& script, const Watchdog& watchdog) {
   }
   scheduler_.abandon(actor_, why_);
   if (scheduler_.is_virtual()) return;
-  scheduler_.post(actor_, [this] {
-    if (answered_ != tick_) answer(bt::Status::kFailure, Map{{"reason", why_}});
-    if (halting_) halted();
-  });
+  scheduler_.post(actor_, [this] { fail_outstanding(why_); });
+}
+
+void SkillActor::fail_outstanding(const std::string& why) {
+  if (answered_ != tick_) answer(bt::Status::kFailure, Map{{"reason", why}});
+  if (halting_) halted();
+}
+
+void SkillActor::kill() {
+  scheduler_.post(actor_, unless_given_up([this] {
+                    killed_ = true;
+                    skill_.drop();
+                    fail_outstanding(kKilled);
+                  }));
+}
+
+void SkillActor::restart() {
+  scheduler_.post(actor_, unless_given_up([this] { killed_ = false; }));
 }
 
 void SkillActor::deliver_after_delay(const std::string& message, Scheduler::Task task) {
   const std::lock_guard lock(order_mutex_);
   const TimePoint now = scheduler_.now();
-  not_before_ = std::max(not_before_, now + delays_.of(name_ + "." + message));
+  not_before_ = std::max(not_before_, now);
+  if (standing_.any(Intervention::Kind::kDelay))
+    not_before_ = std::max(not_before_, now + standing_.delay_of(name_ + "." + message));
   if (not_before_ > now)
     scheduler_.at(actor_, not_before_, Rank::kMessage, std::move(task));
   else
@@ -83,6 +105,8 @@ void SkillActor::tick(std::uint64_t tick, bool started, Map inputs) {
     tick_ = tick;
     if (given_up_) {
       answer(bt::Status::kFailure, Map{{"reason", why_}});
+    } else if (killed_) {
+      answer(bt::Status::kFailure, Map{{"reason", kKilled}});
     } else {
       skill_.tick(started, inputs, scheduler_.now());
       stepped();
@@ -94,7 +118,7 @@ void SkillActor::halt() {
   deliver_after_delay("halt", [this] {
     watched_->in_this_thread();
     halting_ = true;
-    if (given_up_) {
+    if (given_up_ || killed_) {
       halted();
     } else {
       skill_.halt(scheduler_.now());

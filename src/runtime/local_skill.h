@@ -36,13 +36,17 @@ class SkillActor final : private SkillPort {
   };
 
   SkillActor(scxml::Chart chart, Options options, const std::map<std::string, ServicePlan>& services,
-             Caller::MakePort make_port, Publisher& publisher, Scheduler& scheduler, const Delays& delays,
+             Caller::MakePort make_port, Publisher& publisher, Scheduler& scheduler, StandingInterventions& standing,
              Replies replies);
 
   // From any thread.
   void tick(std::uint64_t tick, bool started, Map inputs);
   void halt();
   void cancel();
+  /// Ends it as if its process had been killed: nothing of its chart runs any more, what is asked of it fails.
+  void kill();
+  /// It can be ticked again; what it did before is lost.
+  void restart();
   /// Shows the skill in its actor; null if it has been given up.
   void inspect(std::function<void(const Skill*)> look);
 
@@ -57,6 +61,8 @@ class SkillActor final : private SkillPort {
   /// `task` in the actor, unless the skill has been given up by then.
   Scheduler::Task unless_given_up(Scheduler::Task task);
   void give_up(const SourceSpan& script, const Watchdog& watchdog);
+  // What is owed to the mission, by a skill that will not answer any more.
+  void fail_outstanding(const std::string& why);
   void stepped() const {
     if (on_step_) on_step_(skill_);
   }
@@ -64,13 +70,14 @@ class SkillActor final : private SkillPort {
   std::string name_;
   Publisher& publisher_;
   Scheduler& scheduler_;
-  const Delays& delays_;
+  StandingInterventions& standing_;
   ActorId actor_;
   Replies replies_;
   std::function<void(const Skill&)> on_step_;
   std::shared_ptr<Watched> watched_;
   std::atomic<bool> given_up_ = false;
-  std::string why_;  // it was given up; written before given_up_
+  std::string why_;      // it was given up; written before given_up_
+  bool killed_ = false;  // the actor's
   Caller caller_;
   Skill skill_;
   std::uint64_t tick_ = 0;      // the latest

@@ -155,6 +155,7 @@ void Mission::follow(const std::vector<bt::Effect>& effects) {
       case bt::Effect::Kind::kTickLeaf: tick_leaf(effect); break;
       case bt::Effect::Kind::kHaltLeaf:
         leaf.late.reset();
+        leaf.held.reset();
         leaf.outstanding = 0;
         leaf.halt_call = stream_.next_call();
         publish(MessageKind::kRequest, "mission", leaf.plan->name, leaf.plan->name + ".halt.request", Map(),
@@ -163,6 +164,7 @@ void Mission::follow(const std::vector<bt::Effect>& effects) {
         break;
       case bt::Effect::Kind::kCancelLeaf:
         leaf.late.reset();
+        leaf.held.reset();
         leaf.outstanding = 0;
         publish(MessageKind::kEvent, "mission", leaf.plan->name, leaf.plan->name + ".cancel", Map());
         leaf.driver->cancel();
@@ -182,7 +184,11 @@ void Mission::tick_leaf(const bt::Effect& effect) {
     leaf.call = stream_.next_call();
     publish(MessageKind::kRequest, "mission", leaf.plan->name, leaf.plan->name + ".tick.request",
             Map{{"inputs", effect.inputs}}, leaf.call);
-    leaf.driver->tick(leaf.outstanding, effect.started, effect.inputs);
+    if (effect.started) leaf.held.reset();
+    if (leaf.held)
+      answered(index, leaf.outstanding, leaf.held->status, leaf.held->outputs);
+    else
+      leaf.driver->tick(leaf.outstanding, effect.started, effect.inputs);
   }
   // One that has an older tick outstanding gets no second one, but the same time to answer.
   const Duration patience = leaf.plan->condition ? options_.deadlines.condition : options_.deadlines.budget;
@@ -228,10 +234,18 @@ void Mission::answered(std::size_t index, std::uint64_t tick, bt::Status status,
     Leaf& leaf = leaves_[index];
     if (leaf.outstanding != tick) return;  // halted or cancelled meanwhile
     leaf.outstanding = 0;
+    const bt::Status truth = status;
+    const bool forced = force(leaf, status, outputs);
     Map data{{"status", to_string(status)}};
+    if (forced) data["forced"] = true;
     if (!outputs.empty()) data["outputs"] = outputs;
     publish(MessageKind::kReply, leaf.plan->name, "mission", leaf.plan->name + ".tick.reply", std::move(data),
             leaf.call);
+    if (forced && bt::is_completed(status) && !bt::is_completed(truth)) {
+      // The tree has done with the leaf, so its skill must have done too.
+      publish(MessageKind::kEvent, "mission", leaf.plan->name, leaf.plan->name + ".cancel", Map());
+      leaf.driver->cancel();
+    }
     bt::Input answer = bt::Input::answer(leaf.plan->node, status, std::move(outputs));
     if (status == bt::Status::kFailure) {
       if (const Value* reason = answer.outputs.find("reason"))
@@ -242,6 +256,23 @@ void Mission::answered(std::size_t index, std::uint64_t tick, bt::Status status,
     else if (bt::is_completed(status))
       leaf.late = std::move(answer);
   });
+}
+
+bool Mission::force(Leaf& leaf, bt::Status& status, Map& outputs) {
+  std::optional<bt::Status> forced;
+  if (options_.standing != nullptr && options_.standing->any(Intervention::Kind::kForce))
+    forced = options_.standing->forced(leaf.plan->name);
+  if (!forced) {
+    leaf.held.reset();
+    return false;
+  }
+  if (*forced != bt::Status::kRunning)
+    leaf.held.reset();
+  else if (bt::is_completed(status))
+    leaf.held = bt::Input::answer(leaf.plan->node, status, outputs);
+  if (*forced != status) outputs = Map();
+  status = *forced;
+  return true;
 }
 
 void Mission::halted(std::size_t index) {

@@ -10,6 +10,7 @@
 #include "sentree/bt/step.h"
 #include "sentree/runtime/plan.h"
 #include "sentree/runtime/scheduler.h"
+#include "sentree/runtime/standing.h"
 #include "sentree/runtime/stream.h"
 
 namespace sentree::runtime {
@@ -45,6 +46,7 @@ struct MissionOptions {
   std::vector<TimePoint> tick_times;
   /// Told, in the mission's actor, when a root tick has been done; may be empty.
   std::function<void(std::uint64_t tick)> tick_done = {};
+  StandingInterventions* standing = nullptr;  ///< Forced results; null: there are none.
 };
 
 /// Executes the tree: ticks it at its rate, carries ticks and halts to the leaves and their answers back, keeps
@@ -80,6 +82,8 @@ class Mission {
     std::uint64_t halt_call = 0;    // of the outstanding halt; 0: none
     TimePoint asked{};              // when that tick was sent
     std::optional<bt::Input> late;  // a completed answer that came too late for its tick
+    // What a skill that has ended said while its leaf was forced to be RUNNING; its next tick gets it.
+    std::optional<bt::Input> held;
   };
   // Of the leaf that was ticked last: no other is waited for.
   struct AnswerDeadline {
@@ -94,6 +98,8 @@ class Mission {
   void run(bt::Input input);
   void follow(const std::vector<bt::Effect>& effects);
   void tick_leaf(const bt::Effect& effect);
+  // What stands may make the leaf say something else. True: it does.
+  bool force(Leaf& leaf, bt::Status& status, Map& outputs);
   void watch_deadline();
   void on_deadline(AnswerDeadline deadline);
   void finish_tick(bt::Status status);

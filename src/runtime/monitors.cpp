@@ -211,6 +211,7 @@ void Monitors::take(std::size_t index, monitor::Decisions decisions) {
     stream_.publish(decision_message(report));
     replies_.decided(report);
   }
+  if (replies_.stepped) replies_.stepped(index);
 }
 
 void Monitors::schedule() {

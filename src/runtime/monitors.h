@@ -30,6 +30,8 @@ class Monitors {
   struct Replies {
     std::function<void(const MonitorReport&)> decided;
     std::function<void(const std::string& why)> given_up;
+    /// Told, where `observe` is called, when a monitor has taken a step; may be empty.
+    std::function<void(std::size_t index)> stepped = {};
   };
 
   Monitors(const Plan& plan, Scheduler& scheduler, Stream& stream, Watchdog& watchdog, Replies replies);

@@ -8,6 +8,7 @@
 #include "sentree/bt/load.h"
 #include "sentree/idl/conform.h"
 #include "sentree/rpc/address.h"
+#include "sentree/runtime/check_intervention.h"
 #include "sentree/runtime/checks.h"
 #include "sentree/runtime/requirements.h"
 #include "sentree/scxml/check.h"
@@ -431,32 +432,16 @@ Loaded<Plan> prepare(Scenario scenario) {
   if (tree) preparation.leaves(*tree);
   preparation.monitors(tree ? &*tree : nullptr);
   check_processes(scenario, preparation.diagnostics);
+  const InterventionScope scope{.scenario = &scenario,
+                                .tree = tree ? &*tree : nullptr,
+                                .leaves = tree ? &preparation.leaves_ : nullptr,
+                                .services = &preparation.services_,
+                                .test_control = preparation.test_control_,
+                                .world = preparation.world_.get(),
+                                .monitors = tree ? &preparation.monitors_ : nullptr};
   for (const Injection& injection : scenario.timeline) {
-    if (!injection.kill.empty()) {
-      const auto& processes = scenario.processes;
-      const bool known =
-          std::any_of(processes.begin(), processes.end(), [&](const auto& p) { return p.name == injection.kill; });
-      if (!known)
-        preparation.add("scenario.kill", "the scenario has no process \"" + injection.kill + "\"", injection.span);
-      continue;
-    }
-    const bool is_test_control = preparation.world_
-                                     ? test_control_of(injection.service, *preparation.world_).has_value()
-                                     : injection.service == kTestControl;
-    const idl::ServicePtr service = is_test_control ? preparation.test_control_
-                                    : preparation.services_.contains(injection.service)
-                                        ? preparation.services_[injection.service].service
-                                        : nullptr;
-    if (!service) {
-      preparation.add("scenario.call", "the project has no service \"" + injection.service + "\"", injection.span);
-      continue;
-    }
-    const auto method = idl::find_method(*service, injection.method, injection.service, injection.span);
-    if (!method) {
-      preparation.diagnostics.push_back(method.error());
-    } else if (const auto args = idl::conform_arguments(**method, injection.args); !args) {
-      preparation.add(args.error().code, args.error().message, injection.span);
-    }
+    if (auto checked = check_intervention(injection.what, scope, injection.span); !checked)
+      preparation.diagnostics.push_back(checked.error());
   }
   sort_by_place(preparation.diagnostics);
   prepared.diagnostics = std::move(preparation.diagnostics);

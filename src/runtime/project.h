@@ -9,6 +9,7 @@
 #include "sentree/base/result.h"
 #include "sentree/base/time.h"
 #include "sentree/base/value.h"
+#include "sentree/runtime/intervention.h"
 #include "sentree/text/yaml.h"
 
 namespace sentree::runtime {
@@ -104,17 +105,14 @@ struct Project {
 /// What happens at a given time of a scenario.
 struct Injection {
   TimePoint at{};
-  std::string service;  ///< A service of the project, or the simulator's "simulation".
-  std::string method;
-  Value args;
-  /// A part to end instead of a call: the name of one of the scenario's processes.
-  std::string kill;
+  Intervention what;
+  std::string source = "scenario";  ///< Who did it, as its observation says.
   SourceSpan span;
 };
 
 /// A message held back, as a slow machine or network would.
 struct DelayFault {
-  std::string message;  ///< "<leaf>.tick", "<leaf>.halt" or "<service>.<method>"; '*' stands for any text.
+  std::string message;  ///< As `Intervention::target` of a delay.
   Duration by{};
   SourceSpan span;
 };
@@ -155,6 +153,9 @@ struct Scenario {
   std::map<std::string, std::string> verdicts;
   bool distinct_processes = false;  ///< Every process of `processes`, and the run itself, has a process id of its own.
   SourceSpan expect_span;
+
+  /// The file as it was read; null for a project without one.
+  text::YamlNode source;
 };
 
 /// The file `sentree.yaml` of a folder, or the file itself. All problems at once.

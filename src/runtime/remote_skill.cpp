@@ -227,7 +227,7 @@ class SkillService final : public rpc::Service {
         publisher_(publisher),
         scheduler_(scheduler),
         options_(std::move(options)),
-        delays_(options_.delays) {}
+        standing_(options_.delays) {}
 
   const idl::Service& interface() const override { return *interface_; }
 
@@ -290,7 +290,7 @@ class SkillService final : public rpc::Service {
                             .halt_deadline = stretched(plan_.deadlines.halt),
                             .seed = options_.seed,
                             .watchdog = &watchdog_},
-        plan_.services, [this](const ServicePlan& service) { return port(service); }, publisher_, scheduler_, delays_,
+        plan_.services, [this](const ServicePlan& service) { return port(service); }, publisher_, scheduler_, standing_,
         std::move(replies));
     return &leaf;
   }
@@ -337,7 +337,7 @@ class SkillService final : public rpc::Service {
   Publisher& publisher_;
   Scheduler& scheduler_;
   SkillServerOptions options_;
-  Delays delays_;
+  StandingInterventions standing_;
   Watchdog watchdog_{plan_.deadlines.script};
   std::mutex mutex_;
   std::map<std::string, std::unique_ptr<ServedLeaf>> leaves_;

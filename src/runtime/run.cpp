@@ -66,13 +66,13 @@ class Run::Impl final : public RunView, private RunInside {
       : plan_(plan),
         scenario_(plan.scenario),
         options_(std::move(options)),
-        delays_(scenario_.delays),
         scheduler_(scenario_.virtual_time ? make_virtual_scheduler() : make_real_scheduler(scenario_.factor)),
         stream_(*scheduler_),
         watchdog_(scenario_.project.deadlines.script),
         monitors_(plan, *scheduler_, stream_, watchdog_,
                   {.decided = [this](const MonitorReport& report) { on_decision(report); },
-                   .given_up = [this](const std::string& why) { given_up(why); }}),
+                   .given_up = [this](const std::string& why) { given_up(why); },
+                   .stepped = [this](std::size_t index) { steering_.monitor_stepped(index); }}),
         publisher_(stream_, monitors_, observers_, *scheduler_, stretched(scenario_.project.deadlines.call)),
         director_(scheduler_->add_actor("director")),
         steering_({.plan = &plan,
@@ -83,7 +83,12 @@ class Run::Impl final : public RunView, private RunInside {
                    .call = [this](const std::string& service, const std::string& method,
                                   const Value& args) { return call_service(service, method, args); },
                    .stop = [this] { mission_->stop(); },
-                   .kill_process = [this](const std::string& process) { supervisor_->kill(process); }}) {
+                   .kill_process = [this](const std::string& process) { supervisor_->kill(process); },
+                   .restart_process = [this](const std::string& process) { return supervisor_->restart(process); },
+                   .skill = [this](std::size_t leaf) { return skills_[leaf]; },
+                   .monitors = [this]() -> const Monitors& { return monitors_; },
+                   .problem = [this](const std::string& what) { problem(what); },
+                   .observer = stream_.actor()}) {
     scheduler_->set_pace(
         {.paused = options_.paused, .factor = scenario_.virtual_time ? options_.pace : scenario_.factor});
     services_ = plan.services;
@@ -109,17 +114,16 @@ class Run::Impl final : public RunView, private RunInside {
       stream_.subscribe([observer = observer.get()](const Message& message) { observer->observe(message); });
     for (const auto& listener : options_.listeners) stream_.subscribe(listener);
     stream_.subscribe([this](const Message& message) { tap_.observe(message); });
+    stream_.subscribe([this](const Message& message) { steering_.observed(message); });
     monitors_.start();
     if (options_.on_view) options_.on_view(this);
-    if (!scenario_.virtual_time) {
-      start_control_socket();
-      if (sim_) sim_->keep_up();
-    }
-    if (options_.inject) schedule_timeline();
+    if (!scenario_.virtual_time || options_.pace > 0 || options_.paused) start_control_socket();
+    if (!scenario_.virtual_time && sim_) sim_->keep_up();
     scheduler_->at(director_, TimePoint(scenario_.duration), Rank::kInjection, [this] {
       timed_out_ = true;
       mission_->stop();
     });
+    if (options_.inject) schedule_timeline();
     mission_->start([this] {
       ended_ = scheduler_->now();
       scheduler_->stop();
@@ -388,7 +392,7 @@ class Run::Impl final : public RunView, private RunInside {
     }
     if (service.at == "sim") {
       SENTREE_ASSERT(sim_ != nullptr);  // checked when the plan was prepared
-      return make_sim_port(*sim_, service.interface, service.robot);
+      return steering_.guard(service.name, make_sim_port(*sim_, service.interface, service.robot));
     }
     auto address = rpc::Address::parse(service.at);
     SENTREE_ASSERT(address.has_value());
@@ -411,7 +415,8 @@ class Run::Impl final : public RunView, private RunInside {
                                  .deadlines = scenario_.project.deadlines,
                                  .factor = scenario_.factor,
                                  .tick_times = options_.tick_times,
-                                 .tick_done = [this](std::uint64_t tick) { steering_.tick_done(tick); }};
+                                 .tick_done = [this](std::uint64_t tick) { steering_.tick_done(tick); },
+                                 .standing = &steering_.faults()};
     mission_ = std::make_unique<Mission>(plan_, options, *scheduler_, stream_, std::move(drivers));
     return std::nullopt;
   }
@@ -439,8 +444,10 @@ class Run::Impl final : public RunView, private RunInside {
       message.data = Map{{"label", line.label}, {"text", line.text}};
       stream_.publish(std::move(message));
     };
-    std::function<void(const Skill&)> on_step;
-    if (options_.on_skill_step) on_step = [this, index](const Skill& skill) { options_.on_skill_step(index, skill); };
+    auto on_step = [this, index](const Skill& skill) {
+      steering_.skill_stepped(index, skill);
+      if (options_.on_skill_step) options_.on_skill_step(index, skill);
+    };
     auto driver = std::make_unique<LocalDriver>();
     driver->skill = std::make_unique<SkillActor>(
         *leaf.chart,
@@ -451,7 +458,7 @@ class Run::Impl final : public RunView, private RunInside {
                             .watchdog = &watchdog_,
                             .on_step = std::move(on_step)},
         services_, [this, name = leaf.name](const ServicePlan& service) { return make_port(service, name); },
-        publisher_, *scheduler_, delays_, std::move(replies));
+        publisher_, *scheduler_, steering_.faults(), std::move(replies));
     skills_[index] = driver->skill.get();
     return std::unique_ptr<LeafDriver>(std::move(driver));
   }
@@ -488,22 +495,7 @@ class Run::Impl final : public RunView, private RunInside {
 
   void schedule_timeline() {
     for (const Injection& injection : scenario_.timeline) {
-      scheduler_->at(director_, injection.at, Rank::kInjection, [this, &injection] { inject(injection); });
-    }
-  }
-
-  void inject(const Injection& injection) {
-    Intervention what;
-    what.kind = injection.kill.empty() ? Intervention::Kind::kCall : Intervention::Kind::kKill;
-    what.target = injection.kill.empty() ? injection.service + "." + injection.method : injection.kill;
-    what.args = injection.args;
-    const auto applied = steering_.execute(what, "scenario");
-    if (!applied || !injection.kill.empty()) return;
-    const CallOutcome& outcome = applied->outcome;
-    const bool accepted = outcome.ok && (outcome.result.as_string() == nullptr || outcome.result.text() == "OK");
-    if (!accepted) {
-      problem(to_string(injection.span) + ": " + injection.service + "." + injection.method + " answered " +
-              (outcome.ok ? to_json(outcome.result) : outcome.message));
+      scheduler_->at(director_, injection.at, Rank::kInjection, [this, &injection] { steering_.inject(injection); });
     }
   }
 
@@ -554,13 +546,12 @@ class Run::Impl final : public RunView, private RunInside {
       return entries;
     };
     handler.call = [this](const std::string& service, const std::string& method, const Value& arguments) {
-      Message message;
-      message.source = "control";
-      message.target = service;
-      message.name = "scenario.injection";
-      message.data = Map{{"args", arguments}, {"what", service + "." + method}};
-      stream_.publish(std::move(message));
-      return call_service(service, method, arguments);
+      Intervention what;
+      what.target = service + "." + method;
+      what.args = arguments;
+      auto applied = steering_.apply_for(what, "control");
+      if (applied) return std::move(applied->outcome);
+      return CallOutcome{.ok = false, .result = {}, .kind = "arguments", .message = applied.error().message};
     };
     handler.tap = &tap_;
     auto server = start_control(std::move(handler));
@@ -595,7 +586,6 @@ class Run::Impl final : public RunView, private RunInside {
   const Plan& plan_;
   const Scenario& scenario_;
   RunOptions options_;
-  Delays delays_;
   std::unique_ptr<RunFolder> folder_;
   std::unique_ptr<ObservationInbox> inbox_;  // null: everything runs in this process
   std::unique_ptr<SimHost> sim_;

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "sentree/runtime/local_skill.h"
+#include "sentree/runtime/scenario_text.h"
+
 namespace sentree::runtime {
 
 namespace {
@@ -11,7 +14,36 @@ Diagnostic ended() { return {Severity::kError, "steering.ended", "the run has en
 
 }  // namespace
 
-RunSteering::RunSteering(SteeredRun run) : run_(std::move(run)) {
+// A port of a simulated service, while that is not killed.
+class RunSteering::GuardedPort final : public ServicePort {
+ public:
+  GuardedPort(std::string service, const Down& service_down, const Down& all_down, std::unique_ptr<ServicePort> port)
+      : service_(std::move(service)), service_down_(service_down), all_down_(all_down), port_(std::move(port)) {}
+  void call(const idl::Method& method, Value args, Done done) override {
+    if (service_down_.killed || all_down_.killed)
+      done(killed(service_));
+    else
+      port_->call(method, std::move(args), std::move(done));
+  }
+  static CallOutcome killed(const std::string& service) {
+    return {.ok = false, .result = {}, .kind = "unreachable", .message = "service " + service + " was killed"};
+  }
+
+ private:
+  std::string service_;
+  const Down& service_down_;
+  const Down& all_down_;
+  std::unique_ptr<ServicePort> port_;
+};
+
+RunSteering::RunSteering(SteeredRun run)
+    : run_(std::move(run)),
+      scope_(scope_of(*run_.plan)),
+      standing_(run_.plan->scenario.delays),
+      killed_skills_(run_.plan->leaves.size(), 0) {
+  for (const LeafPlan& leaf : run_.plan->leaves) chart_names_.push_back("skill:" + leaf.name);
+  for (const auto& [name, service] : run_.plan->services) down_[name];
+  down_[std::string(kSimulatorPart)];
   run_.scheduler->on_standing([this] {
     const std::lock_guard lock(mutex_);
     changed_.notify_all();
@@ -22,6 +54,15 @@ Result<void> RunSteering::refuse() const {
   const std::lock_guard lock(mutex_);
   if (ended_) return tl::unexpected(ended());
   return {};
+}
+
+// What `step` and `run_until` had in mind is void.
+void RunSteering::change_mind() {
+  const std::lock_guard lock(mutex_);
+  step_until_ = 0;
+  ++until_;
+  stopped_at_ = 0;
+  stopped_what_.clear();
 }
 
 void RunSteering::go_on() {
@@ -42,6 +83,8 @@ Steering::Status RunSteering::status() const {
   Status status;
   status.state = ended_ ? State::kEnded : pace.paused ? State::kPaused : State::kRunning;
   status.factor = pace.factor;
+  status.breakpoint = stopped_at_;
+  status.stopped_at = stopped_what_;
   return status;
 }
 
@@ -55,22 +98,14 @@ Steering::Status RunSteering::wait_paused() {
 
 Result<void> RunSteering::pause() {
   if (auto refused = refuse(); !refused) return refused;
-  {
-    const std::lock_guard lock(mutex_);
-    step_until_ = 0;
-    ++until_;
-  }
+  change_mind();
   hold();
   return {};
 }
 
 Result<void> RunSteering::resume() {
   if (auto refused = refuse(); !refused) return refused;
-  {
-    const std::lock_guard lock(mutex_);
-    step_until_ = 0;
-    ++until_;
-  }
+  change_mind();
   go_on();
   return {};
 }
@@ -81,6 +116,8 @@ Result<void> RunSteering::step(std::uint64_t ticks) {
     const std::lock_guard lock(mutex_);
     step_until_ = run_.tick() + std::max<std::uint64_t>(ticks, 1);
     ++until_;
+    stopped_at_ = 0;
+    stopped_what_.clear();
   }
   go_on();
   return {};
@@ -102,6 +139,8 @@ Result<void> RunSteering::run_until(TimePoint time) {
       const std::lock_guard lock(mutex_);
       step_until_ = 0;
       mine = ++until_;
+      stopped_at_ = 0;
+      stopped_what_.clear();
     }
     run_.scheduler->at(run_.director, time, Rank::kInjection, [this, mine] {
       {
@@ -174,8 +213,11 @@ void RunSteering::finish() {
   }
 }
 
-Result<Steering::Applied> RunSteering::apply(const Intervention& what) {
-  auto applied = in_director([this, what] { return execute(what, "studio"); });
+Result<Steering::Applied> RunSteering::apply(const Intervention& what) { return apply_for(what, "studio"); }
+
+Result<Steering::Applied> RunSteering::apply_for(const Intervention& what, const std::string& source) {
+  if (auto checked = check_intervention(what, scope_); !checked) return tl::unexpected(checked.error());
+  auto applied = in_director([this, what, source] { return execute(what, source, true); });
   if (applied && what.kind == Intervention::Kind::kStop) (void)resume();
   return applied;
 }
@@ -183,52 +225,202 @@ Result<Steering::Applied> RunSteering::apply(const Intervention& what) {
 void RunSteering::ask_to_stop(const std::string& source) {
   Intervention stop;
   stop.kind = Intervention::Kind::kStop;
-  if (run_.scheduler->inject(run_.director, [this, stop, source] { (void)execute(stop, source); })) (void)resume();
+  if (run_.scheduler->inject(run_.director, [this, stop, source] { (void)execute(stop, source, true); }))
+    (void)resume();
 }
 
-Result<Steering::Applied> RunSteering::execute(const Intervention& what, const std::string& source) {
-  Message message;
-  message.source = source;
-  message.name = "scenario.injection";
-  const auto dot = what.target.rfind('.');
+void RunSteering::inject(const Injection& injection) {
+  const auto applied = execute(injection.what, injection.source, false);
+  const std::string place = to_string(injection.span) + ": ";
+  if (!applied) {
+    run_.problem(place + applied.error().message);
+  } else if (injection.what.kind == Intervention::Kind::kCall) {
+    const CallOutcome& outcome = applied->outcome;
+    if (outcome.ok && (outcome.result.as_string() == nullptr || outcome.result.text() == "OK")) return;
+    run_.problem(place + injection.what.target + " answered " +
+                 (outcome.ok ? to_json(outcome.result) : outcome.message));
+  }
+}
+
+Result<Steering::Applied> RunSteering::execute(const Intervention& what, const std::string& source, bool by_person) {
+  using Kind = Intervention::Kind;
+  if (by_person) {
+    const std::lock_guard lock(mutex_);
+    if (done_.size() >= kInterventionsMax)
+      return fail("steering.too-many",
+                  "a run takes no more than " + std::to_string(kInterventionsMax) + " interventions");
+  }
   Applied applied;
-  switch (what.kind) {
-    case Intervention::Kind::kCall:
-      message.target = what.target.substr(0, dot);
-      message.data = Map{{"args", what.args}, {"what", what.target}};
-      run_.publish(std::move(message));
-      applied.outcome = run_.call(what.target.substr(0, dot), what.target.substr(dot + 1), what.args);
-      return applied;
-    case Intervention::Kind::kKill:
-      message.target = what.target;
-      message.data = Map{{"process", what.target}, {"what", "kill"}};
-      run_.publish(std::move(message));
-      run_.kill_process(what.target);
-      return applied;
-    case Intervention::Kind::kStop:
-      message.target = "mission";
-      message.data = Map{{"what", "stop"}};
-      run_.publish(std::move(message));
+  if (what.stands()) {
+    auto standing = stand(what, source, by_person);
+    if (!standing) return standing;
+    applied = *standing;
+  } else if (what.kind == Kind::kKill || what.kind == Kind::kRestart) {
+    if (auto done = kill_or_restart(what, source); !done) return tl::unexpected(done.error());
+  } else if (what.kind == Kind::kClear) {
+    if (auto cleared = standing_.clear(what.id); !cleared) return tl::unexpected(cleared.error());
+    run_.publish(injection_message(what, source, 0));
+  } else {
+    run_.publish(injection_message(what, source, 0));
+    const auto dot = what.target.rfind('.');
+    if (what.kind == Kind::kStop) {
       run_.stop();
-      return applied;
-    default: return fail("steering.kind", "this run cannot do that");
+    } else if (const auto down = down_.find(what.target.substr(0, dot));
+               down != down_.end() && (down->second.killed || down_.find(kSimulatorPart)->second.killed)) {
+      applied.outcome = GuardedPort::killed(down->first);
+    } else {
+      applied.outcome = run_.call(what.target.substr(0, dot), what.target.substr(dot + 1), what.args);
+    }
+  }
+  if (by_person) {
+    const std::lock_guard lock(mutex_);
+    done_.push_back({.at = run_.scheduler->now(), .what = what, .source = source, .span = {}});
+  }
+  return applied;
+}
+
+Result<void> RunSteering::kill_or_restart(const Intervention& what, const std::string& source) {
+  const bool kill = what.kind == Intervention::Kind::kKill;
+  const auto publish = [&] { run_.publish(injection_message(what, source, 0)); };
+  const auto refuse_state = [&] {
+    return fail("steering.part-state", "\"" + what.target + (kill ? "\" is killed already" : "\" has not been killed"));
+  };
+  const auto& processes = run_.plan->scenario.processes;
+  if (std::any_of(processes.begin(), processes.end(), [&](const auto& p) { return p.name == what.target; })) {
+    if (kill) {
+      publish();
+      run_.kill_process(what.target);
+    } else {
+      if (!run_.restart_process(what.target)) return refuse_state();
+      publish();
+    }
+    return {};
+  }
+  for (std::size_t leaf = 0; leaf < run_.plan->leaves.size(); ++leaf) {
+    SkillActor* skill = run_.skill(leaf);
+    if (run_.plan->leaves[leaf].name != what.target || skill == nullptr) continue;
+    if ((killed_skills_[leaf] != 0) == kill) return refuse_state();
+    publish();
+    killed_skills_[leaf] = kill ? 1 : 0;
+    if (kill)
+      skill->kill();
+    else
+      skill->restart();
+    return {};
+  }
+  std::atomic<bool>& killed = down_.find(what.target)->second.killed;  // its name was checked
+  if (killed == kill) return refuse_state();
+  publish();
+  killed = kill;
+  return {};
+}
+
+Result<Steering::Applied> RunSteering::stand(const Intervention& what, const std::string& source, bool by_person) {
+  const auto id = standing_.next_id();
+  if (!id) return tl::unexpected(id.error());
+  Applied applied;
+  applied.id = *id;
+  // Observed before it has an effect, and not itself what a breakpoint waits for.
+  run_.publish(injection_message(what, source, *id));
+  if (by_person && what.kind == Intervention::Kind::kBreakpoint) {
+    const std::lock_guard lock(mutex_);
+    holding_.insert(*id);
+  }
+  standing_.add(*id, what);
+  if (what.kind == Intervention::Kind::kBreakpoint && what.point == Intervention::Point::kState) prime(what);
+  return applied;
+}
+
+void RunSteering::prime(const Intervention& breakpoint) {
+  for (std::size_t leaf = 0; leaf < chart_names_.size(); ++leaf) {
+    SkillActor* skill = chart_names_[leaf] == breakpoint.target ? run_.skill(leaf) : nullptr;
+    if (skill == nullptr) continue;
+    skill->inspect([this, leaf](const Skill* shown) {
+      if (shown != nullptr) skill_stepped(leaf, *shown);
+    });
+  }
+  const auto& models = run_.plan->monitors;
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    if (breakpoint.target == "monitor:" + models[i].name())
+      run_.scheduler->post(run_.observer, [this, i] { monitor_stepped(i); });
   }
 }
 
-std::vector<StandingIntervention> RunSteering::standing() const { return {}; }
-
-std::vector<SteeredPart> RunSteering::parts() const {
-  std::vector<SteeredPart> parts;
-  for (const ProcessEntry& entry : run_.plan->scenario.processes) {
-    parts.push_back({entry.name,
-                     !entry.skill.empty()     ? "skill"
-                     : !entry.monitor.empty() ? "monitor"
-                                              : "component",
-                     true});
-  }
-  return parts;
+std::unique_ptr<ServicePort> RunSteering::guard(const std::string& service, std::unique_ptr<ServicePort> port) {
+  return std::make_unique<GuardedPort>(service, down_.find(service)->second, down_.find(kSimulatorPart)->second,
+                                       std::move(port));
 }
 
-Result<std::string> RunSteering::scenario() const { return fail("steering.kind", "this run cannot be saved"); }
+void RunSteering::observed(const Message& message) {
+  if (!standing_.any(Intervention::Kind::kBreakpoint)) return;
+  const auto hits = standing_.reached_by(message);
+  if (hits.empty()) return;
+  const Value* to = message.data.find("to");
+  reached(hits, message.name == "node.status" && to != nullptr ? message.source + " is " + std::string(to->text())
+                                                               : message.name);
+}
+
+void RunSteering::skill_stepped(std::size_t leaf, const Skill& skill) {
+  if (!standing_.any(Intervention::Kind::kBreakpoint)) return;
+  std::string entered;
+  const auto hits = standing_.reached_in(chart_names_[leaf], [&](const std::string& state) {
+    const auto index = skill.chart().find(state);
+    const bool active = skill.running() && index && skill.session().configuration().contains(*index);
+    if (active) entered = state;
+    return active;
+  });
+  if (!hits.empty()) reached(hits, chart_names_[leaf] + " entered " + entered);
+}
+
+void RunSteering::monitor_stepped(std::size_t index) {
+  if (!standing_.any(Intervention::Kind::kBreakpoint)) return;
+  const monitor::State* state = run_.monitors().state(index);
+  if (state == nullptr) return;
+  const monitor::Model& model = run_.plan->monitors[index];
+  const std::string name = "monitor:" + model.name();
+  std::string entered;
+  const auto hits = standing_.reached_in(name, [&](const std::string& id) {
+    const auto found = model.chart().find(id);
+    const bool active = found && state->session.configuration().contains(*found);
+    if (active) entered = id;
+    return active;
+  });
+  if (!hits.empty()) reached(hits, name + " entered " + entered);
+}
+
+void RunSteering::reached(const std::vector<std::uint64_t>& breakpoints, const std::string& what) {
+  for (const std::uint64_t id : breakpoints) {
+    bool holds = false;
+    {
+      const std::lock_guard lock(mutex_);
+      holds = holding_.contains(id);
+      if (holds && stopped_at_ == 0) {
+        stopped_at_ = id;
+        stopped_what_ = what;
+        step_until_ = 0;
+        ++until_;
+      }
+    }
+    if (holds) hold();
+    Message message;
+    message.source = "scenario";
+    message.name = "scenario.breakpoint";
+    message.data = Map{{"breakpoint", static_cast<std::int64_t>(id)}, {"what", what}};
+    run_.publish(std::move(message));
+  }
+}
+
+std::vector<StandingIntervention> RunSteering::standing() const { return standing_.list(); }
+
+std::vector<SteeredPart> RunSteering::parts() const { return parts_of(scope_); }
+
+Result<std::string> RunSteering::scenario() const {
+  std::vector<Injection> done;
+  {
+    const std::lock_guard lock(mutex_);
+    done = done_;
+  }
+  return scenario_text(run_.plan->scenario, done);
+}
 
 }  // namespace sentree::runtime

@@ -1,18 +1,27 @@
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "sentree/runtime/check_intervention.h"
+#include "sentree/runtime/monitors.h"
 #include "sentree/runtime/plan.h"
 #include "sentree/runtime/scheduler.h"
+#include "sentree/runtime/skill.h"
+#include "sentree/runtime/standing.h"
 #include "sentree/runtime/steering.h"
 
 namespace sentree::runtime {
+
+class SkillActor;
 
 /// What steering needs of the run. The functions are called in the director's actor.
 struct SteeredRun {
@@ -24,15 +33,36 @@ struct SteeredRun {
   std::function<CallOutcome(const std::string& service, const std::string& method, const Value& args)> call;
   std::function<void()> stop;
   std::function<void(const std::string& process)> kill_process;
+  std::function<bool(const std::string& process)> restart_process;  ///< False: it has not ended.
+  std::function<SkillActor*(std::size_t leaf)> skill;               ///< Null: in another process.
+  std::function<const Monitors&()> monitors;
+  std::function<void(const std::string&)> problem;
+  ActorId observer = 0;  ///< Where `monitors` may be looked at.
 };
+
+/// Interventions of a person that one run takes; one more is refused.
+inline constexpr std::size_t kInterventionsMax = 100'000;
 
 /// Does to a run what its timeline says and what a person asks for.
 class RunSteering final : public Steering {
  public:
   explicit RunSteering(SteeredRun run);
 
-  /// In the director's actor: publishes an intervention and does it. `source` is who wanted it.
-  Result<Applied> execute(const Intervention& what, const std::string& source);
+  /// In the director's actor: does what an entry of the timeline says.
+  void inject(const Injection& injection);
+  /// `apply` for somebody else than the studio, as the observation says.
+  Result<Applied> apply_for(const Intervention& what, const std::string& source);
+
+  /// What stands; for the parts of the run that it concerns.
+  [[nodiscard]] StandingInterventions& faults() { return standing_; }
+  /// The port of a simulated service that is unreachable while the service is killed.
+  [[nodiscard]] std::unique_ptr<ServicePort> guard(const std::string& service, std::unique_ptr<ServicePort> port);
+
+  // Breakpoints: a listener of the stream; in a skill's actor after each of its steps; where `monitors` are.
+  void observed(const Message& message);
+  void skill_stepped(std::size_t leaf, const Skill& skill);
+  void monitor_stepped(std::size_t index);
+
   /// In the mission's actor: a root tick has been done.
   void tick_done(std::uint64_t tick);
   /// Nothing is executed any more: whoever waits is told.
@@ -63,16 +93,38 @@ class RunSteering final : public Steering {
   // Runs `work` in the director's actor and waits for what it returns.
   Result<Applied> in_director(std::function<Result<Applied>()> work);
   Result<void> refuse() const;
+  // In the director's actor: publishes an intervention and does it.
+  Result<Applied> execute(const Intervention& what, const std::string& source, bool by_person);
+  Result<void> kill_or_restart(const Intervention& what, const std::string& source);
+  Result<Applied> stand(const Intervention& what, const std::string& source, bool by_person);
+  // Notes which states of its chart are active, so that entering one can be told.
+  void prime(const Intervention& breakpoint);
+  void reached(const std::vector<std::uint64_t>& breakpoints, const std::string& what);
+  void change_mind();
   void go_on();
   void hold();
 
+  struct Down {
+    std::atomic<bool> killed = false;
+  };
+  class GuardedPort;
+
   SteeredRun run_;
+  const InterventionScope scope_;
+  StandingInterventions standing_;
+  std::vector<std::string> chart_names_;           // "skill:LEAF" by leaf
+  std::map<std::string, Down, std::less<>> down_;  // services of the simulator, and "sim"; keys are fixed
+  std::vector<char> killed_skills_;                // by leaf; the director's
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   bool ended_ = false;
   std::uint64_t step_until_ = 0;  // number of the tick after which it pauses; 0: it does not
   std::uint64_t until_ = 0;       // which `run_until` holds; each change of mind makes an older one void
   std::vector<std::weak_ptr<Answer>> open_;
+  std::set<std::uint64_t> holding_;  // breakpoints of the person who steers: the run pauses at them
+  std::uint64_t stopped_at_ = 0;     // the breakpoint
+  std::string stopped_what_;
+  std::vector<Injection> done_;  // interventions so far that are not of the timeline
 };
 
 }  // namespace sentree::runtime

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "sentree/runtime/project.h"
+#include "sentree/runtime/timeline.h"
 #include "sentree/runtime/yaml_reader.h"
 #include "sentree/text/file.h"
 
@@ -21,32 +22,6 @@ void read_clock(YamlReader& reader, Scenario& scenario) {
   } else {
     reader.error(clock->span, "scenario.clock",
                  "clock must be virtual, real, or {real: FACTOR} with a factor up to 1000");
-  }
-}
-
-void read_timeline(const text::YamlNode& node, Scenario& scenario, Diagnostics& diagnostics) {
-  for (const text::YamlNode& entry : node.items) {
-    YamlReader reader(entry, "an entry of the timeline", diagnostics);
-    Injection injection;
-    injection.span = entry.span;
-    injection.at = TimePoint(reader.duration("at").value_or(Duration(0)));
-    if (reader.node("at") == nullptr)
-      reader.error(entry.span, "project.missing-key", "an entry of the timeline needs \"at\"");
-    injection.kill = reader.string("kill").value_or("");
-    const std::string call =
-        injection.kill.empty() ? reader.required_string("call") : reader.string("call").value_or("");
-    if (const auto* args = reader.mapping("args"))
-      injection.args = args->value();
-    else
-      injection.args = Map();
-    const auto dot = call.rfind('.');
-    if (!call.empty() && dot == std::string::npos) {
-      reader.error(reader.span("call"), "scenario.call", "call \"" + call + "\" must be SERVICE.METHOD");
-    } else if (!call.empty()) {
-      injection.service = call.substr(0, dot);
-      injection.method = call.substr(dot + 1);
-    }
-    scenario.timeline.push_back(std::move(injection));
   }
 }
 
@@ -202,6 +177,7 @@ Loaded<Scenario> load_scenario(const std::filesystem::path& file) {
     if (const auto* processes = reader.mapping("processes")) read_processes(*processes, scenario, loaded.diagnostics);
     if (const auto* expect = reader.mapping("expect")) read_expect(*expect, scenario, loaded.diagnostics);
   }
+  scenario.source = *yaml;
   if (!has_errors(loaded.diagnostics)) loaded.value = std::move(scenario);
   return loaded;
 }

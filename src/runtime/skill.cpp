@@ -95,6 +95,15 @@ void Skill::cancel(TimePoint now) {
   schedule();
 }
 
+void Skill::drop() {
+  running_ = false;
+  answer_owed_ = false;
+  halting_ = false;
+  halt_due_.reset();
+  ended_.reset();
+  outputs_ = Map();
+}
+
 bool Skill::deliver(const SkillEvent& outcome, TimePoint now) {
   if (!is_current(outcome.run)) return false;
   scxml::Event event;

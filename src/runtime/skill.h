@@ -77,6 +77,9 @@ class Skill {
   void halt(TimePoint now);
   /// Gives the run up without `halt`: no answer of any kind follows.
   void cancel(TimePoint now);
+  /// The run is gone as if it had never been, nothing of the chart is executed and nobody is answered: what a process
+  /// that is killed does.
+  void drop();
   /// A call's outcome. False: its run is over, the chart does not see it.
   bool deliver(const SkillEvent& event, TimePoint now);
   /// Whether an outcome of that run would reach the chart.

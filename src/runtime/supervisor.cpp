@@ -88,6 +88,8 @@ struct Child {
   SteadyTime due{};                   // kStarting: patience ends; kEnding: look again; kWaiting: start again
   std::optional<SteadyTime> kill_at;  // it was asked to end
   std::deque<SteadyTime> restarts;
+  bool killed = false;  // by us, and not yet seen to have ended
+  bool wanted = false;  // to be started again whatever its restarts say
 };
 
 }  // namespace
@@ -137,7 +139,25 @@ class Supervisor::Impl {
 
   void kill(const std::string& name) {
     const std::lock_guard lock(mutex_);
-    if (const Child* child = find(name); child != nullptr && child->pid > 0) ::kill(child->pid, SIGKILL);
+    Child* child = find(name);
+    if (child == nullptr || child->pid <= 0) return;
+    child->killed = true;
+    ::kill(child->pid, SIGKILL);
+  }
+
+  bool restart(const std::string& name) {
+    const std::lock_guard lock(mutex_);
+    Child* child = find(name);
+    if (child == nullptr || closing_ || child->kill_at) return false;
+    if (child->state == Child::State::kGone) {
+      child->state = Child::State::kWaiting;
+      child->due = SteadyClock::now();
+      poke();
+      return true;
+    }
+    // One that was killed may not have been seen to end.
+    child->wanted = child->killed;
+    return child->wanted;
   }
 
   void end(const std::vector<std::string>& names, std::chrono::milliseconds patience) {
@@ -278,6 +298,12 @@ class Supervisor::Impl {
 
   void wait_or_give_up(Child& child, SteadyTime now, std::vector<ProcessEvent>& events) {
     while (!child.restarts.empty() && now - child.restarts.front() > kRestartWindow) child.restarts.pop_front();
+    child.killed = false;
+    if (std::exchange(child.wanted, false)) {
+      child.state = Child::State::kWaiting;
+      child.due = now;
+      return;
+    }
     if (static_cast<int>(child.restarts.size()) >= child.spec.restarts) {
       child.state = Child::State::kGone;
       if (child.spec.restarts > 0) events.push_back({ProcessEvent::Kind::kGivenUp, child.spec.name, 0, {}});
@@ -325,6 +351,7 @@ Result<std::string> Supervisor::start(ProcessSpec spec) { return impl_->start(st
 std::string Supervisor::address(const std::string& name) const { return impl_->address(name); }
 std::vector<Supervisor::Running> Supervisor::running() const { return impl_->running(); }
 void Supervisor::kill(const std::string& name) { impl_->kill(name); }
+bool Supervisor::restart(const std::string& name) { return impl_->restart(name); }
 void Supervisor::end(const std::vector<std::string>& names, std::chrono::milliseconds patience) {
   impl_->end(names, patience);
 }

@@ -66,6 +66,8 @@ class Supervisor {
 
   /// SIGKILL; its restarts apply.
   void kill(const std::string& name);
+  /// Starts one again that has ended, without counting it as a restart. False: it has not ended, or all are ending.
+  bool restart(const std::string& name);
   /// Asks these to end (SIGTERM), makes those that are left after `patience` (SIGKILL), starts none of them again.
   void end(const std::vector<std::string>& names, std::chrono::milliseconds patience);
   /// The same for all, and nothing is started any more. Idempotent.

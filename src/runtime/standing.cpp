@@ -1,0 +1,205 @@
+#include "sentree/runtime/standing.h"
+
+#include <algorithm>
+#include <charconv>
+#include <utility>
+
+#include "sentree/idl/conform.h"
+
+namespace sentree::runtime {
+
+namespace {
+
+using Kind = Intervention::Kind;
+
+constexpr std::string_view kReply = ".reply";
+
+std::optional<std::size_t> to_index(std::string_view text) {
+  std::size_t index = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), index);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return index;
+}
+
+// "a.b" as "a" and "b".
+std::pair<std::string_view, std::string_view> split(std::string_view path) {
+  const auto dot = path.find('.');
+  if (dot == std::string_view::npos) return {path, {}};
+  return {path.substr(0, dot), path.substr(dot + 1)};
+}
+
+// False: there is no such place.
+bool put(Value& at, std::string_view path, const Value& value) {
+  if (path.empty()) {
+    at = value;
+    return true;
+  }
+  const auto [first, rest] = split(path);
+  if (Map* map = at.as_map()) return put((*map)[first], rest, value);
+  List* list = at.as_list();
+  const auto index = to_index(first);
+  return list != nullptr && index && *index < list->size() && put((*list)[*index], rest, value);
+}
+
+}  // namespace
+
+Result<const idl::Type*> type_at(const idl::Type& type, std::string_view path) {
+  if (path.empty()) return &type;
+  const auto [first, rest] = split(path);
+  const std::string name(first);
+  if (type.kind == idl::Kind::kStruct) {
+    const idl::Field* field = type.structure->find(first);
+    if (field != nullptr) return type_at(*field->type, rest);
+    return fail("steering.path",
+                type.name + " has no member \"" + name + "\"" + did_you_mean(name, type.structure->field_names()));
+  }
+  const bool is_list = type.kind == idl::Kind::kList || type.kind == idl::Kind::kSet;
+  if (is_list && to_index(first)) return type_at(*type.element, rest);
+  return fail("steering.path", "a " + type.name + " has no member \"" + name + "\"");
+}
+
+StandingInterventions::StandingInterventions(const std::vector<DelayFault>& delays) {
+  for (const DelayFault& delay : delays) {
+    Intervention what;
+    what.kind = Kind::kDelay;
+    what.target = delay.message;
+    what.by = delay.by;
+    if (const auto id = next_id()) add(*id, std::move(what));
+  }
+}
+
+Result<std::uint64_t> StandingInterventions::next_id() {
+  const std::lock_guard lock(mutex_);
+  if (entries_.size() >= kStandingMax) {
+    return fail("steering.too-many", "more than " + std::to_string(kStandingMax) +
+                                         " delays, falsified replies, forced results and breakpoints; clear one first");
+  }
+  return ++last_id_;
+}
+
+void StandingInterventions::add(std::uint64_t id, Intervention what) {
+  const std::lock_guard lock(mutex_);
+  ++counts_[static_cast<std::size_t>(what.kind)];
+  entries_.push_back({{id, std::move(what), 0}});
+}
+
+Result<void> StandingInterventions::clear(std::uint64_t id) {
+  const std::lock_guard lock(mutex_);
+  const auto found =
+      std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) { return entry.standing.id == id; });
+  if (found == entries_.end()) {
+    return fail("steering.unknown-id", "nothing stands with number " + std::to_string(id) +
+                                           (id >= 1 && id <= last_id_ ? "; it has been used up or cleared" : ""));
+  }
+  --counts_[static_cast<std::size_t>(found->standing.what.kind)];
+  entries_.erase(found);
+  return {};
+}
+
+std::vector<StandingIntervention> StandingInterventions::list() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<StandingIntervention> list;
+  for (const Entry& entry : entries_) list.push_back(entry.standing);
+  return list;
+}
+
+template <class Matches, class Use>
+void StandingInterventions::each(Kind kind, const Matches& matches, const Use& use_entry) {
+  if (!any(kind)) return;
+  const std::lock_guard lock(mutex_);
+  for (Entry& entry : entries_) {
+    if (entry.standing.what.kind == kind && matches(entry)) use_entry(entry);
+  }
+  std::erase_if(entries_, [this](const Entry& entry) {
+    const Intervention& what = entry.standing.what;
+    if (what.count == 0 || entry.standing.used < what.count) return false;
+    --counts_[static_cast<std::size_t>(what.kind)];
+    return true;
+  });
+}
+
+Duration StandingInterventions::delay_of(std::string_view message) {
+  Duration delay{0};
+  // "battery.*" means requests: a reply is meant where it is named.
+  const bool is_reply = message.ends_with(kReply);
+  each(
+      Kind::kDelay,
+      [&](const Entry& entry) {
+        const std::string& pattern = entry.standing.what.target;
+        return pattern.ends_with(kReply) == is_reply && matches_pattern(pattern, message);
+      },
+      [&](Entry& entry) {
+        ++entry.standing.used;
+        delay = std::max(delay, entry.standing.what.by);
+      });
+  return delay;
+}
+
+void StandingInterventions::falsify(std::string_view call, const idl::Method& method, Value& result) {
+  each(
+      Kind::kFalsify, [&](const Entry& entry) { return matches_pattern(entry.standing.what.target, call); },
+      [&](Entry& entry) {
+        Value changed = result;
+        if (!put(changed, entry.standing.what.path, entry.standing.what.value)) return;
+        auto conformed = idl::conform(*method.result, std::move(changed), "result");
+        if (!conformed) return;
+        result = std::move(*conformed);
+        ++entry.standing.used;
+      });
+}
+
+std::optional<bt::Status> StandingInterventions::forced(std::string_view leaf) {
+  std::optional<bt::Status> status;
+  // The newest wins; only what is used is used up.
+  Entry* newest = nullptr;
+  each(
+      Kind::kForce, [&](const Entry& entry) { return entry.standing.what.target == leaf; },
+      [&](Entry& entry) {
+        if (newest != nullptr) --newest->standing.used;
+        newest = &entry;
+        ++entry.standing.used;
+        status = bt::parse_status(entry.standing.what.status);
+      });
+  return status;
+}
+
+std::vector<std::uint64_t> StandingInterventions::reached_by(const Message& message) {
+  std::vector<std::uint64_t> reached;
+  // The hit itself is no new one.
+  if (message.name == "scenario.breakpoint") return reached;
+  each(
+      Kind::kBreakpoint,
+      [&](const Entry& entry) {
+        const Intervention& what = entry.standing.what;
+        if (what.point == Intervention::Point::kMessage) return matches_pattern(what.target, message.name);
+        if (what.point != Intervention::Point::kNode || message.name != "node.status") return false;
+        const Value* to = message.data.find("to");
+        return message.source == what.target && to != nullptr && (what.status.empty() || to->text() == what.status);
+      },
+      [&](Entry& entry) {
+        ++entry.standing.used;
+        reached.push_back(entry.standing.id);
+      });
+  return reached;
+}
+
+std::vector<std::uint64_t> StandingInterventions::reached_in(
+    std::string_view chart, const std::function<bool(const std::string& state)>& is_active) {
+  std::vector<std::uint64_t> reached;
+  each(
+      Kind::kBreakpoint,
+      [&](const Entry& entry) {
+        const Intervention& what = entry.standing.what;
+        return what.point == Intervention::Point::kState && what.target == chart;
+      },
+      [&](Entry& entry) {
+        const bool was_active = std::exchange(entry.active, is_active(entry.standing.what.state));
+        const bool was_seen = std::exchange(entry.seen, true);
+        if (!was_seen || was_active || !entry.active) return;
+        ++entry.standing.used;
+        reached.push_back(entry.standing.id);
+      });
+  return reached;
+}
+
+}  // namespace sentree::runtime
