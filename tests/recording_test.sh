@@ -91,6 +91,9 @@ expect 0 '^{"topic":"/observations","time_ns":0,' "$sentree" export failure.mcap
 expect 0 'traceEvents' "$sentree" export failure.mcap --to perfetto
 expect 0 '^BTCPP4-FileLogger2' "$sentree" export failure.mcap --to btlog
 expect 0 'GoToKitchen' "$sentree" export failure.mcap --to fbl
+expect 0 'call: simulation.setBatteryCharge' "$sentree" export failure.mcap --to scenario
+cp -r "$project" same && cp out same/scenarios/again.yaml
+expect 0 'again' "$sentree" test same --scenario again
 expect 2 'btlog' "$sentree" export failure.mcap --to db3
 expect 0 'nodes were ticked' "$sentree" report failure.mcap
 grep -qE '(src|href)="?http' out && fail "the report needs other pages"

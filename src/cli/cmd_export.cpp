@@ -9,6 +9,7 @@
 #include "sentree/cli/output.h"
 #include "sentree/runtime/plan.h"
 #include "sentree/runtime/recorded_run.h"
+#include "sentree/runtime/scenario_text.h"
 #include "sentree/text/file.h"
 
 namespace sentree::cli {
@@ -198,6 +199,14 @@ Result<void> to_groot(runtime::RecordedRun& run, bool groot2, Output& output) {
   return {};
 }
 
+// The run as a scenario that does the same again.
+Result<void> to_scenario(runtime::RecordedRun& run, Output& output) {
+  auto text = runtime::recorded_scenario_text(run);
+  if (!text) return tl::unexpected(text.error());
+  output.text() += *text;
+  return {};
+}
+
 }  // namespace
 
 int export_recording(const ExportCommand& command) {
@@ -209,6 +218,7 @@ int export_recording(const ExportCommand& command) {
   Output output(command.output);
   const auto exported = command.format == "csv"      ? to_csv(*run, output)
                         : command.format == "ndjson" ? to_ndjson(*run, output)
+                        : command.format == "scenario" ? to_scenario(*run, output)
                         : command.format == "btlog"  ? to_groot(*run, true, output)
                         : command.format == "fbl"    ? to_groot(*run, false, output)
                                                      : to_trace(*run, output);

@@ -55,7 +55,7 @@ int info(const InfoCommand& command);
 
 struct ExportCommand {
   std::string file;
-  std::string format;  ///< csv, ndjson, perfetto, btlog or fbl.
+  std::string format;  ///< csv, ndjson, scenario, perfetto, btlog or fbl.
   std::string output;  ///< Empty: standard output.
 };
 int export_recording(const ExportCommand& command);

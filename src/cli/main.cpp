@@ -87,11 +87,12 @@ void add_export(CLI::App& app, ExportCommand& command) {
       "Examples:\n"
       "  sentree export RUN.mcap --to csv -o run.csv           the observations, one a row\n"
       "  sentree export RUN.mcap --to ndjson                   every message of every topic, one a line\n"
+      "  sentree export RUN.mcap --to scenario -o scenarios/again.yaml   what was done, to do it again: sentree test\n"
       "  sentree export RUN.mcap --to perfetto -o run.json     for https://ui.perfetto.dev and chrome://tracing\n"
       "  sentree export RUN.mcap --to btlog -o run.btlog       the tree and its statuses, for Groot 2\n"
       "  sentree export RUN.mcap --to fbl -o run.fbl           the same for Groot 1");
   sub->add_option("recording", command.file, "MCAP file of sentree run")->required();
-  sub->add_option("--to", command.format)->required()->check(CLI::IsMember({"csv", "ndjson", "perfetto", "btlog", "fbl"}));
+  sub->add_option("--to", command.format)->required()->check(CLI::IsMember({"csv", "ndjson", "scenario", "perfetto", "btlog", "fbl"}));
   sub->add_option("--output,-o", command.output, "Default: standard output");
 }
 

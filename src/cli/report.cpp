@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "sentree/runtime/intervention.h"
+
 namespace sentree::cli {
 
 namespace {
@@ -53,10 +55,11 @@ std::string line(const Message& message) {
 std::string Narrator::tell(const Message& message) {
   const auto say_line = [&](const std::string& what) { return time_column(message.time) + "  " + what; };
   if (message.name == "scenario.injection") {
-    const Value* args = message.data.find("args");
-    return say_line("scenario: " + std::string(message.data.find("what")->text()) +
-                    (args != nullptr ? " " + to_json(*args) : ""));
+    const auto what = runtime::intervention_of(message);
+    return say_line(message.source + ": " + (what ? runtime::describe(*what) : to_json(message.data)));
   }
+  if (message.name == "scenario.breakpoint")
+    return say_line("breakpoint: " + std::string(message.data.find("what")->text()));
   if (message.name == "mission.status") return say_line("mission: " + std::string(message.data.find("status")->text()));
   if (message.name.ends_with(".log")) {
     return say_line(message.source + ": " + std::string(message.data.find("label")->text()) + " " +

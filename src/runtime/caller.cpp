@@ -86,9 +86,7 @@ void Caller::admitted(const std::shared_ptr<Pending>& pending, Admission admissi
                {.ok = false, .result = {}, .kind = "vetoed", .message = "vetoed" + by + ": " + admission.veto->reason});
     return;
   }
-  const Duration delay = standing_.any(Intervention::Kind::kDelay)
-                             ? standing_.delay_of(pending->call.service + "." + pending->call.method)
-                             : Duration(0);
+  const Duration delay = delay_of(pending->call.service + "." + pending->call.method);
   TimePoint& not_before = not_before_[pending->call.service];
   not_before = std::max(not_before, scheduler_.now() + delay);
   if (not_before > scheduler_.now()) {
@@ -112,11 +110,16 @@ void Caller::execute(std::shared_ptr<Pending> pending) {
   });
 }
 
+Duration Caller::delay_of(const std::string& message) {
+  if (!standing_.any(Intervention::Kind::kDelay) || standing_.calls_spared()) return Duration(0);
+  return standing_.delay_of(message);
+}
+
 void Caller::answered(const std::shared_ptr<Pending>& pending, CallOutcome outcome) {
   const std::string name = pending->call.service + "." + pending->call.method;
-  if (outcome.ok && standing_.any(Intervention::Kind::kFalsify))
+  if (outcome.ok && standing_.any(Intervention::Kind::kFalsify) && !standing_.calls_spared())
     standing_.falsify(name, *pending->method, outcome.result);
-  const Duration delay = standing_.any(Intervention::Kind::kDelay) ? standing_.delay_of(name + ".reply") : Duration(0);
+  const Duration delay = delay_of(name + ".reply");
   if (delay == Duration(0)) {
     finish(*pending, std::move(outcome));
     return;

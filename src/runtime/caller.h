@@ -62,6 +62,7 @@ class Caller {
   void admitted(const std::shared_ptr<Pending>& pending, Admission admission);
   void fail_later(const std::shared_ptr<Pending>& pending, CallOutcome outcome);
   void execute(std::shared_ptr<Pending> pending);
+  Duration delay_of(const std::string& message);
   // What the service answered, as the faults that stand let it through.
   void answered(const std::shared_ptr<Pending>& pending, CallOutcome outcome);
   void finish(const Pending& pending, CallOutcome outcome);

@@ -8,6 +8,7 @@
 
 namespace sentree::runtime {
 
+struct Injection;
 class Mission;
 class Monitors;
 class SkillActor;
@@ -34,6 +35,11 @@ class RunInside {
   [[nodiscard]] virtual SkillActor* skill(std::size_t leaf) = 0;
   /// For other threads; its answers come from the run.
   [[nodiscard]] virtual Steering& steering() = 0;
+  /// In the director's actor: what an entry of a timeline does. Its names must be those of the run (see
+  /// `check_intervention`).
+  virtual void inject(const Injection& injection) = 0;
+  /// False: calls are not delayed or falsified, because whoever makes their ports has seen to that.
+  virtual void put_faults_on_calls(bool on) = 0;
   /// Ends the run as it is, without halting anything.
   virtual void end() = 0;
 };

@@ -6,6 +6,9 @@
 
 #include "sentree/idl/conform.h"
 #include "sentree/runtime/behaviour.h"
+#include "sentree/runtime/check_intervention.h"
+#include "sentree/runtime/intervention.h"
+#include "sentree/runtime/local_skill.h"
 #include "sentree/runtime/monitors.h"
 #include "sentree/sim/services.h"
 #include "sentree/sim/simulation.h"
@@ -113,6 +116,9 @@ class Replay {
       *deadline = Duration(static_cast<std::int64_t>(static_cast<double>(deadline->count()) * factor));
     plan_.scenario.virtual_time = true;
     plan_.scenario.factor = 1.0;
+    for (const ProcessEntry& entry : plan_.scenario.processes) {
+      if (!entry.skill.empty()) process_skills_[entry.name] = entry.skill;
+    }
     plan_.scenario.processes.clear();
     plan_.observers.clear();
     for (LeafPlan& leaf : plan_.leaves) {
@@ -133,7 +139,7 @@ class Replay {
     std::map<std::uint64_t, Exchange*> open;  // by call
     for (const Message& message : messages) {
       then_behaviour_.observe(message);
-      if (message.name == "scenario.injection") injections_.push_back(message);
+      if (message.name == "scenario.injection" || message.name == "process.restarted") injections_.push_back(message);
       const auto service = plan_.services.find(message.target);
       const Value* args = message.data.find("args");
       if (service == plan_.services.end() || args == nullptr) continue;
@@ -153,6 +159,7 @@ class Replay {
 
   void begin(RunInside& inside) {
     inside_ = &inside;
+    inside.put_faults_on_calls(false);
     for (const Message& injection : injections_) {
       inside.scheduler().at(inside.director(), injection.time, Rank::kInjection,
                             [this, &injection] { inject(injection); });
@@ -163,20 +170,45 @@ class Replay {
     });
   }
 
+  // What was done then is done again, except to what answers as recorded.
   void inject(const Message& injection) {
+    using Kind = Intervention::Kind;
+    const Value* process = injection.data.find("process");
+    if (injection.name == "process.restarted") {
+      if (process != nullptr) of_process(std::string(process->text()), [](SkillActor& skill) { skill.restart(); });
+      return;
+    }
+    const auto what = intervention_of(injection);
+    const bool is_call = what && what->kind == Kind::kCall;
+    if (what && !is_call && check_intervention(*what, scope_of(plan_))) {
+      inside_->inject({.at = injection.time, .what = *what, .source = injection.source, .span = {}});
+      return;
+    }
     Message message;
     message.source = injection.source;
     message.target = injection.target;
     message.name = injection.name;
     message.data = injection.data;
     inside_->publish(std::move(message));
-    const Value* what = injection.data.find("what");
-    const Value* args = injection.data.find("args");
-    const std::string call(what != nullptr ? what->text() : "");
+    if (what && what->kind == Kind::kKill) of_process(what->target, [](SkillActor& skill) { skill.kill(); });
+    if (is_call && plan_.world) call_again(what->target, what->args);
+  }
+
+  // Skills that ran in that process then; they run in this one now.
+  void of_process(const std::string& process, const std::function<void(SkillActor&)>& act) {
+    const auto ran = process_skills_.find(process);
+    if (ran == process_skills_.end()) return;
+    for (std::size_t leaf = 0; leaf < plan_.leaves.size(); ++leaf) {
+      const LeafPlan& plan = plan_.leaves[leaf];
+      if (plan.name != ran->second && plan.id != ran->second) continue;
+      if (SkillActor* skill = inside_->skill(leaf)) act(*skill);
+    }
+  }
+
+  void call_again(const std::string& call, const Value& args) {
     const auto dot = call.rfind('.');
-    if (dot == std::string::npos || args == nullptr || !plan_.world) return;
     const std::string name = call.substr(0, dot);
-    Act act{inside_->scheduler().now(), {}, call.substr(dot + 1), {}, *args};
+    Act act{inside_->scheduler().now(), {}, call.substr(dot + 1), {}, args};
     if (const auto robot = test_control_of(name, *plan_.world)) {
       act.interface = plan_.test_control ? plan_.test_control->name : "";
       act.robot = *robot;
@@ -269,6 +301,7 @@ class Replay {
     }
     sim::advance(*plan_.world, state, now);
     inside_->sim()->restore(std::move(state));
+    inside_->put_faults_on_calls(true);
     report_.continued = true;
     return true;
   }
@@ -326,6 +359,7 @@ class Replay {
   RunInside* inside_ = nullptr;
   std::map<std::string, std::deque<Exchange>> exchanges_;
   std::vector<Message> injections_;
+  std::map<std::string, std::string> process_skills_;  // what each recorded process ran
   std::vector<Act> acts_;
   Behaviour then_behaviour_;
   Behaviour now_behaviour_;

@@ -45,8 +45,9 @@ struct ReplayOptions {
 };
 
 /// Runs the mission of `plan` again in virtual time: its skills, tree and monitors are executed, and its services
-/// answer what they answered in the recording, as long after the request as then. The recording's interventions are
-/// observed at their times.
+/// answer what they answered in the recording, as long after the request as then. The recording's interventions
+/// happen again at their times; faults on calls are in what the services answered then. A skill that was killed in a
+/// process of its own is killed here, until that was restarted.
 ///
 /// Behaviour is what leaves answer and ask, what the mission's status is and what monitors decide; of a recording in
 /// real time the order in each of them counts, of one in virtual time the tick as well. A plan with parts elsewhere is

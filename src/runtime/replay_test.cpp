@@ -82,6 +82,34 @@ TEST_F(Replays, AnUnchangedProjectDoesTheSameInEveryObservation) {
   EXPECT_EQ(replayed_, *run.observations());
 }
 
+TEST_F(Replays, WhatWasDoneToARunIsDoneToItsReplay) {
+  const fs::path file = folder_ / "faults.yaml";
+  ASSERT_TRUE(text::write_file(file, "project: " + kRecharge.string() + R"(
+delays:
+  - {message: navigation.*, by: 7 ms}
+timeline:
+  - {at: 1.01 s, delay: {message: battery.getBatteryState.reply, by: 20 ms, count: 3}}
+  - {at: 2 s, falsify: {call: battery.getBatteryState, path: percentage, value: 0.2, count: 2}}
+  - {at: 3 s, force: {leaf: AtKitchen, status: SUCCESS, count: 1}}
+  - {at: 4 s, source: studio, breakpoint: {chart: "skill:GoToKitchen", state: moving}}
+  - {at: 5 s, kill: battery}
+  - {at: 5.2 s, restart: battery}
+  - {at: 6 s, clear: 5}
+  - {at: 7 s, kill: AtKitchen}
+  - {at: 7.45 s, restart: AtKitchen}
+  - {at: 9 s, source: interrupt, stop: mission}
+override:
+  mission: {repeat: true}
+)")
+                  .has_value());
+  RecordedRun run = record_run(file, true, std::chrono::seconds(30));
+  const ReplayReport report = replay_with(run, run.scenario(), false);
+  EXPECT_THAT(report.differences, IsEmpty());
+  EXPECT_EQ(report.unrecorded, "");
+  EXPECT_EQ(replayed_, *run.observations());
+  EXPECT_THAT(report.run.problems, IsEmpty());
+}
+
 TEST_F(Replays, ARecordingInRealTimeDoesTheSame) {
   RecordedRun run = record_run(kRecharge / "scenarios/experiment1.yaml", false, std::chrono::seconds(8), 4);
   const ReplayReport report = replay_with(run, run.scenario(), false);

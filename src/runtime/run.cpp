@@ -217,6 +217,8 @@ class Run::Impl final : public RunView, private RunInside {
   const Monitors& monitors() const override { return monitors_; }
   SkillActor* skill(std::size_t leaf) override { return skills_[leaf]; }
   Steering& steering() override { return steering_; }
+  void inject(const Injection& injection) override { steering_.inject(injection); }
+  void put_faults_on_calls(bool on) override { steering_.faults().spare_calls(!on); }
   void end() override {
     ended_ = scheduler_->now();
     scheduler_->stop();

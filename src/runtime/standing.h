@@ -36,6 +36,10 @@ class StandingInterventions {
   [[nodiscard]] std::vector<StandingIntervention> list() const;
   [[nodiscard]] bool any(Intervention::Kind kind) const { return count_of(kind) > 0; }
 
+  /// In a replay services answer what they answered then, faults included: no call is delayed or falsified again.
+  void spare_calls(bool spared) { calls_spared_ = spared; }
+  [[nodiscard]] bool calls_spared() const { return calls_spared_; }
+
   /// How long a message "LEAF.tick", "LEAF.halt", "SERVICE.METHOD" or "SERVICE.METHOD.reply" is held back: the longest
   /// of the delays that match it, each of which is used once. 0: not at all.
   [[nodiscard]] Duration delay_of(std::string_view message);
@@ -65,6 +69,7 @@ class StandingInterventions {
   std::vector<Entry> entries_;
   std::uint64_t last_id_ = 0;
   std::array<std::atomic<std::size_t>, 9> counts_{};  // by kind
+  std::atomic<bool> calls_spared_ = false;
 };
 
 /// The member of a result that `path` names ("pose.x", "names.0"; empty: the result), by type. Error: steering.path.

@@ -205,9 +205,7 @@ Value world_value(const sim::World& world) {
 Value scenario_value(const runtime::Scenario& scenario) {
   List timeline;
   for (const runtime::Injection& injection : scenario.timeline) {
-    const std::string what = injection.kill.empty()
-                                 ? injection.service + "." + injection.method + " " + to_json(injection.args)
-                                 : "kill " + injection.kill;
+    const std::string what = runtime::describe(injection.what);
     timeline.push_back(Map{{"at", injection.at.time_since_epoch().count()}, {"what", what}});
   }
   return Map{{"name", scenario.name}, {"description", scenario.description}, {"timeline", std::move(timeline)}};
