@@ -81,6 +81,11 @@ sed 's/battery.getBatteryState/batery.getBatteryState/' "$project/requirements/r
 expect 3 'no service "batery"; did you mean "battery"' "$sentree" monitor check failure.mcap --req misspelt.req
 expect 0 'monitor battery: undecided' "$sentree" monitor check failure.mcap --monitor "$project/monitors/battery.scxml" --violated failure
 expect 0 'behaves as recorded' "$sentree" replay failure.mcap
+expect 0 'turns_to_station +undecided \(pending: owes' "$sentree" replay failure.mcap --at '52.05 s'
+expect 0 '"nodes":\{"Root":"RUNNING".*"states":' "$sentree" replay failure.mcap --at '52050 ms' --json
+expect 3 'the run was over: it ended at 67.2 s' "$sentree" replay failure.mcap --at '70 s'
+expect 2 'is no moment of a run' "$sentree" replay failure.mcap --at noon
+expect 1 'monitor recharge: violated at 53.100 s' "$sentree" replay failure.mcap --from '52 s'
 cp -r "$project" fixed && cp fixed/skills/BatteryLevelAbove.scxml fixed/skills/BatteryLevelAbove-buggy.scxml
 expect 1 'BatteryLevelAbove30' "$sentree" replay failure.mcap --project fixed
 grep -q 'AtStation asks .*which was not recorded; the replay ends here' out || fail "the replay did not say which request was not recorded"

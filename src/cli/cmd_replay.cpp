@@ -47,6 +47,31 @@ std::string text_of(const runtime::ReplayReport& report) {
   return text;
 }
 
+// What people ask of a moment; --json has all of it.
+std::string text_of(const Map& moment) {
+  std::string text = fmt::format("{:.3f} s, tick {}, after observation {}\n", moment.find("time")->number(),
+                                 *moment.find("tick")->as_int(), *moment.find("sequence")->as_int());
+  text += "tree\n";
+  for (const auto& [node, status] : *moment.find("nodes")->as_map())
+    text += fmt::format("  {:<32}{}\n", node, status.text());
+  text += "skills\n";
+  for (const auto& [leaf, skill] : *moment.find("skills")->as_map()) {
+    const Value* running = skill.find("running");
+    if (running == nullptr || running->as_bool() == nullptr || !*running->as_bool()) continue;
+    const Value* states = skill.find("states");
+    const Value* data = skill.find("data");
+    text += fmt::format("  {:<32}{} {}\n", leaf, states != nullptr ? to_json(*states) : "",
+                        data != nullptr ? to_json(*data) : "");
+  }
+  text += "monitors\n";
+  for (const auto& [name, monitor] : *moment.find("monitors")->as_map()) {
+    const Value* standing = monitor.find("standing");
+    text += fmt::format("  {:<32}{}{}\n", name, monitor.find("verdict")->text(),
+                        standing != nullptr ? " (" + std::string(standing->text()) + ")" : "");
+  }
+  return text;
+}
+
 }  // namespace
 
 int replay(const ReplayCommand& command) {
@@ -65,20 +90,37 @@ int replay(const ReplayCommand& command) {
   say(plan.diagnostics);
   if (!plan.ok()) return kInvalidInput;
   runtime::ReplayOptions options;
-  options.go_on = command.go_on;
+  options.go_on = command.go_on || !command.from.empty();
+  for (const auto& [text, moment] : {std::pair(command.at, &options.at), std::pair(command.from, &options.go_on_at)}) {
+    if (text.empty()) continue;
+    const auto time = runtime::parse_duration(text);
+    if (!time || time->count() < 0) {
+      say("\"" + text + "\" is no moment of a run; write for example '52 s' or '1500 ms'");
+      return kUsage;
+    }
+    *moment = TimePoint(*time);
+  }
   Narrator narrator;
   if (!command.json) {
     options.run.listeners.push_back([&](const Message& message) {
       const std::string text = command.verbose ? line(message) : std::string();
       if (!text.empty()) print(text + "\n");
     });
-    options.run.on_decision = [](const runtime::MonitorReport& report) { print(story(report)); };
+    if (!options.at) options.run.on_decision = [](const runtime::MonitorReport& report) { print(story(report)); };
   }
   const auto report = runtime::replay(*recorded, std::move(*plan.value), std::move(options));
   say(recorded->reader().problems());
   if (!report) {
     say(to_string(report.error()));
     return kInvalidInput;
+  }
+  if (report->moment) {
+    for (const runtime::Difference& d : report->differences)
+      say(fmt::format(
+          "! at {:.3f} s {} did something else in the recording, which the state does not know: {}; now: {}",
+          seconds(d.time), d.who, d.recorded, d.replayed));
+    print(command.json ? to_json(Value(*report->moment)) + "\n" : text_of(*report->moment));
+    return report->differences.empty() ? kOk : kFindings;
   }
   if (command.json) {
     print(to_json(describe(*report)) + "\n");

@@ -70,6 +70,8 @@ struct ReplayCommand {
   std::string file;
   std::string project;  ///< Empty: the recorded one.
   bool go_on = false;
+  std::string at;    ///< Print the state at this moment; empty: replay.
+  std::string from;  ///< Go on in the simulator from this moment.
   bool json = false;
   bool verbose = false;
 };

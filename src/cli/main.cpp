@@ -92,7 +92,9 @@ void add_export(CLI::App& app, ExportCommand& command) {
       "  sentree export RUN.mcap --to btlog -o run.btlog       the tree and its statuses, for Groot 2\n"
       "  sentree export RUN.mcap --to fbl -o run.fbl           the same for Groot 1");
   sub->add_option("recording", command.file, "MCAP file of sentree run")->required();
-  sub->add_option("--to", command.format)->required()->check(CLI::IsMember({"csv", "ndjson", "scenario", "perfetto", "btlog", "fbl"}));
+  sub->add_option("--to", command.format)
+      ->required()
+      ->check(CLI::IsMember({"csv", "ndjson", "scenario", "perfetto", "btlog", "fbl"}));
   sub->add_option("--output,-o", command.output, "Default: standard output");
 }
 
@@ -112,11 +114,18 @@ void add_replay(CLI::App& app, ReplayCommand& command) {
       "  sentree replay RUN.mcap --project my_robot              a changed skill on yesterday's failure\n"
       "  sentree replay RUN.mcap --project my_robot --continue   and on, in the simulator, where it does something "
       "else\n"
+      "  sentree replay RUN.mcap --from '52 s'                    and on, in the simulator, from that moment\n"
+      "  sentree replay RUN.mcap --at '52 s'                      what everything was like at that moment\n"
       "Exit code: 0 it behaves as recorded (with --continue: no monitor is violated), 1 it does not, 3 not a "
       "recording.");
   sub->add_option("recording", command.file, "MCAP file of sentree run")->required();
   sub->add_option("--project", command.project, "Run this project instead of the recorded one");
-  sub->add_flag("--continue", command.go_on, "Go on in the simulator at the first request that was not recorded");
+  auto* go_on =
+      sub->add_flag("--continue", command.go_on, "Go on in the simulator at the first request that was not recorded");
+  auto* from = sub->add_option("--from", command.from, "Go on in the simulator from this moment of the run");
+  sub->add_option("--at", command.at, "Print tree, skills, monitors and world as they were at this moment of the run")
+      ->excludes(go_on)
+      ->excludes(from);
   sub->add_flag("--verbose,-v", command.verbose, "Print every observation");
   sub->add_flag("--json", command.json, "Print what differs as JSON");
 }

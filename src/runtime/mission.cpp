@@ -192,7 +192,9 @@ void Mission::tick_leaf(const bt::Effect& effect) {
   }
   // One that has an older tick outstanding gets no second one, but the same time to answer.
   const Duration patience = leaf.plan->condition ? options_.deadlines.condition : options_.deadlines.budget;
-  deadline_ = {index, leaf.outstanding, add_saturating(now, stretched(patience))};
+  const TimePoint told = options_.due ? options_.due(index) : TimePoint{};
+  if (told == kNever) return;
+  deadline_ = {index, leaf.outstanding, told > now ? told : add_saturating(now, stretched(patience))};
   watch_deadline();
 }
 

@@ -44,6 +44,9 @@ struct MissionOptions {
   double factor = 1.0;  ///< Run seconds per wall second; deadlines are stretched by it.
   /// When the first ticks begin, instead of by the rate: those of a recording.
   std::vector<TimePoint> tick_times;
+  /// When the mission gives up waiting for the answer of a leaf that it has just ticked; time 0: as the deadlines say.
+  /// Null: always so.
+  std::function<TimePoint(std::size_t leaf)> due;
   /// Told, in the mission's actor, when a root tick has been done; may be empty.
   std::function<void(std::uint64_t tick)> tick_done = {};
   StandingInterventions* standing = nullptr;  ///< Forced results; null: there are none.

@@ -12,7 +12,7 @@
 #include "sentree/runtime/local_skill.h"
 #include "sentree/runtime/monitors.h"
 #include "sentree/runtime/robot_topics.h"
-#include "sentree/sim/state.h"
+#include "sentree/runtime/snapshot.h"
 
 namespace sentree::runtime {
 
@@ -334,80 +334,13 @@ struct RunRecorder::Impl {
     });
   }
 
-  // The parts of a snapshot come in from the actors that own them.
-  struct Snapshot {
-    std::mutex mutex;
-    std::size_t missing = 0;
-    TimePoint time{};
-    Map values;
-    Map skills;
-    Map monitors;
-  };
-
   void snapshot_at(TimePoint when) {
     inside->scheduler().at(inside->director(), when, Rank::kInjection, [this, when] {
-      take_snapshot();
+      runtime::take_snapshot(*inside, plan, [this](TimePoint time, const Map& snapshot) {
+        write(snapshots, time, [&](record::PackedJson& out) { out.value(snapshot); });
+      });
       snapshot_at(std::max(when + kSnapshotPeriod, inside->scheduler().now()));
     });
-  }
-
-  void take_snapshot() {
-    auto snapshot = std::make_shared<Snapshot>();
-    snapshot->time = inside->scheduler().now();
-    snapshot->values["sequence"] = static_cast<std::int64_t>(inside->published());
-    if (inside->sim() != nullptr) {
-      inside->sim()->inspect([&](const sim::State& state) { snapshot->values["world"] = sim::save(state); });
-    }
-    snapshot->missing = 2 + static_cast<std::size_t>(std::count_if(plan.leaves.begin(), plan.leaves.end(),
-                                                                   [this, i = std::size_t{0}](const auto&) mutable {
-                                                                     return inside->skill(i++) != nullptr;
-                                                                   }));
-    inside->scheduler().post(inside->mission().actor(), [this, snapshot] {
-      auto saved = bt::save(plan.tree, inside->mission().state());
-      const std::lock_guard lock(snapshot->mutex);
-      if (saved) {
-        const auto* octets = reinterpret_cast<const std::byte*>(saved->data());
-        snapshot->values["tree"] = Bytes{{octets, octets + saved->size()}};
-      }
-      arrived(*snapshot);
-    });
-    inside->scheduler().post(inside->observer(), [this, snapshot] {
-      const std::lock_guard lock(snapshot->mutex);
-      for (std::size_t i = 0; i < plan.monitors.size(); ++i) save_monitor(i, snapshot->monitors);
-      arrived(*snapshot);
-    });
-    for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) {
-      if (inside->skill(leaf) == nullptr) continue;
-      inside->skill(leaf)->inspect([this, leaf, snapshot](const Skill* skill) {
-        auto saved = skill != nullptr ? skill->save() : fail("run.given-up", "the skill was given up");
-        const std::lock_guard lock(snapshot->mutex);
-        snapshot->skills[plan.leaves[leaf].name] = saved ? std::move(*saved) : Map{{"unsaved", saved.error().message}};
-        arrived(*snapshot);
-      });
-    }
-  }
-
-  void save_monitor(std::size_t index, Map& into) {
-    const monitor::State* state = inside->monitors().state(index);
-    if (state == nullptr) return;
-    const monitor::Model& model = plan.monitors[index];
-    Map saved{{"verdict", monitor::to_string(state->verdict)}};
-    // The history is in the recording: the sequence numbers of what still matters.
-    List history;
-    for (const monitor::Observation& observation : state->history)
-      history.emplace_back(static_cast<std::int64_t>(observation->sequence));
-    if (!history.empty()) saved["history"] = std::move(history);
-    if (!state->history_complete) saved["history_complete"] = false;
-    if (auto session = scxml::save(model.chart(), state->session)) saved["session"] = std::move(*session);
-    into[model.name()] = std::move(saved);
-  }
-
-  // With the snapshot's lock held.
-  void arrived(Snapshot& snapshot) {
-    if (--snapshot.missing > 0) return;
-    snapshot.values["skills"] = std::move(snapshot.skills);
-    snapshot.values["monitors"] = std::move(snapshot.monitors);
-    write(snapshots, snapshot.time, [&](record::PackedJson& out) { out.value(snapshot.values); });
   }
 
   struct Seen {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <deque>
 #include <map>
+#include <utility>
 
 #include "sentree/idl/conform.h"
 #include "sentree/runtime/behaviour.h"
@@ -10,6 +11,7 @@
 #include "sentree/runtime/intervention.h"
 #include "sentree/runtime/local_skill.h"
 #include "sentree/runtime/monitors.h"
+#include "sentree/runtime/snapshot.h"
 #include "sentree/sim/services.h"
 #include "sentree/sim/simulation.h"
 
@@ -20,6 +22,7 @@ namespace {
 // A request of the recording with what came of it.
 struct Exchange {
   TimePoint asked{};
+  std::uint64_t tick = 0;         // of the root, when it was asked
   std::optional<Duration> after;  // nothing: it was never answered
   CallOutcome outcome;
   bool used = false;
@@ -52,6 +55,7 @@ CallOutcome outcome_of(const Message& message) {
 // What the replay itself has done to the world, to do it to a restored one.
 struct Act {
   TimePoint time{};
+  std::uint64_t sequence = 0;  // observations before it, its own included
   std::string interface;
   std::string method;
   std::string robot;
@@ -64,11 +68,17 @@ class Replay {
       : recorded_(recorded), plan_(std::move(plan)), options_(std::move(options)) {}
 
   Result<ReplayReport> run() {
+    for (const auto& moment : {options_.at, options_.go_on_at}) {
+      if (moment && *moment >= recorded_.ended())
+        return fail("replay.after-end", "at that moment the run was over: it ended at " +
+                                            shortest_decimal(seconds(recorded_.ended())) + " s");
+    }
     if (auto adapted = adapt(); !adapted) return tl::unexpected(adapted.error());
     auto messages = recorded_.observations();
     if (!messages) return tl::unexpected(messages.error());
     for (Message& message : *messages) restore_numbers(plan_, message);
     remember(*messages);
+    if (!recorded_.is_virtual() && recorded_.fact("ended_by") == "time limit") end_as_late_as(*messages);
 
     RunOptions options = std::move(options_.run);
     options.inject = false;
@@ -76,8 +86,12 @@ class Replay {
     for (const Message& message : *messages) {
       if (message.name == "mission.tick") options.tick_times.push_back(message.time);
     }
-    options.listeners.insert(options.listeners.begin(),
-                             [this](const Message& message) { now_behaviour_.observe(message); });
+    options.listeners.insert(options.listeners.begin(), [this](const Message& message) {
+      now_behaviour_.observe(message);
+      tick_ = message.tick;
+    });
+    if (!recorded_.is_virtual())
+      options.arrival = [this](std::size_t leaf, Passage what) { return arrival(leaf, what); };
     options.make_port = [this](const ServicePlan& service, const std::string& leaf) {
       return std::make_unique<Port>(*this, service, leaf);
     };
@@ -106,11 +120,25 @@ class Replay {
     std::string leaf_;
   };
 
+  using Passage = RunOptions::Passage;
+
+  // Something that the mission asked of a leaf, and what came of it.
+  struct Errand {
+    TimePoint asked{};
+    std::optional<TimePoint> answered;
+    bool late = false;  // `answered` is when the mission gave up
+  };
+  // By leaf and root tick, in order.
+  using Errands = std::map<std::pair<std::size_t, std::uint64_t>, std::deque<Errand>>;
+
   // Everything in this process, in virtual time.
   Result<void> adapt() {
     // Deadlines are wall time: in the recorded run they were this long in run time.
     const double factor = plan_.scenario.virtual_time ? 1.0 : plan_.scenario.factor;
     Deadlines& deadlines = plan_.scenario.project.deadlines;
+    // Charts of the recording's own project answer as late as they did; changed ones may be quicker.
+    const auto extracted = recorded_.extract();
+    is_own_ = extracted && plan_.scenario.file == *extracted;
     for (Duration* deadline :
          {&deadlines.call, &deadlines.condition, &deadlines.budget, &deadlines.halt, &deadlines.unresponsive})
       *deadline = Duration(static_cast<std::int64_t>(static_cast<double>(deadline->count()) * factor));
@@ -137,8 +165,27 @@ class Replay {
 
   void remember(const std::vector<Message>& messages) {
     std::map<std::uint64_t, Exchange*> open;  // by call
+    std::map<std::uint64_t, Errand*> errands;
+    std::map<std::string_view, std::size_t> leaves;
+    for (std::size_t i = 0; i < plan_.leaves.size(); ++i) leaves[plan_.leaves[i].name] = i;
     for (const Message& message : messages) {
       then_behaviour_.observe(message);
+      if (const auto asked = leaves.find(message.target); asked != leaves.end() && message.source == "mission") {
+        const bool ticked = message.name.ends_with(".tick.request");
+        if (!ticked && !message.name.ends_with(".halt.request")) continue;
+        auto& list = (ticked ? ticks_ : halts_)[{asked->second, message.tick}];
+        list.push_back({.asked = message.time, .answered = {}});
+        errands[message.call] = &list.back();
+        continue;
+      }
+      if (message.target == "mission") {
+        const auto errand = errands.find(message.call);
+        if (errand == errands.end()) continue;
+        errand->second->answered = message.time;
+        errand->second->late = message.kind == MessageKind::kError;
+        errands.erase(errand);
+        continue;
+      }
       if (message.name == "scenario.injection" || message.name == "process.restarted") injections_.push_back(message);
       const auto service = plan_.services.find(message.target);
       const Value* args = message.data.find("args");
@@ -146,7 +193,7 @@ class Replay {
       if (message.kind == MessageKind::kRequest) {
         const std::string_view call = call_of(message);
         auto& exchanges = exchanges_[key_of(message.source, service->first, call.substr(call.rfind('.') + 1), *args)];
-        exchanges.push_back({.asked = message.time, .after = {}, .outcome = {}});
+        exchanges.push_back({.asked = message.time, .tick = message.tick, .after = {}, .outcome = {}});
         open[message.call] = &exchanges.back();
         ++report_.recorded_requests;
       } else if (const auto found = open.find(message.call); found != open.end() && message.call != 0) {
@@ -157,12 +204,55 @@ class Replay {
     }
   }
 
+  // The time limit, which a late machine noticed later: when the mission began to halt.
+  void end_as_late_as(const std::vector<Message>& messages) {
+    Duration& limit = plan_.scenario.duration;
+    const auto halts = [&](const Message& message) {
+      return message.time >= TimePoint(limit) && message.source == "mission" &&
+             (message.name.ends_with(".cancel") || message.name.ends_with(".halt.request"));
+    };
+    const auto first = std::find_if(messages.begin(), messages.end(), halts);
+    limit = (first != messages.end() ? first->time : recorded_.ended()).time_since_epoch();
+  }
+
+  // When what passes between mission and leaf arrived then.
+  TimePoint arrival(std::size_t leaf, Passage what) {
+    if (report_.continued) return {};
+    const bool is_halt = what == Passage::kHalt || what == Passage::kHalted;
+    std::optional<Errand>& current = (is_halt ? halting_ : ticking_)[leaf];
+    if (what == Passage::kTick || what == Passage::kHalt) {
+      current.reset();
+      const auto found = (is_halt ? halts_ : ticks_).find({leaf, tick_});
+      if (found == (is_halt ? halts_ : ticks_).end() || found->second.empty()) return {};
+      current = found->second.front();
+      found->second.pop_front();
+      return current->asked;
+    }
+    if (!current) return {};
+    // What the end of the run cut short is cut short again.
+    if (!current->answered) return is_own_ ? kNever : TimePoint{};
+    if (what != Passage::kDue) return !current->late ? *current->answered : is_own_ ? kNever : TimePoint{};
+    if (current->late) return *current->answered;
+    // The deadline's own timer may have been late, and the answer so in time.
+    if (plan_.leaves[leaf].condition) return kNever;
+    const Duration patience = plan_.scenario.project.deadlines.budget;
+    return *current->answered <= inside_->scheduler().now() + patience ? kNever : TimePoint{};
+  }
+
   void begin(RunInside& inside) {
     inside_ = &inside;
     inside.put_faults_on_calls(false);
     for (const Message& injection : injections_) {
       inside.scheduler().at(inside.director(), injection.time, Rank::kInjection,
                             [this, &injection] { inject(injection); });
+    }
+    if (options_.go_on_at) {
+      inside.scheduler().at(inside.director(), *options_.go_on_at, Rank::kInjection, [this] {
+        if (report_.unrecorded.empty() && inside_->sim() != nullptr) go_on();
+      });
+    }
+    if (options_.at) {
+      inside.scheduler().at(inside.director(), *options_.at + Duration(1), Rank::kInjection, [this] { tell_moment(); });
     }
     const TimePoint end = add_saturating(recorded_.ended(), Duration(1));
     inside.scheduler().at(inside.director(), end, Rank::kInjection, [this] {
@@ -208,7 +298,7 @@ class Replay {
   void call_again(const std::string& call, const Value& args) {
     const auto dot = call.rfind('.');
     const std::string name = call.substr(0, dot);
-    Act act{inside_->scheduler().now(), {}, call.substr(dot + 1), {}, args};
+    Act act{inside_->scheduler().now(), inside_->published(), {}, call.substr(dot + 1), {}, args};
     if (const auto robot = test_control_of(name, *plan_.world)) {
       act.interface = plan_.test_control ? plan_.test_control->name : "";
       act.robot = *robot;
@@ -231,8 +321,12 @@ class Replay {
     Exchange* best = nullptr;
     Exchange* used = nullptr;
     for (Exchange& exchange : found->second) {
-      if (exchange.asked > now + tolerance) break;
-      if (distance(exchange) > tolerance) continue;
+      const std::uint64_t ticks = std::max(exchange.tick, tick_) - std::min(exchange.tick, tick_);
+      // A late machine stretches time between ticks; a changed skill shifts ticks.
+      if (distance(exchange) > tolerance && ticks > kReplayTicksMax) {
+        if (exchange.asked > now) break;
+        continue;
+      }
       Exchange*& slot = exchange.used ? used : best;
       if (slot == nullptr || distance(exchange) < distance(*slot)) slot = &exchange;
     }
@@ -252,21 +346,25 @@ class Replay {
       if (now > recorded_.ended() || !report_.unrecorded.empty()) return;
       report_.unrecorded = leaf + " asks " + service.name + "." + method.name + "(" + to_json(args) + ")";
       report_.unrecorded_at = now;
-      if (options_.go_on && go_on(service))
+      if (options_.go_on && service.at == "sim" && inside_->sim() != nullptr) go_on();
+      if (report_.continued)
         answer_live(service, method, args, done);
       else
         inside_->end();
       return;
     }
-    exchange->used = true;
+    const bool again = std::exchange(exchange->used, true);
     ++report_.answered_requests;
-    acts_.push_back({now, service.interface, method.name, service.robot, std::move(args)});
+    acts_.push_back({now, inside_->published(), service.interface, method.name, service.robot, std::move(args)});
     if (!exchange->after) return;
-    if (exchange->after->count() <= 0) {
+    // In real time the request may have been late: its outcome comes when it came then.
+    const TimePoint when =
+        recorded_.is_virtual() || again ? now + *exchange->after : exchange->asked + *exchange->after;
+    if (when <= now) {
       done(exchange->outcome);
       return;
     }
-    inside_->scheduler().at(inside_->director(), now + *exchange->after, Rank::kMessage,
+    inside_->scheduler().at(inside_->director(), when, Rank::kMessage,
                             [done = std::move(done), outcome = exchange->outcome] { done(outcome); });
   }
 
@@ -279,31 +377,67 @@ class Replay {
     done(inside_->sim()->call(service.interface, method.name, args, service.robot));
   }
 
-  // Brings the simulator to where it was: the last snapshot, and what happened since.
-  bool go_on(const ServicePlan& service) {
-    if (service.at != "sim" || inside_->sim() == nullptr) return false;
-    const TimePoint now = inside_->scheduler().now();
+  // The world as it was at `now`: the last snapshot, and what was done to it since.
+  sim::State world_at(TimePoint now) {
     sim::State state = sim::initial_state(*plan_.world, plan_.scenario.seed);
     TimePoint from{};
+    std::uint64_t sequence = 0;
     if (auto snapshot = recorded_.snapshot(now); snapshot && *snapshot) {
       const Value* world = (*snapshot)->value.find("world");
       auto restored = world != nullptr ? sim::restore(*plan_.world, *world) : fail("replay.no-world", "");
       if (restored) {
         state = std::move(*restored);
         from = (*snapshot)->time;
+        sequence = (*snapshot)->sequence;
       }
     }
     for (const Act& act : acts_) {
       const Map* args = act.args.as_map();
-      if (act.time < from || args == nullptr) continue;
+      if (args == nullptr || act.time < from || (act.time == from && act.sequence <= sequence)) continue;
       (void)sim::call(*plan_.world, state,
                       {.service = act.interface, .method = act.method, .args = *args, .robot = act.robot}, act.time);
     }
     sim::advance(*plan_.world, state, now);
-    inside_->sim()->restore(std::move(state));
+    return state;
+  }
+
+  void go_on() {
+    inside_->sim()->restore(world_at(inside_->scheduler().now()));
     inside_->put_faults_on_calls(true);
     report_.continued = true;
-    return true;
+  }
+
+  void tell_moment() {
+    if (inside_->sim() != nullptr && !report_.continued) inside_->sim()->restore(world_at(inside_->scheduler().now()));
+    take_snapshot(*inside_, plan_, [this](TimePoint, const Map& snapshot) {
+      Map moment{{"time", seconds(*options_.at)}, {"tick", static_cast<std::int64_t>(tick_)}};
+      Map nodes;
+      for (bt::NodeId node = 0; node < plan_.tree.size(); ++node) {
+        const bt::Status status = inside_->mission().state().status(node);
+        if (status != bt::Status::kIdle) nodes.append(plan_.tree.path(node), bt::to_string(status));
+      }
+      moment["nodes"] = std::move(nodes);
+      for (const auto& [key, value] : snapshot) moment[key] = value;
+      for (const LeafPlan& leaf : plan_.leaves) {
+        Value* saved = moment["skills"].as_map()->find(leaf.name);
+        const Value* saved_session = saved != nullptr ? saved->find("session") : nullptr;
+        const auto session =
+            saved_session != nullptr ? scxml::restore(*leaf.chart, *saved_session) : fail("replay.no-session", "");
+        if (!session) continue;
+        List states;
+        for (std::string& id : session->active_ids(*leaf.chart)) states.emplace_back(std::move(id));
+        (*saved->as_map())["states"] = std::move(states);
+        (*saved->as_map())["data"] = session->data(*leaf.chart);
+      }
+      for (std::size_t i = 0; i < plan_.monitors.size(); ++i) {
+        const monitor::State* state = inside_->monitors().state(i);
+        Value* saved = moment["monitors"].as_map()->find(plan_.monitors[i].name());
+        if (state == nullptr || saved == nullptr || state->verdict != monitor::Verdict::kUndecided) continue;
+        (*saved->as_map())["standing"] = monitor::standing(plan_.monitors[i], *state).text();
+      }
+      report_.moment = std::move(moment);
+      inside_->end();
+    });
   }
 
   void compare() {
@@ -312,6 +446,8 @@ class Replay {
     const std::string ended_by = recorded_.fact("ended_by");
     const bool whole = !ended_by.empty() && ended_by != "interrupt" && ended_by != "error";
     const TimePoint until = !report_.unrecorded.empty() ? report_.unrecorded_at
+                            : report_.moment            ? *options_.at
+                            : options_.go_on_at         ? *options_.go_on_at - Duration(1)
                             : whole                     ? kNever
                                                         : recorded_.ended() - std::chrono::seconds(1);
     const auto& then = then_behaviour_.deeds();
@@ -361,6 +497,12 @@ class Replay {
   std::vector<Message> injections_;
   std::map<std::string, std::string> process_skills_;  // what each recorded process ran
   std::vector<Act> acts_;
+  Errands ticks_;
+  Errands halts_;
+  std::map<std::size_t, std::optional<Errand>> ticking_;  // by leaf: what was last asked of it
+  std::map<std::size_t, std::optional<Errand>> halting_;
+  std::uint64_t tick_ = 0;  // of the root, the latest
+  bool is_own_ = false;     // the plan is that of the recording
   Behaviour then_behaviour_;
   Behaviour now_behaviour_;
 };

@@ -10,8 +10,8 @@
 
 namespace sentree::runtime {
 
-/// How many periods of the mission earlier or later than it was recorded a request may come and still get its recorded
-/// outcome.
+/// How many periods, or ticks, of the mission earlier or later than it was recorded a request may come and still get
+/// its recorded outcome.
 inline constexpr std::uint64_t kReplayTicksMax = 10;
 /// Differences that are kept.
 inline constexpr std::size_t kDifferencesMax = 100;
@@ -36,11 +36,18 @@ struct ReplayReport {
   std::string unrecorded;
   TimePoint unrecorded_at{};
   bool continued = false;  ///< The simulator took over there.
+  /// Everything at the moment that was asked for: what a snapshot of the recording has (see snapshot.h), and `time`,
+  /// `tick`, `nodes` (status by path, of those not idle), each skill's `states` and `data`, each monitor's `standing`.
+  std::optional<Map> moment;
 };
 
 struct ReplayOptions {
   /// At the first request that was not recorded, restore the simulator to that moment and go on with it.
   bool go_on = false;
+  /// Let the simulator take over at this moment, whatever is asked.
+  std::optional<TimePoint> go_on_at = {};
+  /// End when everything up to and including this moment has happened, and tell what the state is then.
+  std::optional<TimePoint> at = {};
   RunOptions run;
 };
 
@@ -51,7 +58,11 @@ struct ReplayOptions {
 ///
 /// Behaviour is what leaves answer and ask, what the mission's status is and what monitors decide; of a recording in
 /// real time the order in each of them counts, of one in virtual time the tick as well. A plan with parts elsewhere is
-/// replayed in this process. Errors: record.*, json.*, replay.foreign-skill.
+/// replayed in this process.
+///
+/// Of a recording in real time, what passes between mission and skills arrives when it did then, however late the
+/// machine was; virtual time has no lateness of its own.
+/// Errors: record.*, json.*, replay.foreign-skill, replay.after-end (a moment at which the run was over).
 [[nodiscard]] Result<ReplayReport> replay(RecordedRun& recorded, Plan plan, ReplayOptions options);
 
 }  // namespace sentree::runtime

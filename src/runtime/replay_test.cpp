@@ -3,7 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "sentree/base/json.h"
+#include "sentree/base/rng.h"
 #include "sentree/runtime/recording.h"
+#include "sentree/runtime/snapshot.h"
 
 namespace sentree::runtime {
 namespace {
@@ -116,6 +119,110 @@ TEST_F(Replays, ARecordingInRealTimeDoesTheSame) {
   for (const Difference& d : report.differences)
     ADD_FAILURE() << seconds(d.time) << " " << d.who << ": " << d.recorded << " / " << d.replayed;
   EXPECT_EQ(report.unrecorded, "");
+}
+
+TEST_F(Replays, ARecordingOfAMachineThatWasLateDoesTheSame) {
+  // A period is a millisecond here, so that everything is late now and then, deadlines included.
+  RecordedRun run = record_run(kRecharge / "scenarios/experiment1.yaml", false, std::chrono::seconds(60), 100);
+  const ReplayReport report = replay_with(run, run.scenario(), false);
+  for (const Difference& d : report.differences)
+    ADD_FAILURE() << seconds(d.time) << " " << d.who << ": " << d.recorded << " / " << d.replayed;
+  EXPECT_EQ(report.unrecorded, "");
+}
+
+// Everything that a run is when all up to `at` has happened, but for what has no value form.
+Map stopped_at(const fs::path& scenario, Duration duration, TimePoint at) {
+  auto loaded = load_scenario(scenario);
+  loaded.value->duration = duration;
+  loaded.value->virtual_time = true;
+  const auto plan = prepare(std::move(*loaded.value));
+  EXPECT_TRUE(plan.ok());
+  Map state;
+  RunOptions options;
+  options.on_begin = [&](RunInside& inside) {
+    inside.scheduler().at(inside.director(), at + Duration(1), Rank::kInjection, [&] {
+      take_snapshot(inside, *plan.value, [&](TimePoint, const Map& snapshot) {
+        state = snapshot;
+        inside.end();
+      });
+    });
+  };
+  (void)runtime::Run(*plan.value, std::move(options)).execute();
+  return state;
+}
+
+class Moments : public Replays, public ::testing::WithParamInterface<const char*> {};
+
+TEST_P(Moments, AreRestoredAsARunThatStoppedThereIs) {
+  constexpr std::uint64_t kSeed = 7;
+  SCOPED_TRACE("seed " + std::to_string(kSeed));
+  const fs::path scenario = kRecharge / "scenarios" / (std::string(GetParam()) + ".yaml");
+  constexpr std::chrono::seconds kDuration(30);
+  RecordedRun run = record_run(scenario, true, kDuration);
+  Rng rng(kSeed);
+  // At ticks, at snapshots, and anywhere between.
+  std::vector<TimePoint> moments{TimePoint(std::chrono::seconds(10))};
+  for (int i = 0; i < 2; ++i) {
+    moments.emplace_back(Duration(static_cast<std::int64_t>(rng.below(29'000'000'000))));
+    moments.emplace_back(std::chrono::milliseconds(100 * rng.below(290)));
+  }
+  for (const TimePoint at : moments) {
+    SCOPED_TRACE(std::to_string(at.time_since_epoch().count()) + " ns");
+    ASSERT_LT(at, run.ended());
+    auto recorded = run.scenario();
+    auto plan = prepare(std::move(*recorded.value));
+    ASSERT_TRUE(plan.ok());
+    ReplayOptions options;
+    options.at = at;
+    const auto report = replay(run, std::move(*plan.value), std::move(options));
+    ASSERT_TRUE(report.has_value()) << to_string(report.error());
+    ASSERT_TRUE(report->moment.has_value());
+    EXPECT_THAT(report->differences, IsEmpty());
+    for (const auto& [part, value] : stopped_at(scenario, kDuration, at)) {
+      const Value* restored = report->moment->find(part);
+      ASSERT_NE(restored, nullptr) << part;
+      if (part != "monitors" && part != "skills") {
+        EXPECT_EQ(*restored, value) << part << "\n" << to_json(*restored) << "\n" << to_json(value);
+        continue;
+      }
+      for (const auto& [name, saved] : *value.as_map()) {
+        for (const auto& [fact, then] : *saved.as_map())
+          EXPECT_EQ(*restored->at({name, fact}), then) << name << ": " << fact;
+      }
+    }
+  }
+}
+INSTANTIATE_TEST_SUITE_P(OfScenarios, Moments, ::testing::Values("normal", "experiment1", "experiment2", "recharge"),
+                         [](const auto& scenario) { return std::string(scenario.param); });
+
+TEST_F(Replays, SayThatAMomentIsAfterTheEnd) {
+  RecordedRun run = record_run(kRecharge / "scenarios/experiment1.yaml", true, std::chrono::seconds(2));
+  for (const bool take_over : {false, true}) {
+    auto scenario = run.scenario();
+    auto plan = prepare(std::move(*scenario.value));
+    ReplayOptions options;
+    (take_over ? options.go_on_at : options.at) = TimePoint(std::chrono::seconds(3));
+    const auto report = replay(run, std::move(*plan.value), std::move(options));
+    ASSERT_FALSE(report.has_value());
+    EXPECT_EQ(report.error().code, "replay.after-end");
+  }
+}
+
+TEST_F(Replays, GoOnInTheSimulatorFromAnyMomentAsTheRunItself) {
+  RecordedRun run = record_run(kRecharge / "scenarios/experiment1.yaml", true, std::chrono::seconds(60));
+  for (const int ms : {0, 9'999, 10'000, 23'456}) {
+    SCOPED_TRACE(ms);
+    replayed_.clear();
+    auto scenario = run.scenario();
+    auto plan = prepare(std::move(*scenario.value));
+    ReplayOptions options;
+    options.go_on_at = TimePoint(std::chrono::milliseconds(ms));
+    options.run.listeners.push_back([this](const Message& message) { replayed_.push_back(message); });
+    const auto report = replay(run, std::move(*plan.value), std::move(options));
+    ASSERT_TRUE(report.has_value()) << to_string(report.error());
+    EXPECT_TRUE(report->continued);
+    EXPECT_EQ(replayed_, *run.observations());
+  }
 }
 
 TEST_F(Replays, AChangedSkillStopsAtTheFirstRequestThatWasNotRecorded) {

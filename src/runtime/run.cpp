@@ -412,31 +412,54 @@ class Run::Impl final : public RunView, private RunInside {
       if (!driver) return driver.error().message;
       drivers.push_back(std::move(*driver));
     }
-    const MissionOptions options{.period = scenario_.project.period,
-                                 .repeat = scenario_.project.repeat,
-                                 .deadlines = scenario_.project.deadlines,
-                                 .factor = scenario_.factor,
-                                 .tick_times = options_.tick_times,
-                                 .tick_done = [this](std::uint64_t tick) { steering_.tick_done(tick); },
-                                 .standing = &steering_.faults()};
+    const MissionOptions options{
+        .period = scenario_.project.period,
+        .repeat = scenario_.project.repeat,
+        .deadlines = scenario_.project.deadlines,
+        .factor = scenario_.factor,
+        .tick_times = options_.tick_times,
+        .due = options_.arrival ? [this](std::size_t leaf) { return options_.arrival(leaf, RunOptions::Passage::kDue); }
+                                : std::function<TimePoint(std::size_t)>(),
+        .tick_done = [this](std::uint64_t tick) { steering_.tick_done(tick); },
+        .standing = &steering_.faults()};
     mission_ = std::make_unique<Mission>(plan_, options, *scheduler_, stream_, std::move(drivers));
     return std::nullopt;
   }
 
+  void pass(std::size_t leaf, RunOptions::Passage what, Scheduler::Task task) {
+    const TimePoint at = options_.arrival ? options_.arrival(leaf, what) : TimePoint{};
+    if (at <= scheduler_->now())
+      task();
+    else if (at != kNever)
+      scheduler_->at(director_, at, Rank::kMessage, std::move(task));
+  }
+
   struct LocalDriver final : LeafDriver {
-    std::unique_ptr<SkillActor> skill;
-    void tick(std::uint64_t tick, bool started, const Map& inputs) override { skill->tick(tick, started, inputs); }
-    void halt() override { skill->halt(); }
+    LocalDriver(Impl& of, std::size_t leaf) : run(of), index(leaf) {}
+    void tick(std::uint64_t tick, bool started, const Map& inputs) override {
+      run.pass(index, RunOptions::Passage::kTick,
+               [this, tick, started, inputs] { skill->tick(tick, started, inputs); });
+    }
+    void halt() override {
+      run.pass(index, RunOptions::Passage::kHalt, [this] { skill->halt(); });
+    }
     void cancel() override { skill->cancel(); }
+    Impl& run;
+    std::size_t index;
+    std::unique_ptr<SkillActor> skill;
   };
 
   Result<std::unique_ptr<LeafDriver>> make_local(std::size_t index) {
     const LeafPlan& leaf = plan_.leaves[index];
     SkillActor::Replies replies;
     replies.answered = [this, index](std::uint64_t tick, bt::Status status, Map outputs) {
-      mission_->answered(index, tick, status, std::move(outputs));
+      pass(index, RunOptions::Passage::kAnswer, [this, index, tick, status, outputs = std::move(outputs)]() mutable {
+        mission_->answered(index, tick, status, std::move(outputs));
+      });
     };
-    replies.halted = [this, index] { mission_->halted(index); };
+    replies.halted = [this, index] {
+      pass(index, RunOptions::Passage::kHalted, [this, index] { mission_->halted(index); });
+    };
     replies.problem = [this](const std::string& what) { problem(what); };
     replies.given_up = [this](const std::string& why) { given_up(why); };
     replies.log = [this, name = leaf.name](const scxml::LogLine& line) {
@@ -450,7 +473,7 @@ class Run::Impl final : public RunView, private RunInside {
       steering_.skill_stepped(index, skill);
       if (options_.on_skill_step) options_.on_skill_step(index, skill);
     };
-    auto driver = std::make_unique<LocalDriver>();
+    auto driver = std::make_unique<LocalDriver>(*this, index);
     driver->skill = std::make_unique<SkillActor>(
         *leaf.chart,
         SkillActor::Options{.name = leaf.name,

@@ -95,6 +95,11 @@ struct RunOptions {
   bool paused = false;
   /// In virtual time: run seconds per wall second; 0: as fast as the machine allows.
   double pace = 0.0;
+  /// When something that passes between the mission and a skill of this process arrives: at once if that is not later
+  /// than now, not at all at kNever. Null: all at once.
+  /// kDue: the end of the mission's patience with the answer; time 0: as its deadlines say.
+  enum class Passage : std::uint8_t { kTick, kAnswer, kHalt, kHalted, kDue };
+  std::function<TimePoint(std::size_t leaf, Passage)> arrival;
   /// False: somebody else sees to the scenario's timeline.
   bool inject = true;
 };
