@@ -48,16 +48,26 @@ struct Facts {
 };
 
 constexpr std::string_view kStyle = R"(
-:root{color-scheme:light dark;--ink:#1b1f24;--soft:#5b6470;--page:#fff;--line:#d5dae0;--run:#3c78d8;--ok:#2e8b57;--bad:#c0392b;--skip:#8e7cc3}
-@media(prefers-color-scheme:dark){:root{--ink:#e6e9ee;--soft:#9aa4b1;--page:#15181c;--line:#353b44;--run:#6fa0f0;--ok:#4fb37d;--bad:#e8695b;--skip:#b4a7d6}}
-body{font:15px/1.5 system-ui,sans-serif;color:var(--ink);background:var(--page);max-width:70rem;margin:2rem auto;padding:0 1rem}
-h1{font-size:1.5rem}h2{font-size:1.15rem;margin-top:2rem;border-bottom:1px solid var(--line)}
-table{border-collapse:collapse}td,th{padding:.15rem .8rem .15rem 0;text-align:left;vertical-align:top}
-th{color:var(--soft);font-weight:normal}td:first-child{white-space:nowrap}code{font:13px/1.4 ui-monospace,monospace;overflow-wrap:anywhere}
-.violated{color:var(--bad);font-weight:600}.satisfied{color:var(--ok);font-weight:600}.undecided{color:var(--soft)}
-svg{max-width:100%;height:auto}.tl text{fill:var(--ink);font:12px system-ui,sans-serif}.tl .axis{stroke:var(--line)}
-.RUNNING{fill:var(--run)}.SUCCESS{fill:var(--ok)}.FAILURE{fill:var(--bad)}.SKIPPED{fill:var(--skip)}.mark{stroke:var(--bad);stroke-dasharray:4 3}
-.scroll{overflow-x:auto}
+:root{color-scheme:light dark;--ink:#1b1f24;--soft:#5b6470;--page:#f5f6f8;--card:#fff;--line:#dfe3e8;--run:#3c78d8;--ok:#2e8b57;--bad:#c0392b;--skip:#8e7cc3}
+@media(prefers-color-scheme:dark){:root{--ink:#e6e9ee;--soft:#9aa4b1;--page:#111418;--card:#1a1e24;--line:#2e343d;--run:#6fa0f0;--ok:#4fb37d;--bad:#e8695b;--skip:#b4a7d6}}
+*{box-sizing:border-box}
+body{font:15px/1.55 system-ui,sans-serif;color:var(--ink);background:var(--page);max-width:76rem;margin:0 auto;padding:2rem 1.25rem 4rem}
+h1{font-size:1.7rem;line-height:1.2;margin:0 0 1rem}h2{font-size:1.15rem;margin:2.25rem 0 .75rem}h3{font-size:1rem;margin:0}
+.card{background:var(--card);border:1px solid var(--line);border-radius:10px;padding:1rem 1.25rem;margin:0 0 .75rem}
+.card.bad{border-left:4px solid var(--bad)}.card.good{border-left:4px solid var(--ok)}
+.facts{display:grid;grid-template-columns:repeat(auto-fit,minmax(11rem,1fr));gap:.75rem 1.5rem;margin:0}
+.facts div{min-width:0}.facts dt{color:var(--soft);font-size:.8rem}.facts dd{margin:0;font-weight:600;overflow-wrap:anywhere}
+.badge{display:inline-block;border-radius:999px;padding:0 .6rem;margin-left:.5rem;font-size:.8rem;font-weight:600;border:1px solid currentColor}
+.violated{color:var(--bad)}.satisfied{color:var(--ok)}.undecided{color:var(--soft)}
+p{margin:.35rem 0}.soft{color:var(--soft)}
+table{border-collapse:collapse;width:100%;margin-top:.75rem;font-size:.9rem}td,th{padding:.25rem .9rem .25rem 0;text-align:left;vertical-align:top;border-top:1px solid var(--line)}
+th{color:var(--soft);font-weight:normal;border-top:0}td:first-child{white-space:nowrap;font-variant-numeric:tabular-nums}
+tr.key td{font-weight:600}code{font:.86em/1.45 ui-monospace,monospace;overflow-wrap:anywhere}
+.tl{display:block;min-width:46rem;width:100%;height:auto}.tl text{fill:var(--ink);font:12px system-ui,sans-serif}.tl .axis{stroke:var(--line)}.tl .time{fill:var(--soft)}
+.RUNNING{fill:var(--run)}.SUCCESS{fill:var(--ok)}.FAILURE{fill:var(--bad)}.SKIPPED{fill:var(--skip)}.mark{stroke:var(--bad);stroke-width:1.5;stroke-dasharray:4 3}
+.legend{display:flex;flex-wrap:wrap;gap:1rem;color:var(--soft);font-size:.85rem;margin:.5rem 0 0}.legend svg{width:12px;height:12px;margin-right:.35rem;vertical-align:-1px}
+.scroll{overflow-x:auto}.tree svg{max-width:100%;height:auto}
+@media print{body{background:none}.card{break-inside:avoid}}
 )";
 
 std::string timeline(const runtime::Plan& plan, const Facts& facts, TimePoint end) {
@@ -66,14 +76,14 @@ std::string timeline(const runtime::Plan& plan, const Facts& facts, TimePoint en
   const auto x = [&](TimePoint time) { return kLeft + kWidth * std::min(seconds(time) / span, 1.0); };
   const double height = kRow * static_cast<double>(plan.leaves.size()) + 30;
   std::string svg = fmt::format(
-      "<div class=scroll><svg class=tl viewBox=\"0 0 {:.0f} {:.0f}\" width=\"{:.0f}\" role=img aria-label=\"Status of "
-      "each "
-      "leaf over time\">\n",
-      kLeft + kWidth + 20, height, kLeft + kWidth + 20);
+      "<div class=\"card\"><div class=scroll><svg class=tl viewBox=\"0 0 {:.0f} {:.0f}\" role=img "
+      "aria-label=\"Status of each leaf over time\">\n",
+      kLeft + kWidth + 24, height);
   for (int i = 0; i <= 8; ++i) {
     const double at = kLeft + kWidth * i / 8;
     svg += fmt::format("<line class=axis x1={0:.1f} x2={0:.1f} y1=0 y2={1:.0f} />", at, height - 22);
-    svg += fmt::format("<text x={:.1f} y={:.0f} text-anchor=middle>{:.1f} s</text>\n", at, height - 6, span * i / 8);
+    svg += fmt::format("<text class=time x={:.1f} y={:.0f} text-anchor=middle>{:.1f} s</text>\n", at, height - 6,
+                       span * i / 8);
   }
   for (std::size_t i = 0; i < plan.leaves.size(); ++i) {
     const double y = kRow * static_cast<double>(i);
@@ -81,7 +91,8 @@ std::string timeline(const runtime::Plan& plan, const Facts& facts, TimePoint en
                        escaped(plan.leaves[i].name));
     for (const Bar& bar : facts.bars[i]) {
       svg += fmt::format(
-          "<rect class={} x={:.2f} y={:.0f} width={:.2f} height=16><title>{} {}: {:.3f} to {:.3f} s</title></rect>\n",
+          "<rect class={} rx=2 x={:.2f} y={:.0f} width={:.2f} height=16><title>{} {}: {:.3f} to {:.3f} "
+          "s</title></rect>\n",
           bar.status, x(bar.from), y + 3, std::max(x(bar.to) - x(bar.from), 1.0), escaped(plan.leaves[i].name),
           bar.status, seconds(bar.from), seconds(bar.to));
     }
@@ -92,7 +103,11 @@ std::string timeline(const runtime::Plan& plan, const Facts& facts, TimePoint en
         "<line class=mark x1={0:.1f} x2={0:.1f} y1=0 y2={1:.0f}><title>{2} violated at {3:.3f} s</title></line>\n",
         x(monitor.decision->at), height - 22, escaped(monitor.name), seconds(monitor.decision->at));
   }
-  return svg + "</svg></div>\n";
+  svg += "</svg></div>\n<div class=legend>";
+  for (const char* status : {"RUNNING", "SUCCESS", "FAILURE"})
+    svg += fmt::format("<span><svg viewBox=\"0 0 12 12\"><rect class={} rx=2 width=12 height=12 /></svg>{}</span>",
+                       status, status);
+  return svg + "<span>dashed: a requirement was violated</span></div></div>\n";
 }
 
 std::string coverage(const runtime::Plan& plan, const Facts& facts) {
@@ -111,8 +126,15 @@ std::string coverage(const runtime::Plan& plan, const Facts& facts) {
                                                                 : draw::TreeStatus::kRunning;
     }
   }
-  return fmt::format("<p>{} of {} nodes were ticked.</p>\n<div class=scroll>", reached, picture.nodes.size()) +
-         draw::to_svg(picture) + "</div>\n";
+  return fmt::format("<div class=\"card\"><p>{} of {} nodes were ticked.</p>\n<div class=\"scroll tree\">", reached,
+                     picture.nodes.size()) +
+         draw::to_svg(picture) + "</div></div>\n";
+}
+
+std::string witness_row(const Message& message, const std::string& what, bool is_key) {
+  return fmt::format("<tr{}><td>{:.3f} s<td><code>{}</code><td>{}<td><code>{}</code></tr>\n",
+                     is_key ? " class=key" : "", seconds(message.time), escaped(message.name), escaped(message.source),
+                     what);
 }
 
 std::string verdicts(const Facts& facts) {
@@ -120,19 +142,41 @@ std::string verdicts(const Facts& facts) {
   std::string html;
   for (const runtime::MonitorReport& monitor : facts.monitors) {
     const std::string verdict(to_string(monitor.verdict));
-    html += fmt::format("<h3>{} <span class={}>{}</span>{}</h3>\n", escaped(monitor.name), verdict, verdict,
-                        monitor.decision ? fmt::format(" at {:.3f} s, state <code>{}</code>",
-                                                       seconds(monitor.decision->at), escaped(monitor.decision->state))
-                                         : std::string());
-    if (!monitor.decision) continue;
-    html += monitor.decision->deciding ? "" : "<p>Nothing was observed then: a deadline passed.</p>\n";
-    html += "<table><tr><th>time<th>observation<th>from<th>to<th>data</tr>\n";
-    for (const Message& message : monitor.decision->witness) {
-      html += fmt::format("<tr><td>{:.3f} s<td><code>{}</code><td>{}<td>{}<td><code>{}</code></tr>\n",
-                          seconds(message.time), escaped(message.name), escaped(message.source),
-                          escaped(message.target), escaped(to_json(message.data)));
+    html += fmt::format("<div class=\"card{}\"><h3>{}<span class=\"badge {}\">{}</span></h3>\n",
+                        monitor.verdict == monitor::Verdict::kViolated    ? " bad"
+                        : monitor.verdict == monitor::Verdict::kSatisfied ? " good"
+                                                                          : "",
+                        escaped(monitor.name), verdict, verdict);
+    if (!monitor.standing.empty()) html += "<p class=soft>" + escaped(monitor.standing) + "</p>\n";
+    if (!monitor.failure.empty()) html += "<p class=violated>given up: " + escaped(monitor.failure) + "</p>\n";
+    if (!monitor.decision) {
+      html += "</div>\n";
+      continue;
     }
-    html += "</table>\n";
+    const auto& explanation = monitor.explanation;
+    if (explanation) {
+      if (!explanation->prose.empty()) html += "<p>" + escaped(explanation->prose) + "</p>\n";
+      html += "<p class=soft><code>" + escaped(explanation->text) + "</code></p>\n";
+    }
+    html += fmt::format("<p>Decided at <b>{:.3f} s</b>", seconds(monitor.decision->at));
+    if (!monitor.leaf.empty()) html += " while <b>" + escaped(monitor.leaf) + "</b> was at work";
+    if (explanation && explanation->triggered)
+      html += fmt::format(", owed since {:.3f} s", seconds(*explanation->triggered));
+    html += monitor.decision->deciding ? ".</p>\n" : "; nothing was observed then: a deadline passed.</p>\n";
+    html += "<div class=scroll><table><tr><th>time<th>observation<th>from<th>what it says</tr>\n";
+    if (explanation) {
+      for (const auto& step : explanation->steps) {
+        std::string what;
+        for (const std::string& set : step.set) what += (what.empty() ? "" : ", ") + escaped(set);
+        if (step.is_trigger) what += (what.empty() ? "" : " ") + ("← from here on it " + escaped(explanation->owed));
+        if (step.is_deciding) what += (what.empty() ? "← " : " ← ") + verdict;
+        html += witness_row(step.observation, what, step.is_trigger || step.is_deciding);
+      }
+    } else {
+      for (const Message& message : monitor.decision->witness)
+        html += witness_row(message, escaped(to_json(message.data)), false);
+    }
+    html += "</table></div></div>\n";
   }
   return html;
 }
@@ -141,23 +185,23 @@ std::string page(runtime::RecordedRun& run, const runtime::Plan& plan, const Fac
   std::string html =
       "<!doctype html>\n<html lang=en><meta charset=utf-8><meta name=viewport content=\"width=device-width\">\n";
   html += "<title>" + escaped(run.fact("scenario")) + "</title>\n<style>" + std::string(kStyle) + "</style>\n";
-  html += "<h1>" + escaped(run.fact("scenario")) + "</h1>\n<table>\n";
+  html += "<h1>" + escaped(run.fact("scenario")) + "</h1>\n<div class=card><dl class=facts>\n";
   const auto row = [&](std::string_view name, const std::string& value) {
-    if (!value.empty()) html += fmt::format("<tr><th>{}<td>{}</tr>\n", name, escaped(value));
+    if (!value.empty()) html += fmt::format("<div><dt>{}</dt><dd>{}</dd></div>\n", name, escaped(value));
   };
   row("Mission", run.fact("mission") + (run.fact("reason").empty() ? "" : " (" + run.fact("reason") + ")"));
   row("Ended by", run.reader().complete() ? run.fact("ended_by") : "nothing: the recording was cut off");
   row("Run time", fmt::format("{:.3f} s, {} time, seed {}", seconds(run.ended()), run.fact("clock"), run.fact("seed")));
   row("Started", run.fact("started"));
   row("Observations", std::to_string(facts.observations));
-  html += "</table>\n<h2>Verdicts</h2>\n" + verdicts(facts);
+  html += "</dl></div>\n<h2>Verdicts</h2>\n" + verdicts(facts);
   html += "<h2>Timeline</h2>\n" + timeline(plan, facts, run.ended());
   if (!facts.interventions.empty()) {
-    html += "<h2>Interventions</h2>\n<table>\n";
+    html += "<h2>Interventions</h2>\n<div class=card><table>\n";
     for (const Message& message : facts.interventions)
       html += fmt::format("<tr><td>{:.3f} s<td>{}<td><code>{}</code></tr>\n", seconds(message.time),
                           escaped(message.source), escaped(to_json(message.data)));
-    html += "</table>\n";
+    html += "</table></div>\n";
   }
   return html + "<h2>Tree coverage</h2>\n" + coverage(plan, facts) + "</html>\n";
 }

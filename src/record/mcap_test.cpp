@@ -227,5 +227,17 @@ TEST(Compression, RefusesAnotherSize) {
   }
 }
 
+TEST(Reader, RefusesRecordsThatAreTooLarge) {
+  const Written written = write_random(3, Compression::kNone);
+  auto reader = Reader::open(std::make_unique<StringSource>(written.file), "test.mcap");
+  ASSERT_TRUE(reader.has_value());
+  const auto code = [](const auto& result) { return result ? "read" : result.error().code; };
+  // As large as is read, they are looked for and not found there.
+  EXPECT_EQ(code((*reader)->attachment({.length = kRecordSizeMax, .name = "a"})), "record.damaged");
+  EXPECT_EQ(code((*reader)->attachment({.length = kRecordSizeMax + 1, .name = "a"})), "record.too-large");
+  EXPECT_EQ(code((*reader)->metadata({.length = kRecordSizeMax, .name = "m"})), "record.damaged");
+  EXPECT_EQ(code((*reader)->metadata({.length = kRecordSizeMax + 1, .name = "m"})), "record.too-large");
+}
+
 }  // namespace
 }  // namespace sentree::record
