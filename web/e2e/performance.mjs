@@ -20,6 +20,11 @@ await page.evaluate(() => {
     window.counted.bytes += event.data.length;
   };
 });
+// Processor time of the page's own thread: what the page costs, however busy the machine is.
+const session = await page.context().newCDPSession(page);
+await session.send("Performance.enable", { timeDomain: "threadTicks" });
+const spent_s = async () => (await session.send("Performance.getMetrics")).metrics.find((metric) => metric.name === "TaskDuration").value;
+const spent_before = await spent_s();
 const from = await shown_time(page);
 const windows = [];
 for (let i = 0; i < kWindows; i++) {
@@ -42,6 +47,8 @@ for (let i = 0; i < kWindows; i++) {
   );
 }
 const to = await shown_time(page);
+const spent = (await spent_s()) - spent_before;
+const frames = windows.reduce((sum, window) => sum + (window.fps * kWindow_ms) / 1000, 0);
 const median = (values) => [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)];
 const fps = median(windows.map((window) => window.fps));
 console.log(
@@ -50,6 +57,7 @@ console.log(
     charts: model.charts.length,
     frames_per_second: Math.round(fps * 10) / 10,
     frames_per_second_worst_window: Math.round(Math.min(...windows.map((window) => window.fps)) * 10) / 10,
+    processor_ms_per_frame: Math.round((spent * 1e4) / frames) / 10,
     deltas_per_second: Math.round(median(windows.map((window) => window.hz)) * 10) / 10,
     run_time_s: (to - from) / 1e9,
   }),

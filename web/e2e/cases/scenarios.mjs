@@ -21,9 +21,9 @@ for (const scenario of scenarios) {
     const { page, close } = await open_page(program.url);
     await until(async () => (await text(page, "presence")) === "■ Ended", "the run has ended");
     const badge = await text(page, "mission-status");
-    assert.ok(badge.startsWith(report.mission.status), `the header says ${badge}, the report ${report.mission.status}`);
-    if (report.mission.reason) assert.ok(badge.includes(report.mission.reason), `${badge} has the reason ${report.mission.reason}`);
-    const expected = Object.fromEntries(report.monitors.map((monitor) => [monitor.name, monitor.verdict]));
+    assert.ok(badge.startsWith(report.mission), `the header says ${badge}, the report ${report.mission}`);
+    if (report.reason) assert.ok(badge.includes(report.reason), `${badge} has the reason ${report.reason}`);
+    const expected = Object.fromEntries(report.monitors.map((monitor) => [monitor.monitor, monitor.verdict]));
     assert.deepEqual(await verdicts(page), expected);
     const violated = report.monitors.filter((monitor) => monitor.verdict === "violated");
     assert.equal(await page.getByTestId("violation-banner").count(), violated.length > 0 ? 1 : 0);
