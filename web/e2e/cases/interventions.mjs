@@ -1,0 +1,101 @@
+// Breakpoints, faults, forced results, and runs saved as scenarios, by hand from the page.
+import assert from "node:assert/strict";
+import { cpSync } from "node:fs";
+import { join } from "node:path";
+import { test } from "node:test";
+
+import { first_message, open_page, operate, text, until, verdicts } from "../harness/browser.mjs";
+import { example, run, scratch, serve_run } from "../harness/program.mjs";
+
+const state_of = (page) => first_message(page, "state");
+const tab = (page, name) => page.getByRole("tab", { name, exact: false }).click();
+
+/** Observations of what the page did, as the program keeps them. */
+const done_here = async (page) =>
+  (await operate(page, "messages", { limit: 500, filter: { name: "scenario.injection" } })).messages.map((message) => JSON.stringify(message));
+
+test("a breakpoint on a node stops the run there; a step goes on by one tick", async () => {
+  const program = await serve_run(example("recharge"), { scenario: "normal" });
+  const { page, close } = await open_page(program.url);
+  await page.locator("[data-node]", { hasText: "GoToStation" }).click({ button: "right" });
+  await page.getByRole("menuitemcheckbox", { name: "running" }).first().click();
+  await page.getByTestId("battery-robot").fill("25");
+  await until(async () => (await text(page, "presence")).includes("Stopped at"), "the run stands at the breakpoint");
+  const stopped = await state_of(page);
+  assert.equal(stopped.run.state, "paused");
+  const node = (await first_message(page, "model")).tree.nodes.find(({ name }) => name === "GoToStation");
+  assert.equal(stopped.tree.status[node.id], 1, "GoToStation is RUNNING");
+  await page.getByTestId("step").click();
+  await until(async () => (await state_of(page)).tick === stopped.tick + 1, "one tick on");
+  assert.equal((await state_of(page)).run.state, "paused");
+
+  await tab(page, "Standing");
+  await page.getByRole("button", { name: /^Clear breakpoint/ }).click();
+  await until(async () => (await operate(page, "interventions")).length === 0, "the breakpoint is gone");
+  await close();
+  await program.stop();
+});
+
+test("a leaf's forced result holds until it is cleared", async () => {
+  const program = await serve_run(example("recharge"), { scenario: "normal" });
+  const { page, close } = await open_page(program.url);
+  const leaf = page.locator("[data-node]", { hasText: "BatteryLevelAbove30" });
+  await leaf.click({ button: "right" });
+  await page.getByRole("menuitemcheckbox", { name: "failure" }).last().click();
+  await page.locator("[data-node] .forced").waitFor();
+  const node = (await first_message(page, "model")).tree.nodes.find(({ name }) => name === "GoToStation");
+  await until(async () => (await state_of(page)).tree.status[node.id] === 1, "the mission goes to the station");
+  await leaf.click({ button: "right" });
+  await page.getByRole("menuitem", { name: "Clear all of these" }).click();
+  await until(async () => (await state_of(page)).tree.status[node.id] !== 1, "the mission goes to the kitchen again");
+  await close();
+  await program.stop();
+});
+
+test("a falsified reply reaches the skill, the service stays as it is", async () => {
+  const program = await serve_run(example("recharge"), { scenario: "normal" });
+  const { page, close } = await open_page(program.url);
+  await tab(page, "Faults");
+  await page.getByLabel("Member").selectOption("percentage");
+  await page.getByLabel("Value", { exact: true }).fill("much");
+  assert.ok(await page.getByRole("button", { name: "Falsify" }).isDisabled(), "what is no number cannot be sent");
+  await page.getByLabel("Value", { exact: true }).fill("0.15");
+  await page.getByRole("button", { name: "Falsify" }).click();
+  await until(async () => (await verdicts(page)).battery === "violated", "the monitor sees the falsified reply");
+  const battery = (await state_of(page)).robots.robot.battery;
+  assert.ok(battery.percentage > 0.5, "the battery itself is full");
+  await close();
+  await program.stop();
+});
+
+test("a skill is killed and restarted", async () => {
+  const program = await serve_run(example("recharge"), { scenario: "normal" });
+  const { page, close } = await open_page(program.url);
+  await tab(page, "Parts");
+  await page.getByRole("button", { name: "Kill WaitForUser" }).click();
+  await page.getByRole("row", { name: /WaitForUser/ }).getByText("killed").waitFor();
+  await page.getByRole("button", { name: "Restart WaitForUser" }).click();
+  await page.getByRole("row", { name: /WaitForUser/ }).getByText("thread").waitFor();
+  const seen = (await done_here(page)).join("\n");
+  assert.match(seen, /kill/);
+  assert.match(seen, /restart/);
+  await close();
+  await program.stop();
+});
+
+test("what was done is saved as a scenario that does the same again", async () => {
+  const project = join(scratch(), "recharge");
+  cpSync(example("recharge"), project, { recursive: true });
+  const program = await serve_run(project, { scenario: "normal" });
+  const { page, close } = await open_page(program.url);
+  await page.getByTestId("battery-robot").fill("10");
+  await page.getByTestId("violation-banner").waitFor();
+  await tab(page, "Save");
+  await page.getByTestId("scenario-name").fill("by-hand");
+  await page.getByTestId("save-scenario").click();
+  const file = await page.getByTestId("saved-file").innerText();
+  const again = await run(["test", file]);
+  assert.equal(again.code, 0, `${again.stdout}\n${again.stderr}`);
+  await close();
+  await program.stop();
+});
