@@ -613,9 +613,9 @@ class Run::Impl final : public RunView, private RunInside {
   RunOptions options_;
   std::unique_ptr<RunFolder> folder_;
   std::unique_ptr<ObservationInbox> inbox_;  // null: everything runs in this process
-  std::unique_ptr<SimHost> sim_;
   std::map<std::string, ServicePlan> services_;
   std::unique_ptr<Scheduler> scheduler_;
+  std::unique_ptr<SimHost> sim_;  // after its clock: it keeps up with it until it goes
   Stream stream_;
   Watchdog watchdog_;
   Monitors monitors_;
