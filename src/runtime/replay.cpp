@@ -170,6 +170,10 @@ class Replay {
     for (std::size_t i = 0; i < plan_.leaves.size(); ++i) leaves[plan_.leaves[i].name] = i;
     for (const Message& message : messages) {
       then_behaviour_.observe(message);
+      if (message.name == "scenario.injection" || message.name == "process.restarted") {
+        injections_.push_back(message);
+        continue;
+      }
       if (const auto asked = leaves.find(message.target); asked != leaves.end() && message.source == "mission") {
         const bool ticked = message.name.ends_with(".tick.request");
         if (!ticked && !message.name.ends_with(".halt.request")) continue;
@@ -186,7 +190,6 @@ class Replay {
         errands.erase(errand);
         continue;
       }
-      if (message.name == "scenario.injection" || message.name == "process.restarted") injections_.push_back(message);
       const auto service = plan_.services.find(message.target);
       const Value* args = message.data.find("args");
       if (service == plan_.services.end() || args == nullptr) continue;
