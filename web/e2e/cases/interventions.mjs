@@ -93,8 +93,8 @@ test("what was done is saved as a scenario that does the same again", async () =
   await tab(page, "Save");
   await page.getByTestId("scenario-name").fill("by-hand");
   await page.getByTestId("save-scenario").click();
-  const file = await page.getByTestId("saved-file").innerText();
-  const again = await run(["test", file]);
+  assert.match(await page.getByTestId("saved-file").innerText(), /by-hand\.yaml/);
+  const again = await run(["test", project, "--scenario", "by-hand"]);
   assert.equal(again.code, 0, `${again.stdout}\n${again.stderr}`);
   await close();
   await program.stop();
