@@ -12,7 +12,7 @@ mkdirSync(folder, { recursive: true });
 for (const theme of ["light", "dark"]) {
   test(`studio-${theme}`, async () => {
     const program = await serve_run(example("recharge"), { scenario: "experiment1", args: ["--clock", "virtual", "--factor", "1000"] });
-    const { page, close } = await open_page(program.url, { theme, width: 1280, height: 800 });
+    const { page, close } = await open_page(program.url, { theme, width: 1440, height: 960 });
     await until(async () => (await text(page, "presence")) === "■ Ended", "the run has ended");
     await page.keyboard.press("n");
     await page.getByTestId("past-strip").waitFor();
