@@ -60,7 +60,9 @@ class Page:
 
     def send(self, request):
         text = json.dumps(request).encode()
-        self.socket.sendall(bytes([0x81, 0xFE]) + len(text).to_bytes(2, "big") + bytes(4) + text)
+        # The shortest form of the length, or the server ends the connection (RFC 6455, 5.2).
+        length = bytes([0x80 | len(text)]) if len(text) < 126 else b"\xfe" + len(text).to_bytes(2, "big")
+        self.socket.sendall(b"\x81" + length + bytes(4) + text)
 
 
 def connect(port):
@@ -114,7 +116,7 @@ def main():
             except (EOFError, OSError):
                 pass
 
-        seconds = 15
+        seconds = 4
         timed = run + ["--factor", "4", "--duration", f"{seconds * 4} s", "--clock", "real"]
         without, alone, watched = [], [], []
         for _ in range(3):
