@@ -88,6 +88,7 @@ struct Socket::Core {
   std::deque<std::shared_ptr<const std::string>> queue;
   std::size_t bytes = 0;
   std::size_t bytes_max = 0;
+  std::size_t messages_max = 0;
   std::optional<websocket::close_reason> closing;
   // Makes the server's thread look at the queue; called with the lock held, and empty once the connection is gone.
   std::function<void()> wake;
@@ -96,7 +97,8 @@ struct Socket::Core {
 bool Socket::send(std::shared_ptr<const std::string> text) const {
   const std::lock_guard lock(core_->mutex);
   if (!core_->wake || core_->closing) return false;
-  if (!core_->queue.empty() && core_->bytes + text->size() > core_->bytes_max) return false;
+  const bool is_full = core_->bytes + text->size() > core_->bytes_max || core_->queue.size() >= core_->messages_max;
+  if (!core_->queue.empty() && is_full) return false;
   core_->bytes += text->size();
   core_->queue.push_back(std::move(text));
   if (core_->queue.size() == 1) core_->wake();
@@ -153,6 +155,7 @@ class Server::Impl::SocketConnection : public std::enable_shared_from_this<Socke
       : stream_(std::move(stream)), server_(server), core_(std::make_shared<Socket::Core>()) {
     ++server_.connections;
     core_->bytes_max = server_.sockets.limits.queue_bytes_max;
+    core_->messages_max = server_.sockets.limits.queue_messages_max;
   }
   ~SocketConnection() {
     --server_.connections;
@@ -161,7 +164,7 @@ class Server::Impl::SocketConnection : public std::enable_shared_from_this<Socke
   SocketConnection(const SocketConnection&) = delete;
   SocketConnection& operator=(const SocketConnection&) = delete;
 
-  void accept(const bhttp::request<bhttp::string_body>& upgrade, Request request) {
+  void accept(const bhttp::request<bhttp::string_body>& upgrade, const Request& request) {
     beast::get_lowest_layer(stream_).expires_never();
     stream_.set_option(websocket::stream_base::timeout{.handshake_timeout = server_.limits.timeout,
                                                        .idle_timeout = server_.sockets.limits.idle,
@@ -169,39 +172,36 @@ class Server::Impl::SocketConnection : public std::enable_shared_from_this<Socke
     stream_.read_message_max(server_.sockets.limits.message_bytes_max);
     stream_.text(true);
     stream_.auto_fragment(false);
-    request_ = std::move(request);
-    stream_.async_accept(upgrade, [self = shared_from_this()](beast::error_code error) {
-      if (!error) self->opened();
-    });
-  }
-
- private:
-  void opened() {
     core_->wake = [weak = weak_from_this(), &context = server_.context] {
       asio::post(context, [weak] {
         if (const auto self = weak.lock()) self->write();
       });
     };
     server_.cores.insert(core_);
-    handler_ = server_.sockets.open(request_, Socket(core_));
-    if (handler_) {
-      read();
-    } else {
-      end();
-    }
+    handler_ = server_.sockets.open(request, Socket(core_));
+    stream_.async_accept(upgrade, [self = shared_from_this()](beast::error_code error) {
+      if (error || !self->handler_) return self->end();
+      self->is_open_ = true;
+      self->read();
+      self->write();
+    });
   }
 
+ private:
   void read() {
     stream_.async_read(buffer_, [self = shared_from_this()](beast::error_code error, std::size_t) {
       if (error || !self->handler_) return self->end();
-      self->handler_->received(beast::buffers_to_string(self->buffer_.data()));
+      if (!self->stream_.got_text())
+        Socket(self->core_).close(websocket::close_code::unknown_data, "messages are text");
+      else
+        self->handler_->received(beast::buffers_to_string(self->buffer_.data()));
       self->buffer_.clear();
       self->read();
     });
   }
 
   void write() {
-    if (writing_ || !handler_) return;
+    if (!is_open_ || writing_ || !handler_) return;
     {
       const std::lock_guard lock(core_->mutex);
       if (core_->queue.empty()) {
@@ -252,9 +252,9 @@ class Server::Impl::SocketConnection : public std::enable_shared_from_this<Socke
   Impl& server_;
   std::shared_ptr<Socket::Core> core_;
   std::unique_ptr<SocketHandler> handler_;
-  Request request_;
   beast::flat_buffer buffer_;
   std::shared_ptr<const std::string> sending_;
+  bool is_open_ = false;  // the handshake is done
   bool writing_ = false;
   bool closed_ = false;
 };
@@ -301,7 +301,7 @@ class Server::Impl::Connection : public std::enable_shared_from_this<Connection>
         std::optional<Response> refusal = Response{404, "text/plain", "there is no WebSocket here\n"};
         if (server_.sockets.refuse) refusal = server_.sockets.refuse(request);
         if (!refusal) {
-          std::make_shared<SocketConnection>(std::move(stream_), server_)->accept(message, std::move(request));
+          std::make_shared<SocketConnection>(std::move(stream_), server_)->accept(message, request);
           return;
         }
         response = std::move(*refusal);

@@ -40,15 +40,18 @@ class SocketHandler;
 
 /// Bounds of one WebSocket.
 struct SocketLimits {
-  std::size_t message_bytes_max = 64U << 10U;  ///< Received; a longer one ends the socket (1009).
-  std::size_t queue_bytes_max = 16U << 20U;    ///< Waiting to be sent; see `Socket::send`.
-  std::chrono::milliseconds idle{30'000};      ///< A peer that does not even answer a ping for so long is gone.
+  std::size_t message_bytes_max = 64U << 10U;   ///< Received; a longer one ends the socket (1009).
+  std::size_t queue_bytes_max = 16U << 20U;     ///< Waiting to be sent; see `Socket::send`.
+  std::size_t queue_messages_max = 64U << 10U;  ///< The same, in messages: empty ones take memory too.
+  std::chrono::milliseconds idle{30'000};       ///< A peer that does not even answer a ping for so long is gone.
 };
 
 /// How a server answers who wants to open a WebSocket. Its functions are called in the server's thread.
 struct SocketService {
   /// Why not, or nothing. Not set: every request is refused.
   std::function<std::optional<Response>(const Request&)> refuse;
+  /// Whoever is not refused gets a handler before the answer to the handshake is sent; if that fails, it is destroyed
+  /// like that of a socket that was closed. None: the socket is closed.
   std::function<std::unique_ptr<SocketHandler>(const Request&, Socket)> open;
   SocketLimits limits = {};
 };

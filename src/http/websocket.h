@@ -11,8 +11,8 @@ namespace sentree::http {
 /// which it may outlive. From any thread.
 class Socket {
  public:
-  /// Puts a message into the queue. False, and nothing is sent: the socket is closed, or the queue is full. A first
-  /// message always has room.
+  /// Puts a message into the queue. False, and nothing is sent: the socket is closed, or the queue is full
+  /// (`SocketLimits`). A first message always has room.
   bool send(std::shared_ptr<const std::string> text) const;
   bool send(std::string text) const { return send(std::make_shared<const std::string>(std::move(text))); }
   /// Bytes in the queue that the peer has not taken yet.

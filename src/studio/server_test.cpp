@@ -7,8 +7,8 @@
 #include "sentree/base/json.h"
 #include "sentree/record/sink.h"
 #include "sentree/runtime/run.h"
-#include "sentree/studio/live.h"
 #include "sentree/studio/detail/test_support.h"
+#include "sentree/studio/live.h"
 
 namespace sentree::studio {
 namespace {
@@ -232,6 +232,16 @@ TEST(StudioServer, RefusesTheSeventeenthPage) {
     ASSERT_EQ(clients.back().status(), 101);
   }
   EXPECT_EQ(TestClient(shown.port()).status(), 503);
+}
+
+TEST(StudioServer, AHandshakeThatFailsTakesNoPlace) {
+  Shown shown;
+  for (std::size_t i = 0; i < kClientsMax * 2; ++i) {
+    TestClient old(shown.port(), {.host = {}, .origin = {}, .version = "8"});
+    EXPECT_EQ(old.status(), 426);
+    EXPECT_FALSE(old.receive());  // its end
+  }
+  EXPECT_EQ(TestClient(shown.port()).status(), 101);
 }
 
 TEST(StudioServer, EndsTheSocketOfWhoSendsTooMuchOrNonsense) {

@@ -35,6 +35,7 @@ class TestClient {
     std::string host;    // header; default: the server's own
     std::string origin;  // header; empty: none
     std::string path = "/api/ws";
+    std::string version = "13";  // of WebSockets
   };
   explicit TestClient(std::uint16_t port) : TestClient(port, Options()) {}
   TestClient(std::uint16_t port, const Options& options) : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
@@ -47,7 +48,8 @@ class TestClient {
     if (::connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) return;
     const std::string host = options.host.empty() ? "127.0.0.1:" + std::to_string(port) : options.host;
     write("GET " + options.path + " HTTP/1.1\r\nHost: " + host +
-          "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+          "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: " + options.version +
+          "\r\n"
           "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n" +
           (options.origin.empty() ? "" : "Origin: " + options.origin + "\r\n") + "\r\n");
     while (buffer_.find("\r\n\r\n") == std::string::npos && fill()) {
