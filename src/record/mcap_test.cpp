@@ -11,6 +11,8 @@ namespace sentree::record {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::SizeIs;
 
 struct Written {
@@ -237,6 +239,110 @@ TEST(Reader, RefusesRecordsThatAreTooLarge) {
   EXPECT_EQ(code((*reader)->attachment({.length = kRecordSizeMax + 1, .name = "a"})), "record.too-large");
   EXPECT_EQ(code((*reader)->metadata({.length = kRecordSizeMax, .name = "m"})), "record.damaged");
   EXPECT_EQ(code((*reader)->metadata({.length = kRecordSizeMax + 1, .name = "m"})), "record.too-large");
+}
+
+// A chunk record as it lies in a file, unpacked; `size` is what it says of itself.
+std::string chunk_record(std::string_view records, std::uint64_t size) {
+  std::string content;
+  const auto put = [](std::string& to, std::uint64_t value, int bytes) {
+    for (int i = 0; i < bytes; ++i) to += static_cast<char>(value >> (8 * i));
+  };
+  put(content, 0, 8);
+  put(content, 0, 8);
+  put(content, size, 8);
+  put(content, 0, 4);  // no checksum
+  put(content, 0, 4);  // no compression
+  put(content, records.size(), 8);
+  content += records;
+  std::string record(1, static_cast<char>(Op::kChunk));
+  put(record, content.size(), 8);
+  return record + content;
+}
+
+// A file of nothing but one record again and again: far larger than what is held of it.
+class RepeatedSource final : public Source {
+ public:
+  RepeatedSource(std::string record, std::uint64_t times) : record_(std::move(record)), times_(times) {}
+  std::uint64_t size() const override { return kMagic.size() + record_.size() * times_; }
+  Result<std::string> read(std::uint64_t offset, std::uint64_t length) override {
+    std::string bytes;
+    for (const std::uint64_t end = std::min(size(), offset + length); offset < end; ++offset)
+      bytes += offset < kMagic.size() ? kMagic[offset] : record_[(offset - kMagic.size()) % record_.size()];
+    return bytes;
+  }
+
+ private:
+  std::string record_;
+  std::uint64_t times_;
+};
+
+std::string open_repeated(const std::string& record, std::uint64_t times) {
+  const auto reader = Reader::open(std::make_unique<RepeatedSource>(record, times), "many.mcap");
+  return reader ? std::to_string((*reader)->statistics().chunks) + " chunks" : reader.error().code;
+}
+
+TEST(Reader, TakesAsManyChunksAsItSaysAndNoMore) {
+  const std::string empty = chunk_record("", 0);
+  EXPECT_EQ(open_repeated(empty, kChunksMax), std::to_string(kChunksMax) + " chunks");
+  EXPECT_EQ(open_repeated(empty, kChunksMax + 1), "record.too-large");
+}
+
+TEST(Reader, UnpacksChunksOfTheSizeItSaysAndNoLarger) {
+  const auto problem = [](std::uint64_t size) {
+    const auto reader = Reader::open(std::make_unique<RepeatedSource>(chunk_record("", size), 1), "large.mcap");
+    return reader ? (*reader)->problems().front().message : reader.error().message;
+  };
+  // One that may be unpacked turns out not to be what it says.
+  EXPECT_THAT(problem(kChunkSizeMax), Not(HasSubstr("too large")));
+  EXPECT_THAT(problem(kChunkSizeMax + 1), HasSubstr("too large"));
+}
+
+TEST(Reader, TakesMessagesOutsideOfChunksInPieces) {
+  const auto parts = [](std::size_t data) {
+    Chunk records;
+    records.add(Channel{1, 0, "/a", "json", {}});
+    const std::size_t head = records.records.size();
+    const std::string half(data / 2 - kRecordHeaderSize - kMessageHeaderSize, ' ');
+    records.add(RawMessage{1, 1, 10, 10, half});
+    records.add(RawMessage{1, 2, 20, 20, std::string_view(half).substr(head)});
+    const std::string file = std::string(kMagic) + records.records;
+    const auto reader = open(file);
+    EXPECT_THAT(read_all(*reader), SizeIs(2));
+    return reader->parts();
+  };
+  EXPECT_EQ(parts(kLooseSizeMax), 1u);
+  EXPECT_EQ(parts(kLooseSizeMax + 2), 2u);
+}
+
+TEST(Reader, KeepsAsManyProblemsAsItSays) {
+  const auto reader =
+      Reader::open(std::make_unique<RepeatedSource>(chunk_record("no record", 9), 2 * kReaderProblemsMax), "bad.mcap");
+  ASSERT_TRUE(reader.has_value());
+  EXPECT_THAT((*reader)->problems(), SizeIs(kReaderProblemsMax));
+}
+
+TEST(Reader, HoldsOverlappingChunksUpToABound) {
+  StringSink sink;
+  Writer writer(sink);
+  ASSERT_TRUE(writer.begin("", "test"));
+  const Channel channel{1, 0, "/a", "json", {}};
+  std::uint64_t held = 0;
+  for (int c = 0; c < 3; ++c) {
+    Chunk chunk;
+    chunk.add(channel);
+    chunk.add(RawMessage{1, 0, 0, 0, ""});
+    chunk.add(RawMessage{1, 1, 10, 10, ""});
+    held += chunk.records.size();
+    ASSERT_TRUE(writer.write(chunk));
+  }
+  ASSERT_TRUE(writer.end({}, {channel}));
+  const auto code = [&](std::uint64_t overlap_max) {
+    const auto read = open(sink.text)->read({.overlap_max = overlap_max}, [](const RawMessage&) { return true; });
+    return read ? "read" : read.error().code;
+  };
+  EXPECT_EQ(code(held), "read");
+  EXPECT_EQ(code(held - 1), "record.overlap");
+  EXPECT_EQ(Query().overlap_max, kOverlapMax);
 }
 
 }  // namespace

@@ -12,13 +12,6 @@ namespace sentree::record {
 
 using detail::Cursor;
 
-namespace {
-
-// Messages outside of chunks are unpacked in pieces of about this size.
-constexpr std::uint64_t kLooseSizeMax = 4U << 20U;
-
-}  // namespace
-
 void Reader::problem(std::string code, std::string message) {
   if (problems_.size() < kReaderProblemsMax)
     problems_.push_back({Severity::kWarning, std::move(code), std::move(message), SourceSpan{name_}});
@@ -184,6 +177,7 @@ Result<void> Reader::scan() {
     loose.reset();
   };
   bool whole = false;
+  std::size_t pieces = 0;
   while (offset + kRecordHeaderSize <= size) {
     const auto head = source_->read(offset, kRecordHeaderSize);
     if (!head) return tl::unexpected(head.error());
@@ -197,11 +191,12 @@ Result<void> Reader::scan() {
       loose->index.length += total;
     } else {
       end_loose();
+      // Those without messages count too: each costs the work of unpacking it.
+      if ((is_loose || op == Op::kChunk) && ++pieces > kChunksMax)
+        return fail("record.too-large", "more than " + std::to_string(kChunksMax) + " chunks", SourceSpan{name_});
       if (is_loose) {
         loose = Part{{.offset = offset, .length = total, .compression = {}, .message_indexes = {}}, true};
       } else if (op == Op::kChunk) {
-        if (parts_.size() >= kChunksMax)
-          return fail("record.too-large", "more than " + std::to_string(kChunksMax) + " chunks", SourceSpan{name_});
         ++statistics_.chunks;
         scan_part({{.offset = offset, .length = total, .compression = {}, .message_indexes = {}}, false});
       } else if (op == Op::kHeader || op == Op::kAttachment || op == Op::kMetadata) {
@@ -367,7 +362,7 @@ Result<void> Reader::read(const Query& query, const std::function<bool(const Raw
       OpenPart part = open_part(parts_[index]);
       if (part.messages.empty()) continue;
       held += part.records.size();
-      if (held > kOverlapMax)
+      if (held > query.overlap_max)
         return fail("record.overlap", "too many chunks overlap in time to be read in order", SourceSpan{name_});
       queue.emplace(part.messages.front().log_time, index);
       open.emplace(index, std::move(part));

@@ -17,9 +17,11 @@ namespace sentree::record {
 /// Largest chunk that is unpacked, and largest attachment, summary or other record that is read.
 inline constexpr std::uint64_t kChunkSizeMax = std::uint64_t{256} << 20U;
 inline constexpr std::uint64_t kRecordSizeMax = std::uint64_t{1} << 30U;
-/// Chunks of one file.
+/// Messages outside of chunks are unpacked in pieces of up to this size, or of one message.
+inline constexpr std::uint64_t kLooseSizeMax = std::uint64_t{4} << 20U;
+/// Chunks of one file, with those that hold no message, and pieces of messages outside of chunks.
 inline constexpr std::size_t kChunksMax = 1U << 20U;
-/// Unpacked bytes of chunks whose times overlap, which are read side by side.
+/// Unpacked bytes of chunks whose times overlap, which are read side by side, if the query does not say.
 inline constexpr std::uint64_t kOverlapMax = std::uint64_t{1} << 30U;
 /// Problems that are kept.
 inline constexpr std::size_t kReaderProblemsMax = 20;
@@ -29,6 +31,7 @@ struct Query {
   std::vector<ChannelId> channels = {};  ///< Empty: all.
   std::uint64_t from = 0;
   std::uint64_t to = std::numeric_limits<std::uint64_t>::max();
+  std::uint64_t overlap_max = kOverlapMax;  ///< Unpacked bytes that may be held at a time.
 };
 
 /// An MCAP file, ours or another writer's. It may be damaged or cut off anywhere: what can be read is read.
