@@ -92,8 +92,10 @@ std::string story(const runtime::MonitorReport& report) {
       "{}  {} {} at {:.3f} s{}\n", decision.verdict == monitor::Verdict::kViolated ? "✗" : "✓", report.name,
       to_string(report.verdict), seconds(decision.at), decision.deciding ? "" : ", in silence: a deadline passed");
   if (report.explanation) return text + monitor::story(*report.explanation, "   ");
-  text += decision.witness_complete ? "   The observations that led there, none of which can be left out:\n"
-                                    : "   The last observations before it (the earlier ones are no longer known):\n";
+  text += !decision.witness_complete ? "   The last observations before it (the earlier ones are no longer known):\n"
+          : decision.witness_minimal
+              ? "   The observations that led there, none of which can be left out:\n"
+              : "   Observations that led there (some may not matter: there are too many to try):\n";
   constexpr std::size_t kShownMax = 40;
   for (std::size_t i = 0; i < decision.witness.size(); ++i) {
     if (i == kShownMax) {
@@ -131,6 +133,7 @@ Value to_value(const runtime::RunReport& report) {
       for (const Message& message : monitor.decision->witness) witness.push_back(to_value(message));
       entry["witness"] = std::move(witness);
       if (!monitor.decision->witness_complete) entry["witness_complete"] = false;
+      if (!monitor.decision->witness_minimal) entry["witness_minimal"] = false;
     }
     if (monitor.vetoes > 0) entry["vetoes"] = static_cast<std::int64_t>(monitor.vetoes);
     if (!monitor.standing.empty()) entry["standing"] = monitor.standing;

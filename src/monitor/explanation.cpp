@@ -105,7 +105,6 @@ std::string story(const Explanation& e, std::string_view indent) {
   const auto line = [&](const std::string& what) { text += std::string(indent) + what + "\n"; };
   if (!e.prose.empty()) line(e.prose);
   line("required: " + e.text);
-  constexpr std::size_t kShownMax = 24;
   constexpr std::size_t kEnd = 3;
   for (std::size_t i = 0; i < e.steps.size(); ++i) {
     // The beginning and the end tell most.

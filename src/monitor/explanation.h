@@ -42,6 +42,9 @@ struct Explanation {
 /// Nothing for a monitor that was drawn by hand. Replays the witness.
 [[nodiscard]] std::optional<Explanation> explain(const Model& model, const Decision& decision, std::string leaf);
 
+/// Steps that a story shows; of more it leaves out the middle.
+inline constexpr std::size_t kShownMax = 24;
+
 /// A short story, one thing a line, each line indented by `indent`.
 [[nodiscard]] std::string story(const Explanation& explanation, std::string_view indent);
 /// The whole of it. The same explanation gives the same bytes.

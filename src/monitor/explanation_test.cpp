@@ -108,6 +108,36 @@ TEST(Explanation, OfALongRunNeedsOnlyWhatStillMatters) {
   EXPECT_EQ(decided[0].decision.witness.size(), 13U);
 }
 
+TEST(Explanation, OfThousandsOfTicksThatAllMatterTakesNoForever) {
+  // No tick can be left out, and to try that with each would replay the others every time.
+  Recording r;
+  r.add(0, "s.ask.request", Map{{"args", Map()}}).ticks(1, 10'100);
+  const Model m = model("R: whenever event(ask), event(answer) within 10000 ticks.");
+  const auto decided = evaluate({m}, r.messages, TimePoint{}, TimePoint(milliseconds(2'000'000)));
+  ASSERT_EQ(decided.size(), 1U);
+  EXPECT_EQ(decided[0].decision.witness.size(), 10'002U);
+  EXPECT_TRUE(decided[0].decision.witness_complete);
+  EXPECT_FALSE(decided[0].decision.witness_minimal);
+  const auto again = evaluate({m}, decided[0].decision.witness, TimePoint{}, TimePoint(milliseconds(2'000'000)));
+  ASSERT_EQ(again.size(), 1U);
+  EXPECT_EQ(again[0].decision.at, decided[0].decision.at);
+}
+
+TEST(Explanation, AStoryLeavesOutTheMiddleOfALongOne) {
+  // The request and the ticks: as many as are shown, and one more.
+  const auto told = [](int ticks) {
+    Recording r;
+    r.add(0, "s.ask.request", Map{{"args", Map()}}).ticks(1, ticks + 1);
+    const Model m = model("R: whenever event(ask), event(answer) within " + std::to_string(ticks) + " ticks.");
+    const auto decided = evaluate({m}, r.messages, TimePoint{}, TimePoint(milliseconds(10'000)));
+    const auto e = *explain(m, decided.at(0).decision, "");
+    EXPECT_EQ(e.steps.size(), static_cast<std::size_t>(ticks) + 2);
+    return story(e, "");
+  };
+  EXPECT_THAT(told(static_cast<int>(kShownMax) - 2), testing::Not(HasSubstr("more (--json has all)")));
+  EXPECT_THAT(told(static_cast<int>(kShownMax) - 1), HasSubstr("… 1 more (--json has all)"));
+}
+
 TEST(Explanation, IsTheSameBytesEachTime) {
   Recording r;
   r.go(30, "kitchen").level(60, 0.28).ticks(1, 12);
@@ -129,6 +159,15 @@ TEST(MonitorSet, DecidesInOrderOfTimeForAllMonitors) {
   std::vector<std::size_t> order;
   for (const auto& one : decided) order.push_back(one.monitor);
   EXPECT_THAT(order, ElementsAre(2U, 1U, 0U));
+}
+
+TEST(MonitorSet, HearsNamesBeyondThoseItRemembers) {
+  Dispatch dispatch(std::vector<Model>{model("A: always level >= 20.")});
+  for (std::size_t i = 0; i <= kRoutesMax; ++i)
+    EXPECT_TRUE(dispatch.route("service.m" + std::to_string(i) + ".reply").monitors.empty());
+  EXPECT_EQ(dispatch.remembered(), kRoutesMax);
+  for (int i = 0; i < 2; ++i) EXPECT_THAT(dispatch.route("battery.getBatteryState.reply").monitors, ElementsAre(0U));
+  EXPECT_EQ(dispatch.remembered(), kRoutesMax);
 }
 
 TEST(MonitorSet, LooksOnlyAtWhatChartsName) {

@@ -30,9 +30,8 @@ struct Access {
 Decisions observe(const Model& model, State& state, const Observation& observation, const scxml::Event& event,
                   scxml::ExecutionWatch* watch);
 
-/// The smallest part of `state.history` (one-minimal) after which `decision` comes again.
-[[nodiscard]] std::vector<Message> minimal_witness(const Model& model, const State& state, const Decision& decision,
-                                                   scxml::ExecutionWatch* watch);
+/// Gives `decision` its witness: the smallest part of `state.history` (one-minimal) after which it comes again.
+void find_witness(const Model& model, const State& state, Decision& decision, scxml::ExecutionWatch* watch);
 /// Keeps of the history only what leads to the present session, as far as that can be found quickly.
 void reduce_history(const Model& model, State& state, scxml::ExecutionWatch* watch);
 

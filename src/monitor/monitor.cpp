@@ -114,7 +114,7 @@ Decision decide(const Model& model, State& state, const Stepped& stepped, std::o
   decision.witness_complete = state.history_complete;
   if (stepped.verdict == Verdict::kViolated) decision.number = ++state.violations;
   state.verdict = stepped.verdict;
-  decision.witness = minimal_witness(model, state, decision, watch);
+  find_witness(model, state, decision, watch);
   if (is_over(model, state)) state.history.clear();
   return decision;
 }

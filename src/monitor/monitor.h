@@ -84,9 +84,10 @@ struct Decision {
   std::optional<TimePoint> since;
   std::uint64_t number = 1;  ///< Of its violations, from 1: a re-arming monitor goes on.
   TimePoint started{};       ///< When the monitor began to look; a replay begins there.
-  /// Observations whose replay alone gives the same verdict at the same time; leaving out any one of them would not.
+  /// Observations whose replay alone gives the same verdict at the same time.
   std::vector<Message> witness;
   bool witness_complete = true;  ///< False: the history was too long to keep from its beginning.
+  bool witness_minimal = true;   ///< Leaving out any one would not give it. False: it took too long to try.
 };
 using Decisions = std::vector<Decision>;
 
@@ -95,6 +96,9 @@ using Observation = std::shared_ptr<const Message>;
 
 /// Observations kept to find the witness; beyond it the oldest are dropped if all of them still matter.
 inline constexpr std::size_t kHistoryMax = 100'000;
+
+/// Observations replayed to find out which of them a verdict needs; beyond it, those that are left are the witness.
+inline constexpr std::size_t kWitnessReplayedMax = 500'000;
 
 /// Observations remembered before it is looked which of them still matter.
 inline constexpr std::size_t kReduceMin = 256;

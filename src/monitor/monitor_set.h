@@ -43,6 +43,8 @@ class Dispatch {
   explicit Dispatch(std::span<const Model> models) : models_(models.begin(), models.end()) {}
   /// Valid until the next call. Cost: one look-up, after the first time.
   [[nodiscard]] const Route& route(const std::string& observation);
+  /// How many names it knows by heart, at most kRoutesMax.
+  [[nodiscard]] std::size_t remembered() const { return routes_.size(); }
 
  private:
   [[nodiscard]] Route make(const std::string& observation) const;

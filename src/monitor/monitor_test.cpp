@@ -181,6 +181,31 @@ TEST(Monitor, ForgetsThePastWhenItIsBackAtItsBeginning) {
   EXPECT_TRUE(state.history.empty());
 }
 
+TEST(Witness, RemembersAsMuchAsItSays) {
+  // The chart counts, so that every observation matters and none can be forgotten.
+  const auto decision_after = [](std::size_t count) {
+    const Model m = model(
+        "<datamodel><data id='n' expr='0'/></datamodel><state id='s'><transition event='e' cond='n + 1 "
+        "&lt; " +
+            std::to_string(count) +
+            "'><assign location='n' expr='n + 1'/></transition>"
+            "<transition event='e' target='bad'/></state><state id='bad'/>",
+        {"bad"});
+    State state = start(m, TimePoint{});
+    const auto e = std::make_shared<const Message>(message("e", 1));
+    for (std::size_t i = 0; i + 1 < count; ++i) EXPECT_FALSE(see(m, state, *e));
+    return see(m, state, *e);
+  };
+  const auto whole = decision_after(kHistoryMax);
+  ASSERT_TRUE(whole);
+  EXPECT_TRUE(whole->witness_complete);
+  EXPECT_EQ(whole->witness.size(), kHistoryMax);
+  const auto cut = decision_after(kHistoryMax + 1);
+  ASSERT_TRUE(cut);
+  EXPECT_FALSE(cut->witness_complete);
+  EXPECT_LE(cut->witness.size(), kHistoryMax);
+}
+
 TEST(Monitor, AChartWrittenElsewhereSeesRenamedEventsOnly) {
   Rename rename{.event = "batteryLevelChanged",
                 .on = "battery.getBatteryState.reply",

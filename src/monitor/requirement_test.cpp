@@ -181,9 +181,21 @@ TEST(Requirement, BoundsOfFilesAreReached) {
     doubling += "let d" + std::to_string(i) + " = " + below + " + " + below + "\n";
   }
   EXPECT_EQ(parse_requirements(doubling + "R: always d20 = 1.").diagnostics.front().code, "requirement.too-large");
-  EXPECT_THAT(messages_of("event(halt) at most 33 times per 5 ticks."), ElementsAre(HasSubstr("at most 32 times")));
-  EXPECT_THAT(messages_of("event(halt) at most 1001 times per 5 s."),
-              ElementsAre(HasSubstr("a whole number up to 1000")));
+  const auto times = [](std::int64_t count, const std::string& window) {
+    return messages_of("event(halt) at most " + std::to_string(count) + " times per " + window + ".");
+  };
+  EXPECT_THAT(times(kCountedTimesMax, "5 ticks"), testing::IsEmpty());
+  EXPECT_THAT(times(kCountedTimesMax + 1, "5 ticks"), ElementsAre(HasSubstr("at most 32 times")));
+  EXPECT_THAT(times(kTimesMax, "5 s"), testing::IsEmpty());
+  EXPECT_THAT(times(kTimesMax + 1, "5 s"), ElementsAre(HasSubstr("a whole number up to 1000")));
+  const auto within = [](std::int64_t count, const std::string& unit) {
+    return messages_of("whenever ok, at(a) within " + std::to_string(count) + " " + unit + ".");
+  };
+  EXPECT_THAT(within(kCountMax, "ticks"), testing::IsEmpty());
+  EXPECT_THAT(within(kCountMax + 1, "ticks"), ElementsAre(HasSubstr("a whole number from 1 to 1000000000")));
+  const std::int64_t hours = std::chrono::duration_cast<std::chrono::hours>(kBoundMax).count();
+  EXPECT_THAT(within(hours, "h"), testing::IsEmpty());
+  EXPECT_THAT(within(hours + 1, "h"), ElementsAre(HasSubstr("from 1 ns to 10 years")));
 }
 
 }  // namespace

@@ -76,6 +76,34 @@ void keep_last(const std::vector<Observation>& history, std::size_t count, std::
   for (const auto& [key, index] : last) kept.insert(index);
 }
 
+// Leaves out what can be left out. False: there was more to try than kWitnessReplayedMax allows.
+bool shorten(const Model& model, TimePoint started, Selection& kept, const Decision& decision,
+             scxml::ExecutionWatch* watch) {
+  // Delta debugging (Zeller and Hildebrandt 2002), removal of chunks only: ends when no single one can go.
+  std::size_t chunk = std::max<std::size_t>(kept.size() / 2, 1);
+  std::size_t replayed = 0;
+  while (!kept.empty()) {
+    bool removed = false;
+    for (std::size_t begin = 0; begin < kept.size();) {
+      replayed += kept.size();
+      if (replayed > kWitnessReplayedMax) return false;
+      const auto from = kept.begin() + static_cast<std::ptrdiff_t>(begin);
+      const auto to = kept.begin() + static_cast<std::ptrdiff_t>(std::min(begin + chunk, kept.size()));
+      Selection shorter(kept.begin(), from);
+      shorter.insert(shorter.end(), to, kept.end());
+      if (decides_alike(model, started, shorter, decision, watch)) {
+        kept = std::move(shorter);
+        removed = true;
+      } else {
+        begin += chunk;
+      }
+    }
+    if (chunk == 1 && !removed) break;
+    if (chunk > 1) chunk /= 2;
+  }
+  return true;
+}
+
 }  // namespace
 
 void reduce_history(const Model& model, State& state, scxml::ExecutionWatch* watch) {
@@ -119,35 +147,10 @@ void reduce_history(const Model& model, State& state, scxml::ExecutionWatch* wat
   state.reduce_at = std::max<std::size_t>(kReduceMin, 2 * state.history.size());
 }
 
-std::vector<Message> minimal_witness(const Model& model, const State& state, const Decision& decision,
-                                     scxml::ExecutionWatch* watch) {
+void find_witness(const Model& model, const State& state, Decision& decision, scxml::ExecutionWatch* watch) {
   Selection kept = state.history;
-  const auto messages = [&] {
-    std::vector<Message> witness;
-    for (const Observation& observation : kept) witness.push_back(*observation);
-    return witness;
-  };
-  if (!state.history_complete) return messages();
-  // Delta debugging (Zeller and Hildebrandt 2002), removal of chunks only: ends when no single one can go.
-  std::size_t chunk = std::max<std::size_t>(kept.size() / 2, 1);
-  while (!kept.empty()) {
-    bool removed = false;
-    for (std::size_t begin = 0; begin < kept.size();) {
-      const auto from = kept.begin() + static_cast<std::ptrdiff_t>(begin);
-      const auto to = kept.begin() + static_cast<std::ptrdiff_t>(std::min(begin + chunk, kept.size()));
-      Selection shorter(kept.begin(), from);
-      shorter.insert(shorter.end(), to, kept.end());
-      if (decides_alike(model, state.started, shorter, decision, watch)) {
-        kept = std::move(shorter);
-        removed = true;
-      } else {
-        begin += chunk;
-      }
-    }
-    if (chunk == 1 && !removed) break;
-    if (chunk > 1) chunk /= 2;
-  }
-  return messages();
+  decision.witness_minimal = state.history_complete && shorten(model, state.started, kept, decision, watch);
+  for (const Observation& observation : kept) decision.witness.push_back(*observation);
 }
 
 }  // namespace sentree::monitor
