@@ -126,12 +126,14 @@ std::optional<std::int64_t> integer_of(const Value& body, std::string_view name)
 
 // ---- Composer ----
 
-Composer::Composer(const Subject& shown, const History& past, const RunAccess& access, Options given)
+Composer::Composer(const Subject& shown, const History& past, const RunAccess& access, SteeringDesk* steering,
+                   Options given)
     : subject(shown),
       history(past),
       run(access),
+      desk(steering),
       options(std::move(given)),
-      model(std::make_shared<const std::string>(model_message(shown, static_cast<bool>(access.steer)))) {
+      model(std::make_shared<const std::string>(model_message(shown, steering != nullptr))) {
   refresh();
 }
 
@@ -143,13 +145,17 @@ void Composer::refresh() {
 
 // ---- Conversation ----
 
-Conversation::Conversation(Composer& composer, http::Socket socket)
-    : composer_(composer), socket_(std::move(socket)), may_steer_(composer.options.token.empty()) {
+Conversation::Conversation(Composer& composer, std::uint64_t client, http::Socket socket)
+    : composer_(composer), client_(client), socket_(std::move(socket)), may_steer_(composer.options.token.empty()) {
   composer_.refresh();
   send(composer_.options.hello);
   socket_.send(composer_.model);
   send_news();
   send_present_state();
+}
+
+Conversation::~Conversation() {
+  if (composer_.desk != nullptr) composer_.desk->forget(client_);
 }
 
 void Conversation::send(std::string text) {
@@ -219,7 +225,7 @@ void Conversation::send_delta() {
 }
 
 void Conversation::received(const std::string& text) {
-  if (requests_.size() >= kRequestsMax) return socket_.close(kPolicyViolation, "too many requests wait");
+  if (requests_.size() + steering_ >= kRequestsMax) return socket_.close(kPolicyViolation, "too many requests wait");
   auto body = text::parse_json(text);
   if (!body || body->as_map() == nullptr) return socket_.close(kPolicyViolation, "a request is a JSON object");
   Request request;
@@ -234,26 +240,26 @@ void Conversation::work() {
   if (advance(requests_.front())) requests_.pop_front();
 }
 
-void Conversation::answer_json(const Request& request, const std::string& json) {
-  if (request.id == 0) return;
-  send("{\"type\":\"answer\",\"id\":" + std::to_string(request.id) + ",\"ok\":true,\"value\":" + json + "}");
+void Conversation::answer_json(std::int64_t id, const std::string& json) {
+  if (id == 0) return;
+  send("{\"type\":\"answer\",\"id\":" + std::to_string(id) + ",\"ok\":true,\"value\":" + json + "}");
 }
 
-void Conversation::answer(const Request& request, Value value) { answer_json(request, to_json(value)); }
+void Conversation::answer(std::int64_t id, Value value) { answer_json(id, to_json(value)); }
 
-void Conversation::refuse(const Request& request, const std::string& why) {
-  if (request.id == 0) return;
-  send(to_json(Value(Map{{"type", "answer"}, {"id", request.id}, {"ok", false}, {"error", why}})));
+void Conversation::refuse(std::int64_t id, const std::string& why) {
+  if (id == 0) return;
+  send(to_json(Value(Map{{"type", "answer"}, {"id", id}, {"ok", false}, {"error", why}})));
 }
 
 bool Conversation::advance(Request& request) {
   if (request.op == "messages" || request.op == "find") return advance_search(request);
   if (request.op == "hello") {
     may_steer_ = may_steer_ || text_of(request.body, "token") == composer_.options.token;
-    answer(request, Map{{"steerable", composer_.run.steer && may_steer_}});
+    answer(request.id, Map{{"steerable", composer_.desk != nullptr && may_steer_}});
   } else if (request.op == "live") {
     follow();
-    answer(request, {});
+    answer(request.id, {});
   } else if (request.op == "seek") {
     seek(request);
   } else if (request.op == "layout") {
@@ -264,13 +270,13 @@ bool Conversation::advance(Request& request) {
         if (id.as_int() != nullptr && *id.as_int() >= 0) collapsed.push_back(static_cast<bt::NodeId>(*id.as_int()));
       }
     }
-    answer(request, folded_layout(composer_.subject, collapsed));
+    answer(request.id, folded_layout(composer_.subject, collapsed));
   } else if (request.op == "lanes") {
     const auto from = integer_of(request.body, "from").value_or(0);
     const auto to = integer_of(request.body, "to").value_or(composer_.history.end());
     const auto width = std::clamp<std::int64_t>(integer_of(request.body, "width").value_or(1000), 1, kLaneWidthMax);
-    answer(request, composer_.history.lanes(std::max<Nanoseconds>(from, 0), std::max<Nanoseconds>(to, 0),
-                                            static_cast<int>(width)));
+    answer(request.id, composer_.history.lanes(std::max<Nanoseconds>(from, 0), std::max<Nanoseconds>(to, 0),
+                                               static_cast<int>(width)));
   } else {
     steer(request);
   }
@@ -285,7 +291,7 @@ void Conversation::follow() {
 
 void Conversation::seek(const Request& request) {
   const auto time = integer_of(request.body, "time");
-  if (!time) return refuse(request, "seek needs a time");
+  if (!time) return refuse(request.id, "seek needs a time");
   live_ = false;
   const Nanoseconds begin = composer_.history.begin();
   const Nanoseconds end = composer_.history.end();
@@ -300,17 +306,22 @@ void Conversation::seek(const Request& request) {
   }
   text.close();
   send(out + "}");
-  answer(request, Map{{"time", at}});
+  answer(request.id, Map{{"time", at}});
 }
 
 void Conversation::steer(const Request& request) {
-  if (!composer_.run.steer) return refuse(request, "this run cannot be steered");
-  if (!may_steer_) return refuse(request, "only who came with the token of the printed address may steer");
-  auto result = composer_.run.steer(request.op, request.body);
+  if (composer_.desk == nullptr) return refuse(request.id, "this run cannot be steered");
+  if (!may_steer_) return refuse(request.id, "only who came with the token of the printed address may steer");
+  ++steering_;
+  composer_.desk->put({client_, request.id, request.op, request.body});
+}
+
+void Conversation::steered(std::int64_t id, Result<Value> result) {
+  --steering_;
   if (result)
-    answer(request, std::move(*result));
+    answer(id, std::move(*result));
   else
-    refuse(request, result.error().message);
+    refuse(id, result.error().message);
 }
 
 // ---- Searching ----
@@ -360,7 +371,7 @@ bool Conversation::advance_search(Request& request) {
   }
   if (more && request.found.size() < request.limit) return false;
   if (request.op == "find") {
-    answer_json(request, request.found.empty() ? "null" : history.observation(request.found.front()));
+    answer_json(request.id, request.found.empty() ? "null" : history.observation(request.found.front()));
     return true;
   }
   if (!request.forwards) std::reverse(request.found.begin(), request.found.end());
@@ -371,7 +382,7 @@ bool Conversation::advance_search(Request& request) {
     if (json.back() != '[') json += ',';
     json += message;
   }
-  answer_json(request, json + "],\"more\":" + (more ? "true" : "false") + "}");
+  answer_json(request.id, json + "],\"more\":" + (more ? "true" : "false") + "}");
   return true;
 }
 

@@ -1,6 +1,7 @@
 #include "sentree/studio/live.h"
 
 #include <mutex>
+#include <shared_mutex>
 
 #include "sentree/runtime/inside.h"
 #include "sentree/runtime/steering.h"
@@ -43,8 +44,8 @@ struct Live::Impl {
   }
 
   Result<Value> steer(const std::string& op, const Value& request) {
-    // The run waits for this before it takes its steering away.
-    const std::lock_guard lock(steering_mutex);
+    // The run waits for this before it takes its steering away. Shared: to pause does not wait for a call.
+    const std::shared_lock lock(steering_mutex);
     if (steering == nullptr) return fail("steering.ended", report ? "the run has ended" : "the run has not begun yet");
     return studio::steer(*steering, subject, op, request);
   }
@@ -53,7 +54,7 @@ struct Live::Impl {
   Subject subject;
   History history;
   Intake intake{history};
-  std::mutex steering_mutex;  // held while a request is carried out
+  std::shared_mutex steering_mutex;  // held while a request is carried out
   std::mutex mutex;
   runtime::RunView* view = nullptr;
   runtime::Steering* steering = nullptr;  // while the run goes on

@@ -47,11 +47,12 @@ std::string host_name() {
 // Between the network's thread and the one that composes.
 struct Inbox {
   struct Event {
-    enum class Kind : std::uint8_t { kOpened, kReceived, kClosed };
+    enum class Kind : std::uint8_t { kOpened, kReceived, kSteered, kClosed };
     std::uint64_t client = 0;
     Kind kind = Kind::kOpened;
     std::string text;
-    std::optional<http::Socket> socket;
+    std::optional<http::Socket> socket = {};
+    std::optional<SteeringDesk::Outcome> outcome = {};
   };
 
   void put(Event event) {
@@ -72,11 +73,9 @@ class Handler final : public http::SocketHandler {
       : client_(client), inbox_(std::move(inbox)), open_(std::move(open)) {}
   ~Handler() override {
     --*open_;
-    inbox_->put({client_, Inbox::Event::Kind::kClosed, {}, std::nullopt});
+    inbox_->put({client_, Inbox::Event::Kind::kClosed, {}});
   }
-  void received(std::string text) override {
-    inbox_->put({client_, Inbox::Event::Kind::kReceived, std::move(text), std::nullopt});
-  }
+  void received(std::string text) override { inbox_->put({client_, Inbox::Event::Kind::kReceived, std::move(text)}); }
 
  private:
   std::uint64_t client_;
@@ -244,7 +243,15 @@ Result<void> Server::Impl::start() {
 // ---- Composing ----
 
 void Server::Impl::compose() {
-  Composer composer(subject, history, run, {.hello = hello, .token = token});
+  // Before what asks it, and gone after it.
+  std::optional<SteeringDesk> desk;
+  if (run.steer) {
+    desk.emplace(run.steer, [inbox = inbox](SteeringDesk::Outcome outcome) {
+      const std::uint64_t client = outcome.client;
+      inbox->put({.client = client, .kind = Inbox::Event::Kind::kSteered, .text = {}, .outcome = std::move(outcome)});
+    });
+  }
+  Composer composer(subject, history, run, desk ? &*desk : nullptr, {.hello = hello, .token = token});
   std::map<std::uint64_t, std::unique_ptr<Conversation>> clients;
   auto next_delta = SteadyClock::now();
   for (;;) {
@@ -263,11 +270,15 @@ void Server::Impl::compose() {
     for (Inbox::Event& event : events) {
       switch (event.kind) {
         case Inbox::Event::Kind::kOpened:
-          clients[event.client] = std::make_unique<Conversation>(composer, std::move(*event.socket));
+          clients[event.client] = std::make_unique<Conversation>(composer, event.client, std::move(*event.socket));
           break;
         case Inbox::Event::Kind::kReceived:
           if (const auto client = clients.find(event.client); client != clients.end())
             client->second->received(event.text);
+          break;
+        case Inbox::Event::Kind::kSteered:
+          if (const auto client = clients.find(event.client); client != clients.end())
+            client->second->steered(event.outcome->id, std::move(event.outcome->result));
           break;
         case Inbox::Event::Kind::kClosed: clients.erase(event.client); break;
       }

@@ -16,7 +16,7 @@ namespace sentree::studio {
 
 /// Pages at once.
 inline constexpr std::size_t kClientsMax = 16;
-/// Requests of one page that wait for their answers; one more ends its socket.
+/// Requests of one page that wait for their answers, those to steer among them; one more ends its socket.
 inline constexpr std::size_t kRequestsMax = 64;
 /// Bytes that a page may be behind before it gets less: the newest state later, and a gap in the messages.
 inline constexpr std::size_t kBehindMax = std::size_t{1} << 20U;
@@ -36,12 +36,13 @@ struct RunFacts {
   List processes;  ///< {name, pid, alive}
 };
 
-/// How the server reaches a run that goes on. Called in its thread; none blocks for long.
+/// How the server reaches a run that goes on. All but `steer` are called in the thread that composes and do not block.
 struct RunAccess {
   /// Brings the history up to now.
   std::function<void()> update;
   std::function<RunFacts()> facts;
-  /// One of the steering requests of docs/studio-protocol.md; not set: the run cannot be steered.
+  /// One of the steering requests of docs/studio-protocol.md; not set: the run cannot be steered. Called in two threads
+  /// of its own, one of them for what does not wait for the run; may block as long as it takes.
   std::function<Result<Value>(const std::string& op, const Value& request)> steer;
 };
 
@@ -55,8 +56,8 @@ struct ServerOptions {
 
 /// Shows one run to pages in browsers: docs/studio-protocol.md.
 ///
-/// Has two threads, one for the network and one that composes what pages get. The run only ever waits for the
-/// history's lock; a page that does not keep up gets less.
+/// Has two threads, one for the network and one that composes what pages get, and two in which pages steer. The run
+/// only ever waits for the history's lock; a page that does not keep up gets less.
 class Server {
  public:
   /// `subject` and `history` are borrowed. Errors: http.bad-address, http.not-loopback, http.port-taken.

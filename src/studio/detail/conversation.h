@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sentree/http/websocket.h"
+#include "sentree/studio/detail/steering_desk.h"
 #include "sentree/studio/server.h"
 
 namespace sentree::studio {
@@ -18,7 +19,8 @@ class Composer {
     std::string hello;
     std::string token;
   };
-  Composer(const Subject& subject, const History& history, const RunAccess& run, Options options);
+  /// `desk` is where pages steer; null: they cannot.
+  Composer(const Subject& subject, const History& history, const RunAccess& run, SteeringDesk* desk, Options options);
 
   /// Looks at the run again.
   void refresh();
@@ -26,6 +28,7 @@ class Composer {
   const Subject& subject;
   const History& history;
   const RunAccess& run;
+  SteeringDesk* const desk;
   const Options options;
   const std::shared_ptr<const std::string> model;
   std::vector<History::Fragment> fragments;
@@ -37,9 +40,14 @@ class Composer {
 class Conversation {
  public:
   /// Sends hello, model, the violations so far and the present state.
-  Conversation(Composer& composer, http::Socket socket);
+  Conversation(Composer& composer, std::uint64_t client, http::Socket socket);
+  ~Conversation();
+  Conversation(const Conversation&) = delete;
+  Conversation& operator=(const Conversation&) = delete;
 
   void received(const std::string& text);
+  /// What became of a request to steer.
+  void steered(std::int64_t id, Result<Value> result);
   /// Does a slice of what was asked for.
   void work();
   [[nodiscard]] bool has_work() const { return !requests_.empty() && !is_behind(); }
@@ -68,17 +76,19 @@ class Conversation {
   void follow();
   void steer(const Request& request);
   void send(std::string text);
-  void answer(const Request& request, Value value);
-  void answer_json(const Request& request, const std::string& json);
-  void refuse(const Request& request, const std::string& why);
+  void answer(std::int64_t id, Value value);
+  void answer_json(std::int64_t id, const std::string& json);
+  void refuse(std::int64_t id, const std::string& why);
   void send_present_state();
   void send_news();
 
   Composer& composer_;
+  const std::uint64_t client_;
   http::Socket socket_;
   bool live_ = true;
   bool may_steer_ = false;
   std::deque<Request> requests_;
+  std::size_t steering_ = 0;         // requests at the desk
   std::vector<std::uint64_t> sent_;  // versions of the parts
   std::string sent_facts_;
   Nanoseconds sent_time_ = -1;
