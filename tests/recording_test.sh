@@ -72,6 +72,34 @@ kill -TERM $run
 wait $run || true
 expect 0 'ended by interrupt' "$sentree" info interrupted.mcap
 
+# A run that was started without a page opens one for who attaches; the run ends as without.
+expect 4 'no mission runs' "$sentree" studio --attach
+expect 4 'is no run that goes on' "$sentree" studio --attach $$
+expect 2 'neither the process id of a run nor the address' "$sentree" studio --attach here
+expect 2 'needs a recording, or --attach' "$sentree" studio
+started() { until grep -q 'GoToKitchen: RUNNING' "$1" || ! kill -0 "$2" 2>/dev/null; do read -rt 0.02 <> <(:) || true; done; }
+"$sentree" run "$project" --clock real --record attached.mcap >attached 2>&1 &
+run=$!
+started attached $run
+expect 0 "^$run	" "$sentree" __complete studio --attach ''
+expect 0 '^the page: http://127.0.0.1:' "$sentree" studio --attach
+page=$(sed -n 's/^the page: //p' out)
+expect 0 "^the page: $page\$" "$sentree" studio --attach $run
+expect 0 "^the page: $page\$" "$sentree" studio --attach "$page"
+"$sentree" run "$project" --clock real --no-record >unrecorded 2>&1 &
+other=$!
+started unrecorded $other
+expect 4 'several missions run; choose one with --attach PID' "$sentree" studio --attach
+expect 4 'is not recorded' "$sentree" studio --attach $other
+kill -INT $other $run
+wait $other || true
+code=0
+wait $run || code=$?
+[[ $code -eq 130 ]] || fail "the run with a page that was attached exited with $code"
+grep -q 'page stays' attached && fail "a page that was attached kept its run"
+expect 0 'ended by interrupt' "$sentree" info attached.mcap
+expect 4 'nobody answers' "$sentree" studio --attach "$page"
+
 # Yesterday's failure: told, checked with other monitors, tried with a fixed skill.
 "$sentree" run "$project" --scenario experiment2 --clock virtual --record failure.mcap >/dev/null 2>&1 || true
 expect 1 'monitor recharge: violated' "$sentree" monitor check failure.mcap

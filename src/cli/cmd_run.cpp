@@ -92,6 +92,18 @@ int exit_code(const runtime::Scenario& scenario, const runtime::RunReport& repor
   return report.mission == bt::Status::kSuccess ? kOk : kFindings;
 }
 
+// For who attaches: the page that is there, else one at `at`, as --studio=AT would make it.
+Result<runtime::PageAt> open_page(studio::Live& page, RunRecording* recording, const std::string& at, bool insecure) {
+  if (!page.is_open()) {
+    const auto where = page_options(at.empty() ? "true" : at, insecure);
+    if (!where) return fail("studio.bad-address", at + ": neither a port nor an address such as 127.0.0.1:4711");
+    if (recording == nullptr) return RunRecording::not_recorded();
+    const auto opened = start_page(*where, at.empty(), [&](const auto& there) { return recording->open(page, there); });
+    if (!opened) return tl::unexpected(opened.error());
+  }
+  return runtime::PageAt{page.server().url(), recording != nullptr ? recording->path().string() : ""};
+}
+
 bool apply_options(const RunCommand& command, runtime::Scenario& scenario) {
   if (command.virtual_clock) scenario.virtual_time = *command.virtual_clock;
   if (command.factor) scenario.factor = *command.factor;
@@ -148,8 +160,14 @@ int run(const RunCommand& command) {
     options.on_problem = [](const std::string& what) { say("! " + what); };
   }
   std::unique_ptr<studio::Live> page;
+  std::unique_ptr<RunRecording> recording;
   RecordingTap tap;
-  if (!command.studio.empty()) {
+  const bool shown = !command.studio.empty();
+  if (!shown) {
+    // Not now, but `sentree studio --attach` may ask for one.
+    page = std::make_unique<studio::Live>(*plan.value);
+    page->install(options);
+  } else {
     const auto where = page_options(command.studio, command.insecure);
     if (!where) return kUsage;
     auto started = start_page(*where, command.studio == "true",
@@ -164,24 +182,26 @@ int run(const RunCommand& command) {
     if (plan.value->scenario.virtual_time) options.pace = command.factor.value_or(1.0);
     options.paused = command.paused;
     tap = page->tap();
-    announce(page->server(), command.open);
+    announce(page->server().url(), command.open);
   }
-  std::unique_ptr<RunRecording> recording;
   if (files) {
     bool ok = true;
     recording = RunRecording::begin(command.record, *plan.value, files->files(), tap, ok);
     if (!ok) return kEnvironment;
     files.reset();
   }
-  if (!recording && page) recording = RunRecording::tap_only(*plan.value, tap);
+  if (!recording && shown) recording = RunRecording::tap_only(*plan.value, tap);
   if (recording) recording->install(options);
+  options.open_page = [&](const std::string& at, bool insecure) {
+    return open_page(*page, recording.get(), at, insecure);
+  };
   runtime::Run run(*plan.value, std::move(options));
   Interrupts interrupts(run);
   const runtime::RunReport report = run.execute();
   interrupts.run_is_over();
   view.reset();
   if (recording) recording->finish(report);
-  if (page) page->ended(report);
+  page->ended(report);
   if (command.json) {
     print(to_json(to_value(report)) + "\n");
   } else {
@@ -193,7 +213,7 @@ int run(const RunCommand& command) {
     print(summary(report));
   }
   if (!report.error.empty()) say(report.error);
-  if (page && !command.studio_exit && !report.interrupted && report.error.empty()) {
+  if (shown && !command.studio_exit && !report.interrupted && report.error.empty()) {
     say("the run is over; its page stays at " + page->server().url() + " until Ctrl-C");
     interrupts.wait_for_one();
   }

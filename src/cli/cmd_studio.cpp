@@ -8,6 +8,11 @@
 namespace sentree::cli {
 
 int studio(const StudioCommand& command) {
+  if (command.attach) return attach(command);
+  if (command.recording.empty()) {
+    say("sentree studio needs a recording, or --attach for a run that goes on");
+    return kUsage;
+  }
   sigset_t signals;
   sigemptyset(&signals);
   for (const int signal : {SIGINT, SIGTERM}) sigaddset(&signals, signal);
@@ -23,7 +28,7 @@ int studio(const StudioCommand& command) {
     say(to_string(page.error()));
     return page.error().code.starts_with("http.") ? kEnvironment : kInvalidInput;
   }
-  announce((*page)->server(), command.open);
+  announce((*page)->server().url(), command.open);
   int signal = 0;
   sigwait(&signals, &signal);
   return kOk;

@@ -32,7 +32,7 @@ struct RunCommand {
   std::string record;  ///< Recording to write; empty: a new one in the folder of recordings.
   bool no_record = false;
   bool processes = false;  ///< Each skill and component in a process of its own.
-  std::string studio;      ///< Where the web page is served, [HOST:]PORT, or "true" for the usual place; empty: nowhere.
+  std::string studio;  ///< Where the web page is served, [HOST:]PORT, or "true" for the usual place; empty: nowhere.
   bool studio_exit = false;  ///< The page ends with the run.
   bool open = false;         ///< Show the page in a browser.
   bool paused = false;       ///< The run stands at its beginning until the page lets it go on.
@@ -40,12 +40,15 @@ struct RunCommand {
 int run(const RunCommand& command);
 
 struct StudioCommand {
-  std::string recording;
-  std::string at;  ///< Where the page is served, [HOST:]PORT; empty: the usual place.
+  std::string recording;              ///< Empty: with `attach`.
+  std::optional<std::string> attach;  ///< A process id, the address of a page, or empty: the only run there is.
+  std::string at;                     ///< Where the page is served, [HOST:]PORT; empty: the usual place.
   bool insecure = false;
   bool open = false;
 };
 int studio(const StudioCommand& command);
+/// Its `--attach`.
+int attach(const StudioCommand& command);
 
 struct InfoCommand {
   std::string file;

@@ -175,6 +175,15 @@ std::optional<Value> offered(const Line& line) {
   return std::move(*list);
 }
 
+/// Runs that have a page, or will.
+Candidates attachable() {
+  Candidates all;
+  for (const runtime::RunningRun& run : runtime::running_runs(kControlDeadline)) {
+    if (run.has_page) all.push_back({std::to_string(run.pid), run.scenario});
+  }
+  return all;
+}
+
 /// "bool setBatteryCharge(double percent)" → "setBatteryCharge" and {"percent="}.
 struct Method {
   std::string name;
@@ -233,6 +242,7 @@ void value(const Line& line, Completion& completion) {
   const std::string name = line.value_of->get_single_name();
   completion.candidates = members(*line.value_of);
   if (!completion.candidates.empty()) return;
+  if (name == "attach") completion.candidates = attachable();
   if (name == "scenario") completion.candidates = scenarios(line);
   if (name == "tree") completion.candidates = trees(line);
   if (name == "output") files(completion, {});

@@ -59,14 +59,26 @@ void add_run(CLI::App& app, RunCommand& command) {
 }
 
 void add_studio(CLI::App& app, StudioCommand& command) {
-  auto* sub = app.add_subcommand("studio", "Show a recording in a web page, at any moment of it");
+  auto* sub = app.add_subcommand("studio", "Show a recording, or a run that goes on, in a web page");
   sub->footer(
       "Examples:\n"
       "  sentree studio runs/recharge-20260102-101500.mcap --open\n"
       "  sentree studio RUN.mcap --at 8080\n"
-      "A run that goes on is shown by: sentree run PROJECT --studio. The page stays until Ctrl-C.\n"
-      "Exit code: 0, 3 not a recording, 4 port taken.");
-  sub->add_option("recording", command.recording, "MCAP file of sentree run")->required();
+      "  sentree studio --attach --open                  the run that goes on, started without --studio\n"
+      "  sentree studio --attach 4242                    of several, that of this process\n"
+      "  sentree studio --attach http://robot:4711/#token=…   a page elsewhere\n"
+      "A recording's page stays until Ctrl-C. That of a run is the run's own and ends with it, unless it was started "
+      "with\n"
+      "sentree run PROJECT --studio.\n"
+      "Exit code: 0, 3 not a recording, 4 port taken, or nothing to attach to.");
+  auto* recording = sub->add_option("recording", command.recording, "MCAP file of sentree run");
+  sub->add_option_function<std::vector<std::string>>(
+         "--attach",
+         [&](const std::vector<std::string>& to) { command.attach = to.empty() ? std::string() : to.front(); },
+         "Open the page of a run that goes on: process id, or HOST:PORT of a page; default: the only run there is")
+      ->expected(0, 1)
+      ->type_name("[PID|ADDR]")
+      ->excludes(recording);
   sub->add_option("--at", command.at, "PORT or HOST:PORT; default: http://127.0.0.1:4711 or the next free port");
   sub->add_flag("--insecure", command.insecure, "Let other machines look, without TLS");
   sub->add_flag("--open", command.open, "Open the page in a browser");

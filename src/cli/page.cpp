@@ -64,12 +64,12 @@ std::optional<studio::ServerOptions> page_options(const std::string& where, bool
   return std::nullopt;
 }
 
-void announce(const studio::Server& server, bool open) {
-  say("the page: " + server.url());
+void announce(const std::string& url, bool open) {
+  say("the page: " + url);
   if (studio::assets().empty()) {
     say("this program was built without the web page itself: install nodejs and npm, configure and build again");
   }
-  if (open) open_in_browser(server.url());
+  if (open) open_in_browser(url);
 }
 
 }  // namespace sentree::cli

@@ -24,6 +24,6 @@ auto start_page(studio::ServerOptions options, bool any_port, Start&& start) {
 }
 
 /// Says where the page is, and opens it in a browser if that is wanted and there is a display.
-void announce(const studio::Server& server, bool open);
+void announce(const std::string& url, bool open);
 
 }  // namespace sentree::cli

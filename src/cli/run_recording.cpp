@@ -44,8 +44,19 @@ std::unique_ptr<RunRecording> RunRecording::tap_only(const runtime::Plan& plan, 
   auto recording = std::make_unique<RunRecording>();
   recording->recorder_ = std::make_unique<runtime::RunRecorder>(
       plan, std::vector<text::ReadFile>(), std::make_unique<record::NullSink>(),
-      runtime::RecordingOptions{.compression = record::Compression::kNone, .on_failure = {}, .story = story, .tap = std::move(tap)});
+      runtime::RecordingOptions{
+          .compression = record::Compression::kNone, .on_failure = {}, .story = story, .tap = std::move(tap)});
   return recording;
+}
+
+tl::unexpected<Diagnostic> RunRecording::not_recorded() {
+  return fail("studio.not-recorded",
+              "it is not recorded, so nobody knows what was before; start it without --no-record, or with --studio");
+}
+
+Result<void> RunRecording::open(studio::Live& page, const studio::ServerOptions& options) {
+  if (path_.empty()) return not_recorded();
+  return page.open(options, *recorder_, path_.string());
 }
 
 void RunRecording::finish(const runtime::RunReport& report) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sentree/runtime/recording.h"
+#include "sentree/studio/live.h"
 
 namespace sentree::cli {
 
@@ -24,6 +25,12 @@ class RunRecording {
   static std::unique_ptr<RunRecording> tap_only(const runtime::Plan& plan, RecordingTap tap);
 
   void install(runtime::RunOptions& options) { recorder_->install(options); }
+  /// Opens the page of the run that is recorded. Errors: see `studio::Live::open`, studio.not-recorded.
+  [[nodiscard]] Result<void> open(studio::Live& page, const studio::ServerOptions& options);
+  /// The error of a run of which there is no recording.
+  [[nodiscard]] static tl::unexpected<Diagnostic> not_recorded();
+  /// The file; empty: none.
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
   /// Ends it and says where it is, if it is anywhere, and whether something is missing.
   void finish(const runtime::RunReport& report);
 

@@ -97,6 +97,7 @@ bool Recorder::seal() {
     if (report_.failed) return false;
   }
   batch_.channels = channels_.size();
+  batch_.last = sequence_;
   push(std::move(batch_));
   renew_batch();
   return true;
@@ -113,6 +114,21 @@ void Recorder::note_gap() {
       Map{{"lost", static_cast<std::int64_t>(lost_now_)}, {"from", seconds(lost_from_)}, {"to", seconds(lost_to_)}});
   end_entry(begin);
   lost_now_ = 0;
+}
+
+Result<std::uint32_t> Recorder::follow(std::function<void(const Channel&, TimePoint, std::string_view)> tap) {
+  std::unique_lock lock(mutex_);
+  const std::uint32_t last = sequence_;
+  if (!closing_ && !report_.failed) {
+    options_.tap = std::move(tap);
+    // Where there is no room for it now, the writer takes it when its time comes.
+    if (batch_.messages > 0) (void)seal();
+    // Numbers begin anew after the greatest.
+    room_.wait(lock, [&] { return static_cast<std::int32_t>(written_ - last) >= 0 || report_.failed; });
+    if (!report_.failed) return last;
+  }
+  options_.tap = nullptr;
+  return fail("record.ended", "nothing is recorded any more");
 }
 
 void Recorder::attach(Attachment attachment) {
@@ -191,6 +207,8 @@ void Recorder::work() {
       batch->packed.clear();
       batch->messages = 0;
       const std::lock_guard lock(mutex_);
+      written_ = batch->last;
+      room_.notify_all();
       if (spare_.size() < kWaitingChunksMax) spare_.push_back(std::move(*batch));
     }
   }
@@ -204,6 +222,7 @@ void Recorder::close() {
     if (lost_now_ > 0) note_gap();
     // The last chunk may go beyond the bound: nothing follows it.
     batch_.channels = channels_.size();
+    batch_.last = sequence_;
     if (!report_.failed) push(std::move(batch_));
     closing_ = true;
     work_.notify_one();

@@ -81,6 +81,11 @@ class Recorder {
     pack(channel, time, [&](PackedJson& out) { out.json(json); });
   }
 
+  /// From now on `tap` sees each message, as `RecorderOptions::tap` does; an empty one ends that. Returns when all
+  /// earlier messages are in the sink: those whose sequence numbers are not beyond the answer.
+  /// Error: record.ended, if nothing is recorded any more; the tap is then gone.
+  [[nodiscard]] Result<std::uint32_t> follow(std::function<void(const Channel&, TimePoint, std::string_view)> tap);
+
   void attach(Attachment attachment);
   void add(Metadata metadata);
 
@@ -94,6 +99,7 @@ class Recorder {
     PackedJson packed;
     std::size_t messages = 0;
     std::size_t channels = 0;  // that there were when it was handed on
+    std::uint32_t last = 0;    // sequence number of its last message
   };
   struct Entry {
     std::int64_t time = 0;
@@ -122,7 +128,7 @@ class Recorder {
 
   mutable std::mutex mutex_;
   std::condition_variable work_;
-  std::condition_variable room_;
+  std::condition_variable room_;  // also: something was written
   Batch batch_;
   std::deque<Item> queue_;
   std::vector<Batch> spare_;
@@ -130,6 +136,7 @@ class Recorder {
   std::vector<Channel> channels_;
   ChannelId gaps_ = 0;
   std::uint32_t sequence_ = 0;
+  std::uint32_t written_ = 0;   // the last sequence number that is in the sink
   std::uint64_t lost_now_ = 0;  // in the gap that is open
   TimePoint lost_from_{};
   TimePoint lost_to_{};

@@ -121,6 +121,32 @@ TEST(Recorder, WritesWhatItIsGivenAndTheSameBytesEachTime) {
   EXPECT_THAT(reader->attachments(), SizeIs(1));
 }
 
+TEST(Recorder, IsFollowedFromAnyMessageOnWhenAllBeforeAreWritten) {
+  std::string file;
+  Recorder recorder(std::make_unique<SharedSink>(file), {.flush_every = Duration(0), .wait_when_full = true});
+  const ChannelId a = recorder.add_channel("/a", "test.A", "{}");
+  const auto put = [&](int i) { recorder.message(a, at_ms(i), [&](std::string& out) { out += std::to_string(i); }); };
+  constexpr int kBefore = 100;
+  for (int i = 0; i < kBefore; ++i) put(i);
+  std::vector<std::string> tapped;
+  const auto last = recorder.follow([&](const Channel&, TimePoint, std::string_view packed) {
+    tapped.emplace_back();
+    PackedJson::unpack(tapped.back(), packed);
+  });
+  ASSERT_TRUE(last.has_value());
+  EXPECT_THAT(texts(*open(file), "/a"), SizeIs(kBefore));
+  put(kBefore);
+  put(kBefore + 1);
+  EXPECT_THAT(tapped, ElementsAre("100", "101"));
+  EXPECT_EQ(*recorder.follow({}), *last + 2);
+  put(kBefore + 2);
+  EXPECT_THAT(tapped, SizeIs(2));
+  recorder.close();
+  const auto late = recorder.follow({});
+  ASSERT_FALSE(late.has_value());
+  EXPECT_EQ(late.error().code, "record.ended");
+}
+
 TEST(Recorder, LosesMessagesRatherThanToWaitAndSaysSo) {
   HangingSink::Gate gate;
   std::string file;

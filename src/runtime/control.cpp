@@ -36,7 +36,15 @@ Value serve(const ControlHandler& handler, const idl::Method& method, const Valu
   if (method.name == "info") {
     return Map{{"scenario", handler.scenario()},
                {"pid", static_cast<std::int64_t>(getpid())},
-               {"time", seconds(handler.now())}};
+               {"time", seconds(handler.now())},
+               {"has_page", handler.open_page != nullptr}};
+  }
+  if (method.name == "page") {
+    if (!handler.open_page) return Map{{"problem", "it has no page: it is no run of a mission"}};
+    const auto page =
+        handler.open_page(std::string(arguments.find("at")->text()), *arguments.find("insecure")->as_bool());
+    if (!page) return Map{{"problem", page.error().message}};
+    return Map{{"url", page->url}, {"recording", page->recording}};
   }
   if (method.name == "services") {
     List list;
@@ -107,6 +115,21 @@ Result<std::unique_ptr<rpc::Server>> start_control(ControlHandler handler) {
       [handler = std::move(handler)](const idl::Method& method, const Value& arguments, const rpc::CallContext&)
           -> rpc::Outcome { return serve(handler, method, arguments); });
   return rpc::Server::start(socket_of(getpid()), {{"control", std::move(service)}});
+}
+
+std::vector<RunningRun> running_runs(Duration patience) {
+  std::vector<RunningRun> found;
+  for (const int pid : runs()) {
+    const auto client = connect_control(pid);
+    if (!client) continue;
+    const auto info = (*client)->call(
+        "info", Map(), {.source = "control", .call = 0, .deadline = std::chrono::steady_clock::now() + patience});
+    if (!info) continue;
+    const Value* has_page = info->find("has_page");
+    found.push_back({pid, std::string(info->find("scenario")->text()), info->find("time")->number(),
+                     has_page != nullptr && has_page->as_bool() != nullptr && *has_page->as_bool()});
+  }
+  return found;
 }
 
 Result<std::unique_ptr<rpc::Client>> connect_control(int pid) {

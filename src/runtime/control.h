@@ -8,6 +8,7 @@
 
 #include "sentree/rpc/client.h"
 #include "sentree/rpc/server.h"
+#include "sentree/runtime/open_page.h"
 #include "sentree/runtime/services.h"
 
 namespace sentree::runtime {
@@ -29,11 +30,22 @@ struct ControlHandler {
   };
   std::function<std::vector<ServiceEntry>()> services;
   std::function<CallOutcome(const std::string& service, const std::string& method, const Value& arguments)> call;
-  Tap* tap = nullptr;  ///< Borrowed.
+  Tap* tap = nullptr;       ///< Borrowed.
+  OpenPage open_page = {};  ///< Null: there is no page.
 };
 
 /// Serves the handler on this process's control socket until destroyed. Errors: rpc.*, file.*.
 [[nodiscard]] Result<std::unique_ptr<rpc::Server>> start_control(ControlHandler handler);
+
+/// A process of this user with a control socket that answers.
+struct RunningRun {
+  int pid = 0;
+  std::string scenario;
+  double time = 0.0;  ///< [s]
+  bool has_page = false;
+};
+/// All of them, by process id. Whoever does not answer within `patience` is left out.
+[[nodiscard]] std::vector<RunningRun> running_runs(Duration patience);
 
 /// A client of the control socket of run `pid`; 0: the only run there is. Errors: control.no-run, control.many-runs.
 [[nodiscard]] Result<std::unique_ptr<rpc::Client>> connect_control(int pid);

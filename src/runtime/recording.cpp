@@ -427,6 +427,10 @@ void RunRecorder::install(RunOptions& options) {
   };
 }
 
+Result<std::uint32_t> RunRecorder::follow(decltype(RecordingOptions::tap) tap) {
+  return impl_->recorder.follow(std::move(tap));
+}
+
 record::RecorderReport RunRecorder::finish(const RunReport& report) {
   impl_->inside = nullptr;
   impl_->write_tree(std::max(report.ended, impl_->last_time));

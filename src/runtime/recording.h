@@ -49,6 +49,8 @@ class RunRecorder {
 
   /// Makes a run with these options be recorded. Call it last: it wraps the callbacks that are there.
   void install(RunOptions& options);
+  /// See record::Recorder; from any thread.
+  [[nodiscard]] Result<std::uint32_t> follow(decltype(RecordingOptions::tap) tap);
   /// Ends the recording with what came out.
   record::RecorderReport finish(const RunReport& report);
 

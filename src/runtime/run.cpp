@@ -579,6 +579,7 @@ class Run::Impl final : public RunView, private RunInside {
       return CallOutcome{.ok = false, .result = {}, .kind = "arguments", .message = applied.error().message};
     };
     handler.tap = &tap_;
+    handler.open_page = options_.open_page;
     auto server = start_control(std::move(handler));
     if (server)
       control_server_ = std::move(*server);

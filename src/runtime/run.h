@@ -10,6 +10,7 @@
 #include "sentree/monitor/monitor.h"
 #include "sentree/runtime/inside.h"
 #include "sentree/runtime/mission.h"
+#include "sentree/runtime/open_page.h"
 #include "sentree/runtime/plan.h"
 #include "sentree/runtime/skill.h"
 #include "sentree/runtime/stream.h"
@@ -91,6 +92,8 @@ struct RunOptions {
   std::function<void(std::size_t leaf, const Skill&)> on_skill_step;
   /// Makes the port through which a leaf's skill calls a service; null: the usual one.
   std::function<std::unique_ptr<ServicePort>(const ServicePlan&, const std::string& leaf)> make_port;
+  /// Opens a page for the run, when somebody asks for it through the control socket; called in its threads.
+  OpenPage open_page;
   /// The run stands at time 0 until it is resumed through `RunInside::steering`.
   bool paused = false;
   /// In virtual time: run seconds per wall second; 0: as fast as the machine allows.

@@ -41,7 +41,7 @@ bool Intake::is_wanted(const record::Channel& channel) {
 void Intake::take(const record::Channel& channel, TimePoint time, std::string_view packed) {
   std::unique_lock lock(mutex_);
   if (!is_wanted(channel)) return;
-  changed_.wait(lock, [&] { return waiting_.size() < kWaitingMax || stopping_; });
+  changed_.wait(lock, [&] { return waiting_.size() < (held_ ? kHeldMax : kWaitingMax) || stopping_; });
   const Head head{time.time_since_epoch().count(), static_cast<std::uint32_t>(packed.size()), channel.id};
   const bool was_enough = waiting_.size() >= kEnough;
   waiting_.append(reinterpret_cast<const char*>(&head), sizeof head);
@@ -69,6 +69,17 @@ void Intake::drain() {
     history_.take(topics[head.channel], TimePoint(Duration(head.time)), json_);
     rest.remove_prefix(sizeof head + head.size);
   }
+}
+
+Intake::Hold::Hold(Intake& intake) : intake_(intake), lock_(intake.draining_) {
+  const std::lock_guard lock(intake_.mutex_);
+  intake_.held_ = true;
+}
+
+Intake::Hold::~Hold() {
+  const std::lock_guard lock(intake_.mutex_);
+  intake_.held_ = false;
+  intake_.changed_.notify_all();
 }
 
 void Intake::work() {

@@ -19,6 +19,8 @@ class Intake {
  public:
   /// Bytes that wait; the run waits for room.
   static constexpr std::size_t kWaitingMax = std::size_t{16} << 20U;
+  /// The same while a `Hold` stands.
+  static constexpr std::size_t kHeldMax = std::size_t{64} << 20U;
   /// Bytes after which the thread begins without being asked.
   static constexpr std::size_t kEnough = std::size_t{256} << 10U;
 
@@ -32,6 +34,19 @@ class Intake {
   void take(const record::Channel& channel, TimePoint time, std::string_view packed);
   /// Brings in everything that was taken before.
   void drain();
+
+  /// While it stands, nothing is brought in: whoever has it brings in what was before.
+  class Hold {
+   public:
+    explicit Hold(Intake& intake);
+    ~Hold();
+    Hold(const Hold&) = delete;
+    Hold& operator=(const Hold&) = delete;
+
+   private:
+    Intake& intake_;
+    std::lock_guard<std::mutex> lock_;
+  };
 
  private:
   void work();
@@ -51,6 +66,7 @@ class Intake {
   std::string waiting_;
   std::vector<std::string> topics_;  // by channel; empty: not wanted
   std::vector<bool> known_;
+  bool held_ = false;
   bool stopping_ = false;
   std::thread thread_;
 };

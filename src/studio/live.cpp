@@ -1,8 +1,11 @@
 #include "sentree/studio/live.h"
 
+#include <atomic>
+#include <map>
 #include <mutex>
 #include <shared_mutex>
 
+#include "sentree/record/reader.h"
 #include "sentree/runtime/inside.h"
 #include "sentree/runtime/steering.h"
 #include "sentree/studio/intake.h"
@@ -10,8 +13,56 @@
 
 namespace sentree::studio {
 
+namespace {
+
+// The messages of a recording that grows, up to sequence number `last`.
+Result<void> bring_in(History& history, const std::string& recording, std::uint32_t last) {
+  if (last == 0) return {};  // nothing was before, and the file may not have begun
+  const auto reader = record::Reader::open(recording);
+  if (!reader) return tl::unexpected(reader.error());
+  std::map<record::ChannelId, std::string_view> topics;
+  for (const auto& [id, channel] : (*reader)->channels()) {
+    if (history.wants(channel.topic)) topics.emplace(id, channel.topic);
+  }
+  for (std::size_t part = 0; part < (*reader)->parts(); ++part) {
+    const auto records = (*reader)->part(part);
+    if (!records) return tl::unexpected(records.error());
+    (*reader)->each_message(*records, [&](const record::RawMessage& message) {
+      const auto topic = topics.find(message.channel);
+      if (topic == topics.end() || static_cast<std::int32_t>(message.sequence - last) > 0) return;
+      history.take(topic->second, TimePoint(Duration(message.log_time)), message.data);
+    });
+  }
+  return {};
+}
+
+}  // namespace
+
 struct Live::Impl {
-  explicit Impl(const runtime::Plan& run) : plan(run), subject(run), history(subject) {}
+  // What there is only with a page.
+  struct Shown {
+    explicit Shown(const runtime::Plan& plan) : subject(plan), history(subject) {}
+    Subject subject;
+    History history;
+    Intake intake{history};
+    std::unique_ptr<Server> server;
+  };
+
+  explicit Impl(const runtime::Plan& run) : plan(run) {}
+
+  Result<void> serve(ServerOptions options) {
+    options.live = true;
+    auto server =
+        Server::start(shown->subject, shown->history,
+                      {.update = [this] { shown->intake.drain(); },
+                       .facts = [this] { return facts(); },
+                       .steer = [this](const std::string& op, const Value& request) { return steer(op, request); }},
+                      std::move(options));
+    if (!server) return tl::unexpected(server.error());
+    shown->server = std::move(*server);
+    open = true;
+    return {};
+  }
 
   RunFacts facts() {
     const std::lock_guard lock(mutex);
@@ -47,40 +98,55 @@ struct Live::Impl {
     // The run waits for this before it takes its steering away. Shared: to pause does not wait for a call.
     const std::shared_lock lock(steering_mutex);
     if (steering == nullptr) return fail("steering.ended", report ? "the run has ended" : "the run has not begun yet");
-    return studio::steer(*steering, subject, op, request);
+    return studio::steer(*steering, shown->subject, op, request);
   }
 
   const runtime::Plan& plan;
-  Subject subject;
-  History history;
-  Intake intake{history};
   std::shared_mutex steering_mutex;  // held while a request is carried out
   std::mutex mutex;
   runtime::RunView* view = nullptr;
   runtime::Steering* steering = nullptr;  // while the run goes on
   std::optional<runtime::RunReport> report;
-  std::unique_ptr<Server> server;
+  std::mutex opening;
+  std::atomic<bool> open = false;
+  std::unique_ptr<Shown> shown;  // does not change while there is a server
 };
 
 Live::Live(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Live::Live(const runtime::Plan& plan) : impl_(std::make_unique<Impl>(plan)) {}
 Live::~Live() = default;
 
 Result<std::unique_ptr<Live>> Live::start(const runtime::Plan& plan, ServerOptions options) {
   auto impl = std::make_unique<Impl>(plan);
-  options.live = true;
-  auto server = Server::start(
-      impl->subject, impl->history,
-      {.update = [raw = impl.get()] { raw->intake.drain(); },
-       .facts = [raw = impl.get()] { return raw->facts(); },
-       .steer = [raw = impl.get()](const std::string& op, const Value& request) { return raw->steer(op, request); }},
-      std::move(options));
-  if (!server) return tl::unexpected(server.error());
-  impl->server = std::move(*server);
+  impl->shown = std::make_unique<Impl::Shown>(plan);
+  if (auto served = impl->serve(std::move(options)); !served) return tl::unexpected(served.error());
   return std::unique_ptr<Live>(new Live(std::move(impl)));
 }
 
+Result<void> Live::open(ServerOptions options, runtime::RunRecorder& recorder, const std::string& recording) {
+  const std::lock_guard one_at_a_time(impl_->opening);
+  if (impl_->open) return {};
+  if (!impl_->shown) {
+    impl_->shown = std::make_unique<Impl::Shown>(impl_->plan);
+    Result<void> read;
+    {
+      const Intake::Hold hold(impl_->shown->intake);
+      const auto last = recorder.follow(tap());
+      read = last ? bring_in(impl_->shown->history, recording, *last) : tl::unexpected(last.error());
+    }
+    if (!read) {
+      (void)recorder.follow({});
+      impl_->shown.reset();
+      return read;
+    }
+  }
+  return impl_->serve(std::move(options));
+}
+
+bool Live::is_open() const { return impl_->open; }
+
 std::function<void(const record::Channel&, TimePoint, std::string_view)> Live::tap() {
-  return [&intake = impl_->intake](const record::Channel& channel, TimePoint time, std::string_view packed) {
+  return [&intake = impl_->shown->intake](const record::Channel& channel, TimePoint time, std::string_view packed) {
     intake.take(channel, time, packed);
   };
 }
@@ -104,7 +170,7 @@ void Live::ended(const runtime::RunReport& report) {
   impl_->report = report;
 }
 
-const Server& Live::server() const { return *impl_->server; }
-const History& Live::history() const { return impl_->history; }
+const Server& Live::server() const { return *impl_->shown->server; }
+const History& Live::history() const { return impl_->shown->history; }
 
 }  // namespace sentree::studio

@@ -10,20 +10,32 @@
 namespace sentree::studio {
 
 /// The page of a run that goes on.
+///
+/// It is there from the run's beginning (`start`, then `tap`), or opened later (`open`). Before, it costs nothing.
 class Live {
  public:
   /// `plan` is borrowed. Errors: those of `Server::start`.
   [[nodiscard]] static Result<std::unique_ptr<Live>> start(const runtime::Plan& plan, ServerOptions options);
+  /// No page yet; `plan` is borrowed.
+  explicit Live(const runtime::Plan& plan);
   ~Live();
   Live(const Live&) = delete;
   Live& operator=(const Live&) = delete;
 
-  /// For the run's recorder: what it records is what the page shows.
+  /// Opens the page while the run goes on, if it is not open yet. What was before is read from the file `recording`,
+  /// which `recorder` (borrowed) writes; the run goes on meanwhile. From any thread until `ended`.
+  /// Errors: those of `Server::start`, record.*; then there is no page, and one may try again.
+  [[nodiscard]] Result<void> open(ServerOptions options, runtime::RunRecorder& recorder, const std::string& recording);
+  /// Whether there is a page. From any thread.
+  [[nodiscard]] bool is_open() const;
+
+  /// For the run's recorder: what it records is what the page shows. With `start` only.
   [[nodiscard]] std::function<void(const record::Channel&, TimePoint, std::string_view)> tap();
   void install(runtime::RunOptions& options);
   /// The run is over; the page stays.
   void ended(const runtime::RunReport& report);
 
+  /// Of a page that is open.
   [[nodiscard]] const Server& server() const;
   [[nodiscard]] const History& history() const;
 
