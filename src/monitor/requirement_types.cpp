@@ -67,6 +67,12 @@ std::string advice(const std::string& from, const std::string& to) {
                      : "; divide the first by " + decimal(b->factor / a->factor);
 }
 
+std::vector<std::string> names(const std::vector<DataMember>& members) {
+  std::vector<std::string> result;
+  for (const DataMember& member : members) result.push_back(member.name);
+  return result;
+}
+
 template <class Map>
 std::vector<std::string> keys(const Map& map) {
   std::vector<std::string> names;
@@ -213,14 +219,14 @@ class Checker {
     for (const std::string& name : path) {
       if (type->kind == Type::kUnknown) return {};
       const auto member = std::find_if(type->members.begin(), type->members.end(),
-                                       [&](const auto& entry) { return entry.first == name; });
+                                       [&](const auto& entry) { return entry.name == name; });
       if (member == type->members.end()) {
         error(c.span, "requirement.unknown-member",
               to_text(c) + ": " + (type->name.empty() ? "it" : type->name) + " has no member \"" + name + "\"" +
-                  did_you_mean(name, keys(type->members)));
+                  did_you_mean(name, names(type->members)));
         return {};
       }
-      type = &member->second;
+      type = &member->type;
       absent = absent || type->may_be_absent;
     }
     DataType result = *type;

@@ -10,6 +10,8 @@
 
 namespace sentree::monitor {
 
+struct DataMember;
+
 /// What a value can be.
 struct DataType {
   enum class Kind : std::uint8_t {
@@ -21,11 +23,16 @@ struct DataType {
     kOther,   ///< Lists, octets: nothing that can be compared.
   };
   Kind kind = Kind::kUnknown;
-  std::string name;                                       ///< For messages: "double", "NavigationStatus".
-  std::string unit;                                       ///< kNumber; empty: not known.
-  bool may_be_absent = true;                              ///< An observation may come without it.
-  std::vector<std::string> words;                         ///< kText of an enumeration: its enumerators.
-  std::vector<std::pair<std::string, DataType>> members;  ///< kRecord.
+  std::string name;                 ///< For messages: "double", "NavigationStatus".
+  std::string unit;                 ///< kNumber; empty: not known.
+  bool may_be_absent = true;        ///< An observation may come without it.
+  std::vector<std::string> words;   ///< kText of an enumeration: its enumerators.
+  std::vector<DataMember> members;  ///< kRecord.
+};
+
+struct DataMember {
+  std::string name;
+  DataType type;
 };
 
 /// What a project observes: that by which requirements are checked before it runs.

@@ -21,7 +21,7 @@ DataType record_of(const idl::Struct& structure, bool may_be_absent, int depth) 
   if (depth >= kMembersNestingMax) return {.kind = DataType::Kind::kOther, .name = structure.name};
   for (const idl::Field& field : structure.fields) {
     const bool absent = field.requiredness == idl::Requiredness::kOptional || structure.kind == idl::StructKind::kUnion;
-    result.members.emplace_back(field.name, type_of(*field.type, field.unit, absent, depth + 1));
+    result.members.push_back({field.name, type_of(*field.type, field.unit, absent, depth + 1)});
   }
   return result;
 }
