@@ -7,12 +7,18 @@
 
 #include <atomic>
 #include <cerrno>
+#include <condition_variable>
+#include <future>
+#include <mutex>
 #include <random>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "sentree/runtime/distribute.h"
+#include "sentree/runtime/inside.h"
 #include "sentree/runtime/run.h"
+#include "sentree/runtime/steering.h"
 
 namespace sentree::runtime {
 namespace {
@@ -192,6 +198,77 @@ TEST(Processes, AreGivenUpWhenTheyEndTooOften) {
   EXPECT_EQ(ran.count("process.restarted"), 1U);
   EXPECT_EQ(ran.count("process.given_up"), 1U);
   EXPECT_THAT(ran.report.problems, testing::Contains(HasSubstr("ended too often")));
+}
+
+// Without restarts of their own they are gone once killed, until somebody asks for them again.
+TEST(Processes, AreUsedAgainOnceAPersonHasRestartedThem) {
+  auto loaded = load_project(kSource + "/tests/projects/patrol");
+  ASSERT_TRUE(loaded.ok());
+  Scenario endless = plain_scenario(std::move(*loaded.value));
+  endless.factor = 20;
+  Scenario scenario = distributed(std::move(endless)).scenario;
+  for (ProcessEntry& process : scenario.processes) process.restarts = 0;
+  auto plan = prepare(std::move(scenario));
+  ASSERT_TRUE(plan.ok());
+
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::vector<std::string> seen;  // names of messages, with the process they are about
+  bool over = false;
+  std::promise<Steering*> begun;
+  RunOptions options;
+  options.on_begin = [&](RunInside& inside) { begun.set_value(&inside.steering()); };
+  options.on_view = [&](RunView* view) {
+    const std::lock_guard lock(mutex);
+    over = view == nullptr;
+    changed.notify_all();
+  };
+  options.listeners.push_back([&](const Message& message) {
+    const Value* process = message.data.find("process");
+    const std::lock_guard lock(mutex);
+    seen.push_back(message.name + (process != nullptr ? " " + std::string(process->text()) : ""));
+    changed.notify_all();
+  });
+  const auto now = [&] {
+    const std::lock_guard lock(mutex);
+    return seen.size();
+  };
+  const auto await = [&](const std::string& what, std::size_t since) {
+    std::unique_lock lock(mutex);
+    changed.wait(lock, [&] {
+      return over || std::find(seen.begin() + static_cast<std::ptrdiff_t>(since), seen.end(), what) != seen.end();
+    });
+    EXPECT_FALSE(over) << what;
+  };
+  std::thread person([&] {
+    Steering& steering = *begun.get_future().get();
+    const struct {
+      std::string process;
+      std::string used;  // what is observed when it does its work
+      bool asks_at_once;
+    } cases[] = {{"GoToLocation", "navigation.gotoTargetByLocationName.request", false},
+                 {"sim", "navigation.getNavigationState.reply", false},
+                 {"GoToLocation", "navigation.gotoTargetByLocationName.request", true},
+                 {"sim", "navigation.getNavigationState.reply", true}};
+    for (const auto& one : cases) {
+      await(one.used, now());
+      const auto untimely = steering.restart(one.process);
+      EXPECT_EQ(untimely ? "" : untimely.error().code, "steering.part-state");
+      const std::size_t before = now();
+      EXPECT_TRUE(steering.kill(one.process));
+      if (!one.asks_at_once) await("process.exited " + one.process, before);
+      EXPECT_TRUE(steering.restart(one.process));
+      await("process.restarted " + one.process, before);
+      await(one.used, now());
+    }
+    EXPECT_TRUE(steering.stop());
+  });
+  const Ran ran = run(*plan.value, std::move(options));
+  person.join();
+  EXPECT_EQ(ran.report.error, "");
+  EXPECT_EQ(ran.count("process.exited"), 4U);
+  EXPECT_EQ(ran.count("process.restarted"), 4U);
+  EXPECT_EQ(ran.count("process.given_up"), 0U);
 }
 
 // A component that stops answering is late, and used again once it answers.
