@@ -145,11 +145,11 @@ void Composer::refresh() {
 
 // ---- Conversation ----
 
-Conversation::Conversation(Composer& composer, std::uint64_t client, http::Socket socket)
-    : composer_(composer), client_(client), socket_(std::move(socket)), may_steer_(composer.options.token.empty()) {
+Conversation::Conversation(Composer& composer, std::uint64_t client, std::unique_ptr<Outlet> outlet)
+    : composer_(composer), client_(client), outlet_(std::move(outlet)), may_steer_(composer.options.token.empty()) {
   composer_.refresh();
   send(composer_.options.hello);
-  socket_.send(composer_.model);
+  outlet_->send(composer_.model);
   send_news();
   send_present_state();
 }
@@ -159,7 +159,8 @@ Conversation::~Conversation() {
 }
 
 void Conversation::send(std::string text) {
-  if (!socket_.send(std::move(text))) socket_.close(kTooBig, "the page does not keep up");
+  if (!outlet_->send(std::make_shared<const std::string>(std::move(text))))
+    outlet_->close(kTooBig, "the page does not keep up");
 }
 
 void Conversation::send_present_state() {
@@ -225,9 +226,9 @@ void Conversation::send_delta() {
 }
 
 void Conversation::received(const std::string& text) {
-  if (requests_.size() + steering_ >= kRequestsMax) return socket_.close(kPolicyViolation, "too many requests wait");
+  if (requests_.size() + steering_ >= kRequestsMax) return outlet_->close(kPolicyViolation, "too many requests wait");
   auto body = text::parse_json(text);
-  if (!body || body->as_map() == nullptr) return socket_.close(kPolicyViolation, "a request is a JSON object");
+  if (!body || body->as_map() == nullptr) return outlet_->close(kPolicyViolation, "a request is a JSON object");
   Request request;
   request.id = integer_of(*body, "id").value_or(0);
   request.op = text_of(*body, "op");

@@ -67,6 +67,17 @@ struct Inbox {
   bool stopping = false;
 };
 
+class SocketOutlet final : public Outlet {
+ public:
+  explicit SocketOutlet(http::Socket socket) : socket_(std::move(socket)) {}
+  bool send(std::shared_ptr<const std::string> text) override { return socket_.send(std::move(text)); }
+  std::size_t queued() const override { return socket_.queued(); }
+  void close(std::uint16_t code, std::string reason) override { socket_.close(code, std::move(reason)); }
+
+ private:
+  http::Socket socket_;
+};
+
 class Handler final : public http::SocketHandler {
  public:
   Handler(std::uint64_t client, std::shared_ptr<Inbox> inbox, std::shared_ptr<std::atomic<std::size_t>> open)
@@ -270,7 +281,8 @@ void Server::Impl::compose() {
     for (Inbox::Event& event : events) {
       switch (event.kind) {
         case Inbox::Event::Kind::kOpened:
-          clients[event.client] = std::make_unique<Conversation>(composer, event.client, std::move(*event.socket));
+          clients[event.client] = std::make_unique<Conversation>(
+              composer, event.client, std::make_unique<SocketOutlet>(std::move(*event.socket)));
           break;
         case Inbox::Event::Kind::kReceived:
           if (const auto client = clients.find(event.client); client != clients.end())

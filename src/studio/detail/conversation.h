@@ -2,11 +2,11 @@
 
 #include <deque>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "sentree/http/websocket.h"
 #include "sentree/studio/detail/steering_desk.h"
 #include "sentree/studio/server.h"
 
@@ -36,11 +36,21 @@ class Composer {
   std::string facts;  ///< The members of `run` but for the mission's status.
 };
 
+/// Where a page's messages go. Of the thread that composes.
+class Outlet {
+ public:
+  virtual ~Outlet() = default;
+  /// As `http::Socket` has them.
+  virtual bool send(std::shared_ptr<const std::string> text) = 0;
+  [[nodiscard]] virtual std::size_t queued() const = 0;
+  virtual void close(std::uint16_t code, std::string reason) = 0;
+};
+
 /// One page: what it asked for, and what it has been sent. Of the thread that composes.
 class Conversation {
  public:
   /// Sends hello, model, the violations so far and the present state.
-  Conversation(Composer& composer, std::uint64_t client, http::Socket socket);
+  Conversation(Composer& composer, std::uint64_t client, std::unique_ptr<Outlet> outlet);
   ~Conversation();
   Conversation(const Conversation&) = delete;
   Conversation& operator=(const Conversation&) = delete;
@@ -67,7 +77,7 @@ class Conversation {
     std::vector<std::size_t> found;
   };
 
-  [[nodiscard]] bool is_behind() const { return socket_.queued() > kBehindMax; }
+  [[nodiscard]] bool is_behind() const { return outlet_->queued() > kBehindMax; }
   /// True: it is answered.
   bool advance(Request& request);
   bool advance_search(Request& request);
@@ -84,7 +94,7 @@ class Conversation {
 
   Composer& composer_;
   const std::uint64_t client_;
-  http::Socket socket_;
+  std::unique_ptr<Outlet> outlet_;
   bool live_ = true;
   bool may_steer_ = false;
   std::deque<Request> requests_;
