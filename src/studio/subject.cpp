@@ -135,25 +135,32 @@ Value monitor_value(const Subject& subject, std::size_t index) {
   return value;
 }
 
-Value service_value(const std::string& name, const idl::ServicePtr& service, const std::string& at) {
+Value service_value(const std::string& name, const idl::ServicePtr& service, const std::string& at, Value robot) {
   Value value = idl::describe(*service);
   Map map;
   map.append("name", name);
   map.append("interface", service->name);
   map.append("at", at);
+  map.append("robot", std::move(robot));
   for (auto& [key, part] : *value.as_map()) {
     if (map.find(key) == nullptr) map.append(key, std::move(part));
   }
   return map;
 }
 
+// The robot of the simulated world that a service belongs to, or null.
+Value robot_of(const Subject& subject, const runtime::ServicePlan& service) {
+  if (service.at != "sim" || subject.robots.empty()) return nullptr;
+  return service.robot.empty() ? subject.robots.front() : service.robot;
+}
+
 List services_value(const Subject& subject, bool steerable) {
   List services;
   for (const auto& [name, service] : subject.plan.services)
-    services.push_back(service_value(name, service.service, service.at));
+    services.push_back(service_value(name, service.service, service.at, robot_of(subject, service)));
   if (steerable && subject.plan.test_control && subject.plan.world) {
     for (const std::string& name : runtime::test_control_names(*subject.plan.world))
-      services.push_back(service_value(name, subject.plan.test_control, "sim"));
+      services.push_back(service_value(name, subject.plan.test_control, "sim", nullptr));
   }
   return services;
 }

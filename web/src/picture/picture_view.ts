@@ -132,9 +132,10 @@ export class PictureView {
   }
 
   /** As `centre`, without a glide: for following what moves. */
-  keep_centred(point: Point): void {
+  keep_centred(point: Point, scale_min = 0): void {
+    const scale = Math.max(this.view.scale, scale_min);
     this.held = "by hand";
-    this.show(centre_on(this.view, point, this.size));
+    this.show(centre_on({ ...this.view, scale }, point, this.size));
   }
 
   /** Keys of a picture that has the focus: + − 0, and with `arrows` also the arrows. True if the key was one. */

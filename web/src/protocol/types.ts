@@ -113,6 +113,8 @@ export interface ServiceModel {
   name: string;
   interface: string;
   at: string;
+  /** Of the simulated world; null: the service is not a robot's. */
+  robot: string | null;
   methods: IdlMethod[];
   types: IdlTypes;
 }
@@ -203,7 +205,7 @@ export interface RobotState {
   /** What the navigation says that it does. */
   navigation?: string;
   scan?: (number | null)[];
-  /** Where the robot was when it scanned. */
+  /** The laser's pose on the map when it scanned. */
   scan_pose?: Pose;
   path: Point[];
   goal?: Pose | null;

@@ -8,6 +8,7 @@ import {
   map_corners,
   picture_box,
   scale_bar,
+  laser_pose,
   scan_points,
   scan_polygon,
   screen_to_world,
@@ -84,18 +85,18 @@ describe("a scan", () => {
   const pose: Pose = [2, 3, Math.PI / 2];
 
   it("starts at the laser's own pose on the robot and leaves out what hits nothing", () => {
-    const points = scan_points(pose, laser, [1, 2, null]);
+    const points = scan_points(laser_pose(pose, laser), laser, [1, 2, null]);
     expect(points).toHaveLength(2);
     close(points[0]!, [3, 3.1]);
     close(points[1]!, [2, 5.1]);
   });
 
   it("sees to its range where nothing is, and passes through the laser unless it sees all round", () => {
-    const part = scan_polygon(pose, laser, [1, 2, null]);
+    const part = scan_polygon(laser_pose(pose, laser), laser, [1, 2, null]);
     expect(part).toHaveLength(4);
     close(part[0]!, [2, 3.1]);
     close(part[3]!, [-6, 3.1]);
-    expect(scan_polygon(pose, laser, [1, 1, 1, 1])).toHaveLength(4);
+    expect(scan_polygon(laser_pose(pose, laser), laser, [1, 1, 1, 1])).toHaveLength(4);
   });
 });
 

@@ -83,39 +83,34 @@ function short(value: number): string {
   return String(Number(value.toPrecision(3)));
 }
 
-/** Beams of a scan as points of the world; those that hit nothing are left out. */
-export function scan_points(
-  pose: Pose,
-  laser: { angle_min: number; angle_increment: number; x: number; y: number; yaw: number },
-  ranges: readonly (number | null)[],
-): Point[] {
-  const mount = laser_pose(pose, laser);
+/** Beams of a scan taken at `laser_at` as points of the world; those that hit nothing are left out. */
+export function scan_points(laser_at: Pose, laser: { angle_min: number; angle_increment: number }, ranges: readonly (number | null)[]): Point[] {
   const points: Point[] = [];
   ranges.forEach((range, i) => {
     if (range === null || !Number.isFinite(range)) return;
-    const angle = mount[2] + laser.angle_min + i * laser.angle_increment;
-    points.push([mount[0] + range * Math.cos(angle), mount[1] + range * Math.sin(angle)]);
+    const angle = laser_at[2] + laser.angle_min + i * laser.angle_increment;
+    points.push([laser_at[0] + range * Math.cos(angle), laser_at[1] + range * Math.sin(angle)]);
   });
   return points;
 }
 
 /** What the laser sees: the polygon through the ends of all beams. One of a full turn does not pass through the laser. */
 export function scan_polygon(
-  pose: Pose,
-  laser: { angle_min: number; angle_increment: number; range_max: number; x: number; y: number; yaw: number },
+  laser_at: Pose,
+  laser: { angle_min: number; angle_increment: number; range_max: number },
   ranges: readonly (number | null)[],
 ): Point[] {
-  const mount = laser_pose(pose, laser);
   const points: Point[] = ranges.map((range, i) => {
-    const angle = mount[2] + laser.angle_min + i * laser.angle_increment;
+    const angle = laser_at[2] + laser.angle_min + i * laser.angle_increment;
     const length = range === null || !Number.isFinite(range) ? laser.range_max : range;
-    return [mount[0] + length * Math.cos(angle), mount[1] + length * Math.sin(angle)];
+    return [laser_at[0] + length * Math.cos(angle), laser_at[1] + length * Math.sin(angle)];
   });
   const view = Math.abs(laser.angle_increment) * ranges.length;
-  return view < 2 * Math.PI - 1e-6 ? [[mount[0], mount[1]], ...points] : points;
+  return view < 2 * Math.PI - 1e-6 ? [[laser_at[0], laser_at[1]], ...points] : points;
 }
 
-function laser_pose(pose: Pose, laser: { x: number; y: number; yaw: number }): Pose {
+/** Where the laser of a robot at `pose` is. */
+export function laser_pose(pose: Pose, laser: { x: number; y: number; yaw: number }): Pose {
   const [x, y] = transform(pose, [laser.x, laser.y]);
   return [x, y, pose[2] + laser.yaw];
 }

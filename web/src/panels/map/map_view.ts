@@ -26,6 +26,8 @@ export interface Asked {
 const kReach_px = 9;
 const kObstacleRadius_m = 0.25;
 const kObstacleRadiusMax_m = 3;
+/** So much of the floor is shown around a robot that is followed, across the shorter side. */
+const kFollowed_m = 6;
 
 type Drag =
   | { kind: "robot"; name: string; radius: number; offset: Point; pose: Pose; turning: boolean }
@@ -44,6 +46,7 @@ export class MapView {
   private hovered: Hit | null = null;
   private drag: { what: Drag; pressed: Point; moved: boolean; pointer: number } | null = null;
   private frame = 0;
+  private following: string | null = null;
   private readonly colors = new Map<string, MapColors>();
 
   constructor(
@@ -104,7 +107,7 @@ export class MapView {
   }
 
   key(event: KeyboardEvent): boolean {
-    if (event.key.startsWith("Arrow")) useMap.setState({ follow: null });
+    if (event.key.startsWith("Arrow") || event.key === "0") useMap.setState({ follow: null });
     return this.view.key(event, true);
   }
 
@@ -217,10 +220,13 @@ export class MapView {
     const followed = useMap.getState().follow;
     const pose = followed === null ? undefined : this.glides.get(followed)?.at(now);
     if (pose && !this.drag) {
-      this.view.keep_centred([pose[0], -pose[1]]);
+      // Near enough, once, to see what is around the robot; then as somebody zooms.
+      const near = this.following === followed ? 0 : Math.min(size.width, size.height) / kFollowed_m;
+      this.view.keep_centred([pose[0], -pose[1]], near);
       cancelAnimationFrame(this.frame);
       this.frame = 0;
     }
+    this.following = followed;
     const ratio = window.devicePixelRatio || 1;
     const [width, height] = [Math.round(size.width * ratio), Math.round(size.height * ratio)];
     if (this.canvas.width !== width || this.canvas.height !== height) {

@@ -2,7 +2,7 @@ import type { Pen } from "../../picture/pen";
 import type { Viewport } from "../../picture/viewport";
 import type { LaserModel, Location, Obstacle, Point, Pose, RobotState, Size, WorldModel } from "../../protocol/types";
 import type { DrawnDoor } from "./picking";
-import { image_matrix, length_text, scale_bar, scan_points, scan_polygon, transform, world_to_screen } from "./geometry";
+import { image_matrix, laser_pose, length_text, scale_bar, scan_points, scan_polygon, transform, world_to_screen } from "./geometry";
 
 /** What can be left out of the map. */
 export const kLayers = ["areas", "places", "laser", "particles", "path", "estimate", "obstacles", "names"] as const;
@@ -74,9 +74,9 @@ export function draw_map(pen: Pen, scene: Scene, view: Viewport, size: Size, col
       const { scan } = robot.state;
       if (!robot.laser || !scan) continue;
       // From where it was taken: the walls that it shows do not move with the robot.
-      const pose = robot.state.scan_pose ?? robot.pose;
-      pen.polygon(many(scan_polygon(pose, robot.laser, scan)), { fill: colors.failure, fill_alpha: 0.07 });
-      pen.dots(many(scan_points(pose, robot.laser, scan)), Math.max(1.4, Math.min(px(0.025), 3)), { fill: colors.failure });
+      const laser_at = robot.state.scan_pose ?? laser_pose(robot.pose, robot.laser);
+      pen.polygon(many(scan_polygon(laser_at, robot.laser, scan)), { fill: colors.failure, fill_alpha: 0.07 });
+      pen.dots(many(scan_points(laser_at, robot.laser, scan)), Math.max(1.4, Math.min(px(0.025), 3)), { fill: colors.failure });
     }
   }
   for (const door of scene.doors) draw_door(pen, door, many, colors, named, scene.hovered);
@@ -208,8 +208,10 @@ function draw_door(pen: Pen, door: DrawnDoor, many: (points: readonly Point[]) =
   const points = many(door.polygon);
   pen.polygon(points, door.open ? { stroke, width: chosen ? 2.5 : 1.5, dash: [3, 3] } : { fill: colors.quiet, stroke, width: chosen ? 2.5 : 1.5 });
   if (named) {
-    const [x, y] = middle_of(points);
-    pen.text([x, y - 9], `${door.name}${door.open ? "" : " (closed)"}`, { fill: colors.quiet, size: 11, anchor: "middle", halo: colors.ground });
+    // Below it: an area's name stands above its lower border.
+    const [x] = middle_of(points);
+    const y = Math.max(...points.map(([, bottom]) => bottom));
+    pen.text([x, y + 13], `${door.name}${door.open ? "" : " (closed)"}`, { fill: colors.quiet, size: 11, anchor: "middle", halo: colors.ground });
   }
 }
 

@@ -9,10 +9,10 @@ export function navigations(services: readonly ServiceModel[]): ServiceModel[] {
   return services.filter((service) => service.methods.some(({ name }) => name === "gotoTargetByAbsoluteLocation"));
 }
 
-/** The navigation of a robot: the one named after it, else the first. */
+/** What drives a robot: its own navigation, or one outside of the simulated world, which is nobody's. */
 export function navigation_of(services: readonly ServiceModel[], robot: string): ServiceModel | null {
   const all = navigations(services);
-  return all.find(({ name }) => name === robot || name.startsWith(`${robot}/`) || name.startsWith(`${robot}_`)) ?? all[0] ?? null;
+  return all.find((service) => service.robot === robot) ?? all.find((service) => service.robot === null) ?? null;
 }
 
 const services = () => useStudio.getState().index?.model.services ?? [];
