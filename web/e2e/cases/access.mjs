@@ -1,0 +1,112 @@
+// For people without a mouse, without sight of color, with a small window.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { open_page, until } from "../harness/browser.mjs";
+import { example, serve_run } from "../harness/program.mjs";
+
+/** Roles of what is worked with: a person who hears the page has nothing but their names. */
+const kControls = new Set(["button", "link", "textbox", "searchbox", "combobox", "slider", "spinbutton", "checkbox", "switch", "tab", "menuitem", "menuitemcheckbox", "listbox", "tree", "treeitem", "option", "separator", "application", "image"]);
+
+/** Controls of the accessibility tree without a name, with the element that they are of. */
+async function nameless(page) {
+  const session = await page.context().newCDPSession(page);
+  const { nodes } = await session.send("Accessibility.getFullAXTree");
+  const controls = nodes.filter((node) => !node.ignored && kControls.has(node.role?.value));
+  const found = [];
+  for (const node of controls) {
+    if (node.name?.value?.trim()) continue;
+    const { outerHTML } = await session.send("DOM.getOuterHTML", { backendNodeId: node.backendDOMNodeId });
+    found.push(`${node.role.value}: ${outerHTML.slice(0, 200)}`);
+  }
+  await session.detach();
+  return { controls: controls.length, found };
+}
+
+const violated = () => serve_run(example("recharge"), { scenario: "experiment1", args: ["--clock", "virtual", "--factor", "1000"] });
+
+test("everything that can be worked with has a name", async () => {
+  const program = await serve_run(example("recharge"), { scenario: "normal" });
+  const { page, close } = await open_page(program.url);
+  await page.getByTestId("battery-robot").fill("10");
+  await page.getByTestId("violation-banner").waitFor();
+  // A dialog hides what is behind it.
+  const check = async (where, least = 60) => {
+    const { controls, found } = await nameless(page);
+    assert.ok(controls >= least, `${controls} controls`);
+    assert.deepEqual(found, [], where);
+  };
+  for (const tab of ["Robot", "Faults", "Parts", "Call", "Standing", "Save"]) {
+    await page.getByRole("tab", { name: tab }).click();
+    await check(`Steer: ${tab}`);
+  }
+  await page.keyboard.press("?");
+  await page.getByRole("dialog").waitFor();
+  await check("help", 1);
+  await page.keyboard.press("Escape");
+  await page.keyboard.press("Control+k");
+  await page.getByRole("combobox", { name: /./ }).first().waitFor();
+  await check("palette", 2);
+  await close();
+  await program.stop();
+});
+
+test("the Tab key reaches every control that can be pressed, each shown where it is", async () => {
+  const program = await violated();
+  const { page, close } = await open_page(program.url);
+  await page.getByTestId("violation-banner").waitFor();
+  const wanted = await page.evaluate(() => {
+    const shown = (element) => element.checkVisibility() && !element.matches(":disabled, fieldset:disabled *") && element.tabIndex >= 0;
+    const controls = [...document.querySelectorAll("button, input, select, textarea, [tabindex='0']")].filter(shown);
+    controls.forEach((control, i) => (control.dataset.order = String(i)));
+    return controls.length;
+  });
+  assert.ok(wanted > 60);
+  const reached = new Set();
+  let unmarked = null;
+  for (let i = 0; i <= wanted + 10; i++) {
+    await page.keyboard.press("Tab");
+    const at = await page.evaluate(() => {
+      const { activeElement } = document;
+      const style = getComputedStyle(activeElement);
+      const marked = style.outlineStyle !== "none" || style.boxShadow !== "none" || getComputedStyle(activeElement, "::after").content !== "none";
+      return { order: activeElement.dataset.order ?? null, marked, what: activeElement.outerHTML.slice(0, 120) };
+    });
+    if (at.order === null) continue;
+    reached.add(at.order);
+    if (!at.marked) unmarked ??= at.what;
+  }
+  const missed = await page.evaluate((orders) => [...document.querySelectorAll("[data-order]")].filter((element) => !orders.includes(element.dataset.order)).map((element) => element.outerHTML.slice(0, 120)), [...reached]);
+  assert.deepEqual(missed, []);
+  assert.equal(unmarked, null, "the focus can be seen");
+  await close();
+  await program.stop();
+});
+
+for (const theme of ["light", "dark"]) {
+  test(`a window of 800 pixels shows every panel, none above another, ${theme}`, async () => {
+    const program = await violated();
+    const { page, close } = await open_page(program.url, { theme, width: 800, height: 900 });
+    await page.getByTestId("violation-banner").waitFor();
+    const boxes = await page.locator(".panel").evaluateAll((panels) =>
+      panels.map((panel) => {
+        const { left, right, top, bottom } = panel.getBoundingClientRect();
+        return { id: panel.id, left, right, top, bottom };
+      }),
+    );
+    assert.equal(boxes.length, 7);
+    for (const box of boxes) {
+      assert.ok(box.bottom - box.top >= 250 && box.left >= 0 && box.right <= 800, JSON.stringify(box));
+      for (const other of boxes) {
+        if (other.id < box.id) assert.ok(other.bottom <= box.top || box.bottom <= other.top, `${other.id} and ${box.id} overlap`);
+      }
+    }
+    assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= 800), "nothing is wider than the window");
+    // A key goes to a panel that is further down.
+    await page.locator("#panel-timeline").scrollIntoViewIfNeeded();
+    await page.locator("#panel-map").evaluate((panel) => panel.focus());
+    await until(() => page.locator("#panel-map").evaluate((panel) => panel.getBoundingClientRect().top < innerHeight), "the map is in sight");
+    await close();
+    await program.stop();
+  });
+}
