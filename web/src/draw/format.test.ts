@@ -15,7 +15,7 @@ it("run time is rounded once", () => {
 });
 
 it("durations have three digits and a unit", () => {
-  expect(duration_text(0)).toBe("0 ns");
+  expect(duration_text(0)).toBe("0 s");
   expect(duration_text(12_345)).toBe("12.3 µs");
   expect(duration_text(3.4e6)).toBe("3.4 ms");
   expect(duration_text(1.25e9)).toBe("1.25 s");

@@ -17,10 +17,11 @@ export function clock_text(time: Time, decimals = 3): string {
   return `${negative ? "−" : ""}${head}:${seconds}${fraction}`;
 }
 
-/** `830 ns`, `12 µs`, `3.4 ms`, `1.25 s`, `2 min 5 s`. */
+/** `0 s`, `830 ns`, `12 µs`, `3.4 ms`, `1.25 s`, `2 min 5 s`. */
 export function duration_text(time: Time): string {
   const size = Math.abs(time);
   const sign = time < 0 ? "−" : "";
+  if (time === 0) return "0 s";
   if (size < 1e3) return `${sign}${Math.round(size)} ns`;
   if (size < 1e6) return `${sign}${short(size / 1e3)} µs`;
   if (size < 1e9) return `${sign}${short(size / 1e6)} ms`;

@@ -52,9 +52,15 @@ export function ChartsPanel() {
   useEffect(() => {
     if (leaf) select({ chart: leaf });
   }, [leaf]);
+  const followed = useRef(at_work);
   useEffect(() => {
+    followed.current = at_work;
     if (at_work) select({ chart: at_work });
   }, [at_work]);
+  useEffect(() => {
+    // Another chart than the followed one: somebody picked it, here or in another panel.
+    if (chosen !== null && followed.current !== null && chosen !== followed.current) useCharts.setState({ follow: false });
+  }, [chosen]);
 
   if (!index || !chart) return <div className="empty">{index ? "This mission has no charts." : "Waiting for the charts …"}</div>;
   const tiles = pinned.map((id) => index.chart.get(id)).filter((entry) => entry !== undefined);

@@ -6,6 +6,7 @@ import type { Observation, Violation } from "../protocol/types";
 import { select, useStudio } from "../store/store";
 import { seek, stop_replay } from "../store/time_travel";
 import { short_name, summary } from "../panels/messages/describe";
+import { is_whole, said_first, without_witness } from "./violation";
 import { useCommand } from "./commands";
 import { Icon } from "./Icon";
 import { go_to_panel } from "./layout";
@@ -48,10 +49,10 @@ function Details({ violation }: { violation: Violation }) {
     <div className="banner-details">
       <section aria-label="Story">
         <h3>What happened</h3>
-        <pre className="story">{violation.story.trim()}</pre>
+        <pre className="story">{without_witness(violation.story)}</pre>
       </section>
       <section aria-label="Witness">
-        <h3>The witness: none of these can be left out</h3>
+        <h3>{is_whole(violation.story) ? "The witness: none of these can be left out" : "The last observations before it; earlier ones are no longer known"}</h3>
         <Witness witness={violation.witness} />
       </section>
     </div>
@@ -65,18 +66,18 @@ export function ViolationBanner() {
   const time = useStudio((studio) => studio.state?.time ?? 0);
   const boot = useStudio((studio) => studio.hello?.boot);
   const { shown, details } = useBanner();
-  const [chosen, set_chosen] = useState(0);
+  const [chosen, set_chosen] = useState<number | null>(null);
   const known = useRef(0);
   useEffect(() => {
     if (violations.length > known.current) useBanner.setState({ shown: true });
     known.current = violations.length;
   }, [violations]);
-  useEffect(() => set_chosen(0), [boot]);
+  useEffect(() => set_chosen(null), [boot]);
   useCommand(
     { id: "banner.details", title: "Violations: story and witness", group: "Page", keys: ["V"], run: () => useBanner.setState(shown ? { details: !details } : { shown: true, details: true }) },
     { id: "banner.away", title: "Violations: put the banner away", group: "Page", run: () => useBanner.setState({ shown: false }) },
   );
-  const violation = violations[Math.min(chosen, violations.length - 1)];
+  const violation = violations[Math.min(chosen ?? said_first(violations, monitors ?? []), violations.length - 1)];
   if (!violation || !shown) return null;
   const monitor = monitors?.find((candidate) => candidate.name === violation.monitor);
   const sentence = monitor?.sentence || monitor?.requirement || "";

@@ -57,7 +57,7 @@ export function ChartSide({ chart }: { chart: ChartModel }) {
 function StateAge({ id }: { id: string }) {
   const age = useStudio((studio) => {
     const since = studio.state?.charts[id]?.since;
-    return studio.state && since !== undefined ? duration_text(Math.floor((studio.state.time - since) / 1e8) * 1e8).replace("0 ns", "0 s") : "";
+    return studio.state && since !== undefined ? duration_text(Math.floor((studio.state.time - since) / 1e8) * 1e8) : "";
   });
   return age === "" ? null : <p className="muted number">for {age}</p>;
 }

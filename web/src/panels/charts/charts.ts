@@ -9,11 +9,12 @@ export const kTilesMax = 60;
 
 export const useCharts = create<{
   grid: boolean;
+  /** The chart of the leaf at work is shown, until somebody picks one. */
   follow: boolean;
   values: boolean;
   /** Charts that somebody picked for the grid; none: all. */
   pinned: readonly string[];
-}>()(() => ({ grid: false, follow: false, values: true, pinned: [] }));
+}>()(() => ({ grid: false, follow: true, values: true, pinned: [] }));
 
 /** The chart of the leaf at work: the one shown while its leaf is, else the first; null when none is. */
 export function chart_to_follow(index: Index, state: State | null, shown: string | null): string | null {

@@ -38,7 +38,7 @@ function Chip({ id, name }: { id: number; name: string }) {
         <StatusSign status={status} />
       </svg>
       <span className="ellipsis">{name}</span>
-      <span className="chip-age number">{age === "0 ns" ? "0 s" : age}</span>
+      <span className="chip-age number">{age}</span>
     </button>
   );
 }

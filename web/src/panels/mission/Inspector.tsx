@@ -77,7 +77,7 @@ function port_value(port: { name: string; value: string }, blackboard: Record<st
 function Status({ id }: { id: number }) {
   const status = useStudio((studio) => studio.state?.tree.status[id] ?? 0);
   const last = useStudio((studio) => studio.state?.tree.last[id] ?? 0);
-  const age = useStudio((studio) => (studio.state ? duration_text(Math.floor((studio.state.time - (studio.state.tree.since[id] ?? 0)) / 1e8) * 1e8).replace("0 ns", "0 s") : ""));
+  const age = useStudio((studio) => (studio.state ? duration_text(Math.floor((studio.state.time - (studio.state.tree.since[id] ?? 0)) / 1e8) * 1e8) : ""));
   const word = (kStatuses[status] ?? "IDLE").toLowerCase();
   return (
     <p className="inspector-status">

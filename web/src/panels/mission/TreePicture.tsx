@@ -334,7 +334,7 @@ function useAges(svg: React.RefObject<SVGSVGElement | null>, rects: unknown): vo
         const id = Number(text.getAttribute("data-age"));
         const last = state?.tree.last[id] ?? 0;
         const since = state?.tree.since[id] ?? 0;
-        const words = !ages || !state || last === 0 ? "" : `${(kStatuses[last] ?? "").toLowerCase()} ${duration_text(Math.floor((state.time - since) / 1e8) * 1e8).replace("0 ns", "now")}`;
+        const words = !ages || !state || last === 0 ? "" : `${(kStatuses[last] ?? "").toLowerCase()} ${duration_text(Math.floor((state.time - since) / 1e8) * 1e8).replace(/^0 s$/, "now")}`;
         if (text.textContent !== words) text.textContent = words;
       }
     };

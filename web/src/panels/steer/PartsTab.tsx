@@ -1,23 +1,16 @@
-import { useState } from "react";
-
 import { useStudio } from "../../store/store";
-import { steer } from "./steering";
+import { steer, useSteering } from "./steering";
 
 /** What can be killed and restarted. */
 export function PartsTab() {
   const parts = useStudio((studio) => studio.index?.model.parts);
   const processes = useStudio((studio) => studio.state?.run.processes);
-  // Killed from this page: a part in a thread has no process that would say so.
-  const [killed, set_killed] = useState<ReadonlySet<string>>(new Set());
+  // A part in a thread has no process that would say so.
+  const killed = useSteering((steering) => steering.killed);
   if (!parts || parts.length === 0) return <p className="muted">Nothing of this run can be killed.</p>;
   const act = async (op: "kill" | "restart", part: string) => {
     if ((await steer(op, { part })) === null) return;
-    set_killed((before) => {
-      const next = new Set(before);
-      if (op === "kill") next.add(part);
-      else next.delete(part);
-      return next;
-    });
+    useSteering.setState((before) => ({ killed: op === "kill" ? new Set([...before.killed, part]) : new Set([...before.killed].filter((other) => other !== part)) }));
   };
   return (
     <table className="parts">

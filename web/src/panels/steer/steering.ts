@@ -32,7 +32,15 @@ export interface Standing {
   status: string | null;
 }
 
-export const useSteering = create<{ standing: readonly Standing[] }>()(() => ({ standing: [] }));
+export const useSteering = create<{
+  standing: readonly Standing[];
+  /** Parts that this page killed and did not restart. */
+  killed: ReadonlySet<string>;
+}>()(() => ({ standing: [], killed: new Set() }));
+useStudio.subscribe((studio, before) => {
+  // Another run has parts of its own.
+  if (studio.hello?.boot !== before.hello?.boot) useSteering.setState({ killed: new Set() });
+});
 
 /** What the program says of standing interventions, brought into one shape. */
 export function read_standing(value: unknown): Standing[] {
