@@ -9,18 +9,23 @@ namespace sentree::runtime {
 Stream::Stream(Scheduler& scheduler)
     : scheduler_(scheduler), actor_(scheduler.add_actor("observer", Urgency::kBackground)) {}
 
-Message Stream::publish(Message message) {
+void Stream::publish(Message message) {
   bool start_draining = false;
   {
     std::unique_lock lock(mutex_);
     // A listener that publishes is the one who would make room; it says little.
     const bool may_wait = !scheduler_.is_virtual() && listener_thread_ != std::this_thread::get_id();
     const auto has_room = [&] { return pending_.size() < kPendingMax; };
-    if (may_wait && !room_.wait_for(lock, kRoomPatience, has_room)) {
-      stamp(message);
-      ++lost_;
-      ++untold_;
-      return message;
+    if (may_wait && !has_room()) {
+      ++waiting_for_room_;
+      const bool found = room_.wait_for(lock, kRoomPatience, has_room);
+      --waiting_for_room_;
+      if (!found) {
+        stamp(message);
+        ++lost_;
+        ++untold_;
+        return;
+      }
     }
     if (untold_ > 0) {
       Message lost;
@@ -31,7 +36,7 @@ Message Stream::publish(Message message) {
       pending_.push_back(std::move(lost));
     }
     stamp(message);
-    pending_.push_back(message);
+    pending_.push_back(std::move(message));
     start_draining = !std::exchange(draining_, true);
   }
   if (start_draining) {
@@ -40,7 +45,6 @@ Message Stream::publish(Message message) {
     else
       scheduler_.post(actor_, [this] { drain(); });
   }
-  return message;
 }
 
 void Stream::stamp(Message& message) {
@@ -120,8 +124,8 @@ void Stream::drain() {
       delivering_ = std::move(pending_.front());
       pending_.pop_front();
       listener_ = 0;
+      if (waiting_for_room_ > 0) room_.notify_all();
     }
-    room_.notify_all();
     for (; listener_ < listeners_.size(); ++listener_) listeners_[listener_](*delivering_);
     delivering_.reset();
   }

@@ -46,8 +46,7 @@ class Stream {
   void subscribe(Listener listener) { listeners_.push_back(std::move(listener)); }
 
   /// Gives the message its sequence, stamp, time and tick and hands it on. From any thread.
-  /// Returns it as published.
-  Message publish(Message message);
+  void publish(Message message);
 
   /// Why a message must not be published, or nothing. Called like a listener.
   using Judge = std::function<std::optional<Veto>(const Message&)>;
@@ -86,7 +85,8 @@ class Stream {
   ActorId actor_;
   std::vector<Listener> listeners_;
   std::mutex mutex_;
-  std::condition_variable_any room_;
+  std::condition_variable room_;
+  std::size_t waiting_for_room_ = 0;  // publishers
   std::deque<Message> pending_;
   // What is being handed on; members, so that a new thread can go on where another was left behind.
   std::optional<Message> delivering_;
