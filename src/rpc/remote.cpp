@@ -1,8 +1,6 @@
 #include "sentree/rpc/detail/remote.h"
 
-#include <fcntl.h>
 #include <poll.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <limits>
@@ -30,9 +28,6 @@ Remote::Remote(const Address& address, std::string target, const ClientOptions& 
 Remote::~Remote() {
   interrupt(true);
   if (collector_thread_.joinable()) collector_thread_.join();
-  for (const int fd : wake_) {
-    if (fd >= 0) ::close(fd);
-  }
 }
 
 std::string Remote::where() const { return "\"" + target_ + "\" at " + to_string(address_); }
@@ -86,10 +81,6 @@ void Remote::interrupt(bool for_good) {
     closed_ = closed_ || for_good;
     interrupted_ = true;
     connection = connection_;
-    if (wake_[1] >= 0 && for_good) {
-      const char byte = 0;
-      [[maybe_unused]] const auto written = ::write(wake_[1], &byte, 1);
-    }
   }
   if (connection != nullptr) connection->stream->shut_down();
   collector_.notify_all();
@@ -106,6 +97,8 @@ Outcome Remote::exchange(const idl::Method& method, const Value& arguments, cons
 
 void Remote::drop() {
   const std::lock_guard lock(mutex_);
+  // The collector may be waiting for it.
+  if (connection_ != nullptr) connection_->stream->shut_down();
   connection_.reset();
   owed_.clear();
 }
@@ -270,7 +263,6 @@ void Remote::take_late_replies() {
 void Remote::start_collector() {
   const std::lock_guard lock(mutex_);
   if (collecting_ || closed_) return;
-  if (::pipe2(wake_, O_CLOEXEC | O_NONBLOCK) != 0) return;
   try {
     collector_thread_ = std::thread([this] { collect(); });
     collecting_ = true;
@@ -288,15 +280,16 @@ void Remote::collect() {
       if (closed_) return;
       connection = connection_;
     }
-    pollfd watched[2] = {{connection->stream->descriptor(), POLLIN, 0}, {wake_[0], POLLIN, 0}};
-    ::poll(watched, 2, static_cast<int>(options_.late_wait.count()));
+    // Whoever is done with the connection shuts it down, which ends the wait.
+    pollfd watched{connection->stream->descriptor(), POLLIN, 0};
+    ::poll(&watched, 1, static_cast<int>(options_.late_wait.count()));
     {
       const std::lock_guard lock(mutex_);
       if (closed_) return;
       if (busy_ || connection_ != connection) continue;
       busy_ = true;
     }
-    if (watched[0].revents != 0) take_late_replies();
+    if (watched.revents != 0) take_late_replies();
     if (!owed_.empty() && steady_clock::now() >= owed_.front().given_up) drop();
     release();
   }

@@ -61,10 +61,7 @@ class Server::Impl {
 
   void stop() {
     stopping_.store(true);
-    if (wake_[1] >= 0) {
-      const char byte = 0;
-      [[maybe_unused]] const auto written = ::write(wake_[1], &byte, 1);
-    }
+    wake();
     if (acceptor_.joinable()) acceptor_.join();
     listener_.reset();
     {
@@ -87,12 +84,23 @@ class Server::Impl {
     std::atomic<bool> done{false};
   };
 
+  // The acceptor looks up: the server stops, or a connection has ended.
+  void wake() const {
+    const char byte = 0;
+    [[maybe_unused]] const auto written = ::write(wake_[1], &byte, 1);  // A full pipe wakes as well.
+  }
+
   void accept_all() {
     while (!stopping_.load()) {
       pollfd watched[2] = {{listener_->descriptor(), POLLIN, 0}, {wake_[0], POLLIN, 0}};
       ::poll(watched, 2, -1);
       if (stopping_.load()) return;
+      if (watched[1].revents != 0) {
+        char bytes[64];
+        [[maybe_unused]] const auto read = ::read(wake_[0], bytes, sizeof bytes);
+      }
       reap();
+      if (watched[0].revents == 0) continue;
       bool exhausted = false;
       Descriptor socket = listener_->accept(exhausted);
       if (exhausted) ::poll(&watched[1], 1, static_cast<int>(kExhaustedWait.count()));
@@ -149,6 +157,7 @@ class Server::Impl {
         attend(p);
         p.stream->shut_down();
         p.done.store(true);
+        wake();  // What is left of the connection goes now, not with the next one.
       });
     } catch (const std::system_error&) {
       peers_.pop_back();

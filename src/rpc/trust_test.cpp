@@ -4,10 +4,13 @@
 #include <condition_variable>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <iterator>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "sentree/base/rng.h"
 #include "sentree/rpc/detail/stream.h"
@@ -30,6 +33,11 @@ Value nested(int depth) {
   Value v{Map{}};
   for (int i = 0; i < depth; ++i) v = Map{{"nest", std::move(v)}};
   return v;
+}
+
+std::size_t open_descriptors() {
+  const std::filesystem::directory_iterator all("/proc/self/fd");
+  return static_cast<std::size_t>(std::distance(begin(all), end(all)));
 }
 
 // What peers did wrong, and how often.
@@ -164,6 +172,18 @@ TEST_F(BadPeers, SilentConnectionsMakeRoomForOthers) {
   EXPECT_TRUE(mute.await_end());
 }
 
+TEST_F(BadPeers, NothingIsKeptOfConnectionsThatHaveEnded) {
+  const auto server = serve(folder_.socket(), robot_);
+  const std::size_t before = open_descriptors();
+  {
+    std::vector<std::unique_ptr<RawPeer>> peers;
+    for (int i = 0; i < 20; ++i) peers.push_back(std::make_unique<RawPeer>(folder_.socket()));
+    while (server->counters().connections < peers.size()) std::this_thread::yield();
+  }
+  // Nobody connects any more; the tests' time limit ends the wait.
+  while (open_descriptors() > before) std::this_thread::yield();
+}
+
 TEST_F(BadPeers, GarbageCostsOneErrorAndNoMore) {
   const auto server =
       serve(folder_.socket(), robot_, {.message_time_max = 50ms, .on_peer_error = complaints_.listener()});
@@ -290,6 +310,18 @@ TEST(Connection, IsGivenUpWhenALateReplyDoesNotCome) {
   while (::recv(peer, request, sizeof request, 0) > 0) {
   }
   ::close(peer);
+}
+
+TEST_F(BadPeers, LateRepliesTakeNoDescriptors) {
+  const auto server = serve(folder_.socket(), robot_);
+  const auto client = connect(folder_.socket());
+  ASSERT_TRUE(client->call("ping", {}));
+  const std::size_t before = open_descriptors();
+  EXPECT_EQ(client->call("wait", {}, {.deadline = in(5ms)}).error().kind, CallErrorKind::kLate);
+  EXPECT_EQ(open_descriptors(), before);
+  robot_->release();
+  while (client->counters().late_replies == 0) std::this_thread::yield();
+  EXPECT_EQ(open_descriptors(), before);
 }
 
 TEST(Connection, IsTriedAgainAtALargestDistance) {

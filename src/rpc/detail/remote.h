@@ -90,7 +90,6 @@ class Remote {
   Deadline next_attempt_{};
   std::string last_failure_;
 
-  int wake_[2] = {-1, -1};  // ends the collector's poll
   std::thread collector_thread_;
 };
 
