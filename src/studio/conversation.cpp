@@ -192,7 +192,7 @@ void Conversation::send_news() {
 void Conversation::send_delta() {
   if (is_behind()) return;
   send_news();
-  if (!live_) return;
+  if (!live_) return send_growth();
   const History::Present& present = composer_.present;
   std::string out = head("delta", present.time, present.moment, true, present.begin, present.time);
   StateText text(out, composer_.subject, composer_.facts);
@@ -223,6 +223,21 @@ void Conversation::send_delta() {
     next_observation_ = end;
   }
   if (changed) send(out + "}");
+}
+
+void Conversation::send_growth() {
+  const History::Present& present = composer_.present;
+  const bool has_other_facts = sent_facts_ != composer_.facts;
+  if (present.time == sent_time_ && !has_other_facts) return;
+  std::string out =
+      "{\"type\":\"delta\",\"begin\":" + std::to_string(present.begin) + ",\"end\":" + std::to_string(present.time);
+  if (has_other_facts) {
+    StateText text(out, composer_.subject, composer_.facts);
+    text.add({History::Part::kMission, 0}, past_mission_);
+  }
+  sent_facts_ = composer_.facts;
+  sent_time_ = present.time;
+  send(out + "}");
 }
 
 void Conversation::received(const std::string& text) {
@@ -304,8 +319,11 @@ void Conversation::seek(const Request& request) {
     json.clear();
     composer_.history.append(json, part, at);
     text.add(part, json);
+    if (part.part == History::Part::kMission) past_mission_ = json;
   }
   text.close();
+  sent_facts_ = composer_.facts;
+  sent_time_ = end;
   send(out + "}");
   answer(request.id, Map{{"time", at}});
 }

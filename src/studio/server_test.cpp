@@ -156,6 +156,26 @@ TEST(StudioServer, SeeksToAnyMomentAndBack) {
   EXPECT_EQ(*client.next("state").find("live")->as_bool(), true);
 }
 
+TEST(StudioServer, TellsAPageThatLooksAtThePastHowFarTheRunHasCome) {
+  constexpr Duration kLength = std::chrono::seconds(30);
+  Shown shown(kLength);
+  TestClient client(shown.port());
+  client.send(request(1, "seek", "\"time\":0"));
+  ASSERT_TRUE(*client.next("answer").find("ok")->as_bool());
+  shown.run();
+  Nanoseconds end = 0;
+  for (bool has_ended = false; !has_ended || end < kLength.count();) {
+    const Value delta = client.next("delta");
+    ASSERT_FALSE(delta.is_null());
+    EXPECT_EQ(delta.find("time"), nullptr) << "the moment shown stays where it is";
+    EXPECT_EQ(delta.find("robots"), nullptr);
+    EXPECT_GE(*delta.find("end")->as_int(), end);
+    end = *delta.find("end")->as_int();
+    if (const Value* state = delta.at({"run", "state"})) has_ended = state->text() == "ended";
+  }
+  EXPECT_EQ(end, shown.live->history().end());
+}
+
 TEST(StudioServer, AnswersMessagesLanesFindAndLayout) {
   Shown shown;
   shown.run_to_the_end();

@@ -61,7 +61,7 @@ class Conversation {
   /// Does a slice of what was asked for.
   void work();
   [[nodiscard]] bool has_work() const { return !requests_.empty() && !is_behind(); }
-  /// What has changed, if the page follows the present and keeps up.
+  /// What has changed, if the page keeps up: of a page that looks at the past, only what the present has added.
   void send_delta();
 
  private:
@@ -91,6 +91,7 @@ class Conversation {
   void refuse(std::int64_t id, const std::string& why);
   void send_present_state();
   void send_news();
+  void send_growth();
 
   Composer& composer_;
   const std::uint64_t client_;
@@ -101,7 +102,8 @@ class Conversation {
   std::size_t steering_ = 0;         // requests at the desk
   std::vector<std::uint64_t> sent_;  // versions of the parts
   std::string sent_facts_;
-  Nanoseconds sent_time_ = -1;
+  Nanoseconds sent_time_ = -1;  // the newest that the page knows of
+  std::string past_mission_;    // its status at the moment in the past that the page shows
   std::size_t next_observation_ = 0;
   std::size_t sent_violations_ = 0;
   std::size_t sent_problems_ = 0;

@@ -68,6 +68,9 @@ test("several pages are each at a moment of their own", async () => {
   await until(async () => (await shown_time(first)) === 0, "the first is at the beginning");
   const then = await shown_time(second);
   await until(async () => (await shown_time(second)) > then && (await shown_time(third)) > then, "the others follow the run");
+  const newest = () => first.locator("#panel-timeline .readout").innerText();
+  const known = await newest();
+  await until(async () => (await newest()) !== known, "how far the run has come is shown beside the past too");
   assert.equal(await shown_time(first), 0);
   assert.equal(await text(second, "presence"), "● Live");
   // What one does all see.
