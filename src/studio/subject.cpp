@@ -179,8 +179,12 @@ Value world_value(const sim::World& world) {
   }
   List stations;
   for (const sim::Station& station : world.stations) {
-    stations.push_back(
-        Map{{"name", station.name}, {"x", station.pose.x}, {"y", station.pose.y}, {"theta", station.pose.theta}});
+    stations.push_back(Map{{"name", station.name},
+                           {"x", station.pose.x},
+                           {"y", station.pose.y},
+                           {"theta", station.pose.theta},
+                           {"linear_tolerance", station.linear_tolerance_m},
+                           {"angular_tolerance", station.angular_tolerance_rad}});
   }
   List doors;
   for (const sim::Door& door : world.doors)

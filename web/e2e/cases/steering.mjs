@@ -68,6 +68,25 @@ test("the robot is dragged, and obstacles come and go", async () => {
   await program.stop();
 });
 
+test("a robot is plugged in at a station, and on its way the page says why not", async () => {
+  const program = await serve_run(example("recharge"), { scenario: "normal" });
+  const { page, close } = await open_page(program.url);
+  const plug = page.getByRole("button", { name: "Plug in" });
+  await until(async () => (await text(page, "plug-robot")).includes("not at a station (dock)"), "the page says why");
+  assert.ok(await plug.isDisabled());
+  // With so little charge the robot stays there and waits for somebody.
+  await operate(page, "call", { service: "simulation", method: "setBatteryCharge", args: { percent: 28 } });
+  await operate(page, "call", { service: "simulation", method: "setRobotPose", args: { pose: { x: 8.2, y: 5.2, theta: Math.PI / 2 } } });
+  await until(async () => (await text(page, "plug-robot")).includes("at dock, not plugged in"), "the robot is at the station");
+  await plug.click();
+  await until(async () => (await text(page, "plug-robot")).includes("plugged in at dock"), "it is plugged in");
+  await until(async () => (await state_of(page)).robots.robot.battery.charging, "it charges");
+  await page.getByRole("button", { name: "Unplug" }).click();
+  await until(async () => (await text(page, "plug-robot")).includes("not plugged in"), "it is unplugged");
+  await close();
+  await program.stop();
+});
+
 test("a service is called with a form made from its interface", async () => {
   const program = await serve_run(example("recharge"), { scenario: "normal" });
   const { page, close } = await open_page(program.url);

@@ -133,11 +133,16 @@ export interface LaserModel {
   y: number;
   yaw: number;
 }
+/** A robot charges within both tolerances of it [m, rad]. */
+export interface Station extends Location {
+  linear_tolerance: number;
+  angular_tolerance: number;
+}
 export interface WorldModel {
   map: { width: number; height: number; resolution: number; origin: Pose };
   locations: Location[];
   areas: { name: string; polygon: Point[] }[];
-  stations: Location[];
+  stations: Station[];
   doors: { name: string; a: Point; b: Point }[];
   robots: { name: string; radius: number; laser: LaserModel }[];
 }

@@ -2,8 +2,9 @@ import { useEffect, useRef, useState } from "react";
 
 import { Icon } from "../../shell/Icon";
 import { kSpeeds, toggle_running } from "../../shell/run_commands";
-import { ask, useStudio } from "../../store/store";
+import { ask, useStudio, type Studio } from "../../store/store";
 import { call_service } from "./call";
+import { plug_of } from "./plug";
 import { test_control } from "./steering";
 
 /** The run's pace, and what the simulated robots can be made to do. */
@@ -69,17 +70,34 @@ function Robot({ name, alone }: { name: string; alone: boolean }) {
         </span>
       </div>
       <Charge name={name} charge={charge} disabled={no_control} set={(percent) => void call_service(control!, "setBatteryCharge", { percent })} />
-      <div className="row">
-        <button type="button" className="button small" disabled={no_control} aria-pressed={battery.plugged === true} onClick={() => void call_service(control!, "plugIn", {})} title="As a person at a station would; refused elsewhere">
-          Plug in
-        </button>
-        <button type="button" className="button small" disabled={no_control} onClick={() => void call_service(control!, "unplug", {})}>
-          Unplug
-        </button>
-        <span className="muted">{battery.plugged ? "▪ plugged in" : "▫ not plugged in"}</span>
-      </div>
+      <Plug name={name} control={control} />
     </section>
   );
+}
+
+/** As a person at a station would: where there is none, it says so. */
+function Plug({ name, control }: { name: string; control: string | null }) {
+  const text = useStudio((studio) => plug(studio, name).text);
+  const is_possible = useStudio((studio) => plug(studio, name).is_possible);
+  const plugged = useStudio((studio) => studio.state?.robots[name]?.battery?.plugged === true);
+  return (
+    <div className="row">
+      <button type="button" className="button small" disabled={control === null || !is_possible} title={text} onClick={() => void call_service(control!, "plugIn", {})}>
+        Plug in
+      </button>
+      <button type="button" className="button small" disabled={control === null || !plugged} title={text} onClick={() => void call_service(control!, "unplug", {})}>
+        Unplug
+      </button>
+      <span className="muted" data-testid={`plug-${name}`}>
+        {text}
+      </span>
+    </div>
+  );
+}
+
+function plug({ state, index }: Studio, name: string) {
+  const robot = state?.robots[name];
+  return plug_of(robot?.battery ?? { plugged: false }, index?.model.world?.stations ?? [], robot?.pose ?? [NaN, NaN, NaN]);
 }
 
 /** Shows the live charge until somebody takes the slider; sets it when it is let go. */
