@@ -29,6 +29,9 @@ function row_title(row: Row): string {
 function Line({ row, top, chosen, later, pick }: { row: Row; top: number; chosen: boolean; later: boolean; pick(row: Row): void }) {
   const { first, outcome, state } = row;
   const mark = kMarks[state];
+  const way = first.target ? `${first.source} → ${first.target}` : first.source;
+  const data = summary(first) || (outcome === null ? "" : "()");
+  const result = outcome ? ` → ${summary(outcome)}` : "";
   const notable = first.name === "monitor.violated" || first.name === "scenario.injection";
   return (
     <div
@@ -43,15 +46,15 @@ function Line({ row, top, chosen, later, pick }: { row: Row; top: number; chosen
       <span className="message-mark" title={mark.says} aria-label={mark.says}>
         {mark.sign}
       </span>
-      <span className="message-who ellipsis" title={first.target ? `${first.source} → ${first.target}` : first.source}>
+      <span className="message-who ellipsis" title={way}>
         {is_status(row) ? "status" : first.source || "–"}
       </span>
-      <span className="message-name ellipsis" title={first.name}>
+      <span className="message-name ellipsis" title={[row_title(row), first.name, way].filter((line, i, all) => line !== "" && all.indexOf(line) === i).join("\n")}>
         {row_title(row)}
       </span>
-      <span className="message-data ellipsis">
-        {summary(first) || (outcome === null ? "" : "()")}
-        {outcome && <span className="message-result"> → {summary(outcome)}</span>}
+      <span className="message-data ellipsis" title={data + result}>
+        {data}
+        {outcome && <span className="message-result">{result}</span>}
       </span>
       <span className="message-duration">{row.duration === null ? "" : duration_text(row.duration)}</span>
     </div>
