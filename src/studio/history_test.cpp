@@ -8,8 +8,8 @@
 #include "sentree/record/observation.h"
 #include "sentree/runtime/recording.h"
 #include "sentree/runtime/run.h"
-#include "sentree/studio/intake.h"
 #include "sentree/studio/detail/test_support.h"
+#include "sentree/studio/intake.h"
 
 namespace sentree::studio {
 namespace {
