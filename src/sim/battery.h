@@ -11,7 +11,7 @@ struct BatterySpec {
   double drain_per_s = 0.0005;  ///< Standing.
   double drain_per_m = 0.007;   ///< Added by motion.
   double charge_per_s = 0.01;
-  double capacity_Ah = 20.0;
+  double capacity_Ah = 0.5;  ///< Small, as the rates above want it: then 0.9 A standing and 7 A at 0.5 m/s.
   double voltage_empty_V = 22.0;
   double voltage_full_V = 29.4;
   double ambient_C = 22.0;

@@ -97,7 +97,7 @@ TEST_F(MapServices, TheBatterysGettersAgreeWithItsState) {
   EXPECT_EQ(ask("Battery", "getBatteryVoltage").number(), state.find("voltage")->number());
   EXPECT_EQ(ask("Battery", "getBatteryCurrent").number(), state.find("current")->number());
   EXPECT_EQ(ask("Battery", "getBatteryTemperature").number(), state.find("temperature")->number());
-  EXPECT_EQ(ask("Battery", "getBatteryInfo").text(), "simulated battery of robot, 20.0 Ah");
+  EXPECT_EQ(ask("Battery", "getBatteryInfo").text(), "simulated battery of robot, 0.5 Ah");
   EXPECT_EQ(ask("Battery", "getBatteryStatus").text(), "OK_STANDBY");
   ask("Navigation", "gotoTargetByLocationName", {{"name", "kitchen"}});
   now_ += 3s;
