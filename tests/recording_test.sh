@@ -129,6 +129,9 @@ cp -r "$project" same && cp out same/scenarios/again.yaml
 expect 0 'again' "$sentree" test same --scenario again
 expect 2 'btlog' "$sentree" export failure.mcap --to db3
 expect 0 'nodes were ticked' "$sentree" report failure.mcap
+grep -q 'mission.tick</code> × 10<' out || fail "ticks that only follow each other are one row of the report"
+grep -q '<th>by<th>what' out || fail "the interventions of the report have a header"
+grep -q 'never emptier than 20 %' out || fail "the report says what an undecided monitor requires"
 grep -qE '(src|href)="?http' out && fail "the report needs other pages"
 expect 3 'not a recording' "$sentree" replay "$project/mission.xml"
 

@@ -62,7 +62,8 @@ h1{font-size:1.7rem;line-height:1.2;margin:0 0 1rem}h2{font-size:1.15rem;margin:
 p{margin:.35rem 0}.soft{color:var(--soft)}
 table{border-collapse:collapse;width:100%;margin-top:.75rem;font-size:.9rem}td,th{padding:.25rem .9rem .25rem 0;text-align:left;vertical-align:top;border-top:1px solid var(--line)}
 th{color:var(--soft);font-weight:normal;border-top:0}td:first-child{white-space:nowrap;font-variant-numeric:tabular-nums}
-tr.key td{font-weight:600}code{font:.86em/1.45 ui-monospace,monospace;overflow-wrap:anywhere}
+code{font:.86em/1.45 ui-monospace,monospace;overflow-wrap:anywhere}tr.key td,tr.key code{font-weight:600}
+td:nth-child(2) code{overflow-wrap:normal}.card>.scroll:first-child table{margin-top:0}.tree .background{fill:none}
 .tl{display:block;min-width:46rem;width:100%;height:auto}.tl text{fill:var(--ink);font:12px system-ui,sans-serif}.tl .axis{stroke:var(--line)}.tl .time{fill:var(--soft)}
 .RUNNING{fill:var(--run)}.SUCCESS{fill:var(--ok)}.FAILURE{fill:var(--bad)}.SKIPPED{fill:var(--skip)}.mark{stroke:var(--bad);stroke-width:1.5;stroke-dasharray:4 3}
 .legend{display:flex;flex-wrap:wrap;gap:1rem;color:var(--soft);font-size:.85rem;margin:.5rem 0 0}.legend svg{width:12px;height:12px;margin-right:.35rem;vertical-align:-1px}
@@ -73,17 +74,18 @@ tr.key td{font-weight:600}code{font:.86em/1.45 ui-monospace,monospace;overflow-w
 std::string timeline(const runtime::Plan& plan, const Facts& facts, TimePoint end) {
   constexpr double kLeft = 190, kWidth = 800, kRow = 22;
   const double span = std::max(seconds(end), 1e-3);
+  const int decimals = span < 0.1 ? 4 : span < 10.0 ? 2 : 1;
   const auto x = [&](TimePoint time) { return kLeft + kWidth * std::min(seconds(time) / span, 1.0); };
   const double height = kRow * static_cast<double>(plan.leaves.size()) + 30;
   std::string svg = fmt::format(
       "<div class=\"card\"><div class=scroll><svg class=tl viewBox=\"0 0 {:.0f} {:.0f}\" role=img "
       "aria-label=\"Status of each leaf over time\">\n",
-      kLeft + kWidth + 24, height);
+      kLeft + kWidth + 34, height);
   for (int i = 0; i <= 8; ++i) {
     const double at = kLeft + kWidth * i / 8;
     svg += fmt::format("<line class=axis x1={0:.1f} x2={0:.1f} y1=0 y2={1:.0f} />", at, height - 22);
-    svg += fmt::format("<text class=time x={:.1f} y={:.0f} text-anchor=middle>{:.1f} s</text>\n", at, height - 6,
-                       span * i / 8);
+    svg += fmt::format("<text class=time x={:.1f} y={:.0f} text-anchor=middle>{:.{}f} s</text>\n", at, height - 6,
+                       span * i / 8, decimals);
   }
   for (std::size_t i = 0; i < plan.leaves.size(); ++i) {
     const double y = kRow * static_cast<double>(i);
@@ -107,7 +109,8 @@ std::string timeline(const runtime::Plan& plan, const Facts& facts, TimePoint en
   for (const char* status : {"RUNNING", "SUCCESS", "FAILURE"})
     svg += fmt::format("<span><svg viewBox=\"0 0 12 12\"><rect class={} rx=2 width=12 height=12 /></svg>{}</span>",
                        status, status);
-  return svg + "<span>dashed: a requirement was violated</span></div></div>\n";
+  if (svg.find("class=mark") != std::string::npos) svg += "<span>dashed: a requirement was violated</span>";
+  return svg + "</div></div>\n";
 }
 
 std::string coverage(const runtime::Plan& plan, const Facts& facts) {
@@ -131,22 +134,50 @@ std::string coverage(const runtime::Plan& plan, const Facts& facts) {
          draw::to_svg(picture) + "</div></div>\n";
 }
 
-std::string witness_row(const Message& message, const std::string& what, bool is_key) {
-  return fmt::format("<tr{}><td>{:.3f} s<td><code>{}</code><td>{}<td><code>{}</code></tr>\n",
-                     is_key ? " class=key" : "", seconds(message.time), escaped(message.name), escaped(message.source),
-                     what);
+struct WitnessRow {
+  const Message* message = nullptr;
+  std::string what;  // HTML
+  bool is_key = false;
+};
+
+// Ticks that only follow each other are one row.
+std::string witness_table(const std::vector<WitnessRow>& rows) {
+  std::string html = "<div class=scroll><table><tr><th>time<th>observation<th>from<th>what it says</tr>\n";
+  const auto is_plain_tick = [](const WitnessRow& row) { return row.message->name == "mission.tick" && !row.is_key; };
+  for (std::size_t i = 0; i < rows.size();) {
+    std::size_t last = i;
+    while (is_plain_tick(rows[i]) && last + 1 < rows.size() && is_plain_tick(rows[last + 1])) ++last;
+    const WitnessRow& row = rows[i];
+    std::string time = fmt::format("{:.3f}", seconds(row.message->time));
+    std::string name = "<code>" + escaped(row.message->name) + "</code>";
+    std::string what = row.what;
+    if (last > i) {
+      time += fmt::format(" – {:.3f}", seconds(rows[last].message->time));
+      name += fmt::format(" × {}", last - i + 1);
+      if (!what.empty()) what += " … " + rows[last].what;
+    }
+    html += fmt::format("<tr{}><td>{} s<td>{}<td>{}<td><code>{}</code></tr>\n", row.is_key ? " class=key" : "", time,
+                        name, escaped(row.message->source), what);
+    i = last + 1;
+  }
+  return html + "</table></div>";
 }
 
-std::string verdicts(const Facts& facts) {
+std::string verdicts(const runtime::Plan& plan, const Facts& facts) {
   if (facts.monitors.empty()) return "<p>The project has no monitors.</p>\n";
   std::string html;
-  for (const runtime::MonitorReport& monitor : facts.monitors) {
+  for (std::size_t i = 0; i < facts.monitors.size(); ++i) {
+    const runtime::MonitorReport& monitor = facts.monitors[i];
     const std::string verdict(to_string(monitor.verdict));
     html += fmt::format("<div class=\"card{}\"><h3>{}<span class=\"badge {}\">{}</span></h3>\n",
                         monitor.verdict == monitor::Verdict::kViolated    ? " bad"
                         : monitor.verdict == monitor::Verdict::kSatisfied ? " good"
                                                                           : "",
                         escaped(monitor.name), verdict, verdict);
+    if (const monitor::Origin* origin = plan.monitors[i].origin()) {
+      if (!origin->requirement.prose.empty()) html += "<p>" + escaped(origin->requirement.prose) + "</p>\n";
+      html += "<p class=soft><code>" + escaped(origin->requirement.text()) + "</code></p>\n";
+    }
     if (!monitor.standing.empty()) html += "<p class=soft>" + escaped(monitor.standing) + "</p>\n";
     if (!monitor.failure.empty()) html += "<p class=violated>given up: " + escaped(monitor.failure) + "</p>\n";
     if (!monitor.decision) {
@@ -154,31 +185,41 @@ std::string verdicts(const Facts& facts) {
       continue;
     }
     const auto& explanation = monitor.explanation;
-    if (explanation) {
-      if (!explanation->prose.empty()) html += "<p>" + escaped(explanation->prose) + "</p>\n";
-      html += "<p class=soft><code>" + escaped(explanation->text) + "</code></p>\n";
-    }
     html += fmt::format("<p>Decided at <b>{:.3f} s</b>", seconds(monitor.decision->at));
     if (!monitor.leaf.empty()) html += " while <b>" + escaped(monitor.leaf) + "</b> was at work";
     if (explanation && explanation->triggered)
       html += fmt::format(", owed since {:.3f} s", seconds(*explanation->triggered));
     html += monitor.decision->deciding ? ".</p>\n" : "; nothing was observed then: a deadline passed.</p>\n";
-    html += "<div class=scroll><table><tr><th>time<th>observation<th>from<th>what it says</tr>\n";
+    std::vector<WitnessRow> rows;
     if (explanation) {
       for (const auto& step : explanation->steps) {
         std::string what;
         for (const std::string& set : step.set) what += (what.empty() ? "" : ", ") + escaped(set);
         if (step.is_trigger) what += (what.empty() ? "" : " ") + ("← from here on it " + escaped(explanation->owed));
         if (step.is_deciding) what += (what.empty() ? "← " : " ← ") + verdict;
-        html += witness_row(step.observation, what, step.is_trigger || step.is_deciding);
+        rows.push_back({&step.observation, what, step.is_trigger || step.is_deciding});
       }
     } else {
       for (const Message& message : monitor.decision->witness)
-        html += witness_row(message, escaped(to_json(message.data)), false);
+        rows.push_back({&message, escaped(to_json(message.data)), false});
     }
-    html += "</table></div></div>\n";
+    if (!monitor.decision->witness_complete) html += "<p class=soft>Earlier observations are no longer known.</p>\n";
+    html += witness_table(rows) + "</div>\n";
   }
   return html;
+}
+
+// "simulation.setBatteryCharge {"percent":10}".
+std::string intervention(const Value& data) {
+  const Value* what = data.find("what");
+  const Map* members = data.as_map();
+  if (what == nullptr || members == nullptr) return to_json(data);
+  std::string text(what->text());
+  for (const auto& [name, value] : *members) {
+    if (name == "what" || (value.as_map() != nullptr && value.as_map()->size() == 0)) continue;
+    text += (name == "args" ? " " : " " + name + " ") + to_json(value);
+  }
+  return text;
 }
 
 std::string page(runtime::RecordedRun& run, const runtime::Plan& plan, const Facts& facts) {
@@ -194,14 +235,14 @@ std::string page(runtime::RecordedRun& run, const runtime::Plan& plan, const Fac
   row("Run time", fmt::format("{:.3f} s, {} time, seed {}", seconds(run.ended()), run.fact("clock"), run.fact("seed")));
   row("Started", run.fact("started"));
   row("Observations", std::to_string(facts.observations));
-  html += "</dl></div>\n<h2>Verdicts</h2>\n" + verdicts(facts);
+  html += "</dl></div>\n<h2>Verdicts</h2>\n" + verdicts(plan, facts);
   html += "<h2>Timeline</h2>\n" + timeline(plan, facts, run.ended());
   if (!facts.interventions.empty()) {
-    html += "<h2>Interventions</h2>\n<div class=card><table>\n";
+    html += "<h2>Interventions</h2>\n<div class=card><div class=scroll><table><tr><th>time<th>by<th>what</tr>\n";
     for (const Message& message : facts.interventions)
       html += fmt::format("<tr><td>{:.3f} s<td>{}<td><code>{}</code></tr>\n", seconds(message.time),
-                          escaped(message.source), escaped(to_json(message.data)));
-    html += "</table></div>\n";
+                          escaped(message.source), escaped(intervention(message.data)));
+    html += "</table></div></div>\n";
   }
   return html + "<h2>Tree coverage</h2>\n" + coverage(plan, facts) + "</html>\n";
 }
