@@ -108,8 +108,8 @@ std::string story(const Explanation& e, std::string_view indent) {
   constexpr std::size_t kEnd = 3;
   for (std::size_t i = 0; i < e.steps.size(); ++i) {
     // The beginning and the end tell most.
-    if (e.steps.size() > kShownMax && i == kShownMax - kEnd) {
-      line("  … " + std::to_string(e.steps.size() - kShownMax) + " more (--json has all)");
+    if (e.steps.size() > kStoryStepsMax && i == kStoryStepsMax - kEnd) {
+      line("  … " + std::to_string(e.steps.size() - kStoryStepsMax) + " more (--json has all)");
       i = e.steps.size() - kEnd;
     }
     const Explanation::Step& step = e.steps[i];

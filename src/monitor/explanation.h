@@ -43,7 +43,7 @@ struct Explanation {
 [[nodiscard]] std::optional<Explanation> explain(const Model& model, const Decision& decision, std::string leaf);
 
 /// Steps that a story shows; of more it leaves out the middle.
-inline constexpr std::size_t kShownMax = 24;
+inline constexpr std::size_t kStoryStepsMax = 24;
 
 /// A short story, one thing a line, each line indented by `indent`.
 [[nodiscard]] std::string story(const Explanation& explanation, std::string_view indent);

@@ -134,8 +134,8 @@ TEST(Explanation, AStoryLeavesOutTheMiddleOfALongOne) {
     EXPECT_EQ(e.steps.size(), static_cast<std::size_t>(ticks) + 2);
     return story(e, "");
   };
-  EXPECT_THAT(told(static_cast<int>(kShownMax) - 2), testing::Not(HasSubstr("more (--json has all)")));
-  EXPECT_THAT(told(static_cast<int>(kShownMax) - 1), HasSubstr("… 1 more (--json has all)"));
+  EXPECT_THAT(told(static_cast<int>(kStoryStepsMax) - 2), testing::Not(HasSubstr("more (--json has all)")));
+  EXPECT_THAT(told(static_cast<int>(kStoryStepsMax) - 1), HasSubstr("… 1 more (--json has all)"));
 }
 
 TEST(Explanation, IsTheSameBytesEachTime) {
