@@ -97,7 +97,10 @@ struct Live::Impl {
   Result<Value> steer(const std::string& op, const Value& request) {
     // The run waits for this before it takes its steering away. Shared: to pause does not wait for a call.
     const std::shared_lock lock(steering_mutex);
-    if (steering == nullptr) return fail("steering.ended", report ? "the run has ended" : "the run has not begun yet");
+    if (steering == nullptr) {
+      const std::lock_guard reading(mutex);
+      return fail("steering.ended", report ? "the run has ended" : "the run has not begun yet");
+    }
     return studio::steer(*steering, shown->subject, op, request);
   }
 

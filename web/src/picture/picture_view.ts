@@ -131,7 +131,7 @@ export class PictureView {
     this.glide_to(centre_on({ ...this.view, scale }, point, this.size));
   }
 
-  /** As `centre`, without a glide: for following what moves. */
+  /** As `centre`, without a glide: for following what moves; at least `scale_min` pixels a unit. */
   keep_centred(point: Point, scale_min = 0): void {
     const scale = Math.max(this.view.scale, scale_min);
     this.held = "by hand";
