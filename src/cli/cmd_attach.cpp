@@ -1,15 +1,10 @@
-#include <netdb.h>
-#include <sys/socket.h>
-#include <sys/time.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <charconv>
-#include <memory>
 
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/page.h"
+#include "sentree/http/http.h"
 #include "sentree/runtime/control.h"
 #include "sentree/text/json.h"
 
@@ -21,8 +16,8 @@ namespace {
 constexpr std::chrono::seconds kPatience{2};
 /// How long a run may take to read its own recording.
 constexpr std::chrono::minutes kOpeningMax{2};
-/// Of what a page says about itself.
-constexpr std::size_t kHealthMax = 4096;
+/// Bytes of what a page says about itself.
+constexpr std::uint64_t kHealthMax = 4096;
 
 std::optional<int> process_id(const std::string& text) {
   int pid = 0;
@@ -34,76 +29,36 @@ std::optional<int> process_id(const std::string& text) {
 // ---- A page elsewhere ----
 
 struct PageAddress {
-  std::string host;
-  std::string port;
-  std::string rest;  // behind "/": the token
+  std::string where;  // HOST:PORT
+  std::string rest;   // behind "/": the token
 };
 
-std::optional<PageAddress> page_address(std::string text) {
+std::optional<PageAddress> page_address(std::string_view text) {
   constexpr std::string_view kScheme = "http://";
-  if (text.starts_with(kScheme)) text.erase(0, kScheme.size());
-  PageAddress address;
-  const std::size_t slash = text.find('/');
-  if (slash != std::string::npos) {
-    address.rest = text.substr(slash + 1);
-    text.erase(slash);
-  }
-  const std::size_t colon = text.rfind(':');
-  if (colon == std::string::npos || colon == 0) return std::nullopt;
-  address.host = text.substr(0, colon);
-  address.port = text.substr(colon + 1);
-  const auto port = process_id(address.port);
-  if (!port || *port > 65535 || address.host.find_first_of("@ ") != std::string::npos) return std::nullopt;
+  if (text.starts_with(kScheme)) text.remove_prefix(kScheme.size());
+  const std::size_t slash = std::min(text.find('/'), text.size());
+  PageAddress address{std::string(text.substr(0, slash)), std::string(text.substr(std::min(slash + 1, text.size())))};
+  if (address.where.find(':') == std::string::npos) return std::nullopt;
   return address;
 }
 
-struct Closing {
-  int socket = -1;
-  ~Closing() {
-    if (socket >= 0) ::close(socket);
-  }
-};
-
-// The answer to a request for `path`, head and body. Nothing if nobody answers.
-std::optional<std::string> fetch(const PageAddress& address, const std::string& path) {
-  std::string host = address.host;
-  if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  addrinfo* list = nullptr;
-  if (::getaddrinfo(host.c_str(), address.port.c_str(), &hints, &list) != 0) return std::nullopt;
-  const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owner(list, &::freeaddrinfo);
-  for (const addrinfo* each = list; each != nullptr; each = each->ai_next) {
-    const Closing closing{::socket(each->ai_family, each->ai_socktype | SOCK_CLOEXEC, each->ai_protocol)};
-    const timeval patience{.tv_sec = kPatience.count(), .tv_usec = 0};
-    ::setsockopt(closing.socket, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-    ::setsockopt(closing.socket, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
-    if (::connect(closing.socket, each->ai_addr, each->ai_addrlen) != 0) continue;
-    const std::string request =
-        "GET " + path + " HTTP/1.1\r\nHost: " + address.host + ":" + address.port + "\r\nConnection: close\r\n\r\n";
-    if (::send(closing.socket, request.data(), request.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(request.size()))
-      continue;
-    std::string answer;
-    char piece[1024];
-    for (ssize_t got = 0; answer.size() < kHealthMax && (got = ::recv(closing.socket, piece, sizeof piece, 0)) > 0;)
-      answer.append(piece, static_cast<std::size_t>(got));
-    return answer;
-  }
-  return std::nullopt;
+int not_an_address(const std::string& text) {
+  say("--attach " + text + ": neither the process id of a run nor the address of a page, HOST:PORT");
+  return kUsage;
 }
 
 int attach_to_page(const PageAddress& address, bool open) {
-  const std::string where = address.host + ":" + address.port;
-  const auto answer = fetch(address, "/api/health");
-  if (!answer) {
+  const std::string& where = address.where;
+  const auto answer =
+      http::send("http://" + where + "/api/health", {}, {.body_bytes_max = kHealthMax, .timeout = kPatience});
+  if (!answer && answer.error().code == "http.bad-url") return not_an_address(where);
+  if (!answer && (answer.error().code == "http.unreachable" || answer.error().code == "http.timeout")) {
     say("nobody answers at " + where +
         "; a run there has a page if it was started with --studio, and others may reach " +
         "it with --studio=HOST:PORT --insecure");
     return kEnvironment;
   }
-  const std::size_t body = answer->find("\r\n\r\n");
-  const auto health = body != std::string::npos ? text::parse_json(std::string_view(*answer).substr(body + 4))
-                                                : fail("attach.no-page", "no answer of HTTP");
+  const auto health = answer ? text::parse_json(answer->body) : tl::unexpected(answer.error());
   if (!health || health->find("mode") == nullptr || health->find("version") == nullptr) {
     say("what answers at " + where + " is no page of Sentree");
     return kEnvironment;
@@ -168,8 +123,7 @@ int attach(const StudioCommand& command) {
   }
   if (const auto pid = process_id(*command.attach)) return attach_to_run(*pid, command);
   if (const auto address = page_address(*command.attach)) return attach_to_page(*address, command.open);
-  say("--attach " + *command.attach + ": neither the process id of a run nor the address of a page, HOST:PORT");
-  return kUsage;
+  return not_an_address(*command.attach);
 }
 
 }  // namespace sentree::cli

@@ -29,7 +29,8 @@ bool same_name(std::string_view a, std::string_view b) {
 }
 
 struct Url {
-  std::string host;
+  std::string authority;  // host and port, as they are written
+  std::string host;       // without the brackets of an IPv6 address
   std::string port = "80";
   std::string target = "/";
 };
@@ -42,14 +43,18 @@ std::optional<Url> parse_url(std::string_view text) {
   const std::size_t slash = std::min(text.find('/'), text.size());
   if (slash < text.size()) url.target = text.substr(slash);
   std::string_view authority = text.substr(0, slash);
-  if (const std::size_t colon = authority.rfind(':'); colon != std::string_view::npos) {
+  url.authority = authority;
+  const std::size_t bracket = authority.starts_with('[') ? authority.find(']') : 0;
+  if (bracket == std::string_view::npos) return std::nullopt;
+  if (const std::size_t colon = authority.rfind(':'); colon != std::string_view::npos && colon >= bracket) {
     url.port = authority.substr(colon + 1);
     authority = authority.substr(0, colon);
     std::uint16_t number = 0;
     const auto [end, failure] = std::from_chars(url.port.data(), url.port.data() + url.port.size(), number);
     if (failure != std::errc() || end != url.port.data() + url.port.size()) return std::nullopt;
   }
-  url.host = authority;
+  if (bracket > 0 && authority.size() != bracket + 1) return std::nullopt;
+  url.host = bracket > 0 ? authority.substr(1, bracket - 1) : authority;
   // White space and control characters would let a target write header lines.
   const auto bad = [](char c) { return static_cast<unsigned char>(c) <= ' ' || c == '\x7f'; };
   if (url.host.empty() || std::any_of(url.host.begin(), url.host.end(), bad) ||
@@ -411,7 +416,7 @@ Result<Response> send(std::string_view url_text, Request request, const Limits& 
   message.version(11);
   message.method_string(request.method);
   message.target(url->target);
-  message.set(bhttp::field::host, url->host);
+  message.set(bhttp::field::host, url->authority);
   for (const auto& [key, value] : request.headers) message.set(key, value);
   message.body() = std::move(request.body);
   message.keep_alive(false);

@@ -24,6 +24,7 @@ TEST(Http, AServerAnswersWhatAClientSends) {
   EXPECT_EQ(answer->status, 200);
   EXPECT_EQ(answer->body.substr(0, 22), "POST /a?b=c HTTP/1.1\r\n");
   EXPECT_NE(answer->body.find("X-One: 1\r\n"), std::string::npos);
+  EXPECT_NE(answer->body.find("Host: 127.0.0.1:" + std::to_string(server->port()) + "\r\n"), std::string::npos);
   EXPECT_TRUE(answer->body.ends_with("\r\n\r\nhello"));
 }
 
@@ -64,6 +65,8 @@ TEST(Http, NamesWhatIsWrongWithAnAddress) {
   EXPECT_EQ(send("ftp://x", {}).error().code, "http.bad-url");
   EXPECT_EQ(send("http://127.0.0.1:99999/", {}).error().code, "http.bad-url");
   EXPECT_EQ(send("http://127.0.0.1/a b", {}).error().code, "http.bad-url");
+  EXPECT_EQ(send("http://[::1", {}).error().code, "http.bad-url");
+  EXPECT_EQ(send("http://[::1]x/", {}).error().code, "http.bad-url");
   std::string gone;
   {
     auto server = echo();
