@@ -203,7 +203,10 @@ std::string verdicts(const runtime::Plan& plan, const Facts& facts) {
       for (const Message& message : monitor.decision->witness)
         rows.push_back({&message, escaped(to_json(message.data)), false});
     }
-    if (!monitor.decision->witness_complete) html += "<p class=soft>Earlier observations are no longer known.</p>\n";
+    if (!monitor.decision->witness_complete)
+      html += "<p class=soft>Earlier observations are no longer known.</p>\n";
+    else if (!monitor.decision->witness_minimal)
+      html += "<p class=soft>Some of these may not matter: there are too many to try.</p>\n";
     html += witness_table(rows) + "</div>\n";
   }
   return html;

@@ -86,12 +86,18 @@ std::string Narrator::tell(const Message& message) {
   return say_line(text);
 }
 
-std::string story(const runtime::MonitorReport& report) {
+std::string story_without_witness(const runtime::MonitorReport& report) {
   const auto& decision = *report.decision;
-  std::string text = fmt::format(
+  const std::string text = fmt::format(
       "{}  {} {} at {:.3f} s{}\n", decision.verdict == monitor::Verdict::kViolated ? "✗" : "✓", report.name,
       to_string(report.verdict), seconds(decision.at), decision.deciding ? "" : ", in silence: a deadline passed");
-  if (report.explanation) return text + monitor::story(*report.explanation, "   ");
+  return report.explanation ? text + monitor::story(*report.explanation, "   ") : text;
+}
+
+std::string story(const runtime::MonitorReport& report) {
+  std::string text = story_without_witness(report);
+  if (report.explanation) return text;
+  const auto& decision = *report.decision;
   text += !decision.witness_complete ? "   The last observations before it (the earlier ones are no longer known):\n"
           : decision.witness_minimal
               ? "   The observations that led there, none of which can be left out:\n"

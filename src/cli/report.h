@@ -19,6 +19,8 @@ namespace sentree::cli {
 
 /// A decision as a short story: what was required, what was seen, when.
 [[nodiscard]] std::string story(const runtime::MonitorReport& report);
+/// For whoever shows the witness beside it.
+[[nodiscard]] std::string story_without_witness(const runtime::MonitorReport& report);
 
 /// One observation on one line.
 [[nodiscard]] std::string line(const Message& message);

@@ -35,7 +35,7 @@ std::unique_ptr<RunRecording> RunRecording::begin(const std::string& file, const
       plan, files, std::move(*sink),
       runtime::RecordingOptions{.library = "sentree " SENTREE_VERSION,
                                 .on_failure = [](const std::string& what) { say("! " + what); },
-                                .story = story,
+                                .story = story_without_witness,
                                 .tap = std::move(tap)});
   return recording;
 }
@@ -45,7 +45,7 @@ std::unique_ptr<RunRecording> RunRecording::tap_only(const runtime::Plan& plan, 
   recording->recorder_ = std::make_unique<runtime::RunRecorder>(
       plan, std::vector<text::ReadFile>(), std::make_unique<record::NullSink>(),
       runtime::RecordingOptions{
-          .compression = record::Compression::kNone, .on_failure = {}, .story = story, .tap = std::move(tap)});
+          .compression = record::Compression::kNone, .on_failure = {}, .story = story_without_witness, .tap = std::move(tap)});
   return recording;
 }
 

@@ -68,6 +68,8 @@ const std::string_view kViolation =
     R"~("time":{"type":"integer","description":"[ns]"},"sequence":{"type":"integer",)~"
     R"~("description":"Of the observation that decided; 0: a deadline passed in silence"},)~"
     R"~("story":{"type":"string"},"witness":{"type":"array","items":{"type":"object"}},)~"
+    R"~("witness_complete":{"type":"boolean","description":"False: what was long before is not known any more"},)~"
+    R"~("witness_minimal":{"type":"boolean","description":"Leaving out any one would not give this verdict"},)~"
     R"~("explanation":{"description":"Of a monitor that was written from a requirement"}}})~";
 
 const std::string_view kPose =

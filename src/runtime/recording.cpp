@@ -316,6 +316,8 @@ struct RunRecorder::Impl {
                   {"sequence", decision.deciding ? static_cast<std::int64_t>(decision.deciding->sequence) : 0},
                   {"story", story ? story(report) : ""},
                   {"witness", std::move(witness)},
+                  {"witness_complete", decision.witness_complete},
+                  {"witness_minimal", decision.witness_minimal},
                   {"explanation", nullptr}};
     if (report.explanation) violation["explanation"] = monitor::to_value(*report.explanation);
     write(violations, decision.at, [&](record::PackedJson& out) { out.value(Value(std::move(violation))); });

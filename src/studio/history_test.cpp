@@ -124,6 +124,8 @@ TEST(History, KnowsTheViolationWithItsWitness) {
   ASSERT_TRUE(violation);
   EXPECT_EQ(violation->find("type")->text(), "violation");
   EXPECT_FALSE(violation->find("witness")->as_list()->empty());
+  EXPECT_TRUE(*violation->find("witness_complete")->as_bool());
+  EXPECT_TRUE(*violation->find("witness_minimal")->as_bool());
 }
 
 TEST(History, FindsWhatMatchesInBothDirections) {

@@ -272,6 +272,10 @@ export interface Violation {
   sequence: number;
   story: string;
   witness: Observation[];
+  /** False: what was long before is not known any more. */
+  witness_complete: boolean;
+  /** Without any one of them the verdict would not come. */
+  witness_minimal: boolean;
   explanation: Data;
 }
 export interface Problem {

@@ -6,7 +6,7 @@ import type { Observation, Violation } from "../protocol/types";
 import { select, useStudio } from "../store/store";
 import { seek, stop_replay } from "../store/time_travel";
 import { short_name, summary } from "../panels/messages/describe";
-import { is_whole, said_first, without_witness } from "./violation";
+import { said_first, witness_title } from "./violation";
 import { useCommand } from "./commands";
 import { Icon } from "./Icon";
 import { go_to_panel } from "./layout";
@@ -49,10 +49,10 @@ function Details({ violation }: { violation: Violation }) {
     <div className="banner-details">
       <section aria-label="Story">
         <h3>What happened</h3>
-        <pre className="story">{without_witness(violation.story)}</pre>
+        <pre className="story">{violation.story.trim()}</pre>
       </section>
       <section aria-label="Witness">
-        <h3>{is_whole(violation.story) ? "The witness: none of these can be left out" : "The last observations before it; earlier ones are no longer known"}</h3>
+        <h3>{witness_title(violation)}</h3>
         <Witness witness={violation.witness} />
       </section>
     </div>

@@ -7,16 +7,8 @@ export function said_first(violations: readonly Violation[], monitors: readonly 
   return Math.max(found, 0);
 }
 
-const kWitness = /^ *(The observations that led there|The last observations before it)\b/;
-
-/** Whether the witness has all that led there; of what happened long ago, only the last observations are known. */
-export function is_whole(story: string): boolean {
-  return !/^ *The last observations before it\b/m.test(story);
-}
-
-/** The story without the list of observations that ends it: the page shows them as links. */
-export function without_witness(story: string): string {
-  const lines = story.trim().split("\n");
-  const at = lines.findIndex((line) => kWitness.test(line));
-  return (at < 0 ? lines : lines.slice(0, at)).join("\n").trimEnd();
+/** What is known of the witness, over the list of it. */
+export function witness_title({ witness_complete, witness_minimal }: Violation): string {
+  if (!witness_complete) return "The last observations before it; earlier ones are no longer known";
+  return witness_minimal ? "The witness: none of these can be left out" : "The witness: some may not matter, there are too many to try";
 }

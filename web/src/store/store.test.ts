@@ -43,7 +43,7 @@ const hello = (boot: string): Exclude<ServerMessage, { type: "answer" }> => ({
 
 const violated = (time: number, sequence: number): Exclude<ServerMessage, { type: "answer" }> => ({
   type: "violation",
-  ...{ monitor: "battery", time, sequence, story: "", witness: [], explanation: null },
+  ...{ monitor: "battery", time, sequence, story: "", witness: [], witness_complete: true, witness_minimal: true, explanation: null },
 });
 
 const play = (studio: Studio, ...messages: Exclude<ServerMessage, { type: "answer" }>[]) => messages.reduce(receive, studio);
