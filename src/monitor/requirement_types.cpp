@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <optional>
 
 #include "sentree/base/value.h"
 
@@ -86,6 +87,32 @@ const Condition& inside(const Condition& condition) {
   return *inner;
 }
 
+Kind mirrored(Kind kind) {
+  switch (kind) {
+    case Kind::kLess: return Kind::kGreater;
+    case Kind::kLessEqual: return Kind::kGreaterEqual;
+    case Kind::kGreater: return Kind::kLess;
+    case Kind::kGreaterEqual: return Kind::kLessEqual;
+    default: return kind;
+  }
+}
+
+// Whether it is one observed value, as it is or in another unit: then a share is within its bounds.
+bool is_one_value(const Condition& condition) {
+  const Condition& c = inside(condition);
+  if (c.kind == Kind::kValue || c.kind == Kind::kMember) return true;
+  if (c.kind != Kind::kMultiply && c.kind != Kind::kDivide) return false;
+  return (is_one_value(*c.operands[0]) && inside(*c.operands[1]).kind == Kind::kNumber) ||
+         (c.kind == Kind::kMultiply && inside(*c.operands[0]).kind == Kind::kNumber && is_one_value(*c.operands[1]));
+}
+
+std::optional<double> constant_of(const Condition& condition) {
+  const Condition& c = inside(condition);
+  if (c.kind == Kind::kNumber) return c.number;
+  if (c.kind == Kind::kNegate && inside(*c.operands[0]).kind == Kind::kNumber) return -inside(*c.operands[0]).number;
+  return std::nullopt;
+}
+
 struct Found {
   Type type = Type::kUnknown;
   std::string unit;
@@ -144,7 +171,7 @@ class Checker {
       case Kind::kGreaterEqual: {
         const Found left = visit(*c.operands[0], Type::kNumber);
         const Found right = visit(*c.operands[1], Type::kNumber);
-        compare_units(c, left, right);
+        compare(c, left, right);
         return want({Type::kTruth, "", nullptr, nullptr}, expected, c);
       }
       case Kind::kEqual:
@@ -342,7 +369,7 @@ class Checker {
                 std::string(shown(right.type)) + "; they are never equal" + hint);
       return;
     }
-    if (left.type == Type::kNumber) compare_units(c, left, right);
+    if (left.type == Type::kNumber) compare(c, left, right);
     if (left.type == Type::kText) {
       check_word(left, *c.operands[1]);
       check_word(right, *c.operands[0]);
@@ -363,10 +390,34 @@ class Checker {
           "\"" + text.text + "\" is no " + of.data->name + (hint.empty() ? all : hint));
   }
 
-  void compare_units(const Condition& c, const Found& left, const Found& right) {
+  void compare(const Condition& c, const Found& left, const Found& right) {
+    if (!compare_units(c, left, right)) return;
+    compare_with_bounds(c, c.kind, *c.operands[0], left, *c.operands[1]);
+    compare_with_bounds(c, mirrored(c.kind), *c.operands[1], right, *c.operands[0]);
+  }
+
+  // A share compared with what it never reaches. With its very bounds it may be compared, to watch who measures it.
+  void compare_with_bounds(const Condition& c, Kind kind, const Condition& share, const Found& found,
+                           const Condition& other) {
+    const auto constant = constant_of(other);
+    const double most = found.unit == "%" ? 100 : found.unit == "ratio" ? 1 : 0;
+    if (most == 0 || !constant || !is_one_value(share)) return;
+    if (*constant >= 0 && *constant <= most) return;
+    const bool is_above = kind == Kind::kGreater || kind == Kind::kGreaterEqual;
+    const bool is_below = kind == Kind::kLess || kind == Kind::kLessEqual;
+    const bool holds = kind == Kind::kNotEqual || (*constant < 0 ? is_above : is_below);
+    add(Severity::kWarning, c.span, "requirement.out-of-range",
+        to_text(share) + " is from 0 to " + decimal(most) + (found.unit == "%" ? " %" : "") + ", so " + to_text(c) +
+            (holds ? " is always true" : " is never true"));
+  }
+
+  // False: they do not fit.
+  bool compare_units(const Condition& c, const Found& left, const Found& right) {
+    bool fits = true;
     const auto one_bare = [&](const Found& with, const Found& bare, const Condition& other) {
       if (bare.literal == nullptr) return;
       if (with.unit == "ratio" && bare.literal->number > 1) {
+        fits = false;
         error(bare.literal->span, "requirement.unit",
               to_text(other) + " is a ratio from 0 to 1, and " + decimal(bare.literal->number) + " is beyond; write " +
                   decimal(bare.literal->number / 100) + ", or multiply the value by 100");
@@ -381,10 +432,11 @@ class Checker {
       error(c.span, "requirement.unit",
             to_text(*c.operands[0]) + " is in " + left.unit + ", " + to_text(*c.operands[1]) + " in " + right.unit +
                 advice(left.unit, right.unit));
-      return;
+      return false;
     }
     one_bare(left, right, *c.operands[0]);
     one_bare(right, left, *c.operands[1]);
+    return fits;
   }
 
   Found arithmetic(const Condition& c) {
@@ -437,16 +489,6 @@ struct Range {
     }
   }
 };
-
-Kind mirrored(Kind kind) {
-  switch (kind) {
-    case Kind::kLess: return Kind::kGreater;
-    case Kind::kLessEqual: return Kind::kGreaterEqual;
-    case Kind::kGreater: return Kind::kLess;
-    case Kind::kGreaterEqual: return Kind::kLessEqual;
-    default: return kind;
-  }
-}
 
 // True if the conjunction contradicts itself. Looks at comparisons of one value with constants only.
 bool contradicts(const Condition& c, std::map<std::string, Range>& ranges) {

@@ -62,7 +62,7 @@ using Typing = std::map<std::string, DataType>;
 ///
 /// Errors: requirement.unknown-service, requirement.unknown-method, requirement.unknown-member,
 /// requirement.unknown-leaf, requirement.unknown-word, requirement.type, requirement.unit. Warnings:
-/// requirement.unit, requirement.never-violated, requirement.never-triggered.
+/// requirement.unit, requirement.out-of-range, requirement.never-violated, requirement.never-triggered.
 /// @param vocabulary  Null: nothing is known but the requirement itself.
 [[nodiscard]] Typing check_requirement(const Requirement& requirement, const Vocabulary* vocabulary,
                                        Diagnostics& diagnostics);

@@ -118,6 +118,24 @@ TEST(Units, OfPercentAndRatioAreToldApart) {
   EXPECT_THAT(found("R: always " + std::string(kBattery) + ".voltage * 1000 > 3 mV."), IsEmpty());
 }
 
+TEST(Units, OfSharesHaveBounds) {
+  const std::string level = "let l [%] = " + std::string(kBattery) + ".percentage * 100\n";
+  const auto only = [&](const std::string& text, const std::string& what) {
+    EXPECT_THAT(found(level + text), ElementsAre(HasSubstr(what))) << text;
+  };
+  only("R: whenever l > 300 %, l < 20 within 1 s.", "l is from 0 to 100 %, so l > 300 % is never true");
+  only("R: never l >= 101.", "l >= 101 is never true");
+  only("R: never l = -1.", "l = -1 is never true");
+  only("R: always l <= 300 %.", "l <= 300 % is always true");
+  only("R: always -5 % < l.", "-5 % < l is always true");
+  only("R: always l != 200.", "l != 200 is always true");
+  only("R: never " + std::string(kBattery) + ".percentage > 2 ratio.", "is from 0 to 1, so");
+  // Its bounds themselves, and what is no share.
+  for (const char* text : {"R: always l >= 0 % and l <= 100 %.", "R: never l > 100 %.", "R: never l - 50 < -20.",
+                           "R: always reply(battery.getBatteryState).voltage < 300 V."})
+    EXPECT_THAT(found(level + text), IsEmpty()) << text;
+}
+
 TEST(Vacuous, RequirementsArePointedOut) {
   const auto only = [](const std::string& text, const std::string& what) {
     EXPECT_THAT(found(text), ElementsAre(HasSubstr(what))) << text;
