@@ -78,12 +78,13 @@ expect 4 'is no run that goes on' "$sentree" studio --attach $$
 expect 2 'neither the process id of a run nor the address' "$sentree" studio --attach here
 expect 2 'needs a recording, or --attach' "$sentree" studio
 started() { until grep -q 'GoToKitchen: RUNNING' "$1" || ! kill -0 "$2" 2>/dev/null; do read -rt 0.02 <> <(:) || true; done; }
-"$sentree" run "$project" --clock real --record attached.mcap >attached 2>&1 &
+"$sentree" run "$project" --clock real --record attached.mcap >attached 2>attached.err &
 run=$!
 started attached $run
 expect 0 "^$run	" "$sentree" __complete studio --attach ''
 expect 0 '^the page: http://127.0.0.1:' "$sentree" studio --attach
 page=$(sed -n 's/^the page: //p' out)
+grep -qxF "somebody attached to this run; the page: $page" attached.err || fail "the run did not tell who attached:" "$(cat attached.err)"
 expect 0 "^the page: $page\$" "$sentree" studio --attach $run
 expect 0 "^the page: $page\$" "$sentree" studio --attach "$page"
 "$sentree" run "$project" --clock real --no-record >unrecorded 2>&1 &
@@ -96,7 +97,7 @@ wait $other || true
 code=0
 wait $run || code=$?
 [[ $code -eq 130 ]] || fail "the run with a page that was attached exited with $code"
-grep -q 'page stays' attached && fail "a page that was attached kept its run"
+grep -q 'page stays' attached attached.err && fail "a page that was attached kept its run"
 expect 0 'ended by interrupt' "$sentree" info attached.mcap
 expect 4 'nobody answers' "$sentree" studio --attach "$page"
 

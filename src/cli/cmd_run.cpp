@@ -193,7 +193,16 @@ int run(const RunCommand& command) {
   if (!recording && shown) recording = RunRecording::tap_only(*plan.value, tap);
   if (recording) recording->install(options);
   options.open_page = [&](const std::string& at, bool insecure) {
-    return open_page(*page, recording.get(), at, insecure);
+    auto there = open_page(*page, recording.get(), at, insecure);
+    if (there) {
+      // From now on somebody else may steer: the terminal says so.
+      const std::string what = "somebody attached to this run; the page: " + there->url;
+      if (view)
+        view->note(what);
+      else
+        say(what);
+    }
+    return there;
   };
   runtime::Run run(*plan.value, std::move(options));
   Interrupts interrupts(run);

@@ -2,6 +2,7 @@ import { spawn } from "node:child_process";
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
+import { after } from "node:test";
 import { fileURLToPath } from "node:url";
 
 /** The sources; examples are run from there. */
@@ -20,7 +21,9 @@ export function scratch() {
 }
 
 const started = new Set();
-process.on("exit", () => started.forEach((child) => child.kill("SIGKILL")));
+const end_all = () => started.forEach((child) => child.kill("SIGKILL"));
+process.on("exit", end_all);
+after(end_all); // what a failed test has left would keep the process alive
 
 /** Runs the program to its end: its exit code and what it wrote. */
 export function run(args, options = {}) {
@@ -39,29 +42,42 @@ export function run(args, options = {}) {
   });
 }
 
-/** Starts the program with a page, and waits for the line that says where it is. */
-export async function serve(args, options = {}) {
+/** Starts the program; `written(pattern)` waits until it has written what matches. */
+export function start(args, options = {}) {
   const child = spawn(program, args, { stdio: ["ignore", "pipe", "pipe"], ...options });
   started.add(child);
   let output = "";
-  const ended = new Promise((settle) => child.on("close", (code) => settle(code)));
-  const url = await new Promise((settle, fail) => {
-    const look = (data) => {
-      output += data;
-      const found = /the page: (http:\/\/\S+)/.exec(output);
-      if (found) settle(found[1]);
-    };
-    child.stdout.on("data", look);
-    child.stderr.on("data", look);
+  const waiting = new Set();
+  const look = (data) => {
+    output += data;
+    waiting.forEach((check) => check());
+  };
+  child.stdout.on("data", look);
+  child.stderr.on("data", look);
+  const ended = new Promise((settle, fail) => {
+    child.on("close", settle);
     child.on("error", fail);
-    void ended.then((code) => fail(new Error(`the program ended (${code}) before it served a page:\n${output}`)));
   });
   return {
-    url,
-    port: Number(new URL(url).port),
     pid: child.pid,
     output: () => output,
     ended,
+    written(pattern) {
+      return new Promise((settle, fail) => {
+        const give_up = (why) => fail(new Error(`the program ${why} before it wrote ${pattern}:\n${output}`));
+        const limit = setTimeout(give_up, kPatience_ms, "ran too long");
+        const check = () => {
+          const found = pattern.exec(output);
+          if (!found) return;
+          clearTimeout(limit);
+          waiting.delete(check);
+          settle(found);
+        };
+        waiting.add(check);
+        check();
+        ended.then((code) => give_up(`ended (${code})`), fail).finally(() => clearTimeout(limit));
+      });
+    },
     async stop(signal = "SIGINT") {
       child.kill(signal);
       const code = await ended;
@@ -69,6 +85,13 @@ export async function serve(args, options = {}) {
       return code;
     },
   };
+}
+
+/** Starts the program with a page, and waits for the line that says where it is. */
+export async function serve(args, options = {}) {
+  const served = start(args, options);
+  const [, url] = await served.written(/the page: (http:\/\/\S+)/);
+  return { ...served, url, port: Number(new URL(url).port) };
 }
 
 /** The run of `project` with a page at a free port, nothing recorded. */
