@@ -73,6 +73,7 @@ class Stream {
   void resume();
   /// In which listeners are called in real time.
   [[nodiscard]] ActorId actor() const { return actor_; }
+  /// The number of the last message, of lost ones too. From any thread.
   [[nodiscard]] std::uint64_t published() const { return sequence_; }
   [[nodiscard]] std::uint64_t lost() const { return lost_; }
 
@@ -98,7 +99,7 @@ class Stream {
   std::uint64_t untold_ = 0;  // of the lost ones, those that no listener was told of
   std::once_flag has_deadlines_;
   ActorId deadlines_ = 0;
-  std::uint64_t sequence_ = 0;
+  std::atomic<std::uint64_t> sequence_ = 0;  // written with the lock held
   CausalStamp stamp_ = 0;
   std::atomic<std::uint64_t> calls_ = 0;
   std::atomic<std::uint64_t> tick_ = 0;

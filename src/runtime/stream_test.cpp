@@ -107,8 +107,12 @@ TEST(Stream, NothingComesBetweenJudgementAndPublication) {
       });
     }
     int published = 0;
+    std::uint64_t count = 0;
     for (int i = 0; i < kRounds; ++i) {
       Decision decision;
+      // Asked while others publish, as a snapshot asks.
+      EXPECT_GE(stream.published(), count);
+      count = stream.published();
       ++round;
       round.notify_all();
       const auto now = stream.publish_if(
