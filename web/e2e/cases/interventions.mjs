@@ -4,15 +4,8 @@ import { cpSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 
-import { first_message, open_page, operate, text, until, verdicts } from "../harness/browser.mjs";
+import { first_message, interventions, open_page, open_tab, operate, state_of, text, until, verdicts } from "../harness/browser.mjs";
 import { example, run, scratch, serve_run } from "../harness/program.mjs";
-
-const state_of = (page) => first_message(page, "state");
-const tab = (page, name) => page.getByRole("tab", { name, exact: false }).click();
-
-/** Observations of what the page did, as the program keeps them. */
-const done_here = async (page) =>
-  (await operate(page, "messages", { limit: 500, filter: { name: "scenario.injection" } })).messages.map((message) => JSON.stringify(message));
 
 test("a breakpoint on a node stops the run there; a step goes on by one tick", async () => {
   const program = await serve_run(example("recharge"), { scenario: "normal" });
@@ -29,7 +22,7 @@ test("a breakpoint on a node stops the run there; a step goes on by one tick", a
   await until(async () => (await state_of(page)).tick === stopped.tick + 1, "one tick on");
   assert.equal((await state_of(page)).run.state, "paused");
 
-  await tab(page, "Standing");
+  await open_tab(page, "Standing");
   await page.getByRole("button", { name: /^Clear breakpoint/ }).click();
   await until(async () => (await operate(page, "interventions")).length === 0, "the breakpoint is gone");
   await close();
@@ -55,7 +48,7 @@ test("a leaf's forced result holds until it is cleared", async () => {
 test("a falsified reply reaches the skill, the service stays as it is", async () => {
   const program = await serve_run(example("recharge"), { scenario: "normal" });
   const { page, close } = await open_page(program.url);
-  await tab(page, "Faults");
+  await open_tab(page, "Faults");
   await page.getByLabel("Member").selectOption("percentage");
   await page.getByLabel("Value", { exact: true }).fill("much");
   assert.ok(await page.getByRole("button", { name: "Falsify" }).isDisabled(), "what is no number cannot be sent");
@@ -71,12 +64,12 @@ test("a falsified reply reaches the skill, the service stays as it is", async ()
 test("a skill is killed and restarted", async () => {
   const program = await serve_run(example("recharge"), { scenario: "normal" });
   const { page, close } = await open_page(program.url);
-  await tab(page, "Parts");
+  await open_tab(page, "Parts");
   await page.getByRole("button", { name: "Kill WaitForUser" }).click();
   await page.getByRole("row", { name: /WaitForUser/ }).getByText("killed").waitFor();
   await page.getByRole("button", { name: "Restart WaitForUser" }).click();
   await page.getByRole("row", { name: /WaitForUser/ }).getByText("thread").waitFor();
-  const seen = (await done_here(page)).join("\n");
+  const seen = (await interventions(page)).join("\n");
   assert.match(seen, /kill/);
   assert.match(seen, /restart/);
   await close();
@@ -90,7 +83,7 @@ test("what was done is saved as a scenario that does the same again", async () =
   const { page, close } = await open_page(program.url);
   await page.getByTestId("battery-robot").fill("10");
   await page.getByTestId("violation-banner").waitFor();
-  await tab(page, "Save");
+  await open_tab(page, "Save");
   await page.getByTestId("scenario-name").fill("by-hand");
   await page.getByTestId("save-scenario").click();
   assert.match(await page.getByTestId("saved-file").innerText(), /by-hand\.yaml/);

@@ -4,18 +4,8 @@ import { cpSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 
-import { first_message, open_page, operate, until } from "../harness/browser.mjs";
+import { open_page, operate, place, state_of, until, view_of } from "../harness/browser.mjs";
 import { example, scratch, serve_run } from "../harness/program.mjs";
-
-const state_of = (page) => first_message(page, "state");
-const view_of = async (page) => (await page.getByTestId("map").getAttribute("data-view")).split(" ").map(Number);
-
-/** Where a point of the world is in the window. */
-async function place(page, [x, y]) {
-  const box = await page.getByTestId("map").boundingBox();
-  const [scale, dx, dy] = await view_of(page);
-  return [box.x + scale * x + dx, box.y + dy - scale * y];
-}
 
 /** Pixels of the map in the color that particles are drawn with. */
 const particle_pixels = (page) =>

@@ -2,23 +2,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { first_message, open_page, operate, text, until, verdicts } from "../harness/browser.mjs";
+import { interventions, open_page, open_tab, operate, place, state_of, text, until, verdicts } from "../harness/browser.mjs";
 import { example, serve_run } from "../harness/program.mjs";
-
-const state_of = (page) => first_message(page, "state");
-const tab = (page, name) => page.getByRole("tab", { name, exact: false }).click();
-
-/** Where a point of the world is in the window. */
-async function place(page, [x, y]) {
-  const map = page.getByTestId("map");
-  const box = await map.boundingBox();
-  const [scale, dx, dy] = (await map.getAttribute("data-view")).split(" ").map(Number);
-  return [box.x + scale * x + dx, box.y + dy - scale * y];
-}
-
-/** Observations of what the page did, as the program keeps them. */
-const done_here = async (page) =>
-  (await operate(page, "messages", { limit: 500, filter: { name: "scenario.injection" } })).messages.map((message) => JSON.stringify(message));
 
 test("the battery slider at 10 % violates requirement 1, and its chart stands in failure", async () => {
   const program = await serve_run(example("recharge"), { scenario: "normal" });
@@ -28,7 +13,7 @@ test("the battery slider at 10 % violates requirement 1, and its chart stands in
   await until(async () => (await verdicts(page)).battery === "violated", "the monitor of the battery is violated");
   await page.getByTestId("chart-pick").selectOption("monitor:battery");
   await page.locator('[data-testid=chart][data-chart="monitor:battery"] [data-id=failure][data-active=true]').waitFor();
-  assert.match((await done_here(page)).join("\n"), /setBatteryCharge.*studio|studio.*setBatteryCharge/);
+  assert.match((await interventions(page)).join("\n"), /setBatteryCharge.*studio|studio.*setBatteryCharge/);
   await close();
   await program.stop();
 });
@@ -63,7 +48,7 @@ test("the robot is dragged, and obstacles come and go", async () => {
   await page.getByTestId("map").focus();
   await page.keyboard.press("t");
   await page.mouse.click(...(await place(page, [2.7, 7.5])));
-  await until(async () => (await done_here(page)).some((message) => message.includes("gotoTargetByAbsoluteLocation")), "a goal was set by hand");
+  await until(async () => (await interventions(page)).some((message) => message.includes("gotoTargetByAbsoluteLocation")), "a goal was set by hand");
   await close();
   await program.stop();
 });
@@ -90,7 +75,7 @@ test("a robot is plugged in at a station, and on its way the page says why not",
 test("a service is called with a form made from its interface", async () => {
   const program = await serve_run(example("recharge"), { scenario: "normal" });
   const { page, close } = await open_page(program.url);
-  await tab(page, "Call");
+  await open_tab(page, "Call");
   await page.getByTestId("call-service").selectOption("battery");
   await page.getByTestId("call-method").selectOption("getBatteryCharge");
   await page.getByRole("button", { name: "Call", exact: true }).click();

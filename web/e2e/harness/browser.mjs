@@ -114,6 +114,26 @@ export function first_message(page, type) {
   );
 }
 
+/** The state of the present. */
+export const state_of = (page) => first_message(page, "state");
+
+/** Opens a tab of the panel that steers. */
+export const open_tab = (page, name) => page.getByRole("tab", { name, exact: false }).click();
+
+/** Scale and offset of the map. */
+export const view_of = async (page) => (await page.getByTestId("map").getAttribute("data-view")).split(" ").map(Number);
+
+/** Where a point of the world is in the window. */
+export async function place(page, [x, y]) {
+  const box = await page.getByTestId("map").boundingBox();
+  const [scale, dx, dy] = await view_of(page);
+  return [box.x + scale * x + dx, box.y + dy - scale * y];
+}
+
+/** Interventions, as the program keeps them. */
+export const interventions = async (page) =>
+  (await operate(page, "messages", { limit: 500, filter: { name: "scenario.injection" } })).messages.map((message) => JSON.stringify(message));
+
 export const text = async (page, id) => (await page.getByTestId(id).innerText()).replace(/\s+/g, " ");
 
 /** By monitor: its verdict as the page says it, in words and in the shape's label. */
