@@ -10,6 +10,7 @@
 #include <QScxmlStateMachine>
 #include <algorithm>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <regex>
 #include <string>
