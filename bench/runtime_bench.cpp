@@ -15,6 +15,7 @@
 #include <optional>
 #include <vector>
 
+#include "sentree/record/sink.h"
 #include "sentree/runtime/monitors.h"
 #include "sentree/runtime/recording.h"
 #include "sentree/runtime/run.h"
@@ -103,11 +104,6 @@ void observation(benchmark::State& state) {
 }
 BENCHMARK(observation)->Unit(benchmark::kMillisecond)->Iterations(10);
 
-class Discard final : public record::Sink {
- public:
-  Result<void> write(std::string_view) override { return {}; }
-};
-
 double thread_cpu_s() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -145,7 +141,7 @@ void recording(benchmark::State& state) {
       });
       std::optional<RunRecorder> recorder;
       if (recorded) {
-        recorder.emplace(plan, std::vector<text::ReadFile>{}, std::make_unique<Discard>(), RecordingOptions{});
+        recorder.emplace(plan, std::vector<text::ReadFile>{}, std::make_unique<record::NullSink>(), RecordingOptions{});
         recorder->install(options);
       }
       // The mission's end is the last thing that the run's thread does.

@@ -34,7 +34,7 @@ std::string random_text(Rng& rng, std::size_t size_max) {
 Written write_random(std::uint64_t seed, Compression compression) {
   Rng rng(seed);
   Written written;
-  StringSink sink;
+  StringSink sink(written.file);
   Writer writer(sink, compression);
   EXPECT_TRUE(writer.begin("", "test"));
   std::vector<Schema> schemas{{1, "a", "jsonschema", "{}"}, {2, "b", "jsonschema", random_text(rng, 50)}};
@@ -68,9 +68,8 @@ Written write_random(std::uint64_t seed, Compression compression) {
       EXPECT_TRUE(writer.write(written.metadata.back()));
     }
   }
-  written.data_end = sink.text.size();
+  written.data_end = written.file.size();
   EXPECT_TRUE(writer.end(schemas, channels));
-  written.file = std::move(sink.text);
   return written;
 }
 
@@ -179,11 +178,12 @@ TEST(Mcap, ReadsMessagesOutsideOfChunks) {
   records.add(Channel{1, 0, "/a", "json", {}});
   records.add(RawMessage{1, 1, 20, 20, "{}"});
   records.add(RawMessage{1, 2, 10, 10, "[]"});
-  StringSink sink;
+  std::string file;
+  StringSink sink(file);
   Writer writer(sink, Compression::kNone);
   ASSERT_TRUE(writer.begin("", "test"));
   ASSERT_TRUE(sink.write(records.records));
-  const auto reader = open(sink.text);
+  const auto reader = open(file);
   const auto messages = read_all(*reader);
   ASSERT_THAT(messages, SizeIs(2));
   EXPECT_EQ(messages[0].data, "[]");
@@ -191,7 +191,8 @@ TEST(Mcap, ReadsMessagesOutsideOfChunks) {
 }
 
 TEST(Mcap, MergesChunksThatOverlapInTime) {
-  StringSink sink;
+  std::string file;
+  StringSink sink(file);
   Writer writer(sink);
   ASSERT_TRUE(writer.begin("", "test"));
   const Channel channel{1, 0, "/a", "json", {}};
@@ -203,7 +204,7 @@ TEST(Mcap, MergesChunksThatOverlapInTime) {
   }
   ASSERT_TRUE(writer.end({}, {channel}));
   std::vector<std::uint64_t> times;
-  for (const Read& message : read_all(*open(sink.text))) times.push_back(message.head.log_time);
+  for (const Read& message : read_all(*open(file))) times.push_back(message.head.log_time);
   EXPECT_THAT(times, ElementsAre(0, 1, 2, 10, 11, 12, 20, 21, 22, 30, 31, 32));
 }
 
@@ -322,7 +323,8 @@ TEST(Reader, KeepsAsManyProblemsAsItSays) {
 }
 
 TEST(Reader, HoldsOverlappingChunksUpToABound) {
-  StringSink sink;
+  std::string file;
+  StringSink sink(file);
   Writer writer(sink);
   ASSERT_TRUE(writer.begin("", "test"));
   const Channel channel{1, 0, "/a", "json", {}};
@@ -337,7 +339,7 @@ TEST(Reader, HoldsOverlappingChunksUpToABound) {
   }
   ASSERT_TRUE(writer.end({}, {channel}));
   const auto code = [&](std::uint64_t overlap_max) {
-    const auto read = open(sink.text)->read({.overlap_max = overlap_max}, [](const RawMessage&) { return true; });
+    const auto read = open(file)->read({.overlap_max = overlap_max}, [](const RawMessage&) { return true; });
     return read ? "read" : read.error().code;
   };
   EXPECT_EQ(code(held), "read");

@@ -25,19 +25,6 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
 
-// Shares its text with the test.
-class SharedSink final : public Sink {
- public:
-  explicit SharedSink(std::string& text) : text_(text) {}
-  Result<void> write(std::string_view bytes) override {
-    text_ += bytes;
-    return {};
-  }
-
- private:
-  std::string& text_;
-};
-
 // A disk that hangs until it is let go.
 class HangingSink final : public Sink {
  public:
@@ -98,7 +85,7 @@ std::vector<std::string> texts(Reader& reader, std::string_view topic) {
 TEST(Recorder, WritesWhatItIsGivenAndTheSameBytesEachTime) {
   const auto record = [] {
     std::string file;
-    Recorder recorder(std::make_unique<SharedSink>(file),
+    Recorder recorder(std::make_unique<StringSink>(file),
                       {.chunk_size = 1000, .flush_every = Duration(0), .wait_when_full = true});
     const ChannelId a = recorder.add_channel("/a", "test.A", "{}");
     recorder.attach({0, 0, "file.txt", "text/plain", "content"});
@@ -123,7 +110,7 @@ TEST(Recorder, WritesWhatItIsGivenAndTheSameBytesEachTime) {
 
 TEST(Recorder, IsFollowedFromAnyMessageOnWhenAllBeforeAreWritten) {
   std::string file;
-  Recorder recorder(std::make_unique<SharedSink>(file), {.flush_every = Duration(0), .wait_when_full = true});
+  Recorder recorder(std::make_unique<StringSink>(file), {.flush_every = Duration(0), .wait_when_full = true});
   const ChannelId a = recorder.add_channel("/a", "test.A", "{}");
   const auto put = [&](int i) { recorder.message(a, at_ms(i), [&](std::string& out) { out += std::to_string(i); }); };
   constexpr int kBefore = 100;

@@ -18,14 +18,17 @@ class Sink {
   [[nodiscard]] virtual Result<void> write(std::string_view bytes) = 0;
 };
 
-/// Keeps what is written.
+/// Writes to the end of a string, which is borrowed.
 class StringSink final : public Sink {
  public:
+  explicit StringSink(std::string& text) : text_(text) {}
   Result<void> write(std::string_view bytes) override {
-    text += bytes;
+    text_ += bytes;
     return {};
   }
-  std::string text;
+
+ private:
+  std::string& text_;
 };
 
 /// Keeps nothing: for who only looks at the messages that are recorded.

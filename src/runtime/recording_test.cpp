@@ -17,18 +17,6 @@ using ::testing::Contains;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-class SharedSink final : public record::Sink {
- public:
-  explicit SharedSink(std::string& text) : text_(text) {}
-  Result<void> write(std::string_view bytes) override {
-    text_ += bytes;
-    return {};
-  }
-
- private:
-  std::string& text_;
-};
-
 struct Recorded {
   std::string file;
   RunReport report;
@@ -46,7 +34,7 @@ Recorded record_run(const std::string& scenario, Duration duration, RunOptions o
   auto plan = prepare(std::move(*loaded.value));
   EXPECT_TRUE(plan.ok());
   options.listeners.push_back([&](const Message& message) { recorded.observations.push_back(message); });
-  RunRecorder recorder(*plan.value, log.files(), std::make_unique<SharedSink>(recorded.file), {});
+  RunRecorder recorder(*plan.value, log.files(), std::make_unique<record::StringSink>(recorded.file), {});
   recorder.install(options);
   Run run(*plan.value, std::move(options));
   recorded.report = run.execute();
@@ -192,7 +180,7 @@ TEST_F(Recording, ShowsTreeChartsMonitorsAndRobot) {
 TEST_F(Recording, RefusesNamesThatLeadOutOfItsFolder) {
   for (const std::string name : {"project/../../evil.sh", "project//etc/evil"}) {
     std::string file;
-    record::Recorder recorder(std::make_unique<SharedSink>(file), {});
+    record::Recorder recorder(std::make_unique<record::StringSink>(file), {});
     recorder.add_channel(std::string(record::kObservationsTopic), "sentree.Observation", "{}");
     recorder.add({std::string(kRunMetadata), {{"source", "sentree.yaml"}, {"project", "sentree.yaml"}}});
     recorder.attach({.name = name, .media_type = "", .data = "x"});

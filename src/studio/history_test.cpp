@@ -6,6 +6,7 @@
 
 #include "sentree/base/json.h"
 #include "sentree/record/observation.h"
+#include "sentree/record/sink.h"
 #include "sentree/runtime/recording.h"
 #include "sentree/runtime/run.h"
 #include "sentree/studio/detail/test_support.h"
@@ -13,18 +14,6 @@
 
 namespace sentree::studio {
 namespace {
-
-class SharedSink final : public record::Sink {
- public:
-  explicit SharedSink(std::string& text) : text_(text) {}
-  Result<void> write(std::string_view bytes) override {
-    text_ += bytes;
-    return {};
-  }
-
- private:
-  std::string& text_;
-};
 
 // One run, with its history as it went on, its recording, and its observations for a straightforward look.
 struct Watched {
@@ -38,7 +27,7 @@ struct Watched {
     recording.tap = [&](const record::Channel& channel, TimePoint time, std::string_view packed) {
       intake.take(channel, time, packed);
     };
-    runtime::RunRecorder recorder(plan, {}, std::make_unique<SharedSink>(file), std::move(recording));
+    runtime::RunRecorder recorder(plan, {}, std::make_unique<record::StringSink>(file), std::move(recording));
     recorder.install(options);
     runtime::Run run(plan, std::move(options));
     recorder.finish(run.execute());
