@@ -134,6 +134,8 @@ grep -q 'mission.tick</code> × 10<' out || fail "ticks that only follow each ot
 grep -q '<th>by<th>what' out || fail "the interventions of the report have a header"
 grep -q 'never emptier than 20 %' out || fail "the report says what an undecided monitor requires"
 grep -qE '(src|href)="?http' out && fail "the report needs other pages"
+expect 3 'no temporary folder' env TMPDIR=/nowhere "$sentree" replay failure.mcap
+expect 4 'no folder for its sockets' env TMPDIR=/nowhere "$sentree" run "$project" --processes --no-record
 expect 3 'not a recording' "$sentree" replay "$project/mission.xml"
 
 if [[ $failures -gt 0 ]]; then echo "$failures failed" && exit 1; fi

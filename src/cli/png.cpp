@@ -1,13 +1,10 @@
 #include "sentree/cli/png.h"
 
-#include <fcntl.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cstdlib>
-#include <filesystem>
-
+#include "sentree/base/temporary_folder.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/text/file.h"
@@ -21,13 +18,12 @@ int write_png(const std::string& svg, const std::string& output) {
     say("a PNG is not for a terminal; name a file with --output, e.g. -o picture.png");
     return kUsage;
   }
-  std::string name = (std::filesystem::temp_directory_path() / "sentree-XXXXXX").string();
-  const int file = mkstemp(name.data());
-  if (file < 0) {
-    say(name + ": cannot be made");
+  const TemporaryFolder folder("picture");
+  if (folder.path().empty()) {
+    say("no temporary folder can be made; TMPDIR names where");
     return kEnvironment;
   }
-  close(file);
+  std::string name = (folder.path() / "picture.svg").string();
   int code = kEnvironment;
   if (const auto written = text::write_file(name, svg); !written) {
     say(to_string(written.error()));
@@ -48,8 +44,6 @@ int write_png(const std::string& svg, const std::string& output) {
       say("rsvg-convert could not write the picture");
     }
   }
-  std::error_code error;
-  std::filesystem::remove(name, error);
   return code;
 }
 

@@ -9,6 +9,7 @@
 #include <mutex>
 
 #include "sentree/base/rng.h"
+#include "sentree/base/temporary_folder.h"
 #include "sentree/record/folder.h"
 #include "sentree/record/foxglove.h"
 #include "sentree/record/observation.h"
@@ -309,13 +310,6 @@ TEST(Foxglove, WritesJsonWithTheMembersOfItsSchema) {
 
 class Folder : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "sentree-folder-XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   fs::path add(const std::string& name, int age_s, std::size_t size = 10) {
     const fs::path path = folder_ / name;
     EXPECT_TRUE(text::write_file(path, std::string(size, 'x')));
@@ -323,7 +317,8 @@ class Folder : public ::testing::Test {
     return path;
   }
 
-  fs::path folder_;
+  const TemporaryFolder files_{"test"};
+  const fs::path folder_ = files_.path();
 };
 
 TEST_F(Folder, NamesRecordingsAfterScenarioAndTime) {

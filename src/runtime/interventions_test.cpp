@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <random>
 
+#include "sentree/base/temporary_folder.h"
 #include "sentree/runtime/detail/steering_fixture.h"
 #include "sentree/runtime/recording.h"
 #include "sentree/runtime/scenario_text.h"
@@ -282,24 +283,21 @@ TEST(Standing, IsBounded) {
 class Repeated : public testing::Test {
  protected:
   void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "sentree-steering-test-XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-    fs::copy(fs::path(SENTREE_SOURCE_DIR) / "examples/recharge", folder_ / "recharge", fs::copy_options::recursive);
+    fs::copy(fs::path(SENTREE_SOURCE_DIR) / "examples/recharge", folder_.path() / "recharge",
+             fs::copy_options::recursive);
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   Scenario load(const std::string& name) {
-    auto loaded = load_scenario(folder_ / "recharge/scenarios" / (name + ".yaml"));
+    auto loaded = load_scenario(folder_.path() / "recharge/scenarios" / (name + ".yaml"));
     EXPECT_TRUE(loaded.ok()) << to_string(loaded.diagnostics.front());
     return std::move(*loaded.value);
   }
   Scenario load_text(const std::string& text) {
-    EXPECT_TRUE(text::write_file(folder_ / "recharge/scenarios/again.yaml", text).has_value());
+    EXPECT_TRUE(text::write_file(folder_.path() / "recharge/scenarios/again.yaml", text).has_value());
     return load("again");
   }
 
-  fs::path folder_;
+  const TemporaryFolder folder_{"test"};
 };
 
 std::string log_of(Scenario scenario, RunReport* report = nullptr) {
@@ -368,7 +366,7 @@ TEST_F(Repeated, AsAScenarioARunIsTheSameByteForByte) {
     Scenario scenario = load(std::vector<std::string>{"normal", "experiment1", "experiment2"}[random() % 3]);
     scenario.duration = seconds(60);
     scenario.seed = random();
-    const std::string path = (folder_ / "run.mcap").string();
+    const std::string path = (folder_.path() / "run.mcap").string();
     auto plan = prepare(scenario);
     ASSERT_TRUE(plan.ok());
     RunRecorder recorder(*plan.value, files.files(), std::move(*record::FileSink::create(path)), {});
@@ -428,8 +426,9 @@ TEST_F(Repeated, AScenarioKeepsItsOverridesAndSaysWhatWasDone) {
 
 TEST_F(Repeated, ATimelineSaysItsMistakesWithTheirPlace) {
   const auto code = [&](const std::string& entry) {
-    (void)text::write_file(folder_ / "recharge/scenarios/again.yaml", "timeline:\n  - {at: 1 s, " + entry + "}\n");
-    auto loaded = load_scenario(folder_ / "recharge/scenarios/again.yaml");
+    (void)text::write_file(folder_.path() / "recharge/scenarios/again.yaml",
+                           "timeline:\n  - {at: 1 s, " + entry + "}\n");
+    auto loaded = load_scenario(folder_.path() / "recharge/scenarios/again.yaml");
     if (!loaded.ok()) return loaded.diagnostics.front().code;
     const auto plan = prepare(std::move(*loaded.value));
     if (plan.diagnostics.empty()) return std::string();

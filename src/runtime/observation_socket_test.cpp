@@ -14,6 +14,8 @@
 #include <thread>
 #include <vector>
 
+#include "sentree/base/temporary_folder.h"
+
 namespace sentree::runtime {
 namespace {
 
@@ -23,26 +25,20 @@ using testing::HasSubstr;
 class ObservationSocket : public testing::Test {
  protected:
   ObservationSocket() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "sentree-test-XXXXXX").string();
-    folder_ = mkdtemp(pattern.data());
     auto inbox = ObservationInbox::open(
         path(), [this](Message message) { taken_.push_back(message.name); },
         [this](const std::string& what) { problems_.push_back(what); });
     EXPECT_TRUE(inbox.has_value());
     inbox_ = std::move(*inbox);
   }
-  ~ObservationSocket() override {
-    inbox_.reset();
-    std::filesystem::remove_all(folder_);
-  }
-  std::string path() const { return folder_ + "/observations"; }
+  std::string path() const { return (folder_.path() / "observations").string(); }
   static Message named(std::string name) {
     Message message;
     message.name = std::move(name);
     return message;
   }
 
-  std::string folder_;
+  const TemporaryFolder folder_{"test"};
   // Written by whoever drains, one at a time; read after `close`.
   std::vector<std::string> taken_;
   std::vector<std::string> problems_;

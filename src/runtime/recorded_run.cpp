@@ -5,6 +5,7 @@
 #include <charconv>
 
 #include "sentree/base/json.h"
+#include "sentree/base/temporary_folder.h"
 #include "sentree/idl/conform.h"
 #include "sentree/record/observation.h"
 #include "sentree/runtime/recording.h"
@@ -37,17 +38,7 @@ bool is_harmless(const fs::path& name) {
 }  // namespace
 
 struct RecordedRun::Folder {
-  Folder() {
-    std::string pattern = (fs::temp_directory_path() / "sentree-recording-XXXXXX").string();
-    if (mkdtemp(pattern.data()) != nullptr) path = pattern;
-  }
-  ~Folder() {
-    std::error_code error;
-    if (!path.empty()) fs::remove_all(path, error);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  fs::path path;
+  TemporaryFolder files{"recording"};
   fs::path source;
 };
 
@@ -137,13 +128,14 @@ Result<std::optional<RecordedRun::Snapshot>> RecordedRun::snapshot(TimePoint tim
 Result<fs::path> RecordedRun::extract() {
   if (folder_) return folder_->source;
   auto folder = std::make_unique<Folder>();
-  if (folder->path.empty()) return fail("file.unwritable", "no temporary folder can be made", SourceSpan{path_});
+  if (folder->files.path().empty())
+    return fail("file.unwritable", "no temporary folder can be made", SourceSpan{path_});
   const auto put = [&](const std::string& name, const std::string& content) -> Result<void> {
     if (!is_harmless(name))
       return fail("record.bad-name", "attachment \"" + name + "\" would lie outside of its folder", SourceSpan{path_});
     std::error_code error;
-    fs::create_directories((folder->path / name).parent_path(), error);
-    return text::write_file(folder->path / name, content);
+    fs::create_directories((folder->files.path() / name).parent_path(), error);
+    return text::write_file(folder->files.path() / name, content);
   };
   bool any = false;
   for (const record::AttachmentIndex& index : reader_->attachments()) {
@@ -157,7 +149,7 @@ Result<fs::path> RecordedRun::extract() {
   const std::string source = fact("source");
   if (!any || source.empty() || !is_harmless(source))
     return fail("record.no-project", "the recording holds no project to run again", SourceSpan{path_});
-  folder->source = folder->path / source;
+  folder->source = folder->files.path() / source;
   folder_ = std::move(folder);
   return folder_->source;
 }

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "sentree/base/temporary_folder.h"
 #include "sentree/monitor/monitor.h"
 #include "sentree/record/observation.h"
 #include "sentree/runtime/recorded_run.h"
@@ -44,22 +45,15 @@ Recorded record_run(const std::string& scenario, Duration duration, RunOptions o
 
 class Recording : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "sentree-recording-test-XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   RecordedRun open(const std::string& file) {
-    const fs::path path = folder_ / "run.mcap";
+    const fs::path path = folder_.path() / "run.mcap";
     EXPECT_TRUE(text::write_file(path, file));
     auto run = RecordedRun::open(path.string());
     EXPECT_TRUE(run.has_value()) << to_string(run.error());
     return std::move(*run);
   }
 
-  fs::path folder_;
+  const TemporaryFolder folder_{"test"};
 };
 
 TEST_F(Recording, HoldsEveryObservationOfTheRun) {

@@ -5,6 +5,7 @@
 
 #include "sentree/base/json.h"
 #include "sentree/base/rng.h"
+#include "sentree/base/temporary_folder.h"
 #include "sentree/runtime/recording.h"
 #include "sentree/runtime/snapshot.h"
 
@@ -20,15 +21,8 @@ const fs::path kRecharge = fs::path(SENTREE_SOURCE_DIR) / "examples/recharge";
 
 class Replays : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "sentree-replay-test-XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   RecordedRun record_run(const fs::path& scenario, bool virtual_time, Duration duration, double factor = 1.0) {
-    const std::string file = (folder_ / "run.mcap").string();
+    const std::string file = (folder_.path() / "run.mcap").string();
     const text::ReadLog log;
     auto loaded = load_scenario(scenario);
     EXPECT_TRUE(loaded.ok());
@@ -52,7 +46,7 @@ class Replays : public ::testing::Test {
 
   // The recharge project with one skill replaced by another file of it.
   fs::path project_with(const std::string& skill, const std::string& file) {
-    const fs::path folder = folder_ / "changed";
+    const fs::path folder = folder_.path() / "changed";
     fs::copy(kRecharge, folder, fs::copy_options::recursive);
     fs::copy_file(kRecharge / file, folder / "skills" / (skill + ".scxml"), fs::copy_options::overwrite_existing);
     return folder;
@@ -71,7 +65,7 @@ class Replays : public ::testing::Test {
     return std::move(*report);
   }
 
-  fs::path folder_;
+  const TemporaryFolder folder_{"test"};
   std::vector<Message> replayed_;
 };
 
@@ -86,7 +80,7 @@ TEST_F(Replays, AnUnchangedProjectDoesTheSameInEveryObservation) {
 }
 
 TEST_F(Replays, WhatWasDoneToARunIsDoneToItsReplay) {
-  const fs::path file = folder_ / "faults.yaml";
+  const fs::path file = folder_.path() / "faults.yaml";
   ASSERT_TRUE(text::write_file(file, "project: " + kRecharge.string() + R"(
 delays:
   - {message: navigation.*, by: 7 ms}

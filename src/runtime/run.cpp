@@ -9,6 +9,7 @@
 #include <set>
 
 #include "sentree/base/assert.h"
+#include "sentree/base/temporary_folder.h"
 #include "sentree/idl/conform.h"
 #include "sentree/runtime/control.h"
 #include "sentree/runtime/environment.h"
@@ -32,25 +33,6 @@ namespace {
 
 // What a run's processes get to end in order.
 constexpr std::chrono::seconds kEndPatience{2};
-
-// A private folder for the sockets of one run.
-class RunFolder {
- public:
-  RunFolder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "sentree-run-XXXXXX").string();
-    if (mkdtemp(pattern.data()) != nullptr) path_ = pattern;
-  }
-  ~RunFolder() {
-    std::error_code error;
-    if (!path_.empty()) std::filesystem::remove_all(path_, error);
-  }
-  RunFolder(const RunFolder&) = delete;
-  RunFolder& operator=(const RunFolder&) = delete;
-  [[nodiscard]] const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
 
 void replace_all(std::string& text, const std::string& what, const std::string& with) {
   for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + with.size())) {
@@ -225,6 +207,10 @@ class Run::Impl final : public RunView, private RunInside {
   }
 
   std::optional<std::string> prepare() {
+    if (anything_remote()) {
+      folder_.emplace("run");
+      if (folder_->path().empty()) return "no folder for its sockets can be made; TMPDIR names where";
+    }
     if (auto error = start_components()) return error;
     if (auto error = start_skills()) return error;
     if (auto error = connect_observers()) return error;
@@ -238,10 +224,7 @@ class Run::Impl final : public RunView, private RunInside {
 
   // "{name}" stands for the address of a process of the scenario, "{run}" for the run's private folder.
   std::string resolved(std::string text) {
-    if (text.find("{run}") != std::string::npos) {
-      if (!folder_) folder_ = std::make_unique<RunFolder>();
-      replace_all(text, "{run}", folder_->path());
-    }
+    if (folder_) replace_all(text, "{run}", folder_->path().string());
     if (supervisor_) {
       for (const auto& process : supervisor_->running()) replace_all(text, "{" + process.name + "}", process.address);
     }
@@ -302,7 +285,7 @@ class Run::Impl final : public RunView, private RunInside {
     if (!anything_remote()) return std::nullopt;
     const std::string address = resolved("unix:{run}/observer.sock");
     auto inbox = ObservationInbox::open(
-        observation_path(folder_->path() + "/observer.sock"),
+        observation_path((folder_->path() / "observer.sock").string()),
         [this](Message message) { stream_.publish(std::move(message)); },
         [this](const std::string& what) { problem(what); });
     if (!inbox) return inbox.error().message;
@@ -612,7 +595,7 @@ class Run::Impl final : public RunView, private RunInside {
   const Plan& plan_;
   const Scenario& scenario_;
   RunOptions options_;
-  std::unique_ptr<RunFolder> folder_;
+  std::optional<TemporaryFolder> folder_;    // for sockets
   std::unique_ptr<ObservationInbox> inbox_;  // null: everything runs in this process
   std::map<std::string, ServicePlan> services_;
   std::unique_ptr<Scheduler> scheduler_;

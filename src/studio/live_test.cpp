@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <string>
 
 #include "sentree/base/json.h"
+#include "sentree/base/temporary_folder.h"
 #include "sentree/record/reader.h"
 #include "sentree/record/sink.h"
 #include "sentree/runtime/run.h"
@@ -15,17 +15,9 @@
 namespace sentree::studio {
 namespace {
 
-namespace fs = std::filesystem;
-
 // A run that is recorded to a file and has no page at first.
 class Attached : public ::testing::Test {
  protected:
-  Attached() : folder_(fs::temp_directory_path() / ("sentree-attached-" + std::to_string(::getpid()))) {
-    fs::create_directories(folder_);
-    file_ = (folder_ / "run.mcap").string();
-  }
-  ~Attached() override { fs::remove_all(folder_); }
-
   // Runs to the end; does `then` at the observation of that number.
   void run(std::uint64_t at, const std::function<void()>& then) {
     runtime::RunOptions options;
@@ -46,8 +38,8 @@ class Attached : public ::testing::Test {
     live_.ended(report);
   }
 
-  fs::path folder_;
-  std::string file_;
+  const TemporaryFolder folder_{"test"};
+  const std::string file_ = (folder_.path() / "run.mcap").string();
   runtime::Plan plan_ = recharge_plan("experiment1", std::chrono::seconds(30));
   Live live_{plan_};
   std::unique_ptr<runtime::RunRecorder> recorder_;
@@ -100,18 +92,18 @@ TEST_F(Attached, OpensOnceAndAgainWhereThePortIsTaken) {
   const std::uint16_t taken = live_.server().port();
 
   Live other(plan_);
-  const auto sink = [&] { return std::move(*record::FileSink::create(folder_ / "other.mcap")); };
+  const auto sink = [&] { return std::move(*record::FileSink::create(folder_.path() / "other.mcap")); };
   runtime::RunRecorder recorder(plan_, {}, sink(), {});
-  const auto refused = other.open({.port = taken}, recorder, (folder_ / "other.mcap").string());
+  const auto refused = other.open({.port = taken}, recorder, (folder_.path() / "other.mcap").string());
   ASSERT_FALSE(refused.has_value());
   EXPECT_EQ(refused.error().code, "http.port-taken");
   EXPECT_FALSE(other.is_open());
-  EXPECT_TRUE(other.open({}, recorder, (folder_ / "other.mcap").string()).has_value());
+  EXPECT_TRUE(other.open({}, recorder, (folder_.path() / "other.mcap").string()).has_value());
 }
 
 TEST_F(Attached, SaysThatTheRecordingCannotBeReadAndTheRunGoesOn) {
   run(100, [&] {
-    const auto opened = live_.open({}, *recorder_, (folder_ / "nothing.mcap").string());
+    const auto opened = live_.open({}, *recorder_, (folder_.path() / "nothing.mcap").string());
     EXPECT_FALSE(opened.has_value());
     EXPECT_FALSE(live_.is_open());
   });

@@ -5,12 +5,12 @@
 
 #include <array>
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <string>
 #include <vector>
 
 #include "sentree/base/rng.h"
+#include "sentree/base/temporary_folder.h"
 #include "sentree/idl/schema.h"
 
 namespace sentree::idl {
@@ -195,33 +195,18 @@ constexpr auto kCases = std::to_array<const char*>({
     "foo bar",
 });
 
-class Folder {
- public:
-  Folder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "sentree-idl-XXXXXX").string();
-    path_ = ::mkdtemp(pattern.data());
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  ~Folder() { std::filesystem::remove_all(path_); }
-  [[nodiscard]] std::string file(const char* name) const { return (path_ / name).string(); }
-
- private:
-  std::filesystem::path path_;
-};
-
 class Compiler : public ::testing::Test {
  protected:
   static constexpr const char* kPart = "struct P {1: i32 a} enum E {X} const i32 K = 3 service T {void f()}";
 
-  void SetUp() override { std::ofstream(folder_.file("part.thrift")) << kPart; }
+  void SetUp() override { std::ofstream(file("part.thrift")) << kPart; }
 
   // Accepted if both a generator that needs every name and one that needs none take it.
   bool compiler_accepts(const std::string& source) {
-    std::ofstream(folder_.file("case.thrift")) << source;
+    std::ofstream(file("case.thrift")) << source;
     for (const char* generator : {"cpp", "xml"}) {
       const std::string command = std::string("timeout 10 " SENTREE_THRIFT_COMPILER " --gen ") + generator + " -out " +
-                                  folder_.file("") + " " + folder_.file("case.thrift") + " >/dev/null 2>&1";
+                                  folder_.path().string() + " " + file("case.thrift") + " >/dev/null 2>&1";
       if (std::system(command.c_str()) != 0) return false;
     }
     return true;
@@ -245,7 +230,9 @@ class Compiler : public ::testing::Test {
     EXPECT_EQ(loaded.ok(), compiler_accepts(source)) << source << "\nwe say: " << said;
   }
 
-  Folder folder_;
+  [[nodiscard]] std::string file(const char* name) const { return (folder_.path() / name).string(); }
+
+  const TemporaryFolder folder_{"test"};
 };
 
 TEST_F(Compiler, AgreesOnWhatIsAcceptedAndWhatIsRefused) {
