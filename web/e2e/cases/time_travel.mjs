@@ -59,6 +59,16 @@ test("a click on a message goes to its moment; search finds it", async () => {
   await program.stop();
 });
 
+test("a long witness can be read to its end", async () => {
+  const { program, page, close } = await ended_run("experiment2");
+  const details = await page.locator(".banner-details").evaluate((all) => [all, ...all.children].map((element) => element.clientHeight));
+  assert.ok(Math.max(...details) === details[0], "story and witness stay within the banner");
+  await page.locator(".witness-line").last().click();
+  await until(async () => (await shown_time(page)) === 53.1e9, "its last observation was at 53.1 s");
+  await close();
+  await program.stop();
+});
+
 test("several pages are each at a moment of their own", async () => {
   const program = await serve_run(example("recharge"), { scenario: "normal" });
   const pages = await Promise.all([1, 2, 3].map(() => open_page(program.url)));
