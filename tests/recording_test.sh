@@ -118,6 +118,7 @@ expect 1 'monitor recharge: violated at 53.100 s' "$sentree" replay failure.mcap
 cp -r "$project" fixed && cp fixed/skills/BatteryLevelAbove.scxml fixed/skills/BatteryLevelAbove-buggy.scxml
 expect 1 'BatteryLevelAbove30' "$sentree" replay failure.mcap --project fixed
 grep -q 'AtStation asks .*which was not recorded; the replay ends here' out || fail "the replay did not say which request was not recorded"
+expect 1 'mission\.tick, 10 times' "$sentree" monitor check failure.mcap --monitor "$project/monitors/recharge.scxml" --violated failure
 expect 1 'the simulator took over' "$sentree" replay failure.mcap --project fixed --continue
 grep -q 'monitor recharge: undecided' out || fail "the fixed skill still violates recharge"
 expect 0 '^time_s,sequence,tick' "$sentree" export failure.mcap --to csv

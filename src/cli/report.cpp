@@ -103,12 +103,22 @@ std::string story(const runtime::MonitorReport& report) {
               ? "   The observations that led there, none of which can be left out:\n"
               : "   Observations that led there (some may not matter: there are too many to try):\n";
   constexpr std::size_t kShownMax = 40;
-  for (std::size_t i = 0; i < decision.witness.size(); ++i) {
-    if (i == kShownMax) {
-      text += fmt::format("   … and {} more (--json has all)\n", decision.witness.size() - kShownMax);
+  const std::vector<Message>& witness = decision.witness;
+  const auto is_tick = [&](std::size_t i) { return witness[i].name == "mission.tick"; };
+  std::size_t lines = 0;
+  for (std::size_t i = 0; i < witness.size(); ++i) {
+    if (++lines > kShownMax) {
+      text += fmt::format("   … and {} more (--json has all)\n", witness.size() - i);
       break;
     }
-    text += "   " + line(decision.witness[i]) + "\n";
+    // Ticks that only follow each other are one line, but for the last observation, which may be what decided.
+    const std::size_t first = i;
+    while (i + 2 < witness.size() && is_tick(i) && is_tick(i + 1)) ++i;
+    if (i == first)
+      text += "   " + line(witness[i]) + "\n";
+    else
+      text += fmt::format("   {} to {:.3f} s  mission.tick, {} times\n", time_column(witness[first].time),
+                          seconds(witness[i].time), i - first + 1);
   }
   return text;
 }

@@ -105,15 +105,20 @@ std::string story(const Explanation& e, std::string_view indent) {
   const auto line = [&](const std::string& what) { text += std::string(indent) + what + "\n"; };
   if (!e.prose.empty()) line(e.prose);
   line("required: " + e.text);
-  constexpr std::size_t kEnd = 3;
-  for (std::size_t i = 0; i < e.steps.size(); ++i) {
-    // The beginning and the end tell most.
-    if (e.steps.size() > kStoryStepsMax && i == kStoryStepsMax - kEnd) {
-      line("  … " + std::to_string(e.steps.size() - kStoryStepsMax) + " more (--json has all)");
-      i = e.steps.size() - kEnd;
-    }
+  // Ticks that only follow each other are one line.
+  const auto is_plain_tick = [&](std::size_t i) {
     const Explanation::Step& step = e.steps[i];
-    std::string what = "  " + time_text(step.observation.time) + "  " + step.observation.name;
+    return step.observation.name == "mission.tick" && step.set.empty() && !step.is_trigger && !step.is_deciding;
+  };
+  std::vector<std::string> told;
+  for (std::size_t i = 0; i < e.steps.size(); ++i) {
+    const Explanation::Step& step = e.steps[i];
+    std::string what = "  " + time_text(step.observation.time);
+    const std::size_t first = i;
+    while (is_plain_tick(first) && i + 1 < e.steps.size() && is_plain_tick(i + 1)) ++i;
+    if (i > first) what += " to " + time_text(e.steps[i].observation.time);
+    what += "  " + step.observation.name;
+    if (i > first) what += ", " + std::to_string(i - first + 1) + " times";
     if (!step.observation.source.empty() && step.observation.source != "mission")
       what += " of " + step.observation.source;
     std::string set;
@@ -121,7 +126,16 @@ std::string story(const Explanation& e, std::string_view indent) {
     what += set;
     if (step.is_trigger) what += "  ← from here on it " + e.owed;
     if (step.is_deciding) what += std::string("  ← ") + std::string(to_string(e.verdict));
-    line(what);
+    told.push_back(std::move(what));
+  }
+  constexpr std::size_t kEnd = 3;
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    // The beginning and the end tell most.
+    if (told.size() > kStoryStepsMax && i == kStoryStepsMax - kEnd) {
+      line("  … " + std::to_string(told.size() - kStoryStepsMax) + " more (--json has all)");
+      i = told.size() - kEnd;
+    }
+    line(told[i]);
   }
   if (!e.deciding)
     line("  " + time_text(e.detected) + "  nothing came: the deadline passed, and the requirement " + e.owed);

@@ -42,7 +42,7 @@ struct Explanation {
 /// Nothing for a monitor that was drawn by hand. Replays the witness.
 [[nodiscard]] std::optional<Explanation> explain(const Model& model, const Decision& decision, std::string leaf);
 
-/// Steps that a story shows; of more it leaves out the middle.
+/// Steps that a story shows, ticks that only follow each other as one; of more it leaves out the middle.
 inline constexpr std::size_t kStoryStepsMax = 24;
 
 /// A short story, one thing a line, each line indented by `indent`.

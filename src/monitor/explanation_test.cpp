@@ -76,6 +76,8 @@ TEST(Explanation, TellsTriggerValuesDecidingObservationAndLeaf) {
   EXPECT_THAT(text,
               HasSubstr("0.060 s  battery.getBatteryState.reply of BatteryLevelAbove30: battery_percentage = 0.28  ← "
                         "from here on it owes dest = station\n"));
+  EXPECT_THAT(text, HasSubstr("  0.100 s to 1.000 s  mission.tick, 10 times\n"));
+  EXPECT_THAT(text, HasSubstr("  1.100 s  mission.tick  ← violated\n"));
   EXPECT_THAT(text, HasSubstr("owed since 0.060 s, 10 ticks long; decided at 1.100 s while GoTo was at work\n"));
 }
 
@@ -124,18 +126,18 @@ TEST(Explanation, OfThousandsOfTicksThatAllMatterTakesNoForever) {
 }
 
 TEST(Explanation, AStoryLeavesOutTheMiddleOfALongOne) {
-  // The request and the ticks: as many as are shown, and one more.
-  const auto told = [](int ticks) {
+  // Requests without an answer, as many as are shown, and one more.
+  const auto told = [](std::size_t steps) {
     Recording r;
-    r.add(0, "s.ask.request", Map{{"args", Map()}}).ticks(1, ticks + 1);
-    const Model m = model("R: whenever event(ask), event(answer) within " + std::to_string(ticks) + " ticks.");
+    for (std::size_t i = 0; i < steps; ++i) r.add(static_cast<int>(i), "s.ask.request", Map{{"args", Map()}});
+    const Model m = model("R: whenever event(ask), event(answer) within " + std::to_string(steps - 1) + " events.");
     const auto decided = evaluate({m}, r.messages, TimePoint{}, TimePoint(milliseconds(10'000)));
     const auto e = *explain(m, decided.at(0).decision, "");
-    EXPECT_EQ(e.steps.size(), static_cast<std::size_t>(ticks) + 2);
+    EXPECT_EQ(e.steps.size(), steps);
     return story(e, "");
   };
-  EXPECT_THAT(told(static_cast<int>(kStoryStepsMax) - 2), testing::Not(HasSubstr("more (--json has all)")));
-  EXPECT_THAT(told(static_cast<int>(kStoryStepsMax) - 1), HasSubstr("… 1 more (--json has all)"));
+  EXPECT_THAT(told(kStoryStepsMax), testing::Not(HasSubstr("more (--json has all)")));
+  EXPECT_THAT(told(kStoryStepsMax + 1), HasSubstr("… 1 more (--json has all)"));
 }
 
 TEST(Explanation, IsTheSameBytesEachTime) {
