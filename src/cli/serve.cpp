@@ -33,8 +33,10 @@ int serve_until_signal(const std::string& listen, std::vector<rpc::NamedService>
   print("listening on " + to_string((*server)->address()) + "\n");
   int signal = 0;
   sigwait(&signals, &signal);
+  // The server would wait for a thread that hangs in a script.
+  const int code = leave(kOk);
   (*server)->stop();
-  return kOk;
+  return code;
 }
 
 }  // namespace sentree::cli

@@ -4,62 +4,31 @@
 #include <optional>
 #include <utility>
 
-#include "sentree/idl/conform.h"
 #include "sentree/rpc/detail/connection.h"
 #include "sentree/rpc/detail/remote.h"
+#include "sentree/rpc/detail/seam.h"
 
 namespace sentree::rpc {
-namespace {
-
-tl::unexpected<CallError> refused(CallErrorKind kind, std::string message) {
-  return tl::unexpected(CallError{kind, std::move(message), {}, {}});
-}
-
-}  // namespace
 
 class Client::Impl {
  public:
   Impl(std::shared_ptr<Service> service, ClientOptions options)
-      : service_(std::move(service)), interface_(service_, &service_->interface()), options_(std::move(options)) {
-    name();
-  }
+      : service_(std::move(service)),
+        interface_(service_, &service_->interface()),
+        seam_(named(std::move(options), *interface_)) {}
   Impl(const Address& address, idl::ServicePtr interface, ClientOptions options, std::shared_ptr<const TlsContext> tls)
-      : interface_(std::move(interface)), options_(std::move(options)) {
-    name();
-    remote_ = std::make_unique<Remote>(address, options_.target, options_, std::move(tls));
-  }
+      : interface_(std::move(interface)),
+        seam_(named(std::move(options), *interface_)),
+        remote_(std::make_unique<Remote>(address, seam_.options().target, seam_.options(), std::move(tls))) {}
 
   const idl::Service& interface() const { return *interface_; }
 
   Outcome call(const idl::Method& method, Value arguments, const CallContext& context) {
-    if (arguments.is_null()) arguments = Value(Map());
-    if (auto wrong = brought_into_form(method, arguments)) return refused(CallErrorKind::kArguments, std::move(*wrong));
-    calls_.fetch_add(1, std::memory_order_relaxed);
+    if (auto over = seam_.admit(method, arguments, context)) return std::move(*over);
     std::optional<Outcome> late;
-    if (options_.hook == nullptr) return counted(deliver(method, arguments, context, late));
-
-    const Call seen{context.source, options_.target, method, arguments, context.call};
-    Hook::Verdict verdict = options_.hook->before(seen);
-    Outcome out;
-    if (verdict.veto) {
-      out = refused(CallErrorKind::kVetoed, std::move(*verdict.veto));
-    } else if (verdict.arguments) {
-      Value changed = std::move(*verdict.arguments);
-      if (auto wrong = brought_into_form(method, changed)) {
-        out = refused(CallErrorKind::kVetoed, "the arguments were changed to ones that do not fit: " + *wrong);
-      } else {
-        arguments = std::move(changed);
-        out = deliver(method, arguments, context, late);
-      }
-    } else {
-      out = deliver(method, arguments, context, late);
-    }
-    if (out)
-      options_.hook->replied(seen, *out);
-    else
-      options_.hook->failed(seen, out.error());
-    if (late) options_.hook->late(seen, *late);
-    return counted(std::move(out));
+    Outcome out = seam_.finish(method, arguments, context, deliver(method, arguments, context, late));
+    if (late) seam_.late(method, arguments, context, *late);
+    return out;
   }
 
   void interrupt(bool for_good) {
@@ -68,11 +37,7 @@ class Client::Impl {
   }
 
   ClientCounters counters() const {
-    ClientCounters out;
-    out.calls = calls_.load(std::memory_order_relaxed);
-    out.errors = errors_.load(std::memory_order_relaxed);
-    out.late = late_.load(std::memory_order_relaxed);
-    out.late_replies = late_replies_.load(std::memory_order_relaxed);
+    ClientCounters out = seam_.counters();
     if (remote_ != nullptr) {
       out.late_replies += remote_->counts().late_replies;
       out.connections = remote_->counts().connections;
@@ -81,40 +46,18 @@ class Client::Impl {
   }
 
  private:
-  void name() {
-    if (options_.target.empty()) options_.target = interface_->name;
-  }
-
-  static std::optional<std::string> brought_into_form(const idl::Method& method, Value& arguments) {
-    if (idl::conforms_arguments(method, arguments)) return std::nullopt;
-    auto conformed = idl::conform_arguments(method, std::move(arguments));
-    if (!conformed) return std::move(conformed.error().message);
-    arguments = std::move(*conformed);
-    return std::nullopt;
-  }
-
-  Outcome counted(Outcome out) {
-    if (!out && out.error().kind != CallErrorKind::kException) {
-      errors_.fetch_add(1, std::memory_order_relaxed);
-      if (out.error().kind == CallErrorKind::kLate) late_.fetch_add(1, std::memory_order_relaxed);
-    }
-    return out;
-  }
-
   // `late` is set to a result that came after the deadline.
   Outcome deliver(const idl::Method& method, const Value& arguments, const CallContext& context,
                   std::optional<Outcome>& late) {
     if (remote_ != nullptr) return remote_->exchange(method, arguments, context);
-    if (closed_.load(std::memory_order_acquire)) {
-      return refused(CallErrorKind::kUnreachable,
-                     "\"" + options_.target + "\" is unreachable: the client has been closed");
-    }
+    const std::string& target = seam_.options().target;
+    if (closed_.load(std::memory_order_acquire))
+      return refused(CallErrorKind::kUnreachable, "\"" + target + "\" is unreachable: the client has been closed");
     Outcome out = checked(method, invoke(method, arguments, context));
     if (context.deadline == kNoDeadline || std::chrono::steady_clock::now() <= context.deadline) return out;
-    late_replies_.fetch_add(1, std::memory_order_relaxed);
     late = std::move(out);
     return refused(CallErrorKind::kLate,
-                   "\"" + options_.target + "\" did not answer in time: the reply to " + method.name + " was late");
+                   "\"" + target + "\" did not answer in time: the reply to " + method.name + " was late");
   }
 
   Outcome invoke(const idl::Method& method, const Value& arguments, const CallContext& context) {
@@ -122,19 +65,15 @@ class Client::Impl {
       return service_->call(method, arguments, context);
     } catch (const std::exception& e) {
       return refused(CallErrorKind::kProtocol,
-                     "\"" + options_.target + "\" failed in " + method.name + ": " + e.what());
+                     "\"" + seam_.options().target + "\" failed in " + method.name + ": " + e.what());
     }
   }
 
   std::shared_ptr<Service> service_;  // Null: remote.
   idl::ServicePtr interface_;
-  ClientOptions options_;
+  Seam seam_;
   std::unique_ptr<Remote> remote_;
   std::atomic<bool> closed_{false};
-  std::atomic<std::uint64_t> calls_{0};
-  std::atomic<std::uint64_t> errors_{0};
-  std::atomic<std::uint64_t> late_{0};
-  std::atomic<std::uint64_t> late_replies_{0};
 };
 
 Client::Client(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -146,18 +85,10 @@ std::unique_ptr<Client> Client::local(std::shared_ptr<Service> service, ClientOp
 
 Result<std::unique_ptr<Client>> Client::remote(const Address& address, idl::ServicePtr interface,
                                                ClientOptions options) {
-  if (address.kind == Address::Kind::kLocal) {
-    return fail("rpc.address",
-                "address \"" + to_string(address) + "\" is in this process, so nothing can connect to it");
-  }
-  std::shared_ptr<const TlsContext> tls;
-  if (address.kind == Address::Kind::kTls) {
-    auto made = tls_context(options.tls, false);
-    if (!made) return tl::unexpected(made.error());
-    tls = std::move(*made);
-  }
+  auto tls = prepare_remote(address, options.tls);
+  if (!tls) return tl::unexpected(tls.error());
   return std::unique_ptr<Client>(
-      new Client(std::make_unique<Impl>(address, std::move(interface), std::move(options), std::move(tls))));
+      new Client(std::make_unique<Impl>(address, std::move(interface), std::move(options), std::move(*tls))));
 }
 
 const idl::Service& Client::interface() const { return impl_->interface(); }

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "sentree/idl/conform.h"
+#include "sentree/rpc/detail/answers.h"
 #include "sentree/rpc/detail/connection.h"
 #include "sentree/rpc/detail/listener.h"
 
@@ -195,6 +196,7 @@ class Server::Impl {
     }
     void shut_down() override { stream_.shut_down(); }
     int descriptor() const override { return stream_.descriptor(); }
+    std::size_t send_now(const std::uint8_t* data, std::size_t size) override { return stream_.send_now(data, size); }
     std::string why() const override { return stream_.why(); }
 
    private:
@@ -208,17 +210,25 @@ class Server::Impl {
       options_.on_peer_error("a peer of " + to_string(address_) + " was disconnected: " + why);
   }
 
+  // However a connection ends, the answers that it still owes find it closed.
+  struct Closing {
+    Answers& answers;
+    ~Closing() { answers.close(); }
+  };
+
   void serve(Peer& p) {
     Connection& c = *p.connection;
+    const auto answers = std::make_shared<Answers>(c, options_.clock, options_.message_time_max);
+    const Closing closing{*answers};
     while (!stopping_.load()) {
-      if (c.in.wait(kNoDeadline) != StreamStatus::kOk) return;  // Gone between messages, as peers do.
+      if (answers->wait() != StreamStatus::kOk) return;  // Gone between messages, as peers do.
       p.idle_since_ns.store(0);
       c.in.begin_message(steady_clock::now() + options_.message_time_max);
       if (c.wire == nullptr) {
         const Encoding e = detect_encoding(c.in);
         c.wire = Wire::make(e.protocol, e.framed, c.in, c.out, options_.limits);
       }
-      answer(c);
+      answer(c, answers);
       p.idle_since_ns.store(now_ns());
     }
   }
@@ -232,7 +242,7 @@ class Server::Impl {
     return found == services_.end() ? nullptr : found->service.get();
   }
 
-  void answer(Connection& c) {
+  void answer(Connection& c, const std::shared_ptr<Answers>& answers) {
     const MessageHead head = c.wire->read_head();
     if (head.type != MessageType::kCall && head.type != MessageType::kOneway) {
       throw WireError{StreamStatus::kFailed, "it sent a reply where a request was due"};
@@ -244,20 +254,23 @@ class Server::Impl {
       c.wire->skip_body();
       c.wire->end_message();
       if (head.type == MessageType::kOneway) return;
-      c.wire->write_failure(std::string(method_name), head.sequence,
-                            service == nullptr
-                                ? "there is no service for \"" + head.name + "\" here; there is " + service_names()
-                                : service->interface().name + " has no method \"" + std::string(method_name) + "\"",
-                            kUnknownMethod);
-      return send(c);
+      return answers->fail(std::string(method_name), head.sequence,
+                           service == nullptr
+                               ? "there is no service for \"" + head.name + "\" here; there is " + service_names()
+                               : service->interface().name + " has no method \"" + std::string(method_name) + "\"",
+                           kUnknownMethod);
     }
-    Stamped arguments = c.wire->read_arguments(*method);
+    const Stamped arguments = c.wire->read_arguments(*method);
     c.wire->end_message();
     calls_.fetch_add(1, std::memory_order_relaxed);
     if (options_.clock != nullptr) options_.clock->receive(arguments.stamp);
-    Outcome outcome = checked(*method, invoke(*service, *method, arguments.value));
-    if (method->oneway || head.type == MessageType::kOneway) return;
-    reply(c, head, *method, arguments.stamp != 0, std::move(outcome));
+    if (method->oneway || head.type == MessageType::kOneway)
+      return invoke(*service, *method, arguments.value, Reply([](Outcome, bool) {}));
+    answers->owe();
+    const Question question{method, head.sequence, arguments.stamp != 0};
+    invoke(*service, *method, arguments.value, Reply([answers, question](Outcome outcome, bool is_last) {
+      answers->give(question, std::move(outcome), is_last);
+    }));
   }
 
   std::string service_names() const {
@@ -266,45 +279,19 @@ class Server::Impl {
     return out;
   }
 
-  static Outcome invoke(Service& service, const idl::Method& method, const Value& arguments) {
+  static void invoke(Service& service, const idl::Method& method, const Value& arguments, const Reply& reply) {
     const auto unfit = [&](std::string message) {
-      return tl::unexpected(CallError{CallErrorKind::kProtocol, std::move(message), {}, {}});
+      reply.give(tl::unexpected(CallError{CallErrorKind::kProtocol, std::move(message), {}, {}}));
     };
     try {
-      if (idl::conforms_arguments(method, arguments)) return service.call(method, arguments, {});
+      if (idl::conforms_arguments(method, arguments)) return service.serve(method, arguments, {}, reply);
       // A peer may leave out what has no stand-in, and sets are in no order that could be checked without work.
-      auto conformed = idl::conform_arguments(method, arguments);
+      const auto conformed = idl::conform_arguments(method, arguments);
       if (!conformed) return unfit(conformed.error().message);
-      return service.call(method, *conformed, {});
+      service.serve(method, *conformed, {}, reply);
     } catch (const std::exception& e) {
-      return unfit(e.what());
+      unfit(e.what());
     }
-  }
-
-  void reply(Connection& c, const MessageHead& head, const idl::Method& method, bool stamped, Outcome outcome) {
-    ReplyBody body;
-    // Only a peer that sends stamps is sent one.
-    if (options_.clock != nullptr && stamped) body.stamp = options_.clock->advance();
-    if (outcome) {
-      body.value = std::move(*outcome);
-    } else if (outcome.error().kind == CallErrorKind::kException) {
-      body.form = ReplyBody::Form::kException;
-      body.exception = declared_exception(method, outcome.error().exception);
-      body.value = std::move(outcome.error().data);
-    } else {
-      body.form = ReplyBody::Form::kFailure;
-      body.failure = std::move(outcome.error().message);
-      body.failure_type = kInternalError;
-    }
-    c.wire->write_reply(method.name, head.sequence, method, body);
-    send(c);
-  }
-
-  void send(Connection& c) {
-    const auto [data, size] = c.out.finish();
-    const StreamStatus sent = c.stream->send(data, size, steady_clock::now() + options_.message_time_max);
-    if (sent == StreamStatus::kLate) throw WireError{sent, "it does not take its reply"};
-    if (sent != StreamStatus::kOk) throw WireError{sent, "it went before its reply"};
   }
 
   std::unique_ptr<Listener> listener_;

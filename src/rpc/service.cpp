@@ -1,11 +1,20 @@
 #include "sentree/rpc/service.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "sentree/idl/conform.h"
 #include "sentree/rpc/detail/connection.h"
 
 namespace sentree::rpc {
+
+Reply::Owed::~Owed() {
+  give(tl::unexpected(CallError{CallErrorKind::kProtocol, "the service gave no answer", {}, {}}), false);
+}
+
+void Reply::Owed::give(Outcome outcome, bool is_last) {
+  if (!given_.exchange(true)) send_(std::move(outcome), is_last);
+}
 
 const idl::Field* declared_exception(const idl::Method& method, std::string_view type) {
   const auto found = std::find_if(method.exceptions.begin(), method.exceptions.end(),

@@ -1,12 +1,41 @@
 #pragma once
 
+#include <atomic>
 #include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 
 #include "sentree/rpc/call.h"
 
 namespace sentree::rpc {
+
+/// The answer that a service owes its caller. Copies are the same one: it is given once, from any thread, and what
+/// comes after is ignored. If all copies go without an answer, the caller gets kProtocol.
+class Reply {
+ public:
+  using Send = std::function<void(Outcome, bool is_last)>;
+  explicit Reply(Send send) : owed_(std::make_shared<Owed>(std::move(send))) {}
+
+  void give(Outcome outcome) const { owed_->give(std::move(outcome), false); }
+  /// And closes the connection behind it: for a service whose thread, and with it the connection's, may not come back.
+  void give_last(Outcome outcome) const { owed_->give(std::move(outcome), true); }
+
+ private:
+  class Owed {
+   public:
+    explicit Owed(Send send) : send_(std::move(send)) {}
+    ~Owed();
+    Owed(const Owed&) = delete;
+    Owed& operator=(const Owed&) = delete;
+    void give(Outcome outcome, bool is_last);
+
+   private:
+    std::atomic<bool> given_ = false;
+    Send send_;
+  };
+  std::shared_ptr<Owed> owed_;
+};
 
 /// The callee's side: what a component implements, once, for every transport.
 class Service {
@@ -20,6 +49,13 @@ class Service {
   /// `CallError{kException, message, "TypeName", fields}`. An error of another kind reaches the caller as kProtocol.
   /// Called from the threads of callers and of servers, several at once: it must be thread-safe.
   [[nodiscard]] virtual Outcome call(const idl::Method& method, const Value& arguments, const CallContext& context) = 0;
+
+  /// The same for a service that may answer after it has returned, so that no thread has to wait for the answer
+  /// meanwhile. The references are of this call only.
+  virtual void serve(const idl::Method& method, const Value& arguments, const CallContext& context,
+                     const Reply& reply) {
+    reply.give(call(method, arguments, context));
+  }
 };
 
 /// A service that is one function; for tests and small components.

@@ -6,12 +6,10 @@
 #include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
-#include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <bit>
 #include <cerrno>
 #include <condition_variable>
 #include <cstring>
@@ -23,13 +21,9 @@
 namespace sentree::rpc {
 namespace {
 
-using std::chrono::microseconds;
 using std::chrono::steady_clock;
 
-// The kernel rounds a socket's time limit up to its tick, so the last stretch before a deadline is waited for with
-// poll.
-constexpr microseconds kLastStretch{20'000};
-constexpr microseconds kForever{0};
+constexpr std::int64_t kSecond = 1'000'000'000;  // [ns]
 
 std::string text_of(int error) { return std::generic_category().message(error); }
 
@@ -37,32 +31,37 @@ class PlainStream final : public Stream {
  public:
   explicit PlainStream(Descriptor socket) : socket_(std::move(socket)) {}
 
+  // Waits with poll, not in recv: a thread that sleeps in recv is woken as well when the peer takes what was sent to
+  // it.
   Received receive(std::uint8_t* out, std::size_t size, Deadline deadline) override {
     while (true) {
-      const Wait wait = arm(SO_RCVTIMEO, receive_limit_, deadline, POLLIN);
-      const ssize_t got = ::recv(socket_.get(), out, size, wait == Wait::kNone ? MSG_DONTWAIT : 0);
+      const bool in_time = wait_for(POLLIN, deadline);
+      const ssize_t got = ::recv(socket_.get(), out, size, MSG_DONTWAIT);
       if (got > 0) return {StreamStatus::kOk, static_cast<std::size_t>(got)};
       if (got == 0) return {StreamStatus::kClosed, 0};
-      if (const auto status = failed(wait); status != StreamStatus::kOk) return {status, 0};
+      if (const auto status = failed(in_time); status != StreamStatus::kOk) return {status, 0};
     }
   }
 
   StreamStatus send(const std::uint8_t* data, std::size_t size, Deadline deadline) override {
     // Almost always the socket takes everything at once, and nobody has to ask for the time.
-    int flags = MSG_DONTWAIT;
-    Wait wait = Wait::kBlocks;
+    bool in_time = true;
     while (size > 0) {
-      const ssize_t sent = ::send(socket_.get(), data, size, MSG_NOSIGNAL | flags);
+      const ssize_t sent = ::send(socket_.get(), data, size, MSG_NOSIGNAL | MSG_DONTWAIT);
       if (sent > 0) {
         data += sent;
         size -= static_cast<std::size_t>(sent);
         continue;
       }
-      if (const auto status = failed(wait); status != StreamStatus::kOk) return status;
-      wait = arm(SO_SNDTIMEO, send_limit_, deadline, POLLOUT);
-      flags = wait == Wait::kNone ? MSG_DONTWAIT : 0;
+      if (const auto status = failed(in_time); status != StreamStatus::kOk) return status;
+      in_time = wait_for(POLLOUT, deadline);
     }
     return StreamStatus::kOk;
+  }
+
+  std::size_t send_now(const std::uint8_t* data, std::size_t size) override {
+    const ssize_t sent = ::send(socket_.get(), data, size, MSG_NOSIGNAL | MSG_DONTWAIT);
+    return sent > 0 ? static_cast<std::size_t>(sent) : 0;
   }
 
   void shut_down() override { ::shutdown(socket_.get(), SHUT_RDWR); }
@@ -70,44 +69,28 @@ class PlainStream final : public Stream {
   std::string why() const override { return error_ == 0 ? "the peer closed the connection" : text_of(error_); }
 
  private:
-  enum class Wait : std::uint8_t { kBlocks, kNone };
-
-  // Sees to it that the next call of recv or send ends in time. A blocking call with the socket's own limit costs no
-  // extra system call as long as the limit stays, so it is set to a power of two below what remains.
-  Wait arm(int option, microseconds& limit, Deadline deadline, short events) {
-    microseconds wanted = kForever;
-    if (deadline != kNoDeadline) {
-      const auto remaining = std::chrono::duration_cast<microseconds>(deadline - steady_clock::now());
-      if (remaining <= kLastStretch) {
-        if (remaining.count() > 0) {
-          pollfd p{socket_.get(), events, 0};
-          const timespec t{0, static_cast<long>(remaining.count()) * 1000};
-          ::ppoll(&p, 1, &t, nullptr);
-        }
-        return Wait::kNone;
-      }
-      wanted = microseconds(std::bit_floor(static_cast<std::uint64_t>((remaining - kLastStretch / 2).count())));
+  // False: the deadline has passed.
+  bool wait_for(short events, Deadline deadline) {
+    pollfd p{socket_.get(), events, 0};
+    if (deadline == kNoDeadline) {
+      ::poll(&p, 1, -1);
+      return true;
     }
-    if (wanted != limit) {
-      const timeval t{static_cast<time_t>(wanted.count() / 1'000'000),
-                      static_cast<suseconds_t>(wanted.count() % 1'000'000)};
-      ::setsockopt(socket_.get(), SOL_SOCKET, option, &t, sizeof t);
-      limit = wanted;
-    }
-    return Wait::kBlocks;
+    const std::int64_t left = std::chrono::nanoseconds(deadline - steady_clock::now()).count();
+    if (left <= 0) return false;
+    const timespec t{left / kSecond, left % kSecond};
+    return ::ppoll(&p, 1, &t, nullptr) != 0;
   }
 
   // After a call that moved nothing: kOk means "try again".
-  StreamStatus failed(Wait wait) {
+  StreamStatus failed(bool in_time) {
     if (errno == EINTR) return StreamStatus::kOk;
-    if (errno == EAGAIN || errno == EWOULDBLOCK) return wait == Wait::kNone ? StreamStatus::kLate : StreamStatus::kOk;
+    if (errno == EAGAIN || errno == EWOULDBLOCK) return in_time ? StreamStatus::kOk : StreamStatus::kLate;
     error_ = errno;
     return errno == EPIPE || errno == ECONNRESET ? StreamStatus::kClosed : StreamStatus::kFailed;
   }
 
   Descriptor socket_;
-  microseconds receive_limit_ = kForever;
-  microseconds send_limit_ = kForever;
   int error_ = 0;
 };
 

@@ -87,20 +87,23 @@ void SkillActor::restart() {
   scheduler_.post(actor_, unless_given_up([this] { killed_ = false; }));
 }
 
-void SkillActor::deliver_after_delay(const std::string& message, Scheduler::Task task) {
-  const std::lock_guard lock(order_mutex_);
+bool SkillActor::deliver_delayed(const std::string& message, Scheduler::Task& task) {
   const TimePoint now = scheduler_.now();
   not_before_ = std::max(not_before_, now);
   if (standing_.any(Intervention::Kind::kDelay))
     not_before_ = std::max(not_before_, now + standing_.delay_of(name_ + "." + message));
-  if (not_before_ > now)
-    scheduler_.at(actor_, not_before_, Rank::kMessage, std::move(task));
-  else
-    scheduler_.post(actor_, std::move(task));
+  if (not_before_ == now) return false;
+  scheduler_.at(actor_, not_before_, Rank::kMessage, std::move(task));
+  return true;
+}
+
+void SkillActor::deliver_after_delay(const std::string& message, Scheduler::Task task) {
+  const std::lock_guard lock(order_mutex_);
+  if (!deliver_delayed(message, task)) scheduler_.post(actor_, std::move(task));
 }
 
 void SkillActor::tick(std::uint64_t tick, bool started, Map inputs) {
-  deliver_after_delay("tick", [this, tick, started, inputs = std::move(inputs)] {
+  Scheduler::Task task = [this, tick, started, inputs = std::move(inputs)] {
     watched_->in_this_thread();
     tick_ = tick;
     if (given_up_) {
@@ -111,7 +114,12 @@ void SkillActor::tick(std::uint64_t tick, bool started, Map inputs) {
       skill_.tick(started, inputs, scheduler_.now());
       stepped();
     }
-  });
+  };
+  {
+    const std::lock_guard lock(order_mutex_);
+    if (deliver_delayed("tick", task)) return;
+  }
+  scheduler_.hand_over(actor_, std::move(task));
 }
 
 void SkillActor::halt() {

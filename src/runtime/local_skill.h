@@ -58,6 +58,8 @@ class SkillActor final : private SkillPort {
   void log(const scxml::LogLine& line) override { replies_.log(line); }
   void problem(const std::string& what) override { replies_.problem(what); }
   void deliver_after_delay(const std::string& message, Scheduler::Task task);
+  /// With the lock held. True: it comes later, and the task has been taken.
+  [[nodiscard]] bool deliver_delayed(const std::string& message, Scheduler::Task& task);
   /// `task` in the actor, unless the skill has been given up by then.
   Scheduler::Task unless_given_up(Scheduler::Task task);
   void give_up(const SourceSpan& script, const Watchdog& watchdog);

@@ -1,11 +1,8 @@
 #include <pthread.h>
 #include <sys/prctl.h>
-#include <sys/timerfd.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
-#include <cerrno>
 #include <condition_variable>
 #include <deque>
 #include <mutex>
@@ -15,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "sentree/base/alarm.h"
 #include "sentree/base/assert.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/watchdog.h"
@@ -92,37 +90,6 @@ class StretchedClock final : public Clock {
   std::atomic<std::int64_t> run_ns_ = 0;
   std::atomic<std::int64_t> wall_ns_ = 0;
   std::atomic<double> slope_ = 0.0;
-};
-
-// A timer of the kernel. Unlike a condition's time limit it can be set anew without waking the thread that waits for
-// it.
-class KernelTimer {
- public:
-  KernelTimer() : fd_(timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC)) {}
-  ~KernelTimer() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  KernelTimer(const KernelTimer&) = delete;
-  KernelTimer& operator=(const KernelTimer&) = delete;
-
-  [[nodiscard]] bool works() const { return fd_ >= 0; }
-  /// What has passed rings at once; `max()` never.
-  void set(SteadyClock::time_point when) {
-    itimerspec spec{};
-    if (when != SteadyClock::time_point::max()) {
-      const std::int64_t ns = std::max<std::int64_t>(1, when.time_since_epoch().count());
-      spec.it_value = {ns / 1'000'000'000, ns % 1'000'000'000};
-    }
-    timerfd_settime(fd_, TFD_TIMER_ABSTIME, &spec, nullptr);
-  }
-  void wait() {
-    std::uint64_t rings = 0;
-    while (::read(fd_, &rings, sizeof rings) < 0 && errno == EINTR) {
-    }
-  }
-
- private:
-  const int fd_;
 };
 
 // Actors are not bound to threads: a task that an actor posts to an idle one is executed, as soon as the posting task
@@ -533,8 +500,8 @@ class RealScheduler final : public Scheduler {
   static thread_local Worker* t_worker;
 
   StretchedClock clock_;
-  KernelTimer alarm_;   // rings for the one who watches
-  KernelTimer rescue_;  // rings for the rescuer
+  Alarm alarm_;   // rings for the one who watches
+  Alarm rescue_;  // rings for the rescuer
   std::mutex mutex_;
   std::condition_variable ended_;  // something has
   bool stopped_ = false;

@@ -1,7 +1,8 @@
 #include "sentree/runtime/remote_service.h"
 
+#include "sentree/rpc/async_client.h"
+#include "sentree/rpc/client.h"
 #include "sentree/runtime/environment.h"
-#include "sentree/runtime/worker.h"
 
 namespace sentree::runtime {
 
@@ -15,28 +16,18 @@ namespace {
 
 class RemotePort final : public ServicePort {
  public:
-  RemotePort(std::unique_ptr<rpc::Client> client, std::string name, Duration deadline)
-      : client_(std::move(client)), name_(std::move(name)), deadline_(deadline), worker_(kRemoteCallsMax) {}
-  ~RemotePort() override { client_->close(); }
+  RemotePort(std::unique_ptr<rpc::AsyncClient> client, Duration deadline)
+      : deadline_(deadline), client_(std::move(client)) {}
 
   void call(const idl::Method& method, Value args, Done done) override {
     const rpc::CallContext context{.source = {}, .call = 0, .deadline = std::chrono::steady_clock::now() + deadline_};
-    const bool taken = worker_.post([this, &method, args = std::move(args), done, context] {
-      done(to_call_outcome(client_->call(method, args, context)));
-    });
-    if (!taken) {
-      done({.ok = false,
-            .result = {},
-            .kind = "unreachable",
-            .message = name_ + ": " + std::to_string(kRemoteCallsMax) + " calls are waiting already"});
-    }
+    client_->call(method, std::move(args), context,
+                  [done = std::move(done)](rpc::Outcome outcome) { done(to_call_outcome(std::move(outcome))); });
   }
 
  private:
-  std::unique_ptr<rpc::Client> client_;
-  std::string name_;
-  Duration deadline_;
-  Worker worker_;  // last: its job uses the client
+  const Duration deadline_;
+  const std::unique_ptr<rpc::AsyncClient> client_;
 };
 
 }  // namespace
@@ -44,11 +35,11 @@ class RemotePort final : public ServicePort {
 Result<std::unique_ptr<ServicePort>> make_remote_port(const rpc::Address& address, idl::ServicePtr interface,
                                                       std::string name, Duration deadline) {
   rpc::ClientOptions options;
-  options.target = name;
+  options.target = std::move(name);
   options.tls = environment_tls();
-  auto client = rpc::Client::remote(address, std::move(interface), std::move(options));
+  auto client = rpc::AsyncClient::remote(address, std::move(interface), std::move(options));
   if (!client) return tl::unexpected(client.error());
-  return std::unique_ptr<ServicePort>(std::make_unique<RemotePort>(std::move(*client), std::move(name), deadline));
+  return std::unique_ptr<ServicePort>(std::make_unique<RemotePort>(std::move(*client), deadline));
 }
 
 CallOutcome call_once(const rpc::Address& address, const idl::ServicePtr& interface, const std::string& name,

@@ -2,16 +2,14 @@
 
 #include <memory>
 
-#include "sentree/rpc/client.h"
+#include "sentree/rpc/address.h"
+#include "sentree/rpc/call.h"
 #include "sentree/runtime/services.h"
 
 namespace sentree::runtime {
 
-/// Calls waiting for one remote service from one caller; one more fails at once as unreachable.
-inline constexpr std::size_t kRemoteCallsMax = 256;
-
-/// A service at an address. Calls are made one after the other by a thread of its own, so that the caller never
-/// waits; each has `deadline` [wall time] from the moment it was asked for.
+/// A service at an address, called as `rpc::AsyncClient` does: the caller never waits. Each call has `deadline`
+/// [wall time] from the moment it was asked for.
 /// The error of a service that does not exist yet or is gone is kind unreachable.
 [[nodiscard]] Result<std::unique_ptr<ServicePort>> make_remote_port(const rpc::Address& address,
                                                                     idl::ServicePtr interface, std::string name,

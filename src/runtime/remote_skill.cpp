@@ -9,6 +9,7 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/idl/conform.h"
+#include "sentree/rpc/async_client.h"
 #include "sentree/rpc/client.h"
 #include "sentree/runtime/environment.h"
 #include "sentree/runtime/monitors.h"
@@ -16,7 +17,6 @@
 #include "sentree/runtime/project.h"
 #include "sentree/runtime/remote_service.h"
 #include "sentree/runtime/wire_message.h"
-#include "sentree/runtime/worker.h"
 #include "sentree/text/file.h"
 #include "sentree/text/json.h"
 
@@ -34,69 +34,62 @@ Result<idl::ServicePtr> shipped_interface(const std::string& file, std::string_v
 
 class RemoteSkill final : public LeafDriver {
  public:
-  RemoteSkill(std::unique_ptr<rpc::Client> client, RemoteSkillOptions options, RemoteSkillReplies replies)
-      : client_(std::move(client)), options_(std::move(options)), replies_(std::move(replies)), worker_(kJobsMax) {}
-  ~RemoteSkill() override { client_->close(); }
+  RemoteSkill(std::unique_ptr<rpc::AsyncClient> client, RemoteSkillOptions options, RemoteSkillReplies replies)
+      : options_(std::move(options)), replies_(std::move(replies)), client_(std::move(client)) {}
 
   void tick(std::uint64_t tick, bool started, const Map& inputs) override {
     if (started) ++run_;
-    const Value request = Map{{"leaf", options_.leaf},
-                              {"run", static_cast<std::int64_t>(run_)},
-                              {"tick", static_cast<std::int64_t>(tick)},
-                              {"inputs", to_json(Value(inputs))}};
-    const bool taken = worker_.post([this, tick, request] {
-      const auto reply = client_->call("tick", Map{{"tick", request}}, context(options_.tick_deadline));
-      if (!reply) {
-        replies_.problem(options_.leaf + ": " + reply.error().message);
-        replies_.answered(tick, bt::Status::kFailure, {{"reason", reply.error().message}});
-        return;
-      }
-      const Value* status = reply->find("status");
-      replies_.answered(tick, bt::parse_status(status ? status->text() : "").value_or(bt::Status::kFailure),
-                        json_object(reply->find("outputs")));
-    });
-    if (!taken) replies_.problem(options_.leaf + ": its process does not keep up; a tick was not sent");
+    Value request = Map{{"leaf", options_.leaf},
+                        {"run", static_cast<std::int64_t>(run_)},
+                        {"tick", static_cast<std::int64_t>(tick)},
+                        {"inputs", to_json(Value(inputs))}};
+    client_->call("tick", Map{{"tick", std::move(request)}}, context(options_.tick_deadline),
+                  [this, tick](const rpc::Outcome& reply) {
+                    if (!reply) {
+                      replies_.problem(options_.leaf + ": " + reply.error().message);
+                      replies_.answered(tick, bt::Status::kFailure, {{"reason", reply.error().message}});
+                      return;
+                    }
+                    const Value* status = reply->find("status");
+                    replies_.answered(tick,
+                                      bt::parse_status(status ? status->text() : "").value_or(bt::Status::kFailure),
+                                      json_object(reply->find("outputs")));
+                  });
   }
 
-  void halt() override {
-    const bool taken = worker_.post([this, run = run_] {
-      // The skill says within each call whether it has halted; the deadline bounds how often it is asked.
-      const auto until = std::chrono::steady_clock::now() + options_.halt_deadline;
-      const Value args = Map{{"leaf", options_.leaf}, {"run", static_cast<std::int64_t>(run)}};
-      for (;;) {
-        const auto reply = client_->call("halt", args, {.source = {}, .call = 0, .deadline = until});
-        const Value* halted = reply ? reply->find("halted") : nullptr;
-        if (!reply) replies_.problem(options_.leaf + ": halt: " + reply.error().message);
-        if (!reply || (halted != nullptr && halted->as_bool() != nullptr && *halted->as_bool())) break;
-        if (std::chrono::steady_clock::now() >= until) {
-          replies_.problem(options_.leaf + " did not halt in time and was cancelled");
-          (void)client_->call("cancel", args, context(options_.tick_deadline));
-          break;
-        }
-      }
-      replies_.halted();
-    });
-    if (!taken) replies_.halted();
-  }
+  void halt() override { ask_halt(arguments(), std::chrono::steady_clock::now() + options_.halt_deadline); }
 
   void cancel() override {
-    const Value args = Map{{"leaf", options_.leaf}, {"run", static_cast<std::int64_t>(run_)}};
-    if (!worker_.post([this, args] { (void)client_->call("cancel", args, context(options_.tick_deadline)); })) {
-      replies_.problem(options_.leaf + ": its process does not keep up; a cancellation was not sent");
-    }
+    client_->call("cancel", arguments(), context(options_.tick_deadline), [](const rpc::Outcome&) {});
   }
 
  private:
-  static constexpr std::size_t kJobsMax = 64;
   static rpc::CallContext context(Duration deadline) {
     return {.source = {}, .call = 0, .deadline = std::chrono::steady_clock::now() + deadline};
   }
+  [[nodiscard]] Value arguments() const {
+    return Map{{"leaf", options_.leaf}, {"run", static_cast<std::int64_t>(run_)}};
+  }
 
-  std::unique_ptr<rpc::Client> client_;
-  RemoteSkillOptions options_;
-  RemoteSkillReplies replies_;
-  std::uint64_t run_ = 0;  // of the mission's actor
-  Worker worker_;
+  // The skill says within each call whether it has halted; the deadline bounds how often it is asked.
+  void ask_halt(const Value& args, rpc::Deadline until) {
+    client_->call("halt", args, {.source = {}, .call = 0, .deadline = until},
+                  [this, args, until](const rpc::Outcome& reply) {
+                    const Value* halted = reply ? reply->find("halted") : nullptr;
+                    if (!reply) replies_.problem(options_.leaf + ": halt: " + reply.error().message);
+                    if (!reply || (halted != nullptr && halted->as_bool() != nullptr && *halted->as_bool()))
+                      return replies_.halted();
+                    if (std::chrono::steady_clock::now() < until) return ask_halt(args, until);
+                    replies_.problem(options_.leaf + " did not halt in time and was cancelled");
+                    client_->call("cancel", args, context(options_.tick_deadline),
+                                  [this](const rpc::Outcome&) { replies_.halted(); });
+                  });
+  }
+
+  const RemoteSkillOptions options_;
+  const RemoteSkillReplies replies_;
+  std::uint64_t run_ = 0;                           // of the mission's actor
+  const std::unique_ptr<rpc::AsyncClient> client_;  // last: its thread uses the others
 };
 
 List to_list(const std::vector<std::string>& texts) { return {texts.begin(), texts.end()}; }
@@ -205,15 +198,15 @@ class SilentPublisher final : public Publisher {
   std::atomic<std::uint64_t> calls_ = 0;
 };
 
-// One leaf that a skill server runs: an actor, and the answer its caller waits for.
+// One leaf that a skill server runs: an actor, and the answers that its caller waits for.
 struct ServedLeaf {
   std::unique_ptr<SkillActor> actor;
   std::mutex mutex;
   std::condition_variable changed;
   std::uint64_t run = 0;
-  std::uint64_t answered = 0;  // number of the last answered tick
-  bt::Status status = bt::Status::kIdle;
-  Map outputs;
+  std::uint64_t tick = 0;           // number of the tick that is to be answered
+  std::optional<rpc::Reply> reply;  // to it
+  bool given_up = false;
   std::uint64_t halts_asked = 0;
   std::uint64_t halts_done = 0;
 };
@@ -231,29 +224,41 @@ class SkillService final : public rpc::Service {
 
   const idl::Service& interface() const override { return *interface_; }
 
-  rpc::Outcome call(const idl::Method& method, const Value& arguments, const rpc::CallContext&) override {
+  rpc::Outcome call(const idl::Method& method, const Value& arguments, const rpc::CallContext& context) override {
+    const auto answer = std::make_shared<std::promise<rpc::Outcome>>();
+    serve(method, arguments, context,
+          rpc::Reply([answer](rpc::Outcome outcome, bool) { answer->set_value(std::move(outcome)); }));
+    // A condition may take as long as its deadline, which the caller keeps; this bounds a caller that is gone.
+    auto given = answer->get_future();
+    if (given.wait_for(plan_.deadlines.unresponsive) == std::future_status::ready) return given.get();
+    return refused("the skill did not answer in time");
+  }
+
+  void serve(const idl::Method& method, const Value& arguments, const rpc::CallContext&,
+             const rpc::Reply& reply) override {
     if (method.name == "info") {
-      return Value(
-          Map{{"name", plan_.id}, {"pid", static_cast<std::int64_t>(getpid())}, {"condition", plan_.condition}});
+      return reply.give(
+          Value(Map{{"name", plan_.id}, {"pid", static_cast<std::int64_t>(getpid())}, {"condition", plan_.condition}}));
     }
     if (method.name == "reset") {
       const std::lock_guard lock(mutex_);
       for (auto& [name, leaf] : leaves_) leaf->actor->cancel();
-      return Value();
+      return reply.give(Value());
     }
     const Value* tick = arguments.find("tick");
     ServedLeaf* leaf = find(text_of(tick != nullptr ? *tick : arguments, "leaf"));
-    if (leaf == nullptr) {
-      return tl::unexpected(rpc::CallError{
-          rpc::CallErrorKind::kProtocol, "runs " + std::to_string(kServedLeavesMax) + " leaves already", {}, {}});
-    }
-    if (method.name == "tick") return serve_tick(*leaf, *tick);
-    if (method.name == "halt") return serve_halt(*leaf);
+    if (leaf == nullptr) return reply.give(refused("runs " + std::to_string(kServedLeavesMax) + " leaves already"));
+    if (method.name == "tick") return serve_tick(*leaf, *tick, reply);
+    if (method.name == "halt") return reply.give(serve_halt(*leaf));
     leaf->actor->cancel();
-    return Value();
+    reply.give(Value());
   }
 
  private:
+  static rpc::Outcome refused(std::string why) {
+    return tl::unexpected(rpc::CallError{rpc::CallErrorKind::kProtocol, std::move(why), {}, {}});
+  }
+
   ServedLeaf* find(const std::string& name) {
     const std::lock_guard lock(mutex_);
     auto& slot = leaves_[name];
@@ -265,12 +270,21 @@ class SkillService final : public rpc::Service {
     slot = std::make_unique<ServedLeaf>();
     ServedLeaf& leaf = *slot;
     SkillActor::Replies replies;
-    replies.answered = [&leaf](std::uint64_t tick, bt::Status status, Map outputs) {
-      const std::lock_guard leaf_lock(leaf.mutex);
-      leaf.answered = tick;
-      leaf.status = status;
-      leaf.outputs = std::move(outputs);
-      leaf.changed.notify_all();
+    replies.answered = [&leaf](std::uint64_t tick, bt::Status status, const Map& outputs) {
+      std::optional<rpc::Reply> reply;
+      bool given_up = false;
+      {
+        const std::lock_guard leaf_lock(leaf.mutex);
+        if (leaf.tick == tick) reply = std::exchange(leaf.reply, std::nullopt);
+        given_up = leaf.given_up;
+      }
+      if (!reply) return;
+      Value answer = Map{{"status", to_string(status)}, {"outputs", to_json(Value(outputs))}, {"stamp", 0}};
+      // The thread that hangs in the skill may be the one that reads the connection.
+      if (given_up)
+        reply->give_last(std::move(answer));
+      else
+        reply->give(std::move(answer));
     };
     replies.halted = [&leaf] {
       const std::lock_guard leaf_lock(leaf.mutex);
@@ -278,7 +292,13 @@ class SkillService final : public rpc::Service {
       leaf.changed.notify_all();
     };
     replies.problem = options_.problem;
-    replies.given_up = options_.problem;
+    replies.given_up = [this, &leaf](const std::string& why) {
+      {
+        const std::lock_guard leaf_lock(leaf.mutex);
+        leaf.given_up = true;
+      }
+      options_.problem(why);
+    };
     replies.log = [this, name](const scxml::LogLine& line) { options_.log(name, line); };
     const auto stretched = [this](Duration wall) {
       return Duration(static_cast<std::int64_t>(static_cast<double>(wall.count()) * options_.factor));
@@ -304,21 +324,20 @@ class SkillService final : public rpc::Service {
     return std::move(*made);
   }
 
-  rpc::Outcome serve_tick(ServedLeaf& leaf, const Value& request) {
+  // The chart runs in this thread, as far as it can go on at once; whoever lets it go on later gives the answer.
+  void serve_tick(ServedLeaf& leaf, const Value& request, const rpc::Reply& reply) {
     const std::uint64_t number = number_of(request, "tick");
     const std::uint64_t run = number_of(request, "run");
-    std::unique_lock lock(leaf.mutex);
-    const bool started = leaf.run != run;
-    leaf.run = run;
-    lock.unlock();
-    leaf.actor->tick(number, started, json_object(request.find("inputs")));
-    lock.lock();
-    // A condition may take as long as its deadline, which the caller keeps; this bounds a caller that is gone.
-    leaf.changed.wait_for(lock, plan_.deadlines.unresponsive, [&] { return leaf.answered == number; });
-    if (leaf.answered != number) {
-      return tl::unexpected(rpc::CallError{rpc::CallErrorKind::kProtocol, "the skill did not answer the tick", {}, {}});
+    std::optional<rpc::Reply> overtaken;
+    bool started = false;
+    {
+      const std::lock_guard lock(leaf.mutex);
+      started = leaf.run != run;
+      leaf.run = run;
+      leaf.tick = number;
+      overtaken = std::exchange(leaf.reply, reply);
     }
-    return Value(Map{{"status", to_string(leaf.status)}, {"outputs", to_json(Value(leaf.outputs))}, {"stamp", 0}});
+    leaf.actor->tick(number, started, json_object(request.find("inputs")));
   }
 
   rpc::Outcome serve_halt(ServedLeaf& leaf) {
@@ -352,7 +371,7 @@ Result<std::unique_ptr<LeafDriver>> make_remote_skill(RemoteSkillOptions options
   rpc::ClientOptions client_options;
   client_options.target = options.leaf;
   client_options.tls = environment_tls();
-  auto client = rpc::Client::remote(options.address, options.interface, std::move(client_options));
+  auto client = rpc::AsyncClient::remote(options.address, options.interface, std::move(client_options));
   if (!client) return tl::unexpected(client.error());
   return std::unique_ptr<LeafDriver>(
       std::make_unique<RemoteSkill>(std::move(*client), std::move(options), std::move(replies)));

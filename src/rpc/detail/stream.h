@@ -22,7 +22,7 @@ struct Received {
   std::size_t bytes = 0;  ///< kOk: at least one.
 };
 
-/// A connected byte stream. One thread reads and writes; any thread may `shut_down`.
+/// A connected byte stream. One thread at a time reads and writes, another may `send_now`; any thread may `shut_down`.
 class Stream {
  public:
   virtual ~Stream() = default;
@@ -30,6 +30,9 @@ class Stream {
   [[nodiscard]] virtual Received receive(std::uint8_t* out, std::size_t size, Deadline deadline) = 0;
   /// Sends all, or fails; after anything but kOk the stream is of no more use.
   [[nodiscard]] virtual StreamStatus send(const std::uint8_t* data, std::size_t size, Deadline deadline) = 0;
+  /// Sends what goes without waiting and returns how much that was: none
+  /// where that needs the reader's thread (TLS), or after an error, which the next `send` tells.
+  [[nodiscard]] virtual std::size_t send_now(const std::uint8_t* /*data*/, std::size_t /*size*/) { return 0; }
   /// Ends every `receive` and `send`, now and later.
   virtual void shut_down() = 0;
   [[nodiscard]] virtual int descriptor() const = 0;

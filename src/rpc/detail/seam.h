@@ -1,0 +1,53 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "sentree/idl/conform.h"
+#include "sentree/rpc/client.h"
+#include "sentree/rpc/detail/stream.h"
+
+/// What happens around every call, however it is delivered. Private to the library.
+namespace sentree::rpc {
+
+class Seam {
+ public:
+  explicit Seam(ClientOptions options) : options_(std::move(options)) {}
+  [[nodiscard]] const ClientOptions& options() const { return options_; }
+
+  /// Brings the arguments into form and shows the call to the hook, which may change them. An outcome: that is all,
+  /// nothing is sent.
+  [[nodiscard]] std::optional<Outcome> admit(const idl::Method& method, Value& arguments, const CallContext& context);
+  /// Shows the outcome to the hook and counts it.
+  [[nodiscard]] Outcome finish(const idl::Method& method, const Value& arguments, const CallContext& context,
+                               Outcome out);
+  /// Shows a result that came after the deadline.
+  void late(const idl::Method& method, const Value& arguments, const CallContext& context, const Outcome& out);
+
+  [[nodiscard]] ClientCounters counters() const;
+
+ private:
+  const ClientOptions options_;
+  std::atomic<std::uint64_t> calls_{0};
+  std::atomic<std::uint64_t> errors_{0};
+  std::atomic<std::uint64_t> late_{0};
+  std::atomic<std::uint64_t> late_replies_{0};
+};
+
+/// The options with a target: by default the interface's name.
+[[nodiscard]] inline ClientOptions named(ClientOptions options, const idl::Service& interface) {
+  if (options.target.empty()) options.target = interface.name;
+  return options;
+}
+
+[[nodiscard]] inline tl::unexpected<CallError> refused(CallErrorKind kind, std::string message) {
+  return tl::unexpected(CallError{kind, std::move(message), {}, {}});
+}
+
+/// What a client to another process needs before it can be made: an address that can be connected to, the certificates.
+/// Null without TLS.
+[[nodiscard]] Result<std::shared_ptr<const TlsContext>> prepare_remote(const Address& address, const TlsFiles& files);
+
+}  // namespace sentree::rpc

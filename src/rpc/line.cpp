@@ -1,0 +1,267 @@
+#include "sentree/rpc/detail/line.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace sentree::rpc {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+// A connection idle for longer than this is looked at before it is used: the peer may have gone meanwhile.
+constexpr milliseconds kTrustedIdle{20};
+
+// An address of its own kind for a service that several share.
+std::string wire_name(const Address& address, const std::string& method) {
+  return address.service.empty() ? method : address.service + ":" + method;
+}
+
+}  // namespace
+
+Line::Line(const Address& address, std::string target, const ClientOptions& options,
+           std::shared_ptr<const TlsContext> tls)
+    : address_(address), target_(std::move(target)), options_(options), tls_(std::move(tls)) {}
+
+std::string Line::where() const { return "\"" + target_ + "\" at " + to_string(address_); }
+
+CallError Line::unreachable(const std::string& why) const {
+  return {CallErrorKind::kUnreachable, where() + " is unreachable: " + why, {}, {}};
+}
+
+CallError Line::late(const std::string& what) const {
+  return {CallErrorKind::kLate, where() + " did not answer in time: " + what, {}, {}};
+}
+
+CallError Line::broken(const WireError& error) {
+  drop();
+  if (error.status == StreamStatus::kClosed) return unreachable(error.why);
+  return {CallErrorKind::kProtocol, where() + " broke the protocol: " + error.why, {}, {}};
+}
+
+Line::Counts Line::counts() const {
+  const std::lock_guard lock(mutex_);
+  return counts_;
+}
+
+std::shared_ptr<Connection> Line::connection() const {
+  const std::lock_guard lock(mutex_);
+  return connection_;
+}
+
+void Line::begin() {
+  const std::lock_guard lock(mutex_);
+  interrupted_ = false;
+}
+
+void Line::interrupt(bool for_good) {
+  std::shared_ptr<Connection> connection;
+  {
+    const std::lock_guard lock(mutex_);
+    closed_ = closed_ || for_good;
+    interrupted_ = true;
+    connection = connection_;
+  }
+  if (connection != nullptr) connection->stream->shut_down();
+}
+
+void Line::drop() {
+  const std::lock_guard lock(mutex_);
+  // Somebody may be waiting for it.
+  if (connection_ != nullptr) connection_->stream->shut_down();
+  connection_.reset();
+  owed_.clear();
+}
+
+tl::expected<void, CallError> Line::connected(Deadline deadline) {
+  const auto now = steady_clock::now();
+  {
+    const std::lock_guard lock(mutex_);
+    if (closed_) return tl::unexpected(unreachable("the client has been closed"));
+  }
+  if (connection_ != nullptr) {
+    if (owed_.size() >= kLateRepliesMax || now >= gives_up()) {
+      // It has not answered for too long; perhaps a new connection gets a thread that does.
+      drop();
+    } else if (now - idle_since_ > kTrustedIdle) {
+      take_late_replies();
+    }
+  }
+  if (connection_ != nullptr) return {};
+  if (now < next_attempt_) {
+    const auto wait = std::chrono::ceil<milliseconds>(next_attempt_ - now).count();
+    return tl::unexpected(unreachable(last_failure_ + "; tried again in " + std::to_string(wait) + " ms"));
+  }
+  Connected made = connect_to(address_, resolver_, tls_, deadline);
+  if (made.stream == nullptr) {
+    last_failure_ = made.why;
+    const auto backoff = std::min(options_.backoff_last, kBackoffFirst * (1 << std::min(failures_, 10)));
+    ++failures_;
+    next_attempt_ = steady_clock::now() + backoff;
+    return tl::unexpected(made.status == StreamStatus::kLate ? late("connecting: " + made.why) : unreachable(made.why));
+  }
+  failures_ = 0;
+  auto connection = std::make_shared<Connection>(std::move(made.stream), options_.limits);
+  connection->wire = Wire::make(address_.protocol, address_.framed, connection->in, connection->out, options_.limits);
+  const std::lock_guard lock(mutex_);
+  if (closed_ || interrupted_) return tl::unexpected(unreachable("interrupted while connecting"));
+  connection_ = std::move(connection);
+  ++counts_.connections;
+  return {};
+}
+
+void Line::write(const idl::Method& method, const Value& arguments) {
+  sequence_ = sequence_ == std::numeric_limits<std::int32_t>::max() ? 1 : sequence_ + 1;
+  oneway_ = method.oneway;
+  const CausalStamp stamp = options_.clock != nullptr ? options_.clock->advance() : 0;
+  connection_->wire->write_call(address_.service.empty() ? method.name : wire_name(address_, method.name),
+                                method.oneway ? MessageType::kOneway : MessageType::kCall, sequence_, method.arguments,
+                                arguments, stamp);
+}
+
+std::optional<Outcome> Line::transmit(std::size_t from, const CallContext& context) {
+  Connection& c = *connection_;
+  const auto [data, size] = c.out.finish();
+  const StreamStatus sent = c.stream->send(data + from, size - from, context.deadline);
+  if (sent != StreamStatus::kOk) {
+    const std::string why = c.stream->why();
+    drop();
+    return tl::unexpected(sent == StreamStatus::kLate ? late("it does not take the request") : unreachable(why));
+  }
+  idle_since_ = steady_clock::now();
+  if (oneway_) return Value();
+  return std::nullopt;
+}
+
+std::optional<Outcome> Line::send(const idl::Method& method, const Value& arguments, const CallContext& context) {
+  if (auto ready = connected(context.deadline); !ready) return tl::unexpected(std::move(ready.error()));
+  try {
+    write(method, arguments);
+  } catch (const WireError& e) {
+    return tl::unexpected(broken(e));
+  }
+  return transmit(0, context);
+}
+
+std::shared_ptr<Connection> Line::prepare(const idl::Method& method, const Value& arguments) {
+  if (connection_ == nullptr || owed_.size() >= kLateRepliesMax || steady_clock::now() >= gives_up()) return nullptr;
+  try {
+    write(method, arguments);
+  } catch (const WireError&) {
+    // Whoever sends it in his own time meets the same and tells.
+    drop();
+    return nullptr;
+  }
+  return connection_;
+}
+
+std::size_t Line::send_now(Connection& connection) {
+  const auto [data, size] = connection.out.finish();
+  return connection.stream->send_now(data, size);
+}
+
+std::optional<Outcome> Line::send_rest(std::size_t sent, const CallContext& context) {
+  if (connection_ == nullptr) return tl::unexpected(unreachable("the connection broke while the request was sent"));
+  return transmit(sent, context);
+}
+
+Outcome Line::exchange(const idl::Method& method, const Value& arguments, const CallContext& context) {
+  if (auto over = send(method, arguments, context)) return std::move(*over);
+  return receive(method, arguments, context);
+}
+
+Outcome Line::receive(const idl::Method& method, const Value& arguments, const CallContext& context) {
+  if (connection_ == nullptr) return tl::unexpected(unreachable("the connection broke before the reply"));
+  Connection& c = *connection_;
+  try {
+    while (true) {
+      c.in.begin_message(context.deadline);
+      try {
+        MessageHead head = c.wire->read_head();
+        const bool owed =
+            std::any_of(owed_.begin(), owed_.end(), [&](const Owed& o) { return o.sequence == head.sequence; });
+        if (owed) {
+          report_late(head);
+          continue;
+        }
+        // A peer that numbers its replies itself is forgiven as long as there is nothing to confuse.
+        if (head.sequence != sequence_ && !owed_.empty()) {
+          throw WireError{StreamStatus::kFailed, "a reply with the unknown number " + std::to_string(head.sequence)};
+        }
+        ReplyBody body = c.wire->read_reply(head.type, method);
+        c.wire->end_message();
+        if (options_.clock != nullptr) options_.clock->receive(body.stamp);
+        idle_since_ = steady_clock::now();
+        return outcome_of(method, std::move(body));
+      } catch (const WireError& e) {
+        if (e.status != StreamStatus::kLate) throw;
+        c.in.rewind();
+        c.wire->reset();
+        owed_.push_back({sequence_, &method, arguments, std::string(context.source), context.call,
+                         steady_clock::now() + options_.late_wait});
+        idle_since_ = {};
+        return tl::unexpected(late("no reply to " + method.name));
+      }
+    }
+  } catch (const WireError& e) {
+    return tl::unexpected(broken(e));
+  }
+}
+
+Outcome Line::outcome_of(const idl::Method& method, ReplyBody body) {
+  if (body.form == ReplyBody::Form::kResult) return std::move(body.value);
+  if (body.form == ReplyBody::Form::kException) {
+    const std::string& name = body.exception->type->structure->name;
+    return tl::unexpected(CallError{CallErrorKind::kException,
+                                    "\"" + target_ + "\" answered " + method.name + " with " + name, name,
+                                    std::move(body.value)});
+  }
+  const std::string why =
+      body.failure_type == kUnknownMethod ? " knows no " + method.name + ": " : " failed in " + method.name + ": ";
+  return tl::unexpected(CallError{CallErrorKind::kProtocol, where() + why + body.failure, {}, {}});
+}
+
+void Line::report_late(MessageHead& head) {
+  const auto found =
+      std::find_if(owed_.begin(), owed_.end(), [&](const Owed& o) { return o.sequence == head.sequence; });
+  if (found == owed_.end()) throw WireError{StreamStatus::kFailed, "a reply that nobody waits for"};
+  Connection& c = *connection_;
+  ReplyBody body = c.wire->read_reply(head.type, *found->method);
+  c.wire->end_message();
+  if (options_.clock != nullptr) options_.clock->receive(body.stamp);
+  const Owed late = std::move(*found);
+  owed_.erase(found);
+  {
+    const std::lock_guard lock(mutex_);
+    ++counts_.late_replies;
+  }
+  if (options_.hook == nullptr) return;
+  const Outcome outcome = outcome_of(*late.method, std::move(body));
+  options_.hook->late({late.source, target_, *late.method, late.arguments, late.call}, outcome);
+}
+
+void Line::take_late_replies() {
+  Connection& c = *connection_;
+  const Deadline passed{};
+  try {
+    while (true) {
+      if (const auto status = c.in.wait(passed); status != StreamStatus::kOk) {
+        if (status != StreamStatus::kLate) drop();
+        return;
+      }
+      c.in.begin_message(passed);
+      MessageHead head = c.wire->read_head();
+      report_late(head);
+    }
+  } catch (const WireError& e) {
+    if (e.status == StreamStatus::kLate) {
+      c.in.rewind();
+      c.wire->reset();
+    } else {
+      drop();
+    }
+  }
+}
+
+}  // namespace sentree::rpc
