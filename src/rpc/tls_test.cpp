@@ -77,6 +77,21 @@ TEST_F(Tls, ADeadlineHolds) {
   EXPECT_EQ(client->counters().late_replies, 1U);
 }
 
+TEST_F(Tls, CarriesCallsThatNobodyWaitsForAndAnswersThatComeLater) {
+  const auto later = std::make_shared<test::LaterRobot>();
+  const auto server = test::serve(*Address::parse("tls://127.0.0.1:0"), later, {.tls = files("server")});
+  const auto client = test::make_client(server->address(), {.tls = files("client")});
+  const std::string text(1000000, 'x');
+  for (std::size_t i = 1; i <= 5; ++i) {
+    auto outcome = test::begin(*client, "echo", Map{{"text", text}}, {.deadline = in(10s)});
+    const auto held = later->take(i);
+    held.reply.give(held.answer);
+    EXPECT_EQ(outcome.get(), Outcome(Value(text)));
+  }
+  EXPECT_EQ(client->counters().connections, 1U);
+  EXPECT_EQ(test::call(*client, "echo", Map{{"text", "x"}}, {.deadline = in(50ms)}).error().kind, CallErrorKind::kLate);
+}
+
 TEST_F(Tls, AClientOfAnotherAuthorityIsRefused) {
   const auto server = start(files("server"));
   EXPECT_FALSE(ping(*server, files("stranger")));

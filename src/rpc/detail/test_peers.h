@@ -12,12 +12,14 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <future>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "sentree/rpc/async_client.h"
 #include "sentree/rpc/client.h"
 #include "sentree/rpc/server.h"
 
@@ -175,6 +177,62 @@ inline std::unique_ptr<Client> connect(const Address& address, ClientOptions opt
   if (!client) ADD_FAILURE() << client.error().message;
   return client ? std::move(*client) : nullptr;
 }
+
+inline std::unique_ptr<AsyncClient> make_client(const Address& address, ClientOptions options = {}) {
+  auto client = AsyncClient::remote(address, schema().service("Robot"), std::move(options));
+  if (!client) ADD_FAILURE() << client.error().message;
+  return client ? std::move(*client) : nullptr;
+}
+
+/// The outcome of a call, once it is there.
+inline std::future<Outcome> begin(AsyncClient& client, std::string_view method, Value arguments,
+                                  const CallContext& context = {}) {
+  const auto outcome = std::make_shared<std::promise<Outcome>>();
+  client.call(method, std::move(arguments), context, [outcome](Outcome out) { outcome->set_value(std::move(out)); });
+  return outcome->get_future();
+}
+inline Outcome call(AsyncClient& client, std::string_view method, Value arguments, const CallContext& context = {}) {
+  return begin(client, method, std::move(arguments), context).get();
+}
+
+/// Keeps its answers until it is told to give them.
+class LaterRobot final : public Service {
+ public:
+  const idl::Service& interface() const override { return *interface_; }
+  Outcome call(const idl::Method&, const Value&, const CallContext&) override { return Value(); }
+  void serve(const idl::Method& method, const Value& arguments, const CallContext&, const Reply& reply) override {
+    const std::lock_guard lock(mutex_);
+    held_.push_back({reply, method.name == "echo" ? *arguments.find("text") : Value()});
+    most_ = std::max(most_, held_.size());
+    ++asked_;
+    changed_.notify_all();
+  }
+
+  struct Held {
+    Reply reply;
+    Value answer;
+  };
+  /// The oldest question, once that many have been asked in all.
+  Held take(std::size_t asked) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return asked_ >= asked && !held_.empty(); });
+    Held first = std::move(held_.front());
+    held_.erase(held_.begin());
+    return first;
+  }
+  std::size_t most() {
+    const std::lock_guard lock(mutex_);
+    return most_;
+  }
+
+ private:
+  const idl::ServicePtr interface_ = schema().service("Robot");
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<Held> held_;
+  std::size_t asked_ = 0;
+  std::size_t most_ = 0;
+};
 
 /// Bytes to and from a Unix socket, without any protocol.
 class RawPeer {
