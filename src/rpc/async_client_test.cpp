@@ -201,18 +201,16 @@ TEST_F(Async, ARestartedServerIsUsedAgain) {
 TEST_F(Async, APeerThatTakesNothingCostsTheDeadlineAndTheConnection) {
   const RawServer server(folder_.socket());
   const auto client = make_client(folder_.socket());
-  const Outcome out = call(*client, "echo", Map{{"text", std::string(kLarge, 'x')}}, {.deadline = in(50ms)});
-  EXPECT_EQ(out.error().kind, CallErrorKind::kLate);
-  // In the middle of a request that went in the caller's thread, too.
-  const RawPeer first(server.accept());
-  auto small = begin(*client, "ping", {}, {.deadline = in(10s)});
-  const RawPeer second(server.accept());
-  EXPECT_THAT(second.receive(), HasSubstr("ping"));
-  second.send(std::string("\x80\x01\x00\x02\x00\x00\x00\x04ping\x00\x00\x00\x02\x00", 17));
+  auto small = begin(*client, "ping", {});
+  const RawPeer peer(server.accept());
+  EXPECT_THAT(peer.receive(), HasSubstr("ping"));
+  peer.send(std::string("\x80\x01\x00\x02\x00\x00\x00\x04ping\x00\x00\x00\x01\x00", 17));
   EXPECT_TRUE(small.get());
-  EXPECT_EQ(call(*client, "echo", Map{{"text", std::string(kLarge, 'x')}}, {.deadline = in(50ms)}).error().kind,
-            CallErrorKind::kLate);
-  EXPECT_TRUE(second.await_end());
+  const Value large = Map{{"text", std::string(kLarge, 'x')}};
+  // Its first bytes go in this thread, the others wait for the peer; then on a connection that is made for it.
+  for (int i = 0; i < 2; ++i)
+    EXPECT_EQ(call(*client, "echo", large, {.deadline = in(50ms)}).error().kind, CallErrorKind::kLate);
+  EXPECT_TRUE(peer.await_end());
 }
 
 TEST_F(Async, AServerThatHangsUpWhileNobodyCallsIsNoticed) {
