@@ -84,7 +84,7 @@ struct Live::Impl {
     }
     if (view != nullptr) {
       for (const runtime::ProcessReport& process : view->processes())
-        facts.processes.push_back(Map{{"name", process.name}, {"pid", process.pid}, {"alive", true}});
+        facts.processes.push_back(Map{{"name", process.name}, {"pid", process.pid}});
     }
     return facts;
   }

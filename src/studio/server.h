@@ -33,7 +33,7 @@ struct RunFacts {
   std::string reason;
   Value stopped_at;  ///< Of a breakpoint.
   std::uint64_t missed_ticks = 0;
-  List processes;  ///< {name, pid, alive}
+  List processes;  ///< {name, pid}; those that run now.
 };
 
 /// How the server reaches a run that goes on. All but `steer` are called in the thread that composes and do not block.

@@ -7,6 +7,7 @@
 #include "sentree/draw/tree.h"
 #include "sentree/idl/describe.h"
 #include "sentree/monitor/requirement.h"
+#include "sentree/runtime/check_intervention.h"
 #include "sentree/scxml/graph.h"
 
 namespace sentree::studio {
@@ -224,14 +225,8 @@ Value scenario_value(const runtime::Scenario& scenario) {
 
 List parts_value(const Subject& subject) {
   List parts;
-  const auto add = [&](const std::string& name, const char* kind, bool process) {
-    parts.push_back(Map{{"name", name}, {"kind", kind}, {"process", process}});
-  };
-  for (const runtime::LeafPlan& leaf : subject.plan.leaves) add(leaf.name, "skill", !leaf.at.empty());
-  for (const runtime::ProcessEntry& process : subject.plan.scenario.processes) {
-    if (!process.component.empty()) add(process.name, "component", true);
-    if (!process.monitor.empty()) add(process.name, "monitor", true);
-  }
+  for (const runtime::SteeredPart& part : runtime::parts_of(runtime::scope_of(subject.plan)))
+    parts.push_back(Map{{"name", part.name}, {"kind", part.kind}, {"process", part.process}});
   return parts;
 }
 

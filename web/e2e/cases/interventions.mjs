@@ -1,6 +1,6 @@
 // Breakpoints, faults, forced results, and runs saved as scenarios, by hand from the page.
 import assert from "node:assert/strict";
-import { cpSync } from "node:fs";
+import { cpSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 
@@ -72,6 +72,36 @@ test("a skill is killed and restarted", async () => {
   const seen = (await interventions(page)).join("\n");
   assert.match(seen, /kill/);
   assert.match(seen, /restart/);
+  await close();
+  await program.stop();
+});
+
+test("a part in a process of its own goes by the name of that process", async () => {
+  const project = join(scratch(), "recharge");
+  cpSync(example("recharge"), project, { recursive: true });
+  // A part that the mission does not need on its way, which takes eleven minutes.
+  writeFileSync(
+    join(project, "scenarios/apart.yaml"),
+    `clock: {real: 0.1}
+processes:
+  robot: {component: sim, listen: "tcp://127.0.0.1:0"}
+  person: {skill: WaitForUser, listen: "unix:{run}/person.sock"}
+override:
+  services: {battery: {at: "{robot}"}, navigation: {at: "{robot}"}}
+  skills: {WaitForUser: {at: "{person}"}}
+  deadlines: {call: 1 s, condition: 2 s, budget: 3 s, unresponsive: 5 s}
+duration: 1 h
+`,
+  );
+  const program = await serve_run(project, { scenario: "apart" });
+  const { page, close } = await open_page(program.url);
+  await open_tab(page, "Parts");
+  const row = page.getByRole("row", { name: /person/ });
+  await row.getByText(/process \d+/).waitFor();
+  await page.getByRole("button", { name: "Kill person" }).click();
+  await row.getByText("not running").waitFor();
+  await page.getByRole("button", { name: "Restart person" }).click();
+  await row.getByText(/process \d+/).waitFor();
   await close();
   await program.stop();
 });

@@ -170,7 +170,8 @@ export interface RunState {
   reason: string;
   stopped_at: { breakpoint: number | string; what: string } | null;
   missed_ticks: number;
-  processes: { name: string; pid: number; alive: boolean }[];
+  /** Those that run now. */
+  processes: { name: string; pid: number }[];
 }
 export interface TreeState {
   status: number[];

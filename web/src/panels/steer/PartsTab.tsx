@@ -5,7 +5,8 @@ import { steer, useSteering } from "./steering";
 export function PartsTab() {
   const parts = useStudio((studio) => studio.index?.model.parts);
   const processes = useStudio((studio) => studio.state?.run.processes);
-  // A part in a thread has no process that would say so.
+  const ended = useStudio((studio) => studio.state?.run.state === "ended");
+  // A part in a thread has no process whose absence would say so.
   const killed = useSteering((steering) => steering.killed);
   if (!parts || parts.length === 0) return <p className="muted">Nothing of this run can be killed.</p>;
   const act = async (op: "kill" | "restart", part: string) => {
@@ -26,14 +27,14 @@ export function PartsTab() {
       <tbody>
         {parts.map(({ name, kind, process }) => {
           const found = processes?.find((entry) => entry.name === name);
-          const dead = found ? !found.alive : killed.has(name);
+          const dead = process ? !found && !ended : killed.has(name);
           return (
             <tr key={`${kind}:${name}`}>
               <th scope="row">
                 {name} <span className="muted">{kind}</span>
               </th>
               <td>
-                <span className={`badge ${dead ? "failure" : ""}`}>{dead ? "✗ killed" : process ? `process ${found?.pid ?? ""}` : "thread"}</span>
+                <span className={`badge ${dead ? "failure" : ""}`}>{dead ? (process ? "✗ not running" : "✗ killed") : process ? `process ${found?.pid ?? ""}` : "thread"}</span>
               </td>
               <td className="actions">
                 <button type="button" className="button small" disabled={dead} onClick={() => void act("kill", name)} aria-label={`Kill ${name}`}>
