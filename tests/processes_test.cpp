@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <condition_variable>
 #include <future>
+#include <iterator>
 #include <mutex>
 #include <random>
 #include <string>
@@ -81,15 +82,26 @@ Ran run(const Plan& plan, RunOptions options = {}) {
 class Verdicts : public testing::TestWithParam<const char*> {};
 
 TEST_P(Verdicts, AreTheSameInProcesses) {
-  Scenario scenario = recharge(GetParam());
-  scenario.factor = 20;
-  // The machine may be slow; the mission is not what is tested for speed here.
-  scenario.project.deadlines = recharge("distributed").project.deadlines;
-  const Plan plan = distributed(std::move(scenario));
-  const Ran ran = run(plan);
-  EXPECT_THAT(ran.report.unmet, IsEmpty());
-  EXPECT_EQ(ran.report.processes.size(), plan.scenario.processes.size() + 1);
-  EXPECT_GE(ran.report.processes.size(), 7U);
+  // A machine that is busy for a moment delays ticks, and the robot drives on meanwhile: then the scenario is run at a
+  // quarter of the pace, at which such a moment counts for a quarter.
+  constexpr double kPaces[] = {20, 5};
+  for (const double pace : kPaces) {
+    Scenario scenario = recharge(GetParam());
+    scenario.factor = pace;
+    // Of the wall's time, and not what is tested here.
+    scenario.project.deadlines.call = seconds(10);
+    scenario.project.deadlines.condition = seconds(20);
+    scenario.project.deadlines.budget = seconds(30);
+    scenario.project.deadlines.unresponsive = seconds(50);
+    const Plan plan = distributed(std::move(scenario));
+    const Ran ran = run(plan);
+    EXPECT_EQ(ran.report.processes.size(), plan.scenario.processes.size() + 1);
+    EXPECT_GE(ran.report.processes.size(), 7U);
+    const bool may_be_late = pace != kPaces[std::size(kPaces) - 1] && ran.report.timing.missed > 0;
+    if (!ran.report.unmet.empty() && may_be_late) continue;
+    EXPECT_THAT(ran.report.unmet, IsEmpty());
+    return;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Recharge, Verdicts, testing::Values("experiment1", "experiment2", "recharge", "shield"));
