@@ -40,7 +40,9 @@ struct Verdict {
   5: string verdict = "",  // "violated" or "satisfied"; empty: not decided, or said already
   6: string state = "",    // the chart's state that decided
   7: i64 decided_at_ns = 0, // run time of the decision; 0: the message's
-  8: string witness = "[]" // JSON: the messages that led there
+  8: string witness = "[]", // JSON: the messages that led there
+  9: bool witness_complete = true,  // false: some that led there are missing
+  10: bool witness_minimal = false  // true: leaving out any one would not give the verdict
 }
 
 service Observer {

@@ -132,6 +132,8 @@ TEST(Monitors, DecideAlikeElsewhere) {
   ASSERT_EQ(report.decision->witness.size(), 2U);
   EXPECT_EQ(report.decision->witness[1].name, "battery.getBatteryState.reply");
   EXPECT_EQ(report.decision->deciding->sequence, report.decision->witness[1].sequence);
+  EXPECT_TRUE(report.decision->witness_complete);
+  EXPECT_TRUE(report.decision->witness_minimal);
 }
 
 // The shield, at an address, is asked before the request is sent.

@@ -31,12 +31,8 @@ void Inbox::set_bounds(std::size_t position) {
 StreamStatus Inbox::wait(Deadline deadline) {
   if (end_ > begin_) return StreamStatus::kOk;
   deadline_ = deadline;
-  try {
-    fetch();
-  } catch (const WireError& e) {
-    return e.status;
-  }
-  return StreamStatus::kOk;
+  make_room();
+  return receive();
 }
 
 void Inbox::begin_message(Deadline deadline) {
@@ -66,13 +62,9 @@ void Inbox::rewind() {
 
 bool Inbox::frame_used_up() const { return frame_end_ == 0 || rBase_ == rBound_; }
 
-void Inbox::fetch() {
-  if (frame_end_ != 0) throw WireError{StreamStatus::kFailed, "the message goes beyond its frame"};
+// For at least one more byte behind those that are there.
+void Inbox::make_room() {
   const std::size_t at = position();
-  if (end_ - begin_ >= message_bytes_max_) {
-    throw WireError{StreamStatus::kFailed,
-                    "the message has more than " + std::to_string(message_bytes_max_) + " bytes"};
-  }
   if (begin_ > 0 && end_ == buffer_.size()) {
     std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
     end_ -= begin_;
@@ -84,15 +76,29 @@ void Inbox::fetch() {
     buffer_.resize(buffer_.size() * 2);
     set_bounds(position_now);
   }
+}
+
+StreamStatus Inbox::receive() {
   const Received got = stream_->receive(buffer_.data() + end_, buffer_.size() - end_, deadline_);
-  if (got.status != StreamStatus::kOk) {
-    const bool half = end_ > begin_;
-    throw WireError{got.status, got.status == StreamStatus::kLate ? "the time is up"
-                                : half                            ? "the connection ended within a message"
-                                                                  : stream_->why()};
-  }
+  if (got.status != StreamStatus::kOk) return got.status;
   end_ += got.bytes;
   rBound_ = buffer_.data() + end_;
+  return StreamStatus::kOk;
+}
+
+void Inbox::fetch() {
+  if (frame_end_ != 0) throw WireError{StreamStatus::kFailed, "the message goes beyond its frame"};
+  if (end_ - begin_ >= message_bytes_max_) {
+    throw WireError{StreamStatus::kFailed,
+                    "the message has more than " + std::to_string(message_bytes_max_) + " bytes"};
+  }
+  make_room();
+  if (const StreamStatus status = receive(); status != StreamStatus::kOk) {
+    const bool half = end_ > begin_;
+    throw WireError{status, status == StreamStatus::kLate ? "the time is up"
+                            : half                        ? "the connection ended within a message"
+                                                          : stream_->why()};
+  }
 }
 
 std::uint32_t Inbox::readSlow(std::uint8_t* out, std::uint32_t size) {

@@ -36,6 +36,11 @@ rpc::CallContext in_time() {
   return {.source = "run", .call = 0, .deadline = std::chrono::steady_clock::now() + kObserverPatience};
 }
 
+bool is_true(const Value& map, std::string_view key) {
+  const Value* value = map.find(key);
+  return value != nullptr && value->as_bool() != nullptr && *value->as_bool();
+}
+
 std::optional<monitor::Decision> decision_of(const Value& verdict, const Message* message, TimePoint at) {
   const std::string text = text_of(verdict, "verdict");
   monitor::Decision decision;
@@ -53,6 +58,8 @@ std::optional<monitor::Decision> decision_of(const Value& verdict, const Message
   if (witness && witness->as_list() != nullptr) {
     for (const Value& each : *witness->as_list()) decision.witness.push_back(message_from_json(each));
   }
+  decision.witness_complete = is_true(verdict, "witness_complete");
+  decision.witness_minimal = is_true(verdict, "witness_minimal");
   return decision;
 }
 
@@ -212,7 +219,9 @@ class MonitorService final : public rpc::Service {
                {"verdict", to_string(decision->verdict)},
                {"state", decision->state},
                {"decided_at_ns", decision->at.time_since_epoch().count()},
-               {"witness", to_json(Value(std::move(witness)))}};
+               {"witness", to_json(Value(std::move(witness)))},
+               {"witness_complete", decision->witness_complete},
+               {"witness_minimal", decision->witness_minimal}};
   }
 
   const idl::ServicePtr interface_;

@@ -9,9 +9,7 @@
 #include <array>
 #include <cerrno>
 #include <condition_variable>
-#include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <future>
 #include <memory>
 #include <mutex>
@@ -19,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "sentree/base/temporary_folder.h"
 #include "sentree/rpc/async_client.h"
 #include "sentree/rpc/client.h"
 #include "sentree/rpc/server.h"
@@ -149,18 +148,11 @@ class Diary final : public Hook {
 /// A folder of this test's own.
 class Folder {
  public:
-  Folder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "sentree-rpc-XXXXXX").string();
-    path_ = ::mkdtemp(pattern.data());
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  ~Folder() { std::filesystem::remove_all(path_); }
-  [[nodiscard]] std::string file(std::string_view name) const { return (path_ / name).string(); }
+  [[nodiscard]] std::string file(std::string_view name) const { return (folder_.path() / name).string(); }
   [[nodiscard]] Address socket() const { return *Address::parse("unix:" + file("socket")); }
 
  private:
-  std::filesystem::path path_;
+  TemporaryFolder folder_{"rpc"};
 };
 
 inline Deadline in(std::chrono::milliseconds time) { return std::chrono::steady_clock::now() + time; }

@@ -49,6 +49,9 @@ class Inbox final : public apache::thrift::transport::TBufferBase {
   void writeSlow(const std::uint8_t* data, std::uint32_t size) override;
   const std::uint8_t* borrowSlow(std::uint8_t* out, std::uint32_t* size) override;
   void fetch();
+  void make_room();
+  // Not kOk is no exception here: it is what a look at an idle connection finds.
+  [[nodiscard]] StreamStatus receive();
   void set_bounds(std::size_t position);
   [[nodiscard]] std::size_t position() const { return static_cast<std::size_t>(rBase_ - buffer_.data()); }
 
