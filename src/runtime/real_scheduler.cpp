@@ -360,6 +360,12 @@ class RealScheduler final : public Scheduler {
     rescue_.set(SteadyClock::now() + kPatience);
   }
 
+  // A rescuer that wakes for nothing costs more than this.
+  void disarm_rescue() {
+    if (busy_ == 0 && ready_.empty() && std::exchange(rescue_armed_, false))
+      rescue_.set(SteadyClock::time_point::max());
+  }
+
   // Actors whose time has come.
   void look_at_clock() {
     if (due_.empty()) return;
@@ -447,6 +453,7 @@ class RealScheduler final : public Scheduler {
 
   void watch(std::unique_lock<std::mutex>& lock) {
     watching_ = true;
+    disarm_rescue();
     const auto next = due_.empty() ? SteadyClock::time_point::max() : clock_.wall(due_.top().when);
     if (alarm_at_ != next) alarm_.set(alarm_at_ = next);
     lock.unlock();

@@ -1,6 +1,7 @@
 #include "sentree/runtime/stream.h"
 
 #include <algorithm>
+#include <iterator>
 #include <memory>
 #include <utility>
 
@@ -114,17 +115,22 @@ std::optional<Admission> Stream::publish_if(Message message, const Judge& judge,
 void Stream::drain() {
   for (;;) {
     if (!delivering_) {
-      const std::lock_guard lock(mutex_);
-      listener_thread_ = std::this_thread::get_id();
-      if (pending_.empty()) {
-        draining_ = false;
-        listener_thread_ = {};
-        return;
+      if (batch_.empty()) {
+        const std::lock_guard lock(mutex_);
+        listener_thread_ = std::this_thread::get_id();
+        if (pending_.empty()) {
+          draining_ = false;
+          listener_thread_ = {};
+          return;
+        }
+        const auto count = static_cast<std::ptrdiff_t>(std::min(pending_.size(), kBatchMax));
+        std::move(pending_.begin(), pending_.begin() + count, std::back_inserter(batch_));
+        pending_.erase(pending_.begin(), pending_.begin() + count);
+        if (waiting_for_room_ > 0) room_.notify_all();
       }
-      delivering_ = std::move(pending_.front());
-      pending_.pop_front();
+      delivering_ = std::move(batch_.front());
+      batch_.pop_front();
       listener_ = 0;
-      if (waiting_for_room_ > 0) room_.notify_all();
     }
     for (; listener_ < listeners_.size(); ++listener_) listeners_[listener_](*delivering_);
     delivering_.reset();

@@ -90,6 +90,9 @@ class Stream {
   std::size_t waiting_for_room_ = 0;  // publishers
   std::deque<Message> pending_;
   // What is being handed on; members, so that a new thread can go on where another was left behind.
+  // Taken out of those by the drain that goes on: a few at a time, so that whoever publishes seldom waits for the lock.
+  static constexpr std::size_t kBatchMax = 64;
+  std::deque<Message> batch_;
   std::optional<Message> delivering_;
   std::size_t listener_ = 0;
   std::function<void()> undecided_;  // refuses the request that is being judged
