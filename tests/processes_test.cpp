@@ -339,5 +339,34 @@ TEST(Processes, AStoppedOneFailsItsLeafAndIsEndedWithTheRun) {
   EXPECT_TRUE(failed);
 }
 
+// The thread that hangs is the one that reads the skill's connection: the answer closes it, and a later tick has
+// another.
+TEST(Processes, AScriptThatDoesNotEndFailsItsLeafAgainAndAgain) {
+  auto loaded = load_project(kSource + "/tests/projects/endless");
+  ASSERT_TRUE(loaded.ok());
+  Scenario scenario = plain_scenario(std::move(*loaded.value));
+  scenario.project.repeat = true;
+  scenario.duration = std::chrono::minutes(10);
+  const Plan plan = distributed(std::move(scenario));
+  int told = 0;
+  runtime::Run* mission = nullptr;
+  RunOptions options;
+  options.program = SENTREE_PROGRAM;
+  options.listeners.push_back([&](const Message& message) {
+    if (message.name != "Stuck.tick.reply") return;
+    EXPECT_EQ(message.data.find("status")->text(), "FAILURE");
+    const Value* outputs = message.data.find("outputs");
+    const Value* reason = outputs != nullptr ? outputs->find("reason") : nullptr;
+    const bool tells = reason != nullptr &&
+                       reason->text().find("Stuck.scxml:4:15: this script does not end") != std::string_view::npos;
+    if (tells && ++told == 3) mission->interrupt();
+  });
+  runtime::Run run(plan, std::move(options));
+  mission = &run;
+  (void)run.execute();
+  EXPECT_GE(told, 3);
+  EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);
+}
+
 }  // namespace
 }  // namespace sentree::runtime
