@@ -40,7 +40,6 @@ class Line {
   /// Everything that has come already; notices a peer that has gone.
   void take_late_replies();
   [[nodiscard]] bool owes() const { return !owed_.empty(); }
-  [[nodiscard]] std::size_t owed() const { return owed_.size(); }
   /// When the oldest reply that is owed is given up, and the connection with it; `kNoDeadline` without one.
   [[nodiscard]] Deadline gives_up() const { return owed_.empty() ? kNoDeadline : owed_.front().given_up; }
   void drop();

@@ -41,7 +41,6 @@ class Inbox final : public apache::thrift::transport::TBufferBase {
   [[nodiscard]] const std::uint8_t* peek(std::size_t bytes);
   /// Reads a frame's length, then fetches all of it.
   void open_frame();
-  [[nodiscard]] bool holds_bytes() const { return rBound_ > rBase_; }
   [[nodiscard]] bool frame_used_up() const;
 
  private:
