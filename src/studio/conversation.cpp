@@ -138,9 +138,10 @@ Composer::Composer(const Subject& shown, const History& past, const RunAccess& a
 }
 
 void Composer::refresh() {
+  // The facts first: what says that the run has ended so comes with all that was before.
+  facts = facts_text(run.facts ? run.facts() : RunFacts{.state = "ended"});
   if (run.update) run.update();
   present = history.refresh(fragments);
-  facts = facts_text(run.facts ? run.facts() : RunFacts{.state = "ended"});
 }
 
 // ---- Conversation ----
