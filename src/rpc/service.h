@@ -51,7 +51,7 @@ class Service {
   [[nodiscard]] virtual Outcome call(const idl::Method& method, const Value& arguments, const CallContext& context) = 0;
 
   /// The same for a service that may answer after it has returned, so that no thread has to wait for the answer
-  /// meanwhile. The references are of this call only.
+  /// meanwhile: servers ask this, local clients ask `call`. Of the references only `reply` may be kept, as a copy.
   virtual void serve(const idl::Method& method, const Value& arguments, const CallContext& context,
                      const Reply& reply) {
     reply.give(call(method, arguments, context));
