@@ -10,6 +10,13 @@ namespace sentree::rpc {
 
 using std::chrono::steady_clock;
 
+// The descriptor is made here, not when it is first needed: what a server holds depends on its connections alone.
+Answers::Answers(Connection& connection, LogicalClock* clock, std::chrono::milliseconds send_time_max)
+    : connection_(&connection),
+      clock_(clock),
+      send_time_max_(send_time_max),
+      wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+
 Answers::~Answers() {
   if (wake_ >= 0) ::close(wake_);
 }
@@ -38,10 +45,9 @@ StreamStatus Answers::wait() {
     if (!is_full) {
       if (const StreamStatus status = c.in.wait({}); status != StreamStatus::kLate) return status;
     }
+    if (wake_ < 0) throw WireError{StreamStatus::kFailed, "no descriptor is left for answers that come later"};
     {
       const std::lock_guard lock(mutex_);
-      if (wake_ < 0) wake_ = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-      if (wake_ < 0) throw WireError{StreamStatus::kFailed, "no descriptor is left for answers that come later"};
       if (!rest_.empty() || !broken_.empty() || owed_ == 0) continue;
       polling_ = true;
     }

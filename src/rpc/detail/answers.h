@@ -28,8 +28,7 @@ struct Question {
 class Answers {
  public:
   /// In the thread that reads. `clock` may be null.
-  Answers(Connection& connection, LogicalClock* clock, std::chrono::milliseconds send_time_max)
-      : connection_(&connection), clock_(clock), send_time_max_(send_time_max) {}
+  Answers(Connection& connection, LogicalClock* clock, std::chrono::milliseconds send_time_max);
   ~Answers();
   Answers(const Answers&) = delete;
   Answers& operator=(const Answers&) = delete;
@@ -64,7 +63,7 @@ class Answers {
   bool sends_rest_ = false;         // the reader does
   std::string broken_;              // why an answer could not be written
   bool polling_ = false;            // the reader waits for `wake_` too
-  int wake_ = -1;                   // an eventfd, where it was ever needed
+  const int wake_;                  // an eventfd; -1: no descriptor was left
 };
 
 }  // namespace sentree::rpc
