@@ -32,34 +32,49 @@ std::string text_member(const Value& value, std::string_view key) {
   return member != nullptr ? std::string(member->text()) : std::string();
 }
 
-// What every observation has, before the data that are particular to it.
+// What every observation has, before its texts and the data that are particular to it. `Number` and `Size` are as wide
+// as they must be.
+template <class Number, class Size>
 struct Facts {
-  std::uint64_t sequence = 0;
   TimePoint time{};
-  CausalStamp stamp = 0;
-  std::uint64_t call = 0;
-  std::uint64_t tick = 0;
+  Number sequence = 0;
+  Number stamp = 0;
+  Number call = 0;
+  Number tick = 0;
   MessageKind kind = MessageKind::kEvent;
+  bool has_data = false;
   // Sizes of texts.
-  std::uint32_t source = 0;
-  std::uint32_t target = 0;
-  std::uint32_t name = 0;
+  Size source = 0;
+  Size target = 0;
+  Size name = 0;
 };
+using WideFacts = Facts<std::uint64_t, std::uint32_t>;
+using SlimFacts = Facts<std::uint32_t, std::uint8_t>;
 
-Facts facts_of(const Message& message) {
-  return {.sequence = message.sequence,
-          .time = message.time,
-          .stamp = message.stamp,
-          .call = message.call,
-          .tick = message.tick,
+template <class Which>
+Which facts_of(const Message& message) {
+  using Number = decltype(Which::sequence);
+  using Size = decltype(Which::source);
+  return {.time = message.time,
+          .sequence = static_cast<Number>(message.sequence),
+          .stamp = static_cast<Number>(message.stamp),
+          .call = static_cast<Number>(message.call),
+          .tick = static_cast<Number>(message.tick),
           .kind = message.kind,
-          .source = static_cast<std::uint32_t>(message.source.size()),
-          .target = static_cast<std::uint32_t>(message.target.size()),
-          .name = static_cast<std::uint32_t>(message.name.size())};
+          .has_data = !message.data.is_null(),
+          .source = static_cast<Size>(message.source.size()),
+          .target = static_cast<Size>(message.target.size()),
+          .name = static_cast<Size>(message.name.size())};
 }
 
-// The object stays open.
-void append_facts(std::string& out, const Facts& facts, std::string_view source, std::string_view target,
+bool is_slim(const Message& message) {
+  return ((message.sequence | message.stamp | message.call | message.tick) >> 32U) == 0 &&
+         (message.source.size() | message.target.size() | message.name.size()) < 256;
+}
+
+// The object stays open for its data, if it has some.
+template <class Which>
+void append_facts(std::string& out, const Which& facts, std::string_view source, std::string_view target,
                   std::string_view name) {
   out += R"({"sequence":)";
   append_integer(out, facts.sequence);
@@ -83,44 +98,49 @@ void append_facts(std::string& out, const Facts& facts, std::string_view source,
   }
   out += R"(,"tick":)";
   append_integer(out, facts.tick);
+  out += facts.has_data ? R"(,"data":)" : "}";
 }
 
-}  // namespace
-
-void append_observation(std::string& out, const Message& message) {
-  append_facts(out, facts_of(message), message.source, message.target, message.name);
-  if (!message.data.is_null()) {
-    out += R"(,"data":)";
-    append_json(out, message.data);
-  }
-  out += '}';
-}
-
-void pack_observation(PackedJson& out, const Message& message) {
-  const Facts facts = facts_of(message);
+template <class Which>
+void pack_facts(PackedJson& out, const Message& message) {
+  const auto facts = facts_of<Which>(message);
   char* to = out.later(
       [](std::string& json, std::string_view bytes) {
-        Facts packed;
+        Which packed;
         std::memcpy(&packed, bytes.data(), sizeof packed);
         bytes.remove_prefix(sizeof packed);
         const std::string_view source = bytes.substr(0, packed.source);
         const std::string_view target = bytes.substr(packed.source, packed.target);
         append_facts(json, packed, source, target, bytes.substr(packed.source + packed.target));
       },
-      sizeof facts + facts.source + facts.target + facts.name);
+      sizeof facts + message.source.size() + message.target.size() + message.name.size());
   const auto put = [&to](const void* bytes, std::size_t size) {
     std::memcpy(to, bytes, size);
     to += size;
   };
   put(&facts, sizeof facts);
-  put(message.source.data(), facts.source);
-  put(message.target.data(), facts.target);
-  put(message.name.data(), facts.name);
-  if (!message.data.is_null()) {
-    out.raw(R"(,"data":)");
-    out.value(message.data);
-  }
-  out.raw("}");
+  put(message.source.data(), message.source.size());
+  put(message.target.data(), message.target.size());
+  put(message.name.data(), message.name.size());
+}
+
+}  // namespace
+
+void append_observation(std::string& out, const Message& message) {
+  append_facts(out, facts_of<WideFacts>(message), message.source, message.target, message.name);
+  if (message.data.is_null()) return;
+  append_json(out, message.data);
+  out += '}';
+}
+
+void pack_observation(PackedJson& out, const Message& message) {
+  if (is_slim(message))
+    pack_facts<SlimFacts>(out, message);
+  else
+    pack_facts<WideFacts>(out, message);
+  if (message.data.is_null()) return;
+  out.value(message.data);
+  out.mark('}');
 }
 
 Result<Message> read_observation(const RawMessage& recorded) {

@@ -73,25 +73,25 @@ void PackedJson::value(const Value& value) {
     case Value::Type::kList: {
       char separator = '[';
       for (const Value& item : *value.as_list()) {
-        put(separator);
+        mark(separator);
         this->value(item);
         separator = ',';
       }
-      if (separator == '[') put('[');
-      put(']');
+      if (separator == '[') mark('[');
+      mark(']');
       return;
     }
     case Value::Type::kMap: {
       char separator = '{';
       for (const auto& [key, item] : *value.as_map()) {
-        put(separator);
+        mark(separator);
         text(key);
-        put(':');
+        mark(':');
         this->value(item);
         separator = ',';
       }
-      if (separator == '{') put('{');
-      put('}');
+      if (separator == '{') mark('{');
+      mark('}');
       return;
     }
   }
@@ -109,7 +109,9 @@ void PackedJson::unpack(std::string& out, std::string_view bytes) {
       }
       case kJson: out += taker.take(taker.take<std::uint32_t>()); break;
       case kText: append_json_string(out, taker.take(taker.take<std::uint32_t>())); break;
+      case kShortText: append_json_string(out, taker.take(taker.take<std::uint8_t>())); break;
       case kInteger: detail::append_integer(out, taker.take<std::int64_t>()); break;
+      case kOctet: detail::append_integer(out, unsigned{taker.take<std::uint8_t>()}); break;
       case kDouble: append_json(out, Value(taker.take<double>())); break;
       case kRounded: detail::append_rounded(out, taker.take<double>(), 6); break;
       case kRoundedList: {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -50,9 +51,22 @@ class PackedJson {
   }
   /// JSON as it stands, copied.
   void json(std::string_view written) { copy(kJson, written); }
+  /// A bracket, a comma or a colon.
+  void mark(char punctuation) { *room(1) = punctuation; }
   /// A JSON string.
-  void text(std::string_view text) { copy(kText, text); }
-  void integer(std::int64_t number) { put(kInteger, number); }
+  void text(std::string_view text) {
+    if (text.size() > 255) return copy(kText, text);
+    char* to = room(2 + text.size());
+    to[0] = kShortText;
+    to[1] = static_cast<char>(text.size());
+    if (!text.empty()) std::memcpy(to + 2, text.data(), text.size());
+  }
+  void integer(std::int64_t number) {
+    if (number < 0 || number > 255) return put(kInteger, number);
+    char* to = room(2);
+    to[0] = kOctet;
+    to[1] = static_cast<char>(number);
+  }
   void number(double number) { put(kDouble, number); }
   void boolean(bool truth);
   /// With six decimals at most; 0 if it is not finite or beyond 1e9.
@@ -87,14 +101,21 @@ class PackedJson {
   }
   [[nodiscard]] char* at(std::size_t offset) { return data_.get() + offset; }
 
+  /// So many bytes are going to be added soon. Memory that another thread has read is slow to write to unless it is
+  /// asked for early.
+  void expect(std::size_t bytes) const {
+    constexpr std::size_t kCacheLine = 64;
+    for (std::size_t at = size_; at < std::min(size_ + bytes, capacity_); at += kCacheLine)
+      __builtin_prefetch(data_.get() + at, 1);
+  }
+
   /// Prints what was packed into `bytes`.
   static void unpack(std::string& out, std::string_view bytes);
 
  private:
   // Beyond these, a byte stands for itself: brackets, commas, colons.
-  enum Op : char { kRaw, kJson, kText, kInteger, kDouble, kRounded, kRoundedList, kBytes, kPrint };
+  enum Op : char { kRaw, kJson, kText, kShortText, kInteger, kOctet, kDouble, kRounded, kRoundedList, kBytes, kPrint };
 
-  void put(char op) { *room(1) = op; }
   template <class Number>
   void put(Op op, Number number) {
     static_assert(sizeof number == 8);

@@ -14,6 +14,11 @@
 
 namespace sentree::record {
 
+namespace {
+// What the next message takes, mostly.
+constexpr std::size_t kNextEntry = 384;
+}  // namespace
+
 Recorder::Recorder(std::unique_ptr<Sink> sink, RecorderOptions options)
     : options_(std::move(options)), sink_(std::move(sink)), writer_(*sink_, options_.compression) {
   renew_batch();
@@ -79,6 +84,7 @@ std::size_t Recorder::begin_entry(ChannelId channel, TimePoint time) {
 }
 
 void Recorder::end_entry(std::size_t begin) {
+  batch_.packed.expect(kNextEntry);
   const auto size = static_cast<std::uint32_t>(batch_.packed.size() - begin - sizeof(Entry));
   std::memcpy(batch_.packed.at(begin + offsetof(Entry, size)), &size, sizeof size);
   if (!options_.tap) return;

@@ -1,6 +1,7 @@
 #include "sentree/runtime/recording.h"
 
 #include <algorithm>
+#include <cstring>
 #include <ctime>
 #include <set>
 #include <unordered_map>
@@ -183,6 +184,20 @@ struct RunRecorder::Impl {
   struct Route {
     What what = What::kOther;
     std::vector<std::size_t> monitors;  // that they may move
+  };
+
+  // Names are many times looked up and seldom new: their length and three places of eight characters tell most apart.
+  struct NameHash {
+    std::size_t operator()(const std::string& name) const {
+      const std::size_t size = name.size();
+      if (size < 8) return hash_bytes(name);
+      const auto eight = [&](std::size_t at) {
+        std::uint64_t bytes = 0;
+        std::memcpy(&bytes, name.data() + at, sizeof bytes);
+        return bytes;
+      };
+      return hash_combine(eight(0) ^ size, eight(size - 8) ^ (eight((size - 8) / 2) << 1U));
+    }
   };
 
   const Route& route_of(const Message& message) {
@@ -376,7 +391,7 @@ struct RunRecorder::Impl {
   std::uint64_t tick = 0;
   std::vector<bt::Status> statuses;
   std::vector<bt::Status> written_statuses;
-  std::unordered_map<std::string, Route> routes;
+  std::unordered_map<std::string, Route, NameHash> routes;
   std::vector<Seen> monitors;
   std::vector<Charted> charts;  // each belongs to its skill's actor
 };
