@@ -1,10 +1,11 @@
 // What observing costs: a message from where it is published, through the run's order, to the monitors of the recharge
-// mission; and what recording adds to a run.
+// mission; and what recording adds to a call between processes and to a whole run.
 
 #include <benchmark/benchmark.h>
 
 #include <sys/resource.h>
 #include <time.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -13,9 +14,12 @@
 #include <iostream>
 #include <limits>
 #include <optional>
+#include <thread>
 #include <vector>
 
 #include "sentree/record/sink.h"
+#include "sentree/rpc/client.h"
+#include "sentree/rpc/server.h"
 #include "sentree/runtime/monitors.h"
 #include "sentree/runtime/recording.h"
 #include "sentree/runtime/run.h"
@@ -169,6 +173,93 @@ void recording(benchmark::State& state) {
   state.counters["wall%"] = 100 * (best[1].wall / best[0].wall - 1);
 }
 BENCHMARK(recording)->Unit(benchmark::kMillisecond)->Iterations(30);
+
+// Publishes what a run publishes of a call.
+class Publishing final : public rpc::Hook {
+ public:
+  explicit Publishing(Stream& stream) : stream_(stream) {}
+  Verdict before(const rpc::Call& call) override {
+    publish(MessageKind::kRequest, call, ".request", Map{{"args", call.arguments}});
+    return {};
+  }
+  void replied(const rpc::Call& call, const Value& result) override {
+    publish(MessageKind::kReply, call, ".reply", Map{{"args", call.arguments}, {"result", result}});
+  }
+
+ private:
+  void publish(MessageKind kind, const rpc::Call& call, const char* what, Map data) {
+    Message message;
+    message.kind = kind;
+    message.source = call.source;
+    message.target = call.target;
+    message.name = std::string(call.target) + "." + call.method.name + what;
+    message.call = call.id;
+    message.data = std::move(data);
+    stream_.publish(std::move(message));
+  }
+  Stream& stream_;
+};
+
+constexpr int kCalls = 5000;
+
+// Calls over a Unix socket, observed by the run's monitors, and recorded or not. The median call [s].
+double median_call(const Plan& plan, const Value& state, bool recorded) {
+  const auto scheduler = make_real_scheduler();
+  Stream stream(*scheduler);
+  Watchdog watchdog(std::chrono::seconds(10));
+  Monitors monitors(plan, *scheduler, stream, watchdog,
+                    {.decided = [](const MonitorReport&) {}, .given_up = [](const std::string&) {}});
+  stream.subscribe([&](const Message& message) { monitors.observe(message); });
+  std::optional<RunRecorder> recorder;
+  if (recorded) {
+    RunOptions options;
+    recorder.emplace(plan, std::vector<text::ReadFile>{}, std::make_unique<record::NullSink>(), RecordingOptions{});
+    recorder->install(options);
+    for (auto& listener : options.listeners) stream.subscribe(std::move(listener));
+  }
+  const ServicePlan& battery = plan.services.at("battery");
+  const idl::Method& method = *battery.service->find("getBatteryState");
+  const auto address = *rpc::Address::parse("unix:/tmp/sentree-bench-" + std::to_string(::getpid()));
+  const auto server = rpc::Server::start(
+      address, {{"battery", std::make_shared<rpc::FunctionService>(
+                                battery.service, [&](const idl::Method&, const Value&,
+                                                     const rpc::CallContext&) -> rpc::Outcome { return state; })}});
+  Publishing hook(stream);
+  const auto client = rpc::Client::remote(address, battery.service, {.target = "battery", .hook = &hook});
+  monitors.start();
+  std::thread running([&] { (void)scheduler->run(); });
+  std::vector<double> times;
+  for (std::uint64_t call = 1; call <= kCalls; ++call) {
+    const auto begin = std::chrono::steady_clock::now();
+    const rpc::CallContext context{.source = "leaf", .call = call, .deadline = begin + std::chrono::seconds(1)};
+    if (!(*client)->call(method, Map(), context)) std::abort();
+    times.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  }
+  scheduler->stop();
+  running.join();
+  monitors.finish(scheduler->now());
+  if (recorder) (void)recorder->finish(RunReport{});
+  std::nth_element(times.begin(), times.begin() + kCalls / 2, times.end());
+  return times[kCalls / 2];
+}
+
+// What recording adds to an observed call between two processes, by the quickest of each kind, in turn.
+void recorded_call(benchmark::State& state) {
+  const Plan plan = recharge();
+  const std::vector<Message> messages = recorded(plan);
+  const auto reply =
+      std::ranges::find_if(messages, [](const Message& m) { return m.name == "battery.getBatteryState.reply"; });
+  const Value battery = *reply->data.find("result");
+  double best[2] = {1e9, 1e9};
+  for (auto _ : state) {
+    for (const bool is_recorded : {false, true})
+      best[is_recorded] = std::min(best[is_recorded], median_call(plan, battery, is_recorded));
+  }
+  state.counters["observed_us"] = 1e6 * best[0];
+  state.counters["recorded_us"] = 1e6 * best[1];
+  state.counters["added%"] = 100 * (best[1] / best[0] - 1);
+}
+BENCHMARK(recorded_call)->Unit(benchmark::kMillisecond)->Iterations(15);
 
 }  // namespace
 

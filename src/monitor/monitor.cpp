@@ -284,8 +284,12 @@ Standing standing(const Model& model, const State& state) {
   const scxml::Chart& chart = model.chart();
   const Origin* origin = model.origin();
   if (origin == nullptr) {
-    const auto ids = state.session.active_ids(chart);
-    standing.says = "in state " + (ids.empty() ? std::string("?") : ids.back());
+    standing.says = "in state ";
+    const std::string* innermost = nullptr;
+    state.session.configuration().for_each([&](scxml::StateIndex index) {
+      if (!chart.states()[index].id.empty()) innermost = &chart.states()[index].id;
+    });
+    standing.says += innermost != nullptr ? *innermost : "?";
     return standing;
   }
   for (const Situation& situation : origin->situations) {

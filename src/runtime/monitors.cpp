@@ -80,6 +80,7 @@ void Monitors::start() {
 
 void Monitors::observe(const Message& message) {
   const monitor::Dispatch::Route& route = dispatch_.route(message.name);
+  route_ = &route;
   leaves_.see(message, route.sign);
   for (; observed_ < route.monitors.size(); ++observed_) {
     const std::size_t index = route.monitors[observed_];
@@ -90,6 +91,10 @@ void Monitors::observe(const Message& message) {
   observed_ = 0;
   if (message.kind == MessageKind::kError) count_veto(message);
   schedule();
+}
+
+std::span<const std::uint32_t> Monitors::reached() const {
+  return route_ != nullptr ? std::span<const std::uint32_t>(route_->monitors) : std::span<const std::uint32_t>();
 }
 
 void Monitors::count_veto(const Message& error) {

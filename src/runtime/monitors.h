@@ -5,6 +5,7 @@
 #include <functional>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "sentree/monitor/monitor_set.h"
@@ -38,6 +39,8 @@ class Monitors {
 
   void start();
   void observe(const Message& message);
+  /// Indices of those that the message observed last went to. Called where `observe` is.
+  [[nodiscard]] std::span<const std::uint32_t> reached() const;
   /// Whether a monitor gates calls of this name, "<service>.<method>". From any thread.
   [[nodiscard]] bool is_gated(std::string_view call) const;
   /// Names of the calls that are gated, as the project writes them.
@@ -75,6 +78,7 @@ class Monitors {
   const std::vector<monitor::Model> models_;
   const std::vector<GatePlan> gates_;
   monitor::Dispatch dispatch_;
+  const monitor::Dispatch::Route* route_ = nullptr;  // of the message observed last
   monitor::LeafTracker leaves_;
   Scheduler& scheduler_;
   Stream& stream_;

@@ -1,10 +1,8 @@
 #include "sentree/runtime/recording.h"
 
 #include <algorithm>
-#include <cstring>
 #include <ctime>
 #include <set>
-#include <unordered_map>
 
 #include "sentree/base/json.h"
 #include "sentree/record/foxglove.h"
@@ -131,9 +129,8 @@ struct RunRecorder::Impl {
   // In the observer's actor.
   void observe(const Message& message) {
     last_time = message.time;
-    const Route& route = route_of(message);
     write(observations, message.time, [&](record::PackedJson& out) { record::pack_observation(out, message); });
-    switch (route.what) {
+    switch (meaning_of(message)) {
       case What::kTick:
         write_tree(message.time);
         tick = message.tick;
@@ -154,7 +151,8 @@ struct RunRecorder::Impl {
         break;
       case What::kOther: break;
     }
-    for (const std::size_t index : route.monitors) look_at_monitor(index, message.time);
+    if (inside == nullptr) return;
+    for (const std::size_t index : inside->monitors().reached()) look_at_monitor(index, message.time);
   }
 
   void take_status(const Message& message) {
@@ -179,45 +177,17 @@ struct RunRecorder::Impl {
     });
   }
 
-  // What observations of one name mean here.
+  // What an observation means here.
   enum class What : std::uint8_t { kOther, kTick, kStatus, kLog, kInjection };
-  struct Route {
-    What what = What::kOther;
-    std::vector<std::size_t> monitors;  // that they may move
-  };
 
-  // Names are many times looked up and seldom new: their length and three places of eight characters tell most apart.
-  struct NameHash {
-    std::size_t operator()(const std::string& name) const {
-      const std::size_t size = name.size();
-      if (size < 8) return hash_bytes(name);
-      const auto eight = [&](std::size_t at) {
-        std::uint64_t bytes = 0;
-        std::memcpy(&bytes, name.data() + at, sizeof bytes);
-        return bytes;
-      };
-      return hash_combine(eight(0) ^ size, eight(size - 8) ^ (eight((size - 8) / 2) << 1U));
-    }
-  };
-
-  const Route& route_of(const Message& message) {
-    constexpr std::size_t kNamesMax = 1U << 14U;
-    if (routes.size() > kNamesMax) routes.clear();
-    const auto [entry, is_new] = routes.try_emplace(message.name);
-    Route& route = entry->second;
-    if (!is_new) return route;
-    if (message.name == "mission.tick")
-      route.what = What::kTick;
-    else if (message.name == "node.status")
-      route.what = What::kStatus;
-    else if (message.name == "scenario.injection")
-      route.what = What::kInjection;
-    else if (message.kind == MessageKind::kEvent && message.name.ends_with(".log"))
-      route.what = What::kLog;
-    for (std::size_t i = 0; i < plan.monitors.size(); ++i) {
-      if (plan.monitors[i].listens_to(message.name)) route.monitors.push_back(i);
-    }
-    return route;
+  static What meaning_of(const Message& message) {
+    using namespace std::string_view_literals;
+    if (message.kind != MessageKind::kEvent) return What::kOther;
+    const std::string_view name = message.name;
+    if (name == "node.status"sv) return What::kStatus;
+    if (name == "mission.tick"sv) return What::kTick;
+    if (name == "scenario.injection"sv) return What::kInjection;
+    return name.ends_with(".log"sv) ? What::kLog : What::kOther;
   }
 
   // In the observer's actor.
@@ -391,7 +361,6 @@ struct RunRecorder::Impl {
   std::uint64_t tick = 0;
   std::vector<bt::Status> statuses;
   std::vector<bt::Status> written_statuses;
-  std::unordered_map<std::string, Route, NameHash> routes;
   std::vector<Seen> monitors;
   std::vector<Charted> charts;  // each belongs to its skill's actor
 };
