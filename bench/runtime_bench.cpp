@@ -1,5 +1,5 @@
 // What observing costs: a message from where it is published, through the run's order, to the monitors of the recharge
-// mission; and what recording adds to a call between processes and to a whole run.
+// mission; what recording adds to a call between processes and to a whole run; and what the machine makes of a pause.
 
 #include <benchmark/benchmark.h>
 
@@ -13,10 +13,12 @@
 #include <functional>
 #include <iostream>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <thread>
 #include <vector>
 
+#include "sentree/base/rng.h"
 #include "sentree/record/sink.h"
 #include "sentree/rpc/client.h"
 #include "sentree/rpc/server.h"
@@ -221,9 +223,11 @@ double median_call(const Plan& plan, const Value& state, bool recorded) {
   const idl::Method& method = *battery.service->find("getBatteryState");
   const auto address = *rpc::Address::parse("unix:/tmp/sentree-bench-" + std::to_string(::getpid()));
   const auto server = rpc::Server::start(
-      address, {{"battery", std::make_shared<rpc::FunctionService>(
-                                battery.service, [&](const idl::Method&, const Value&,
-                                                     const rpc::CallContext&) -> rpc::Outcome { return state; })}});
+      address,
+      {{"battery", std::make_shared<rpc::FunctionService>(
+                       battery.service, [&](const idl::Method&, const Value&, const rpc::CallContext&) -> rpc::Outcome {
+                         return state;
+                       })}});
   Publishing hook(stream);
   const auto client = rpc::Client::remote(address, battery.service, {.target = "battery", .hook = &hook});
   monitors.start();
@@ -260,6 +264,42 @@ void recorded_call(benchmark::State& state) {
   state.counters["added%"] = 100 * (best[1] / best[0] - 1);
 }
 BENCHMARK(recorded_call)->Unit(benchmark::kMillisecond)->Iterations(15);
+
+// What the machine itself makes of a pause: reading 128 KiB, about what a tick touches, line by line after milliseconds
+// of rest, and at once again. The median nanoseconds for a line.
+void rest(benchmark::State& state) {
+  constexpr std::size_t kLines = 2048;
+  struct alignas(64) Line {
+    const Line* next = nullptr;
+  };
+  std::vector<std::size_t> order(kLines);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  Rng rng(1);
+  for (std::size_t i = kLines - 1; i > 0; --i) std::swap(order[i], order[rng.next() % (i + 1)]);
+  std::vector<Line> lines(kLines);
+  for (std::size_t i = 0; i < kLines; ++i) lines[order[i]].next = &lines[order[(i + 1) % kLines]];
+  const auto read = [&] {
+    const auto begin = std::chrono::steady_clock::now();
+    const Line* line = lines.data();
+    for (std::size_t i = 0; i < kLines; ++i) line = line->next;
+    benchmark::DoNotOptimize(line);
+    return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - begin).count() / kLines;
+  };
+  std::vector<double> rested;
+  std::vector<double> again;
+  for (auto _ : state) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(state.range(0)));
+    rested.push_back(read());
+    again.push_back(read());
+  }
+  const auto median = [](std::vector<double>& times) {
+    std::ranges::nth_element(times, times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2));
+    return times[times.size() / 2];
+  };
+  state.counters["rested_ns"] = median(rested);
+  state.counters["again_ns"] = median(again);
+}
+BENCHMARK(rest)->ArgName("ms")->Arg(2)->Arg(10)->Arg(100)->Iterations(50);
 
 }  // namespace
 
