@@ -117,6 +117,24 @@ TEST(Json, WritesEachTypeOneWay) {
   EXPECT_EQ(to_json(Value(std::nan(""))), "\"NaN\"");
 }
 
+TEST(Json, WritesLongStringsAsItWritesTheirCharacters) {
+  const auto inner = [](std::string_view text) {
+    const std::string json = to_json(Value(text));
+    return json.substr(1, json.size() - 2);
+  };
+  for (std::size_t size = 7; size <= 66; ++size) {
+    for (int octet = 0; octet < 256; ++octet) {
+      for (const std::size_t at : {std::size_t{0}, size / 2, size - 1}) {
+        std::string text(size, 'x');
+        text[at] = static_cast<char>(octet);
+        const std::string expected =
+            std::string(at, 'x') + inner(std::string(1, static_cast<char>(octet))) + std::string(size - at - 1, 'x');
+        ASSERT_EQ(inner(text), expected) << "octet " << octet << " at " << at << " of " << size;
+      }
+    }
+  }
+}
+
 TEST(Json, EscapesStringsAndRepairsUtf8) {
   EXPECT_EQ(to_json(Value("a\"b\\c\n\r\t\x01")), R"("a\"b\\c\n\r\t\u0001")");
   EXPECT_EQ(to_json(Value("é→😀")), "\"é→😀\"");

@@ -59,7 +59,7 @@ class PackedJson {
     char* to = room(2 + text.size());
     to[0] = kShortText;
     to[1] = static_cast<char>(text.size());
-    if (!text.empty()) std::memcpy(to + 2, text.data(), text.size());
+    copy_few(to + 2, text);
   }
   void integer(std::int64_t number) {
     if (number < 0 || number > 255) return put(kInteger, number);
@@ -129,6 +129,24 @@ class PackedJson {
     *to = op;
     std::memcpy(to + 1, &length, 4);
     if (length > 0) std::memcpy(to + 5, bytes.data(), length);
+  }
+  // Most texts are shorter than what a call of memcpy is worth.
+  static void copy_few(char* to, std::string_view text) {
+    const std::size_t size = text.size();
+    const auto twice = [&](auto part) {
+      constexpr std::size_t kPart = sizeof part;
+      std::memcpy(to, text.data(), kPart);
+      std::memcpy(to + size - kPart, text.data() + size - kPart, kPart);
+    };
+    if (size > 16) {
+      std::memcpy(to, text.data(), size);
+    } else if (size >= 8) {
+      twice(std::uint64_t{});
+    } else if (size >= 4) {
+      twice(std::uint32_t{});
+    } else {
+      for (std::size_t i = 0; i < size; ++i) to[i] = text[i];
+    }
   }
   void grow(std::size_t bytes);
 

@@ -46,10 +46,11 @@ ChannelId Recorder::add_channel(std::string topic, std::string_view schema, std:
   return channels_.back().id;
 }
 
-// A full chunk is handed on; when too many wait, there is no room.
+// A full part is handed on; when too many wait, there is no room.
 bool Recorder::make_room(TimePoint time) {
   if (closing_ || report_.failed) return false;
-  if (batch_.packed.size() >= options_.chunk_size && !seal()) {
+  if (batch_.packed.size() >= options_.chunk_size / kBatchesPerChunk &&
+      !seal(handed_on_ + batch_.packed.size() >= options_.chunk_size)) {
     if (lost_now_ == 0) {
       lost_from_ = time;
       ++report_.gaps;
@@ -68,7 +69,8 @@ bool Recorder::make_room(TimePoint time) {
 void Recorder::renew_batch() {
   if (spare_.empty()) {
     batch_ = Batch();
-    batch_.packed.reserve(options_.chunk_size + options_.chunk_size / 8);
+    const std::size_t size = options_.chunk_size / kBatchesPerChunk;
+    batch_.packed.reserve(size + size / 8);
   } else {
     batch_ = std::move(spare_.back());
     spare_.pop_back();
@@ -94,14 +96,16 @@ void Recorder::end_entry(std::size_t begin) {
   options_.tap(channels_[head.channel - 1U], TimePoint(Duration(head.time)), entry.substr(sizeof head));
 }
 
-bool Recorder::seal() {
-  if (queue_.size() >= kWaitingChunksMax) {
+bool Recorder::seal(bool ends_chunk) {
+  if (queue_.size() >= kWaitingBatchesMax) {
     if (!options_.wait_when_full) return false;
     std::unique_lock lock(mutex_, std::adopt_lock);
-    room_.wait(lock, [&] { return queue_.size() < kWaitingChunksMax || report_.failed; });
+    room_.wait(lock, [&] { return queue_.size() < kWaitingBatchesMax || report_.failed; });
     lock.release();
     if (report_.failed) return false;
   }
+  handed_on_ = ends_chunk ? 0 : handed_on_ + batch_.packed.size();
+  batch_.ends_chunk = ends_chunk;
   batch_.channels = channels_.size();
   batch_.last = sequence_;
   push(std::move(batch_));
@@ -128,7 +132,7 @@ Result<std::uint32_t> Recorder::follow(std::function<void(const Channel&, TimePo
   if (!closing_ && !report_.failed) {
     options_.tap = std::move(tap);
     // Where there is no room for it now, the writer takes it when its time comes.
-    if (batch_.messages > 0) (void)seal();
+    if (is_open()) (void)seal(true);
     // Numbers begin anew after the greatest.
     room_.wait(lock, [&] { return static_cast<std::int32_t>(written_ - last) >= 0 || report_.failed; });
     if (!report_.failed) return last;
@@ -154,7 +158,6 @@ Result<void> Recorder::write(const Item& item) {
 }
 
 Result<void> Recorder::write(const Batch& batch) {
-  chunk_.clear();
   {
     const std::lock_guard lock(mutex_);
     for (; written_channels_ < batch.channels; ++written_channels_) {
@@ -173,7 +176,10 @@ Result<void> Recorder::write(const Batch& batch) {
     chunk_.end_message(begin);
     rest.remove_prefix(sizeof entry + entry.size);
   }
-  return chunk_.empty() ? Result<void>() : writer_.write(chunk_);
+  if (!batch.ends_chunk || chunk_.empty()) return {};
+  auto written = writer_.write(chunk_);
+  chunk_.clear();
+  return written;
 }
 
 void Recorder::work() {
@@ -200,7 +206,7 @@ void Recorder::work() {
         work_.wait(lock, ready);
       } else if (!work_.wait_until(lock, flushed + flush_every, ready)) {
         flushed = std::chrono::steady_clock::now();
-        if (batch_.messages > 0) (void)seal();
+        if (is_open()) (void)seal(true);
         if (queue_.empty()) continue;
       }
       if (queue_.empty()) break;
@@ -213,9 +219,11 @@ void Recorder::work() {
       batch->packed.clear();
       batch->messages = 0;
       const std::lock_guard lock(mutex_);
-      written_ = batch->last;
-      room_.notify_all();
-      if (spare_.size() < kWaitingChunksMax) spare_.push_back(std::move(*batch));
+      if (batch->ends_chunk) {
+        written_ = batch->last;
+        room_.notify_all();
+      }
+      if (spare_.size() < kWaitingBatchesMax) spare_.push_back(std::move(*batch));
     }
   }
   (void)check(writer_.end(schemas_, channels_));
@@ -227,6 +235,7 @@ void Recorder::close() {
     if (closing_) return;
     if (lost_now_ > 0) note_gap();
     // The last chunk may go beyond the bound: nothing follows it.
+    batch_.ends_chunk = true;
     batch_.channels = channels_.size();
     batch_.last = sequence_;
     if (!report_.failed) push(std::move(batch_));

@@ -22,8 +22,10 @@
 
 namespace sentree::record {
 
-/// Chunks that wait for the disk; beyond that messages are lost (and counted), or wait if `wait_when_full`.
-inline constexpr std::size_t kWaitingChunksMax = 64;
+/// A chunk's messages are handed to the writer's thread in so many parts, so that little is left to do at the end.
+inline constexpr std::size_t kBatchesPerChunk = 4;
+/// Parts of chunks that wait for the disk; beyond that messages are lost (and counted), or wait if `wait_when_full`.
+inline constexpr std::size_t kWaitingBatchesMax = 64 * kBatchesPerChunk;
 
 struct RecorderOptions {
   Compression compression = Compression::kZstd;
@@ -98,6 +100,7 @@ class Recorder {
   struct Batch {
     PackedJson packed;
     std::size_t messages = 0;
+    bool ends_chunk = false;
     std::size_t channels = 0;  // that there were when it was handed on
     std::uint32_t last = 0;    // sequence number of its last message
   };
@@ -114,7 +117,9 @@ class Recorder {
 
   // With the lock held. False: there is none, and the message is lost.
   bool make_room(TimePoint time);
-  bool seal();
+  bool seal(bool ends_chunk);
+  // Whether there are messages that no ended chunk has.
+  [[nodiscard]] bool is_open() const { return batch_.messages > 0 || handed_on_ > 0; }
   void renew_batch();
   void push(Item item);
   void note_gap();
@@ -130,6 +135,7 @@ class Recorder {
   std::condition_variable work_;
   std::condition_variable room_;  // also: something was written
   Batch batch_;
+  std::size_t handed_on_ = 0;  // packed bytes of the open chunk that are in the queue or beyond
   std::deque<Item> queue_;
   std::vector<Batch> spare_;
   std::vector<Schema> schemas_;

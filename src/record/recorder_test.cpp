@@ -144,8 +144,8 @@ TEST(Recorder, LosesMessagesRatherThanToWaitAndSaysSo) {
   int count = 0;
   while (recorder.report().lost < 10) put(count++);
   // A chunk holds one message; one more is with the writer or being filled.
-  EXPECT_GE(recorder.report().messages, kWaitingChunksMax);
-  EXPECT_LE(recorder.report().messages, kWaitingChunksMax + 2);
+  EXPECT_GE(recorder.report().messages, kWaitingBatchesMax);
+  EXPECT_LE(recorder.report().messages, kWaitingBatchesMax + 2);
   EXPECT_EQ(recorder.report().gaps, 1u);
   gate.let_go();
   const std::uint64_t lost = recorder.report().lost;
@@ -169,7 +169,7 @@ TEST(Recorder, WaitsWhereBytesMustNotDependOnTheDisk) {
   std::thread run([&] {
     for (int i = 0; i < 300; ++i) recorder.message(a, at_ms(i), [](std::string& out) { out.append(200, '1'); });
   });
-  while (recorder.report().messages < kWaitingChunksMax) std::this_thread::yield();
+  while (recorder.report().messages < kWaitingBatchesMax) std::this_thread::yield();
   gate.let_go();
   run.join();
   recorder.close();

@@ -61,6 +61,19 @@ void pack_state_ids(record::PackedJson& out, const scxml::Chart& chart, const sc
   out.raw("]");
 }
 
+void pack_data(record::PackedJson& out, const scxml::Chart& chart, const scxml::Session& session) {
+  char separator = '{';
+  session.visit_data(chart, [&](const std::string& name, const Value& value) {
+    out.mark(separator);
+    out.text(name);
+    out.mark(':');
+    out.value(value);
+    separator = ',';
+  });
+  if (separator == '{') out.mark('{');
+  out.mark('}');
+}
+
 }  // namespace
 
 struct RunRecorder::Impl {
@@ -254,7 +267,7 @@ struct RunRecorder::Impl {
       out.text(latest.event);
       if (skill.running()) {
         out.raw(R"(,"data":)");
-        out.value(skill.session().data(skill.chart()));
+        pack_data(out, skill.chart(), skill.session());
       }
       out.raw("}");
     });

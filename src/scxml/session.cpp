@@ -117,11 +117,15 @@ std::vector<std::string> Session::active_ids(const Chart& chart) const {
 
 Map Session::data(const Chart& chart) const {
   Map data;
-  for (std::uint32_t slot = 0; slot < variables_.size(); ++slot) {
-    if (variables_[slot]) data[chart.model().variables[slot].id] = *variables_[slot];
-  }
-  for (const auto& [name, value] : globals_) data[name] = value;
+  visit_data(chart, [&](const std::string& name, const Value& value) { data[name] = value; });
   return data;
+}
+
+void Session::visit_data(const Chart& chart, const std::function<void(const std::string&, const Value&)>& visit) const {
+  for (std::uint32_t slot = 0; slot < variables_.size(); ++slot) {
+    if (variables_[slot]) visit(chart.model().variables[slot].id, *variables_[slot]);
+  }
+  for (const auto& [name, value] : globals_) visit(name, value);
 }
 
 TimePoint Session::next_timer() const {

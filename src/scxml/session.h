@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -171,6 +172,8 @@ class Session {
 
   /// All data as a map in document order, then what scripts added. What scripts see as undefined is left out.
   [[nodiscard]] Map data(const Chart& chart) const;
+  /// The same without a copy: `visit(name, value)` for each.
+  void visit_data(const Chart& chart, const std::function<void(const std::string&, const Value&)>& visit) const;
 
   /// Due time of the earliest delayed send, children's included; kNever: none;
   /// TimePoint::min(): the session wants to go on at once (see Host::yield_after_send).

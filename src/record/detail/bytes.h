@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <bit>
 #include <cstdint>
 #include <cstring>
@@ -10,12 +11,23 @@
 
 namespace sentree::record::detail {
 
+/// Little-endian octets.
+template <class Integer>
+std::array<char, sizeof(Integer)> octets_of(Integer value) {
+  std::array<char, sizeof(Integer)> bytes;
+  if constexpr (std::endian::native == std::endian::little) {
+    std::memcpy(bytes.data(), &value, sizeof value);
+  } else {
+    for (std::size_t i = 0; i < sizeof(Integer); ++i)
+      bytes[i] = static_cast<char>(static_cast<std::uint64_t>(value) >> (8 * i) & 255);
+  }
+  return bytes;
+}
+
 template <class Integer>
 void put(std::string& out, Integer value) {
-  char bytes[sizeof(Integer)];
-  for (std::size_t i = 0; i < sizeof(Integer); ++i)
-    bytes[i] = static_cast<char>(static_cast<std::uint64_t>(value) >> (8 * i) & 255);
-  out.append(bytes, sizeof bytes);
+  const auto bytes = octets_of(value);
+  out.append(bytes.data(), bytes.size());
 }
 
 inline void put_string(std::string& out, std::string_view text) {
@@ -32,8 +44,8 @@ inline std::size_t begin_record(std::string& out, Op op) {
 
 template <class Integer>
 void patch(std::string& out, std::size_t at, Integer value) {
-  for (std::size_t i = 0; i < sizeof(Integer); ++i)
-    out[at + i] = static_cast<char>(static_cast<std::uint64_t>(value) >> (8 * i) & 255);
+  const auto bytes = octets_of(value);
+  std::memcpy(out.data() + at, bytes.data(), bytes.size());
 }
 
 inline void end_record(std::string& out, std::size_t begin) {
