@@ -12,14 +12,19 @@
 #include <iterator>
 #include <mutex>
 #include <random>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "sentree/base/temporary_folder.h"
+#include "sentree/rpc/server.h"
 #include "sentree/runtime/distribute.h"
 #include "sentree/runtime/inside.h"
+#include "sentree/runtime/remote_skill.h"
 #include "sentree/runtime/run.h"
 #include "sentree/runtime/steering.h"
+#include "sentree/runtime/wire_message.h"
 
 namespace sentree::runtime {
 namespace {
@@ -164,6 +169,50 @@ TEST(Observers, ThatCannotBeReachedPreventTheRun) {
   auto plan = prepare(std::move(scenario));
   ASSERT_TRUE(plan.ok());
   EXPECT_THAT(run(*plan.value).report.error, HasSubstr("observer \"nobody\""));
+}
+
+// A gate elsewhere decides on what it has seen, so it must have seen what led to the request.
+TEST(Observers, AreAskedAfterWhatLedToTheRequest) {
+  const auto interface = observer_interface();
+  ASSERT_TRUE(interface);
+  std::mutex mutex;
+  std::set<std::string> seen;
+  int questions = 0;
+  int early = 0;
+  const auto judge = std::make_shared<rpc::FunctionService>(
+      *interface, [&](const idl::Method& method, const Value& arguments, const rpc::CallContext&) -> rpc::Outcome {
+        const std::lock_guard lock(mutex);
+        if (method.name == "info")
+          return Value(
+              Map{{"name", "judge"}, {"pid", 0}, {"observes", List{"*"}}, {"gates", List{"navigation.goto*"}}});
+        if (method.name == "observe") {
+          const Message message = from_wire(*arguments.find("message"));
+          if (message.sequence > 0) {
+            seen.insert(message.name);
+          } else {
+            ++questions;
+            if (!seen.contains(message.source + ".tick.request")) ++early;
+          }
+        }
+        return Value(Map{{"accept", true}});
+      });
+  const TemporaryFolder folder("judge");
+  const std::string at = "unix:" + (folder.path() / "judge.sock").string();
+  const auto server = rpc::Server::start(*rpc::Address::parse(at), {{"observer", judge}});
+  ASSERT_TRUE(server);
+
+  Scenario scenario = recharge("normal");
+  scenario.virtual_time = false;
+  scenario.factor = 20;
+  scenario.duration = seconds(20);
+  scenario.project.deadlines.call = seconds(10);
+  scenario.project.observers.push_back({.name = "judge", .at = at, .span = {}});
+  auto plan = prepare(std::move(scenario));
+  ASSERT_TRUE(plan.ok());
+  EXPECT_GT(run(*plan.value).count("navigation.gotoTargetByLocationName.reply"), 0U);
+  const std::lock_guard lock(mutex);
+  EXPECT_GT(questions, 0);
+  EXPECT_EQ(early, 0);
 }
 
 TEST(Processes, SurviveKillsAtRandomMoments) {

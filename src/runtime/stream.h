@@ -66,7 +66,7 @@ class Stream {
   void set_tick(std::uint64_t tick) { tick_ = tick; }
   [[nodiscard]] std::uint64_t tick() const { return tick_; }
 
-  /// Hands on what is still pending; for the end of a run, when no actor works any more.
+  /// Hands on what is still pending: at the end of a run, when no actor works any more, or in `actor()`.
   void flush();
   /// In real time, after the actor's thread was left behind in a listener or in a judge: that listener gets the same
   /// message again, and must know how far it came.

@@ -43,7 +43,7 @@ std::optional<Admission> StreamPublisher::admit(Message message, Stream::Decided
 
 void StreamPublisher::ask(Message message, const std::vector<RemoteObserver*>& asked, Stream::Decided decided) {
   struct Question {
-    Message message;
+    Message request;
     Stream::Decided decided;
     std::atomic<std::size_t> unanswered;
     std::atomic<bool> open = true;
@@ -51,22 +51,25 @@ void StreamPublisher::ask(Message message, const std::vector<RemoteObserver*>& a
   message.time = scheduler_.now();
   message.tick = stream_.tick();
   const auto question = std::make_shared<Question>();
-  question->message = message;
+  question->request = std::move(message);
   question->decided = std::move(decided);
   question->unanswered = asked.size();
   scheduler_.at(stream_.actor(), scheduler_.now() + patience_, Rank::kTimer, [question] {
     if (question->open.exchange(false)) question->decided({Veto{"", "an observer did not answer in time"}});
   });
-  for (RemoteObserver* observer : asked) {
-    observer->ask(message, [this, question](Admission admission) {
-      if (admission.veto) {
-        if (question->open.exchange(false)) question->decided(std::move(admission));
-      } else if (--question->unanswered == 0 && question->open.exchange(false)) {
-        if (auto decision = admit(std::move(question->message), question->decided))
-          question->decided(std::move(*decision));
-      }
-    });
-  }
+  // Among the listeners of the stream, so that an observer has got whatever led to the request before it is asked.
+  scheduler_.post(stream_.actor(), [this, question, asked] {
+    stream_.flush();
+    for (RemoteObserver* observer : asked) {
+      observer->ask(question->request, [this, question](Admission admission) {
+        if (admission.veto) {
+          if (question->open.exchange(false)) question->decided(std::move(admission));
+        } else if (--question->unanswered == 0 && question->open.exchange(false)) {
+          if (auto decision = admit(question->request, question->decided)) question->decided(std::move(*decision));
+        }
+      });
+    }
+  });
 }
 
 }  // namespace sentree::runtime
