@@ -10,8 +10,10 @@
 
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
+#include "sentree/rpc/certificates.h"
 #include "sentree/rpc/server.h"
 #include "sentree/runtime/control.h"
+#include "sentree/runtime/environment.h"
 #include "sentree/runtime/plan.h"
 #include "sentree/runtime/remote_skill.h"
 
@@ -59,6 +61,24 @@ Finding check_control_folder() {
   return {"control folder", folder.string(), ""};
 }
 
+// Only who uses tls:// needs certificates.
+Finding check_certificates() {
+  constexpr int kDaysWarned = 14;
+  const std::string name = "certificates";
+  const rpc::TlsFiles files = runtime::environment_tls();
+  if (files.empty()) return {name, "none; tls:// addresses need some, see docs/how-to/certificates.md", ""};
+  const auto certificate = rpc::examine(files);
+  if (!certificate)
+    return {name, certificate.error().message, "docs/how-to/certificates.md says how to make and name them"};
+  const std::string days = ", for " + std::to_string(certificate->days_left) + " more days";
+  if (certificate->names.empty())
+    return {
+        name, files.certificate + " names no host" + days,
+        "others cannot connect to what listens here; make it with a subjectAltName, see docs/how-to/certificates.md"};
+  return {name, files.certificate + " of " + certificate->names + days,
+          certificate->days_left < kDaysWarned ? "make a new one before it expires" : ""};
+}
+
 // How late a timer of 1 ms wakes up: what the machine adds to the jitter of ticks.
 Finding check_timer() {
   std::mutex mutex;
@@ -94,6 +114,7 @@ int doctor(const DoctorCommand& command) {
       check_socket("unix sockets",
                    "unix:" + (runtime::control_folder() / ("doctor-" + std::to_string(getpid()) + ".sock")).string()),
       check_socket("loopback TCP", "tcp://127.0.0.1:0"),
+      check_certificates(),
       check_timer(),
       check_cores()};
   const bool good = std::all_of(findings.begin(), findings.end(), [](const Finding& f) { return f.remedy.empty(); });

@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
+#include <memory>
 #include <vector>
 
+#include "sentree/rpc/certificates.h"
 #include "sentree/rpc/detail/stream.h"
 
 namespace sentree::rpc {
@@ -14,6 +17,7 @@ namespace {
 std::string last_error() {
   const unsigned long code = ::ERR_get_error();
   ::ERR_clear_error();
+  if (ERR_SYSTEM_ERROR(code)) return std::strerror(ERR_GET_REASON(code));
   const char* reason = ::ERR_reason_error_string(code);
   return reason != nullptr ? reason : "unknown reason";
 }
@@ -141,7 +145,8 @@ Result<std::shared_ptr<const TlsContext>> tls_context(const TlsFiles& files, boo
        {std::pair("authority", &files.authority), {"certificate", &files.certificate}, {"key", &files.key}}) {
     if (file->empty()) {
       return fail("rpc.tls",
-                  std::string("tls:// needs three PEM files: authority, certificate, key; there is no ") + name);
+                  std::string("tls:// needs three PEM files: authority, certificate, key; there is no ") + name +
+                      " (commands take them from SENTREE_TLS_AUTHORITY, SENTREE_TLS_CERTIFICATE and SENTREE_TLS_KEY)");
     }
   }
   auto context = std::make_shared<TlsContext>(server);
@@ -162,6 +167,34 @@ Result<std::shared_ptr<const TlsContext>> tls_context(const TlsFiles& files, boo
   if (::SSL_CTX_check_private_key(c) != 1)
     return wrong("the key does not belong to the certificate; the key", files.key);
   return std::shared_ptr<const TlsContext>(std::move(context));
+}
+
+Result<Certificate> examine(const TlsFiles& files) {
+  const auto context = tls_context(files, true);
+  if (!context) return tl::unexpected(context.error());
+  SSL_CTX* c = (*context)->get();
+  ::X509* shown = ::SSL_CTX_get0_certificate(c);
+  STACK_OF(X509)* chain = nullptr;
+  SSL_CTX_get_extra_chain_certs(c, &chain);
+
+  const std::unique_ptr<X509_STORE_CTX, decltype(&::X509_STORE_CTX_free)> check(::X509_STORE_CTX_new(),
+                                                                                &::X509_STORE_CTX_free);
+  if (::X509_STORE_CTX_init(check.get(), ::SSL_CTX_get_cert_store(c), shown, chain) != 1 ||
+      ::X509_verify_cert(check.get()) != 1) {
+    return fail("rpc.tls", "the certificate \"" + files.certificate + "\" will be refused: " +
+                               ::X509_verify_cert_error_string(::X509_STORE_CTX_get_error(check.get())));
+  }
+  Certificate certificate;
+  int seconds = 0;
+  ::ASN1_TIME_diff(&certificate.days_left, &seconds, nullptr, ::X509_get0_notAfter(shown));
+  if (const int at = ::X509_get_ext_by_NID(shown, NID_subject_alt_name, -1); at >= 0) {
+    const std::unique_ptr<BIO, decltype(&::BIO_free)> text(::BIO_new(::BIO_s_mem()), &::BIO_free);
+    ::X509V3_EXT_print(text.get(), ::X509_get_ext(shown, at), 0, 0);
+    char* data = nullptr;
+    const long size = BIO_get_mem_data(text.get(), &data);
+    certificate.names.assign(data, static_cast<std::size_t>(size));
+  }
+  return certificate;
 }
 
 Connected tls_stream(std::unique_ptr<Stream> plain, const std::shared_ptr<const TlsContext>& context,

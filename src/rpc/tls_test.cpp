@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 
+#include "sentree/rpc/certificates.h"
 #include "sentree/rpc/detail/test_peers.h"
 
 namespace sentree::rpc {
@@ -132,6 +133,26 @@ TEST_F(Tls, MissingAndWrongFilesAreNamed) {
   EXPECT_THAT(message({file("ours", "pem"), "/no/such.pem", file("server", "key")}),
               HasSubstr("the certificate \"/no/such.pem\" cannot be used"));
   EXPECT_THAT(message({file("ours", "pem"), file("server", "pem"), file("client", "key")}), HasSubstr("the key"));
+}
+
+TEST_F(Tls, FilesAreExaminedAsAPeerWould) {
+  const auto good = examine(files("server"));
+  ASSERT_TRUE(good) << good.error().message;
+  EXPECT_EQ(good->names, "DNS:localhost, IP Address:127.0.0.1");
+  EXPECT_GE(good->days_left, 28);
+  EXPECT_LE(good->days_left, 30);
+
+  const auto refused = [](const TlsFiles& tls) {
+    const auto examined = examine(tls);
+    return examined ? std::string("accepted") : examined.error().message;
+  };
+  EXPECT_THAT(refused(files("stranger")), HasSubstr("stranger.pem\" will be refused: unable to get local issuer"));
+  EXPECT_THAT(refused({file("ours", "pem"), file("server", "pem"), file("client", "key")}),
+              HasSubstr("client.key\" cannot be used: key values mismatch"));
+  EXPECT_THAT(refused({file("ours", "pem"), file("server", "pem"), file("nobody", "key")}),
+              HasSubstr("nobody.key\" cannot be used: No such file"));
+  EXPECT_THAT(refused({file("ours", "pem"), "", file("client", "key")}),
+              HasSubstr("there is no certificate (commands take them from SENTREE_TLS_AUTHORITY"));
 }
 
 }  // namespace
