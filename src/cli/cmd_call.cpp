@@ -1,9 +1,9 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/runtime/control.h"
+#include "sentree/runtime/interface_file.h"
 #include "sentree/runtime/plan.h"
 #include "sentree/runtime/remote_service.h"
-#include "sentree/text/file.h"
 #include "sentree/text/json.h"
 #include "sentree/text/yaml.h"
 
@@ -54,12 +54,7 @@ int call_address(const CallCommand& command, const rpc::Address& address, const 
   std::filesystem::path file = command.interface.substr(0, slash);
   std::error_code error;
   if (!std::filesystem::exists(file, error)) file = runtime::shipped_folder("interfaces") / file;
-  const auto source = text::read_file(file, command.interface.substr(0, slash));
-  if (!source) {
-    say(to_string(source.error()));
-    return kInvalidInput;
-  }
-  const auto schema = idl::Schema::load(*source, command.interface.substr(0, slash));
+  const auto schema = runtime::load_interface(file, command.interface.substr(0, slash));
   say(schema.diagnostics);
   if (!schema.ok()) return kInvalidInput;
   const idl::ServicePtr service = schema.value->service(command.interface.substr(slash + 1));

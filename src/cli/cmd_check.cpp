@@ -5,6 +5,7 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/requirement_file.h"
+#include "sentree/runtime/interface_file.h"
 #include "sentree/runtime/plan.h"
 #include "sentree/scxml/chart.h"
 #include "sentree/scxml/check.h"
@@ -73,6 +74,7 @@ Diagnostics check_all(const std::string& path) {
   if (file.extension() == ".xml") return bt::load_file(file).diagnostics;
   if (file.extension() == ".scxml") return check_chart(file);
   if (file.extension() == ".req") return check_requirements(file);
+  if (file.extension() == ".thrift") return runtime::load_interface(file, path).diagnostics;
   if (is_scenario(file)) return check_scenario(file);
   auto project = runtime::load_project(path);
   add_new(all, project.diagnostics);

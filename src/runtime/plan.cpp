@@ -10,6 +10,7 @@
 #include "sentree/rpc/address.h"
 #include "sentree/runtime/check_intervention.h"
 #include "sentree/runtime/checks.h"
+#include "sentree/runtime/interface_file.h"
 #include "sentree/runtime/requirements.h"
 #include "sentree/scxml/check.h"
 #include "sentree/sim/services.h"
@@ -254,23 +255,15 @@ class Preparation {
       return known->second ? &*known->second : nullptr;
     std::optional<idl::Schema>& slot = schemas_[name];
     const path own = project_.folder / "interfaces" / name;
-    const path shipped = shipped_folder("interfaces");
     std::error_code error;
     const bool is_own = std::filesystem::exists(own, error);
-    const path folder = is_own ? own.parent_path() : shipped;
-    const std::string shown = is_own ? project_.shown("interfaces/" + name) : name;
-    const auto source = text::read_file(folder / name, shown);
-    if (!source) {
+    const path file = is_own ? own : shipped_folder("interfaces") / name;
+    if (!std::filesystem::exists(file, error)) {
       add("check.no-interface",
           "interface file \"" + name + "\" is neither in the project's interfaces/ nor among those of Sentree", span);
       return nullptr;
     }
-    const idl::IncludeReader include = [&](std::string_view included, std::string_view) -> Result<idl::IncludedFile> {
-      auto text = text::read_file(folder / included, std::string(included));
-      if (!text) return tl::unexpected(text.error());
-      return idl::IncludedFile{std::string(included), std::move(*text)};
-    };
-    auto loaded = idl::Schema::load(*source, shown, include);
+    auto loaded = load_interface(file, is_own ? project_.shown("interfaces/" + name) : name);
     append(diagnostics, loaded.diagnostics);
     slot = std::move(loaded.value);
     return slot ? &*slot : nullptr;
