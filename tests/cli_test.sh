@@ -164,6 +164,7 @@ expect 0 '^--scenario=recharge$' "$sentree" __complete run examples/recharge --s
 expect 0 '^GoToLocation$' "$sentree" __complete skill examples/recharge Go
 expect 0 '^mermaid$' "$sentree" __complete graph --to mer
 expect 0 '^:files xml scxml$' "$sentree" __complete fmt ''
+expect 0 '^:files mcap$' "$sentree" __complete report ''
 expect 0 '^fmt	' "$sentree" __complete f
 expect 2 'not in' "$sentree" completion tcsh
 for shell in bash zsh fish; do
@@ -178,6 +179,8 @@ offered=$(PATH=${sentree%/*}:$PATH bash -c 'source <(sentree completion bash)
 [[ $offered == normal ]] || { echo "✗ bash offers \"$offered\" instead of \"normal\"" && failures=$((failures + 1)); }
 
 expect 0 'unix sockets' "$sentree" doctor
+expect 0 'certificates: none' "$sentree" doctor
+expect 4 'there is no certificate .*SENTREE_TLS_CERTIFICATE' env SENTREE_TLS_AUTHORITY=ca.pem "$sentree" doctor
 
 # Two robots in one world.
 expect 0 'nothing to complain about' "$sentree" check examples/two-robots
@@ -228,6 +231,13 @@ address=$(sed -n 's/listening on //p' "$work/component")
 expect 0 '"percentage":' "$sentree" call "$address/battery" getBatteryState --interface robot.thrift/Battery
 expect 2 'no method "getBatery' "$sentree" call "$address/battery" getBateryState --interface robot.thrift/Battery
 expect 2 'begins with none of the known schemes' "$sentree" call http://here getBatteryState
+mkdir "$work/idl"
+printf 'include "parts.thrift"\nservice Battery { parts.Charge getBatteryCharge() }\n' >"$work/idl/mine.thrift"
+printf 'typedef double Charge\n' >"$work/idl/parts.thrift"
+expect 0 '^[0-9.]+$' "$sentree" call "$address/battery" getBatteryCharge --interface "$work/idl/mine.thrift/Battery"
+expect 0 'nothing to complain about' "$sentree" check "$work/idl/mine.thrift"
+printf 'typedef doubl Charge\n' >"$work/idl/parts.thrift"
+expect 3 'idl/parts.thrift:1:9: there is no type "doubl"' "$sentree" check "$work/idl/mine.thrift"
 expect 4 'taken|in use' "$sentree" component sim --world examples/recharge/world/world.yaml --listen "$address"
 expect 4 'insecure' "$sentree" component sim --world examples/recharge/world/world.yaml --listen tcp://0.0.0.0:0
 kill $component
@@ -246,6 +256,9 @@ expect 0 '^\{"sequence":' "$sentree" echo mission.tick --json -n 1
 until grep -q 'battery violated' "$work/mission" || ! kill -0 $mission 2>/dev/null; do read -rt 0.05 <> <(:) || true; done
 expect 0 '^setBatteryCharge	.*percent' "$sentree" __complete call simulation setB
 expect 0 '^percent=	' "$sentree" __complete call simulation setBatteryCharge ''
+expect 2 '\-\-run' "$sentree" services --run mine
+expect 0 '^navigation	' "$sentree" __complete ping nav
+expect 0 '^navigation\.\*	' "$sentree" __complete echo nav
 kill -INT $mission 2>/dev/null || true
 code=0
 wait $mission || code=$?

@@ -259,6 +259,16 @@ void positional(const Line& line, Completion& completion) {
     completion.candidates = call_words(line);
   } else if (name == "fmt") {
     files(completion, {"xml", "scxml"});
+  } else if ((name == "ping" || name == "echo") && place == 0) {
+    completion.candidates = call_words(line);
+    if (name == "echo") {
+      for (Candidate& service : completion.candidates) service.word += ".*";
+    }
+  } else if (name == "check" && place == 0) {
+    files(completion, {"yaml", "xml", "scxml", "req", "thrift"});
+  } else if ((name == "studio" || name == "info" || name == "replay" || name == "export" || name == "report") &&
+             place == 0) {
+    files(completion, {"mcap"});
   } else if (name == "diff" && place < 2) {
     files(completion, {"xml"});
   } else if (name == "chart" && place == 0) {

@@ -160,10 +160,11 @@ void add_check(CLI::App& app, CheckCommand& command) {
       "  sentree check examples/recharge/mission.xml         a tree, as far as it stands alone\n"
       "  sentree check examples/recharge/skills/WaitForUser.scxml\n"
       "  sentree check examples/recharge/world/world.yaml\n"
+      "  sentree check interfaces/robot.thrift               an interface with what it includes\n"
       "  sentree check examples/recharge/requirements/recharge.req    against the project that it lies in\n"
       "Exit code: 0 nothing, 1 warnings, 3 errors.");
   sub->add_option("project", command.project,
-                  "Folder with a sentree.yaml, or a tree, chart, requirement, scenario or world file")
+                  "Folder with a sentree.yaml, or a tree, chart, requirement, interface, scenario or world file")
       ->capture_default_str();
   sub->add_flag("--json", command.json, "Print the findings as JSON");
 }
@@ -270,7 +271,7 @@ void add_call(CLI::App& app, CallCommand& command) {
   sub->add_option("method", command.method);
   sub->add_option("arguments", command.arguments, "name=value …, or one JSON object");
   sub->add_option("--interface", command.interface, "FILE.thrift/SERVICE, when calling an address");
-  sub->add_option("--run", command.run, "Process id of the run, where several run");
+  sub->add_option("--run", command.run, "Process id of the run, where several run")->check(CLI::PositiveNumber);
   sub->add_option("--deadline", command.deadline)->capture_default_str();
 }
 
@@ -299,7 +300,7 @@ void add_skill(CLI::App& app, SkillCommand& command) {
 void add_services(CLI::App& app, ServicesCommand& command) {
   auto* sub = app.add_subcommand("services", "List the services of a running mission");
   sub->footer("Example:\n  sentree services");
-  sub->add_option("--run", command.run, "Process id of the run, where several run");
+  sub->add_option("--run", command.run, "Process id of the run, where several run")->check(CLI::PositiveNumber);
   sub->add_flag("--json", command.json, "Print the list as JSON");
 }
 
@@ -312,7 +313,7 @@ void add_ping(CLI::App& app, PingCommand& command) {
       "  sentree ping tcp://127.0.0.1:9090/battery\n"
       "Exit code: 0 all answer, 4 one does not.");
   sub->add_option("target", command.target, "Service or address; default: all");
-  sub->add_option("--run", command.run, "Process id of the run, where several run");
+  sub->add_option("--run", command.run, "Process id of the run, where several run")->check(CLI::PositiveNumber);
   sub->add_flag("--json", command.json, "Print the round trips as JSON");
 }
 
@@ -325,7 +326,7 @@ void add_echo(CLI::App& app, EchoCommand& command) {
       "  sentree echo '*.tick.reply' --json -n 10");
   sub->add_option("pattern", command.pattern, "Of names; * stands for any characters")->capture_default_str();
   sub->add_option("--count,-n", command.count, "End after so many");
-  sub->add_option("--run", command.run, "Process id of the run, where several run");
+  sub->add_option("--run", command.run, "Process id of the run, where several run")->check(CLI::PositiveNumber);
   sub->add_flag("--json", command.json, "A line of JSON for each");
 }
 
