@@ -141,6 +141,52 @@ TEST(Monitors, DecideAlikeElsewhere) {
   EXPECT_TRUE(report.decision->witness_minimal);
 }
 
+// What a monitor elsewhere decides while the run winds up counts.
+TEST(Monitors, MayDecideElsewhereWhenTheMissionIsOver) {
+  const auto interface = observer_interface();
+  ASSERT_TRUE(interface);
+  std::mutex mutex;
+  std::condition_variable changed;
+  bool over = false;
+  int asked = 0;
+  // It thinks about the first message until nothing is executed any more.
+  const auto slow = std::make_shared<rpc::FunctionService>(
+      *interface, [&](const idl::Method& method, const Value&, const rpc::CallContext&) -> rpc::Outcome {
+        if (method.name == "info")
+          return Value(Map{{"name", "slow"}, {"pid", 0}, {"observes", List{"*"}}, {"gates", List{}}});
+        std::unique_lock lock(mutex);
+        if (++asked > 1) {
+          changed.notify_all();
+          return Value(Map{{"accept", true}});
+        }
+        changed.wait(lock, [&] { return over; });
+        return Value(Map{{"accept", true}, {"verdict", "violated"}, {"state", "failure"}});
+      });
+  const TemporaryFolder folder("slow");
+  const std::string at = "unix:" + (folder.path() / "slow.sock").string();
+  const auto server = rpc::Server::start(*rpc::Address::parse(at), {{"observer", slow}});
+  ASSERT_TRUE(server);
+
+  Scenario scenario = recharge("normal");
+  scenario.virtual_time = false;
+  scenario.duration = milliseconds(300);
+  scenario.project.monitors[0].at = at;
+  auto plan = prepare(std::move(scenario));
+  ASSERT_TRUE(plan.ok());
+  RunOptions options;
+  options.on_view = [&](RunView* view) {
+    if (view != nullptr) return;
+    std::unique_lock lock(mutex);
+    over = true;
+    changed.notify_all();
+    // Once it gets the next message, its verdict has come back.
+    changed.wait_for(lock, seconds(1), [&] { return asked > 1; });
+  };
+  const RunReport report = run(*plan.value, std::move(options)).report;
+  // A machine that halts for seconds makes the verdict late, which is said.
+  EXPECT_TRUE(report.monitors.back().decision || !report.problems.empty());
+}
+
 // The shield, at an address, is asked before the request is sent.
 TEST(Monitors, GateFromElsewhere) {
   Scenario scenario = recharge("shield");

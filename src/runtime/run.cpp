@@ -131,8 +131,8 @@ class Run::Impl final : public RunView, private RunInside {
     if (inbox_) inbox_->close();
     if (scenario_.virtual_time && left_behind_) ended_ = scheduler_->now();
     monitors_.finish(ended_);
-    over_ = true;
     for (const auto& observer : observers_) observer->finish(ended_);
+    take_decisions();  // those that no actor took any more
     stream_.flush();
     if (supervisor_) supervisor_->end(kEndPatience);
 
@@ -342,17 +342,27 @@ class Run::Impl final : public RunView, private RunInside {
       RemoteObserver::Callbacks callbacks;
       callbacks.problem = [this](const std::string& what) { problem(what); };
       callbacks.decision = [this, name = plan.name](const monitor::Decision& decision) {
+        {
+          const std::lock_guard lock(problems_mutex_);
+          decided_elsewhere_.emplace_back(name, decision);
+        }
         // The stream's actor is where monitors of this process decide too.
-        if (over_)
-          take_decision(name, decision);
-        else
-          scheduler_->post(stream_.actor(), [this, name, decision] { take_decision(name, decision); });
+        scheduler_->post(stream_.actor(), [this] { take_decisions(); });
       };
       auto observer = RemoteObserver::connect(plan.name, *address, *interface, std::move(callbacks));
       if (!observer) return observer.error().message;
       observers_.push_back(std::move(*observer));
     }
     return std::nullopt;
+  }
+
+  void take_decisions() {
+    std::vector<std::pair<std::string, monitor::Decision>> decisions;
+    {
+      const std::lock_guard lock(problems_mutex_);
+      decisions.swap(decided_elsewhere_);
+    }
+    for (const auto& [name, decision] : decisions) take_decision(name, decision);
   }
 
   // Of a monitor elsewhere.
@@ -610,7 +620,7 @@ class Run::Impl final : public RunView, private RunInside {
   std::string component_;                   // name of the process that runs the simulator; empty: this one does
   StreamPublisher::Observers observers_;
   std::vector<MonitorReport> remote_reports_;  // of monitors elsewhere; under problems_mutex_
-  std::atomic<bool> over_ = false;             // nothing is executed any more
+  std::vector<std::pair<std::string, monitor::Decision>> decided_elsewhere_;  // not yet taken; likewise
   std::vector<std::unique_ptr<rpc::Server>> observer_servers_;
   Tap tap_;
   std::unique_ptr<rpc::Server> control_server_;
