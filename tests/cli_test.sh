@@ -241,6 +241,13 @@ expect 3 'idl/parts.thrift:1:9: there is no type "doubl"' "$sentree" check "$wor
 expect 4 'taken|in use' "$sentree" component sim --world examples/recharge/world/world.yaml --listen "$address"
 expect 4 'insecure' "$sentree" component sim --world examples/recharge/world/world.yaml --listen tcp://0.0.0.0:0
 kill $component
+# A skill needs the services that its chart calls, and no others.
+expect 3 'at: sim, .* --at navigation=ADDRESS' "$sentree" skill examples/recharge GoToLocation --listen "unix:$work/goto.sock"
+"$sentree" skill examples/recharge GoToLocation --listen "unix:$work/goto.sock" --at navigation=tcp://127.0.0.1:9090 >"$work/skill" 2>&1 &
+skill=$!
+until grep -q 'listening on' "$work/skill" || ! kill -0 $skill 2>/dev/null; do read -rt 0.05 <> <(:) || true; done
+expect 0 '✓' "$sentree" ping "unix:$work/goto.sock"
+kill $skill
 
 # Experiment 1 by hand: a mission in real time, the battery forced through its control socket.
 "$sentree" run examples/recharge --clock real --factor 20 --duration '60 s' >"$work/mission" 2>&1 &

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <thread>
 
 #include "sentree/cli/commands.h"
@@ -26,6 +27,13 @@ int skill(const SkillCommand& command) {
   auto plan = runtime::prepare_skill(scenario->project, command.leaf);
   say(plan.diagnostics);
   if (!plan.ok()) return kInvalidInput;
+  // What its chart never calls need not be reached.
+  const auto sends = plan.value->chart.sends();
+  std::erase_if(plan.value->services, [&](const auto& service) {
+    return std::none_of(sends.begin(), sends.end(), [&](const scxml::SendInfo& send) {
+      return send.type.value_or("thrift") == "thrift" && send.target.value_or(service.first) == service.first;
+    });
+  });
   for (const auto& [name, service] : plan.value->services) {
     if (service.at != "sim") continue;
     say("service \"" + name + "\" is at: sim, which is inside another process; give its address with --at " + name +
