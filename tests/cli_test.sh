@@ -274,4 +274,16 @@ grep -q 'OK' "$work/call" && grep -q 'battery violated' "$work/mission" || {
   echo "✗ experiment 1 by hand:" && cat "$work/call" "$work/mission" && failures=$((failures + 1))
 }
 
+# A terminal that goes away ends a run in order, as Ctrl-C does, and nothing is left behind.
+mkdir "$work/tmp"
+TMPDIR=$work/tmp "$sentree" run examples/recharge --clock real --processes --duration '60 s' >"$work/mission" 2>&1 &
+mission=$!
+until "$sentree" call battery getBatteryCharge >"$work/call" 2>&1 || ! kill -0 $mission 2>/dev/null; do :; done
+kill -HUP $mission 2>/dev/null || true
+code=0
+wait $mission || code=$?
+[[ $code -eq 130 && -z $(ls "$work/tmp") ]] || {
+  echo "✗ after a hangup, which exited with $code, there is left: $(ls "$work/tmp")" && failures=$((failures + 1))
+}
+
 if [[ $failures -gt 0 ]]; then echo "$failures failed" && exit 1; fi

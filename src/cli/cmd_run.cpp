@@ -21,7 +21,8 @@ namespace sentree::cli {
 
 namespace {
 
-// Turns Ctrl-C and SIGTERM into an orderly end. The signals are blocked in all threads and awaited in one.
+// Turns Ctrl-C, SIGTERM and a terminal that goes away into an orderly end. The signals are blocked in all threads and
+// awaited in one.
 class Interrupts {
  public:
   /// Before anything that starts threads, which must not take the signals.
@@ -56,6 +57,9 @@ class Interrupts {
     sigset_t awaited;
     sigemptyset(&awaited);
     for (const int signal : {SIGINT, SIGTERM, SIGUSR1}) sigaddset(&awaited, signal);
+    struct sigaction hangup {};
+    sigaction(SIGHUP, nullptr, &hangup);
+    if (hangup.sa_handler != SIG_IGN) sigaddset(&awaited, SIGHUP);  // unless nohup started it
     return awaited;
   }
 
@@ -66,7 +70,8 @@ class Interrupts {
       sigwait(&awaited, &signal);
       if (done_) return;
       if (signal == SIGUSR1) continue;
-      if (++received > 1) _exit(kInterrupted);  // asked twice: at once
+      if (signal == SIGHUP && received > 0) continue;  // shell and terminal both say it
+      if (++received > 1) _exit(kInterrupted);         // asked twice: at once
       const std::lock_guard lock(mutex_);
       if (run_ != nullptr) run_->interrupt();
       asked_to_end_ = true;
