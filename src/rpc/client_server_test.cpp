@@ -274,6 +274,12 @@ TEST_F(OverASocket, UnknownMethodsAndServicesAreNamed) {
   Address wrong = folder_.socket();
   wrong.service = "battery";
   EXPECT_THAT(connect(wrong)->call("ping", {}).error().message, HasSubstr("there is \"robot\""));
+
+  const Address both = *Address::parse("unix:" + folder_.file("both"));
+  const auto two = Server::start(both, {{"robot", robot_}, {"arm", robot_}});
+  ASSERT_TRUE(two);
+  EXPECT_THAT((*Client::remote(both, other))->call("fly", {}).error().message,
+              HasSubstr("names no service is for the first of \"robot\", \"arm\""));
 }
 
 TEST_F(OverASocket, AnAnswerThatBreaksTheIdlIsAnErrorThatNamesTheField) {

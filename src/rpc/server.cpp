@@ -257,7 +257,10 @@ class Server::Impl {
       return answers->fail(std::string(method_name), head.sequence,
                            service == nullptr
                                ? "there is no service for \"" + head.name + "\" here; there is " + service_names()
-                               : service->interface().name + " has no method \"" + std::string(method_name) + "\"",
+                               : service->interface().name + " has no method \"" + std::string(method_name) + "\"" +
+                                     (head.name == method_name && services_.size() > 1
+                                          ? "; a call that names no service is for the first of " + service_names()
+                                          : std::string()),
                            kUnknownMethod);
     }
     const Stamped arguments = c.wire->read_arguments(*method);
