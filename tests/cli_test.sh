@@ -274,6 +274,9 @@ grep -q 'OK' "$work/call" && grep -q 'battery violated' "$work/mission" || {
   echo "✗ experiment 1 by hand:" && cat "$work/call" "$work/mission" && failures=$((failures + 1))
 }
 
+# Who it was is said of every observation.
+expect 1 'monitor.violated  battery' "$sentree" run examples/recharge --scenario experiment1 --clock virtual --verbose
+
 # A terminal that goes away ends a run in order, as Ctrl-C does, and nothing is left behind.
 mkdir "$work/tmp"
 TMPDIR=$work/tmp "$sentree" run examples/recharge --clock real --processes --duration '60 s' >"$work/mission" 2>&1 &

@@ -26,6 +26,7 @@ std::string brief(const Message& message) {
   const Value* shown = message.data.find("result");
   if (shown == nullptr) shown = message.data.find("status");
   if (shown == nullptr && message.kind == MessageKind::kError) shown = message.data.find("message");
+  if (shown == nullptr && message.name == "process.exited") shown = message.data.find("how");
   if (shown == nullptr) shown = message.data.find("args");
   if (shown == nullptr) shown = message.data.find("inputs");
   if (shown == nullptr || shown->is_null()) return {};
@@ -44,8 +45,10 @@ std::string line(const Message& message) {
   std::string text = time_column(message.time) + "  " + message.name;
   if (message.kind != MessageKind::kEvent)
     text += "  " + message.source + " → " + message.target;
-  else if (message.name == "node.status")
+  else if (message.name == "node.status" || message.name.starts_with("monitor."))
     text += "  " + message.source;
+  else if (message.name.starts_with("process."))
+    text += "  " + message.target;
   if (message.name == "node.status") text += "  " + std::string(message.data.find("to")->text());
   const std::string detail = brief(message);
   if (!detail.empty()) text += "  " + detail;
