@@ -157,5 +157,15 @@ TEST(Scenario, RefusesWhatItCannotExpect) {
                   "scenarios/s.yaml:2:63: verdict \"fine\" must be violated, satisfied or undecided"));
 }
 
+TEST(Scenario, OfAProjectAloneHasTheNameOfItsFolder) {
+  const Folder folder;
+  folder.write("sentree.yaml", "mission: {file: mission.xml}\n");
+  for (const char* suffix : {"", "/", "/."}) {
+    auto project = load_project(folder.path().string() + suffix);
+    ASSERT_TRUE(project.ok());
+    EXPECT_EQ(plain_scenario(std::move(*project.value)).name, "OfAProjectAloneHasTheNameOfItsFolder") << suffix;
+  }
+}
+
 }  // namespace
 }  // namespace sentree::runtime

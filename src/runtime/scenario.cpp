@@ -136,7 +136,8 @@ void read_overrides(const text::YamlNode& node, Project& project, Diagnostics& d
 Scenario plain_scenario(Project project) {
   Scenario scenario;
   scenario.file = project.file;
-  scenario.name = project.folder.filename().string();
+  std::error_code error;
+  scenario.name = std::filesystem::weakly_canonical(project.folder, error).filename().string();  // "." has a name too
   scenario.project = std::move(project);
   scenario.virtual_time = false;
   return scenario;
