@@ -136,8 +136,10 @@ void read_overrides(const text::YamlNode& node, Project& project, Diagnostics& d
 Scenario plain_scenario(Project project) {
   Scenario scenario;
   scenario.file = project.file;
+  // "." has a name too.
   std::error_code error;
-  scenario.name = std::filesystem::weakly_canonical(project.folder, error).filename().string();  // "." has a name too
+  const std::filesystem::path folder = std::filesystem::absolute(project.folder, error).lexically_normal();
+  scenario.name = (folder.has_filename() ? folder : folder.parent_path()).filename().string();
   scenario.project = std::move(project);
   scenario.virtual_time = false;
   return scenario;
