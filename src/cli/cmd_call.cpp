@@ -31,7 +31,12 @@ std::optional<Value> parse_arguments(const std::vector<std::string>& arguments) 
       say(to_string(value.error()));
       return std::nullopt;
     }
-    map[argument.substr(0, equals)] = value->value();
+    const std::string name = argument.substr(0, equals);
+    if (map.find(name) != nullptr) {
+      say("argument \"" + name + "\" is given twice");
+      return std::nullopt;
+    }
+    map[name] = value->value();
   }
   return map;
 }

@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 
+#include <filesystem>
+#include <fstream>
 #include <thread>
 
 #include "sentree/rpc/detail/test_peers.h"
@@ -252,6 +254,12 @@ TEST_F(OverASocket, AUsedAddressIsNotTakenOverAndAStaleFileIs) {
   const auto taken = Server::start(tcp->address(), {});
   ASSERT_FALSE(taken);
   EXPECT_THAT(taken.error().message, HasSubstr(to_string(tcp->address()) + " is taken"));
+
+  std::ofstream(folder_.file("notes")) << "mine";
+  const auto file = Server::start(*Address::parse("unix:" + folder_.file("notes")), {});
+  ASSERT_FALSE(file);
+  EXPECT_THAT(file.error().message, HasSubstr("a file that is no socket is there"));
+  EXPECT_TRUE(std::filesystem::exists(folder_.file("notes")));
 }
 
 TEST_F(OverASocket, OtherMachinesNeedTlsOrTheirPermission) {

@@ -18,6 +18,11 @@ constexpr int kBacklog = 64;
 
 tl::unexpected<Diagnostic> failed(const Address& address, int error) {
   const std::string at = to_string(address);
+  struct stat info {};
+  if (error == EADDRINUSE && address.kind == Address::Kind::kUnix && ::lstat(address.path.c_str(), &info) == 0 &&
+      !S_ISSOCK(info.st_mode))
+    return fail("rpc.address",
+                "cannot listen at " + at + ": a file that is no socket is there; remove it or choose another path");
   if (error == EADDRINUSE) {
     return fail("rpc.port-taken", at + " is taken: another process listens there; stop it or choose another " +
                                       (address.kind == Address::Kind::kUnix ? "path" : "port (0 takes a free one)"));

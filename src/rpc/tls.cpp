@@ -22,6 +22,22 @@ std::string last_error() {
   return reason != nullptr ? reason : "unknown reason";
 }
 
+// Since TLS 1.3 a peer says what it thinks of our certificate only after the handshake, in place of its first data
+// (RFC 8446, 4.4.2.4 and 6.2).
+bool certificate_is_refused(unsigned long code) {
+  if (ERR_GET_LIB(code) != ERR_LIB_SSL) return false;
+  switch (ERR_GET_REASON(code)) {
+    case SSL_R_SSLV3_ALERT_BAD_CERTIFICATE:
+    case SSL_R_SSLV3_ALERT_CERTIFICATE_EXPIRED:
+    case SSL_R_SSLV3_ALERT_CERTIFICATE_REVOKED:
+    case SSL_R_SSLV3_ALERT_CERTIFICATE_UNKNOWN:
+    case SSL_R_SSLV3_ALERT_UNSUPPORTED_CERTIFICATE:
+    case SSL_R_TLSV1_ALERT_UNKNOWN_CA:
+    case SSL_R_TLSV13_ALERT_CERTIFICATE_REQUIRED: return true;
+    default: return false;
+  }
+}
+
 }  // namespace
 
 class TlsContext {
@@ -92,8 +108,9 @@ class TlsStream final : public Stream {
       const int error = ::SSL_get_error(ssl_, 0);
       if (error == SSL_ERROR_ZERO_RETURN) return {StreamStatus::kClosed, 0};
       if (error != SSL_ERROR_WANT_READ) {
-        why_ = last_error();
-        return {StreamStatus::kFailed, 0};
+        const bool refused = certificate_is_refused(::ERR_peek_error());
+        why_ = refused ? "it refuses our certificate: " + last_error() : last_error();
+        return {refused ? StreamStatus::kClosed : StreamStatus::kFailed, 0};
       }
       if (const auto status = flush(deadline); status != StreamStatus::kOk) return {status, 0};
       if (const auto status = fetch(deadline); status != StreamStatus::kOk) return {status, 0};

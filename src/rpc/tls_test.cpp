@@ -95,7 +95,9 @@ TEST_F(Tls, CarriesCallsThatNobodyWaitsForAndAnswersThatComeLater) {
 
 TEST_F(Tls, AClientOfAnotherAuthorityIsRefused) {
   const auto server = start(files("server"));
-  EXPECT_FALSE(ping(*server, files("stranger")));
+  const Outcome out = ping(*server, files("stranger"));
+  ASSERT_FALSE(out);
+  EXPECT_EQ(out.error().kind, CallErrorKind::kUnreachable) << out.error().message;
   EXPECT_TRUE(ping(*server, files("client")));
 }
 
