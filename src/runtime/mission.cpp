@@ -221,14 +221,22 @@ void Mission::on_deadline(AnswerDeadline deadline) {
     const char* why = leaf.plan->condition ? "past the condition deadline" : "unresponsive";
     publish(MessageKind::kError, leaf.plan->name, "mission", leaf.plan->name + ".tick.error",
             Map{{"kind", "late"}, {"message", why}}, leaf.call);
-    problem(leaf.plan->name + " did not answer its tick (" + why + ") and counts as FAILURE");
+    tell_late(leaf, bt::Status::kFailure, why);
     leaf.outstanding = 0;
     leaf.driver->cancel();
     run(bt::Input::answer(leaf.plan->node, bt::Status::kFailure));
   } else {
-    problem(leaf.plan->name + " did not answer tick " + std::to_string(ticks_) + " in time and counts as RUNNING");
+    tell_late(leaf, bt::Status::kRunning, "past its budget");
     run(bt::Input::answer(leaf.plan->node, bt::Status::kRunning));
   }
+}
+
+// Whoever ticks ten times a second need not read it ten times a second.
+void Mission::tell_late(Leaf& leaf, bt::Status counts_as, const std::string& why) {
+  if (leaf.lateness_told == counts_as) return;
+  leaf.lateness_told = counts_as;
+  problem(leaf.plan->name + " did not answer tick " + std::to_string(ticks_) + " (" + why + ") and counts as " +
+          std::string(to_string(counts_as)) + " until it answers");
 }
 
 void Mission::answered(std::size_t index, std::uint64_t tick, bt::Status status, Map outputs) {
@@ -236,6 +244,7 @@ void Mission::answered(std::size_t index, std::uint64_t tick, bt::Status status,
     Leaf& leaf = leaves_[index];
     if (leaf.outstanding != tick) return;  // halted or cancelled meanwhile
     leaf.outstanding = 0;
+    leaf.lateness_told.reset();
     const bt::Status truth = status;
     const bool forced = force(leaf, status, outputs);
     Map data{{"status", to_string(status)}};

@@ -80,11 +80,12 @@ class Mission {
   struct Leaf {
     const LeafPlan* plan = nullptr;
     std::unique_ptr<LeafDriver> driver;
-    std::uint64_t outstanding = 0;  // number of the tick not yet answered; 0: none
-    std::uint64_t call = 0;         // of that tick, joins request and reply
-    std::uint64_t halt_call = 0;    // of the outstanding halt; 0: none
-    TimePoint asked{};              // when that tick was sent
-    std::optional<bt::Input> late;  // a completed answer that came too late for its tick
+    std::uint64_t outstanding = 0;            // number of the tick not yet answered; 0: none
+    std::uint64_t call = 0;                   // of that tick, joins request and reply
+    std::uint64_t halt_call = 0;              // of the outstanding halt; 0: none
+    TimePoint asked{};                        // when that tick was sent
+    std::optional<bt::Status> lateness_told;  // as what a missing answer counted; told once until it answers
+    std::optional<bt::Input> late;            // a completed answer that came too late for its tick
     // What a skill that has ended said while its leaf was forced to be RUNNING; its next tick gets it.
     std::optional<bt::Input> held;
   };
@@ -105,6 +106,7 @@ class Mission {
   bool force(Leaf& leaf, bt::Status& status, Map& outputs);
   void watch_deadline();
   void on_deadline(AnswerDeadline deadline);
+  void tell_late(Leaf& leaf, bt::Status counts_as, const std::string& why);
   void finish_tick(bt::Status status);
   void check_end();
   void publish(MessageKind kind, std::string source, std::string target, std::string name, Value data,

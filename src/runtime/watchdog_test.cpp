@@ -183,6 +183,23 @@ deadlines: {script: 100 ms, budget: 60 s, call: 20 s, condition: 30 s, unrespons
   EXPECT_EQ(report.monitors[1].verdict, monitor::Verdict::kViolated);
 }
 
+TEST_F(Endless, ALeafThatDoesNotAnswerIsToldOfOnceUntilItAnswers) {
+  write("mission.xml", R"(<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence>
+  <Script code="n := 0"/>
+  <RetryUntilSuccessful num_attempts="6"><Sequence>
+    <Script code="n := n + 1"/><Condition ID="Stuck" n="{n}"/>
+  </Sequence></RetryUntilSuccessful></Sequence></BehaviorTree></root>)");
+  // At once the third time and the sixth, else never.
+  skill("Stuck",
+        "<datamodel><data id='n' expr='0'/></datamodel>"
+        "<state id='a'><transition event='tick' cond='n == 3' target='failure'/>"
+        "<transition event='tick' cond='n == 6' target='success'/></state>");
+  const RunReport report = run(true);
+  EXPECT_EQ(std::count(seen_.begin(), seen_.end(), "Stuck.tick.error"), 4);
+  EXPECT_THAT(report.problems, ElementsAre(HasSubstr("Stuck did not answer tick"), HasSubstr("counts as FAILURE")));
+  EXPECT_EQ(report.mission, bt::Status::kSuccess);
+}
+
 TEST_F(Endless, ASlowScriptThatEndsIsLeftAlone) {
   skill("Stuck",
         "<state id='a'><transition event='tick' target='failure'>"
