@@ -216,6 +216,7 @@ expect 0 '^[0-9.]+$' "$sentree" call simulation step seconds=5
 expect 0 'MOVING' "$sentree" call navigation getNavigationStatus
 expect 0 'MOVING' "$sentree" call "unix:$work/sim.sock#navigation" getNavigationStatus --interface robot.thrift/Navigation
 expect 2 'did you mean "navigation"' "$sentree" call navigatio getNavigationStatus
+expect 4 'standard output cannot be written: No space left' sh -c "'$sentree' services >/dev/full"
 expect 2 'argument "seconds" is given twice' "$sentree" call simulation step seconds=5 seconds=6
 kill -INT $robot && wait $robot || { echo "✗ sim ended with $?" && failures=$((failures + 1)); }
 

@@ -416,9 +416,7 @@ void add_sim(CLI::App& app, SimCommand& command) {
   sub->add_flag("--insecure", command.insecure, "Allow other machines to connect without TLS");
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int command_line(int argc, char** argv) {
   CLI::App app{"Sentree: design, execute, monitor and verify robot behaviours", "sentree"};
   app.set_version_flag("--version", SENTREE_VERSION);
   app.require_subcommand(1);
@@ -522,3 +520,7 @@ int main(int argc, char** argv) {
   if (app.got_subcommand("sim")) return sim(sim_command);
   return doctor(doctor_command);
 }
+
+}  // namespace
+
+int main(int argc, char** argv) { return finished(command_line(argc, argv)); }

@@ -3,26 +3,40 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
 #include <iterator>
+#include <system_error>
 
+#include "sentree/cli/commands.h"
+#include "sentree/runtime/watchdog.h"
 #include "sentree/text/file.h"
 #include "sentree/text/yaml.h"
 
-#include "sentree/runtime/watchdog.h"
-
 namespace sentree::cli {
 
+namespace {
+std::atomic<int> unwritten = 0;  // why something could not be printed; 0: all was
+}  // namespace
+
 void print(const std::string& text) {
-  std::fwrite(text.data(), 1, text.size(), stdout);
-  std::fflush(stdout);
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) unwritten = errno;
+}
+
+int finished(int code) {
+  const int why = unwritten.exchange(0);
+  if (why == 0) return code;
+  say("standard output cannot be written: " + std::generic_category().message(why));
+  return code == kOk ? kEnvironment : code;
 }
 
 void say(const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); }
 
 int leave(int code) {
+  code = finished(code);
   if (runtime::threads_left_behind() == 0) return code;
   std::fflush(nullptr);
   _exit(code);

@@ -15,6 +15,8 @@ namespace sentree::cli {
 void print(const std::string& text);
 /// Messages: standard error.
 void say(const std::string& text);
+/// `code`; kEnvironment in place of kOk if something could not be printed, which is said.
+[[nodiscard]] int finished(int code);
 /// The exit code, once everything has been printed. If threads had to be left behind in endless scripts, the process
 /// ends right here, since nothing that they use may be destroyed.
 [[nodiscard]] int leave(int code);
