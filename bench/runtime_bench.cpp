@@ -58,6 +58,19 @@ double process_cpu_s() {
   return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
 }
 
+// What observes a run in real time: its stream, and its monitors.
+struct Observed {
+  explicit Observed(const Plan& plan)
+      : monitors(plan, *scheduler, stream, watchdog,
+                 {.decided = [](const MonitorReport&) {}, .given_up = [](const std::string&) {}}) {
+    stream.subscribe([this](const Message& message) { monitors.observe(message); });
+  }
+  std::unique_ptr<Scheduler> scheduler = make_real_scheduler();
+  Stream stream{*scheduler};
+  Watchdog watchdog{std::chrono::seconds(10)};
+  Monitors monitors;
+};
+
 // A run of `kBursts` periods in which an actor has `kBurst` messages of a recharge run each, as a tick has them: 10,000
 // a second. They are published, and the monitors of that run step; or they are only made. CPU time of all threads [s].
 constexpr std::size_t kBurst = 24;
@@ -65,12 +78,8 @@ constexpr std::size_t kBursts = 210;
 constexpr std::chrono::microseconds kBurstPeriod{2400};
 
 double paced(const Plan& plan, const std::vector<Message>& messages, bool publish) {
-  const auto scheduler = make_real_scheduler();
-  Stream stream(*scheduler);
-  Watchdog watchdog(std::chrono::seconds(10));
-  Monitors monitors(plan, *scheduler, stream, watchdog,
-                    {.decided = [](const MonitorReport&) {}, .given_up = [](const std::string&) {}});
-  stream.subscribe([&](const Message& message) { monitors.observe(message); });
+  Observed observed(plan);
+  auto& [scheduler, stream, watchdog, monitors] = observed;
   const ActorId publisher = scheduler->add_actor("publisher");
   monitors.start();
   std::size_t next = 0;
@@ -206,12 +215,8 @@ constexpr int kCalls = 5000;
 
 // Calls over a Unix socket, observed by the run's monitors, and recorded or not. The median call [s].
 double median_call(const Plan& plan, const Value& state, bool recorded) {
-  const auto scheduler = make_real_scheduler();
-  Stream stream(*scheduler);
-  Watchdog watchdog(std::chrono::seconds(10));
-  Monitors monitors(plan, *scheduler, stream, watchdog,
-                    {.decided = [](const MonitorReport&) {}, .given_up = [](const std::string&) {}});
-  stream.subscribe([&](const Message& message) { monitors.observe(message); });
+  Observed observed(plan);
+  auto& [scheduler, stream, watchdog, monitors] = observed;
   std::optional<RunRecorder> recorder;
   if (recorded) {
     RunOptions options;
