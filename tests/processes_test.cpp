@@ -141,6 +141,15 @@ TEST(Monitors, DecideAlikeElsewhere) {
   EXPECT_TRUE(report.decision->witness_minimal);
 }
 
+// An observer that a test answers for, at an address.
+struct ServedObserver {
+  explicit ServedObserver(std::shared_ptr<rpc::Service> observer)
+      : server(rpc::Server::start(*rpc::Address::parse(at), {{"observer", std::move(observer)}})) {}
+  TemporaryFolder folder{"observer"};
+  std::string at = "unix:" + (folder.path() / "observer.sock").string();
+  Result<std::unique_ptr<rpc::Server>> server;
+};
+
 // What a monitor elsewhere decides while the run winds up counts.
 TEST(Monitors, MayDecideElsewhereWhenTheMissionIsOver) {
   const auto interface = observer_interface();
@@ -162,15 +171,13 @@ TEST(Monitors, MayDecideElsewhereWhenTheMissionIsOver) {
         changed.wait(lock, [&] { return over; });
         return Value(Map{{"accept", true}, {"verdict", "violated"}, {"state", "failure"}});
       });
-  const TemporaryFolder folder("slow");
-  const std::string at = "unix:" + (folder.path() / "slow.sock").string();
-  const auto server = rpc::Server::start(*rpc::Address::parse(at), {{"observer", slow}});
-  ASSERT_TRUE(server);
+  const ServedObserver served(slow);
+  ASSERT_TRUE(served.server);
 
   Scenario scenario = recharge("normal");
   scenario.virtual_time = false;
   scenario.duration = milliseconds(300);
-  scenario.project.monitors[0].at = at;
+  scenario.project.monitors[0].at = served.at;
   auto plan = prepare(std::move(scenario));
   ASSERT_TRUE(plan.ok());
   RunOptions options;
@@ -242,17 +249,15 @@ TEST(Observers, AreAskedAfterWhatLedToTheRequest) {
         }
         return Value(Map{{"accept", true}});
       });
-  const TemporaryFolder folder("judge");
-  const std::string at = "unix:" + (folder.path() / "judge.sock").string();
-  const auto server = rpc::Server::start(*rpc::Address::parse(at), {{"observer", judge}});
-  ASSERT_TRUE(server);
+  const ServedObserver served(judge);
+  ASSERT_TRUE(served.server);
 
   Scenario scenario = recharge("normal");
   scenario.virtual_time = false;
   scenario.factor = 20;
   scenario.duration = seconds(20);
   scenario.project.deadlines.call = seconds(10);
-  scenario.project.observers.push_back({.name = "judge", .at = at, .span = {}});
+  scenario.project.observers.push_back({.name = "judge", .at = served.at, .span = {}});
   auto plan = prepare(std::move(scenario));
   ASSERT_TRUE(plan.ok());
   EXPECT_GT(run(*plan.value).count("navigation.gotoTargetByLocationName.reply"), 0U);

@@ -358,8 +358,8 @@ Result<Server> Server::listen(std::string_view address, std::uint16_t port, Hand
   const auto ip = asio::ip::make_address(std::string(address), error);
   if (error) return fail("http.bad-address", "\"" + std::string(address) + "\" is no IP address");
   if (!ip.is_loopback() && !allow_remote) {
-    return fail("http.not-loopback",
-                "address " + std::string(address) + " can be reached by others; use 127.0.0.1, or allow it with --insecure");
+    return fail("http.not-loopback", "address " + std::string(address) +
+                                         " can be reached by others; use 127.0.0.1, or allow it with --insecure");
   }
   auto impl = std::make_unique<Impl>();
   impl->handler = std::move(handler);

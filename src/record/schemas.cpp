@@ -46,7 +46,8 @@ const std::string_view kSnapshot =
     R"~("properties":{"sequence":{"type":"integer","description":"The last observation before it"},)~"
     R"~("tick":{"type":"integer"},"tree":{"description":"The tree's state, base64"},)~"
     R"~("skills":{"type":"object","description":"By leaf: its chart's session"},"monitors":{"type":"object",)~"
-    R"~("description":"By name; history: how many observations still matter"},"world":{"description":"The simulated world"}}})~";
+    R"~("description":"By name; history: how many observations still matter"},)~"
+    R"~("world":{"description":"The simulated world"}}})~";
 
 const std::string_view kBattery =
     R"~({"title":"sentree.Battery","type":"object","properties":{"percent":{"type":"number"},)~"
