@@ -13,7 +13,11 @@ endif()
 
 find_program(SENTREE_CCACHE ccache)
 if(SENTREE_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${SENTREE_CCACHE})
+  # Without this, ccache does not keep what was compiled with a precompiled header.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${SENTREE_CCACHE})
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    add_compile_options(-fpch-preprocess)
+  endif()
 endif()
 
 # mold knows g++ 12 by -fuse-ld=mold; lld is the next best.
