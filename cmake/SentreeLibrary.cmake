@@ -54,8 +54,18 @@ function(sentree_test name)
   cmake_parse_arguments(arg "" "LABEL" "SOURCES;LIBRARIES" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE ${arg_LIBRARIES} GTest::gmock GTest::gtest_main sentree_options)
-  target_compile_definitions(${name} PRIVATE SENTREE_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
-    SENTREE_BINARY_DIR="${PROJECT_BINARY_DIR}")
+  # Only where they are used: objects that name no folder are the same in every clone, and so cached for all.
+  foreach(source IN LISTS arg_SOURCES)
+    get_filename_component(source ${source} ABSOLUTE)
+    if(NOT EXISTS ${source})
+      continue()  # objects of another target
+    endif()
+    file(STRINGS ${source} used REGEX "SENTREE_(SOURCE|BINARY)_DIR|_support\\.h|_fixture\\.h" LIMIT_COUNT 1)
+    if(used)
+      set_property(SOURCE ${source} APPEND PROPERTY COMPILE_DEFINITIONS
+        SENTREE_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SENTREE_BINARY_DIR="${PROJECT_BINARY_DIR}")
+    endif()
+  endforeach()
   target_precompile_headers(${name} REUSE_FROM sentree_precompiled_tests)
   gtest_discover_tests(${name} PROPERTIES LABELS "${arg_LABEL}" TIMEOUT 120 DISCOVERY_TIMEOUT 60)
 endfunction()
