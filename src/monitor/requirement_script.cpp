@@ -32,7 +32,7 @@ std::string decimal(double number) {
   return text;
 }
 
-std::string quoted(std::string_view text) {
+std::string script_text(std::string_view text) {
   std::string out = "'";
   for (const char c : text) {
     if (c == '\'' || c == '\\') out += '\\';
@@ -279,9 +279,10 @@ Js Script::filter(const Source& source) {
                                                   "tick",    "status", "injection", "log"};
   const std::string last = dot == std::string::npos ? "" : source.observation.substr(dot + 1);
   if (std::find(kLast.begin(), kLast.end(), last) == kLast.end() || source.observation.ends_with(".tick")) {
-    if (source.observation != "mission.tick") result = {"_event.name === " + quoted(source.observation), kEquality};
+    if (source.observation != "mission.tick")
+      result = {"_event.name === " + script_text(source.observation), kEquality};
   }
-  if (!source.from.empty()) result = js_and(result, {"_event.data.source === " + quoted(source.from), kEquality});
+  if (!source.from.empty()) result = js_and(result, {"_event.data.source === " + script_text(source.from), kEquality});
   if (source.where) {
     where_key_ = source.observation + " ";
     result = js_and(result, truth(*source.where, true));
@@ -293,7 +294,7 @@ Js Script::filter(const Source& source) {
 Js Script::value(const Condition& c) {
   switch (c.kind) {
     case Kind::kNumber: return {decimal(c.number), kPrimary};
-    case Kind::kText: return {quoted(c.text), kPrimary};
+    case Kind::kText: return {script_text(c.text), kPrimary};
     case Kind::kTruth: return c.number != 0 ? js_true() : js_false();
     case Kind::kDefined:
       if (const std::string* name = merged(c)) return {*name, kPrimary};
