@@ -148,9 +148,11 @@ const std::vector<LibraryRule>& library_rules() {
       {"sim", {"base", "text"}},
       {"record", {"base", "text", "idl"}},
       {"runtime", {"base", "text", "idl", "draw", "bt", "exec", "scxml", "monitor", "http", "rpc", "sim", "record"}},
-      {"studio", {"base", "text", "idl", "draw", "bt", "exec", "scxml", "monitor", "http", "rpc", "sim", "record", "runtime"}},
+      {"studio",
+       {"base", "text", "idl", "draw", "bt", "exec", "scxml", "monitor", "http", "rpc", "sim", "record", "runtime"}},
       {"cli",
-       {"base", "text", "idl", "draw", "bt", "exec", "scxml", "monitor", "http", "rpc", "sim", "record", "runtime", "studio"}},
+       {"base", "text", "idl", "draw", "bt", "exec", "scxml", "monitor", "http", "rpc", "sim", "record", "runtime",
+        "studio"}},
   };
   return kRules;
 }

@@ -61,8 +61,7 @@ TEST(LayersChecker, KeepsHeavyHeadersOutOfPublicOnes) {
                           {"rpc/a.cpp", "#include <thrift/Thrift.h>\n"},
                           {"rpc/detail/a.h", "#include <thrift/Thrift.h>\n"}}),
               ElementsAre("src/rpc/a.h:1: public header includes <thrift/Thrift.h>; keep it in a .cpp"));
-  for (const std::string header :
-       {"boost/beast.hpp", "duktape.h", "yaml-cpp/yaml.h", "nlohmann/json.hpp"}) {
+  for (const std::string header : {"boost/beast.hpp", "duktape.h", "yaml-cpp/yaml.h", "nlohmann/json.hpp"}) {
     EXPECT_THAT(violations({{"text/a.h", "#include <" + header + ">\n"}}), SizeIs(1)) << header;
   }
 }

@@ -52,7 +52,8 @@ TEST(Plugin, SaysWhyItCannotBeLoaded) {
   EXPECT_EQ(refusal(plugin("no_plugin")).code, "bt.plugin-symbol");
   EXPECT_THAT(refusal(plugin("no_plugin")).message, HasSubstr("SENTREE_REGISTER_NODES"));
   EXPECT_EQ(refusal(plugin("other_abi_plugin")).code, "bt.plugin-abi");
-  EXPECT_THAT(refusal(plugin("other_abi_plugin")).message, HasSubstr("was built for sentree::bt 0; this program needs"));
+  EXPECT_THAT(refusal(plugin("other_abi_plugin")).message,
+              HasSubstr("was built for sentree::bt 0; this program needs"));
   EXPECT_EQ(refusal(plugin("throws_plugin")).code, "bt.plugin-threw");
   EXPECT_THAT(refusal(plugin("throws_plugin")).message, HasSubstr("the robot is not there"));
 }

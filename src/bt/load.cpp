@@ -226,7 +226,8 @@ void Loader::read_include(std::uint32_t document, const XmlElement& element) {
     return;
   }
   if (open_files_.size() > kIncludeDepthMax) {
-    error("bt.too-deep", "files include each other more than " + std::to_string(kIncludeDepthMax) + " levels deep", place);
+    error("bt.too-deep", "files include each other more than " + std::to_string(kIncludeDepthMax) + " levels deep",
+          place);
     return;
   }
   // A file that several others include is read once.

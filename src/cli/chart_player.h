@@ -18,7 +18,8 @@ namespace sentree::cli {
 
 /// What one command did to a chart, for printing.
 struct ChartTrace {
-  /// One thing that happened, in order. `what`: event, transition, exit, enter, ignored, send, log, done, invoke, failed.
+  /// One thing that happened, in order. `what`: event, transition, exit, enter, ignored, send, log, done, invoke,
+  /// failed.
   struct Entry {
     std::string what;
     TimePoint at{};

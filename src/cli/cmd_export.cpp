@@ -216,12 +216,12 @@ int export_recording(const ExportCommand& command) {
     return kInvalidInput;
   }
   Output output(command.output);
-  const auto exported = command.format == "csv"      ? to_csv(*run, output)
-                        : command.format == "ndjson" ? to_ndjson(*run, output)
+  const auto exported = command.format == "csv"        ? to_csv(*run, output)
+                        : command.format == "ndjson"   ? to_ndjson(*run, output)
                         : command.format == "scenario" ? to_scenario(*run, output)
-                        : command.format == "btlog"  ? to_groot(*run, true, output)
-                        : command.format == "fbl"    ? to_groot(*run, false, output)
-                                                     : to_trace(*run, output);
+                        : command.format == "btlog"    ? to_groot(*run, true, output)
+                        : command.format == "fbl"      ? to_groot(*run, false, output)
+                                                       : to_trace(*run, output);
   say(run->reader().problems());
   if (!exported) {
     say(to_string(exported.error()));

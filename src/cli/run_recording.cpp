@@ -42,10 +42,12 @@ std::unique_ptr<RunRecording> RunRecording::begin(const std::string& file, const
 
 std::unique_ptr<RunRecording> RunRecording::tap_only(const runtime::Plan& plan, RecordingTap tap) {
   auto recording = std::make_unique<RunRecording>();
-  recording->recorder_ = std::make_unique<runtime::RunRecorder>(
-      plan, std::vector<text::ReadFile>(), std::make_unique<record::NullSink>(),
-      runtime::RecordingOptions{
-          .compression = record::Compression::kNone, .on_failure = {}, .story = story_without_witness, .tap = std::move(tap)});
+  recording->recorder_ =
+      std::make_unique<runtime::RunRecorder>(plan, std::vector<text::ReadFile>(), std::make_unique<record::NullSink>(),
+                                             runtime::RecordingOptions{.compression = record::Compression::kNone,
+                                                                       .on_failure = {},
+                                                                       .story = story_without_witness,
+                                                                       .tap = std::move(tap)});
   return recording;
 }
 

@@ -1,4 +1,5 @@
-// Whatever the topology, the delays and the clocks of the parts: nobody who observes a run sees an effect before its cause.
+// Whatever the topology, the delays and the clocks of the parts: nobody who observes a run sees an effect before its
+// cause.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

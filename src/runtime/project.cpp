@@ -97,7 +97,8 @@ void read_plugins(const text::YamlNode& node, Project& project, Diagnostics& dia
     if (entry.is_scalar() && !entry.scalar.empty())
       project.plugins.push_back({entry.scalar, entry.span});
     else
-      diagnostics.push_back({Severity::kError, "project.type", "a plug-in is the path of a shared library", entry.span});
+      diagnostics.push_back(
+          {Severity::kError, "project.type", "a plug-in is the path of a shared library", entry.span});
   }
 }
 

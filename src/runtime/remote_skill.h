@@ -36,8 +36,8 @@ struct RemoteSkillReplies {
 /// Lets other processes publish into the run's stream: serves interfaces/observer.thrift.
 [[nodiscard]] std::shared_ptr<rpc::Service> make_observer_service(idl::ServicePtr interface, Publisher& publisher);
 
-/// Publishes into the stream of a run elsewhere, so that a request is in the run's total order before it is sent: through
-/// the run's ObservationInbox if that is on this machine and nobody gates the request, else by calls.
+/// Publishes into the stream of a run elsewhere, so that a request is in the run's total order before it is sent:
+/// through the run's ObservationInbox if that is on this machine and nobody gates the request, else by calls.
 [[nodiscard]] Result<std::unique_ptr<Publisher>> make_remote_publisher(const rpc::Address& observer,
                                                                        idl::ServicePtr interface, std::string_view self,
                                                                        std::function<void(const std::string&)> problem);
