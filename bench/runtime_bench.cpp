@@ -20,10 +20,10 @@
 
 #include "sentree/base/rng.h"
 #include "sentree/record/sink.h"
+#include "sentree/replay/recording.h"
 #include "sentree/rpc/client.h"
 #include "sentree/rpc/server.h"
 #include "sentree/runtime/monitors.h"
-#include "sentree/runtime/recording.h"
 #include "sentree/runtime/run.h"
 #include "sentree/runtime/stream.h"
 #include "sentree/runtime/watchdog.h"
@@ -33,8 +33,9 @@ namespace {
 using namespace sentree;
 using namespace sentree::runtime;
 
-Plan recharge() {
-  auto scenario = load_scenario(std::string(SENTREE_SOURCE_DIR) + "/examples/recharge/scenarios/recharge.yaml");
+project::Plan recharge() {
+  auto scenario =
+      project::load_scenario(std::string(SENTREE_SOURCE_DIR) + "/examples/recharge/scenarios/recharge.yaml");
   if (scenario.ok()) {
     auto plan = prepare(std::move(*scenario.value));
     if (plan.ok()) return std::move(*plan.value);
@@ -44,7 +45,7 @@ Plan recharge() {
 }
 
 // Every message of a run, once.
-std::vector<Message> recorded(const Plan& plan) {
+std::vector<Message> recorded(const project::Plan& plan) {
   std::vector<Message> messages;
   RunOptions options;
   options.listeners.push_back([&](const Message& message) { messages.push_back(message); });
@@ -60,7 +61,7 @@ double process_cpu_s() {
 
 // What observes a run in real time: its stream, and its monitors.
 struct Observed {
-  explicit Observed(const Plan& plan)
+  explicit Observed(const project::Plan& plan)
       : monitors(plan, *scheduler, stream, watchdog,
                  {.decided = [](const MonitorReport&) {}, .given_up = [](const std::string&) {}}) {
     stream.subscribe([this](const Message& message) { monitors.observe(message); });
@@ -77,7 +78,7 @@ constexpr std::size_t kBurst = 24;
 constexpr std::size_t kBursts = 210;
 constexpr std::chrono::microseconds kBurstPeriod{2400};
 
-double paced(const Plan& plan, const std::vector<Message>& messages, bool publish) {
+double paced(const project::Plan& plan, const std::vector<Message>& messages, bool publish) {
   Observed observed(plan);
   auto& [scheduler, stream, watchdog, monitors] = observed;
   const ActorId publisher = scheduler->add_actor("publisher");
@@ -108,7 +109,7 @@ double paced(const Plan& plan, const std::vector<Message>& messages, bool publis
 // CPU of all threads for one observation, from where it is published to the monitors that have seen it, in a run with
 // 10,000 a second: what publishing adds to the same run without, by the quickest of each kind, in turn.
 void observation(benchmark::State& state) {
-  const Plan plan = recharge();
+  const project::Plan plan = recharge();
   const std::vector<Message> messages = recorded(plan);
   double best[2] = {1e9, 1e9};
   for (auto _ : state) {
@@ -135,7 +136,7 @@ long thread_faults() {
 // Counters: nanoseconds of CPU that the run's thread spends on an observation, by the quickest run of each kind, and
 // what recording adds to it in percent; "wall%" is the same for the time that passes until the recording is closed.
 void recording(benchmark::State& state) {
-  const Plan plan = recharge();
+  const project::Plan plan = recharge();
   struct Best {
     double thread = 1e9;
     double wall = 1e9;
@@ -154,9 +155,10 @@ void recording(benchmark::State& state) {
         faults = thread_faults();
         begin = thread_cpu_s();
       });
-      std::optional<RunRecorder> recorder;
+      std::optional<replay::RunRecorder> recorder;
       if (recorded) {
-        recorder.emplace(plan, std::vector<text::ReadFile>{}, std::make_unique<record::NullSink>(), RecordingOptions{});
+        recorder.emplace(plan, std::vector<text::ReadFile>{}, std::make_unique<record::NullSink>(),
+                         replay::RecordingOptions{});
         recorder->install(options);
       }
       // The mission's end is the last thing that the run's thread does.
@@ -214,17 +216,18 @@ class Publishing final : public rpc::Hook {
 constexpr int kCalls = 5000;
 
 // Calls over a Unix socket, observed by the run's monitors, and recorded or not. The median call [s].
-double median_call(const Plan& plan, const Value& state, bool recorded) {
+double median_call(const project::Plan& plan, const Value& state, bool recorded) {
   Observed observed(plan);
   auto& [scheduler, stream, watchdog, monitors] = observed;
-  std::optional<RunRecorder> recorder;
+  std::optional<replay::RunRecorder> recorder;
   if (recorded) {
     RunOptions options;
-    recorder.emplace(plan, std::vector<text::ReadFile>{}, std::make_unique<record::NullSink>(), RecordingOptions{});
+    recorder.emplace(plan, std::vector<text::ReadFile>{}, std::make_unique<record::NullSink>(),
+                     replay::RecordingOptions{});
     recorder->install(options);
     for (auto& listener : options.listeners) stream.subscribe(std::move(listener));
   }
-  const ServicePlan& battery = plan.services.at("battery");
+  const project::ServicePlan& battery = plan.services.at("battery");
   const idl::Method& method = *battery.service->find("getBatteryState");
   const auto address = *rpc::Address::parse("unix:/tmp/sentree-bench-" + std::to_string(::getpid()));
   const auto server = rpc::Server::start(
@@ -254,7 +257,7 @@ double median_call(const Plan& plan, const Value& state, bool recorded) {
 
 // What recording adds to an observed call between two processes, by the quickest of each kind, in turn.
 void recorded_call(benchmark::State& state) {
-  const Plan plan = recharge();
+  const project::Plan plan = recharge();
   const std::vector<Message> messages = recorded(plan);
   const auto reply =
       std::ranges::find_if(messages, [](const Message& m) { return m.name == "battery.getBatteryState.reply"; });

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "sentree/base/assert.h"
-#include "sentree/runtime/project.h"
+#include "sentree/project/project.h"
 #include "sentree/studio/history.h"
 #include "sentree/text/json.h"
 
@@ -15,13 +15,13 @@ namespace {
 using sentree::studio::History;
 
 const sentree::studio::Subject& subject() {
-  static const sentree::runtime::Plan* plan = [] {
-    auto scenario = sentree::runtime::load_scenario(sentree::runtime::shipped_folder("examples") /
+  static const sentree::project::Plan* plan = [] {
+    auto scenario = sentree::project::load_scenario(sentree::project::shipped_folder("examples") /
                                                     "recharge/scenarios/experiment1.yaml");
     SENTREE_ASSERT(scenario.ok());
-    auto loaded = sentree::runtime::prepare(std::move(*scenario.value));
+    auto loaded = sentree::project::prepare(std::move(*scenario.value));
     SENTREE_ASSERT(loaded.ok());
-    return new sentree::runtime::Plan(std::move(*loaded.value));
+    return new sentree::project::Plan(std::move(*loaded.value));
   }();
   static const sentree::studio::Subject* shown = new sentree::studio::Subject(*plan);
   return *shown;

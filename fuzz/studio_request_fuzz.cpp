@@ -8,9 +8,9 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/base/json.h"
+#include "sentree/project/check_intervention.h"
 #include "sentree/record/sink.h"
-#include "sentree/runtime/check_intervention.h"
-#include "sentree/runtime/recording.h"
+#include "sentree/replay/recording.h"
 #include "sentree/runtime/run.h"
 #include "sentree/studio/detail/conversation.h"
 #include "sentree/studio/intake.h"
@@ -33,7 +33,7 @@ struct Shown {
   Shown() : plan(prepared()), subject(plan), history(subject) {
     runtime::RunOptions options;
     studio::Intake intake(history);
-    runtime::RunRecorder recorder(
+    replay::RunRecorder recorder(
         plan, {}, std::make_unique<sentree::record::NullSink>(),
         {.compression = sentree::record::Compression::kNone,
          .on_failure = {},
@@ -44,17 +44,17 @@ struct Shown {
     intake.drain();
   }
 
-  static runtime::Plan prepared() {
-    auto scenario = runtime::load_scenario(runtime::shipped_folder("examples") / "recharge/scenarios/experiment1.yaml");
+  static project::Plan prepared() {
+    auto scenario = project::load_scenario(project::shipped_folder("examples") / "recharge/scenarios/experiment1.yaml");
     SENTREE_ASSERT(scenario.ok());
     scenario.value->virtual_time = true;
     scenario.value->duration = std::chrono::seconds(5);
-    auto plan = runtime::prepare(std::move(*scenario.value));
+    auto plan = project::prepare(std::move(*scenario.value));
     SENTREE_ASSERT(plan.ok());
     return std::move(*plan.value);
   }
 
-  runtime::Plan plan;
+  project::Plan plan;
   studio::Subject subject;
   studio::History history;
 };
@@ -62,7 +62,7 @@ struct Shown {
 // Takes what a run of that plan would take, and does nothing.
 class IdleSteering final : public runtime::Steering {
  public:
-  explicit IdleSteering(const runtime::Plan& plan) : scope_(runtime::scope_of(plan)) {}
+  explicit IdleSteering(const project::Plan& plan) : scope_(project::scope_of(plan)) {}
 
   Status status() const override { return {}; }
   Status wait_paused() override { return {}; }
@@ -72,19 +72,19 @@ class IdleSteering final : public runtime::Steering {
   Result<void> step(std::uint64_t) override { return {}; }
   Result<void> run_until(sentree::TimePoint) override { return {}; }
   Result<void> set_factor(double) override { return {}; }
-  Result<Applied> apply(const runtime::Intervention& what) override {
-    if (auto checked = runtime::check_intervention(what, scope_); !checked) return tl::unexpected(checked.error());
+  Result<Applied> apply(const project::Intervention& what) override {
+    if (auto checked = project::check_intervention(what, scope_); !checked) return tl::unexpected(checked.error());
     Applied applied;
     applied.id = standing_.size() + 1;
     if (what.stands()) standing_.push_back({applied.id, what, 0});
     return applied;
   }
   std::vector<runtime::StandingIntervention> standing() const override { return standing_; }
-  std::vector<runtime::SteeredPart> parts() const override { return {}; }
+  std::vector<project::SteeredPart> parts() const override { return {}; }
   Result<std::string> scenario() const override { return sentree::fail("steering.ended", "nothing is written here"); }
 
  private:
-  const runtime::InterventionScope scope_;
+  const project::InterventionScope scope_;
   std::vector<runtime::StandingIntervention> standing_;
 };
 

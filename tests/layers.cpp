@@ -11,8 +11,9 @@ namespace sentree::layers {
 namespace {
 
 // What a user of a library would have to install and compile because of our header.
-constexpr std::array<std::string_view, 10> kHeavy = {"thrift/",   "boost/",   "duktape", "duk_config", "yaml-cpp/",
-                                                     "nlohmann/", "openssl/", "fmt/",    "CLI/",       "gtest/"};
+constexpr std::array<std::string_view, 11> kHeavy = {"thrift/",   "boost/",    "duktape",  "duk_config",
+                                                     "yaml-cpp/", "nlohmann/", "openssl/", "spdlog/",
+                                                     "fmt/",      "CLI/",      "gtest/"};
 
 struct Include {
   int line;
@@ -146,12 +147,16 @@ const std::vector<LibraryRule>& library_rules() {
       {"rpc", {"base", "text", "idl"}},
       {"sim", {"base", "text"}},
       {"record", {"base", "text", "idl"}},
-      {"runtime", {"base", "text", "idl", "draw", "bt", "exec", "scxml", "monitor", "http", "rpc", "sim", "record"}},
+      {"project", {"base", "text", "idl", "draw", "bt", "scxml", "monitor", "rpc", "sim"}},
+      {"runtime", {"base", "text", "idl", "draw", "bt", "scxml", "monitor", "rpc", "sim", "project"}},
+      {"replay",
+       {"base", "text", "idl", "draw", "bt", "scxml", "monitor", "rpc", "sim", "record", "project", "runtime"}},
       {"studio",
-       {"base", "text", "idl", "draw", "bt", "exec", "scxml", "monitor", "http", "rpc", "sim", "record", "runtime"}},
+       {"base", "text", "idl", "draw", "bt", "scxml", "monitor", "http", "rpc", "sim", "record", "project", "runtime",
+        "replay"}},
       {"cli",
-       {"base", "text", "idl", "draw", "bt", "exec", "scxml", "monitor", "http", "rpc", "sim", "record", "runtime",
-        "studio"}},
+       {"base", "text", "idl", "draw", "bt", "exec", "scxml", "monitor", "http", "rpc", "sim", "record", "project",
+        "runtime", "replay", "studio"}},
   };
   return kRules;
 }

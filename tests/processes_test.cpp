@@ -18,8 +18,8 @@
 #include <vector>
 
 #include "sentree/base/temporary_folder.h"
+#include "sentree/project/distribute.h"
 #include "sentree/rpc/server.h"
-#include "sentree/runtime/distribute.h"
 #include "sentree/runtime/inside.h"
 #include "sentree/runtime/remote_skill.h"
 #include "sentree/runtime/run.h"
@@ -38,16 +38,16 @@ using testing::Not;
 
 const std::string kSource = SENTREE_SOURCE_DIR;
 
-Scenario recharge(const std::string& name) {
-  auto loaded = load_scenario(kSource + "/examples/recharge/scenarios/" + name + ".yaml");
+project::Scenario recharge(const std::string& name) {
+  auto loaded = project::load_scenario(kSource + "/examples/recharge/scenarios/" + name + ".yaml");
   EXPECT_TRUE(loaded.ok());
   return std::move(*loaded.value);
 }
 
-Scenario resilient() {
-  auto loaded = load_project(kSource + "/tests/projects/resilient");
+project::Scenario resilient() {
+  auto loaded = project::load_project(kSource + "/tests/projects/resilient");
   EXPECT_TRUE(loaded.ok());
-  Scenario scenario = plain_scenario(std::move(*loaded.value));
+  project::Scenario scenario = project::plain_scenario(std::move(*loaded.value));
   scenario.factor = 20;
   scenario.duration = std::chrono::minutes(10);
   scenario.mission = "SUCCESS";
@@ -55,10 +55,10 @@ Scenario resilient() {
 }
 
 // Every part in a process of its own.
-Plan distributed(Scenario scenario) {
+project::Plan distributed(project::Scenario scenario) {
   auto plan = prepare(std::move(scenario));
   EXPECT_TRUE(plan.ok());
-  auto split = prepare(in_processes(*plan.value));
+  auto split = prepare(project::in_processes(*plan.value));
   for (const Diagnostic& diagnostic : split.diagnostics) ADD_FAILURE() << to_string(diagnostic);
   return std::move(*split.value);
 }
@@ -73,7 +73,7 @@ struct Ran {
   }
 };
 
-Ran run(const Plan& plan, RunOptions options = {}) {
+Ran run(const project::Plan& plan, RunOptions options = {}) {
   Ran ran;
   options.program = SENTREE_PROGRAM;
   options.listeners.push_back([&](const Message& message) { ran.messages.push_back(message); });
@@ -91,14 +91,14 @@ TEST_P(Verdicts, AreTheSameInProcesses) {
   // quarter of the pace, at which such a moment counts for a quarter.
   constexpr double kPaces[] = {20, 5};
   for (const double pace : kPaces) {
-    Scenario scenario = recharge(GetParam());
+    project::Scenario scenario = recharge(GetParam());
     scenario.factor = pace;
     // Of the wall's time, and not what is tested here.
     scenario.project.deadlines.call = seconds(10);
     scenario.project.deadlines.condition = seconds(20);
     scenario.project.deadlines.budget = seconds(30);
     scenario.project.deadlines.unresponsive = seconds(50);
-    const Plan plan = distributed(std::move(scenario));
+    const project::Plan plan = distributed(std::move(scenario));
     const Ran ran = run(plan);
     EXPECT_EQ(ran.report.processes.size(), plan.scenario.processes.size() + 1);
     EXPECT_GE(ran.report.processes.size(), 7U);
@@ -113,13 +113,13 @@ INSTANTIATE_TEST_SUITE_P(Recharge, Verdicts, testing::Values("experiment1", "exp
 
 // A monitor at an address decides as it does in the run, with the same witness.
 TEST(Monitors, DecideAlikeElsewhere) {
-  Scenario scenario = recharge("experiment1");
+  project::Scenario scenario = recharge("experiment1");
   scenario.virtual_time = false;
   scenario.factor = 20;
   scenario.duration = seconds(40);
   scenario.project.deadlines = recharge("distributed").project.deadlines;
   scenario.project.monitors[0].at = "{watch}";
-  ProcessEntry& process = scenario.processes.emplace_back();
+  project::ProcessEntry& process = scenario.processes.emplace_back();
   process.name = "watch";
   process.monitor = "battery";
   process.listen = "unix:{run}/watch.sock";
@@ -174,7 +174,7 @@ TEST(Monitors, MayDecideElsewhereWhenTheMissionIsOver) {
   const ServedObserver served(slow);
   ASSERT_TRUE(served.server);
 
-  Scenario scenario = recharge("normal");
+  project::Scenario scenario = recharge("normal");
   scenario.virtual_time = false;
   scenario.duration = milliseconds(300);
   scenario.project.monitors[0].at = served.at;
@@ -196,12 +196,12 @@ TEST(Monitors, MayDecideElsewhereWhenTheMissionIsOver) {
 
 // The shield, at an address, is asked before the request is sent.
 TEST(Monitors, GateFromElsewhere) {
-  Scenario scenario = recharge("shield");
+  project::Scenario scenario = recharge("shield");
   scenario.virtual_time = false;
   scenario.factor = 20;
   scenario.project.deadlines = recharge("distributed").project.deadlines;
   scenario.project.monitors.back().at = "{watch}";
-  ProcessEntry& process = scenario.processes.emplace_back();
+  project::ProcessEntry& process = scenario.processes.emplace_back();
   process.name = "watch";
   process.monitor = "shield";
   process.listen = "unix:{run}/watch.sock";
@@ -216,7 +216,7 @@ TEST(Monitors, GateFromElsewhere) {
 }
 
 TEST(Observers, ThatCannotBeReachedPreventTheRun) {
-  Scenario scenario = recharge("normal");
+  project::Scenario scenario = recharge("normal");
   scenario.virtual_time = false;
   scenario.project.observers.push_back({.name = "nobody", .at = "unix:/nowhere/at.sock", .span = {}});
   auto plan = prepare(std::move(scenario));
@@ -252,7 +252,7 @@ TEST(Observers, AreAskedAfterWhatLedToTheRequest) {
   const ServedObserver served(judge);
   ASSERT_TRUE(served.server);
 
-  Scenario scenario = recharge("normal");
+  project::Scenario scenario = recharge("normal");
   scenario.virtual_time = false;
   scenario.factor = 20;
   scenario.duration = seconds(20);
@@ -270,14 +270,14 @@ TEST(Processes, SurviveKillsAtRandomMoments) {
   const unsigned seed = std::random_device()();
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937 random(seed);
-  Scenario scenario = distributed(resilient()).scenario;
-  for (ProcessEntry& process : scenario.processes) process.restarts = kRestartsMax;
+  project::Scenario scenario = distributed(resilient()).scenario;
+  for (project::ProcessEntry& process : scenario.processes) process.restarts = project::kRestartsMax;
   std::uniform_int_distribution<int> when_ms(500, 40'000);
   for (int i = 0; i < 8; ++i) {
-    Injection injection;
+    project::Injection injection;
     // The first comes long before the mission can have ended, so that it needs the restarted part.
     injection.at = i == 0 ? TimePoint(seconds(1)) : TimePoint(milliseconds(when_ms(random)));
-    injection.what.kind = Intervention::Kind::kKill;
+    injection.what.kind = project::Intervention::Kind::kKill;
     injection.what.target = scenario.processes[random() % scenario.processes.size()].name;
     scenario.timeline.push_back(std::move(injection));
   }
@@ -292,15 +292,15 @@ TEST(Processes, SurviveKillsAtRandomMoments) {
 }
 
 TEST(Processes, AreGivenUpWhenTheyEndTooOften) {
-  Scenario scenario = distributed(resilient()).scenario;
-  for (ProcessEntry& process : scenario.processes) process.restarts = 1;
+  project::Scenario scenario = distributed(resilient()).scenario;
+  for (project::ProcessEntry& process : scenario.processes) process.restarts = 1;
   scenario.mission = "RUNNING";
   scenario.duration = seconds(80);
   // The second comes when the first restart is over: they are two seconds of wall time apart.
   for (const int at_s : {5, 45}) {
-    Injection injection;
+    project::Injection injection;
     injection.at = TimePoint(seconds(at_s));
-    injection.what.kind = Intervention::Kind::kKill;
+    injection.what.kind = project::Intervention::Kind::kKill;
     injection.what.target = "GoToLocation";
     scenario.timeline.push_back(std::move(injection));
   }
@@ -316,12 +316,12 @@ TEST(Processes, AreGivenUpWhenTheyEndTooOften) {
 
 // Without restarts of their own they are gone once killed, until somebody asks for them again.
 TEST(Processes, AreUsedAgainOnceAPersonHasRestartedThem) {
-  auto loaded = load_project(kSource + "/tests/projects/patrol");
+  auto loaded = project::load_project(kSource + "/tests/projects/patrol");
   ASSERT_TRUE(loaded.ok());
-  Scenario endless = plain_scenario(std::move(*loaded.value));
+  project::Scenario endless = project::plain_scenario(std::move(*loaded.value));
   endless.factor = 20;
-  Scenario scenario = distributed(std::move(endless)).scenario;
-  for (ProcessEntry& process : scenario.processes) process.restarts = 0;
+  project::Scenario scenario = distributed(std::move(endless)).scenario;
+  for (project::ProcessEntry& process : scenario.processes) process.restarts = 0;
   auto plan = prepare(std::move(scenario));
   ASSERT_TRUE(plan.ok());
 
@@ -387,9 +387,9 @@ TEST(Processes, AreUsedAgainOnceAPersonHasRestartedThem) {
 
 // A component that stops answering is late, and used again once it answers.
 TEST(Processes, ALateComponentIsUsedAgain) {
-  Scenario scenario = resilient();
+  project::Scenario scenario = resilient();
   scenario.project.deadlines.call = milliseconds(200);
-  const Plan plan = distributed(std::move(scenario));
+  const project::Plan plan = distributed(std::move(scenario));
   RunOptions options;
   std::atomic<RunView*> view = nullptr;
   options.on_view = [&](RunView* now) { view = now; };
@@ -414,11 +414,11 @@ TEST(Processes, ALateComponentIsUsedAgain) {
 }
 
 TEST(Processes, AStoppedOneFailsItsLeafAndIsEndedWithTheRun) {
-  Scenario scenario = resilient();
+  project::Scenario scenario = resilient();
   scenario.mission = "RUNNING";
   scenario.duration = seconds(120);
   scenario.project.deadlines.unresponsive = seconds(1);
-  const Plan plan = distributed(std::move(scenario));
+  const project::Plan plan = distributed(std::move(scenario));
   RunOptions options;
   std::atomic<RunView*> view = nullptr;
   options.on_view = [&](RunView* now) { view = now; };
@@ -442,12 +442,12 @@ TEST(Processes, AStoppedOneFailsItsLeafAndIsEndedWithTheRun) {
 // The thread that hangs is the one that reads the skill's connection: the answer closes it, and a later tick has
 // another.
 TEST(Processes, AScriptThatDoesNotEndFailsItsLeafAgainAndAgain) {
-  auto loaded = load_project(kSource + "/tests/projects/endless");
+  auto loaded = project::load_project(kSource + "/tests/projects/endless");
   ASSERT_TRUE(loaded.ok());
-  Scenario scenario = plain_scenario(std::move(*loaded.value));
+  project::Scenario scenario = project::plain_scenario(std::move(*loaded.value));
   scenario.project.repeat = true;
   scenario.duration = std::chrono::minutes(10);
-  const Plan plan = distributed(std::move(scenario));
+  const project::Plan plan = distributed(std::move(scenario));
   int told = 0;
   runtime::Run* mission = nullptr;
   RunOptions options;

@@ -1,8 +1,8 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
+#include "sentree/project/interface_file.h"
+#include "sentree/project/plan.h"
 #include "sentree/runtime/control.h"
-#include "sentree/runtime/interface_file.h"
-#include "sentree/runtime/plan.h"
 #include "sentree/runtime/remote_service.h"
 #include "sentree/text/json.h"
 #include "sentree/text/yaml.h"
@@ -58,8 +58,8 @@ int call_address(const CallCommand& command, const rpc::Address& address, const 
   }
   std::filesystem::path file = command.interface.substr(0, slash);
   std::error_code error;
-  if (!std::filesystem::exists(file, error)) file = runtime::shipped_folder("interfaces") / file;
-  const auto schema = runtime::load_interface(file, command.interface.substr(0, slash));
+  if (!std::filesystem::exists(file, error)) file = project::shipped_folder("interfaces") / file;
+  const auto schema = project::load_interface(file, command.interface.substr(0, slash));
   say(schema.diagnostics);
   if (!schema.ok()) return kInvalidInput;
   const idl::ServicePtr service = schema.value->service(command.interface.substr(slash + 1));
@@ -78,7 +78,7 @@ int call_address(const CallCommand& command, const rpc::Address& address, const 
 int call(const CallCommand& command) {
   const auto arguments = parse_arguments(command.arguments);
   if (!arguments) return kUsage;
-  const auto deadline = runtime::parse_duration(command.deadline);
+  const auto deadline = project::parse_duration(command.deadline);
   if (!deadline) {
     say("--deadline " + command.deadline + ": not a duration such as 500 ms");
     return kUsage;

@@ -156,7 +156,7 @@ class Shell {
     std::string spaced = rest;
     const std::size_t unit = spaced.find_first_not_of("0123456789.");
     if (unit != std::string::npos && unit > 0 && spaced[unit] != ' ') spaced.insert(unit, " ");
-    const auto time = runtime::parse_duration(spaced);
+    const auto time = project::parse_duration(spaced);
     if (!time) return fail("chart.usage", "wait \"" + rest + "\": write a duration such as 2 s, 500 ms or 1 min");
     return show(player_.wait(*time));
   }
@@ -398,7 +398,7 @@ int chart(const ChartCommand& command) {
   if (!loaded.ok()) return kInvalidInput;
   auto data = start_data(command.data, *loaded.value);
   if (!data) return kUsage;
-  const auto script_max = runtime::parse_duration(command.script_max);
+  const auto script_max = project::parse_duration(command.script_max);
   if (!script_max || *script_max <= Duration(0)) {
     say("--script-max " + command.script_max + ": not a duration such as 2 s");
     return kUsage;

@@ -5,8 +5,8 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/requirement_file.h"
-#include "sentree/runtime/interface_file.h"
-#include "sentree/runtime/plan.h"
+#include "sentree/project/interface_file.h"
+#include "sentree/project/plan.h"
 #include "sentree/scxml/chart.h"
 #include "sentree/scxml/check.h"
 #include "sentree/sim/world.h"
@@ -61,9 +61,9 @@ bool is_scenario(const std::filesystem::path& path) {
 }
 
 Diagnostics check_scenario(const std::filesystem::path& path) {
-  auto scenario = runtime::load_scenario(path);
+  auto scenario = project::load_scenario(path);
   Diagnostics all = std::move(scenario.diagnostics);
-  if (scenario.ok()) add_new(all, runtime::prepare(std::move(*scenario.value)).diagnostics);
+  if (scenario.ok()) add_new(all, project::prepare(std::move(*scenario.value)).diagnostics);
   return all;
 }
 
@@ -74,13 +74,13 @@ Diagnostics check_all(const std::string& path) {
   if (file.extension() == ".xml") return bt::load_file(file).diagnostics;
   if (file.extension() == ".scxml") return check_chart(file);
   if (file.extension() == ".req") return check_requirements(file);
-  if (file.extension() == ".thrift") return runtime::load_interface(file, path).diagnostics;
+  if (file.extension() == ".thrift") return project::load_interface(file, path).diagnostics;
   if (is_scenario(file)) return check_scenario(file);
-  auto project = runtime::load_project(path);
+  auto project = project::load_project(path);
   add_new(all, project.diagnostics);
   if (!project.ok()) return all;
-  const auto files = runtime::scenario_files(*project.value);
-  add_new(all, runtime::prepare(runtime::plain_scenario(std::move(*project.value))).diagnostics);
+  const auto files = project::scenario_files(*project.value);
+  add_new(all, project::prepare(project::plain_scenario(std::move(*project.value))).diagnostics);
   for (const auto& each : files) {
     add_new(all, check_scenario(each));
   }

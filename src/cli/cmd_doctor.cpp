@@ -10,11 +10,11 @@
 
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
+#include "sentree/project/plan.h"
 #include "sentree/rpc/certificates.h"
 #include "sentree/rpc/server.h"
 #include "sentree/runtime/control.h"
 #include "sentree/runtime/environment.h"
-#include "sentree/runtime/plan.h"
 #include "sentree/runtime/remote_skill.h"
 
 namespace sentree::cli {
@@ -29,7 +29,7 @@ struct Finding {
 };
 
 Finding check_shipped() {
-  const auto interfaces = runtime::shipped_folder("interfaces");
+  const auto interfaces = project::shipped_folder("interfaces");
   if (interfaces.empty() || !runtime::skill_interface() || !runtime::observer_interface()) {
     return {"interfaces", "the Thrift interfaces that come with Sentree are not found",
             "install it whole: cmake --install build/release"};

@@ -3,9 +3,9 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/report.h"
+#include "sentree/project/project.h"
 #include "sentree/rpc/client.h"
 #include "sentree/runtime/control.h"
-#include "sentree/runtime/project.h"
 #include "sentree/runtime/wire_message.h"
 #include "sentree/text/json.h"
 

@@ -7,9 +7,9 @@
 #include "sentree/bt/groot.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
-#include "sentree/runtime/plan.h"
-#include "sentree/runtime/recorded_run.h"
-#include "sentree/runtime/scenario_text.h"
+#include "sentree/project/plan.h"
+#include "sentree/project/scenario_text.h"
+#include "sentree/replay/recorded_run.h"
 #include "sentree/text/file.h"
 
 namespace sentree::cli {
@@ -59,7 +59,7 @@ void append_csv(std::string& out, std::string_view field) {
   out += '"';
 }
 
-Result<void> to_csv(runtime::RecordedRun& run, Output& output) {
+Result<void> to_csv(replay::RecordedRun& run, Output& output) {
   output.text() += "time_s,sequence,tick,kind,source,target,name,call,data\r\n";
   return run.each([&](const Message& message) {
     std::string& out = output.text();
@@ -78,7 +78,7 @@ Result<void> to_csv(runtime::RecordedRun& run, Output& output) {
 }
 
 // Every message of every topic on a line of its own.
-Result<void> to_ndjson(runtime::RecordedRun& run, Output& output) {
+Result<void> to_ndjson(replay::RecordedRun& run, Output& output) {
   record::Reader& reader = run.reader();
   return reader.read({}, [&](const record::RawMessage& message) {
     const record::Channel& channel = reader.channels().at(message.channel);
@@ -95,7 +95,7 @@ Result<void> to_ndjson(runtime::RecordedRun& run, Output& output) {
 
 // The JSON form of trace events, which Perfetto and chrome://tracing open: a track per node with its statuses, a track
 // per caller and service with its calls, and instants.
-Result<void> to_trace(runtime::RecordedRun& run, Output& output) {
+Result<void> to_trace(replay::RecordedRun& run, Output& output) {
   std::map<std::string, std::int64_t> tracks;
   bool first = true;
   const auto emit = [&](const Map& event) {
@@ -168,10 +168,10 @@ std::int64_t epoch_us(const std::string& time) {
 }
 
 // The logs of Groot: the recorded tree, and every change of a node's status.
-Result<void> to_groot(runtime::RecordedRun& run, bool groot2, Output& output) {
+Result<void> to_groot(replay::RecordedRun& run, bool groot2, Output& output) {
   auto scenario = run.scenario();
   if (scenario.ok()) scenario.value->virtual_time = false;  // parts in other processes are of no interest here
-  const auto plan = scenario.ok() ? runtime::prepare(std::move(*scenario.value)) : Loaded<runtime::Plan>();
+  const auto plan = scenario.ok() ? project::prepare(std::move(*scenario.value)) : Loaded<project::Plan>();
   if (!plan.ok()) {
     say(scenario.diagnostics);
     say(plan.diagnostics);
@@ -200,8 +200,8 @@ Result<void> to_groot(runtime::RecordedRun& run, bool groot2, Output& output) {
 }
 
 // The run as a scenario that does the same again.
-Result<void> to_scenario(runtime::RecordedRun& run, Output& output) {
-  auto text = runtime::recorded_scenario_text(run);
+Result<void> to_scenario(replay::RecordedRun& run, Output& output) {
+  auto text = replay::recorded_scenario_text(run);
   if (!text) return tl::unexpected(text.error());
   output.text() += *text;
   return {};
@@ -210,7 +210,7 @@ Result<void> to_scenario(runtime::RecordedRun& run, Output& output) {
 }  // namespace
 
 int export_recording(const ExportCommand& command) {
-  auto run = runtime::RecordedRun::open(command.file);
+  auto run = replay::RecordedRun::open(command.file);
   if (!run) {
     say(to_string(run.error()));
     return kInvalidInput;

@@ -6,8 +6,8 @@
 #include "sentree/cli/tour.h"
 #include "sentree/draw/chart.h"
 #include "sentree/draw/tree.h"
-#include "sentree/runtime/plan.h"
-#include "sentree/runtime/project.h"
+#include "sentree/project/plan.h"
+#include "sentree/project/project.h"
 #include "sentree/scxml/graph.h"
 #include "sentree/sim/drawing.h"
 #include "sentree/sim/services.h"
@@ -42,14 +42,14 @@ std::optional<Drawn> drawn(const GraphCommand& command) {
   const std::filesystem::path path(command.file);
   if (!std::filesystem::is_directory(path, error) && path.filename() != "sentree.yaml")
     return Drawn{command.file, command.tree, {}};
-  const auto project = runtime::load_project(path);
+  const auto project = project::load_project(path);
   say(project.diagnostics);
   if (!project.ok()) return std::nullopt;
   Drawn found{(project.value->folder / project.value->mission.path).string(),
               command.tree.empty() ? project.value->tree : command.tree,
               {}};
   Diagnostics problems;
-  if (runtime::load_plugins(*project.value, found.registry, problems)) return found;
+  if (project::load_plugins(*project.value, found.registry, problems)) return found;
   say(problems);
   return std::nullopt;
 }
@@ -95,7 +95,7 @@ int draw_world(const GraphCommand& command, std::string& picture) {
   }
   Duration after{};
   if (!command.after.empty()) {
-    const auto parsed = runtime::parse_duration(command.after);
+    const auto parsed = project::parse_duration(command.after);
     if (!parsed || *parsed > sim::kAdvanceMax) {
       say("--after " + command.after + ": not a duration such as 20 s, at most a day");
       return kUsage;

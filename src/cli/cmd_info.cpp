@@ -5,8 +5,8 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/record/reader.h"
-#include "sentree/runtime/recorded_run.h"
-#include "sentree/runtime/recording.h"
+#include "sentree/replay/recorded_run.h"
+#include "sentree/replay/recording.h"
 #include "sentree/text/json.h"
 
 namespace sentree::cli {
@@ -64,18 +64,18 @@ std::string text_of(record::Reader& reader, const std::string& file) {
   };
   const record::Statistics& statistics = reader.statistics();
   std::string text = file + "\n";
-  const std::string scenario = fact(runtime::kRunMetadata, "scenario");
+  const std::string scenario = fact(replay::kRunMetadata, "scenario");
   if (!scenario.empty()) {
-    const std::string started = fact(runtime::kRunMetadata, "started");
-    text += fmt::format("  scenario {}, {} time, seed {}{}\n", scenario, fact(runtime::kRunMetadata, "clock"),
-                        fact(runtime::kRunMetadata, "seed"), started.empty() ? "" : ", started " + started);
+    const std::string started = fact(replay::kRunMetadata, "started");
+    text += fmt::format("  scenario {}, {} time, seed {}{}\n", scenario, fact(replay::kRunMetadata, "clock"),
+                        fact(replay::kRunMetadata, "seed"), started.empty() ? "" : ", started " + started);
   }
-  const std::string mission = fact(runtime::kResultMetadata, "mission");
+  const std::string mission = fact(replay::kResultMetadata, "mission");
   if (!mission.empty()) {
-    const std::string reason = fact(runtime::kResultMetadata, "reason");
+    const std::string reason = fact(replay::kResultMetadata, "reason");
     text += fmt::format("  mission {}{}, ended by {}\n", mission, reason.empty() ? "" : " (" + reason + ")",
-                        fact(runtime::kResultMetadata, "ended_by"));
-    if (const auto verdicts = text::parse_json(fact(runtime::kResultMetadata, "verdicts"));
+                        fact(replay::kResultMetadata, "ended_by"));
+    if (const auto verdicts = text::parse_json(fact(replay::kResultMetadata, "verdicts"));
         verdicts && verdicts->as_map() != nullptr) {
       for (const auto& [name, verdict] : *verdicts->as_map()) {
         const char* mark = verdict.text() == "violated" ? "✗" : verdict.text() == "satisfied" ? "✓" : "·";

@@ -2,7 +2,7 @@
 
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
-#include "sentree/runtime/plan.h"
+#include "sentree/project/plan.h"
 #include "sentree/text/file.h"
 
 namespace sentree::cli {
@@ -14,7 +14,7 @@ int init(const InitCommand& command) {
     say(command.folder + ": exists and is not empty; choose another folder");
     return kInvalidInput;
   }
-  const std::filesystem::path source = runtime::shipped_folder("examples") / "minimal";
+  const std::filesystem::path source = project::shipped_folder("examples") / "minimal";
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(source, error)) {
     if (entry.is_regular_file()) files.push_back(std::filesystem::relative(entry.path(), source));

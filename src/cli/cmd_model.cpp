@@ -1,6 +1,6 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
-#include "sentree/runtime/skill_models.h"
+#include "sentree/project/skill_models.h"
 #include "sentree/text/file.h"
 
 namespace sentree::cli {
@@ -10,22 +10,22 @@ namespace {
 using std::filesystem::path;
 
 // A tree stands for the project that it is the mission of, else for itself and the skills/ beside it.
-std::optional<runtime::Project> project_of(const std::string& name) {
+std::optional<project::Project> project_of(const std::string& name) {
   std::error_code error;
   const path file(name);
   const bool is_project = std::filesystem::is_directory(file, error) || file.filename() == "sentree.yaml";
   const path folder = file.parent_path().empty() ? path(".") : file.parent_path();
   if (is_project || !std::filesystem::exists(file, error)) {
-    auto project = runtime::load_project(file);
+    auto project = project::load_project(file);
     say(project.diagnostics);
     return std::move(project.value);
   }
   if (std::filesystem::exists(folder / "sentree.yaml", error)) {
-    auto project = runtime::load_project(folder);
+    auto project = project::load_project(folder);
     if (project.ok() && std::filesystem::equivalent(folder / project.value->mission.path, file, error))
       return std::move(project.value);
   }
-  runtime::Project alone;
+  project::Project alone;
   alone.folder = folder;
   alone.file = file.string();
   alone.mission.path = file.filename().string();
@@ -78,7 +78,7 @@ int insert_into(const path& file, const std::vector<bt::NodeModel>& models) {
 int model(const ModelCommand& command) {
   const auto project = project_of(command.project);
   if (!project) return kInvalidInput;
-  const auto models = runtime::skill_models(*project);
+  const auto models = project::skill_models(*project);
   say(models.diagnostics);
   if (!models.ok()) return kInvalidInput;
   if (!command.into.empty()) return insert_into(command.into, *models.value);

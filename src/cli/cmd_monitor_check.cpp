@@ -6,8 +6,8 @@
 #include "sentree/cli/requirement_file.h"
 #include "sentree/cli/verdicts.h"
 #include "sentree/monitor/monitor.h"
-#include "sentree/runtime/recorded_run.h"
-#include "sentree/runtime/requirements.h"
+#include "sentree/project/requirements.h"
+#include "sentree/replay/recorded_run.h"
 #include "sentree/scxml/loader.h"
 #include "sentree/text/file.h"
 
@@ -36,17 +36,17 @@ std::optional<monitor::Model> load_monitor(const std::string& file, const std::v
 }  // namespace
 
 int monitor_check(const MonitorCheckCommand& command) {
-  auto recorded = runtime::RecordedRun::open(command.file);
+  auto recorded = replay::RecordedRun::open(command.file);
   if (!recorded) {
     say(to_string(recorded.error()));
     return kInvalidInput;
   }
   // The project tells the types of what was recorded, and has monitors of its own.
   auto scenario = command.project.empty() ? recorded->scenario() : recorded->scenario_in(command.project);
-  std::optional<runtime::Plan> plan;
+  std::optional<project::Plan> plan;
   if (scenario.ok()) {
     scenario.value->virtual_time = false;
-    auto prepared = runtime::prepare(std::move(*scenario.value));
+    auto prepared = project::prepare(std::move(*scenario.value));
     if (!prepared.ok()) say(prepared.diagnostics);
     plan = std::move(prepared.value);
   } else if (command.monitors.empty() && command.requirements.empty()) {
@@ -59,7 +59,7 @@ int monitor_check(const MonitorCheckCommand& command) {
     models.push_back(std::move(*model));
   }
   std::optional<monitor::Vocabulary> vocabulary;
-  if (plan) vocabulary = runtime::vocabulary_of(plan->services, &plan->tree, plan->leaves);
+  if (plan) vocabulary = project::vocabulary_of(plan->services, &plan->tree, plan->leaves);
   for (const std::string& file : command.requirements) {
     auto loaded = load_requirement_file(file, vocabulary ? &*vocabulary : nullptr);
     say(loaded.diagnostics);
@@ -77,7 +77,7 @@ int monitor_check(const MonitorCheckCommand& command) {
   std::uint64_t observations = 0;
   const auto read = recorded->each([&](Message message) {
     ++observations;
-    if (plan) runtime::restore_numbers(*plan, message);
+    if (plan) replay::restore_numbers(*plan, message);
     verdicts.observe(std::move(message));
     return true;
   });

@@ -2,7 +2,7 @@
 #include "sentree/cli/output.h"
 #include "sentree/cli/report.h"
 #include "sentree/cli/serve.h"
-#include "sentree/runtime/plan.h"
+#include "sentree/project/plan.h"
 #include "sentree/runtime/remote_observer.h"
 #include "sentree/runtime/remote_skill.h"
 
@@ -15,7 +15,7 @@ int monitor_serve(const MonitorServeCommand& command) {
   }
   const auto scenario = load_file(command.project);
   if (!scenario) return kInvalidInput;
-  auto plan = runtime::prepare_monitor(scenario->project, command.name);
+  auto plan = project::prepare_monitor(scenario->project, command.name);
   say(plan.diagnostics);
   if (!plan.ok()) return kInvalidInput;
   auto interface = runtime::observer_interface();

@@ -3,15 +3,15 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/report.h"
-#include "sentree/runtime/replay.h"
+#include "sentree/replay/replay.h"
 
 namespace sentree::cli {
 
 namespace {
 
-Value describe(const runtime::ReplayReport& report) {
+Value describe(const replay::ReplayReport& report) {
   List differences;
-  for (const runtime::Difference& d : report.differences) {
+  for (const replay::Difference& d : report.differences) {
     differences.push_back(Map{{"time", seconds(d.time)},
                               {"tick", static_cast<std::int64_t>(d.tick)},
                               {"who", d.who},
@@ -30,12 +30,12 @@ Value describe(const runtime::ReplayReport& report) {
   return value;
 }
 
-std::string text_of(const runtime::ReplayReport& report) {
+std::string text_of(const replay::ReplayReport& report) {
   std::string text = fmt::format("replayed {:.3f} s of run time; {} of {} recorded requests were made again\n",
                                  seconds(report.run.ended), report.answered_requests, report.recorded_requests);
   if (report.differences.empty() && report.unrecorded.empty()) return text + "✓ it behaves as recorded\n";
   if (!report.differences.empty()) text += "It differs from the recording:\n";
-  for (const runtime::Difference& d : report.differences) {
+  for (const replay::Difference& d : report.differences) {
     text += fmt::format("{}  tick {:<5} {}\n{:>12}recorded: {}\n{:>12}now:      {}\n", time_column(d.time), d.tick,
                         d.who, "", d.recorded, "", d.replayed);
   }
@@ -75,7 +75,7 @@ std::string text_of(const Map& moment) {
 }  // namespace
 
 int replay(const ReplayCommand& command) {
-  auto recorded = runtime::RecordedRun::open(command.file);
+  auto recorded = replay::RecordedRun::open(command.file);
   if (!recorded) {
     say(to_string(recorded.error()));
     return kInvalidInput;
@@ -86,14 +86,14 @@ int replay(const ReplayCommand& command) {
     return kInvalidInput;
   }
   scenario.value->virtual_time = false;  // parts in other processes are replayed in this one
-  auto plan = runtime::prepare(std::move(*scenario.value));
+  auto plan = project::prepare(std::move(*scenario.value));
   say(plan.diagnostics);
   if (!plan.ok()) return kInvalidInput;
-  runtime::ReplayOptions options;
+  replay::ReplayOptions options;
   options.go_on = command.go_on || !command.from.empty();
   for (const auto& [text, moment] : {std::pair(command.at, &options.at), std::pair(command.from, &options.go_on_at)}) {
     if (text.empty()) continue;
-    const auto time = runtime::parse_duration(text);
+    const auto time = project::parse_duration(text);
     if (!time || time->count() < 0) {
       say("\"" + text + "\" is no moment of a run; write for example '52 s' or '1500 ms'");
       return kUsage;
@@ -108,14 +108,14 @@ int replay(const ReplayCommand& command) {
     });
     if (!options.at) options.run.on_decision = [](const runtime::MonitorReport& report) { print(story(report)); };
   }
-  const auto report = runtime::replay(*recorded, std::move(*plan.value), std::move(options));
+  const auto report = replay::replay(*recorded, std::move(*plan.value), std::move(options));
   say(recorded->reader().problems());
   if (!report) {
     say(to_string(report.error()));
     return kInvalidInput;
   }
   if (report->moment) {
-    for (const runtime::Difference& d : report->differences)
+    for (const replay::Difference& d : report->differences)
       say(fmt::format(
           "! at {:.3f} s {} did something else in the recording, which the state does not know: {}; now: {}",
           seconds(d.time), d.who, d.recorded, d.replayed));

@@ -9,7 +9,7 @@
 #include "sentree/cli/report.h"
 #include "sentree/cli/verdicts.h"
 #include "sentree/draw/tree.h"
-#include "sentree/runtime/recorded_run.h"
+#include "sentree/replay/recorded_run.h"
 #include "sentree/text/file.h"
 
 namespace sentree::cli {
@@ -71,7 +71,7 @@ td:nth-child(2) code{overflow-wrap:normal}.card>.scroll:first-child table{margin
 @media print{body{background:none}.card{break-inside:avoid}}
 )";
 
-std::string timeline(const runtime::Plan& plan, const Facts& facts, TimePoint end) {
+std::string timeline(const project::Plan& plan, const Facts& facts, TimePoint end) {
   constexpr double kLeft = 190, kWidth = 800, kRow = 22;
   const double span = std::max(seconds(end), 1e-3);
   const int decimals = span < 0.1 ? 4 : span < 10.0 ? 2 : 1;
@@ -113,7 +113,7 @@ std::string timeline(const runtime::Plan& plan, const Facts& facts, TimePoint en
   return svg + "</div></div>\n";
 }
 
-std::string coverage(const runtime::Plan& plan, const Facts& facts) {
+std::string coverage(const project::Plan& plan, const Facts& facts) {
   draw::Tree picture = bt::to_graph(plan.tree, nullptr, {.ports = false, .conditions = false});
   std::size_t reached = 0;
   for (std::size_t node = 0; node < picture.nodes.size() && node < facts.counts.size(); ++node) {
@@ -163,7 +163,7 @@ std::string witness_table(const std::vector<WitnessRow>& rows) {
   return html + "</table></div>";
 }
 
-std::string verdicts(const runtime::Plan& plan, const Facts& facts) {
+std::string verdicts(const project::Plan& plan, const Facts& facts) {
   if (facts.monitors.empty()) return "<p>The project has no monitors.</p>\n";
   std::string html;
   for (std::size_t i = 0; i < facts.monitors.size(); ++i) {
@@ -225,7 +225,7 @@ std::string intervention(const Value& data) {
   return text;
 }
 
-std::string page(runtime::RecordedRun& run, const runtime::Plan& plan, const Facts& facts) {
+std::string page(replay::RecordedRun& run, const project::Plan& plan, const Facts& facts) {
   std::string html =
       "<!doctype html>\n<html lang=en><meta charset=utf-8><meta name=viewport content=\"width=device-width\">\n";
   html += "<title>" + escaped(run.fact("scenario")) + "</title>\n<style>" + std::string(kStyle) + "</style>\n";
@@ -253,7 +253,7 @@ std::string page(runtime::RecordedRun& run, const runtime::Plan& plan, const Fac
 }  // namespace
 
 int report(const ReportCommand& command) {
-  auto run = runtime::RecordedRun::open(command.file);
+  auto run = replay::RecordedRun::open(command.file);
   if (!run) {
     say(to_string(run.error()));
     return kInvalidInput;
@@ -264,12 +264,12 @@ int report(const ReportCommand& command) {
     return kInvalidInput;
   }
   scenario.value->virtual_time = false;
-  const auto plan = runtime::prepare(std::move(*scenario.value));
+  const auto plan = project::prepare(std::move(*scenario.value));
   if (!plan.ok()) {
     say(plan.diagnostics);
     return kInvalidInput;
   }
-  const runtime::Plan& project = *plan.value;
+  const project::Plan& project = *plan.value;
   Facts facts;
   facts.bars.resize(project.leaves.size());
   facts.counts.resize(project.tree.size());
@@ -278,7 +278,7 @@ int report(const ReportCommand& command) {
   for (std::size_t i = 0; i < project.leaves.size(); ++i) leaves[project.leaves[i].name] = i;
   const auto read = run->each([&](Message message) {
     ++facts.observations;
-    runtime::restore_numbers(project, message);
+    replay::restore_numbers(project, message);
     verdicts.observe(message);
     if (message.name == "scenario.injection") facts.interventions.push_back(message);
     if (message.name == "node.status") {

@@ -14,7 +14,7 @@
 #include "sentree/cli/page.h"
 #include "sentree/cli/report.h"
 #include "sentree/cli/run_recording.h"
-#include "sentree/runtime/distribute.h"
+#include "sentree/project/distribute.h"
 #include "sentree/studio/live.h"
 
 namespace sentree::cli {
@@ -87,7 +87,7 @@ class Interrupts {
   std::thread thread_;
 };
 
-int exit_code(const runtime::Scenario& scenario, const runtime::RunReport& report) {
+int exit_code(const project::Scenario& scenario, const runtime::RunReport& report) {
   if (!report.given_up.empty()) return kFindings;
   if (!report.error.empty()) return kEnvironment;
   if (report.interrupted) return kInterrupted;
@@ -109,13 +109,13 @@ Result<runtime::PageAt> open_page(studio::Live& page, RunRecording* recording, c
   return runtime::PageAt{page.server().url(), recording != nullptr ? recording->path().string() : ""};
 }
 
-bool apply_options(const RunCommand& command, runtime::Scenario& scenario) {
+bool apply_options(const RunCommand& command, project::Scenario& scenario) {
   if (command.virtual_clock) scenario.virtual_time = *command.virtual_clock;
   if (command.factor) scenario.factor = *command.factor;
   if (scenario.virtual_time) scenario.factor = 1.0;
   if (command.seed) scenario.seed = *command.seed;
   if (command.duration) {
-    const auto duration = runtime::parse_duration(*command.duration);
+    const auto duration = project::parse_duration(*command.duration);
     if (!duration) {
       say("--duration " + *command.duration + ": not a duration such as 90 s or 5 min");
       return false;
@@ -138,8 +138,8 @@ int run(const RunCommand& command) {
   }
   if (command.processes) scenario->virtual_time = false;
   if (!apply_options(command, *scenario)) return kUsage;
-  auto plan = runtime::prepare(std::move(*scenario));
-  if (plan.ok() && command.processes) plan = runtime::prepare(runtime::in_processes(*plan.value));
+  auto plan = project::prepare(std::move(*scenario));
+  if (plan.ok() && command.processes) plan = project::prepare(project::in_processes(*plan.value));
   say(plan.diagnostics);
   if (!plan.ok()) return kInvalidInput;
 

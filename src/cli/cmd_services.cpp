@@ -4,10 +4,10 @@
 
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
+#include "sentree/project/project.h"
 #include "sentree/rpc/client.h"
 #include "sentree/runtime/control.h"
 #include "sentree/runtime/environment.h"
-#include "sentree/runtime/project.h"
 #include "sentree/text/json.h"
 
 namespace sentree::cli {

@@ -198,7 +198,7 @@ int watch(runtime::SimServer& server, const sim::World& world, Tour tour, const 
 int sim(const SimCommand& command) {
   std::optional<Duration> duration;
   if (!command.duration.empty()) {
-    duration = runtime::parse_duration(command.duration);
+    duration = project::parse_duration(command.duration);
     if (!duration) {
       say("--duration " + command.duration + ": not a duration such as 90 s or 5 min");
       return kUsage;

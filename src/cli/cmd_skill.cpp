@@ -15,7 +15,7 @@ int skill(const SkillCommand& command) {
     const auto equals = text.find('=');
     const std::string name = text.substr(0, equals);
     bool known = false;
-    for (runtime::ServiceEntry& service : scenario->project.services) {
+    for (project::ServiceEntry& service : scenario->project.services) {
       if (equals == std::string::npos || service.name != name) continue;
       service.at = text.substr(equals + 1);
       known = true;
@@ -24,7 +24,7 @@ int skill(const SkillCommand& command) {
     say("--at " + text + ": must be SERVICE=ADDRESS with a service of the project");
     return kUsage;
   }
-  auto plan = runtime::prepare_skill(scenario->project, command.leaf);
+  auto plan = project::prepare_skill(scenario->project, command.leaf);
   say(plan.diagnostics);
   if (!plan.ok()) return kInvalidInput;
   // What its chart never calls need not be reached.

@@ -18,11 +18,11 @@ struct Tested {
 
 Tested test_one(const std::filesystem::path& file) {
   const std::string stem = file.stem().string();
-  auto loaded = runtime::load_scenario(file);
+  auto loaded = project::load_scenario(file);
   Diagnostics diagnostics = loaded.diagnostics;
-  std::optional<runtime::Plan> plan;
+  std::optional<project::Plan> plan;
   if (loaded.ok()) {
-    auto prepared = runtime::prepare(std::move(*loaded.value));
+    auto prepared = project::prepare(std::move(*loaded.value));
     diagnostics.insert(diagnostics.end(), prepared.diagnostics.begin(), prepared.diagnostics.end());
     plan = std::move(prepared.value);
   }
@@ -57,12 +57,12 @@ Tested test_one(const std::filesystem::path& file) {
 }  // namespace
 
 int test(const TestCommand& command) {
-  const auto project = runtime::load_project(command.project);
+  const auto project = project::load_project(command.project);
   say(project.diagnostics);
   if (!project.ok()) return kInvalidInput;
   std::vector<std::filesystem::path> files;
   std::vector<std::string> names;
-  for (const auto& file : runtime::scenario_files(*project.value)) {
+  for (const auto& file : project::scenario_files(*project.value)) {
     names.push_back(file.stem().string());
     if (command.scenarios.empty() ||
         std::find(command.scenarios.begin(), command.scenarios.end(), names.back()) != command.scenarios.end()) {

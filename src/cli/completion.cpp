@@ -6,9 +6,9 @@
 #include <optional>
 
 #include "sentree/bt/load.h"
+#include "sentree/project/plan.h"
+#include "sentree/project/project.h"
 #include "sentree/runtime/control.h"
-#include "sentree/runtime/plan.h"
-#include "sentree/runtime/project.h"
 #include "sentree/text/file.h"
 #include "sentree/text/json.h"
 #include "sentree/text/xml.h"
@@ -110,23 +110,23 @@ std::string option_or(const Line& line, const std::string& name, const std::stri
   return found != line.options.end() ? found->second : otherwise;
 }
 
-std::optional<runtime::Project> project(const Line& line) {
-  auto loaded = runtime::load_project(line.positionals.empty() ? "." : line.positionals.front());
+std::optional<project::Project> project(const Line& line) {
+  auto loaded = project::load_project(line.positionals.empty() ? "." : line.positionals.front());
   return std::move(loaded.value);
 }
 
 Candidates scenarios(const Line& line) {
   Candidates all;
   if (const auto loaded = project(line)) {
-    for (const auto& file : runtime::scenario_files(*loaded)) all.push_back({file.stem().string(), ""});
+    for (const auto& file : project::scenario_files(*loaded)) all.push_back({file.stem().string(), ""});
   }
   return all;
 }
 
-std::optional<bt::Tree> mission(const runtime::Project& project) {
+std::optional<bt::Tree> mission(const project::Project& project) {
   bt::Registry registry;
   Diagnostics problems;
-  runtime::load_plugins(project, registry, problems);
+  project::load_plugins(project, registry, problems);
   return bt::load_file(project.folder / project.mission.path, {.registry = &registry, .main_tree = project.tree}).value;
 }
 

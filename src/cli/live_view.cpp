@@ -40,7 +40,7 @@ std::string cut(const std::string& text, std::size_t width) {
 
 }  // namespace
 
-LiveView::LiveView(const runtime::Plan& plan) : plan_(plan) {
+LiveView::LiveView(const project::Plan& plan) : plan_(plan) {
   for (const auto& model : plan.monitors) verdicts_[model.name()] = "undecided";
   print("\x1b[?1049h\x1b[?25l");  // another screen, no cursor
   thread_ = std::thread([this] { draw_until_done(); });

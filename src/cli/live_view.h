@@ -18,7 +18,7 @@ namespace sentree::cli {
 /// second by a thread of its own. On a terminal that is too small it leaves out the map.
 class LiveView {
  public:
-  explicit LiveView(const runtime::Plan& plan);
+  explicit LiveView(const project::Plan& plan);
   ~LiveView();
   LiveView(const LiveView&) = delete;
   LiveView& operator=(const LiveView&) = delete;
@@ -34,7 +34,7 @@ class LiveView {
   [[nodiscard]] std::vector<std::string> frame(const TerminalSize& size);
   [[nodiscard]] std::vector<std::string> tree_lines() const;
 
-  const runtime::Plan& plan_;
+  const project::Plan& plan_;
   Narrator narrator_;
   std::mutex mutex_;
   std::condition_variable changed_;

@@ -73,15 +73,15 @@ Value to_value(const Diagnostics& diagnostics) {
   return list;
 }
 
-std::optional<runtime::Scenario> load(const std::string& project, const std::string& scenario) {
+std::optional<project::Scenario> load(const std::string& project, const std::string& scenario) {
   if (scenario.empty()) return load_file(project);
-  auto loaded_project = runtime::load_project(project);
+  auto loaded_project = project::load_project(project);
   if (!loaded_project.ok()) {
     say(loaded_project.diagnostics);
     return std::nullopt;
   }
   std::vector<std::string> names;
-  for (const auto& file : runtime::scenario_files(*loaded_project.value)) {
+  for (const auto& file : project::scenario_files(*loaded_project.value)) {
     names.push_back(file.stem().string());
     if (names.back() == scenario) return load_file(file.string());
   }
@@ -103,17 +103,17 @@ bool is_world(const std::string& path) {
   return has("map") || has("start") || has("robots");
 }
 
-std::optional<runtime::Scenario> load_file(const std::string& path) {
+std::optional<project::Scenario> load_file(const std::string& path) {
   std::error_code error;
   const std::filesystem::path file(path);
   if (std::filesystem::is_directory(file, error) || file.filename() == "sentree.yaml" ||
       !std::filesystem::exists(file, error)) {
-    auto project = runtime::load_project(file);
+    auto project = project::load_project(file);
     say(project.diagnostics);
     if (!project.ok()) return std::nullopt;
-    return runtime::plain_scenario(std::move(*project.value));
+    return project::plain_scenario(std::move(*project.value));
   }
-  auto scenario = runtime::load_scenario(file);
+  auto scenario = project::load_scenario(file);
   say(scenario.diagnostics);
   return std::move(scenario.value);
 }

@@ -7,7 +7,7 @@
 #include "sentree/base/diagnostic.h"
 #include "sentree/base/result.h"
 #include "sentree/base/value.h"
-#include "sentree/runtime/project.h"
+#include "sentree/project/project.h"
 
 namespace sentree::cli {
 
@@ -32,12 +32,12 @@ void say(const Diagnostics& diagnostics);
 [[nodiscard]] Value to_value(const Diagnostics& diagnostics);
 
 /// A scenario by its name in the project, or the plain project. Says what is wrong on standard error.
-[[nodiscard]] std::optional<runtime::Scenario> load(const std::string& project, const std::string& scenario);
+[[nodiscard]] std::optional<project::Scenario> load(const std::string& project, const std::string& scenario);
 
 /// A yaml file that names a map, as world files do and projects do not.
 [[nodiscard]] bool is_world(const std::string& path);
 
 /// A scenario file, or a project (a folder or its sentree.yaml) as a plain scenario.
-[[nodiscard]] std::optional<runtime::Scenario> load_file(const std::string& path);
+[[nodiscard]] std::optional<project::Scenario> load_file(const std::string& path);
 
 }  // namespace sentree::cli

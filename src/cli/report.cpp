@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "sentree/runtime/intervention.h"
+#include "sentree/project/intervention.h"
 
 namespace sentree::cli {
 
@@ -58,8 +58,8 @@ std::string line(const Message& message) {
 std::string Narrator::tell(const Message& message) {
   const auto say_line = [&](const std::string& what) { return time_column(message.time) + "  " + what; };
   if (message.name == "scenario.injection") {
-    const auto what = runtime::intervention_of(message);
-    return say_line(message.source + ": " + (what ? runtime::describe(*what) : to_json(message.data)));
+    const auto what = project::intervention_of(message);
+    return say_line(message.source + ": " + (what ? project::describe(*what) : to_json(message.data)));
   }
   if (message.name == "scenario.breakpoint")
     return say_line("breakpoint: " + std::string(message.data.find("what")->text()));

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "sentree/monitor/requirement.h"
-#include "sentree/runtime/plan.h"
+#include "sentree/project/plan.h"
 #include "sentree/text/file.h"
 
 namespace sentree::cli {
@@ -42,8 +42,8 @@ std::filesystem::path project_above(const std::filesystem::path& file) {
 }
 
 Loaded<monitor::Vocabulary> vocabulary_of_project(const std::filesystem::path& folder) {
-  auto project = runtime::load_project(folder);
-  if (project.ok()) return runtime::load_vocabulary(*project.value);
+  auto project = project::load_project(folder);
+  if (project.ok()) return project::load_vocabulary(*project.value);
   Loaded<monitor::Vocabulary> none;
   none.diagnostics = std::move(project.diagnostics);
   return none;

@@ -9,7 +9,7 @@
 
 namespace sentree::cli {
 
-std::unique_ptr<RunRecording> RunRecording::begin(const std::string& file, const runtime::Plan& plan,
+std::unique_ptr<RunRecording> RunRecording::begin(const std::string& file, const project::Plan& plan,
                                                   const std::vector<text::ReadFile>& files, RecordingTap tap,
                                                   bool& ok) {
   ok = true;
@@ -31,23 +31,23 @@ std::unique_ptr<RunRecording> RunRecording::begin(const std::string& file, const
   }
   auto recording = std::make_unique<RunRecording>();
   recording->path_ = path;
-  recording->recorder_ = std::make_unique<runtime::RunRecorder>(
+  recording->recorder_ = std::make_unique<replay::RunRecorder>(
       plan, files, std::move(*sink),
-      runtime::RecordingOptions{.library = "sentree " SENTREE_VERSION,
-                                .on_failure = [](const std::string& what) { say("! " + what); },
-                                .story = story_without_witness,
-                                .tap = std::move(tap)});
+      replay::RecordingOptions{.library = "sentree " SENTREE_VERSION,
+                               .on_failure = [](const std::string& what) { say("! " + what); },
+                               .story = story_without_witness,
+                               .tap = std::move(tap)});
   return recording;
 }
 
-std::unique_ptr<RunRecording> RunRecording::tap_only(const runtime::Plan& plan, RecordingTap tap) {
+std::unique_ptr<RunRecording> RunRecording::tap_only(const project::Plan& plan, RecordingTap tap) {
   auto recording = std::make_unique<RunRecording>();
   recording->recorder_ =
-      std::make_unique<runtime::RunRecorder>(plan, std::vector<text::ReadFile>(), std::make_unique<record::NullSink>(),
-                                             runtime::RecordingOptions{.compression = record::Compression::kNone,
-                                                                       .on_failure = {},
-                                                                       .story = story_without_witness,
-                                                                       .tap = std::move(tap)});
+      std::make_unique<replay::RunRecorder>(plan, std::vector<text::ReadFile>(), std::make_unique<record::NullSink>(),
+                                            replay::RecordingOptions{.compression = record::Compression::kNone,
+                                                                     .on_failure = {},
+                                                                     .story = story_without_witness,
+                                                                     .tap = std::move(tap)});
   return recording;
 }
 

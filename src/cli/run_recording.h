@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "sentree/runtime/recording.h"
+#include "sentree/replay/recording.h"
 #include "sentree/studio/live.h"
 
 namespace sentree::cli {
 
-using RecordingTap = decltype(runtime::RecordingOptions::tap);
+using RecordingTap = decltype(replay::RecordingOptions::tap);
 
 /// The recording that `sentree run` makes beside its run, and what it says about it.
 class RunRecording {
@@ -19,10 +19,10 @@ class RunRecording {
   /// empty $SENTREE_RUNS means no recording). The oldest recordings of that folder make room. Nothing comes back if
   /// there is to be none, or if it cannot be written; only with a `file` is that a failure, and `ok` false.
   /// @param tap  Sees what is recorded; may be empty.
-  static std::unique_ptr<RunRecording> begin(const std::string& file, const runtime::Plan& plan,
+  static std::unique_ptr<RunRecording> begin(const std::string& file, const project::Plan& plan,
                                              const std::vector<text::ReadFile>& files, RecordingTap tap, bool& ok);
   /// Records nothing, for the tap alone.
-  static std::unique_ptr<RunRecording> tap_only(const runtime::Plan& plan, RecordingTap tap);
+  static std::unique_ptr<RunRecording> tap_only(const project::Plan& plan, RecordingTap tap);
 
   void install(runtime::RunOptions& options) { recorder_->install(options); }
   /// Opens the page of the run that is recorded. Errors: see `studio::Live::open`, studio.not-recorded.
@@ -36,7 +36,7 @@ class RunRecording {
 
  private:
   std::filesystem::path path_;  // empty: nothing is written
-  std::unique_ptr<runtime::RunRecorder> recorder_;
+  std::unique_ptr<replay::RunRecorder> recorder_;
 };
 
 }  // namespace sentree::cli

@@ -6,7 +6,7 @@
 
 namespace sentree::runtime {
 
-Caller::Caller(std::string name, const std::map<std::string, ServicePlan>& services, MakePort make_port,
+Caller::Caller(std::string name, const std::map<std::string, project::ServicePlan>& services, MakePort make_port,
                Publisher& publisher, Scheduler& scheduler, ActorId actor, StandingInterventions& standing,
                std::function<bool(const SkillEvent&)> deliver, std::function<bool(std::uint64_t)> is_current)
     : name_(std::move(name)),
@@ -37,7 +37,7 @@ Result<void> Caller::check(const scxml::OutgoingSend& send) const {
 
 void Caller::call(SkillCall call) {
   // `check` has passed: the chart's <send> would have failed otherwise.
-  const ServicePlan& service = services_.at(call.service);
+  const project::ServicePlan& service = services_.at(call.service);
   auto pending = std::make_shared<Pending>();
   pending->method = service.service->find(call.method);
   pending->id = publisher_.next_call();
@@ -111,13 +111,13 @@ void Caller::execute(std::shared_ptr<Pending> pending) {
 }
 
 Duration Caller::delay_of(const std::string& message) {
-  if (!standing_.any(Intervention::Kind::kDelay) || standing_.calls_spared()) return Duration(0);
+  if (!standing_.any(project::Intervention::Kind::kDelay) || standing_.calls_spared()) return Duration(0);
   return standing_.delay_of(message);
 }
 
 void Caller::answered(const std::shared_ptr<Pending>& pending, CallOutcome outcome) {
   const std::string name = pending->call.service + "." + pending->call.method;
-  if (outcome.ok && standing_.any(Intervention::Kind::kFalsify) && !standing_.calls_spared())
+  if (outcome.ok && standing_.any(project::Intervention::Kind::kFalsify) && !standing_.calls_spared())
     standing_.falsify(name, *pending->method, outcome.result);
   const Duration delay = delay_of(name + ".reply");
   if (delay == Duration(0)) {

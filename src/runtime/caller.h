@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "sentree/runtime/plan.h"
+#include "sentree/project/plan.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/services.h"
 #include "sentree/runtime/skill.h"
@@ -38,11 +38,11 @@ inline constexpr std::size_t kGatedCallsMax = 256;
 /// This is the one seam that every call of every skill passes through. Used in the skill's actor only.
 class Caller {
  public:
-  using MakePort = std::function<std::unique_ptr<ServicePort>(const ServicePlan&)>;
+  using MakePort = std::function<std::unique_ptr<ServicePort>(const project::ServicePlan&)>;
 
   /// @param deliver  Gives the chart an outcome; false if the run it belongs to is over.
-  Caller(std::string name, const std::map<std::string, ServicePlan>& services, MakePort make_port, Publisher& publisher,
-         Scheduler& scheduler, ActorId actor, StandingInterventions& standing,
+  Caller(std::string name, const std::map<std::string, project::ServicePlan>& services, MakePort make_port,
+         Publisher& publisher, Scheduler& scheduler, ActorId actor, StandingInterventions& standing,
          std::function<bool(const SkillEvent&)> deliver, std::function<bool(std::uint64_t run)> is_current);
 
   /// Whether the call can be made at all; for `SkillOptions::check_call`.
@@ -68,7 +68,7 @@ class Caller {
   void finish(const Pending& pending, CallOutcome outcome);
 
   std::string name_;
-  const std::map<std::string, ServicePlan>& services_;
+  const std::map<std::string, project::ServicePlan>& services_;
   MakePort make_port_;
   Publisher& publisher_;
   Scheduler& scheduler_;

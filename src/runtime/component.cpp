@@ -24,7 +24,7 @@ void add_service(const idl::Schema& schema, const std::string& name, const std::
 }
 
 std::optional<idl::Schema> robot_schema(Diagnostics& diagnostics) {
-  const auto source = text::read_file(shipped_folder("interfaces") / "robot.thrift", "robot.thrift");
+  const auto source = text::read_file(project::shipped_folder("interfaces") / "robot.thrift", "robot.thrift");
   if (!source) {
     diagnostics.push_back(source.error());
     return std::nullopt;
@@ -36,7 +36,7 @@ std::optional<idl::Schema> robot_schema(Diagnostics& diagnostics) {
 
 }  // namespace
 
-Loaded<SimComponent> prepare_sim(const Project& project) {
+Loaded<SimComponent> prepare_sim(const project::Project& project) {
   Loaded<SimComponent> prepared;
   SimComponent component;
   if (!project.world) {
@@ -44,18 +44,18 @@ Loaded<SimComponent> prepare_sim(const Project& project) {
         {Severity::kError, "check.no-world", "the project has no world: FILE to simulate", SourceSpan{project.file}});
     return prepared;
   }
-  auto world = load_project_world(project);
+  auto world = project::load_project_world(project);
   prepared.diagnostics = std::move(world.diagnostics);
   const auto schema = robot_schema(prepared.diagnostics);
   if (!world.ok() || !schema) return prepared;
   component.world = std::make_shared<const sim::World>(std::move(*world.value));
-  for (const ServiceEntry& service : project.services) {
+  for (const project::ServiceEntry& service : project.services) {
     const auto* info = sim::find_service(service.interface);
     if (info != nullptr && !info->is_test_control)
       add_service(*schema, service.name, service.interface, service.robot, component);
   }
-  for (const std::string& name : test_control_names(*component.world))
-    add_service(*schema, name, "Simulation", *test_control_of(name, *component.world), component);
+  for (const std::string& name : project::test_control_names(*component.world))
+    add_service(*schema, name, "Simulation", *project::test_control_of(name, *component.world), component);
   prepared.value = std::move(component);
   return prepared;
 }

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "sentree/project/plan.h"
 #include "sentree/rpc/server.h"
 #include "sentree/runtime/control.h"
-#include "sentree/runtime/plan.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/services.h"
 
@@ -25,7 +25,7 @@ struct SimComponent {
 };
 
 /// The simulated services of a project, by their names in it.
-[[nodiscard]] Loaded<SimComponent> prepare_sim(const Project& project);
+[[nodiscard]] Loaded<SimComponent> prepare_sim(const project::Project& project);
 /// All services that the simulator has, by their interfaces' names in lower case: "battery"; with several robots in the
 /// world "ROBOT/battery" for each.
 [[nodiscard]] Loaded<SimComponent> prepare_sim_world(const std::string& world_file);

@@ -8,7 +8,7 @@
 #include <cstdlib>
 
 #include "sentree/idl/conform.h"
-#include "sentree/runtime/plan.h"
+#include "sentree/project/plan.h"
 #include "sentree/runtime/tap.h"
 #include "sentree/text/file.h"
 #include "sentree/text/json.h"
@@ -18,7 +18,7 @@ namespace sentree::runtime {
 namespace {
 
 Result<idl::ServicePtr> control_interface() {
-  const auto source = text::read_file(shipped_folder("interfaces") / "control.thrift", "control.thrift");
+  const auto source = text::read_file(project::shipped_folder("interfaces") / "control.thrift", "control.thrift");
   if (!source) return tl::unexpected(source.error());
   const auto schema = idl::Schema::load(*source, "control.thrift");
   if (!schema.value) return tl::unexpected(schema.diagnostics.front());

@@ -3,12 +3,12 @@
 #include <cstddef>
 
 #include "sentree/base/message.h"
+#include "sentree/project/project.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/services.h"
 
 namespace sentree::runtime {
 
-struct Injection;
 class Mission;
 class Monitors;
 class SkillActor;
@@ -37,7 +37,7 @@ class RunInside {
   [[nodiscard]] virtual Steering& steering() = 0;
   /// In the director's actor: what an entry of a timeline does. Its names must be those of the run (see
   /// `check_intervention`).
-  virtual void inject(const Injection& injection) = 0;
+  virtual void inject(const project::Injection& injection) = 0;
   /// False: calls are not delayed or falsified, because whoever makes their ports has seen to that.
   virtual void put_faults_on_calls(bool on) = 0;
   /// Ends the run as it is, without halting anything.

@@ -10,7 +10,7 @@ bool RunReport::any_violated() const {
                      [](const MonitorReport& m) { return m.verdict == monitor::Verdict::kViolated; });
 }
 
-void judge(const Scenario& scenario, RunReport& report) {
+void judge(const project::Scenario& scenario, RunReport& report) {
   report.unmet.clear();
   for (const std::string& why : report.given_up) report.unmet.push_back(why);
   if (!report.error.empty() && report.given_up.empty())

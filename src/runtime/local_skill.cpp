@@ -11,7 +11,7 @@ constexpr auto kKilled = "the skill was killed";
 
 }  // namespace
 
-SkillActor::SkillActor(scxml::Chart chart, Options options, const std::map<std::string, ServicePlan>& services,
+SkillActor::SkillActor(scxml::Chart chart, Options options, const std::map<std::string, project::ServicePlan>& services,
                        Caller::MakePort make_port, Publisher& publisher, Scheduler& scheduler,
                        StandingInterventions& standing, Replies replies)
     : name_(options.name),
@@ -90,7 +90,7 @@ void SkillActor::restart() {
 bool SkillActor::deliver_delayed(const std::string& message, Scheduler::Task& task) {
   const TimePoint now = scheduler_.now();
   not_before_ = std::max(not_before_, now);
-  if (standing_.any(Intervention::Kind::kDelay))
+  if (standing_.any(project::Intervention::Kind::kDelay))
     not_before_ = std::max(not_before_, now + standing_.delay_of(name_ + "." + message));
   if (not_before_ == now) return false;
   scheduler_.at(actor_, not_before_, Rank::kMessage, std::move(task));

@@ -35,7 +35,7 @@ class SkillActor final : private SkillPort {
     std::function<void(const std::string& why)> given_up;
   };
 
-  SkillActor(scxml::Chart chart, Options options, const std::map<std::string, ServicePlan>& services,
+  SkillActor(scxml::Chart chart, Options options, const std::map<std::string, project::ServicePlan>& services,
              Caller::MakePort make_port, Publisher& publisher, Scheduler& scheduler, StandingInterventions& standing,
              Replies replies);
 

@@ -17,7 +17,7 @@ struct Mission::StatusEvents final : bt::Observer {
   Mission& mission;
 };
 
-Mission::Mission(const Plan& plan, MissionOptions options, Scheduler& scheduler, Stream& stream,
+Mission::Mission(const project::Plan& plan, MissionOptions options, Scheduler& scheduler, Stream& stream,
                  std::vector<std::unique_ptr<LeafDriver>> drivers)
     : plan_(plan),
       options_(std::move(options)),
@@ -271,7 +271,7 @@ void Mission::answered(std::size_t index, std::uint64_t tick, bt::Status status,
 
 bool Mission::force(Leaf& leaf, bt::Status& status, Map& outputs) {
   std::optional<bt::Status> forced;
-  if (options_.standing != nullptr && options_.standing->any(Intervention::Kind::kForce))
+  if (options_.standing != nullptr && options_.standing->any(project::Intervention::Kind::kForce))
     forced = options_.standing->forced(leaf.plan->name);
   if (!forced) {
     leaf.held.reset();

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "sentree/bt/step.h"
-#include "sentree/runtime/plan.h"
+#include "sentree/project/plan.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/standing.h"
 #include "sentree/runtime/stream.h"
@@ -40,8 +40,8 @@ struct TickTiming {
 struct MissionOptions {
   Duration period{};
   bool repeat = false;
-  Deadlines deadlines;  ///< Wall time.
-  double factor = 1.0;  ///< Run seconds per wall second; deadlines are stretched by it.
+  project::Deadlines deadlines;  ///< Wall time.
+  double factor = 1.0;           ///< Run seconds per wall second; deadlines are stretched by it.
   /// When the first ticks begin, instead of by the rate: those of a recording.
   std::vector<TimePoint> tick_times;
   /// When the mission gives up waiting for the answer of a leaf that it has just ticked; time 0: as the deadlines say.
@@ -56,7 +56,7 @@ struct MissionOptions {
 /// deadlines, publishes what is observable, and ends when the root completes. One actor.
 class Mission {
  public:
-  Mission(const Plan& plan, MissionOptions options, Scheduler& scheduler, Stream& stream,
+  Mission(const project::Plan& plan, MissionOptions options, Scheduler& scheduler, Stream& stream,
           std::vector<std::unique_ptr<LeafDriver>> drivers);
 
   /// Schedules the first tick. `ended` is called once, in the mission's actor, when nothing is left to do.
@@ -78,7 +78,7 @@ class Mission {
 
  private:
   struct Leaf {
-    const LeafPlan* plan = nullptr;
+    const project::LeafPlan* plan = nullptr;
     std::unique_ptr<LeafDriver> driver;
     std::uint64_t outstanding = 0;            // number of the tick not yet answered; 0: none
     std::uint64_t call = 0;                   // of that tick, joins request and reply
@@ -115,7 +115,7 @@ class Mission {
   [[nodiscard]] std::size_t index_of(bt::NodeId node) const;
   void problem(std::string what);
 
-  const Plan& plan_;
+  const project::Plan& plan_;
   MissionOptions options_;
   Scheduler& scheduler_;
   Stream& stream_;

@@ -7,14 +7,14 @@ namespace sentree::runtime {
 
 namespace {
 
-bool matches(const GatePlan& gate, std::string_view call) {
+bool matches(const project::GatePlan& gate, std::string_view call) {
   return std::any_of(gate.requests.begin(), gate.requests.end(),
-                     [&](const std::string& pattern) { return matches_pattern(pattern, call); });
+                     [&](const std::string& pattern) { return project::matches_pattern(pattern, call); });
 }
 
 }  // namespace
 
-Monitors::Monitors(const Plan& plan, Scheduler& scheduler, Stream& stream, Watchdog& watchdog, Replies replies)
+Monitors::Monitors(const project::Plan& plan, Scheduler& scheduler, Stream& stream, Watchdog& watchdog, Replies replies)
     : models_(plan.monitors),
       gates_(plan.gates),
       dispatch_(models_),
@@ -46,18 +46,19 @@ std::string_view call_of(const Message& request) {
 }
 
 bool Monitors::is_gated(std::string_view call) const {
-  return std::any_of(gates_.begin(), gates_.end(), [&](const GatePlan& gate) { return matches(gate, call); });
+  return std::any_of(gates_.begin(), gates_.end(), [&](const project::GatePlan& gate) { return matches(gate, call); });
 }
 
 std::vector<std::string> Monitors::gated() const {
   std::vector<std::string> patterns;
-  for (const GatePlan& gate : gates_) patterns.insert(patterns.end(), gate.requests.begin(), gate.requests.end());
+  for (const project::GatePlan& gate : gates_)
+    patterns.insert(patterns.end(), gate.requests.begin(), gate.requests.end());
   return patterns;
 }
 
 std::optional<Veto> Monitors::judge(const Message& request) const {
   const std::string_view call = call_of(request);
-  for (const GatePlan& gate : gates_) {
+  for (const project::GatePlan& gate : gates_) {
     if (!matches(gate, call)) continue;
     const std::string& name = models_[gate.monitor].name();
     auto* execution = watch(gate.monitor);

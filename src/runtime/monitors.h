@@ -35,7 +35,7 @@ class Monitors {
     std::function<void(std::size_t index)> stepped = {};
   };
 
-  Monitors(const Plan& plan, Scheduler& scheduler, Stream& stream, Watchdog& watchdog, Replies replies);
+  Monitors(const project::Plan& plan, Scheduler& scheduler, Stream& stream, Watchdog& watchdog, Replies replies);
 
   void start();
   void observe(const Message& message);
@@ -76,7 +76,7 @@ class Monitors {
 
   // Own copies: a thread that was left behind may use them until the process ends.
   const std::vector<monitor::Model> models_;
-  const std::vector<GatePlan> gates_;
+  const std::vector<project::GatePlan> gates_;
   monitor::Dispatch dispatch_;
   const monitor::Dispatch::Route* route_ = nullptr;  // of the message observed last
   monitor::LeafTracker leaves_;

@@ -16,8 +16,8 @@ using testing::IsEmpty;
 
 const std::string kExample = std::string(SENTREE_SOURCE_DIR) + "/examples/recharge";
 
-Scenario scenario(const std::string& name) {
-  auto loaded = load_scenario(kExample + "/scenarios/" + name + ".yaml");
+project::Scenario scenario(const std::string& name) {
+  auto loaded = project::load_scenario(kExample + "/scenarios/" + name + ".yaml");
   EXPECT_TRUE(loaded.ok()) << (loaded.ok() ? "" : to_string(loaded.diagnostics.front()));
   return std::move(*loaded.value);
 }
@@ -27,7 +27,7 @@ struct Ran {
   std::vector<Message> messages;
 };
 
-Ran run(Scenario scenario) {
+Ran run(project::Scenario scenario) {
   auto plan = prepare(std::move(scenario));
   for (const Diagnostic& diagnostic : plan.diagnostics) ADD_FAILURE() << to_string(diagnostic);
   Ran ran;
@@ -75,7 +75,7 @@ TEST(Experiments, DoNotDependOnThePhaseOfTheInjection) {
   for (int phase_ms = 0; phase_ms < 100; phase_ms += 10) {
     SCOPED_TRACE("injected " + std::to_string(phase_ms) + " ms after a tick");
     for (const bool first : {true, false}) {
-      Scenario experiment = scenario(first ? "experiment1" : "experiment2");
+      project::Scenario experiment = scenario(first ? "experiment1" : "experiment2");
       experiment.timeline[0].at += milliseconds(phase_ms);
       const RunReport report = run(std::move(experiment)).report;
       EXPECT_EQ(verdict(report, "battery"), first ? monitor::Verdict::kViolated : monitor::Verdict::kUndecided);
@@ -119,7 +119,7 @@ TEST(GoToLocation, StopsItsOwnGoalAlthoughTheNextLeafIsTickedFirst) {
 
 // The old leaf's halt arrives long after the new leaf's goal: the robot must go on to the station all the same.
 TEST(GoToLocation, AHaltThatArrivesLateDoesNotStopTheNewGoal) {
-  Scenario late = scenario("experiment1");
+  project::Scenario late = scenario("experiment1");
   late.delays.push_back({.message = "GoToKitchen.halt", .by = milliseconds(700), .span = {}});
   const Ran ran = run(std::move(late));
   EXPECT_THAT(ran.report.unmet, IsEmpty());
@@ -130,7 +130,7 @@ TEST(GoToLocation, AHaltThatArrivesLateDoesNotStopTheNewGoal) {
 
 // Halted before the goal's id has arrived.
 TEST(GoToLocation, StopsAGoalWhoseIdArrivesAfterTheHalt) {
-  Scenario late = scenario("experiment1");
+  project::Scenario late = scenario("experiment1");
   late.timeline[0].at = TimePoint(milliseconds(250));
   late.delays.push_back({.message = "navigation.gotoTargetByLocationName", .by = milliseconds(900), .span = {}});
   const Ran ran = run(std::move(late));
@@ -172,7 +172,7 @@ TEST(Gate, AVetoIsAnObservationWithoutARequest) {
 
 // The same with a thread per skill, and with the skill in a process of its own.
 TEST(Gate, DecidesAlikeInThreads) {
-  Scenario shielded = scenario("shield");
+  project::Scenario shielded = scenario("shield");
   shielded.virtual_time = false;
   shielded.factor = 20;
   shielded.project.deadlines = scenario("distributed").project.deadlines;
@@ -183,7 +183,7 @@ TEST(Gate, DecidesAlikeInThreads) {
 
 // A chart with event names of its own, written for another system, watches through renaming.
 TEST(ForeignMonitor, RunsUnmodified) {
-  Scenario experiment = scenario("experiment1");
+  project::Scenario experiment = scenario("experiment1");
   experiment.project.monitors.push_back({.name = "foreign",
                                          .file = {"../../tests/projects/foreign-monitor/BatteryLevel.scxml", {}},
                                          .violated = {"failure"},

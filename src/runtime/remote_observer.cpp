@@ -7,10 +7,10 @@
 #include <future>
 #include <mutex>
 
+#include "sentree/project/project.h"
 #include "sentree/rpc/client.h"
 #include "sentree/runtime/environment.h"
 #include "sentree/runtime/monitors.h"
-#include "sentree/runtime/project.h"
 #include "sentree/runtime/wire_message.h"
 #include "sentree/runtime/worker.h"
 #include "sentree/text/json.h"
@@ -29,7 +29,7 @@ std::vector<std::string> texts(const Value& map, std::string_view key) {
 
 bool matches_any(const std::vector<std::string>& patterns, std::string_view text) {
   return std::any_of(patterns.begin(), patterns.end(),
-                     [&](const std::string& pattern) { return matches_pattern(pattern, text); });
+                     [&](const std::string& pattern) { return project::matches_pattern(pattern, text); });
 }
 
 rpc::CallContext in_time() {

@@ -9,12 +9,12 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/idl/conform.h"
+#include "sentree/project/project.h"
 #include "sentree/rpc/async_client.h"
 #include "sentree/rpc/client.h"
 #include "sentree/runtime/environment.h"
 #include "sentree/runtime/monitors.h"
 #include "sentree/runtime/observation_socket.h"
-#include "sentree/runtime/project.h"
 #include "sentree/runtime/remote_service.h"
 #include "sentree/runtime/wire_message.h"
 #include "sentree/text/file.h"
@@ -25,7 +25,7 @@ namespace sentree::runtime {
 namespace {
 
 Result<idl::ServicePtr> shipped_interface(const std::string& file, std::string_view service) {
-  const auto source = text::read_file(shipped_folder("interfaces") / file, file);
+  const auto source = text::read_file(project::shipped_folder("interfaces") / file, file);
   if (!source) return tl::unexpected(source.error());
   const auto schema = idl::Schema::load(*source, file);
   if (!schema.value) return tl::unexpected(schema.diagnostics.front());
@@ -150,7 +150,7 @@ class RemotePublisher final : public Publisher {
       gates_ = *gates->as_list();
     }
     return std::any_of(gates_->begin(), gates_->end(),
-                       [&](const Value& pattern) { return matches_pattern(pattern.text(), call); });
+                       [&](const Value& pattern) { return project::matches_pattern(pattern.text(), call); });
   }
 
   // The run cannot know what did not reach it.
@@ -213,7 +213,7 @@ struct ServedLeaf {
 
 class SkillService final : public rpc::Service {
  public:
-  SkillService(const SkillPlan& plan, idl::ServicePtr interface, Publisher& publisher, Scheduler& scheduler,
+  SkillService(const project::SkillPlan& plan, idl::ServicePtr interface, Publisher& publisher, Scheduler& scheduler,
                SkillServerOptions options)
       : plan_(plan),
         interface_(std::move(interface)),
@@ -310,12 +310,12 @@ class SkillService final : public rpc::Service {
                             .halt_deadline = stretched(plan_.deadlines.halt),
                             .seed = options_.seed,
                             .watchdog = &watchdog_},
-        plan_.services, [this](const ServicePlan& service) { return port(service); }, publisher_, scheduler_, standing_,
-        std::move(replies));
+        plan_.services, [this](const project::ServicePlan& service) { return port(service); }, publisher_, scheduler_,
+        standing_, std::move(replies));
     return &leaf;
   }
 
-  std::unique_ptr<ServicePort> port(const ServicePlan& service) {
+  std::unique_ptr<ServicePort> port(const project::ServicePlan& service) {
     auto address = rpc::Address::parse(service.at);
     SENTREE_ASSERT(address.has_value());  // checked when the plan was prepared
     if (address->service.empty()) address->service = service.name;
@@ -351,7 +351,7 @@ class SkillService final : public rpc::Service {
     return Value(Map{{"halted", leaf.halts_done == leaf.halts_asked}, {"stamp", 0}});
   }
 
-  const SkillPlan& plan_;
+  const project::SkillPlan& plan_;
   idl::ServicePtr interface_;
   Publisher& publisher_;
   Scheduler& scheduler_;
@@ -424,8 +424,9 @@ Result<std::unique_ptr<Publisher>> make_remote_publisher(const rpc::Address& obs
 
 std::unique_ptr<Publisher> make_silent_publisher() { return std::make_unique<SilentPublisher>(); }
 
-std::shared_ptr<rpc::Service> make_skill_service(const SkillPlan& plan, idl::ServicePtr interface, Publisher& publisher,
-                                                 Scheduler& scheduler, SkillServerOptions options) {
+std::shared_ptr<rpc::Service> make_skill_service(const project::SkillPlan& plan, idl::ServicePtr interface,
+                                                 Publisher& publisher, Scheduler& scheduler,
+                                                 SkillServerOptions options) {
   return std::make_shared<SkillService>(plan, std::move(interface), publisher, scheduler, std::move(options));
 }
 

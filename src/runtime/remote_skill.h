@@ -49,14 +49,15 @@ struct RemoteSkillReplies {
 struct SkillServerOptions {
   double factor = 1.0;
   std::uint64_t seed = 1;
-  std::vector<DelayFault> delays;  ///< Of the scenario; those that concern calls and halts of this skill apply.
+  std::vector<project::DelayFault>
+      delays;  ///< Of the scenario; those that concern calls and halts of this skill apply.
   std::function<void(const std::string&)> problem;
   std::function<void(const std::string& leaf, const scxml::LogLine&)> log;
 };
 /// Leaves that one skill server runs at most.
 inline constexpr std::size_t kServedLeavesMax = 1000;
-[[nodiscard]] std::shared_ptr<rpc::Service> make_skill_service(const SkillPlan& plan, idl::ServicePtr interface,
-                                                               Publisher& publisher, Scheduler& scheduler,
-                                                               SkillServerOptions options);
+[[nodiscard]] std::shared_ptr<rpc::Service> make_skill_service(const project::SkillPlan& plan,
+                                                               idl::ServicePtr interface, Publisher& publisher,
+                                                               Scheduler& scheduler, SkillServerOptions options);
 
 }  // namespace sentree::runtime

@@ -1,4 +1,4 @@
-#include "sentree/runtime/requirements.h"
+#include "sentree/project/requirements.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -25,14 +25,14 @@ class Watched {
   }
   ~Watched() { std::filesystem::remove(file_); }
 
-  [[nodiscard]] Scenario scenario(const std::string& name = "normal") const {
-    Scenario scenario = std::move(*load_scenario(kExample + "/scenarios/" + name + ".yaml").value);
+  [[nodiscard]] project::Scenario scenario(const std::string& name = "normal") const {
+    project::Scenario scenario = std::move(*project::load_scenario(kExample + "/scenarios/" + name + ".yaml").value);
     scenario.project.monitors.clear();
     scenario.verdicts.clear();
-    MonitorEntry entry;
+    project::MonitorEntry entry;
     entry.name = file_.stem().string();
     entry.file.path = file_.string();
-    scenario.project.monitors = expand_requirements(scenario.project, std::move(entry));
+    scenario.project.monitors = project::expand_requirements(scenario.project, std::move(entry));
     return scenario;
   }
   [[nodiscard]] std::vector<std::string> findings() const {
@@ -72,9 +72,9 @@ TEST(Requirements, AreCheckedAgainstTheProject) {
 }
 
 TEST(Requirements, OfTheTwelveHaveNothingToComplainAbout) {
-  auto project = load_project(std::string(SENTREE_SOURCE_DIR) + "/examples/requirements");
+  auto project = project::load_project(std::string(SENTREE_SOURCE_DIR) + "/examples/requirements");
   ASSERT_TRUE(project.ok()) << to_string(project.diagnostics.front());
-  const auto plan = prepare(plain_scenario(std::move(*project.value)));
+  const auto plan = prepare(project::plain_scenario(std::move(*project.value)));
   for (const Diagnostic& diagnostic : plan.diagnostics) ADD_FAILURE() << to_string(diagnostic);
   ASSERT_TRUE(plan.ok());
   EXPECT_EQ(plan.value->monitors.size(), 12U);
@@ -83,7 +83,7 @@ TEST(Requirements, OfTheTwelveHaveNothingToComplainAbout) {
 // The written requirement and the chart drawn by hand decide at the same instant, and tell of the same trigger.
 TEST(Requirements, DecideAsTheChartsDrawnByHand) {
   for (const bool first : {true, false}) {
-    auto loaded = load_scenario(kExample + "/scenarios/" + (first ? "experiment1" : "experiment2") + ".yaml");
+    auto loaded = project::load_scenario(kExample + "/scenarios/" + (first ? "experiment1" : "experiment2") + ".yaml");
     const auto plan = prepare(std::move(*loaded.value));
     const RunReport report = runtime::Run(*plan.value, {}).execute();
     const auto find = [&](const std::string& name) {

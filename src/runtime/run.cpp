@@ -44,7 +44,7 @@ void replace_all(std::string& text, const std::string& what, const std::string& 
 
 class Run::Impl final : public RunView, private RunInside {
  public:
-  Impl(const Plan& plan, RunOptions options)
+  Impl(const project::Plan& plan, RunOptions options)
       : plan_(plan),
         scenario_(plan.scenario),
         options_(std::move(options)),
@@ -122,7 +122,7 @@ class Run::Impl final : public RunView, private RunInside {
     control_server_.reset();
     if (supervisor_) {
       std::vector<std::string> publishing;
-      for (const ProcessEntry& entry : scenario_.processes) {
+      for (const project::ProcessEntry& entry : scenario_.processes) {
         if (entry.monitor.empty()) publishing.push_back(entry.name);
       }
       supervisor_->end(publishing, kEndPatience);
@@ -199,7 +199,7 @@ class Run::Impl final : public RunView, private RunInside {
   const Monitors& monitors() const override { return monitors_; }
   SkillActor* skill(std::size_t leaf) override { return skills_[leaf]; }
   Steering& steering() override { return steering_; }
-  void inject(const Injection& injection) override { steering_.inject(injection); }
+  void inject(const project::Injection& injection) override { steering_.inject(injection); }
   void put_faults_on_calls(bool on) override { steering_.faults().spare_calls(!on); }
   void end() override {
     ended_ = scheduler_->now();
@@ -219,7 +219,8 @@ class Run::Impl final : public RunView, private RunInside {
 
   bool anything_remote() const {
     return !options_.listen.empty() || !scenario_.processes.empty() ||
-           std::any_of(plan_.leaves.begin(), plan_.leaves.end(), [](const LeafPlan& leaf) { return !leaf.at.empty(); });
+           std::any_of(plan_.leaves.begin(), plan_.leaves.end(),
+                       [](const project::LeafPlan& leaf) { return !leaf.at.empty(); });
   }
 
   // "{name}" stands for the address of a process of the scenario, "{run}" for the run's private folder.
@@ -231,7 +232,7 @@ class Run::Impl final : public RunView, private RunInside {
     return text;
   }
 
-  std::optional<std::string> start_process(const ProcessEntry& entry, std::vector<std::string> arguments) {
+  std::optional<std::string> start_process(const project::ProcessEntry& entry, std::vector<std::string> arguments) {
     if (entry.monitor.empty()) {
       arguments.insert(arguments.end(),
                        {"--seed", std::to_string(scenario_.seed), "--factor", shortest_decimal(scenario_.factor)});
@@ -272,7 +273,7 @@ class Run::Impl final : public RunView, private RunInside {
   }
 
   std::optional<std::string> start_components() {
-    for (const ProcessEntry& entry : scenario_.processes) {
+    for (const project::ProcessEntry& entry : scenario_.processes) {
       if (entry.component.empty()) continue;
       if (auto error = start_process(entry, {"component", entry.component, "--project", scenario_.file})) return error;
       component_ = entry.name;
@@ -295,7 +296,7 @@ class Run::Impl final : public RunView, private RunInside {
     if (!options_.listen.empty()) {
       if (auto error = serve_observer(options_.listen)) return error;
     }
-    for (const ProcessEntry& entry : scenario_.processes) {
+    for (const project::ProcessEntry& entry : scenario_.processes) {
       if (entry.skill.empty()) continue;
       std::vector<std::string> arguments{"skill", scenario_.file, entry.skill, "--observer", address};
       for (const auto& [name, service] : services_)
@@ -327,7 +328,7 @@ class Run::Impl final : public RunView, private RunInside {
   }
 
   std::optional<std::string> connect_observers() {
-    for (const ProcessEntry& entry : scenario_.processes) {
+    for (const project::ProcessEntry& entry : scenario_.processes) {
       if (entry.monitor.empty()) continue;
       if (auto error = start_process(entry, {"monitor", "--project", scenario_.file, "--name", entry.monitor}))
         return error;
@@ -335,7 +336,7 @@ class Run::Impl final : public RunView, private RunInside {
     if (plan_.observers.empty()) return std::nullopt;
     const auto interface = observer_interface();
     if (!interface) return interface.error().message;
-    for (const ObserverPlan& plan : plan_.observers) {
+    for (const project::ObserverPlan& plan : plan_.observers) {
       if (plan.is_monitor) remote_reports_.emplace_back().name = plan.name;
       const auto address = rpc::Address::parse(resolved(plan.at));
       if (!address) return address.error().message;
@@ -381,7 +382,7 @@ class Run::Impl final : public RunView, private RunInside {
     on_decision(report);
   }
 
-  std::unique_ptr<ServicePort> make_port(const ServicePlan& service, const std::string& leaf) {
+  std::unique_ptr<ServicePort> make_port(const project::ServicePlan& service, const std::string& leaf) {
     if (options_.make_port) {
       if (auto port = options_.make_port(service, leaf)) return port;
     }
@@ -443,7 +444,7 @@ class Run::Impl final : public RunView, private RunInside {
   };
 
   Result<std::unique_ptr<LeafDriver>> make_local(std::size_t index) {
-    const LeafPlan& leaf = plan_.leaves[index];
+    const project::LeafPlan& leaf = plan_.leaves[index];
     SkillActor::Replies replies;
     replies.answered = [this, index](std::uint64_t tick, bt::Status status, Map outputs) {
       pass(index, RunOptions::Passage::kAnswer, [this, index, tick, status, outputs = std::move(outputs)]() mutable {
@@ -475,14 +476,14 @@ class Run::Impl final : public RunView, private RunInside {
                             .seed = hash_combine(scenario_.seed, hash_bytes(leaf.name)),
                             .watchdog = &watchdog_,
                             .on_step = std::move(on_step)},
-        services_, [this, name = leaf.name](const ServicePlan& service) { return make_port(service, name); },
+        services_, [this, name = leaf.name](const project::ServicePlan& service) { return make_port(service, name); },
         publisher_, *scheduler_, steering_.faults(), std::move(replies));
     skills_[index] = driver->skill.get();
     return std::unique_ptr<LeafDriver>(std::move(driver));
   }
 
   Result<std::unique_ptr<LeafDriver>> make_remote(std::size_t index) {
-    const LeafPlan& leaf = plan_.leaves[index];
+    const project::LeafPlan& leaf = plan_.leaves[index];
     const auto interface = skill_interface();
     if (!interface) return tl::unexpected(interface.error());
     auto address = rpc::Address::parse(resolved(leaf.at));
@@ -497,7 +498,7 @@ class Run::Impl final : public RunView, private RunInside {
       mission_->halted(index);
     };
     replies.problem = [this](const std::string& what) { problem(what); };
-    const Deadlines& deadlines = scenario_.project.deadlines;
+    const project::Deadlines& deadlines = scenario_.project.deadlines;
     return make_remote_skill({.leaf = leaf.name,
                               .condition = leaf.condition,
                               .address = *address,
@@ -512,7 +513,7 @@ class Run::Impl final : public RunView, private RunInside {
   }
 
   void schedule_timeline() {
-    for (const Injection& injection : scenario_.timeline) {
+    for (const project::Injection& injection : scenario_.timeline) {
       scheduler_->at(director_, injection.at, Rank::kInjection, [this, &injection] { steering_.inject(injection); });
     }
   }
@@ -533,7 +534,7 @@ class Run::Impl final : public RunView, private RunInside {
 
   // A call from outside the mission: by the scenario's timeline or through the control socket.
   CallOutcome call_service(const std::string& name, const std::string& method, const Value& arguments) {
-    const auto controlled = plan_.world ? test_control_of(name, *plan_.world) : std::nullopt;
+    const auto controlled = plan_.world ? project::test_control_of(name, *plan_.world) : std::nullopt;
     const auto service = services_.find(name);
     const idl::ServicePtr interface = controlled                   ? plan_.test_control
                                       : service != services_.end() ? service->second.service
@@ -558,13 +559,13 @@ class Run::Impl final : public RunView, private RunInside {
       std::vector<ControlHandler::ServiceEntry> entries;
       for (const auto& [name, service] : services_) entries.push_back({name, service.service, service.at});
       if (plan_.test_control && plan_.world) {
-        for (const std::string& name : test_control_names(*plan_.world))
+        for (const std::string& name : project::test_control_names(*plan_.world))
           entries.push_back({name, plan_.test_control, "sim"});
       }
       return entries;
     };
     handler.call = [this](const std::string& service, const std::string& method, const Value& arguments) {
-      Intervention what;
+      project::Intervention what;
       what.target = service + "." + method;
       what.args = arguments;
       auto applied = steering_.apply_for(what, "control");
@@ -602,12 +603,12 @@ class Run::Impl final : public RunView, private RunInside {
     if (options_.on_problem) options_.on_problem(what);
   }
 
-  const Plan& plan_;
-  const Scenario& scenario_;
+  const project::Plan& plan_;
+  const project::Scenario& scenario_;
   RunOptions options_;
   std::optional<TemporaryFolder> folder_;    // for sockets
   std::unique_ptr<ObservationInbox> inbox_;  // null: everything runs in this process
-  std::map<std::string, ServicePlan> services_;
+  std::map<std::string, project::ServicePlan> services_;
   std::unique_ptr<Scheduler> scheduler_;
   std::unique_ptr<SimHost> sim_;  // after its clock: it keeps up with it until it goes
   Stream stream_;
@@ -636,7 +637,7 @@ class Run::Impl final : public RunView, private RunInside {
   std::atomic<bool> interrupted_ = false;
 };
 
-Run::Run(const Plan& plan, RunOptions options) : impl_(std::make_unique<Impl>(plan, std::move(options))) {}
+Run::Run(const project::Plan& plan, RunOptions options) : impl_(std::make_unique<Impl>(plan, std::move(options))) {}
 Run::~Run() {
   if (impl_->left_behind()) keep_for_ever(std::shared_ptr<Impl>(std::move(impl_)));
 }

@@ -8,10 +8,10 @@
 
 #include "sentree/monitor/explanation.h"
 #include "sentree/monitor/monitor.h"
+#include "sentree/project/plan.h"
 #include "sentree/runtime/inside.h"
 #include "sentree/runtime/mission.h"
 #include "sentree/runtime/open_page.h"
-#include "sentree/runtime/plan.h"
 #include "sentree/runtime/skill.h"
 #include "sentree/runtime/stream.h"
 #include "sentree/sim/state.h"
@@ -91,7 +91,7 @@ struct RunOptions {
   /// Told, in the skill's actor, after each step of a skill that runs in this process. `leaf` is its index in the plan.
   std::function<void(std::size_t leaf, const Skill&)> on_skill_step;
   /// Makes the port through which a leaf's skill calls a service; null: the usual one.
-  std::function<std::unique_ptr<ServicePort>(const ServicePlan&, const std::string& leaf)> make_port;
+  std::function<std::unique_ptr<ServicePort>(const project::ServicePlan&, const std::string& leaf)> make_port;
   /// Opens a page for the run, when somebody asks for it through the control socket; called in its threads.
   OpenPage open_page;
   /// The run stands at time 0 until it is resumed through `RunInside::steering`.
@@ -110,7 +110,7 @@ struct RunOptions {
 /// Runs a scenario to its end. One run at a time per object.
 class Run {
  public:
-  Run(const Plan& plan, RunOptions options);
+  Run(const project::Plan& plan, RunOptions options);
   ~Run();
 
   /// Blocks until the run has ended. Errors that prevent the start (port taken, process that does not start) are in
@@ -126,6 +126,6 @@ class Run {
 };
 
 /// Compares a report with what its scenario expects; fills `unmet`.
-void judge(const Scenario& scenario, RunReport& report);
+void judge(const project::Scenario& scenario, RunReport& report);
 
 }  // namespace sentree::runtime

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "sentree/project/scenario_text.h"
 #include "sentree/runtime/local_skill.h"
-#include "sentree/runtime/scenario_text.h"
 
 namespace sentree::runtime {
 
@@ -41,9 +41,9 @@ RunSteering::RunSteering(SteeredRun run)
       scope_(scope_of(*run_.plan)),
       standing_(run_.plan->scenario.delays),
       killed_skills_(run_.plan->leaves.size(), 0) {
-  for (const LeafPlan& leaf : run_.plan->leaves) chart_names_.push_back("skill:" + leaf.name);
+  for (const project::LeafPlan& leaf : run_.plan->leaves) chart_names_.push_back("skill:" + leaf.name);
   for (const auto& [name, service] : run_.plan->services) down_[name];
-  down_[std::string(kSimulatorPart)];
+  down_[std::string(project::kSimulatorPart)];
   run_.scheduler->on_standing([this] {
     const std::lock_guard lock(mutex_);
     changed_.notify_all();
@@ -213,28 +213,28 @@ void RunSteering::finish() {
   }
 }
 
-Result<Steering::Applied> RunSteering::apply(const Intervention& what) { return apply_for(what, "studio"); }
+Result<Steering::Applied> RunSteering::apply(const project::Intervention& what) { return apply_for(what, "studio"); }
 
-Result<Steering::Applied> RunSteering::apply_for(const Intervention& what, const std::string& source) {
+Result<Steering::Applied> RunSteering::apply_for(const project::Intervention& what, const std::string& source) {
   if (auto checked = check_intervention(what, scope_); !checked) return tl::unexpected(checked.error());
   auto applied = in_director([this, what, source] { return execute(what, source, true); });
-  if (applied && what.kind == Intervention::Kind::kStop) (void)resume();
+  if (applied && what.kind == project::Intervention::Kind::kStop) (void)resume();
   return applied;
 }
 
 void RunSteering::ask_to_stop(const std::string& source) {
-  Intervention stop;
-  stop.kind = Intervention::Kind::kStop;
+  project::Intervention stop;
+  stop.kind = project::Intervention::Kind::kStop;
   if (run_.scheduler->inject(run_.director, [this, stop, source] { (void)execute(stop, source, true); }))
     (void)resume();
 }
 
-void RunSteering::inject(const Injection& injection) {
+void RunSteering::inject(const project::Injection& injection) {
   const auto applied = execute(injection.what, injection.source, false);
   const std::string place = to_string(injection.span) + ": ";
   if (!applied) {
     run_.problem(place + applied.error().message);
-  } else if (injection.what.kind == Intervention::Kind::kCall) {
+  } else if (injection.what.kind == project::Intervention::Kind::kCall) {
     const CallOutcome& outcome = applied->outcome;
     if (outcome.ok && (outcome.result.as_string() == nullptr || outcome.result.text() == "OK")) return;
     run_.problem(place + injection.what.target + " answered " +
@@ -242,8 +242,9 @@ void RunSteering::inject(const Injection& injection) {
   }
 }
 
-Result<Steering::Applied> RunSteering::execute(const Intervention& what, const std::string& source, bool by_person) {
-  using Kind = Intervention::Kind;
+Result<Steering::Applied> RunSteering::execute(const project::Intervention& what, const std::string& source,
+                                               bool by_person) {
+  using Kind = project::Intervention::Kind;
   if (by_person) {
     const std::lock_guard lock(mutex_);
     if (done_.size() >= kInterventionsMax)
@@ -266,7 +267,7 @@ Result<Steering::Applied> RunSteering::execute(const Intervention& what, const s
     if (what.kind == Kind::kStop) {
       run_.stop();
     } else if (const auto down = down_.find(what.target.substr(0, dot));
-               down != down_.end() && (down->second.killed || down_.find(kSimulatorPart)->second.killed)) {
+               down != down_.end() && (down->second.killed || down_.find(project::kSimulatorPart)->second.killed)) {
       applied.outcome = GuardedPort::killed(down->first);
     } else {
       applied.outcome = run_.call(what.target.substr(0, dot), what.target.substr(dot + 1), what.args);
@@ -279,8 +280,8 @@ Result<Steering::Applied> RunSteering::execute(const Intervention& what, const s
   return applied;
 }
 
-Result<void> RunSteering::kill_or_restart(const Intervention& what, const std::string& source) {
-  const bool kill = what.kind == Intervention::Kind::kKill;
+Result<void> RunSteering::kill_or_restart(const project::Intervention& what, const std::string& source) {
+  const bool kill = what.kind == project::Intervention::Kind::kKill;
   const auto publish = [&] { run_.publish(injection_message(what, source, 0)); };
   const auto refuse_state = [&] {
     return fail("steering.part-state", "\"" + what.target + (kill ? "\" is killed already" : "\" has not been killed"));
@@ -315,23 +316,25 @@ Result<void> RunSteering::kill_or_restart(const Intervention& what, const std::s
   return {};
 }
 
-Result<Steering::Applied> RunSteering::stand(const Intervention& what, const std::string& source, bool by_person) {
+Result<Steering::Applied> RunSteering::stand(const project::Intervention& what, const std::string& source,
+                                             bool by_person) {
   const auto id = standing_.next_id();
   if (!id) return tl::unexpected(id.error());
   Applied applied;
   applied.id = *id;
   // Observed before it has an effect, and not itself what a breakpoint waits for.
   run_.publish(injection_message(what, source, *id));
-  if (by_person && what.kind == Intervention::Kind::kBreakpoint) {
+  if (by_person && what.kind == project::Intervention::Kind::kBreakpoint) {
     const std::lock_guard lock(mutex_);
     holding_.insert(*id);
   }
   standing_.add(*id, what);
-  if (what.kind == Intervention::Kind::kBreakpoint && what.point == Intervention::Point::kState) prime(what);
+  if (what.kind == project::Intervention::Kind::kBreakpoint && what.point == project::Intervention::Point::kState)
+    prime(what);
   return applied;
 }
 
-void RunSteering::prime(const Intervention& breakpoint) {
+void RunSteering::prime(const project::Intervention& breakpoint) {
   for (std::size_t leaf = 0; leaf < chart_names_.size(); ++leaf) {
     SkillActor* skill = chart_names_[leaf] == breakpoint.target ? run_.skill(leaf) : nullptr;
     if (skill == nullptr) continue;
@@ -347,12 +350,12 @@ void RunSteering::prime(const Intervention& breakpoint) {
 }
 
 std::unique_ptr<ServicePort> RunSteering::guard(const std::string& service, std::unique_ptr<ServicePort> port) {
-  return std::make_unique<GuardedPort>(service, down_.find(service)->second, down_.find(kSimulatorPart)->second,
-                                       std::move(port));
+  return std::make_unique<GuardedPort>(service, down_.find(service)->second,
+                                       down_.find(project::kSimulatorPart)->second, std::move(port));
 }
 
 void RunSteering::observed(const Message& message) {
-  if (!standing_.any(Intervention::Kind::kBreakpoint)) return;
+  if (!standing_.any(project::Intervention::Kind::kBreakpoint)) return;
   const auto hits = standing_.reached_by(message);
   if (hits.empty()) return;
   const Value* to = message.data.find("to");
@@ -361,7 +364,7 @@ void RunSteering::observed(const Message& message) {
 }
 
 void RunSteering::skill_stepped(std::size_t leaf, const Skill& skill) {
-  if (!standing_.any(Intervention::Kind::kBreakpoint)) return;
+  if (!standing_.any(project::Intervention::Kind::kBreakpoint)) return;
   std::string entered;
   const auto hits = standing_.reached_in(chart_names_[leaf], [&](const std::string& state) {
     const auto index = skill.chart().find(state);
@@ -373,7 +376,7 @@ void RunSteering::skill_stepped(std::size_t leaf, const Skill& skill) {
 }
 
 void RunSteering::monitor_stepped(std::size_t index) {
-  if (!standing_.any(Intervention::Kind::kBreakpoint)) return;
+  if (!standing_.any(project::Intervention::Kind::kBreakpoint)) return;
   const monitor::State* state = run_.monitors().state(index);
   if (state == nullptr) return;
   const monitor::Model& model = run_.plan->monitors[index];
@@ -412,10 +415,10 @@ void RunSteering::reached(const std::vector<std::uint64_t>& breakpoints, const s
 
 std::vector<StandingIntervention> RunSteering::standing() const { return standing_.list(); }
 
-std::vector<SteeredPart> RunSteering::parts() const { return parts_of(scope_); }
+std::vector<project::SteeredPart> RunSteering::parts() const { return parts_of(scope_); }
 
 Result<std::string> RunSteering::scenario() const {
-  std::vector<Injection> done;
+  std::vector<project::Injection> done;
   {
     const std::lock_guard lock(mutex_);
     done = done_;

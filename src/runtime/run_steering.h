@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "sentree/runtime/check_intervention.h"
+#include "sentree/project/check_intervention.h"
+#include "sentree/project/plan.h"
 #include "sentree/runtime/monitors.h"
-#include "sentree/runtime/plan.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/skill.h"
 #include "sentree/runtime/standing.h"
@@ -25,7 +25,7 @@ class SkillActor;
 
 /// What steering needs of the run. The functions are called in the director's actor.
 struct SteeredRun {
-  const Plan* plan = nullptr;
+  const project::Plan* plan = nullptr;
   Scheduler* scheduler = nullptr;
   ActorId director = 0;
   std::function<void(Message)> publish;
@@ -49,9 +49,9 @@ class RunSteering final : public Steering {
   explicit RunSteering(SteeredRun run);
 
   /// In the director's actor: does what an entry of the timeline says.
-  void inject(const Injection& injection);
+  void inject(const project::Injection& injection);
   /// `apply` for somebody else than the studio, as the observation says.
-  Result<Applied> apply_for(const Intervention& what, const std::string& source);
+  Result<Applied> apply_for(const project::Intervention& what, const std::string& source);
 
   /// What stands; for the parts of the run that it concerns.
   [[nodiscard]] StandingInterventions& faults() { return standing_; }
@@ -78,9 +78,9 @@ class RunSteering final : public Steering {
   Result<void> step(std::uint64_t ticks) override;
   Result<void> run_until(TimePoint time) override;
   Result<void> set_factor(double factor) override;
-  Result<Applied> apply(const Intervention& what) override;
+  Result<Applied> apply(const project::Intervention& what) override;
   std::vector<StandingIntervention> standing() const override;
-  std::vector<SteeredPart> parts() const override;
+  std::vector<project::SteeredPart> parts() const override;
   Result<std::string> scenario() const override;
 
  private:
@@ -94,11 +94,11 @@ class RunSteering final : public Steering {
   Result<Applied> in_director(std::function<Result<Applied>()> work);
   Result<void> refuse() const;
   // In the director's actor: publishes an intervention and does it.
-  Result<Applied> execute(const Intervention& what, const std::string& source, bool by_person);
-  Result<void> kill_or_restart(const Intervention& what, const std::string& source);
-  Result<Applied> stand(const Intervention& what, const std::string& source, bool by_person);
+  Result<Applied> execute(const project::Intervention& what, const std::string& source, bool by_person);
+  Result<void> kill_or_restart(const project::Intervention& what, const std::string& source);
+  Result<Applied> stand(const project::Intervention& what, const std::string& source, bool by_person);
   // Notes which states of its chart are active, so that entering one can be told.
-  void prime(const Intervention& breakpoint);
+  void prime(const project::Intervention& breakpoint);
   void reached(const std::vector<std::uint64_t>& breakpoints, const std::string& what);
   void change_mind();
   void go_on();
@@ -110,7 +110,7 @@ class RunSteering final : public Steering {
   class GuardedPort;
 
   SteeredRun run_;
-  const InterventionScope scope_;
+  const project::InterventionScope scope_;
   StandingInterventions standing_;
   std::vector<std::string> chart_names_;           // "skill:LEAF" by leaf
   std::map<std::string, Down, std::less<>> down_;  // services of the simulator, and "sim"; keys are fixed
@@ -124,7 +124,7 @@ class RunSteering final : public Steering {
   std::set<std::uint64_t> holding_;  // breakpoints of the person who steers: the run pauses at them
   std::uint64_t stopped_at_ = 0;     // the breakpoint
   std::string stopped_what_;
-  std::vector<Injection> done_;  // interventions so far that are not of the timeline
+  std::vector<project::Injection> done_;  // interventions so far that are not of the timeline
 };
 
 }  // namespace sentree::runtime

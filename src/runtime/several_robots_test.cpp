@@ -84,9 +84,9 @@ class TwoRobots : public testing::Test {
 };
 
 TEST_F(TwoRobots, SwapPlacesEachThroughItsOwnService) {
-  auto project = load_project(folder_);
+  auto project = project::load_project(folder_);
   ASSERT_TRUE(project.ok()) << to_string(project.diagnostics.front());
-  Scenario scenario = plain_scenario(std::move(*project.value));
+  project::Scenario scenario = project::plain_scenario(std::move(*project.value));
   scenario.virtual_time = true;
   auto plan = prepare(std::move(scenario));
   for (const Diagnostic& diagnostic : plan.diagnostics) ADD_FAILURE() << to_string(diagnostic);
@@ -111,9 +111,9 @@ TEST_F(TwoRobots, SwapPlacesEachThroughItsOwnService) {
 
 TEST_F(TwoRobots, AServiceOfARobotThatIsNotThereIsNamed) {
   project("rigt");
-  auto project = load_project(folder_);
+  auto project = project::load_project(folder_);
   ASSERT_TRUE(project.ok());
-  const auto plan = prepare(plain_scenario(std::move(*project.value)));
+  const auto plan = prepare(project::plain_scenario(std::move(*project.value)));
   EXPECT_FALSE(plan.ok());
   ASSERT_FALSE(plan.diagnostics.empty());
   EXPECT_THAT(
@@ -173,7 +173,7 @@ TEST_F(TwoRobots, EveryReplyOfEveryMethodHasTheShapeOfTheIdl) {
 }
 
 TEST_F(TwoRobots, AProjectsComponentHasTheProjectsNamesAndEveryTestControl) {
-  auto project = load_project(folder_);
+  auto project = project::load_project(folder_);
   ASSERT_TRUE(project.ok());
   auto component = prepare_sim(*project.value);
   ASSERT_TRUE(component.ok());

@@ -10,7 +10,7 @@ namespace sentree::runtime {
 
 namespace {
 
-using Kind = Intervention::Kind;
+using Kind = project::Intervention::Kind;
 
 constexpr std::string_view kReply = ".reply";
 
@@ -43,24 +43,9 @@ bool put(Value& at, std::string_view path, const Value& value) {
 
 }  // namespace
 
-Result<const idl::Type*> type_at(const idl::Type& type, std::string_view path) {
-  if (path.empty()) return &type;
-  const auto [first, rest] = split(path);
-  const std::string name(first);
-  if (type.kind == idl::Kind::kStruct) {
-    const idl::Field* field = type.structure->find(first);
-    if (field != nullptr) return type_at(*field->type, rest);
-    return fail("steering.path",
-                type.name + " has no member \"" + name + "\"" + did_you_mean(name, type.structure->field_names()));
-  }
-  const bool is_list = type.kind == idl::Kind::kList || type.kind == idl::Kind::kSet;
-  if (is_list && to_index(first)) return type_at(*type.element, rest);
-  return fail("steering.path", "a " + type.name + " has no member \"" + name + "\"");
-}
-
-StandingInterventions::StandingInterventions(const std::vector<DelayFault>& delays) {
-  for (const DelayFault& delay : delays) {
-    Intervention what;
+StandingInterventions::StandingInterventions(const std::vector<project::DelayFault>& delays) {
+  for (const project::DelayFault& delay : delays) {
+    project::Intervention what;
     what.kind = Kind::kDelay;
     what.target = delay.message;
     what.by = delay.by;
@@ -77,7 +62,7 @@ Result<std::uint64_t> StandingInterventions::next_id() {
   return ++last_id_;
 }
 
-void StandingInterventions::add(std::uint64_t id, Intervention what) {
+void StandingInterventions::add(std::uint64_t id, project::Intervention what) {
   const std::lock_guard lock(mutex_);
   ++counts_[static_cast<std::size_t>(what.kind)];
   entries_.push_back({{id, std::move(what), 0}});
@@ -111,7 +96,7 @@ void StandingInterventions::each(Kind kind, const Matches& matches, const Use& u
     if (entry.standing.what.kind == kind && matches(entry)) use_entry(entry);
   }
   std::erase_if(entries_, [this](const Entry& entry) {
-    const Intervention& what = entry.standing.what;
+    const project::Intervention& what = entry.standing.what;
     if (what.count == 0 || entry.standing.used < what.count) return false;
     --counts_[static_cast<std::size_t>(what.kind)];
     return true;
@@ -126,7 +111,7 @@ Duration StandingInterventions::delay_of(std::string_view message) {
       Kind::kDelay,
       [&](const Entry& entry) {
         const std::string& pattern = entry.standing.what.target;
-        return pattern.ends_with(kReply) == is_reply && matches_pattern(pattern, message);
+        return pattern.ends_with(kReply) == is_reply && project::matches_pattern(pattern, message);
       },
       [&](Entry& entry) {
         ++entry.standing.used;
@@ -137,7 +122,7 @@ Duration StandingInterventions::delay_of(std::string_view message) {
 
 void StandingInterventions::falsify(std::string_view call, const idl::Method& method, Value& result) {
   each(
-      Kind::kFalsify, [&](const Entry& entry) { return matches_pattern(entry.standing.what.target, call); },
+      Kind::kFalsify, [&](const Entry& entry) { return project::matches_pattern(entry.standing.what.target, call); },
       [&](Entry& entry) {
         Value changed = result;
         if (!put(changed, entry.standing.what.path, entry.standing.what.value)) return;
@@ -170,9 +155,10 @@ std::vector<std::uint64_t> StandingInterventions::reached_by(const Message& mess
   each(
       Kind::kBreakpoint,
       [&](const Entry& entry) {
-        const Intervention& what = entry.standing.what;
-        if (what.point == Intervention::Point::kMessage) return matches_pattern(what.target, message.name);
-        if (what.point != Intervention::Point::kNode || message.name != "node.status") return false;
+        const project::Intervention& what = entry.standing.what;
+        if (what.point == project::Intervention::Point::kMessage)
+          return project::matches_pattern(what.target, message.name);
+        if (what.point != project::Intervention::Point::kNode || message.name != "node.status") return false;
         const Value* to = message.data.find("to");
         return message.source == what.target && to != nullptr && (what.status.empty() || to->text() == what.status);
       },
@@ -189,8 +175,8 @@ std::vector<std::uint64_t> StandingInterventions::reached_in(
   each(
       Kind::kBreakpoint,
       [&](const Entry& entry) {
-        const Intervention& what = entry.standing.what;
-        return what.point == Intervention::Point::kState && what.target == chart;
+        const project::Intervention& what = entry.standing.what;
+        return what.point == project::Intervention::Point::kState && what.target == chart;
       },
       [&](Entry& entry) {
         const bool was_active = std::exchange(entry.active, is_active(entry.standing.what.state));

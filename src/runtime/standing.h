@@ -13,7 +13,7 @@
 #include "sentree/base/result.h"
 #include "sentree/bt/status.h"
 #include "sentree/idl/schema.h"
-#include "sentree/runtime/project.h"
+#include "sentree/project/project.h"
 #include "sentree/runtime/steering.h"
 
 namespace sentree::runtime {
@@ -25,16 +25,16 @@ class StandingInterventions {
   static constexpr std::size_t kStandingMax = 256;
 
   StandingInterventions() = default;
-  explicit StandingInterventions(const std::vector<DelayFault>& delays);
+  explicit StandingInterventions(const std::vector<project::DelayFault>& delays);
 
   /// The number of the next one. Error: steering.too-many.
   [[nodiscard]] Result<std::uint64_t> next_id();
   /// From now on it stands, with a number from `next_id`.
-  void add(std::uint64_t id, Intervention what);
+  void add(std::uint64_t id, project::Intervention what);
   /// Error: steering.unknown-id.
   Result<void> clear(std::uint64_t id);
   [[nodiscard]] std::vector<StandingIntervention> list() const;
-  [[nodiscard]] bool any(Intervention::Kind kind) const { return count_of(kind) > 0; }
+  [[nodiscard]] bool any(project::Intervention::Kind kind) const { return count_of(kind) > 0; }
 
   /// In a replay services answer what they answered then, faults included: no call is delayed or falsified again.
   void spare_calls(bool spared) { calls_spared_ = spared; }
@@ -61,9 +61,11 @@ class StandingInterventions {
     bool seen = false;    // of a breakpoint on a state: its chart has been looked at
     bool active = false;  // and the state was active then
   };
-  [[nodiscard]] std::size_t count_of(Intervention::Kind kind) const { return counts_[static_cast<std::size_t>(kind)]; }
+  [[nodiscard]] std::size_t count_of(project::Intervention::Kind kind) const {
+    return counts_[static_cast<std::size_t>(kind)];
+  }
   template <class Matches, class Use>
-  void each(Intervention::Kind kind, const Matches& matches, const Use& use_entry);
+  void each(project::Intervention::Kind kind, const Matches& matches, const Use& use_entry);
 
   mutable std::mutex mutex_;
   std::vector<Entry> entries_;
@@ -71,8 +73,5 @@ class StandingInterventions {
   std::array<std::atomic<std::size_t>, 9> counts_{};  // by kind
   std::atomic<bool> calls_spared_ = false;
 };
-
-/// The member of a result that `path` names ("pose.x", "names.0"; empty: the result), by type. Error: steering.path.
-[[nodiscard]] Result<const idl::Type*> type_at(const idl::Type& type, std::string_view path);
 
 }  // namespace sentree::runtime

@@ -9,22 +9,16 @@
 #include "sentree/base/result.h"
 #include "sentree/base/time.h"
 #include "sentree/base/value.h"
-#include "sentree/runtime/intervention.h"
+#include "sentree/project/check_intervention.h"
+#include "sentree/project/intervention.h"
 #include "sentree/runtime/services.h"
 
 namespace sentree::runtime {
 
-/// Something that can be killed and restarted.
-struct SteeredPart {
-  std::string name;
-  std::string kind;      ///< "skill", "component" or "monitor".
-  bool process = false;  ///< In a process of its own.
-};
-
 /// A fault, a forced result or a breakpoint that stands.
 struct StandingIntervention {
   std::uint64_t id = 0;
-  Intervention what;
+  project::Intervention what;
   std::uint64_t used = 0;  ///< Messages that it has changed, or times that it was reached.
 };
 
@@ -71,7 +65,7 @@ class Steering {
     CallOutcome outcome;   ///< Of a call.
   };
   /// Errors: steering.* with the names that there are.
-  virtual Result<Applied> apply(const Intervention& what) = 0;
+  virtual Result<Applied> apply(const project::Intervention& what) = 0;
 
   // The same, one by one.
 
@@ -89,7 +83,7 @@ class Steering {
   Result<void> clear(std::uint64_t id);
 
   [[nodiscard]] virtual std::vector<StandingIntervention> standing() const = 0;
-  [[nodiscard]] virtual std::vector<SteeredPart> parts() const = 0;
+  [[nodiscard]] virtual std::vector<project::SteeredPart> parts() const = 0;
   /// The run so far as a scenario that does the same again: the text of a file in the project's scenarios/ folder.
   [[nodiscard]] virtual Result<std::string> scenario() const = 0;
 };

@@ -61,7 +61,7 @@ TEST(Steering, LeavesNoTraceOfPauses) {
 }
 
 TEST(Steering, StepsToTheEndAndThenSaysSo) {
-  Scenario scenario = recharge_scenario("normal");
+  project::Scenario scenario = recharge_scenario("normal");
   scenario.duration = seconds(2);
   SteeredRunFixture run(std::move(scenario));
   EXPECT_EQ(run.step(1000).state, State::kEnded);

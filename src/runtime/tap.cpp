@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "sentree/runtime/project.h"
+#include "sentree/project/project.h"
 
 namespace sentree::runtime {
 
@@ -37,7 +37,7 @@ Tap::Batch Tap::take(std::int64_t after, std::string_view pattern, std::chrono::
                                        [](std::uint64_t number, const Message& m) { return number < m.sequence; });
     for (auto message = from; message != kept_.end() && batch.messages.size() < kBatchMax; ++message) {
       batch.next = message->sequence;
-      if (matches_pattern(pattern, message->name)) batch.messages.push_back(to_json(*message));
+      if (project::matches_pattern(pattern, message->name)) batch.messages.push_back(to_json(*message));
     }
     if (!batch.messages.empty() || changed_.wait_until(lock, until) == std::cv_status::timeout) return batch;
   }

@@ -56,10 +56,10 @@ deadlines: {script: 100 ms, budget: 5 s, call: 1 s, condition: 2 s, unresponsive
   }
 
   RunReport run(bool virtual_time) {
-    auto project = load_project(folder_);
+    auto project = project::load_project(folder_);
     EXPECT_TRUE(project.ok()) << (project.ok() ? "" : to_string(project.diagnostics.front()));
     if (!project.ok()) return {};
-    Scenario scenario = plain_scenario(std::move(*project.value));
+    project::Scenario scenario = project::plain_scenario(std::move(*project.value));
     scenario.virtual_time = virtual_time;
     auto plan = prepare(std::move(scenario));
     // Warnings of final states that nobody enters are expected.

@@ -4,7 +4,7 @@
 
 #include "sentree/base/json.h"
 #include "sentree/record/observation.h"
-#include "sentree/runtime/recording.h"
+#include "sentree/replay/recording.h"
 #include "sentree/studio/detail/history_impl.h"
 #include "sentree/text/json.h"
 

@@ -142,7 +142,7 @@ Value History::lanes(Nanoseconds from, Nanoseconds to, int width) const {
     lanes.push_back(make());
   };
   add([&] { return lane("mission", "mission", "mission", spans_of(impl.mission, from, to, width, end, status)); });
-  for (const runtime::LeafPlan& leaf : impl.subject.plan.leaves) {
+  for (const project::LeafPlan& leaf : impl.subject.plan.leaves) {
     add([&] {
       return lane(
           "leaf:" + leaf.name, "leaf", leaf.name,

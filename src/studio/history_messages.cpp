@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "sentree/base/json.h"
-#include "sentree/runtime/project.h"
+#include "sentree/project/project.h"
 #include "sentree/studio/detail/history_impl.h"
 
 // Observations: where they are, and which match.
@@ -25,7 +25,7 @@ bool Filter::matches(const Shape& shape) const {
   if (!service.empty() &&
       !(shape.name.starts_with(service + ".") && (shape.target == service || shape.source == service)))
     return false;
-  return name.empty() || runtime::matches_pattern(name, shape.name);
+  return name.empty() || project::matches_pattern(name, shape.name);
 }
 
 History::Moment History::Impl::moment(Nanoseconds time) const {

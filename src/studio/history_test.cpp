@@ -7,7 +7,7 @@
 #include "sentree/base/json.h"
 #include "sentree/record/observation.h"
 #include "sentree/record/sink.h"
-#include "sentree/runtime/recording.h"
+#include "sentree/replay/recording.h"
 #include "sentree/runtime/run.h"
 #include "sentree/studio/detail/test_support.h"
 #include "sentree/studio/intake.h"
@@ -23,18 +23,18 @@ struct Watched {
     Intake intake(history);
     runtime::RunOptions options;
     options.listeners.push_back([this](const Message& message) { observations.push_back(message); });
-    runtime::RecordingOptions recording;
+    replay::RecordingOptions recording;
     recording.tap = [&](const record::Channel& channel, TimePoint time, std::string_view packed) {
       intake.take(channel, time, packed);
     };
-    runtime::RunRecorder recorder(plan, {}, std::make_unique<record::StringSink>(file), std::move(recording));
+    replay::RunRecorder recorder(plan, {}, std::make_unique<record::StringSink>(file), std::move(recording));
     recorder.install(options);
     runtime::Run run(plan, std::move(options));
     recorder.finish(run.execute());
     intake.drain();
   }
 
-  runtime::Plan plan;
+  project::Plan plan;
   Subject subject;
   History history;
   std::string file;

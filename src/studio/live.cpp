@@ -41,14 +41,14 @@ Result<void> bring_in(History& history, const std::string& recording, std::uint3
 struct Live::Impl {
   // What there is only with a page.
   struct Shown {
-    explicit Shown(const runtime::Plan& plan) : subject(plan), history(subject) {}
+    explicit Shown(const project::Plan& plan) : subject(plan), history(subject) {}
     Subject subject;
     History history;
     Intake intake{history};
     std::unique_ptr<Server> server;
   };
 
-  explicit Impl(const runtime::Plan& run) : plan(run) {}
+  explicit Impl(const project::Plan& run) : plan(run) {}
 
   Result<void> serve(ServerOptions options) {
     options.live = true;
@@ -104,7 +104,7 @@ struct Live::Impl {
     return studio::steer(*steering, shown->subject, op, request);
   }
 
-  const runtime::Plan& plan;
+  const project::Plan& plan;
   std::shared_mutex steering_mutex;  // held while a request is carried out
   std::mutex mutex;
   runtime::RunView* view = nullptr;
@@ -116,17 +116,17 @@ struct Live::Impl {
 };
 
 Live::Live(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-Live::Live(const runtime::Plan& plan) : impl_(std::make_unique<Impl>(plan)) {}
+Live::Live(const project::Plan& plan) : impl_(std::make_unique<Impl>(plan)) {}
 Live::~Live() = default;
 
-Result<std::unique_ptr<Live>> Live::start(const runtime::Plan& plan, ServerOptions options) {
+Result<std::unique_ptr<Live>> Live::start(const project::Plan& plan, ServerOptions options) {
   auto impl = std::make_unique<Impl>(plan);
   impl->shown = std::make_unique<Impl::Shown>(plan);
   if (auto served = impl->serve(std::move(options)); !served) return tl::unexpected(served.error());
   return std::unique_ptr<Live>(new Live(std::move(impl)));
 }
 
-Result<void> Live::open(ServerOptions options, runtime::RunRecorder& recorder, const std::string& recording) {
+Result<void> Live::open(ServerOptions options, replay::RunRecorder& recorder, const std::string& recording) {
   const std::lock_guard one_at_a_time(impl_->opening);
   if (impl_->open) return {};
   if (!impl_->shown) {

@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "sentree/runtime/recording.h"
+#include "sentree/replay/recording.h"
 #include "sentree/runtime/run.h"
 #include "sentree/studio/server.h"
 
@@ -15,9 +15,9 @@ namespace sentree::studio {
 class Live {
  public:
   /// `plan` is borrowed. Errors: those of `Server::start`.
-  [[nodiscard]] static Result<std::unique_ptr<Live>> start(const runtime::Plan& plan, ServerOptions options);
+  [[nodiscard]] static Result<std::unique_ptr<Live>> start(const project::Plan& plan, ServerOptions options);
   /// No page yet; `plan` is borrowed.
-  explicit Live(const runtime::Plan& plan);
+  explicit Live(const project::Plan& plan);
   ~Live();
   Live(const Live&) = delete;
   Live& operator=(const Live&) = delete;
@@ -25,7 +25,7 @@ class Live {
   /// Opens the page while the run goes on, if it is not open yet. What was before is read from the file `recording`,
   /// which `recorder` (borrowed) writes; the run goes on meanwhile. From any thread until `ended`.
   /// Errors: those of `Server::start`, record.*; then there is no page, and one may try again.
-  [[nodiscard]] Result<void> open(ServerOptions options, runtime::RunRecorder& recorder, const std::string& recording);
+  [[nodiscard]] Result<void> open(ServerOptions options, replay::RunRecorder& recorder, const std::string& recording);
   /// Whether there is a page. From any thread.
   [[nodiscard]] bool is_open() const;
 

@@ -24,8 +24,8 @@ class Attached : public ::testing::Test {
     live_.install(options);
     auto sink = record::FileSink::create(file_);
     ASSERT_TRUE(sink.has_value());
-    recorder_ = std::make_unique<runtime::RunRecorder>(plan_, std::vector<text::ReadFile>(), std::move(*sink),
-                                                       runtime::RecordingOptions{});
+    recorder_ = std::make_unique<replay::RunRecorder>(plan_, std::vector<text::ReadFile>(), std::move(*sink),
+                                                      replay::RecordingOptions{});
     std::uint64_t seen = 0;
     options.listeners.push_back([&](const Message&) {
       if (++seen == at) then();
@@ -40,9 +40,9 @@ class Attached : public ::testing::Test {
 
   const TemporaryFolder folder_{"test"};
   const std::string file_ = (folder_.path() / "run.mcap").string();
-  runtime::Plan plan_ = recharge_plan("experiment1", std::chrono::seconds(30));
+  project::Plan plan_ = recharge_plan("experiment1", std::chrono::seconds(30));
   Live live_{plan_};
-  std::unique_ptr<runtime::RunRecorder> recorder_;
+  std::unique_ptr<replay::RunRecorder> recorder_;
 };
 
 TEST_F(Attached, ShowsWhatWasBeforeAndWhatComes) {
@@ -93,7 +93,7 @@ TEST_F(Attached, OpensOnceAndAgainWhereThePortIsTaken) {
 
   Live other(plan_);
   const auto sink = [&] { return std::move(*record::FileSink::create(folder_.path() / "other.mcap")); };
-  runtime::RunRecorder recorder(plan_, {}, sink(), {});
+  replay::RunRecorder recorder(plan_, {}, sink(), {});
   const auto refused = other.open({.port = taken}, recorder, (folder_.path() / "other.mcap").string());
   ASSERT_FALSE(refused.has_value());
   EXPECT_EQ(refused.error().code, "http.port-taken");

@@ -3,7 +3,7 @@
 namespace sentree::studio {
 
 struct Recorded::Impl {
-  Impl(runtime::RecordedRun recording, runtime::Plan recorded_plan)
+  Impl(replay::RecordedRun recording, project::Plan recorded_plan)
       : run(std::move(recording)), plan(std::move(recorded_plan)), subject(plan), history(subject, run.reader()) {}
 
   RunFacts facts() const {
@@ -13,8 +13,8 @@ struct Recorded::Impl {
     return facts;
   }
 
-  runtime::RecordedRun run;
-  runtime::Plan plan;
+  replay::RecordedRun run;
+  project::Plan plan;
   Subject subject;
   History history;
   std::unique_ptr<Server> server;
@@ -25,12 +25,12 @@ Recorded::~Recorded() = default;
 
 Result<std::unique_ptr<Recorded>> Recorded::open(const std::string& path, ServerOptions options,
                                                  Diagnostics& diagnostics) {
-  auto run = runtime::RecordedRun::open(path);
+  auto run = replay::RecordedRun::open(path);
   if (!run) return tl::unexpected(run.error());
   auto scenario = run->scenario();
   diagnostics = scenario.diagnostics;
   if (!scenario.ok()) return fail("record.no-project", "the recorded project cannot be loaded", SourceSpan{path});
-  auto plan = runtime::prepare(std::move(*scenario.value));
+  auto plan = project::prepare(std::move(*scenario.value));
   diagnostics.insert(diagnostics.end(), plan.diagnostics.begin(), plan.diagnostics.end());
   if (!plan.ok()) return fail("record.no-project", "the recorded project cannot be loaded", SourceSpan{path});
   auto impl = std::make_unique<Impl>(std::move(*run), std::move(*plan.value));

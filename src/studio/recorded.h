@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "sentree/runtime/recorded_run.h"
+#include "sentree/replay/recorded_run.h"
 #include "sentree/studio/server.h"
 
 namespace sentree::studio {

@@ -210,7 +210,7 @@ http::Response Server::Impl::answer(const http::Request& request) const {
 Result<void> Server::Impl::start() {
   map = map_octets(subject);
   if (!http::is_loopback(options.address)) token = random_word();
-  const runtime::Scenario& scenario = subject.plan.scenario;
+  const project::Scenario& scenario = subject.plan.scenario;
   hello = to_json(Value(Map{{"type", "hello"},
                             {"protocol", kProtocol},
                             {"version", options.version},

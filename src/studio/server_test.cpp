@@ -29,7 +29,7 @@ struct Shown {
     thread = std::thread([this] {
       runtime::RunOptions options;
       live->install(options);
-      runtime::RunRecorder recorder(
+      replay::RunRecorder recorder(
           plan, {}, std::make_unique<record::NullSink>(),
           {.compression = record::Compression::kNone, .on_failure = {}, .story = {}, .tap = live->tap()});
       recorder.install(options);
@@ -45,7 +45,7 @@ struct Shown {
   }
   [[nodiscard]] std::uint16_t port() const { return live->server().port(); }
 
-  runtime::Plan plan;
+  project::Plan plan;
   std::unique_ptr<Live> live;
   std::thread thread;
 };

@@ -97,8 +97,8 @@ Result<Value> set_breakpoint(runtime::Steering& steering, const Subject& subject
 }
 
 Value to_value(const Subject& subject, const runtime::StandingIntervention& standing) {
-  using Kind = runtime::Intervention::Kind;
-  const runtime::Intervention& what = standing.what;
+  using Kind = project::Intervention::Kind;
+  const project::Intervention& what = standing.what;
   Map value{{"id", static_cast<std::int64_t>(standing.id)}, {"used", static_cast<std::int64_t>(standing.used)}};
   std::string text;
   switch (what.kind) {
@@ -123,12 +123,12 @@ Value to_value(const Subject& subject, const runtime::StandingIntervention& stan
       break;
     default:
       value["kind"] = "breakpoint";
-      if (what.point == runtime::Intervention::Point::kNode) {
+      if (what.point == project::Intervention::Point::kNode) {
         const bt::NodeId node = subject.plan.tree.find(what.target);
         if (node != bt::kNoNode) value["node"] = static_cast<std::int64_t>(node);
         value["status"] = what.status;
         text = what.target + (what.status.empty() ? " changes" : " is " + what.status);
-      } else if (what.point == runtime::Intervention::Point::kState) {
+      } else if (what.point == project::Intervention::Point::kState) {
         value["chart"] = what.target;
         value["state"] = what.state;
         text = what.target + " enters " + what.state;

@@ -134,7 +134,7 @@ class HangingRun : public testing::Test {
     return answer.is_null() ? -1 : *answer.find("id")->as_int();
   }
 
-  const runtime::Plan plan_;
+  const project::Plan plan_;
   const Subject subject_;
   History history_;
   std::uint64_t looks_ = 0;  // of the thread that composes

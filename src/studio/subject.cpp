@@ -7,7 +7,7 @@
 #include "sentree/draw/tree.h"
 #include "sentree/idl/describe.h"
 #include "sentree/monitor/requirement.h"
-#include "sentree/runtime/check_intervention.h"
+#include "sentree/project/check_intervention.h"
 #include "sentree/scxml/graph.h"
 
 namespace sentree::studio {
@@ -121,7 +121,7 @@ Value monitor_value(const Subject& subject, std::size_t index) {
   const ShownMonitor& shown = subject.monitors[index];
   const monitor::Origin* origin = shown.model != nullptr ? shown.model->origin() : nullptr;
   List gate;
-  for (const runtime::GatePlan& plan : subject.plan.gates) {
+  for (const project::GatePlan& plan : subject.plan.gates) {
     if (shown.model == nullptr || plan.monitor != index) continue;
     for (const std::string& request : plan.requests) gate.emplace_back(request);
   }
@@ -150,7 +150,7 @@ Value service_value(const std::string& name, const idl::ServicePtr& service, con
 }
 
 // The robot of the simulated world that a service belongs to, or null.
-Value robot_of(const Subject& subject, const runtime::ServicePlan& service) {
+Value robot_of(const Subject& subject, const project::ServicePlan& service) {
   if (service.at != "sim" || subject.robots.empty()) return nullptr;
   return service.robot.empty() ? subject.robots.front() : service.robot;
 }
@@ -160,7 +160,7 @@ List services_value(const Subject& subject, bool steerable) {
   for (const auto& [name, service] : subject.plan.services)
     services.push_back(service_value(name, service.service, service.at, robot_of(subject, service)));
   if (steerable && subject.plan.test_control && subject.plan.world) {
-    for (const std::string& name : runtime::test_control_names(*subject.plan.world))
+    for (const std::string& name : project::test_control_names(*subject.plan.world))
       services.push_back(service_value(name, subject.plan.test_control, "sim", nullptr));
   }
   return services;
@@ -214,10 +214,10 @@ Value world_value(const sim::World& world) {
              {"robots", std::move(robots)}};
 }
 
-Value scenario_value(const runtime::Scenario& scenario) {
+Value scenario_value(const project::Scenario& scenario) {
   List timeline;
-  for (const runtime::Injection& injection : scenario.timeline) {
-    const std::string what = runtime::describe(injection.what);
+  for (const project::Injection& injection : scenario.timeline) {
+    const std::string what = project::describe(injection.what);
     timeline.push_back(Map{{"at", injection.at.time_since_epoch().count()}, {"what", what}});
   }
   return Map{{"name", scenario.name}, {"description", scenario.description}, {"timeline", std::move(timeline)}};
@@ -225,15 +225,15 @@ Value scenario_value(const runtime::Scenario& scenario) {
 
 List parts_value(const Subject& subject) {
   List parts;
-  for (const runtime::SteeredPart& part : runtime::parts_of(runtime::scope_of(subject.plan)))
+  for (const project::SteeredPart& part : project::parts_of(project::scope_of(subject.plan)))
     parts.push_back(Map{{"name", part.name}, {"kind", part.kind}, {"process", part.process}});
   return parts;
 }
 
 }  // namespace
 
-Subject::Subject(const runtime::Plan& run) : plan(run) {
-  for (const runtime::LeafPlan& leaf : plan.leaves) {
+Subject::Subject(const project::Plan& run) : plan(run) {
+  for (const project::LeafPlan& leaf : plan.leaves) {
     leaves[leaf.name] = leaf.node;
     if (leaf.chart) charts.push_back(shown("skill:" + leaf.name, false, leaf.name, *leaf.chart));
   }
@@ -241,7 +241,7 @@ Subject::Subject(const runtime::Plan& run) : plan(run) {
     monitors.push_back({model.name(), &model});
     charts.push_back(shown("monitor:" + model.name(), true, model.name(), model.chart()));
   }
-  for (const runtime::ObserverPlan& observer : plan.observers) {
+  for (const project::ObserverPlan& observer : plan.observers) {
     if (observer.is_monitor) monitors.push_back({observer.name, nullptr});
   }
   for (std::size_t i = 0; i < charts.size(); ++i) charts_by_id[charts[i].id] = i;

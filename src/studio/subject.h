@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "sentree/draw/chart.h"
-#include "sentree/runtime/plan.h"
+#include "sentree/project/plan.h"
 
 namespace sentree::studio {
 
@@ -30,7 +30,7 @@ struct ShownMonitor {
 /// What a run consists of, as far as the page shows it. Does not change while it goes on.
 struct Subject {
   /// `plan` is borrowed.
-  explicit Subject(const runtime::Plan& plan);
+  explicit Subject(const project::Plan& plan);
 
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
   [[nodiscard]] std::size_t skill_chart(std::string_view leaf) const;
@@ -38,7 +38,7 @@ struct Subject {
   [[nodiscard]] std::size_t robot_index(std::string_view name) const;
   [[nodiscard]] bool is_leaf(std::string_view name) const { return leaves.contains(name); }
 
-  const runtime::Plan& plan;
+  const project::Plan& plan;
   std::vector<ShownChart> charts;  ///< Of the leaves, in the order of the tree, then of the monitors.
   std::vector<ShownMonitor> monitors;
   std::vector<std::string> robots;

@@ -17,8 +17,9 @@
 namespace sentree::runtime {
 
 /// A scenario of examples/recharge.
-inline Scenario recharge_scenario(const std::string& name) {
-  auto loaded = load_scenario(std::string(SENTREE_SOURCE_DIR) + "/examples/recharge/scenarios/" + name + ".yaml");
+inline project::Scenario recharge_scenario(const std::string& name) {
+  auto loaded =
+      project::load_scenario(std::string(SENTREE_SOURCE_DIR) + "/examples/recharge/scenarios/" + name + ".yaml");
   EXPECT_TRUE(loaded.ok()) << (loaded.ok() ? "" : to_string(loaded.diagnostics.front()));
   return std::move(*loaded.value);
 }
@@ -26,7 +27,8 @@ inline Scenario recharge_scenario(const std::string& name) {
 /// A run in a thread of its own, which a test steers. It begins paused at time 0.
 class SteeredRunFixture {
  public:
-  explicit SteeredRunFixture(Scenario scenario, RunOptions options = {}) : plan_(prepare_or_die(std::move(scenario))) {
+  explicit SteeredRunFixture(project::Scenario scenario, RunOptions options = {})
+      : plan_(prepare_or_die(std::move(scenario))) {
     std::promise<Steering*> steering;
     auto ready = steering.get_future();
     options.paused = true;
@@ -49,7 +51,7 @@ class SteeredRunFixture {
 
   Steering& steering() { return *steering_; }
   Run& run() { return *run_; }
-  const Plan& plan() const { return plan_; }
+  const project::Plan& plan() const { return plan_; }
   /// Goes on to the end.
   void finish() {
     (void)steering_->resume();
@@ -80,13 +82,13 @@ class SteeredRunFixture {
   }
 
  private:
-  static Plan prepare_or_die(Scenario scenario) {
+  static project::Plan prepare_or_die(project::Scenario scenario) {
     auto plan = prepare(std::move(scenario));
     for (const Diagnostic& diagnostic : plan.diagnostics) ADD_FAILURE() << to_string(diagnostic);
     return std::move(*plan.value);
   }
 
-  const Plan plan_;
+  const project::Plan plan_;
   std::unique_ptr<Run> run_;
   std::thread thread_;
   Steering* steering_ = nullptr;

@@ -9,19 +9,19 @@
 
 #include "sentree/base/value.h"
 #include "sentree/http/detail/test_peer.h"
-#include "sentree/runtime/plan.h"
+#include "sentree/project/plan.h"
 #include "sentree/text/json.h"
 
 namespace sentree::studio {
 
 /// A scenario of the recharge example in virtual time, limited to a duration.
-inline runtime::Plan recharge_plan(const std::string& scenario, Duration duration) {
-  auto loaded = runtime::load_scenario(std::filesystem::path(SENTREE_SOURCE_DIR) / "examples/recharge/scenarios" /
+inline project::Plan recharge_plan(const std::string& scenario, Duration duration) {
+  auto loaded = project::load_scenario(std::filesystem::path(SENTREE_SOURCE_DIR) / "examples/recharge/scenarios" /
                                        (scenario + ".yaml"));
   EXPECT_TRUE(loaded.ok());
   loaded.value->duration = duration;
   loaded.value->virtual_time = true;
-  auto plan = runtime::prepare(std::move(*loaded.value));
+  auto plan = project::prepare(std::move(*loaded.value));
   EXPECT_TRUE(plan.ok());
   return std::move(*plan.value);
 }

@@ -1,0 +1,137 @@
+// Projects broken in one way each, and the exact message that a user gets.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "sentree/project/plan.h"
+
+namespace sentree::project {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Broken {
+  const char* name;
+  const char* file;     // in examples/recharge
+  const char* before;   // replaced …
+  const char* after;    // … by this; both null: the file is removed
+  const char* message;  // without the project's folder
+};
+
+void PrintTo(const Broken& broken, std::ostream* out) { *out << broken.name; }
+
+const Broken kBroken[] = {
+    {"MalformedXml", "mission.xml", "</BehaviorTree>", "</BehaviourTree>",
+     "mission.xml:30:3: </BehaviourTree> closes <BehaviorTree>"},
+    {"UnknownLeaf", "mission.xml", "<WaitForUser name=\"WaitForUser\"/>", "<WaitForUsr name=\"WaitForUser\"/>",
+     "mission.xml:22:11: there is no node \"WaitForUsr\"; did you mean \"WaitForUser\"?"},
+    {"MissingSkillFile", "skills/WaitForUser.scxml", nullptr, nullptr,
+     "mission.xml:22:11: file \"skills/WaitForUser.scxml\": no such file"},
+    {"MisspeltPort", "mission.xml", "threshold=\"30\"", "treshold=\"30\"",
+     "mission.xml:14:57: BatteryLevelAbove has no port \"treshold\" in the TreeNodesModel; did you mean "
+     "\"threshold\"?"},
+    {"TwoRootTrees", "mission.xml", "  <TreeNodesModel>",
+     "  <BehaviorTree ID=\"Main\"><AlwaysSuccess/></BehaviorTree>\n  <TreeNodesModel>",
+     "mission.xml:32:21: there are two BehaviorTrees \"Main\"; the other is at mission.xml:10:3"},
+    {"BadChartTarget", "skills/BatteryLevelAbove.scxml", "target=\"success\"/>", "target=\"succes\"/>",
+     "skills/BatteryLevelAbove.scxml:14:83: transition target \"succes\" is not a state; did you mean \"success\"?"},
+    {"ScriptSyntax", "skills/BatteryLevelAbove.scxml", "&gt; threshold", "&gt; (threshold",
+     "skills/BatteryLevelAbove.scxml:14:23: \"_event.data.result.percentage * 100 > (threshold\" does not parse: "
+     "SyntaxError: parse error"},
+    {"UnknownService", "skills/BatteryLevelAbove.scxml", "target=\"battery\"", "target=\"batery\"",
+     "skills/BatteryLevelAbove.scxml:11:35: service \"batery\" is not in sentree.yaml; did you mean \"battery\"?"},
+    {"UnknownMethod", "skills/BatteryLevelAbove.scxml", "event=\"getBatteryState\"", "event=\"getBateryState\"",
+     "skills/BatteryLevelAbove.scxml:11:51: service \"battery\" (Battery) has no method \"getBateryState\"; did you "
+     "mean \"getBatteryState\"?"},
+    {"WrongArgumentType", "skills/AtLocation.scxml", "expr=\"linear_tolerance\"", "expr=\"'near'\"",
+     "skills/AtLocation.scxml:8:5: warning: data \"linear_tolerance\" is never used\nskills/AtLocation.scxml:16:9: "
+     "argument \"linear_tolerance\" of Navigation.checkNearToLocation: expected double, got string \"near\""},
+    {"TruncatedMap", "world/house.pgm", nullptr, "P5\n10 10\n255\nabc",
+     "world/house.pgm: the image ends after 3 of 100 cells; the file was cut off, fetch it again"},
+    {"UnknownDestination", "mission.xml", "destination=\"kitchen\"", "destination=\"kichen\"",
+     "mission.xml:27:9: \"kichen\", the destination of GoToKitchen, is no location or area of world/world.yaml; did "
+     "you mean \"kitchen\"?"},
+    {"OutcomeThatIsNone", "skills/GoToLocation.scxml", "<final id=\"halted\"/>",
+     "<final id=\"halted\"/><final id=\"stopped\"/>",
+     "skills/GoToLocation.scxml:76:23: warning: state \"stopped\" is never entered: no transition of a reachable state "
+     "leads to it\nskills/GoToLocation.scxml:76:23: top-level <final id=\"stopped\"> is no outcome of a skill; use "
+     "success, failure or halted"},
+    {"ToleranceTooNarrow", "skills/AtLocation.scxml", "expr=\"0.3\"", "expr=\"0.01\"",
+     "skills/AtLocation.scxml:16:9: linear_tolerance of 0.01 m is narrower than navigation's 0.1 m: the robot can stop "
+     "where this skill does not see it arrived"},
+    {"ToleranceTooWide", "skills/AtLocation.scxml", "expr=\"0.3\"", "expr=\"3\"",
+     "skills/AtLocation.scxml:16:9: linear_tolerance of 3 m is not below the charging station's 0.5 m: the robot can "
+     "wait where the station does not charge it"},
+    {"UnknownMonitorState", "sentree.yaml", "violated: [failure]}\n  - ", "violated: [failed]}\n  - ",
+     "sentree.yaml:10:5: monitor \"battery\": \"failed\" is no state of monitors/battery.scxml"},
+    {"GateOfNoCall", "sentree.yaml", "violated: [failure]}\n  - ",
+     "violated: [failure], gate: [batery.getBatteryState]}\n  - ",
+     "sentree.yaml:10:64: gate \"batery.getBatteryState\" of monitor \"battery\" matches no call of the project "
+     "(SERVICE.METHOD); did you mean \"battery.getBatteryState\"?"},
+    {"GateThatIsDeaf", "sentree.yaml", "violated: [failure]}\n  - ",
+     "violated: [failure], gate: [\"navigation.*\"]}\n  - ",
+     "sentree.yaml:10:64: monitor \"battery\" listens to none of the requests that it is to gate, so it would let all "
+     "of them pass"},
+    {"NoInterface", "sentree.yaml", "robot.thrift/Battery", "robots.thrift/Battery",
+     "sentree.yaml:6:3: interface file \"robots.thrift\" is neither in the project's interfaces/ nor among those of "
+     "Sentree"},
+    {"TestControlAsService", "skills/BatteryLevelAbove.scxml", "target=\"battery\"", "target=\"simulation\"",
+     "skills/BatteryLevelAbove.scxml:11:35: service \"simulation\" is test control; skills cannot reach it, scenarios "
+     "can"},
+    {"BadAddress", "sentree.yaml", "Battery,    at: sim", "Battery,    at: 'http://here'",
+     "sentree.yaml:6:3: service \"battery\": address \"http://here\" begins with none of the known schemes; an address "
+     "is unix:/path, tcp://host:port or tls://host:port"},
+    {"AttributeNobodyDeclared", "mission.xml", "threshold=\"30\"", "threshold=\"30\" carrier=\"tcp\"",
+     "mission.xml:14:72: warning: attribute \"carrier\" of BatteryLevelAbove is declared nowhere and is kept"},
+};
+
+class BrokenProject : public testing::TestWithParam<Broken> {};
+
+void edit(const fs::path& file, const Broken& broken) {
+  if (broken.after == nullptr) {
+    ASSERT_TRUE(fs::remove(file));
+    return;
+  }
+  if (broken.before == nullptr) {
+    std::ofstream(file) << broken.after;
+    return;
+  }
+  std::stringstream text;
+  text << std::ifstream(file).rdbuf();
+  std::string content = text.str();
+  const auto at = content.find(broken.before);
+  ASSERT_NE(at, std::string::npos) << "the example no longer has " << broken.before;
+  content.replace(at, std::string(broken.before).size(), broken.after);
+  std::ofstream(file) << content;
+}
+
+TEST_P(BrokenProject, IsReportedExactly) {
+  const Broken& broken = GetParam();
+  const fs::path folder = fs::path(testing::TempDir()) / (std::string("broken-") + broken.name);
+  fs::remove_all(folder);
+  fs::copy(fs::path(SENTREE_SOURCE_DIR) / "examples/recharge", folder, fs::copy_options::recursive);
+  edit(folder / broken.file, broken);
+  auto project = load_project(folder);
+  ASSERT_TRUE(project.ok());
+  const auto plan = prepare(plain_scenario(std::move(*project.value)));
+  std::string messages;
+  for (const Diagnostic& diagnostic : plan.diagnostics) {
+    std::string text = to_string(diagnostic);
+    for (auto at = text.find(folder.string() + "/"); at != std::string::npos; at = text.find(folder.string() + "/")) {
+      text.erase(at, folder.string().size() + 1);
+    }
+    messages += (messages.empty() ? "" : "\n") + text;
+  }
+  EXPECT_EQ(messages, broken.message);
+  fs::remove_all(folder);
+}
+
+INSTANTIATE_TEST_SUITE_P(Table, BrokenProject, testing::ValuesIn(kBroken),
+                         [](const auto& param) { return param.param.name; });
+
+}  // namespace
+}  // namespace sentree::project

@@ -1,0 +1,277 @@
+#include "sentree/project/checks.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+
+#include "sentree/idl/conform.h"
+
+namespace sentree::project {
+
+namespace {
+
+void add(Diagnostics& diagnostics, Severity severity, std::string code, std::string message, SourceSpan span) {
+  diagnostics.push_back({severity, std::move(code), std::move(message), std::move(span)});
+}
+
+template <class Names>
+std::vector<std::string> names_of(const Names& named) {
+  std::vector<std::string> names;
+  for (const auto& [name, value] : named) names.push_back(name);
+  return names;
+}
+
+void check_outcomes(const scxml::Chart& chart, Diagnostics& diagnostics) {
+  for (const scxml::State& state : chart.states()) {
+    if (state.kind != scxml::StateKind::kFinal || state.parent != 0) continue;
+    if (state.id == "success" || state.id == "failure" || state.id == "halted") continue;
+    static const std::vector<std::string> kOutcomes{"success", "failure", "halted"};
+    add(diagnostics, Severity::kError, "check.outcome",
+        "top-level <final id=\"" + state.id + "\"> is no outcome of a skill; use success, failure or halted" +
+            did_you_mean(state.id, kOutcomes),
+        chart.span(state.place));
+  }
+}
+
+// False: what is called is not known, so its outcomes cannot be told either.
+bool check_call(const scxml::Chart& chart, const scxml::SendInfo& send,
+                const std::map<std::string, ServicePlan>& services, const Project& project, Diagnostics& diagnostics) {
+  if (!send.target) return false;  // known at run time only
+  if (*send.target == kTestControl || send.target->ends_with("/" + std::string(kTestControl))) {
+    add(diagnostics, Severity::kError, "check.test-control",
+        "service \"" + *send.target + "\" is test control; skills cannot reach it, scenarios can",
+        chart.span(send.target_place));
+    return false;
+  }
+  const auto service = services.find(*send.target);
+  if (service == services.end()) {
+    if (project.service(*send.target) != nullptr) return false;
+    add(diagnostics, Severity::kError, "check.unknown-service",
+        "service \"" + *send.target + "\" is not in sentree.yaml" + did_you_mean(*send.target, names_of(services)),
+        chart.span(send.target_place));
+    return false;
+  }
+  if (!send.event) return false;
+  const auto method =
+      idl::find_method(*service->second.service, *send.event, *send.target, chart.span(send.event_place));
+  if (!method) {
+    diagnostics.push_back(method.error());
+    return false;
+  }
+  if (send.has_content) return true;
+  std::vector<idl::WrittenArgument> arguments;
+  for (const scxml::SendParam& param : send.params)
+    arguments.push_back({param.name, param.constant, chart.span(param.place)});
+  const Diagnostics found = idl::check_arguments(**method, arguments, chart.span(send.place));
+  diagnostics.insert(diagnostics.end(), found.begin(), found.end());
+  return true;
+}
+
+// "battery.getBatteryState.reply" handled, but nothing of that name can ever arrive.
+void check_handled(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,
+                   const std::set<std::string>& called, Diagnostics& diagnostics) {
+  for (const scxml::Transition& transition : chart.transitions()) {
+    for (const std::string& event : transition.events) {
+      const auto dot = event.find('.');
+      if (dot == std::string::npos) continue;
+      const auto service = services.find(event.substr(0, dot));
+      if (service == services.end()) continue;
+      const auto second = event.find('.', dot + 1);
+      const std::string method = event.substr(dot + 1, second == std::string::npos ? second : second - dot - 1);
+      if (called.contains(service->first + "." + method)) continue;
+      const std::vector<std::string> methods = service->second.service->method_names();
+      const bool exists = service->second.service->find(method) != nullptr;
+      add(diagnostics, Severity::kWarning, "check.never-arrives",
+          "event \"" + event + "\" never arrives: " +
+              (exists ? "the chart does not call " + service->first + "." + method
+                      : "service \"" + service->first + "\" has no method \"" + method + "\"" +
+                            did_you_mean(method, methods)),
+          chart.span(transition.place));
+    }
+  }
+}
+
+}  // namespace
+
+void check_skill_chart(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,
+                       const Project& project, Diagnostics& diagnostics) {
+  check_outcomes(chart, diagnostics);
+  std::set<std::string> called;
+  bool all_known = true;
+  for (const scxml::SendInfo& send : chart.sends()) {
+    if (!send.type || !send.target || !send.event) all_known = false;
+    if (send.type != "thrift") continue;
+    if (!check_call(chart, send, services, project, diagnostics)) all_known = false;
+    if (send.target && send.event) called.insert(*send.target + "." + *send.event);
+  }
+  if (all_known) check_handled(chart, services, called, diagnostics);
+}
+
+void check_leaf_ports(const bt::Tree& tree, const LeafPlan& leaf, Diagnostics& diagnostics) {
+  if (!leaf.chart) return;
+  for (const bt::PortFact& port : tree.ports(leaf.node)) {
+    if (!port.declared || port.text.empty()) continue;
+    const std::string name(port.name);
+    const auto& data = leaf.chart->data();
+    const bool has_data = std::any_of(data.begin(), data.end(), [&](const auto& item) { return item.id == name; });
+    if (port.input && !has_data) {
+      add(diagnostics, Severity::kWarning, "check.unused-port",
+          "input port \"" + name + "\" of " + leaf.name + " reaches nothing: " + leaf.chart->file() +
+              " has no <data id=\"" + name + "\">",
+          tree.span(leaf.node));
+    }
+    if (!port.output) continue;
+    const auto& states = leaf.chart->states();
+    const bool fed = std::any_of(states.begin(), states.end(), [&](const scxml::State& state) {
+      return state.parent == 0 && std::find(state.donedata.begin(), state.donedata.end(), name) != state.donedata.end();
+    });
+    if (!fed) {
+      add(diagnostics, Severity::kWarning, "check.unfed-port",
+          "output port \"" + name + "\" of " + leaf.name + " is never written: no <donedata> of " + leaf.chart->file() +
+              " has a <param name=\"" + name + "\">",
+          tree.span(leaf.node));
+    }
+  }
+}
+
+void check_names(const bt::Tree& tree, const std::vector<LeafPlan>& leaves,
+                 const std::map<std::string, ServicePlan>& services, const Project& project, Diagnostics& diagnostics) {
+  const auto reserved = [](const std::string& name) {
+    const std::string first = name.substr(0, name.find('.'));
+    return std::find(std::begin(kReservedNames), std::end(kReservedNames), first) != std::end(kReservedNames);
+  };
+  for (const LeafPlan& leaf : leaves) {
+    if (services.contains(leaf.name)) {
+      add(diagnostics, Severity::kError, "check.name-clash",
+          "leaf \"" + leaf.name + "\" and a service have the same name, so their messages would look alike; rename one",
+          tree.span(leaf.node));
+    } else if (reserved(leaf.name)) {
+      add(diagnostics, Severity::kError, "check.reserved-name",
+          "leaf name \"" + leaf.name + "\" is reserved; choose another name", tree.span(leaf.node));
+    }
+  }
+  for (const ServiceEntry& service : project.services) {
+    if (!reserved(service.name)) continue;
+    add(diagnostics, Severity::kError, "check.reserved-name",
+        "service name \"" + service.name + "\" is reserved; choose another name", service.span);
+  }
+}
+
+namespace {
+
+// The value of a parameter as far as the files tell: a constant, or a <data> that starts as a constant and that no port
+// sets.
+std::optional<Value> constant_of(const scxml::Chart& chart, const scxml::SendParam& param) {
+  if (param.constant) return param.constant;
+  for (const scxml::DataItem& item : chart.data()) {
+    if (item.id == param.expression) return item.initial;
+  }
+  return std::nullopt;
+}
+
+std::string number(double value) {
+  std::string text = shortest_decimal(value);
+  if (text.ends_with(".0")) text.resize(text.size() - 2);
+  return text;
+}
+
+void check_tolerance(const scxml::Chart& chart, const scxml::SendParam& param, double tolerance, double least,
+                     double most, bool has_station, const char* unit, Diagnostics& diagnostics) {
+  if (tolerance < least) {
+    add(diagnostics, Severity::kError, "check.tolerances",
+        param.name + " of " + number(tolerance) + unit + " is narrower than navigation's " + number(least) + unit +
+            ": the robot can stop where this skill does not see it arrived",
+        chart.span(param.place));
+  } else if (has_station && tolerance >= most) {
+    add(diagnostics, Severity::kError, "check.tolerances",
+        param.name + " of " + number(tolerance) + unit + " is not below the charging station's " + number(most) + unit +
+            ": the robot can wait where the station does not charge it",
+        chart.span(param.place));
+  }
+}
+
+}  // namespace
+
+void check_tolerances(const std::vector<LeafPlan>& leaves, const sim::World& world, Diagnostics& diagnostics) {
+  const sim::Tolerances least = sim::navigation_tolerances(world);
+  const auto most = sim::station_tolerances(world);
+  std::set<std::string> seen;
+  for (const LeafPlan& leaf : leaves) {
+    if (!leaf.chart || !seen.insert(leaf.chart->file()).second) continue;
+    for (const scxml::SendInfo& send : leaf.chart->sends()) {
+      if (send.type != "thrift" || send.event != "checkNearToLocation") continue;
+      for (const scxml::SendParam& param : send.params) {
+        const auto value = constant_of(*leaf.chart, param);
+        if (!value || !value->is_number()) continue;
+        if (param.name == "linear_tolerance") {
+          check_tolerance(*leaf.chart, param, value->number(), least.linear_m, most ? most->linear_m : 0,
+                          most.has_value(), " m", diagnostics);
+        } else if (param.name == "angular_tolerance") {
+          check_tolerance(*leaf.chart, param, value->number(), least.angular_rad, most ? most->angular_rad : 0,
+                          most.has_value(), " rad", diagnostics);
+        }
+      }
+    }
+  }
+}
+
+void check_gate(const MonitorEntry& entry, const monitor::Model& model,
+                const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics) {
+  std::vector<std::string> calls;
+  for (const auto& [name, plan] : services) {
+    for (const idl::Method* method : plan.service->methods) calls.push_back(name + "." + method->name);
+  }
+  bool listens = false;
+  for (const std::string& pattern : entry.gate) {
+    bool matches = false;
+    for (const std::string& call : calls) {
+      if (!matches_pattern(pattern, call)) continue;
+      matches = true;
+      listens = listens || model.listens_to(call + ".request");
+    }
+    if (matches) continue;
+    add(diagnostics, Severity::kError, "check.gate",
+        "gate \"" + pattern + "\" of monitor \"" + entry.name + "\" matches no call of the project (SERVICE.METHOD)" +
+            did_you_mean(pattern, calls),
+        entry.gate_span);
+    return;
+  }
+  if (listens) return;
+  add(diagnostics, Severity::kError, "check.gate",
+      "monitor \"" + entry.name +
+          "\" listens to none of the requests that it is to gate, so it would let all of them pass",
+      entry.gate_span);
+}
+
+void check_locations(const bt::Tree& tree, const std::vector<LeafPlan>& leaves, const sim::World& world,
+                     const std::string& world_file, Diagnostics& diagnostics) {
+  std::vector<std::string> places;
+  for (const sim::NamedLocation& location : world.locations) places.push_back(location.name);
+  for (const sim::NamedArea& area : world.areas) places.push_back(area.name);
+  constexpr std::array<std::string_view, 2> kMethods{"gotoTargetByLocationName", "checkNearToLocation"};
+  for (const LeafPlan& leaf : leaves) {
+    if (!leaf.chart) continue;
+    std::set<std::string> checked;  // ports: several sends may use one
+    for (const scxml::SendInfo& send : leaf.chart->sends()) {
+      if (send.type != "thrift" || !send.event ||
+          std::find(kMethods.begin(), kMethods.end(), *send.event) == kMethods.end())
+        continue;
+      for (const scxml::SendParam& param : send.params) {
+        if (param.name != "name") continue;
+        for (const bt::PortFact& port : tree.ports(leaf.node)) {
+          const std::string text(port.text);
+          if (port.name != param.expression || text.empty() || text.front() == '{') continue;
+          if (!checked.insert(param.expression).second) continue;
+          if (std::find(places.begin(), places.end(), text) != places.end()) continue;
+          add(diagnostics, Severity::kError, "check.unknown-location",
+              "\"" + text + "\", the " + param.expression + " of " + leaf.name + ", is no location or area of " +
+                  world_file + did_you_mean(text, places),
+              tree.span(leaf.node));
+        }
+      }
+    }
+  }
+}
+
+}  // namespace sentree::project

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "sentree/project/plan.h"
+
+namespace sentree::project {
+
+/// What a skill's chart may not do: end in a state that is no outcome, call what does not exist, or with wrong
+/// arguments. Also warns of replies handled that no call causes.
+///
+/// Services of the project that are not in `services` have been reported already and are passed over.
+void check_skill_chart(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,
+                       const Project& project, Diagnostics& diagnostics);
+
+/// Ports against data: an input that the chart has no <data> for, an output that no <donedata> feeds.
+void check_leaf_ports(const bt::Tree& tree, const LeafPlan& leaf, Diagnostics& diagnostics);
+
+/// Names that would make two different observations look alike.
+void check_names(const bt::Tree& tree, const std::vector<LeafPlan>& leaves,
+                 const std::map<std::string, ServicePlan>& services, const Project& project, Diagnostics& diagnostics);
+
+/// Tolerances nest: where navigation stops ⊂ where a skill sees the robot at a place ⊂ where the station charges.
+/// Otherwise the robot waits for ever at a station that does not charge it, or never believes that it has arrived.
+void check_tolerances(const std::vector<LeafPlan>& leaves, const sim::World& world, Diagnostics& diagnostics);
+
+/// A gate whose patterns no call matches, or whose chart does not listen to what it is asked about.
+void check_gate(const MonitorEntry& entry, const monitor::Model& model,
+                const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics);
+
+/// Places that the mission names and the world does not have.
+void check_locations(const bt::Tree& tree, const std::vector<LeafPlan>& leaves, const sim::World& world,
+                     const std::string& world_file, Diagnostics& diagnostics);
+
+}  // namespace sentree::project

@@ -1,0 +1,59 @@
+#include "sentree/project/interface_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sentree/base/temporary_folder.h"
+#include "sentree/text/file.h"
+
+namespace sentree::project {
+namespace {
+
+using ::testing::ElementsAre;
+
+class InterfaceFile : public ::testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::create_directories(folder_.path() / "interfaces/geometry/units"); }
+  Loaded<idl::Schema> load(const std::string& source) {
+    write("robot.thrift", source);
+    return load_interface(folder_.path() / "interfaces/robot.thrift", "my/interfaces/robot.thrift");
+  }
+  void write(const std::string& name, const std::string& source) {
+    ASSERT_TRUE(text::write_file(folder_.path() / "interfaces" / name, source));
+  }
+
+  TemporaryFolder folder_{"interface-file"};
+};
+
+TEST_F(InterfaceFile, IncludesAreFoundBesideTheFileThatHasThem) {
+  write("geometry/pose.thrift",
+        "include \"units/length.thrift\"\ninclude \"../common.thrift\"\n"
+        "struct Pose { 1: length.Metre x, 2: common.Name name }");
+  write("geometry/units/length.thrift", "typedef double Metre");
+  write("common.thrift", "typedef string Name");
+  const auto loaded = load("include \"geometry/pose.thrift\"\nservice Robot { pose.Pose where() }");
+  EXPECT_TRUE(loaded.diagnostics.empty()) << to_string(loaded.diagnostics.front());
+  ASSERT_TRUE(loaded.ok());
+  EXPECT_THAT(loaded.value->files(),
+              ElementsAre("my/interfaces/robot.thrift", "my/interfaces/geometry/pose.thrift",
+                          "my/interfaces/geometry/units/length.thrift", "my/interfaces/common.thrift"));
+}
+
+TEST_F(InterfaceFile, AnErrorInAnIncludedFileNamesThatFile) {
+  write("geometry/pose.thrift", "struct Pose {\n  1: Metre x }");
+  const auto loaded = load("include \"geometry/pose.thrift\"");
+  ASSERT_EQ(loaded.diagnostics.size(), 1U);
+  EXPECT_EQ(to_string(loaded.diagnostics.front()),
+            "my/interfaces/geometry/pose.thrift:2:6: there is no type \"Metre\"");
+}
+
+TEST_F(InterfaceFile, MayIncludeWhatComesWithSentree) {
+  const auto loaded = load("include \"robot.thrift\"\nservice Robot { }");
+  EXPECT_FALSE(loaded.ok());  // Its own name wins, so this file includes itself.
+  write("mine.thrift", "include \"observer.thrift\"\nservice Mine { observer.ObserverInfo what() }");
+  const auto mine = load_interface(folder_.path() / "interfaces/mine.thrift", "mine.thrift");
+  EXPECT_TRUE(mine.ok()) << to_string(mine.diagnostics.front());
+}
+
+}  // namespace
+}  // namespace sentree::project

@@ -1,0 +1,527 @@
+#include "sentree/project/plan.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <set>
+
+#include "sentree/bt/load.h"
+#include "sentree/idl/conform.h"
+#include "sentree/project/check_intervention.h"
+#include "sentree/project/checks.h"
+#include "sentree/project/interface_file.h"
+#include "sentree/project/requirements.h"
+#include "sentree/rpc/address.h"
+#include "sentree/scxml/check.h"
+#include "sentree/sim/services.h"
+#include "sentree/text/file.h"
+#include "sentree/text/yaml.h"
+
+namespace sentree::project {
+
+namespace {
+
+using std::filesystem::path;
+
+void append(Diagnostics& to, const Diagnostics& from) { to.insert(to.end(), from.begin(), from.end()); }
+
+// A file that the project names and that cannot be read: the message stands where it is named.
+Diagnostic missing(const Project& project, const FileRef& file, Diagnostic why) {
+  if (file.span.line > 0) {
+    why.message = "file \"" + project.shown(file.path) + "\": " + why.message;
+    why.span = file.span;
+  }
+  return why;
+}
+
+class Preparation {
+ public:
+  explicit Preparation(const Project& project) : project_(project) {}
+
+  void services() {
+    for (const ServiceEntry& entry : project_.services) {
+      if (entry.at != "sim") check_address("service \"" + entry.name + "\"", entry.at, entry.span);
+      const idl::Schema* schema = interface(entry.idl, entry.span);
+      if (schema == nullptr) continue;
+      const auto service = idl::find_service(*schema, entry.interface, entry.span);
+      if (!service) {
+        diagnostics.push_back(service.error());
+        continue;
+      }
+      services_[entry.name] = {entry.name, *service, entry.interface, entry.at, entry.robot};
+      if (const auto* info = sim::find_service(entry.interface); info != nullptr && info->is_test_control) {
+        add("check.test-control",
+            "\"" + entry.interface +
+                "\" is test control; skills must not reach it, and scenarios do so by the name \"" +
+                std::string(kTestControl) + "\"",
+            entry.span);
+      }
+      if (entry.at == "sim" && sim::find_service(entry.interface) == nullptr) {
+        add("check.not-simulated",
+            "the simulator does not serve \"" + entry.interface + "\"; give the service an address (at: tcp://…)",
+            entry.span);
+      }
+    }
+  }
+
+  void world() {
+    if (!project_.world) {
+      const auto simulated =
+          std::find_if(project_.services.begin(), project_.services.end(), [](const auto& s) { return s.at == "sim"; });
+      if (simulated != project_.services.end()) {
+        add("check.no-world", "service \"" + simulated->name + "\" is at: sim, but the project has no world: FILE",
+            simulated->span);
+      }
+      return;
+    }
+    auto loaded = load_project_world(project_);
+    append(diagnostics, loaded.diagnostics);
+    if (loaded.value) {
+      world_ = std::make_shared<const sim::World>(std::move(*loaded.value));
+      for (const ServiceEntry& entry : project_.services) check_robot(entry);
+    }
+    if (const idl::Schema* schema = interface("robot.thrift", project_.world->span))
+      test_control_ = schema->service("Simulation");
+  }
+
+  std::optional<bt::Tree> tree() {
+    const path file = project_.folder / project_.mission.path;
+    const std::string shown = project_.shown(project_.mission.path);
+    auto source = text::read_file(file, shown);
+    if (!source) {
+      diagnostics.push_back(missing(project_, project_.mission, source.error()));
+      return std::nullopt;
+    }
+    bt::Registry registry;
+    const bool registered = load_plugins(project_, registry, diagnostics);
+    bt::LoadOptions options;
+    options.registry = &registry;
+    options.main_tree = project_.tree;
+    options.skills = skill_names();
+    options.read_file = [this](const path& included) { return text::read_file(absolute(included), included.string()); };
+    // Without its plug-ins the tree would be full of unknown nodes, which is not what is wrong.
+    if (!registered) return std::nullopt;
+    auto loaded = bt::load(std::move(*source), options, shown);
+    append(diagnostics, loaded.diagnostics);
+    return std::move(loaded.value);
+  }
+
+  void leaves(const bt::Tree& tree) {
+    for (const bt::NodeId node : tree.external_leaves()) {
+      const std::string id(tree.registration(node));
+      const SkillEntry* entry = project_.skill(tree.name(node), id);
+      FileRef file = file_of(entry, id);
+      if (file.span.line == 0) file.span = tree.span(node);  // nobody else names it
+      std::error_code error;
+      const bool is_foreign = entry != nullptr && !entry->at.empty() && entry->file.path.empty() &&
+                              !std::filesystem::exists(project_.folder / file.path, error);
+      const auto chart = is_foreign ? std::nullopt : skill_chart(file);
+      if (!chart && !is_foreign) continue;
+      LeafPlan leaf{.node = node,
+                    .name = tree.event_name(node),
+                    .id = id,
+                    .condition = tree.category(node) == bt::Category::kCondition,
+                    .chart = chart,
+                    .at = entry != nullptr ? entry->at : ""};
+      check_leaf_ports(tree, leaf, diagnostics);
+      leaves_.push_back(std::move(leaf));
+    }
+    check_names(tree, leaves_, services_, project_, diagnostics);
+    if (world_) {
+      check_tolerances(leaves_, *world_, diagnostics);
+      check_locations(tree, leaves_, *world_, project_.shown(project_.world->path), diagnostics);
+    }
+  }
+
+  // A chart is loaded and checked once, however many leaves run it.
+  std::optional<scxml::Chart> skill_chart(const FileRef& file) {
+    if (const auto known = charts_.find(file.path); known != charts_.end()) return known->second;
+    auto chart = load_chart(file);
+    if (chart) check_skill_chart(*chart, services_, project_, diagnostics);
+    return charts_[file.path] = chart;
+  }
+
+  void monitors(const bt::Tree* tree) {
+    const monitor::Vocabulary vocabulary = vocabulary_of(services_, tree, leaves_);
+    for (const ObserverEntry& entry : project_.observers) {
+      check_address("observer \"" + entry.name + "\"", entry.at, entry.span);
+      observers_.push_back({.name = entry.name, .at = entry.at, .is_monitor = false});
+    }
+    for (const MonitorEntry& entry : project_.monitors) {
+      if (!entry.at.empty()) {
+        check_address("monitor \"" + entry.name + "\"", entry.at, entry.span);
+        observers_.push_back({.name = entry.name, .at = entry.at, .is_monitor = true});
+        continue;
+      }
+      // What a broken project lacks has been said, and is not missed again by each requirement.
+      const bool is_sound = tree != nullptr && !has_errors(diagnostics);
+      auto model = is_requirement(entry) ? synthesized(entry, is_sound ? &vocabulary : nullptr) : drawn(entry);
+      if (!model) continue;
+      if (!entry.gate.empty()) {
+        check_gate(entry, *model, services_, diagnostics);
+        gates_.push_back({monitors_.size(), entry.gate});
+      }
+      monitors_.push_back(std::move(*model));
+    }
+  }
+
+  static bool is_requirement(const MonitorEntry& entry) { return path(entry.file.path).extension() == ".req"; }
+
+  std::optional<monitor::Model> drawn(const MonitorEntry& entry) {
+    const auto chart = load_chart(entry.file);
+    if (!chart) return std::nullopt;
+    monitor::Spec spec{.name = entry.name, .chart = *chart, .violated = entry.violated, .span = entry.span};
+    for (const EventRename& rename : entry.events)
+      spec.renames.push_back({rename.event, rename.on, rename.data, rename.span});
+    auto model = monitor::Model::make(std::move(spec));
+    append(diagnostics, model.diagnostics);
+    return std::move(model.value);
+  }
+
+  // One requirement of a file, which is read once.
+  std::optional<monitor::Model> synthesized(const MonitorEntry& entry, const monitor::Vocabulary* vocabulary) {
+    const std::string shown = project_.shown(entry.file.path);
+    if (!requirements_.contains(entry.file.path)) {
+      auto& slot = requirements_[entry.file.path];
+      const auto source = text::read_file(project_.folder / entry.file.path, shown, monitor::kRequirementBytesMax);
+      if (!source) {
+        diagnostics.push_back(missing(project_, entry.file, source.error()));
+        return std::nullopt;
+      }
+      auto parsed = monitor::parse_requirements(*source, shown);
+      append(diagnostics, parsed.diagnostics);
+      slot = std::move(parsed.value);
+    }
+    const auto& file = requirements_[entry.file.path];
+    if (!file) return std::nullopt;
+    if (!entry.violated.empty() || !entry.events.empty())
+      add("check.requirement", "a requirement needs neither \"violated\" nor \"events\"", entry.span);
+    for (monitor::Requirement requirement : file->requirements) {
+      if (requirement.name != entry.requirement) continue;
+      requirement.name = entry.name;
+      auto model = monitor::Model::make(requirement, vocabulary);
+      append(diagnostics, model.diagnostics);
+      return std::move(model.value);
+    }
+    add("check.requirement", "\"" + entry.file.path + "\" holds no requirement, only definitions", entry.file.span);
+    return std::nullopt;
+  }
+
+  FileRef file_of(const SkillEntry* entry, const std::string& id) const {
+    if (entry != nullptr && !entry->file.path.empty()) return entry->file;
+    return {"skills/" + (entry != nullptr ? entry->leaf : id) + ".scxml",
+            entry != nullptr ? entry->span : SourceSpan{}};
+  }
+
+  void add(std::string code, std::string message, SourceSpan span) {
+    diagnostics.push_back({Severity::kError, std::move(code), std::move(message), std::move(span)});
+  }
+
+  Diagnostics diagnostics;
+  std::map<std::string, ServicePlan> services_;
+  std::vector<LeafPlan> leaves_;
+  std::vector<monitor::Model> monitors_;
+  std::vector<GatePlan> gates_;
+  std::vector<ObserverPlan> observers_;
+  std::shared_ptr<const sim::World> world_;
+  idl::ServicePtr test_control_;
+
+ private:
+  path absolute(const path& shown) const {
+    if (shown.is_absolute()) return shown;
+    const path above = path(project_.file).parent_path();
+    return project_.folder / shown.lexically_relative(above.empty() ? path(".") : above);
+  }
+
+  void check_address(const std::string& what, const std::string& at, const SourceSpan& span) {
+    // "{name}" is the address of a process that the scenario starts.
+    if (at.starts_with('{')) return;
+    const auto address = rpc::Address::parse(at);
+    if (!address) add(address.error().code, what + ": " + address.error().message, span);
+  }
+
+  void check_robot(const ServiceEntry& entry) {
+    if (world_->robot(entry.robot)) return;
+    std::vector<std::string> names;
+    for (const sim::RobotSpec& robot : world_->robots) names.push_back(robot.name);
+    add("check.unknown-robot",
+        "service \"" + entry.name + "\" is of robot \"" + entry.robot + "\", which the world does not have" +
+            did_you_mean(entry.robot, names),
+        entry.span);
+  }
+
+  const idl::Schema* interface(const std::string& name, const SourceSpan& span) {
+    if (const auto known = schemas_.find(name); known != schemas_.end())
+      return known->second ? &*known->second : nullptr;
+    std::optional<idl::Schema>& slot = schemas_[name];
+    const path own = project_.folder / "interfaces" / name;
+    std::error_code error;
+    const bool is_own = std::filesystem::exists(own, error);
+    const path file = is_own ? own : shipped_folder("interfaces") / name;
+    if (!std::filesystem::exists(file, error)) {
+      add("check.no-interface",
+          "interface file \"" + name + "\" is neither in the project's interfaces/ nor among those of Sentree", span);
+      return nullptr;
+    }
+    auto loaded = load_interface(file, is_own ? project_.shown("interfaces/" + name) : name);
+    append(diagnostics, loaded.diagnostics);
+    slot = std::move(loaded.value);
+    return slot ? &*slot : nullptr;
+  }
+
+  std::vector<std::string> skill_names() const {
+    std::vector<std::string> names;
+    for (const SkillEntry& entry : project_.skills) names.push_back(entry.leaf);
+    std::error_code error;
+    for (const auto& file : std::filesystem::directory_iterator(project_.folder / "skills", error)) {
+      if (file.path().extension() == ".scxml") names.push_back(file.path().stem().string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+  }
+
+  std::optional<scxml::Chart> load_chart(const FileRef& file) {
+    const std::string shown = project_.shown(file.path);
+    const path full = project_.folder / file.path;
+    const auto source = text::read_file(full, shown);
+    if (!source) {
+      diagnostics.push_back(missing(project_, file, source.error()));
+      return std::nullopt;
+    }
+    scxml::LoadOptions options;
+    options.read = [&](std::string_view uri) {
+      return text::read_file(full.parent_path() / std::string(uri),
+                             project_.shown((path(file.path).parent_path() / uri).string()));
+    };
+    auto loaded = scxml::load(*source, shown, options);
+    append(diagnostics, loaded.diagnostics);
+    if (loaded.value) append(diagnostics, scxml::check(*loaded.value));
+    return std::move(loaded.value);
+  }
+
+  const Project& project_;
+  std::map<std::string, std::optional<idl::Schema>> schemas_;
+  std::map<std::string, std::optional<scxml::Chart>> charts_;
+  std::map<std::string, std::optional<monitor::RequirementFile>> requirements_;
+};
+
+// What is said to run elsewhere does so: every "{name}" is a process, and nothing elsewhere needs what is in this one.
+void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
+  const auto check = [&](const std::string& at, const std::string& what, const SourceSpan& span) {
+    if (!at.starts_with('{')) return;
+    const std::string name = at.substr(1, at.find('}') == std::string::npos ? at.size() : at.find('}') - 1);
+    const auto& processes = scenario.processes;
+    if (std::any_of(processes.begin(), processes.end(), [&](const auto& p) { return p.name == name; })) return;
+    diagnostics.push_back({Severity::kError, "scenario.process",
+                           what + " is at \"" + at + "\", but the scenario has no process \"" + name + "\"", span});
+  };
+  for (const ServiceEntry& service : scenario.project.services)
+    check(service.at, "service \"" + service.name + "\"", service.span);
+  for (const MonitorEntry& monitor : scenario.project.monitors)
+    check(monitor.at, "monitor \"" + monitor.name + "\"", monitor.span);
+  for (const ObserverEntry& observer : scenario.project.observers)
+    check(observer.at, "observer \"" + observer.name + "\"", observer.span);
+  for (const SkillEntry& skill : scenario.project.skills) check(skill.at, "skill \"" + skill.leaf + "\"", skill.span);
+  bool remote_parts = !scenario.processes.empty() || !scenario.project.observers.empty();
+  for (const MonitorEntry& monitor : scenario.project.monitors) remote_parts = remote_parts || !monitor.at.empty();
+  for (const SkillEntry& skill : scenario.project.skills) remote_parts = remote_parts || !skill.at.empty();
+  for (const ServiceEntry& service : scenario.project.services) remote_parts = remote_parts || service.at != "sim";
+  if (remote_parts && scenario.virtual_time) {
+    diagnostics.push_back(
+        {Severity::kError, "scenario.clock",
+         "a part runs in another process, which has no virtual time; use clock: real or {real: FACTOR}",
+         SourceSpan{scenario.file}});
+  }
+  for (const ProcessEntry& process : scenario.processes) {
+    if (process.skill.empty()) continue;
+    for (const ServiceEntry& service : scenario.project.services) {
+      if (service.at != "sim") continue;
+      diagnostics.push_back({Severity::kError, "scenario.process",
+                             "skill \"" + process.skill + "\" runs in another process and cannot reach service \"" +
+                                 service.name + "\", which is at: sim in this one; run the simulator in a process too",
+                             process.span});
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> test_control_names(const sim::World& world) {
+  std::vector<std::string> names{std::string(kTestControl)};
+  if (world.robots.size() < 2) return names;
+  for (const sim::RobotSpec& robot : world.robots) names.push_back(robot.name + "/" + std::string(kTestControl));
+  return names;
+}
+
+std::optional<std::string> test_control_of(std::string_view name, const sim::World& world) {
+  if (name == kTestControl) return std::string();
+  for (const sim::RobotSpec& robot : world.robots) {
+    if (world.robots.size() > 1 && name == robot.name + "/" + std::string(kTestControl)) return robot.name;
+  }
+  return std::nullopt;
+}
+
+std::filesystem::path shipped_folder(std::string_view what) {
+  std::error_code error;
+  const path program = std::filesystem::read_symlink("/proc/self/exe", error);
+  for (const path& candidate :
+       {program.parent_path() / "../share/sentree" / what, path(SENTREE_SOURCE_FOLDER) / what}) {
+    if (std::filesystem::is_directory(candidate, error)) return candidate.lexically_normal();
+  }
+  return {};
+}
+
+namespace {
+
+// Mappings are merged member by member; anything else is replaced.
+void merge(text::YamlNode& into, const text::YamlNode& changes) {
+  for (const auto& [key, change] : changes.entries) {
+    const auto old = std::find_if(into.entries.begin(), into.entries.end(),
+                                  [&](const auto& entry) { return entry.first.scalar == key.scalar; });
+    if (old == into.entries.end())
+      into.entries.emplace_back(key, change);
+    else if (old->second.is_mapping() && change.is_mapping())
+      merge(old->second, change);
+    else
+      old->second = change;
+  }
+}
+
+}  // namespace
+
+Loaded<sim::World> load_project_world(const Project& project) {
+  const path file = project.folder / project.world->path;
+  const std::string shown = project.shown(project.world->path);
+  const auto source = text::read_file(file, shown);
+  if (!source) return {.value = std::nullopt, .diagnostics = {missing(project, *project.world, source.error())}};
+  const auto read = [&](const std::string& name) {
+    return text::read_file(file.parent_path() / name,
+                           project.shown((path(project.world->path).parent_path() / name).string()));
+  };
+  auto root = text::parse_yaml(*source, shown);
+  if (!root) return {.value = std::nullopt, .diagnostics = {root.error()}};
+  if (project.world_overrides) merge(*root, *project.world_overrides);
+  return sim::parse_world(*root, read);
+}
+
+bool load_plugins(const Project& project, bt::Registry& registry, Diagnostics& diagnostics) {
+  bool all = true;
+  for (const FileRef& plugin : project.plugins) {
+    auto loaded = registry.plugin(project.folder / plugin.path);
+    if (loaded) continue;
+    all = false;
+    loaded.error().span = plugin.span;
+    diagnostics.push_back(std::move(loaded.error()));
+  }
+  return all;
+}
+
+Loaded<Plan> prepare(Scenario scenario) {
+  Loaded<Plan> prepared;
+  Preparation preparation(scenario.project);
+  preparation.services();
+  preparation.world();
+  auto tree = preparation.tree();
+  if (tree) preparation.leaves(*tree);
+  preparation.monitors(tree ? &*tree : nullptr);
+  check_processes(scenario, preparation.diagnostics);
+  const InterventionScope scope{.scenario = &scenario,
+                                .tree = tree ? &*tree : nullptr,
+                                .leaves = tree ? &preparation.leaves_ : nullptr,
+                                .services = &preparation.services_,
+                                .test_control = preparation.test_control_,
+                                .world = preparation.world_.get(),
+                                .monitors = tree ? &preparation.monitors_ : nullptr};
+  for (const Injection& injection : scenario.timeline) {
+    if (auto checked = check_intervention(injection.what, scope, injection.span); !checked)
+      preparation.diagnostics.push_back(checked.error());
+  }
+  sort_by_place(preparation.diagnostics);
+  prepared.diagnostics = std::move(preparation.diagnostics);
+  if (has_errors(prepared.diagnostics) || !tree) return prepared;
+  prepared.value = Plan{.scenario = std::move(scenario),
+                        .tree = std::move(*tree),
+                        .leaves = std::move(preparation.leaves_),
+                        .services = std::move(preparation.services_),
+                        .test_control = std::move(preparation.test_control_),
+                        .monitors = std::move(preparation.monitors_),
+                        .gates = std::move(preparation.gates_),
+                        .observers = std::move(preparation.observers_),
+                        .world = std::move(preparation.world_),
+                        .warnings = prepared.diagnostics};
+  return prepared;
+}
+
+Loaded<monitor::Vocabulary> load_vocabulary(const Project& project) {
+  Loaded<monitor::Vocabulary> loaded;
+  Preparation preparation(project);
+  preparation.services();
+  const auto tree = preparation.tree();
+  if (tree) preparation.leaves(*tree);
+  loaded.diagnostics = std::move(preparation.diagnostics);
+  if (tree && !has_errors(loaded.diagnostics))
+    loaded.value = vocabulary_of(preparation.services_, &*tree, preparation.leaves_);
+  return loaded;
+}
+
+Loaded<SkillPlan> prepare_skill(const Project& project, const std::string& leaf) {
+  Loaded<SkillPlan> prepared;
+  Preparation preparation(project);
+  preparation.services();
+  // The mission tells the leaf's ID, and whether it is a condition.
+  const auto tree = preparation.tree();
+  std::optional<SkillPlan> plan;
+  if (tree) {
+    std::vector<std::string> names;
+    for (const bt::NodeId node : tree->external_leaves()) {
+      const std::string id(tree->registration(node));
+      names.push_back(tree->event_name(node));
+      names.push_back(id);
+      if (plan || (names.end()[-2] != leaf && id != leaf)) continue;
+      const auto chart = preparation.skill_chart(preparation.file_of(project.skill(leaf, id), id));
+      if (chart)
+        plan = SkillPlan{.chart = *chart,
+                         .services = {},
+                         .condition = tree->category(node) == bt::Category::kCondition,
+                         .id = id,
+                         .deadlines = project.deadlines};
+    }
+    if (!plan && !has_errors(preparation.diagnostics)) {
+      preparation.add("check.unknown-leaf",
+                      "the mission has no leaf named \"" + leaf + "\"" + did_you_mean(leaf, names),
+                      project.mission.span);
+    }
+  }
+  sort_by_place(preparation.diagnostics);
+  prepared.diagnostics = std::move(preparation.diagnostics);
+  if (plan && !has_errors(prepared.diagnostics)) {
+    plan->services = std::move(preparation.services_);
+    prepared.value = std::move(plan);
+  }
+  return prepared;
+}
+
+Loaded<MonitorPlan> prepare_monitor(const Project& project, const std::string& name) {
+  Loaded<MonitorPlan> prepared;
+  Project alone = project;
+  alone.observers.clear();
+  std::vector<std::string> names;
+  for (const MonitorEntry& entry : project.monitors) names.push_back(entry.name);
+  std::erase_if(alone.monitors, [&](const MonitorEntry& entry) { return entry.name != name; });
+  Preparation preparation(alone);
+  if (alone.monitors.empty()) {
+    preparation.add("check.unknown-monitor", "the project has no monitor \"" + name + "\"" + did_you_mean(name, names),
+                    SourceSpan{project.file});
+  } else {
+    alone.monitors.front().at.clear();
+    preparation.services();
+    const auto tree = preparation.tree();
+    preparation.monitors(tree ? &*tree : nullptr);
+  }
+  prepared.diagnostics = std::move(preparation.diagnostics);
+  if (has_errors(prepared.diagnostics)) return prepared;
+  prepared.value = MonitorPlan{std::move(preparation.monitors_.front()), alone.monitors.front().gate};
+  return prepared;
+}
+
+}  // namespace sentree::project

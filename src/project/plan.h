@@ -1,0 +1,112 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sentree/bt/registry.h"
+#include "sentree/bt/tree.h"
+#include "sentree/idl/schema.h"
+#include "sentree/monitor/monitor.h"
+#include "sentree/project/project.h"
+#include "sentree/scxml/chart.h"
+#include "sentree/sim/world.h"
+
+namespace sentree::project {
+
+/// Name under which scenarios, and nobody else, reach the simulator's test control.
+inline constexpr std::string_view kTestControl = "simulation";
+/// Names of the test control of a world: `kTestControl`, and where there are several robots "ROBOT/simulation" for
+/// each. The robot that a name means (empty: the first), or nothing if it is no such name.
+[[nodiscard]] std::optional<std::string> test_control_of(std::string_view name, const sim::World& world);
+[[nodiscard]] std::vector<std::string> test_control_names(const sim::World& world);
+/// Names that observations use for themselves: neither leaves nor services may have them.
+inline constexpr std::string_view kReservedNames[] = {"mission", "scenario",   "monitor", "node",
+                                                      "process", kTestControl, "error",   "done"};
+
+struct LeafPlan {
+  bt::NodeId node = bt::kNoNode;
+  std::string name;  ///< In messages: `bt::Tree::event_name`.
+  std::string id;
+  bool condition = false;
+  /// Nothing for a skill at an address that the project has no chart of: one in another language.
+  std::optional<scxml::Chart> chart;
+  std::string at;  ///< Address of the process that runs it; empty: a thread of this one.
+};
+
+struct ServicePlan {
+  std::string name;
+  idl::ServicePtr service;
+  std::string interface;
+  std::string at;     ///< "sim" or an address.
+  std::string robot;  ///< Of the simulated world; empty: the first.
+};
+
+/// A monitor that is asked before requests are sent.
+struct GatePlan {
+  std::size_t monitor = 0;            ///< Index in `Plan::monitors`.
+  std::vector<std::string> requests;  ///< "<service>.<method>" with '*' for any text.
+};
+
+/// An observer, or a monitor, that runs in another process.
+struct ObserverPlan {
+  std::string name;
+  std::string at;
+  bool is_monitor = false;
+};
+
+/// A scenario with everything that its project names, loaded and checked against each other.
+struct Plan {
+  Scenario scenario;
+  bt::Tree tree;
+  std::vector<LeafPlan> leaves;  ///< External leaves, in the order of the tree.
+  std::map<std::string, ServicePlan> services;
+  idl::ServicePtr test_control;  ///< The Simulation interface; null without a world.
+  std::vector<monitor::Model> monitors;
+  std::vector<GatePlan> gates;
+  std::vector<ObserverPlan> observers;
+  std::shared_ptr<const sim::World> world;  ///< Null: the project has none.
+  Diagnostics warnings;
+};
+
+/// Follows a scenario's project: mission, skills, interfaces, monitors and world, and checks what each says of the
+/// others. Reports every problem of the project at once, sorted by place.
+/// Codes: those of the libraries, and check.*.
+[[nodiscard]] Loaded<Plan> prepare(Scenario scenario);
+
+/// Registers the C++ nodes of the project's plug-ins. False: one of them cannot be loaded.
+/// Codes: those of `bt::Registry::plugin`, where sentree.yaml names the file.
+bool load_plugins(const Project& project, bt::Registry& registry, Diagnostics& diagnostics);
+
+/// The project's world with the scenario's changes to it. Codes: sim.*, map.*, file.*.
+[[nodiscard]] Loaded<sim::World> load_project_world(const Project& project);
+
+/// What a project observes: its services, leaves and nodes, and the calls of its skills. Codes: as `prepare`.
+[[nodiscard]] Loaded<monitor::Vocabulary> load_vocabulary(const Project& project);
+
+/// The parts of a plan that one skill in a process of its own needs: the chart and the services.
+struct SkillPlan {
+  scxml::Chart chart;
+  std::map<std::string, ServicePlan> services;
+  bool condition = false;
+  std::string id;
+  Deadlines deadlines;
+};
+/// @param leaf  Name or ID of a leaf.
+[[nodiscard]] Loaded<SkillPlan> prepare_skill(const Project& project, const std::string& leaf);
+
+/// The parts of a plan that one monitor in a process of its own needs.
+struct MonitorPlan {
+  monitor::Model model;
+  std::vector<std::string> gate;
+};
+[[nodiscard]] Loaded<MonitorPlan> prepare_monitor(const Project& project, const std::string& name);
+
+/// Where the interfaces and examples that come with Sentree are: beside the program when installed, else the source
+/// tree. Empty if they are not found.
+[[nodiscard]] std::filesystem::path shipped_folder(std::string_view what);
+
+}  // namespace sentree::project

@@ -1,0 +1,274 @@
+#include "sentree/project/project.h"
+
+#include <algorithm>
+#include <charconv>
+
+#include "sentree/project/requirements.h"
+#include "sentree/project/yaml_reader.h"
+#include "sentree/text/file.h"
+
+namespace sentree::project {
+
+namespace {
+
+// "12.5 ms" → 12.5 and "ms".
+std::optional<std::pair<double, std::string_view>> number_and_unit(std::string_view text) {
+  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
+  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
+  double number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc()) return std::nullopt;
+  std::string_view unit = text.substr(static_cast<std::size_t>(end - text.data()));
+  while (!unit.empty() && unit.front() == ' ') unit.remove_prefix(1);
+  return std::pair{number, unit};
+}
+
+std::string stem(const std::string& path) { return std::filesystem::path(path).stem().string(); }
+
+FileRef file_ref(YamlReader& reader, const std::string& key) { return {reader.required_string(key), reader.span(key)}; }
+
+}  // namespace
+
+void read_mission(const text::YamlNode& node, bool replaces, Project& project, Diagnostics& diagnostics) {
+  YamlReader reader(node, "mission", diagnostics);
+  if (!replaces || reader.node("file") != nullptr) project.mission = file_ref(reader, "file");
+  project.tree = reader.string("tree").value_or(project.tree);
+  project.repeat = reader.boolean("repeat").value_or(project.repeat);
+  if (const auto rate = reader.string("rate")) {
+    if (const auto period = parse_rate(*rate))
+      project.period = *period;
+    else
+      reader.error(reader.span("rate"), "project.rate",
+                   "rate \"" + *rate + "\" is not a rate such as 10 Hz, from 0.01 to 1000 Hz");
+  }
+}
+
+namespace {
+
+void read_services(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
+  for (const auto& [name, entry] : node.entries) {
+    YamlReader reader(entry, "service \"" + name.scalar + "\"", diagnostics);
+    ServiceEntry service{.name = name.scalar, .idl = {}, .interface = {}, .at = {}, .robot = {}, .span = name.span};
+    const std::string interface = reader.required_string("interface");
+    const auto slash = interface.rfind('/');
+    if (slash == std::string::npos && !interface.empty()) {
+      reader.error(reader.span("interface"), "project.interface",
+                   "interface \"" + interface + "\" must be FILE.thrift/SERVICE, e.g. robot.thrift/Battery");
+    } else if (!interface.empty()) {
+      service.idl = interface.substr(0, slash);
+      service.interface = interface.substr(slash + 1);
+    }
+    service.at = reader.string("at").value_or("sim");
+    service.robot = reader.string("robot").value_or("");
+    project.services.push_back(std::move(service));
+  }
+}
+
+void read_skills(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
+  for (const auto& [name, entry] : node.entries) {
+    YamlReader reader(entry, "skill \"" + name.scalar + "\"", diagnostics);
+    SkillEntry skill{.leaf = name.scalar, .file = {}, .at = {}, .span = name.span};
+    if (const auto file = reader.string("file")) skill.file = {*file, reader.span("file")};
+    skill.at = reader.string("at").value_or("");
+    project.skills.push_back(std::move(skill));
+  }
+}
+
+void read_renames(const text::YamlNode& node, MonitorEntry& monitor, Diagnostics& diagnostics) {
+  for (const auto& [name, entry] : node.entries) {
+    YamlReader reader(entry, "event \"" + name.scalar + "\"", diagnostics);
+    EventRename rename{.event = name.scalar, .on = reader.required_string("on"), .data = {}, .span = name.span};
+    if (const auto* data = reader.mapping("data")) {
+      for (const auto& [member, expression] : data->entries) {
+        if (expression.is_scalar())
+          rename.data.emplace_back(member.scalar, expression.scalar);
+        else
+          reader.error(expression.span, "project.type", "data of event \"" + name.scalar + "\" must be expressions");
+      }
+    }
+    monitor.events.push_back(std::move(rename));
+  }
+}
+
+}  // namespace
+
+void read_plugins(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
+  for (const text::YamlNode& entry : node.items) {
+    if (entry.is_scalar() && !entry.scalar.empty())
+      project.plugins.push_back({entry.scalar, entry.span});
+    else
+      diagnostics.push_back(
+          {Severity::kError, "project.type", "a plug-in is the path of a shared library", entry.span});
+  }
+}
+
+void read_monitors(const text::YamlNode& node, bool replaces, Project& project, Diagnostics& diagnostics) {
+  for (const text::YamlNode& entry : node.items) {
+    YamlReader reader(entry, "monitor", diagnostics);
+    MonitorEntry monitor;
+    monitor.file = file_ref(reader, "file");
+    monitor.name = reader.string("name").value_or(stem(monitor.file.path));
+    monitor.violated = reader.strings("violated");
+    monitor.span = entry.span;
+    if (const auto* events = reader.mapping("events")) read_renames(*events, monitor, diagnostics);
+    monitor.gate = reader.strings("gate");
+    monitor.gate_span = reader.span("gate");
+    monitor.at = reader.string("at").value_or("");
+    for (MonitorEntry& one : expand_requirements(project, std::move(monitor))) {
+      const auto other = std::find_if(project.monitors.begin(), project.monitors.end(),
+                                      [&](const auto& m) { return m.name == one.name; });
+      if (other == project.monitors.end())
+        project.monitors.push_back(std::move(one));
+      else if (replaces)
+        *other = std::move(one);
+      else
+        reader.error(entry.span, "project.duplicate",
+                     "two monitors are named \"" + one.name + "\"; give one another name:");
+    }
+  }
+}
+
+void read_observers(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
+  for (const auto& [name, entry] : node.entries) {
+    YamlReader reader(entry, "observer \"" + name.scalar + "\"", diagnostics);
+    project.observers.push_back({name.scalar, reader.required_string("at"), name.span});
+  }
+}
+
+void read_deadlines(const text::YamlNode* node, Project& project, Diagnostics& diagnostics) {
+  Deadlines& d = project.deadlines;
+  if (node != nullptr) {
+    YamlReader reader(*node, "deadlines", diagnostics);
+    d.call = reader.duration("call").value_or(d.call);
+    d.condition = reader.duration("condition").value_or(d.condition);
+    d.budget = reader.duration("budget").value_or(d.budget);
+    d.halt = reader.duration("halt").value_or(d.halt);
+    d.unresponsive = reader.duration("unresponsive").value_or(d.unresponsive);
+    d.script = reader.duration("script").value_or(d.script);
+  }
+  if (d.budget.count() == 0) d.budget = project.period;
+  if (d.call.count() == 0) d.call = d.budget * 2 / 5;
+  if (d.condition.count() == 0) d.condition = d.budget * 4 / 5;
+  if (d.call < d.condition && d.condition < d.budget) return;
+  const auto ms = [](Duration duration) { return std::to_string(duration.count() / 1'000'000) + " ms"; };
+  diagnostics.push_back({Severity::kError, "project.deadlines",
+                         "deadlines must nest: call (" + ms(d.call) + ") < condition (" + ms(d.condition) +
+                             ") < tick budget (" + ms(d.budget) + "); otherwise a slow call is judged by the wrong one",
+                         node != nullptr ? node->span : SourceSpan{project.file}});
+}
+
+std::optional<Duration> parse_rate(std::string_view text) {
+  const auto read = number_and_unit(text);
+  if (!read || (read->second != "Hz" && !read->second.empty())) return std::nullopt;
+  if (!(read->first >= 0.01 && read->first <= 1000.0)) return std::nullopt;
+  return from_seconds(1.0 / read->first);
+}
+
+std::optional<Duration> parse_duration(std::string_view text) {
+  const auto read = number_and_unit(text);
+  if (!read || !(read->first >= 0.0)) return std::nullopt;
+  double unit_s = 0;
+  if (read->second == "us")
+    unit_s = 1e-6;
+  else if (read->second == "ms")
+    unit_s = 1e-3;
+  else if (read->second == "s")
+    unit_s = 1.0;
+  else if (read->second == "min")
+    unit_s = 60.0;
+  else if (read->second == "h")
+    unit_s = 3600.0;
+  else
+    return std::nullopt;
+  return from_seconds(read->first * unit_s);
+}
+
+bool matches_pattern(std::string_view pattern, std::string_view text) {
+  // Greedy with one point of return: linear for the patterns people write, quadratic at worst.
+  std::size_t p = 0, t = 0, star = std::string_view::npos, resume = 0;
+  while (t < text.size()) {
+    if (p < pattern.size() && pattern[p] == '*') {
+      star = p++;
+      resume = t;
+    } else if (p < pattern.size() && pattern[p] == text[t]) {
+      ++p;
+      ++t;
+    } else if (star != std::string_view::npos) {
+      p = star + 1;
+      t = ++resume;
+    } else {
+      return false;
+    }
+  }
+  while (p < pattern.size() && pattern[p] == '*') ++p;
+  return p == pattern.size();
+}
+
+const ServiceEntry* Project::service(std::string_view name) const {
+  const auto found = std::find_if(services.begin(), services.end(), [&](const auto& s) { return s.name == name; });
+  return found == services.end() ? nullptr : &*found;
+}
+
+const SkillEntry* Project::skill(std::string_view leaf_name, std::string_view leaf_id) const {
+  for (const std::string_view wanted : {leaf_name, leaf_id}) {
+    const auto found = std::find_if(skills.begin(), skills.end(), [&](const auto& s) { return s.leaf == wanted; });
+    if (found != skills.end()) return &*found;
+  }
+  return nullptr;
+}
+
+std::string Project::shown(std::string_view path) const {
+  const std::filesystem::path above = std::filesystem::path(file).parent_path();
+  return (above / std::filesystem::path(path)).lexically_normal().string();
+}
+
+Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {
+  Loaded<Project> loaded;
+  std::filesystem::path path = folder_or_file;
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) path /= "sentree.yaml";
+  const auto source = text::read_file(path);
+  if (!source) {
+    loaded.diagnostics.push_back(source.error());
+    loaded.diagnostics.back().message += "; a project is a folder with a sentree.yaml (sentree init makes one)";
+    return loaded;
+  }
+  const auto yaml = text::parse_yaml(*source, path.string());
+  if (!yaml) {
+    loaded.diagnostics.push_back(yaml.error());
+    return loaded;
+  }
+  Project project;
+  project.folder = path.parent_path();
+  if (project.folder.empty()) project.folder = ".";
+  project.file = path.string();
+  {
+    YamlReader reader(*yaml, "the project", loaded.diagnostics);
+    if (const auto* mission = reader.node("mission"))
+      read_mission(*mission, false, project, loaded.diagnostics);
+    else
+      reader.error(yaml->span, "project.missing-key", "the project needs \"mission\": {file: mission.xml}");
+    if (const auto* services = reader.mapping("services")) read_services(*services, project, loaded.diagnostics);
+    if (const auto* skills = reader.mapping("skills")) read_skills(*skills, project, loaded.diagnostics);
+    if (const auto* monitors = reader.sequence("monitors"))
+      read_monitors(*monitors, false, project, loaded.diagnostics);
+    if (const auto* observers = reader.mapping("observers")) read_observers(*observers, project, loaded.diagnostics);
+    if (const auto* plugins = reader.sequence("plugins")) read_plugins(*plugins, project, loaded.diagnostics);
+    read_deadlines(reader.mapping("deadlines"), project, loaded.diagnostics);
+    if (const auto world = reader.string("world")) project.world = FileRef{*world, reader.span("world")};
+  }
+  if (!has_errors(loaded.diagnostics)) loaded.value = std::move(project);
+  return loaded;
+}
+
+std::vector<std::filesystem::path> scenario_files(const Project& project) {
+  std::vector<std::filesystem::path> files;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(project.folder / "scenarios", error)) {
+    if (entry.path().extension() == ".yaml") files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+}  // namespace sentree::project

@@ -1,0 +1,181 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sentree/base/result.h"
+#include "sentree/base/time.h"
+#include "sentree/base/value.h"
+#include "sentree/project/intervention.h"
+#include "sentree/text/yaml.h"
+
+namespace sentree::project {
+
+/// Where a part of the project lives, as written, with its place for messages.
+struct FileRef {
+  std::string path;  ///< Relative to the project's folder.
+  SourceSpan span;
+};
+
+struct ServiceEntry {
+  std::string name;
+  std::string idl;        ///< Interface file: in the project's interfaces/, or one that Sentree ships.
+  std::string interface;  ///< Name of the Thrift service in it.
+  std::string at;         ///< "sim", or an address.
+  std::string robot;      ///< Of the world, for a service of the simulator; empty: the first.
+  SourceSpan span;
+};
+
+struct SkillEntry {
+  std::string leaf;  ///< Name or ID of leaves.
+  FileRef file;      ///< Empty path: skills/<leaf>.scxml.
+  std::string at;    ///< Empty: a thread of the run; else an address.
+  SourceSpan span;
+};
+
+/// Gives a chart written elsewhere the event names it knows: its event `event` is observation `on`.
+struct EventRename {
+  std::string event;
+  std::string on;
+  /// Members of the event's data and the ECMAScript expression, over the observation's data, of each.
+  std::vector<std::pair<std::string, std::string>> data;
+  SourceSpan span;
+};
+
+struct MonitorEntry {
+  std::string name;  ///< Default: the file's stem.
+  FileRef file;
+  std::string requirement;            ///< Which requirement of a .req file; empty: the file is a chart.
+  std::vector<std::string> violated;  ///< States whose entry is a violation, besides <final id="violated">.
+  std::vector<EventRename> events;
+  /// Requests that it may refuse before they are sent, "<service>.<method>"; '*' stands for any text.
+  std::vector<std::string> gate;
+  SourceSpan gate_span;
+  std::string at;  ///< Empty: in the run; else the address of the process that runs it (`sentree monitor`).
+  SourceSpan span;
+};
+
+/// An observer in another process: interfaces/observer.thrift.
+struct ObserverEntry {
+  std::string name;
+  std::string at;
+  SourceSpan span;
+};
+
+/// How long the machine may take, in wall time; they bound faults, not the mission. A loaded project has all of them.
+struct Deadlines {
+  Duration call{0};                         ///< One service call; by default 40 % of the budget.
+  Duration condition{0};                    ///< A condition's run; past it, FAILURE. By default 80 % of the budget.
+  Duration budget{0};                       ///< A whole tick; by default one period.
+  Duration halt = std::chrono::seconds(2);  ///< From `halt` to `halted`; past it, the run is cancelled.
+  Duration unresponsive = std::chrono::seconds(2);  ///< An action that does not answer ticks; past it, FAILURE.
+  /// Processor time of one step of a chart; past it, its skill or monitor is given up.
+  Duration script = std::chrono::seconds(2);
+};
+
+/// `sentree.yaml`, read but not yet followed: what belongs together.
+struct Project {
+  std::filesystem::path folder;
+  std::string file;  ///< As shown in messages: "examples/recharge/sentree.yaml".
+
+  FileRef mission;
+  std::string tree;  ///< Tree to execute; empty: the file's main_tree_to_execute.
+  Duration period = std::chrono::milliseconds(100);
+  bool repeat = false;
+  std::vector<ServiceEntry> services;
+  std::vector<SkillEntry> skills;
+  std::vector<MonitorEntry> monitors;
+  std::vector<ObserverEntry> observers;
+  std::vector<FileRef> plugins;  ///< Shared libraries with C++ nodes for the tree.
+  Deadlines deadlines;
+  std::optional<FileRef> world;
+  /// Changes to the world file's content, from a scenario: merged over it, mapping by mapping.
+  std::optional<text::YamlNode> world_overrides;
+
+  [[nodiscard]] const ServiceEntry* service(std::string_view name) const;
+  /// The entry for a leaf: by its name, else by its ID, else null.
+  [[nodiscard]] const SkillEntry* skill(std::string_view leaf_name, std::string_view leaf_id) const;
+  /// `path` as shown in messages, with the project's folder before it.
+  [[nodiscard]] std::string shown(std::string_view path) const;
+};
+
+/// What happens at a given time of a scenario.
+struct Injection {
+  TimePoint at{};
+  Intervention what;
+  std::string source = "scenario";  ///< Who did it, as its observation says.
+  SourceSpan span;
+};
+
+/// A message held back, as a slow machine or network would.
+struct DelayFault {
+  std::string message;  ///< As `Intervention::target` of a delay.
+  Duration by{};
+  SourceSpan span;
+};
+
+/// Most restarts of one process within a minute that a scenario may allow.
+inline constexpr int kRestartsMax = 100;
+
+/// A part of the scenario that runs in a process of its own.
+struct ProcessEntry {
+  std::string name;
+  std::string component;  ///< "sim", or empty.
+  std::string skill;      ///< Leaf name or ID, or empty.
+  std::string monitor;    ///< Name of a monitor of the project, or empty.
+  int restarts = 0;       ///< How often it is started again when it ends, within a minute.
+  std::string listen;     ///< Address; what is "{run}" in it becomes a private folder of the run.
+  SourceSpan span;
+};
+
+/// A project plus a timeline of injections, and what to expect.
+struct Scenario {
+  std::string name;
+  std::string description;
+  std::string file;
+  Project project;  ///< With the scenario's overrides applied.
+
+  bool virtual_time = true;
+  double factor = 1.0;  ///< Run seconds per wall second, in real time.
+  std::uint64_t seed = 1;
+  Duration duration = std::chrono::minutes(10);  ///< The run ends here if nothing ended it before.
+  bool stop_when_violated = false;
+  std::vector<Injection> timeline;
+  std::vector<DelayFault> delays;
+  std::vector<ProcessEntry> processes;
+
+  /// Expected mission status (SUCCESS, FAILURE, RUNNING) and verdicts by monitor (violated, satisfied, undecided).
+  std::optional<std::string> mission;
+  std::string mission_reason;  ///< Text that some output `reason` of the failed leaf must contain; empty: any.
+  std::map<std::string, std::string> verdicts;
+  bool distinct_processes = false;  ///< Every process of `processes`, and the run itself, has a process id of its own.
+  SourceSpan expect_span;
+
+  /// The file as it was read; null for a project without one.
+  text::YamlNode source;
+};
+
+/// The file `sentree.yaml` of a folder, or the file itself. All problems at once.
+/// Codes: project.*, yaml.*, file.*.
+[[nodiscard]] Loaded<Project> load_project(const std::filesystem::path& folder_or_file);
+
+/// A scenario file with its project (default: the sentree.yaml one folder above the scenario's).
+[[nodiscard]] Loaded<Scenario> load_scenario(const std::filesystem::path& file);
+
+/// The scenario of a project that has no timeline and expects nothing.
+[[nodiscard]] Scenario plain_scenario(Project project);
+
+/// The scenario files of a project's `scenarios/` folder, sorted by name.
+[[nodiscard]] std::vector<std::filesystem::path> scenario_files(const Project& project);
+
+/// "10 Hz" as a period, "40 ms" / "2 s" / "5 min" as a duration.
+[[nodiscard]] std::optional<Duration> parse_rate(std::string_view text);
+[[nodiscard]] std::optional<Duration> parse_duration(std::string_view text);
+
+/// '*' in `pattern` stands for any text.
+[[nodiscard]] bool matches_pattern(std::string_view pattern, std::string_view text);
+
+}  // namespace sentree::project

@@ -1,0 +1,171 @@
+#include "sentree/project/project.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+namespace sentree::project {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using testing::ElementsAre;
+
+// A folder of its own for each test.
+class Folder {
+ public:
+  Folder()
+      : path_(std::filesystem::path(testing::TempDir()) /
+              testing::UnitTest::GetInstance()->current_test_info()->name()) {
+    std::filesystem::remove_all(path_);
+    std::filesystem::create_directories(path_ / "scenarios");
+  }
+  ~Folder() { std::filesystem::remove_all(path_); }
+  std::filesystem::path write(const std::string& name, const std::string& content) const {
+    std::ofstream(path_ / name) << content;
+    return path_ / name;
+  }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+// Messages without the folder's path.
+std::vector<std::string> messages(const Diagnostics& diagnostics, const Folder& folder) {
+  std::vector<std::string> texts;
+  for (const Diagnostic& diagnostic : diagnostics) {
+    std::string text = to_string(diagnostic);
+    const std::string prefix = folder.path().string() + "/";
+    if (text.starts_with(prefix)) text = text.substr(prefix.size());
+    texts.push_back(text);
+  }
+  return texts;
+}
+
+TEST(Units, AreReadWithTheirBounds) {
+  EXPECT_EQ(parse_duration("40 ms"), milliseconds(40));
+  EXPECT_EQ(parse_duration("1.5s"), milliseconds(1500));
+  EXPECT_EQ(parse_duration("2 min"), seconds(120));
+  EXPECT_EQ(parse_duration("2"), std::nullopt);
+  EXPECT_EQ(parse_duration("-2 s"), std::nullopt);
+  EXPECT_EQ(parse_duration("soon"), std::nullopt);
+  EXPECT_EQ(parse_rate("10 Hz"), milliseconds(100));
+  EXPECT_EQ(parse_rate("0 Hz"), std::nullopt);
+  EXPECT_EQ(parse_rate("10 kHz"), std::nullopt);
+}
+
+TEST(Pattern, StarStandsForAnyText) {
+  EXPECT_TRUE(matches_pattern("navigation.*", "navigation.gotoTarget.request"));
+  EXPECT_TRUE(matches_pattern("*.halt", "Sub.GoTo.halt"));
+  EXPECT_TRUE(matches_pattern("a*b*c", "a-b-b-c"));
+  EXPECT_FALSE(matches_pattern("a*b*c", "a-c-b"));
+  EXPECT_FALSE(matches_pattern("navigation", "navigation.x"));
+  EXPECT_TRUE(matches_pattern("*", ""));
+}
+
+TEST(Project, IsReadWhole) {
+  const Folder folder;
+  folder.write(
+      "sentree.yaml",
+      "mission: {file: m.xml, tree: Main, rate: 20 Hz}\n"
+      "services:\n  battery: {interface: robot.thrift/Battery, at: sim}\n"
+      "skills:\n  GoTo: {file: skills/g.scxml, at: 'unix:/tmp/x'}\n"
+      "monitors:\n  - {file: monitors/a.scxml, violated: bad, events: {low: {on: b.c.reply, data: {level: result}}}}\n"
+      "deadlines: {call: 10 ms, condition: 20 ms}\n");
+  const auto loaded = load_project(folder.path());
+  ASSERT_TRUE(loaded.ok()) << to_string(loaded.diagnostics.front());
+  const Project& project = *loaded.value;
+  EXPECT_EQ(project.period, milliseconds(50));
+  EXPECT_EQ(project.service("battery")->interface, "Battery");
+  EXPECT_EQ(project.skill("x", "GoTo")->at, "unix:/tmp/x");
+  EXPECT_EQ(project.monitors[0].name, "a");
+  EXPECT_THAT(project.monitors[0].violated, ElementsAre("bad"));
+  EXPECT_EQ(project.monitors[0].events[0].data[0].second, "result");
+  EXPECT_EQ(project.deadlines.condition, milliseconds(20));
+}
+
+TEST(Project, ReportsAllProblemsAtOnce) {
+  const Folder folder;
+  folder.write("sentree.yaml",
+               "mission: {tree: Main, rate: fast}\n"
+               "sevices: {}\n"
+               "services:\n  battery: {interface: Battery}\n"
+               "monitors: {}\n"
+               "deadlines: {call: 90 ms}\n");
+  const auto loaded = load_project(folder.path());
+  EXPECT_FALSE(loaded.ok());
+  EXPECT_THAT(
+      messages(loaded.diagnostics, folder),
+      ElementsAre("sentree.yaml:1:10: mission needs \"file\"",
+                  "sentree.yaml:1:29: rate \"fast\" is not a rate such as 10 Hz, from 0.01 to 1000 Hz",
+                  "sentree.yaml:4:24: interface \"Battery\" must be FILE.thrift/SERVICE, e.g. robot.thrift/Battery",
+                  "sentree.yaml:5:11: \"monitors\" of the project must be a list",
+                  "sentree.yaml:6:12: deadlines must nest: call (90 ms) < condition (80 ms) < tick budget (100 ms); "
+                  "otherwise a slow call is judged by the wrong one",
+                  "sentree.yaml:2:1: the project has no key \"sevices\"; did you mean \"services\"?"));
+}
+
+TEST(Project, SaysWhatAProjectIsWhenThereIsNone) {
+  const auto loaded = load_project("/nonexistent/project");
+  ASSERT_EQ(loaded.diagnostics.size(), 1U);
+  EXPECT_EQ(to_string(loaded.diagnostics[0]),
+            "/nonexistent/project: no such file; a project is a folder with a sentree.yaml (sentree init makes one)");
+}
+
+TEST(Scenario, ChangesItsProjectAndSaysWhatToExpect) {
+  const Folder folder;
+  folder.write("sentree.yaml",
+               "mission: {file: m.xml}\nservices:\n  battery: {interface: robot.thrift/Battery, at: sim}\n"
+               "monitors:\n  - {file: monitors/a.scxml, violated: [bad]}\n");
+  const auto file = folder.write(
+      "scenarios/s.yaml",
+      "clock: {real: 20}\nseed: 7\n"
+      "override:\n  skills: {GoTo: {file: skills/other.scxml}}\n  services: {battery: {at: 'tcp://127.0.0.1:1'}}\n"
+      "timeline:\n  - {at: 2 s, call: simulation.setBatteryCharge, args: {percent: 10}}\n"
+      "delays:\n  - {message: GoTo.halt, by: 300 ms}\n"
+      "expect: {mission: SUCCESS, monitors: {a: violated}}\n");
+  const auto loaded = load_scenario(file);
+  ASSERT_TRUE(loaded.ok()) << to_string(loaded.diagnostics.front());
+  const Scenario& scenario = *loaded.value;
+  EXPECT_EQ(scenario.name, "s");
+  EXPECT_FALSE(scenario.virtual_time);
+  EXPECT_EQ(scenario.factor, 20.0);
+  EXPECT_EQ(scenario.seed, 7U);
+  EXPECT_EQ(scenario.project.skill("", "GoTo")->file.path, "skills/other.scxml");
+  EXPECT_EQ(scenario.project.service("battery")->at, "tcp://127.0.0.1:1");
+  EXPECT_EQ(scenario.timeline[0].what.target, "simulation.setBatteryCharge");
+  EXPECT_EQ(scenario.timeline[0].at, TimePoint(seconds(2)));
+  EXPECT_EQ(scenario.delays[0].by, milliseconds(300));
+  EXPECT_EQ(scenario.verdicts.at("a"), "violated");
+}
+
+TEST(Scenario, RefusesWhatItCannotExpect) {
+  const Folder folder;
+  folder.write("sentree.yaml",
+               "mission: {file: m.xml}\nmonitors:\n  - {file: monitors/battery.scxml, violated: [bad]}\n");
+  const auto file = folder.write("scenarios/s.yaml",
+                                 "clock: fast\nexpect: {mission: GOOD, monitors: {batery: violated, battery: fine}}\n"
+                                 "processes: {p: {component: camera, listen: 'tcp://127.0.0.1:0'}}\n");
+  EXPECT_THAT(
+      messages(load_scenario(file).diagnostics, folder),
+      ElementsAre("scenarios/s.yaml:1:8: clock must be virtual, real, or {real: FACTOR} with a factor up to 1000",
+                  "scenarios/s.yaml:3:28: component \"camera\" is not known; there is \"sim\"",
+                  "scenarios/s.yaml:2:19: mission \"GOOD\" must be SUCCESS, FAILURE or RUNNING",
+                  "scenarios/s.yaml:2:36: the project has no monitor \"batery\"; did you mean \"battery\"?",
+                  "scenarios/s.yaml:2:63: verdict \"fine\" must be violated, satisfied or undecided"));
+}
+
+TEST(Scenario, OfAProjectAloneHasTheNameOfItsFolder) {
+  const Folder folder;
+  folder.write("sentree.yaml", "mission: {file: mission.xml}\n");
+  for (const char* suffix : {"", "/", "/."}) {
+    auto project = load_project(folder.path().string() + suffix);
+    ASSERT_TRUE(project.ok());
+    EXPECT_EQ(plain_scenario(std::move(*project.value)).name, "OfAProjectAloneHasTheNameOfItsFolder") << suffix;
+  }
+}
+
+}  // namespace
+}  // namespace sentree::project

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "sentree/bt/tree.h"
+#include "sentree/monitor/requirement_types.h"
+#include "sentree/project/plan.h"
+
+namespace sentree::project {
+
+/// An entry of `monitors:` that names a .req file stands for one monitor for each of its requirements, named like it;
+/// with a name of its own, for its only requirement. A file that cannot be read stays one entry, and `prepare` says
+/// what is wrong with it.
+[[nodiscard]] std::vector<MonitorEntry> expand_requirements(const Project& project, MonitorEntry entry);
+
+/// What a project observes.
+/// @param tree  Null: the mission could not be loaded, so nothing is known of it.
+[[nodiscard]] monitor::Vocabulary vocabulary_of(const std::map<std::string, ServicePlan>& services,
+                                                const bt::Tree* tree, const std::vector<LeafPlan>& leaves);
+
+}  // namespace sentree::project

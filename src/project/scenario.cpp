@@ -1,0 +1,188 @@
+#include <algorithm>
+
+#include "sentree/project/project.h"
+#include "sentree/project/timeline.h"
+#include "sentree/project/yaml_reader.h"
+#include "sentree/text/file.h"
+
+namespace sentree::project {
+
+namespace {
+
+void read_clock(YamlReader& reader, Scenario& scenario) {
+  const auto* clock = reader.node("clock");
+  if (clock == nullptr) return;
+  if (clock->is_scalar() && clock->scalar == "virtual") return;
+  scenario.virtual_time = false;
+  if (clock->is_scalar() && clock->scalar == "real") return;
+  const auto* factor = clock->find("real");
+  const auto number = factor ? factor->number() : std::nullopt;
+  if (number && *number > 0 && *number <= 1000 && clock->entries.size() == 1) {
+    scenario.factor = *number;
+  } else {
+    reader.error(clock->span, "scenario.clock",
+                 "clock must be virtual, real, or {real: FACTOR} with a factor up to 1000");
+  }
+}
+
+void read_delays(const text::YamlNode& node, Scenario& scenario, Diagnostics& diagnostics) {
+  for (const text::YamlNode& entry : node.items) {
+    YamlReader reader(entry, "a delay", diagnostics);
+    scenario.delays.push_back(
+        {reader.required_string("message"), reader.duration("by").value_or(Duration(0)), entry.span});
+  }
+}
+
+void read_processes(const text::YamlNode& node, Scenario& scenario, Diagnostics& diagnostics) {
+  for (const auto& [name, entry] : node.entries) {
+    YamlReader reader(entry, "process \"" + name.scalar + "\"", diagnostics);
+    ProcessEntry process{.name = name.scalar,
+                         .component = reader.string("component").value_or(""),
+                         .skill = reader.string("skill").value_or(""),
+                         .monitor = reader.string("monitor").value_or(""),
+                         .restarts = 0,
+                         .listen = reader.required_string("listen"),
+                         .span = name.span};
+    if (const auto restarts = reader.integer("restarts")) {
+      if (*restarts >= 0 && *restarts <= kRestartsMax)
+        process.restarts = static_cast<int>(*restarts);
+      else
+        reader.error(reader.span("restarts"), "scenario.process",
+                     "restarts must be from 0 to " + std::to_string(kRestartsMax));
+    }
+    if ((process.component.empty() ? 0 : 1) + (process.skill.empty() ? 0 : 1) + (process.monitor.empty() ? 0 : 1) !=
+        1) {
+      reader.error(
+          name.span, "scenario.process",
+          "process \"" + name.scalar + "\" needs one of \"component: sim\", \"skill: LEAF\" and \"monitor: NAME\"");
+    } else if (!process.component.empty() && process.component != "sim") {
+      reader.error(reader.span("component"), "scenario.process",
+                   "component \"" + process.component + "\" is not known; there is \"sim\"");
+    }
+    scenario.processes.push_back(std::move(process));
+  }
+}
+
+void read_expect(const text::YamlNode& node, Scenario& scenario, Diagnostics& diagnostics) {
+  YamlReader reader(node, "expect", diagnostics);
+  scenario.expect_span = node.span;
+  scenario.mission = reader.string("mission");
+  if (scenario.mission && *scenario.mission != "SUCCESS" && *scenario.mission != "FAILURE" &&
+      *scenario.mission != "RUNNING") {
+    reader.error(reader.span("mission"), "scenario.expect",
+                 "mission \"" + *scenario.mission + "\" must be SUCCESS, FAILURE or RUNNING");
+  }
+  scenario.mission_reason = reader.string("reason").value_or("");
+  scenario.distinct_processes = reader.boolean("distinct_processes").value_or(false);
+  const auto* monitors = reader.mapping("monitors");
+  if (monitors == nullptr) return;
+  std::vector<std::string> names;
+  for (const MonitorEntry& monitor : scenario.project.monitors) names.push_back(monitor.name);
+  for (const auto& [name, verdict] : monitors->entries) {
+    if (std::find(names.begin(), names.end(), name.scalar) == names.end()) {
+      reader.error(name.span, "scenario.expect",
+                   "the project has no monitor \"" + name.scalar + "\"" + did_you_mean(name.scalar, names));
+    }
+    if (verdict.scalar != "violated" && verdict.scalar != "satisfied" && verdict.scalar != "undecided") {
+      reader.error(verdict.span, "scenario.expect",
+                   "verdict \"" + verdict.scalar + "\" must be violated, satisfied or undecided");
+    }
+    scenario.verdicts[name.scalar] = verdict.scalar;
+  }
+}
+
+// Changes that a scenario makes to its project.
+void read_overrides(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
+  YamlReader reader(node, "override", diagnostics);
+  if (const auto* skills = reader.mapping("skills")) {
+    for (const auto& [name, entry] : skills->entries) {
+      YamlReader skill(entry, "skill \"" + name.scalar + "\"", diagnostics);
+      SkillEntry changed{.leaf = name.scalar, .file = {}, .at = {}, .span = name.span};
+      const auto old = std::find_if(project.skills.begin(), project.skills.end(),
+                                    [&](const auto& s) { return s.leaf == name.scalar; });
+      if (old != project.skills.end()) changed = *old;
+      if (const auto file = skill.string("file")) changed.file = {*file, skill.span("file")};
+      if (const auto at = skill.string("at")) changed.at = *at;
+      if (old != project.skills.end())
+        *old = std::move(changed);
+      else
+        project.skills.push_back(std::move(changed));
+    }
+  }
+  if (const auto* services = reader.mapping("services")) {
+    std::vector<std::string> names;
+    for (const ServiceEntry& service : project.services) names.push_back(service.name);
+    for (const auto& [name, entry] : services->entries) {
+      YamlReader service(entry, "service \"" + name.scalar + "\"", diagnostics);
+      const auto at = service.required_string("at");
+      const auto old = std::find_if(project.services.begin(), project.services.end(),
+                                    [&](const auto& s) { return s.name == name.scalar; });
+      if (old != project.services.end())
+        old->at = at;
+      else
+        service.error(name.span, "scenario.override",
+                      "the project has no service \"" + name.scalar + "\"" + did_you_mean(name.scalar, names));
+    }
+  }
+  if (const auto* mission = reader.mapping("mission")) read_mission(*mission, true, project, diagnostics);
+  if (const auto* monitors = reader.sequence("monitors")) read_monitors(*monitors, true, project, diagnostics);
+  if (const auto* observers = reader.mapping("observers")) read_observers(*observers, project, diagnostics);
+  read_deadlines(reader.mapping("deadlines"), project, diagnostics);
+  if (const auto* world = reader.mapping("world")) project.world_overrides = *world;
+}
+
+}  // namespace
+
+Scenario plain_scenario(Project project) {
+  Scenario scenario;
+  scenario.file = project.file;
+  // "." has a name too.
+  std::error_code error;
+  const std::filesystem::path folder = std::filesystem::absolute(project.folder, error).lexically_normal();
+  scenario.name = (folder.has_filename() ? folder : folder.parent_path()).filename().string();
+  scenario.project = std::move(project);
+  scenario.virtual_time = false;
+  return scenario;
+}
+
+Loaded<Scenario> load_scenario(const std::filesystem::path& file) {
+  Loaded<Scenario> loaded;
+  const auto source = text::read_file(file);
+  if (!source) {
+    loaded.diagnostics.push_back(source.error());
+    return loaded;
+  }
+  const auto yaml = text::parse_yaml(*source, file.string());
+  if (!yaml) {
+    loaded.diagnostics.push_back(yaml.error());
+    return loaded;
+  }
+  Scenario scenario;
+  scenario.file = file.string();
+  {
+    YamlReader reader(*yaml, "the scenario", loaded.diagnostics);
+    scenario.name = reader.string("name").value_or(file.stem().string());
+    scenario.description = reader.string("description").value_or("");
+    const std::filesystem::path project_path = file.parent_path() / reader.string("project").value_or("..");
+    Loaded<Project> project = load_project(project_path.lexically_normal());
+    loaded.diagnostics.insert(loaded.diagnostics.end(), project.diagnostics.begin(), project.diagnostics.end());
+    if (!project.ok()) return loaded;
+    scenario.project = std::move(*project.value);
+
+    read_clock(reader, scenario);
+    if (const auto seed = reader.integer("seed")) scenario.seed = static_cast<std::uint64_t>(*seed);
+    scenario.duration = reader.duration("duration").value_or(scenario.duration);
+    scenario.stop_when_violated = reader.boolean("stop_when_violated").value_or(false);
+    if (const auto* overrides = reader.mapping("override"))
+      read_overrides(*overrides, scenario.project, loaded.diagnostics);
+    if (const auto* timeline = reader.sequence("timeline")) read_timeline(*timeline, scenario, loaded.diagnostics);
+    if (const auto* delays = reader.sequence("delays")) read_delays(*delays, scenario, loaded.diagnostics);
+    if (const auto* processes = reader.mapping("processes")) read_processes(*processes, scenario, loaded.diagnostics);
+    if (const auto* expect = reader.mapping("expect")) read_expect(*expect, scenario, loaded.diagnostics);
+  }
+  scenario.source = *yaml;
+  if (!has_errors(loaded.diagnostics)) loaded.value = std::move(scenario);
+  return loaded;
+}
+
+}  // namespace sentree::project

@@ -1,0 +1,135 @@
+#include "sentree/project/scenario_text.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <utility>
+
+#include "sentree/project/intervention.h"
+
+namespace sentree::project {
+
+namespace {
+
+bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+// Text that YAML takes for a text, or for a quantity such as "12.5 s", without quotes wherever it stands.
+bool is_plain(std::string_view text) {
+  static const std::array kOtherTypes{"true", "false", "null", "True", "False", "Null", "TRUE", "FALSE", "NULL"};
+  if (text.empty() || !(is_letter(text.front()) || is_digit(text.front())) || text.back() == ' ') return false;
+  if (std::find(kOtherTypes.begin(), kOtherTypes.end(), text) != kOtherTypes.end()) return false;
+  const bool has_space = text.find(' ') != std::string_view::npos;
+  if (is_digit(text.front()) && !has_space) return false;
+  return std::all_of(text.begin(), text.end(), [](char c) {
+    return is_letter(c) || is_digit(c) || c == '.' || c == '-' || c == '/' || c == '*' || c == ' ' || c == '%';
+  });
+}
+
+std::string scalar(std::string_view text) {
+  if (is_plain(text)) return std::string(text);
+  std::string out;
+  append_json_string(out, text);
+  return out;
+}
+
+// In YAML's flow style, on one line.
+std::string flow(const Value& value) {
+  if (const Map* map = value.as_map()) {
+    std::string out = "{";
+    for (const auto& [key, member] : *map) out += (out.size() > 1 ? ", " : "") + scalar(key) + ": " + flow(member);
+    return out + "}";
+  }
+  if (const List* list = value.as_list()) {
+    std::string out = "[";
+    for (const Value& item : *list) out += (out.size() > 1 ? ", " : "") + flow(item);
+    return out + "]";
+  }
+  if (const std::string* text = value.as_string()) return scalar(*text);
+  return to_json(value);
+}
+
+std::string flow(const text::YamlNode& node) {
+  using Kind = text::YamlNode::Kind;
+  std::string out;
+  switch (node.kind) {
+    case Kind::kNull: return "null";
+    case Kind::kScalar:
+      // A number, a truth value or a quantity as it was written.
+      if (!node.quoted && node.value().as_string() == nullptr) return node.scalar;
+      return scalar(node.scalar);
+    case Kind::kSequence:
+      for (const text::YamlNode& item : node.items) out += (out.empty() ? "" : ", ") + flow(item);
+      return "[" + out + "]";
+    case Kind::kMapping:
+      for (const auto& [key, member] : node.entries) out += (out.empty() ? "" : ", ") + flow(key) + ": " + flow(member);
+      return "{" + out + "}";
+  }
+  return out;
+}
+
+// An entry of the file: a mapping or a sequence gets a line for each member.
+std::string block(const std::string& key, const text::YamlNode& node) {
+  std::string out = key + ":";
+  if (node.is_mapping() && !node.entries.empty()) {
+    out += "\n";
+    for (const auto& [name, member] : node.entries) out += "  " + flow(name) + ": " + flow(member) + "\n";
+    return out;
+  }
+  if (node.is_sequence() && !node.items.empty()) {
+    out += "\n";
+    for (const text::YamlNode& item : node.items) out += "  - " + flow(item) + "\n";
+    return out;
+  }
+  return out + " " + flow(node) + "\n";
+}
+
+std::string entry(const Injection& injection) {
+  Map map{{"at", exact_seconds(injection.at.time_since_epoch())}};
+  if (injection.source != "scenario") map["source"] = injection.source;
+  for (auto& [key, value] : to_entry(injection.what)) map[key] = value;
+  return "  - " + flow(Value(std::move(map))) + "\n";
+}
+
+std::string expectations(const Scenario& scenario, const RunOutcome& outcome) {
+  std::string out;
+  if (!outcome.mission.empty()) out += "  mission: " + outcome.mission + "\n";
+  std::string monitors;
+  for (const MonitorEntry& monitor : scenario.project.monitors) {
+    const auto verdict = outcome.verdicts.find(monitor.name);
+    monitors += (monitors.empty() ? "" : ", ") + scalar(monitor.name) + ": " +
+                (verdict != outcome.verdicts.end() ? verdict->second : "undecided");
+  }
+  if (!monitors.empty()) out += "  monitors: {" + monitors + "}\n";
+  return out.empty() ? out : "expect:\n" + out;
+}
+
+}  // namespace
+
+std::string scenario_text(const Scenario& scenario, const std::vector<Injection>& done,
+                          const std::optional<RunOutcome>& outcome, const std::string& project) {
+  const auto written = [&](const std::string& key) {
+    const text::YamlNode* node = scenario.source.find(key);
+    return node != nullptr && !node->is_null() ? block(key, *node) : std::string();
+  };
+  std::string out = written("description");
+  if (!project.empty()) out += "project: " + scalar(project) + "\n";
+  if (scenario.virtual_time)
+    out += "clock: virtual\n";
+  else
+    out += "clock: {real: " + shortest_decimal(scenario.factor) + "}\n";
+  out += "seed: " + std::to_string(scenario.seed) + "\n";
+  for (const char* key : {"override", "processes", "delays"}) out += written(key);
+  std::vector<Injection> timeline = scenario.timeline;
+  timeline.insert(timeline.end(), done.begin(), done.end());
+  // At one instant the scenario's own come first, as they did.
+  std::stable_sort(timeline.begin(), timeline.end(), [](const auto& a, const auto& b) { return a.at < b.at; });
+  if (!timeline.empty()) out += "timeline:\n";
+  for (const Injection& injection : timeline) out += entry(injection);
+  out += "duration: " + exact_seconds(scenario.duration) + "\n";
+  out += written("stop_when_violated");
+  if (outcome) out += expectations(scenario, *outcome);
+  return out;
+}
+
+}  // namespace sentree::project

@@ -1,0 +1,121 @@
+#include "sentree/project/yaml_reader.h"
+
+#include <algorithm>
+
+#include "sentree/project/project.h"
+
+namespace sentree::project {
+
+YamlReader::YamlReader(const text::YamlNode& node, std::string what, Diagnostics& diagnostics)
+    : node_(node), what_(std::move(what)), diagnostics_(diagnostics) {
+  if (!node_.is_mapping() && !node_.is_null())
+    error(node_.span, "project.type", what_ + " must be a mapping (key: value)");
+}
+
+YamlReader::~YamlReader() {
+  for (const auto& [key, value] : node_.entries) {
+    if (std::find(known_.begin(), known_.end(), key.scalar) != known_.end()) continue;
+    error(key.span, "project.unknown-key",
+          what_ + " has no key \"" + key.scalar + "\"" + did_you_mean(key.scalar, known_));
+  }
+}
+
+void YamlReader::error(const SourceSpan& span, std::string code, std::string message) {
+  diagnostics_.push_back({Severity::kError, std::move(code), std::move(message), span});
+}
+
+SourceSpan YamlReader::span(const std::string& key) const {
+  const text::YamlNode* found = node_.find(key);
+  return found ? found->span : node_.span;
+}
+
+const text::YamlNode* YamlReader::node(const std::string& key) {
+  known_.push_back(key);
+  const text::YamlNode* found = node_.find(key);
+  return found != nullptr && found->is_null() ? nullptr : found;
+}
+
+std::optional<std::string> YamlReader::string(const std::string& key) {
+  const text::YamlNode* found = node(key);
+  if (found == nullptr) return std::nullopt;
+  if (!found->is_scalar()) {
+    error(found->span, "project.type", "\"" + key + "\" of " + what_ + " must be a text");
+    return std::nullopt;
+  }
+  return found->scalar;
+}
+
+std::string YamlReader::required_string(const std::string& key) {
+  const auto value = string(key);
+  if (!value && node_.find(key) == nullptr) {
+    error(node_.span, "project.missing-key", what_ + " needs \"" + key + "\"");
+  }
+  return value.value_or("");
+}
+
+namespace {
+
+template <class T>
+std::optional<T> converted(YamlReader& reader, const text::YamlNode* node, const std::string& key,
+                           const std::string& what, std::optional<T> value, const char* kind) {
+  if (node == nullptr || value) return value;
+  reader.error(node->span, "project.type",
+               "\"" + key + "\" of " + what + " must be " + kind +
+                   (node->is_scalar() ? ", not \"" + node->scalar + "\"" : std::string()));
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<double> YamlReader::number(const std::string& key) {
+  const text::YamlNode* found = node(key);
+  return converted(*this, found, key, what_, found ? found->number() : std::nullopt, "a number");
+}
+
+std::optional<std::int64_t> YamlReader::integer(const std::string& key) {
+  const text::YamlNode* found = node(key);
+  return converted(*this, found, key, what_, found ? found->integer() : std::nullopt, "a whole number");
+}
+
+std::optional<bool> YamlReader::boolean(const std::string& key) {
+  const text::YamlNode* found = node(key);
+  return converted(*this, found, key, what_, found ? found->boolean() : std::nullopt, "true or false");
+}
+
+std::optional<Duration> YamlReader::duration(const std::string& key) {
+  const text::YamlNode* found = node(key);
+  return converted(*this, found, key, what_, found && found->is_scalar() ? parse_duration(found->scalar) : std::nullopt,
+                   "a duration such as 40 ms, 2 s or 5 min");
+}
+
+std::vector<std::string> YamlReader::strings(const std::string& key) {
+  const text::YamlNode* found = node(key);
+  if (found == nullptr) return {};
+  if (found->is_scalar()) return {found->scalar};
+  std::vector<std::string> texts;
+  for (const text::YamlNode& item : found->items) {
+    if (item.is_scalar())
+      texts.push_back(item.scalar);
+    else
+      error(item.span, "project.type", "\"" + key + "\" of " + what_ + " must be a list of texts");
+  }
+  if (!found->is_sequence())
+    error(found->span, "project.type", "\"" + key + "\" of " + what_ + " must be a list of texts");
+  return texts;
+}
+
+const text::YamlNode* YamlReader::mapping(const std::string& key) {
+  const text::YamlNode* found = node(key);
+  if (found == nullptr || found->is_mapping()) return found;
+  error(found->span, "project.type", "\"" + key + "\" of " + what_ + " must be a mapping (key: value)");
+  return nullptr;
+}
+
+const text::YamlNode* YamlReader::sequence(const std::string& key) {
+  const text::YamlNode* found = node(key);
+  if (found == nullptr || found->is_sequence()) return found;
+  error(found->span, "project.type", "\"" + key + "\" of " + what_ + " must be a list");
+  return nullptr;
+}
+
+}  // namespace sentree::project

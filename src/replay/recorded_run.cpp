@@ -1,0 +1,243 @@
+#include "sentree/replay/recorded_run.h"
+
+#include <unistd.h>
+
+#include <charconv>
+
+#include "sentree/base/json.h"
+#include "sentree/base/temporary_folder.h"
+#include "sentree/idl/conform.h"
+#include "sentree/project/scenario_text.h"
+#include "sentree/record/observation.h"
+#include "sentree/replay/recording.h"
+#include "sentree/text/file.h"
+#include "sentree/text/json.h"
+
+namespace sentree::replay {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+template <class Integer>
+std::optional<Integer> to_integer(std::string_view text) {
+  Integer number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+// A name that stays below the folder it is put into.
+bool is_harmless(const fs::path& name) {
+  if (name.empty() || name.is_absolute()) return false;
+  for (const fs::path& part : name) {
+    if (part == "..") return false;
+  }
+  return name.string().find('\0') == std::string::npos;
+}
+
+}  // namespace
+
+struct RecordedRun::Folder {
+  TemporaryFolder files{"recording"};
+  fs::path source;
+};
+
+RecordedRun::RecordedRun() = default;
+RecordedRun::RecordedRun(RecordedRun&&) noexcept = default;
+RecordedRun& RecordedRun::operator=(RecordedRun&&) noexcept = default;
+RecordedRun::~RecordedRun() = default;
+
+Result<RecordedRun> RecordedRun::open(const std::string& path) {
+  auto reader = record::Reader::open(path);
+  if (!reader) return tl::unexpected(reader.error());
+  RecordedRun run;
+  run.path_ = path;
+  run.reader_ = std::move(*reader);
+  if (run.reader_->channels_of(record::kObservationsTopic).empty())
+    return fail("record.not-a-run", "no recording of a run: it has no topic " + std::string(record::kObservationsTopic),
+                SourceSpan{path});
+  for (const record::MetadataIndex& index : run.reader_->metadata()) {
+    if (index.name != kRunMetadata && index.name != kResultMetadata) continue;
+    const auto metadata = run.reader_->metadata(index);
+    if (!metadata) return tl::unexpected(metadata.error());
+    for (const auto& [key, value] : metadata->entries) run.facts_[key] = value;
+  }
+  return run;
+}
+
+std::string RecordedRun::fact(std::string_view name) const {
+  const auto found = facts_.find(name);
+  return found != facts_.end() ? found->second : std::string();
+}
+
+TimePoint RecordedRun::ended() const {
+  if (const auto ns = to_integer<std::int64_t>(fact("ended_ns"))) return TimePoint(Duration(*ns));
+  return TimePoint(Duration(static_cast<std::int64_t>(reader_->statistics().end_time)));
+}
+
+Result<void> RecordedRun::each(const std::function<bool(Message)>& take, TimePoint from, TimePoint to) {
+  std::optional<Diagnostic> failure;
+  const record::Query query{.channels = reader_->channels_of(record::kObservationsTopic),
+                            .from = static_cast<std::uint64_t>(from.time_since_epoch().count()),
+                            .to = static_cast<std::uint64_t>(to.time_since_epoch().count())};
+  auto read = reader_->read(query, [&](const record::RawMessage& raw) {
+    auto message = record::read_observation(raw);
+    if (!message) {
+      failure = message.error();
+      failure->span.file = path_;
+      return false;
+    }
+    return take(std::move(*message));
+  });
+  if (failure) return tl::unexpected(*failure);
+  return read;
+}
+
+Result<std::vector<Message>> RecordedRun::observations() {
+  std::vector<Message> all;
+  auto read = each([&](Message message) {
+    all.push_back(std::move(message));
+    return true;
+  });
+  if (!read) return tl::unexpected(read.error());
+  return all;
+}
+
+Result<std::optional<RecordedRun::Snapshot>> RecordedRun::snapshot(TimePoint time) {
+  std::optional<Snapshot> found;
+  std::string text;
+  const record::Query query{.channels = reader_->channels_of(kSnapshotTopic),
+                            .to = static_cast<std::uint64_t>(time.time_since_epoch().count())};
+  if (query.channels.empty()) return found;
+  auto read = reader_->read(query, [&](const record::RawMessage& raw) {
+    found = Snapshot{.time = TimePoint(Duration(static_cast<std::int64_t>(raw.log_time))), .value = {}};
+    text = raw.data;
+    return true;
+  });
+  if (!read) return tl::unexpected(read.error());
+  if (!found) return found;
+  auto value = text::parse_json(text, path_);
+  if (!value) return tl::unexpected(value.error());
+  found->value = with_bytes(std::move(*value));
+  const Value* sequence = found->value.find("sequence");
+  if (sequence != nullptr && sequence->as_int() != nullptr)
+    found->sequence = static_cast<std::uint64_t>(*sequence->as_int());
+  return found;
+}
+
+Result<fs::path> RecordedRun::extract() {
+  if (folder_) return folder_->source;
+  auto folder = std::make_unique<Folder>();
+  if (folder->files.path().empty())
+    return fail("file.unwritable", "no temporary folder can be made", SourceSpan{path_});
+  const auto put = [&](const std::string& name, const std::string& content) -> Result<void> {
+    if (!is_harmless(name))
+      return fail("record.bad-name", "attachment \"" + name + "\" would lie outside of its folder", SourceSpan{path_});
+    std::error_code error;
+    fs::create_directories((folder->files.path() / name).parent_path(), error);
+    return text::write_file(folder->files.path() / name, content);
+  };
+  bool any = false;
+  for (const record::AttachmentIndex& index : reader_->attachments()) {
+    if (!index.name.starts_with(kProjectPrefix)) continue;
+    const auto attachment = reader_->attachment(index);
+    if (!attachment) return tl::unexpected(attachment.error());
+    if (auto written = put(index.name.substr(kProjectPrefix.size()), attachment->data); !written)
+      return tl::unexpected(written.error());
+    any = true;
+  }
+  const std::string source = fact("source");
+  if (!any || source.empty() || !is_harmless(source))
+    return fail("record.no-project", "the recording holds no project to run again", SourceSpan{path_});
+  folder->source = folder->files.path() / source;
+  folder_ = std::move(folder);
+  return folder_->source;
+}
+
+void RecordedRun::apply_facts(project::Scenario& scenario) const {
+  scenario.virtual_time = is_virtual();
+  if (const auto seed = to_integer<std::uint64_t>(fact("seed"))) scenario.seed = *seed;
+  if (const auto ns = to_integer<std::int64_t>(fact("duration_ns"))) scenario.duration = Duration(*ns);
+}
+
+namespace {
+
+Loaded<project::Scenario> load_either(const fs::path& file, bool plain) {
+  if (!plain) return project::load_scenario(file);
+  auto project = project::load_project(file);
+  Loaded<project::Scenario> loaded;
+  loaded.diagnostics = std::move(project.diagnostics);
+  if (project.value) loaded.value = project::plain_scenario(std::move(*project.value));
+  return loaded;
+}
+
+}  // namespace
+
+Loaded<project::Scenario> RecordedRun::scenario() {
+  const auto file = extract();
+  if (!file) return {.value = std::nullopt, .diagnostics = {file.error()}};
+  auto loaded = load_either(*file, fact("source") == fact("project"));
+  if (loaded.value) {
+    loaded.value->name = fact("scenario");
+    apply_facts(*loaded.value);
+  }
+  return loaded;
+}
+
+Loaded<project::Scenario> RecordedRun::scenario_in(const std::string& project) {
+  const bool plain = fact("source") == fact("project");
+  std::error_code error;
+  fs::path file = project;
+  if (!plain && (fs::is_directory(file, error) || file.filename() == "sentree.yaml")) {
+    const fs::path folder = fs::is_directory(file, error) ? file : file.parent_path();
+    file = folder / "scenarios" / fs::path(fact("source")).filename();
+  }
+  auto loaded = load_either(file, plain);
+  if (loaded.value) apply_facts(*loaded.value);
+  return loaded;
+}
+
+void restore_numbers(const project::Plan& plan, Message& message) {
+  const auto dot = message.name.find('.');
+  if (dot == std::string::npos || message.kind == MessageKind::kEvent) return;
+  const auto service = plan.services.find(message.name.substr(0, dot));
+  if (service == plan.services.end()) return;
+  const idl::Method* method =
+      service->second.service->find(message.name.substr(dot + 1, message.name.rfind('.') - dot - 1));
+  Map* data = message.data.as_map();
+  if (method == nullptr || data == nullptr) return;
+  if (Value* args = data->find("args")) {
+    if (auto conformed = idl::conform_arguments(*method, *args)) *args = std::move(*conformed);
+  }
+  if (Value* result = data->find("result")) {
+    if (auto conformed = idl::conform(*method->result, *result, "result")) *result = std::move(*conformed);
+  }
+}
+
+Result<std::string> recorded_scenario_text(RecordedRun& run, const std::string& project) {
+  auto scenario = run.scenario();
+  if (!scenario.value) return tl::unexpected(scenario.diagnostics.front());
+  std::vector<project::Injection> done;
+  project::RunOutcome outcome;
+  auto read = run.each([&](const Message& message) {
+    if (message.name == "scenario.injection" && message.source != "scenario") {
+      if (auto what = project::intervention_of(message))
+        done.push_back({.at = message.time, .what = std::move(*what), .source = message.source, .span = {}});
+    } else if (message.name == "mission.status") {
+      const std::string status(message.data.find("status") != nullptr ? message.data.find("status")->text() : "");
+      outcome.mission = status == "SUCCESS" || status == "FAILURE" || status == "RUNNING" ? status : "";
+    } else if (message.name == "monitor.violated" || message.name == "monitor.satisfied") {
+      if (const Value* monitor = message.data.find("monitor"))
+        outcome.verdicts[std::string(monitor->text())] = message.name.substr(message.name.find('.') + 1);
+    }
+    return true;
+  });
+  if (!read) return tl::unexpected(read.error());
+  // One that was cut off says nothing about how it would have ended.
+  const std::string ended_by = run.fact("ended_by");
+  const bool whole = !ended_by.empty() && ended_by != "error" && ended_by != "interrupt";
+  return project::scenario_text(*scenario.value, done, whole ? std::optional(outcome) : std::nullopt, project);
+}
+
+}  // namespace sentree::replay

@@ -1,0 +1,458 @@
+#include "sentree/replay/recording.h"
+
+#include <algorithm>
+#include <ctime>
+#include <set>
+
+#include "sentree/base/json.h"
+#include "sentree/record/foxglove.h"
+#include "sentree/record/observation.h"
+#include "sentree/record/schemas.h"
+#include "sentree/replay/robot_topics.h"
+#include "sentree/replay/snapshot.h"
+#include "sentree/runtime/local_skill.h"
+#include "sentree/runtime/monitors.h"
+
+namespace sentree::replay {
+
+namespace {
+
+namespace fs = std::filesystem;
+namespace schemas = record::schemas;
+
+std::string decimal(std::int64_t number) { return std::to_string(number); }
+
+fs::path resolved(const fs::path& path) {
+  std::error_code error;
+  return fs::absolute(path, error).lexically_normal();
+}
+
+bool is_below(const fs::path& path, const fs::path& folder) {
+  const auto [end, unused] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
+  return end == folder.end();
+}
+
+// The deepest folder that holds both.
+fs::path common(const fs::path& a, const fs::path& b) {
+  fs::path shared;
+  for (auto x = a.begin(), y = b.begin(); x != a.end() && y != b.end() && *x == *y; ++x, ++y) shared /= *x;
+  return shared;
+}
+
+std::string wall_clock() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32];
+  (void)std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
+}
+
+void pack_state_ids(record::PackedJson& out, const scxml::Chart& chart, const scxml::Session& session) {
+  out.raw("[");
+  bool first = true;
+  session.configuration().for_each([&](scxml::StateIndex state) {
+    const std::string& id = chart.states()[state].id;
+    if (id.empty()) return;
+    if (!first) out.raw(",");
+    first = false;
+    out.text(id);
+  });
+  out.raw("]");
+}
+
+void pack_data(record::PackedJson& out, const scxml::Chart& chart, const scxml::Session& session) {
+  char separator = '{';
+  session.visit_data(chart, [&](const std::string& name, const Value& value) {
+    out.mark(separator);
+    out.text(name);
+    out.mark(':');
+    out.value(value);
+    separator = ',';
+  });
+  if (separator == '{') out.mark('{');
+  out.mark('}');
+}
+
+}  // namespace
+
+struct RunRecorder::Impl {
+  Impl(const project::Plan& recorded, std::unique_ptr<record::Sink> sink, record::RecorderOptions options)
+      : plan(recorded), recorder(std::move(sink), std::move(options)), charts(recorded.leaves.size()) {
+    observations =
+        recorder.add_channel(std::string(record::kObservationsTopic), "sentree.Observation", schemas::kObservation);
+    tree = recorder.add_channel("/tree", "sentree.Tree", schemas::kTree);
+    chart_states = recorder.add_channel("/charts", "sentree.Chart", schemas::kChart);
+    monitor_states = recorder.add_channel("/monitors", "sentree.Monitor", schemas::kMonitor);
+    log = recorder.add_channel("/log", "foxglove.Log", schemas::kLog);
+    blackboard = recorder.add_channel("/blackboard", "sentree.Blackboard", schemas::kBlackboard);
+    violations = recorder.add_channel("/violations", "sentree.Violation", schemas::kViolation);
+    snapshots = recorder.add_channel(std::string(kSnapshotTopic), "sentree.Snapshot", schemas::kSnapshot);
+    statuses.assign(plan.tree.size(), bt::Status::kIdle);
+    monitors.resize(plan.monitors.size());
+  }
+
+  void attach_files(const std::vector<text::ReadFile>& files) {
+    const fs::path shipped = project::shipped_folder("interfaces");
+    const fs::path source = resolved(plan.scenario.file);
+    const fs::path project = resolved(plan.scenario.project.file);
+    fs::path root = common(source.parent_path(), project.parent_path());
+    for (const text::ReadFile& file : files) {
+      if (!is_below(resolved(file.path), shipped)) root = common(root, resolved(file.path).parent_path());
+    }
+    const fs::path project_folder = project.parent_path().lexically_relative(root);
+    std::set<std::string> names;
+    for (const text::ReadFile& file : files) {
+      const fs::path path = resolved(file.path);
+      // An interface of Sentree's becomes one of the project's, so that the recording means the same with a later
+      // version.
+      const fs::path name = is_below(path, shipped) ? project_folder / "interfaces" / path.lexically_relative(shipped)
+                                                    : path.lexically_relative(root);
+      const std::string shown = name.lexically_normal().generic_string();
+      if (file.content.size() > kAttachedFileMax || !names.insert(shown).second) continue;
+      recorder.attach({.name = std::string(kProjectPrefix) + shown,
+                       .media_type = "application/octet-stream",
+                       .data = file.content});
+    }
+    const project::Scenario& scenario = plan.scenario;
+    record::Metadata facts{std::string(kRunMetadata), {}};
+    const auto fact = [&](const char* key, std::string value) { facts.entries.emplace_back(key, std::move(value)); };
+    fact("format", "1");
+    fact("scenario", scenario.name);
+    fact("source", source.lexically_relative(root).generic_string());
+    fact("project", project.lexically_relative(root).generic_string());
+    fact("clock", scenario.virtual_time ? "virtual" : "real");
+    fact("factor", shortest_decimal(scenario.factor));
+    fact("seed", std::to_string(scenario.seed));
+    fact("duration_ns", decimal(scenario.duration.count()));
+    fact("period_ns", decimal(scenario.project.period.count()));
+    if (!scenario.virtual_time) fact("started", wall_clock());
+    recorder.add(std::move(facts));
+  }
+
+  template <class Pack>
+  void write(record::ChannelId channel, TimePoint time, Pack&& pack) {
+    recorder.pack(channel, time, std::forward<Pack>(pack));
+  }
+
+  void say(TimePoint time, record::LogLevel level, std::string_view name, std::string_view text) {
+    recorder.message(log, time, [&](std::string& out) { record::append_log(out, time, level, name, text); });
+  }
+
+  // In the observer's actor.
+  void observe(const Message& message) {
+    last_time = message.time;
+    write(observations, message.time, [&](record::PackedJson& out) { record::pack_observation(out, message); });
+    switch (meaning_of(message)) {
+      case What::kTick:
+        write_tree(message.time);
+        tick = message.tick;
+        break;
+      case What::kStatus: take_status(message); break;
+      case What::kLog: {
+        const Value* label = message.data.find("label");
+        const Value* text = message.data.find("text");
+        std::string line(label != nullptr ? label->text() : "");
+        if (!line.empty()) line += ": ";
+        say(message.time, record::LogLevel::kInfo, message.source,
+            line + std::string(text != nullptr ? text->text() : ""));
+        break;
+      }
+      case What::kInjection:
+        // What was done is seen at once, also where no time passes.
+        if (inside != nullptr) inside->scheduler().post(inside->director(), [this] { sample_robots(); });
+        break;
+      case What::kOther: break;
+    }
+    if (inside == nullptr) return;
+    for (const std::size_t index : inside->monitors().reached()) look_at_monitor(index, message.time);
+  }
+
+  void take_status(const Message& message) {
+    const Value* node = message.data.find("node");
+    const Value* to = message.data.find("to");
+    const std::int64_t* index = node != nullptr ? node->as_int() : nullptr;
+    if (index == nullptr || to == nullptr || *index < 0 || *index >= static_cast<std::int64_t>(statuses.size())) return;
+    statuses[static_cast<std::size_t>(*index)] = bt::parse_status(to->text()).value_or(bt::Status::kIdle);
+  }
+
+  // The tree as the last tick left it, if that differs from the one before.
+  void write_tree(TimePoint time) {
+    if (statuses == written_statuses) return;
+    written_statuses = statuses;
+    Map status;
+    for (std::size_t node = 0; node < statuses.size(); ++node) {
+      if (statuses[node] == bt::Status::kIdle) continue;
+      status.append(plan.tree.path(static_cast<bt::NodeId>(node)), bt::to_string(statuses[node]));
+    }
+    write(tree, time, [&](record::PackedJson& out) {
+      out.value(Map{{"tick", static_cast<std::int64_t>(tick)}, {"status", std::move(status)}});
+    });
+  }
+
+  // What an observation means here.
+  enum class What : std::uint8_t { kOther, kTick, kStatus, kLog, kInjection };
+
+  static What meaning_of(const Message& message) {
+    using namespace std::string_view_literals;
+    if (message.kind != MessageKind::kEvent) return What::kOther;
+    const std::string_view name = message.name;
+    if (name == "node.status"sv) return What::kStatus;
+    if (name == "mission.tick"sv) return What::kTick;
+    if (name == "scenario.injection"sv) return What::kInjection;
+    return name.ends_with(".log"sv) ? What::kLog : What::kOther;
+  }
+
+  // In the observer's actor.
+  void look_at_monitor(std::size_t index, TimePoint time) {
+    const monitor::State* state = inside != nullptr ? inside->monitors().state(index) : nullptr;
+    if (state == nullptr) return;
+    Seen& seen = monitors[index];
+    if (seen.known && seen.verdict == state->verdict && seen.violations == state->violations &&
+        seen.configuration == state->session.configuration())
+      return;
+    seen = {true, state->verdict, state->violations, state->session.configuration()};
+    const monitor::Model& model = plan.monitors[index];
+    write(monitor_states, time, [&](record::PackedJson& out) {
+      out.raw(R"({"monitor":)");
+      out.text(model.name());
+      out.raw(R"(,"verdict":)");
+      out.text(monitor::to_string(state->verdict));
+      out.raw(R"(,"states":)");
+      pack_state_ids(out, model.chart(), state->session);
+      if (state->verdict == monitor::Verdict::kUndecided && !state->failure) {
+        const monitor::Standing standing = monitor::standing(model, *state);
+        out.raw(R"(,"standing":)");
+        out.text(standing.text());
+        if (standing.deadline) {
+          out.raw(R"(,"deadline":)");
+          out.integer(standing.deadline->time_since_epoch().count());
+        }
+      }
+      if (state->violations > 0) {
+        out.raw(R"(,"violations":)");
+        out.integer(static_cast<std::int64_t>(state->violations));
+      }
+      out.raw("}");
+    });
+  }
+
+  // In the skill's actor.
+  void stepped(std::size_t leaf, const runtime::Skill& skill) {
+    Charted& seen = charts[leaf];
+    const runtime::Skill::Latest& latest = skill.latest();
+    if (seen.known && seen.running == skill.running() && seen.transitions == latest.transitions &&
+        (!skill.running() || seen.configuration == skill.session().configuration()))
+      return;
+    seen.known = true;
+    seen.running = skill.running();
+    seen.transitions = latest.transitions;
+    if (skill.running()) seen.configuration = skill.session().configuration();
+    const TimePoint time = inside->scheduler().now();
+    write(chart_states, time, [&](record::PackedJson& out) {
+      out.raw(R"({"leaf":)");
+      out.text(plan.leaves[leaf].name);
+      out.raw(R"(,"running":)");
+      out.boolean(skill.running());
+      out.raw(R"(,"states":)");
+      if (skill.running())
+        pack_state_ids(out, skill.chart(), skill.session());
+      else
+        out.raw("[]");
+      if (latest.transition) {
+        out.raw(R"(,"last":)");
+        out.integer(static_cast<std::int64_t>(*latest.transition));
+      }
+      out.raw(R"(,"event":)");
+      out.text(latest.event);
+      if (skill.running()) {
+        out.raw(R"(,"data":)");
+        pack_data(out, skill.chart(), skill.session());
+      }
+      out.raw("}");
+    });
+  }
+
+  void begin(runtime::RunInside& run) {
+    inside = &run;
+    if (run.sim() != nullptr) robots = std::make_unique<RobotTopics>(recorder, run.sim()->world());
+    sample_at(TimePoint{});
+    snapshot_at(TimePoint(kSnapshotPeriod));
+  }
+
+  // In the director's actor.
+  void sample_robots() {
+    const TimePoint now = inside->scheduler().now();
+    if (robots) inside->sim()->inspect([&](const sim::State& state) { robots->sample(state, now); });
+  }
+
+  // In the mission's actor. The blackboard, if it is not as it was written last.
+  void write_blackboard(TimePoint now) {
+    const Value entries = bt::export_blackboard(plan.tree, inside->mission().state());
+    std::string json = to_json(entries);
+    if (json == written_blackboard || (written_blackboard.empty() && json == "{}")) return;
+    written_blackboard = std::move(json);
+    recorder.message(blackboard, now, [&](std::string& out) { out += written_blackboard; });
+  }
+
+  void write_violation(const runtime::MonitorReport& report) {
+    const monitor::Decision& decision = *report.decision;
+    List witness;
+    for (const Message& message : decision.witness) {
+      witness.push_back(Map{{"sequence", static_cast<std::int64_t>(message.sequence)},
+                            {"time", message.time.time_since_epoch().count()},
+                            {"tick", static_cast<std::int64_t>(message.tick)},
+                            {"kind", to_string(message.kind)},
+                            {"name", message.name},
+                            {"source", message.source},
+                            {"target", message.target},
+                            {"call", static_cast<std::int64_t>(message.call)},
+                            {"data", message.data}});
+    }
+    Map violation{{"monitor", report.name},
+                  {"time", decision.at.time_since_epoch().count()},
+                  {"sequence", decision.deciding ? static_cast<std::int64_t>(decision.deciding->sequence) : 0},
+                  {"story", story ? story(report) : ""},
+                  {"witness", std::move(witness)},
+                  {"witness_complete", decision.witness_complete},
+                  {"witness_minimal", decision.witness_minimal},
+                  {"explanation", nullptr}};
+    if (report.explanation) violation["explanation"] = monitor::to_value(*report.explanation);
+    write(violations, decision.at, [&](record::PackedJson& out) { out.value(Value(std::move(violation))); });
+  }
+
+  void sample_at(TimePoint when) {
+    inside->scheduler().at(inside->director(), when, runtime::Rank::kSimulator, [this, when] {
+      const TimePoint now = inside->scheduler().now();
+      sample_robots();
+      inside->scheduler().post(inside->mission().actor(), [this, now] { write_blackboard(now); });
+      // Silence moves monitors too.
+      inside->scheduler().post(inside->observer(), [this, now] {
+        for (std::size_t i = 0; i < monitors.size(); ++i) look_at_monitor(i, now);
+      });
+      sample_at(std::max(when + kSamplePeriod, now));
+    });
+  }
+
+  void snapshot_at(TimePoint when) {
+    inside->scheduler().at(inside->director(), when, runtime::Rank::kInjection, [this, when] {
+      take_snapshot(*inside, plan, [this](TimePoint time, const Map& snapshot) {
+        write(snapshots, time, [&](record::PackedJson& out) { out.value(snapshot); });
+      });
+      snapshot_at(std::max(when + kSnapshotPeriod, inside->scheduler().now()));
+    });
+  }
+
+  struct Seen {
+    bool known = false;
+    monitor::Verdict verdict = monitor::Verdict::kUndecided;
+    std::uint64_t violations = 0;
+    scxml::StateSet configuration;
+  };
+  struct Charted {
+    bool known = false;
+    bool running = false;
+    std::uint64_t transitions = 0;
+    scxml::StateSet configuration;
+  };
+
+  const project::Plan& plan;
+  record::Recorder recorder;
+  record::ChannelId observations = 0;
+  record::ChannelId tree = 0;
+  record::ChannelId chart_states = 0;
+  record::ChannelId monitor_states = 0;
+  record::ChannelId log = 0;
+  record::ChannelId blackboard = 0;
+  record::ChannelId violations = 0;
+  record::ChannelId snapshots = 0;
+  std::function<std::string(const runtime::MonitorReport&)> story;
+  std::string written_blackboard;  // of the mission's actor
+  runtime::RunInside* inside = nullptr;
+  std::unique_ptr<RobotTopics> robots;
+  TimePoint last_time{};
+  std::uint64_t tick = 0;
+  std::vector<bt::Status> statuses;
+  std::vector<bt::Status> written_statuses;
+  std::vector<Seen> monitors;
+  std::vector<Charted> charts;  // each belongs to its skill's actor
+};
+
+RunRecorder::RunRecorder(const project::Plan& plan, const std::vector<text::ReadFile>& files,
+                         std::unique_ptr<record::Sink> sink, RecordingOptions options) {
+  record::RecorderOptions recorder;
+  recorder.compression = options.compression;
+  recorder.library = std::move(options.library);
+  recorder.tap = std::move(options.tap);
+  if (plan.scenario.virtual_time) {
+    recorder.flush_every = Duration(0);
+    recorder.wait_when_full = true;
+  }
+  if (options.on_failure) {
+    recorder.on_failure = [told = std::move(options.on_failure)](const Diagnostic& why) {
+      told("recording stopped: " + to_string(why) + "; the run goes on");
+    };
+  }
+  impl_ = std::make_unique<Impl>(plan, std::move(sink), std::move(recorder));
+  impl_->story = std::move(options.story);
+  impl_->attach_files(files);
+}
+
+RunRecorder::~RunRecorder() = default;
+
+void RunRecorder::install(runtime::RunOptions& options) {
+  Impl* impl = impl_.get();
+  options.listeners.push_back([impl](const Message& message) { impl->observe(message); });
+  options.on_begin = [impl, next = std::move(options.on_begin)](runtime::RunInside& inside) {
+    if (next) next(inside);
+    impl->begin(inside);
+  };
+  options.on_skill_step = [impl, next = std::move(options.on_skill_step)](std::size_t leaf,
+                                                                          const runtime::Skill& skill) {
+    if (next) next(leaf, skill);
+    impl->stepped(leaf, skill);
+  };
+  options.on_problem = [impl, next = std::move(options.on_problem)](const std::string& what) {
+    if (next) next(what);
+    const TimePoint now = impl->inside != nullptr ? impl->inside->scheduler().now() : TimePoint{};
+    impl->say(now, record::LogLevel::kWarning, "run", what);
+  };
+  options.on_decision = [impl, next = std::move(options.on_decision)](const runtime::MonitorReport& report) {
+    if (next) next(report);
+    if (!report.decision) return;
+    const bool violated = report.verdict == monitor::Verdict::kViolated;
+    if (violated) impl->write_violation(report);
+    impl->say(report.decision->at, violated ? record::LogLevel::kError : record::LogLevel::kInfo, report.name,
+              std::string(to_string(report.verdict)) + ": state " + report.decision->state);
+  };
+}
+
+Result<std::uint32_t> RunRecorder::follow(decltype(RecordingOptions::tap) tap) {
+  return impl_->recorder.follow(std::move(tap));
+}
+
+record::RecorderReport RunRecorder::finish(const runtime::RunReport& report) {
+  impl_->inside = nullptr;
+  impl_->write_tree(std::max(report.ended, impl_->last_time));
+  record::Metadata result{std::string(kResultMetadata), {}};
+  const auto fact = [&](const char* key, std::string value) { result.entries.emplace_back(key, std::move(value)); };
+  fact("mission", std::string(to_string(report.mission)));
+  fact("reason", report.reason);
+  fact("ended_ns", decimal(report.ended.time_since_epoch().count()));
+  fact("observations", std::to_string(report.observations));
+  fact("ticks", std::to_string(report.timing.ticks));
+  fact("ended_by", report.interrupted      ? "interrupt"
+                   : report.timed_out      ? "time limit"
+                   : !report.error.empty() ? "error"
+                                           : "mission");
+  if (!report.error.empty()) fact("error", report.error);
+  Map verdicts;
+  for (const runtime::MonitorReport& monitor : report.monitors)
+    verdicts[monitor.name] = monitor::to_string(monitor.verdict);
+  fact("verdicts", to_json(Value(std::move(verdicts))));
+  impl_->recorder.add(std::move(result));
+  impl_->recorder.close();
+  return impl_->recorder.report();
+}
+
+}  // namespace sentree::replay

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sentree/record/recorder.h"
+#include "sentree/runtime/run.h"
+#include "sentree/text/file.h"
+
+namespace sentree::replay {
+
+/// Between two samples of the robot, and between two snapshots of everything [run time].
+inline constexpr Duration kSamplePeriod = std::chrono::milliseconds(100);
+inline constexpr Duration kSnapshotPeriod = std::chrono::seconds(5);
+/// Larger project files are not attached.
+inline constexpr std::size_t kAttachedFileMax = 64U << 20U;
+
+/// Names in a recording of ours.
+inline constexpr std::string_view kRunMetadata = "sentree.run";
+inline constexpr std::string_view kResultMetadata = "sentree.result";
+inline constexpr std::string_view kSnapshotTopic = "/snapshots";
+/// Before the names of attached project files.
+inline constexpr std::string_view kProjectPrefix = "project/";
+
+struct RecordingOptions {
+  std::string library = "sentree";
+  record::Compression compression = record::Compression::kZstd;
+  /// Told once when the disk is full or fails; the run goes on without recording.
+  std::function<void(const std::string&)> on_failure;
+  /// A violation as people read it; empty: without.
+  std::function<std::string(const runtime::MonitorReport&)> story = {};
+  /// See record::RecorderOptions.
+  std::function<void(const record::Channel&, TimePoint, std::string_view packed)> tap = {};
+};
+
+/// Records one run: every observation, the states of tree, charts, monitors and robot, the log, and what is needed to
+/// run it again (project files, options, a snapshot every 5 s of run time).
+///
+/// In virtual time the same run gives the same bytes: times are the run's, and nothing else is recorded of the machine.
+class RunRecorder {
+ public:
+  /// @param files  What the project consists of, as a `text::ReadLog` kept it while the plan was made.
+  RunRecorder(const project::Plan& plan, const std::vector<text::ReadFile>& files, std::unique_ptr<record::Sink> sink,
+              RecordingOptions options);
+  ~RunRecorder();
+
+  /// Makes a run with these options be recorded. Call it last: it wraps the callbacks that are there.
+  void install(runtime::RunOptions& options);
+  /// See record::Recorder; from any thread.
+  [[nodiscard]] Result<std::uint32_t> follow(decltype(RecordingOptions::tap) tap);
+  /// Ends the recording with what came out.
+  record::RecorderReport finish(const runtime::RunReport& report);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace sentree::replay

@@ -1,0 +1,521 @@
+#include "sentree/replay/replay.h"
+
+#include <algorithm>
+#include <deque>
+#include <map>
+#include <utility>
+
+#include "sentree/idl/conform.h"
+#include "sentree/project/check_intervention.h"
+#include "sentree/project/intervention.h"
+#include "sentree/replay/behaviour.h"
+#include "sentree/replay/snapshot.h"
+#include "sentree/runtime/local_skill.h"
+#include "sentree/runtime/monitors.h"
+#include "sentree/sim/services.h"
+#include "sentree/sim/simulation.h"
+
+namespace sentree::replay {
+
+namespace {
+
+// A request of the recording with what came of it.
+struct Exchange {
+  TimePoint asked{};
+  std::uint64_t tick = 0;         // of the root, when it was asked
+  std::optional<Duration> after;  // nothing: it was never answered
+  runtime::CallOutcome outcome;
+  bool used = false;
+};
+
+std::string key_of(std::string_view leaf, std::string_view service, std::string_view method, const Value& args) {
+  std::string key;
+  for (const std::string_view part : {leaf, service, method}) {
+    key += part;
+    key += '\n';
+  }
+  return key + to_json(args);
+}
+
+runtime::CallOutcome outcome_of(const Message& message) {
+  runtime::CallOutcome outcome;
+  if (const Value* result = message.data.find("result")) {
+    outcome.ok = true;
+    outcome.result = *result;
+    return outcome;
+  }
+  // An outcome without `result` and without `kind` is that of a method that returns nothing.
+  const Value* kind = message.data.find("kind");
+  outcome.ok = kind == nullptr;
+  if (kind != nullptr) outcome.kind = kind->text();
+  if (const Value* text = message.data.find("message")) outcome.message = text->text();
+  return outcome;
+}
+
+// What the replay itself has done to the world, to do it to a restored one.
+struct Act {
+  TimePoint time{};
+  std::uint64_t sequence = 0;  // observations before it, its own included
+  std::string interface;
+  std::string method;
+  std::string robot;
+  Value args;
+};
+
+class Replay {
+ public:
+  Replay(RecordedRun& recorded, project::Plan plan, ReplayOptions options)
+      : recorded_(recorded), plan_(std::move(plan)), options_(std::move(options)) {}
+
+  Result<ReplayReport> run() {
+    for (const auto& moment : {options_.at, options_.go_on_at}) {
+      if (moment && *moment >= recorded_.ended())
+        return fail("replay.after-end", "at that moment the run was over: it ended at " +
+                                            shortest_decimal(seconds(recorded_.ended())) + " s");
+    }
+    if (auto adapted = adapt(); !adapted) return tl::unexpected(adapted.error());
+    auto messages = recorded_.observations();
+    if (!messages) return tl::unexpected(messages.error());
+    for (Message& message : *messages) restore_numbers(plan_, message);
+    remember(*messages);
+    if (!recorded_.is_virtual() && recorded_.fact("ended_by") == "time limit") end_as_late_as(*messages);
+
+    runtime::RunOptions options = std::move(options_.run);
+    options.inject = false;
+    // A recording in real time has ticks that were late, and lacks some.
+    for (const Message& message : *messages) {
+      if (message.name == "mission.tick") options.tick_times.push_back(message.time);
+    }
+    options.listeners.insert(options.listeners.begin(), [this](const Message& message) {
+      now_behaviour_.observe(message);
+      tick_ = message.tick;
+    });
+    if (!recorded_.is_virtual())
+      options.arrival = [this](std::size_t leaf, Passage what) { return arrival(leaf, what); };
+    options.make_port = [this](const project::ServicePlan& service, const std::string& leaf) {
+      return std::make_unique<Port>(*this, service, leaf);
+    };
+    options.on_begin = [this, next = std::move(options.on_begin)](runtime::RunInside& inside) {
+      if (next) next(inside);
+      begin(inside);
+    };
+    runtime::Run run(plan_, std::move(options));
+    report_.run = run.execute();
+    compare();
+    return std::move(report_);
+  }
+
+ private:
+  class Port final : public runtime::ServicePort {
+   public:
+    Port(Replay& replay, const project::ServicePlan& service, std::string leaf)
+        : replay_(replay), service_(service), leaf_(std::move(leaf)) {}
+    void call(const idl::Method& method, Value args, Done done) override {
+      replay_.call(service_, leaf_, method, std::move(args), std::move(done));
+    }
+
+   private:
+    Replay& replay_;
+    project::ServicePlan service_;
+    std::string leaf_;
+  };
+
+  using Passage = runtime::RunOptions::Passage;
+
+  // Something that the mission asked of a leaf, and what came of it.
+  struct Errand {
+    TimePoint asked{};
+    std::optional<TimePoint> answered;
+    bool late = false;  // `answered` is when the mission gave up
+  };
+  // By leaf and root tick, in order.
+  using Errands = std::map<std::pair<std::size_t, std::uint64_t>, std::deque<Errand>>;
+
+  // Everything in this process, in virtual time.
+  Result<void> adapt() {
+    // Deadlines are wall time: in the recorded run they were this long in run time.
+    const double factor = plan_.scenario.virtual_time ? 1.0 : plan_.scenario.factor;
+    project::Deadlines& deadlines = plan_.scenario.project.deadlines;
+    // Charts of the recording's own project answer as late as they did; changed ones may be quicker.
+    const auto extracted = recorded_.extract();
+    is_own_ = extracted && plan_.scenario.file == *extracted;
+    for (Duration* deadline :
+         {&deadlines.call, &deadlines.condition, &deadlines.budget, &deadlines.halt, &deadlines.unresponsive})
+      *deadline = Duration(static_cast<std::int64_t>(static_cast<double>(deadline->count()) * factor));
+    plan_.scenario.virtual_time = true;
+    plan_.scenario.factor = 1.0;
+    for (const project::ProcessEntry& entry : plan_.scenario.processes) {
+      if (!entry.skill.empty()) process_skills_[entry.name] = entry.skill;
+    }
+    plan_.scenario.processes.clear();
+    plan_.observers.clear();
+    for (project::LeafPlan& leaf : plan_.leaves) {
+      if (!leaf.chart) {
+        return fail("replay.foreign-skill",
+                    "leaf \"" + leaf.name + "\" runs a skill in another language, of which the project has no chart",
+                    plan_.tree.span(leaf.node));
+      }
+      leaf.at.clear();
+    }
+    for (auto& [name, service] : plan_.services) {
+      if (plan_.world && sim::find_service(service.interface) != nullptr) service.at = "sim";
+    }
+    return {};
+  }
+
+  void remember(const std::vector<Message>& messages) {
+    std::map<std::uint64_t, Exchange*> open;  // by call
+    std::map<std::uint64_t, Errand*> errands;
+    std::map<std::string_view, std::size_t> leaves;
+    for (std::size_t i = 0; i < plan_.leaves.size(); ++i) leaves[plan_.leaves[i].name] = i;
+    for (const Message& message : messages) {
+      then_behaviour_.observe(message);
+      if (message.name == "scenario.injection" || message.name == "process.restarted") {
+        injections_.push_back(message);
+        continue;
+      }
+      if (const auto asked = leaves.find(message.target); asked != leaves.end() && message.source == "mission") {
+        const bool ticked = message.name.ends_with(".tick.request");
+        if (!ticked && !message.name.ends_with(".halt.request")) continue;
+        auto& list = (ticked ? ticks_ : halts_)[{asked->second, message.tick}];
+        list.push_back({.asked = message.time, .answered = {}});
+        errands[message.call] = &list.back();
+        continue;
+      }
+      if (message.target == "mission") {
+        const auto errand = errands.find(message.call);
+        if (errand == errands.end()) continue;
+        errand->second->answered = message.time;
+        errand->second->late = message.kind == MessageKind::kError;
+        errands.erase(errand);
+        continue;
+      }
+      const auto service = plan_.services.find(message.target);
+      const Value* args = message.data.find("args");
+      if (service == plan_.services.end() || args == nullptr) continue;
+      if (message.kind == MessageKind::kRequest) {
+        const std::string_view call = runtime::call_of(message);
+        auto& exchanges = exchanges_[key_of(message.source, service->first, call.substr(call.rfind('.') + 1), *args)];
+        exchanges.push_back({.asked = message.time, .tick = message.tick, .after = {}, .outcome = {}});
+        open[message.call] = &exchanges.back();
+        ++report_.recorded_requests;
+      } else if (const auto found = open.find(message.call); found != open.end() && message.call != 0) {
+        found->second->after = message.time - found->second->asked;
+        found->second->outcome = outcome_of(message);
+        open.erase(found);
+      }
+    }
+  }
+
+  // The time limit, which a late machine noticed later: when the mission began to halt.
+  void end_as_late_as(const std::vector<Message>& messages) {
+    Duration& limit = plan_.scenario.duration;
+    const auto halts = [&](const Message& message) {
+      return message.time >= TimePoint(limit) && message.source == "mission" &&
+             (message.name.ends_with(".cancel") || message.name.ends_with(".halt.request"));
+    };
+    const auto first = std::find_if(messages.begin(), messages.end(), halts);
+    limit = (first != messages.end() ? first->time : recorded_.ended()).time_since_epoch();
+  }
+
+  // When what passes between mission and leaf arrived then.
+  TimePoint arrival(std::size_t leaf, Passage what) {
+    if (report_.continued) return {};
+    const bool is_halt = what == Passage::kHalt || what == Passage::kHalted;
+    std::optional<Errand>& current = (is_halt ? halting_ : ticking_)[leaf];
+    if (what == Passage::kTick || what == Passage::kHalt) {
+      current.reset();
+      const auto found = (is_halt ? halts_ : ticks_).find({leaf, tick_});
+      if (found == (is_halt ? halts_ : ticks_).end() || found->second.empty()) return {};
+      current = found->second.front();
+      found->second.pop_front();
+      return current->asked;
+    }
+    if (!current) return {};
+    // What the end of the run cut short is cut short again.
+    if (!current->answered) return is_own_ ? kNever : TimePoint{};
+    if (what != Passage::kDue) return !current->late ? *current->answered : is_own_ ? kNever : TimePoint{};
+    if (current->late) return *current->answered;
+    // The deadline's own timer may have been late, and the answer so in time.
+    if (plan_.leaves[leaf].condition) return kNever;
+    const Duration patience = plan_.scenario.project.deadlines.budget;
+    return *current->answered <= inside_->scheduler().now() + patience ? kNever : TimePoint{};
+  }
+
+  void begin(runtime::RunInside& inside) {
+    inside_ = &inside;
+    inside.put_faults_on_calls(false);
+    for (const Message& injection : injections_) {
+      inside.scheduler().at(inside.director(), injection.time, runtime::Rank::kInjection,
+                            [this, &injection] { inject(injection); });
+    }
+    if (options_.go_on_at) {
+      inside.scheduler().at(inside.director(), *options_.go_on_at, runtime::Rank::kInjection, [this] {
+        if (report_.unrecorded.empty() && inside_->sim() != nullptr) go_on();
+      });
+    }
+    if (options_.at) {
+      inside.scheduler().at(inside.director(), *options_.at + Duration(1), runtime::Rank::kInjection,
+                            [this] { tell_moment(); });
+    }
+    const TimePoint end = add_saturating(recorded_.ended(), Duration(1));
+    inside.scheduler().at(inside.director(), end, runtime::Rank::kInjection, [this] {
+      if (!report_.continued) inside_->end();
+    });
+  }
+
+  // What was done then is done again, except to what answers as recorded.
+  void inject(const Message& injection) {
+    using Kind = project::Intervention::Kind;
+    const Value* process = injection.data.find("process");
+    if (injection.name == "process.restarted") {
+      if (process != nullptr)
+        of_process(std::string(process->text()), [](runtime::SkillActor& skill) { skill.restart(); });
+      return;
+    }
+    const auto what = project::intervention_of(injection);
+    const bool is_call = what && what->kind == Kind::kCall;
+    if (what && !is_call && check_intervention(*what, scope_of(plan_))) {
+      inside_->inject({.at = injection.time, .what = *what, .source = injection.source, .span = {}});
+      return;
+    }
+    Message message;
+    message.source = injection.source;
+    message.target = injection.target;
+    message.name = injection.name;
+    message.data = injection.data;
+    inside_->publish(std::move(message));
+    if (what && what->kind == Kind::kKill) of_process(what->target, [](runtime::SkillActor& skill) { skill.kill(); });
+    if (is_call && plan_.world) call_again(what->target, what->args);
+  }
+
+  // Skills that ran in that process then; they run in this one now.
+  void of_process(const std::string& process, const std::function<void(runtime::SkillActor&)>& act) {
+    const auto ran = process_skills_.find(process);
+    if (ran == process_skills_.end()) return;
+    for (std::size_t leaf = 0; leaf < plan_.leaves.size(); ++leaf) {
+      const project::LeafPlan& plan = plan_.leaves[leaf];
+      if (plan.name != ran->second && plan.id != ran->second) continue;
+      if (runtime::SkillActor* skill = inside_->skill(leaf)) act(*skill);
+    }
+  }
+
+  void call_again(const std::string& call, const Value& args) {
+    const auto dot = call.rfind('.');
+    const std::string name = call.substr(0, dot);
+    Act act{inside_->scheduler().now(), inside_->published(), {}, call.substr(dot + 1), {}, args};
+    if (const auto robot = project::test_control_of(name, *plan_.world)) {
+      act.interface = plan_.test_control ? plan_.test_control->name : "";
+      act.robot = *robot;
+    } else if (const auto service = plan_.services.find(name); service != plan_.services.end()) {
+      act.interface = service->second.interface;
+      act.robot = service->second.robot;
+    }
+    if (report_.continued)
+      (void)inside_->sim()->call(act.interface, act.method, act.args, act.robot);
+    else
+      acts_.push_back(std::move(act));
+  }
+
+  Exchange* find(const std::string& key) {
+    const auto found = exchanges_.find(key);
+    if (found == exchanges_.end()) return nullptr;
+    const TimePoint now = inside_->scheduler().now();
+    const Duration tolerance = plan_.scenario.project.period * kReplayTicksMax;
+    const auto distance = [now](const Exchange& e) { return e.asked > now ? e.asked - now : now - e.asked; };
+    Exchange* best = nullptr;
+    Exchange* used = nullptr;
+    for (Exchange& exchange : found->second) {
+      const std::uint64_t ticks = std::max(exchange.tick, tick_) - std::min(exchange.tick, tick_);
+      // A late machine stretches time between ticks; a changed skill shifts ticks.
+      if (distance(exchange) > tolerance && ticks > kReplayTicksMax) {
+        if (exchange.asked > now) break;
+        continue;
+      }
+      Exchange*& slot = exchange.used ? used : best;
+      if (slot == nullptr || distance(exchange) < distance(*slot)) slot = &exchange;
+    }
+    // Real time misses periods, which virtual time does not: what was asked once then may be asked twice now.
+    return best != nullptr || recorded_.is_virtual() ? best : used;
+  }
+
+  void call(const project::ServicePlan& service, const std::string& leaf, const idl::Method& method, Value args,
+            runtime::ServicePort::Done done) {
+    if (report_.continued) {
+      answer_live(service, method, args, done);
+      return;
+    }
+    Exchange* exchange = find(key_of(leaf, service.name, method.name, args));
+    const TimePoint now = inside_->scheduler().now();
+    if (exchange == nullptr) {
+      if (now > recorded_.ended() || !report_.unrecorded.empty()) return;
+      report_.unrecorded = leaf + " asks " + service.name + "." + method.name + "(" + to_json(args) + ")";
+      report_.unrecorded_at = now;
+      if (options_.go_on && service.at == "sim" && inside_->sim() != nullptr) go_on();
+      if (report_.continued)
+        answer_live(service, method, args, done);
+      else
+        inside_->end();
+      return;
+    }
+    const bool again = std::exchange(exchange->used, true);
+    ++report_.answered_requests;
+    acts_.push_back({now, inside_->published(), service.interface, method.name, service.robot, std::move(args)});
+    if (!exchange->after) return;
+    // In real time the request may have been late: its outcome comes when it came then.
+    const TimePoint when =
+        recorded_.is_virtual() || again ? now + *exchange->after : exchange->asked + *exchange->after;
+    if (when <= now) {
+      done(exchange->outcome);
+      return;
+    }
+    inside_->scheduler().at(inside_->director(), when, runtime::Rank::kMessage,
+                            [done = std::move(done), outcome = exchange->outcome] { done(outcome); });
+  }
+
+  void answer_live(const project::ServicePlan& service, const idl::Method& method, const Value& args,
+                   const runtime::ServicePort::Done& done) {
+    if (service.at != "sim") {
+      done({.ok = false, .result = {}, .kind = "unreachable", .message = "the replay has no \"" + service.name + "\""});
+      return;
+    }
+    done(inside_->sim()->call(service.interface, method.name, args, service.robot));
+  }
+
+  // The world as it was at `now`: the last snapshot, and what was done to it since.
+  sim::State world_at(TimePoint now) {
+    sim::State state = sim::initial_state(*plan_.world, plan_.scenario.seed);
+    TimePoint from{};
+    std::uint64_t sequence = 0;
+    if (auto snapshot = recorded_.snapshot(now); snapshot && *snapshot) {
+      const Value* world = (*snapshot)->value.find("world");
+      auto restored = world != nullptr ? sim::restore(*plan_.world, *world) : fail("replay.no-world", "");
+      if (restored) {
+        state = std::move(*restored);
+        from = (*snapshot)->time;
+        sequence = (*snapshot)->sequence;
+      }
+    }
+    for (const Act& act : acts_) {
+      const Map* args = act.args.as_map();
+      if (args == nullptr || act.time < from || (act.time == from && act.sequence <= sequence)) continue;
+      (void)sim::call(*plan_.world, state,
+                      {.service = act.interface, .method = act.method, .args = *args, .robot = act.robot}, act.time);
+    }
+    sim::advance(*plan_.world, state, now);
+    return state;
+  }
+
+  void go_on() {
+    inside_->sim()->restore(world_at(inside_->scheduler().now()));
+    inside_->put_faults_on_calls(true);
+    report_.continued = true;
+  }
+
+  void tell_moment() {
+    if (inside_->sim() != nullptr && !report_.continued) inside_->sim()->restore(world_at(inside_->scheduler().now()));
+    take_snapshot(*inside_, plan_, [this](TimePoint, const Map& snapshot) {
+      Map moment{{"time", seconds(*options_.at)}, {"tick", static_cast<std::int64_t>(tick_)}};
+      Map nodes;
+      for (bt::NodeId node = 0; node < plan_.tree.size(); ++node) {
+        const bt::Status status = inside_->mission().state().status(node);
+        if (status != bt::Status::kIdle) nodes.append(plan_.tree.path(node), bt::to_string(status));
+      }
+      moment["nodes"] = std::move(nodes);
+      for (const auto& [key, value] : snapshot) moment[key] = value;
+      for (const project::LeafPlan& leaf : plan_.leaves) {
+        Value* saved = moment["skills"].as_map()->find(leaf.name);
+        const Value* saved_session = saved != nullptr ? saved->find("session") : nullptr;
+        const auto session =
+            saved_session != nullptr ? scxml::restore(*leaf.chart, *saved_session) : fail("replay.no-session", "");
+        if (!session) continue;
+        List states;
+        for (std::string& id : session->active_ids(*leaf.chart)) states.emplace_back(std::move(id));
+        (*saved->as_map())["states"] = std::move(states);
+        (*saved->as_map())["data"] = session->data(*leaf.chart);
+      }
+      for (std::size_t i = 0; i < plan_.monitors.size(); ++i) {
+        const monitor::State* state = inside_->monitors().state(i);
+        Value* saved = moment["monitors"].as_map()->find(plan_.monitors[i].name());
+        if (state == nullptr || saved == nullptr || state->verdict != monitor::Verdict::kUndecided) continue;
+        (*saved->as_map())["standing"] = monitor::standing(plan_.monitors[i], *state).text();
+      }
+      report_.moment = std::move(moment);
+      inside_->end();
+    });
+  }
+
+  void compare() {
+    const bool exact = recorded_.is_virtual();
+    // A run that was stopped in between halted its leaves at a moment that the replay does not know.
+    const std::string ended_by = recorded_.fact("ended_by");
+    const bool whole = !ended_by.empty() && ended_by != "interrupt" && ended_by != "error";
+    const TimePoint until = !report_.unrecorded.empty() ? report_.unrecorded_at
+                            : report_.moment            ? *options_.at
+                            : options_.go_on_at         ? *options_.go_on_at - Duration(1)
+                            : whole                     ? kNever
+                                                        : recorded_.ended() - std::chrono::seconds(1);
+    const auto& then = then_behaviour_.deeds();
+    const auto& now = now_behaviour_.deeds();
+    std::map<std::string, bool> all;
+    for (const auto& [who, deeds] : then) all[who] = true;
+    for (const auto& [who, deeds] : now) all[who] = true;
+    for (const auto& [who, unused] : all) {
+      static const std::vector<Deed> kNone;
+      const auto at = [&](const auto& map) -> const std::vector<Deed>& {
+        const auto found = map.find(who);
+        return found != map.end() ? found->second : kNone;
+      };
+      const std::vector<Deed>& a = at(then);
+      const std::vector<Deed>& b = at(now);
+      for (std::size_t i = 0; i < std::max(a.size(), b.size()); ++i) {
+        const Deed* recorded = i < a.size() ? &a[i] : nullptr;
+        const Deed* replayed = i < b.size() ? &b[i] : nullptr;
+        if (recorded != nullptr && replayed != nullptr && recorded->what == replayed->what &&
+            (!exact || recorded->tick == replayed->tick))
+          continue;
+        // What comes first is where they part.
+        const bool now_first = recorded == nullptr || (replayed != nullptr && replayed->time <= recorded->time);
+        const Deed& first = now_first ? *replayed : *recorded;
+        if (first.time > until) break;
+        const auto text = [&](const Deed* deed) {
+          if (deed != nullptr && (!exact || deed->tick == first.tick)) return deed->what;
+          return i > 0 ? "no change: it last " + a[i - 1].what : std::string("nothing yet");
+        };
+        if (report_.differences.size() < kDifferencesMax)
+          report_.differences.push_back({first.time, first.tick, first.sequence, who, text(recorded), text(replayed)});
+        break;
+      }
+    }
+    std::stable_sort(report_.differences.begin(), report_.differences.end(),
+                     [](const Difference& x, const Difference& y) {
+                       return x.time != y.time ? x.time < y.time : x.sequence < y.sequence;
+                     });
+  }
+
+  RecordedRun& recorded_;
+  project::Plan plan_;
+  ReplayOptions options_;
+  ReplayReport report_;
+  runtime::RunInside* inside_ = nullptr;
+  std::map<std::string, std::deque<Exchange>> exchanges_;
+  std::vector<Message> injections_;
+  std::map<std::string, std::string> process_skills_;  // what each recorded process ran
+  std::vector<Act> acts_;
+  Errands ticks_;
+  Errands halts_;
+  std::map<std::size_t, std::optional<Errand>> ticking_;  // by leaf: what was last asked of it
+  std::map<std::size_t, std::optional<Errand>> halting_;
+  std::uint64_t tick_ = 0;  // of the root, the latest
+  bool is_own_ = false;     // the plan is that of the recording
+  Behaviour then_behaviour_;
+  Behaviour now_behaviour_;
+};
+
+}  // namespace
+
+Result<ReplayReport> replay(RecordedRun& recorded, project::Plan plan, ReplayOptions options) {
+  return Replay(recorded, std::move(plan), std::move(options)).run();
+}
+
+}  // namespace sentree::replay

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sentree/replay/recorded_run.h"
+#include "sentree/runtime/run.h"
+
+namespace sentree::replay {
+
+/// How many periods, or ticks, of the mission earlier or later than it was recorded a request may come and still get
+/// its recorded outcome.
+inline constexpr std::uint64_t kReplayTicksMax = 10;
+/// Differences that are kept.
+inline constexpr std::size_t kDifferencesMax = 100;
+
+/// Where the replay and the recording part ways, for one leaf, the mission or a monitor.
+struct Difference {
+  TimePoint time{};
+  std::uint64_t tick = 0;
+  std::uint64_t sequence = 0;  ///< Of the observation that shows it, in the run that did it first.
+  std::string who;
+  std::string recorded;  ///< What it did then: this, or still the same as before.
+  std::string replayed;  ///< What it did now.
+};
+
+struct ReplayReport {
+  runtime::RunReport run;
+  std::uint64_t recorded_requests = 0;
+  std::uint64_t answered_requests = 0;  ///< Answered from the recording.
+  std::vector<Difference> differences;  ///< The first of each leaf, of the mission and of each monitor, by time.
+  /// The first request that was not recorded, e.g. `GoToStation asks navigation.stopNavigation({"goal_id":1})`; empty:
+  /// there was none.
+  std::string unrecorded;
+  TimePoint unrecorded_at{};
+  bool continued = false;  ///< The simulator took over there.
+  /// Everything at the moment that was asked for: what a snapshot of the recording has (see snapshot.h), and `time`,
+  /// `tick`, `nodes` (status by path, of those not idle), each skill's `states` and `data`, each monitor's `standing`.
+  std::optional<Map> moment;
+};
+
+struct ReplayOptions {
+  /// At the first request that was not recorded, restore the simulator to that moment and go on with it.
+  bool go_on = false;
+  /// Let the simulator take over at this moment, whatever is asked.
+  std::optional<TimePoint> go_on_at = {};
+  /// End when everything up to and including this moment has happened, and tell what the state is then.
+  std::optional<TimePoint> at = {};
+  runtime::RunOptions run;
+};
+
+/// Runs the mission of `plan` again in virtual time: its skills, tree and monitors are executed, and its services
+/// answer what they answered in the recording, as long after the request as then. The recording's interventions
+/// happen again at their times; faults on calls are in what the services answered then. A skill that was killed in a
+/// process of its own is killed here, until that was restarted.
+///
+/// Behaviour is what leaves answer and ask, what the mission's status is and what monitors decide; of a recording in
+/// real time the order in each of them counts, of one in virtual time the tick as well. A plan with parts elsewhere is
+/// replayed in this process.
+///
+/// Of a recording in real time, what passes between mission and skills arrives when it did then, however late the
+/// machine was; virtual time has no lateness of its own.
+/// Errors: record.*, json.*, replay.foreign-skill, replay.after-end (a moment at which the run was over).
+[[nodiscard]] Result<ReplayReport> replay(RecordedRun& recorded, project::Plan plan, ReplayOptions options);
+
+}  // namespace sentree::replay

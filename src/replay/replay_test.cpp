@@ -1,0 +1,261 @@
+#include "sentree/replay/replay.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sentree/base/json.h"
+#include "sentree/base/rng.h"
+#include "sentree/base/temporary_folder.h"
+#include "sentree/replay/recording.h"
+#include "sentree/replay/snapshot.h"
+
+namespace sentree::replay {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+const fs::path kRecharge = fs::path(SENTREE_SOURCE_DIR) / "examples/recharge";
+
+class Replays : public ::testing::Test {
+ protected:
+  RecordedRun record_run(const fs::path& scenario, bool virtual_time, Duration duration, double factor = 1.0) {
+    const std::string file = (folder_.path() / "run.mcap").string();
+    const text::ReadLog log;
+    auto loaded = project::load_scenario(scenario);
+    EXPECT_TRUE(loaded.ok());
+    loaded.value->duration = duration;
+    loaded.value->virtual_time = virtual_time;
+    loaded.value->factor = factor;
+    if (!virtual_time)
+      loaded.value->project.deadlines = {
+          .call = std::chrono::seconds(1), .condition = std::chrono::seconds(2), .budget = std::chrono::seconds(3)};
+    const auto plan = prepare(std::move(*loaded.value));
+    EXPECT_TRUE(plan.ok());
+    runtime::RunOptions options;
+    RunRecorder recorder(*plan.value, log.files(), std::move(*record::FileSink::create(file)), {});
+    recorder.install(options);
+    runtime::Run run(*plan.value, std::move(options));
+    recorder.finish(run.execute());
+    auto opened = RecordedRun::open(file);
+    EXPECT_TRUE(opened.has_value());
+    return std::move(*opened);
+  }
+
+  // The recharge project with one skill replaced by another file of it.
+  fs::path project_with(const std::string& skill, const std::string& file) {
+    const fs::path folder = folder_.path() / "changed";
+    fs::copy(kRecharge, folder, fs::copy_options::recursive);
+    fs::copy_file(kRecharge / file, folder / "skills" / (skill + ".scxml"), fs::copy_options::overwrite_existing);
+    return folder;
+  }
+
+  ReplayReport replay_with(RecordedRun& run, Loaded<project::Scenario> scenario, bool go_on) {
+    EXPECT_TRUE(scenario.ok());
+    scenario.value->virtual_time = false;  // parts elsewhere are no problem for a replay
+    auto plan = prepare(std::move(*scenario.value));
+    EXPECT_TRUE(plan.ok()) << to_string(plan.diagnostics[0]);
+    ReplayOptions options;
+    options.go_on = go_on;
+    options.run.listeners.push_back([this](const Message& message) { replayed_.push_back(message); });
+    auto report = replay(run, std::move(*plan.value), std::move(options));
+    EXPECT_TRUE(report.has_value()) << to_string(report.error());
+    return std::move(*report);
+  }
+
+  const TemporaryFolder folder_{"test"};
+  std::vector<Message> replayed_;
+};
+
+TEST_F(Replays, AnUnchangedProjectDoesTheSameInEveryObservation) {
+  RecordedRun run = record_run(kRecharge / "scenarios/experiment1.yaml", true, std::chrono::seconds(60));
+  const ReplayReport report = replay_with(run, run.scenario(), false);
+  EXPECT_THAT(report.differences, IsEmpty());
+  EXPECT_EQ(report.unrecorded, "");
+  EXPECT_EQ(report.answered_requests, report.recorded_requests);
+  EXPECT_EQ(report.run.monitors[0].verdict, monitor::Verdict::kViolated);
+  EXPECT_EQ(replayed_, *run.observations());
+}
+
+TEST_F(Replays, WhatWasDoneToARunIsDoneToItsReplay) {
+  const fs::path file = folder_.path() / "faults.yaml";
+  ASSERT_TRUE(text::write_file(file, "project: " + kRecharge.string() + R"(
+delays:
+  - {message: navigation.*, by: 7 ms}
+timeline:
+  - {at: 1.01 s, delay: {message: battery.getBatteryState.reply, by: 20 ms, count: 3}}
+  - {at: 2 s, falsify: {call: battery.getBatteryState, path: percentage, value: 0.2, count: 2}}
+  - {at: 3 s, force: {leaf: AtKitchen, status: SUCCESS, count: 1}}
+  - {at: 4 s, source: studio, breakpoint: {chart: "skill:GoToKitchen", state: moving}}
+  - {at: 5 s, kill: battery}
+  - {at: 5.2 s, restart: battery}
+  - {at: 6 s, clear: 5}
+  - {at: 7 s, kill: AtKitchen}
+  - {at: 7.45 s, restart: AtKitchen}
+  - {at: 9 s, source: interrupt, stop: mission}
+override:
+  mission: {repeat: true}
+)")
+                  .has_value());
+  RecordedRun run = record_run(file, true, std::chrono::seconds(30));
+  const ReplayReport report = replay_with(run, run.scenario(), false);
+  EXPECT_THAT(report.differences, IsEmpty());
+  EXPECT_EQ(report.unrecorded, "");
+  EXPECT_EQ(replayed_, *run.observations());
+  EXPECT_THAT(report.run.problems, IsEmpty());
+}
+
+TEST_F(Replays, ARecordingInRealTimeDoesTheSame) {
+  RecordedRun run = record_run(kRecharge / "scenarios/experiment1.yaml", false, std::chrono::seconds(8), 4);
+  const ReplayReport report = replay_with(run, run.scenario(), false);
+  for (const Difference& d : report.differences)
+    ADD_FAILURE() << seconds(d.time) << " " << d.who << ": " << d.recorded << " / " << d.replayed;
+  EXPECT_EQ(report.unrecorded, "");
+}
+
+TEST_F(Replays, ARecordingOfAMachineThatWasLateDoesTheSame) {
+  // A period is a millisecond here, so that everything is late now and then, deadlines included.
+  RecordedRun run = record_run(kRecharge / "scenarios/experiment1.yaml", false, std::chrono::seconds(60), 100);
+  const ReplayReport report = replay_with(run, run.scenario(), false);
+  for (const Difference& d : report.differences)
+    ADD_FAILURE() << seconds(d.time) << " " << d.who << ": " << d.recorded << " / " << d.replayed;
+  EXPECT_EQ(report.unrecorded, "");
+}
+
+// Everything that a run is when all up to `at` has happened, but for what has no value form.
+Map stopped_at(const fs::path& scenario, Duration duration, TimePoint at) {
+  auto loaded = project::load_scenario(scenario);
+  loaded.value->duration = duration;
+  loaded.value->virtual_time = true;
+  const auto plan = prepare(std::move(*loaded.value));
+  EXPECT_TRUE(plan.ok());
+  Map state;
+  runtime::RunOptions options;
+  options.on_begin = [&](runtime::RunInside& inside) {
+    inside.scheduler().at(inside.director(), at + Duration(1), runtime::Rank::kInjection, [&] {
+      take_snapshot(inside, *plan.value, [&](TimePoint, const Map& snapshot) {
+        state = snapshot;
+        inside.end();
+      });
+    });
+  };
+  (void)runtime::Run(*plan.value, std::move(options)).execute();
+  return state;
+}
+
+class Moments : public Replays, public ::testing::WithParamInterface<const char*> {};
+
+TEST_P(Moments, AreRestoredAsARunThatStoppedThereIs) {
+  constexpr std::uint64_t kSeed = 7;
+  SCOPED_TRACE("seed " + std::to_string(kSeed));
+  const fs::path scenario = kRecharge / "scenarios" / (std::string(GetParam()) + ".yaml");
+  constexpr std::chrono::seconds kDuration(30);
+  RecordedRun run = record_run(scenario, true, kDuration);
+  Rng rng(kSeed);
+  // At ticks, at snapshots, and anywhere between.
+  std::vector<TimePoint> moments{TimePoint(std::chrono::seconds(10))};
+  for (int i = 0; i < 2; ++i) {
+    moments.emplace_back(Duration(static_cast<std::int64_t>(rng.below(29'000'000'000))));
+    moments.emplace_back(std::chrono::milliseconds(100 * rng.below(290)));
+  }
+  for (const TimePoint at : moments) {
+    SCOPED_TRACE(std::to_string(at.time_since_epoch().count()) + " ns");
+    ASSERT_LT(at, run.ended());
+    auto recorded = run.scenario();
+    auto plan = prepare(std::move(*recorded.value));
+    ASSERT_TRUE(plan.ok());
+    ReplayOptions options;
+    options.at = at;
+    const auto report = replay(run, std::move(*plan.value), std::move(options));
+    ASSERT_TRUE(report.has_value()) << to_string(report.error());
+    ASSERT_TRUE(report->moment.has_value());
+    EXPECT_THAT(report->differences, IsEmpty());
+    for (const auto& [part, value] : stopped_at(scenario, kDuration, at)) {
+      const Value* restored = report->moment->find(part);
+      ASSERT_NE(restored, nullptr) << part;
+      if (part != "monitors" && part != "skills") {
+        EXPECT_EQ(*restored, value) << part << "\n" << to_json(*restored) << "\n" << to_json(value);
+        continue;
+      }
+      for (const auto& [name, saved] : *value.as_map()) {
+        for (const auto& [fact, then] : *saved.as_map())
+          EXPECT_EQ(*restored->at({name, fact}), then) << name << ": " << fact;
+      }
+    }
+  }
+}
+INSTANTIATE_TEST_SUITE_P(OfScenarios, Moments, ::testing::Values("normal", "experiment1", "experiment2", "recharge"),
+                         [](const auto& scenario) { return std::string(scenario.param); });
+
+TEST_F(Replays, SayThatAMomentIsAfterTheEnd) {
+  RecordedRun run = record_run(kRecharge / "scenarios/experiment1.yaml", true, std::chrono::seconds(2));
+  for (const bool take_over : {false, true}) {
+    auto scenario = run.scenario();
+    auto plan = prepare(std::move(*scenario.value));
+    ReplayOptions options;
+    (take_over ? options.go_on_at : options.at) = TimePoint(std::chrono::seconds(3));
+    const auto report = replay(run, std::move(*plan.value), std::move(options));
+    ASSERT_FALSE(report.has_value());
+    EXPECT_EQ(report.error().code, "replay.after-end");
+  }
+}
+
+TEST_F(Replays, GoOnInTheSimulatorFromAnyMomentAsTheRunItself) {
+  RecordedRun run = record_run(kRecharge / "scenarios/experiment1.yaml", true, std::chrono::seconds(60));
+  for (const int ms : {0, 9'999, 10'000, 23'456}) {
+    SCOPED_TRACE(ms);
+    replayed_.clear();
+    auto scenario = run.scenario();
+    auto plan = prepare(std::move(*scenario.value));
+    ReplayOptions options;
+    options.go_on_at = TimePoint(std::chrono::milliseconds(ms));
+    options.run.listeners.push_back([this](const Message& message) { replayed_.push_back(message); });
+    const auto report = replay(run, std::move(*plan.value), std::move(options));
+    ASSERT_TRUE(report.has_value()) << to_string(report.error());
+    EXPECT_TRUE(report->continued);
+    EXPECT_EQ(replayed_, *run.observations());
+  }
+}
+
+TEST_F(Replays, AChangedSkillStopsAtTheFirstRequestThatWasNotRecorded) {
+  // Recorded with the buggy skill, which never sends the robot to the station; tried with the sound one.
+  RecordedRun run = record_run(kRecharge / "scenarios/experiment2.yaml", true, std::chrono::seconds(120));
+  EXPECT_THAT(run.fact("verdicts"), HasSubstr("\"recharge\":\"violated\""));
+  const fs::path changed = project_with("BatteryLevelAbove-buggy", "skills/BatteryLevelAbove.scxml");
+  const ReplayReport report = replay_with(run, run.scenario_in(changed.string()), false);
+  ASSERT_FALSE(report.differences.empty());
+  EXPECT_THAT(report.differences[0].who, HasSubstr("BatteryLevelAbove"));
+  EXPECT_THAT(report.differences[0].replayed, HasSubstr("FAILURE"));
+  EXPECT_THAT(report.unrecorded, HasSubstr("station"));
+  EXPECT_FALSE(report.continued);
+  EXPECT_EQ(report.run.ended, report.unrecorded_at);
+}
+
+TEST_F(Replays, AChangedSkillGoesOnInTheRestoredSimulator) {
+  RecordedRun run = record_run(kRecharge / "scenarios/experiment2.yaml", true, std::chrono::seconds(120));
+  const fs::path changed = project_with("BatteryLevelAbove-buggy", "skills/BatteryLevelAbove.scxml");
+  const ReplayReport report = replay_with(run, run.scenario_in(changed.string()), true);
+  EXPECT_TRUE(report.continued);
+  EXPECT_GT(report.run.ended, report.unrecorded_at);
+  for (const runtime::MonitorReport& monitor : report.run.monitors) {
+    if (monitor.name == "recharge") {
+      EXPECT_NE(monitor.verdict, monitor::Verdict::kViolated);
+    }
+  }
+
+  // The restored simulator is where the sound skill alone would have brought it: the same as a run of it from the
+  // start.
+  const std::vector<Message> replayed = replayed_;
+  std::vector<Message> direct;
+  auto scenario = run.scenario_in(changed.string());
+  const auto plan = prepare(std::move(*scenario.value));
+  runtime::RunOptions options;
+  options.listeners.push_back([&](const Message& message) { direct.push_back(message); });
+  (void)runtime::Run(*plan.value, std::move(options)).execute();
+  EXPECT_EQ(replayed, direct);
+}
+
+}  // namespace
+}  // namespace sentree::replay
