@@ -7,6 +7,7 @@ set -euo pipefail
 repository=$1
 work=$2
 failures=0
+unset CI
 
 # A copy of the scripts with a PATH of its own: every stand-in writes its command line to `calls`.
 set_up() {
@@ -146,6 +147,12 @@ set_up
 stub_failing_ctest 0 '7:A.b\n9:C.d\n'
 run 0 "$work/repo/test"
 expect_call 'ctest --preset release --parallel 1 --rerun-failed'
+expect_output 'Passed alone, but not beside other tests, which should be looked into: A.b C.d'
+
+name="counts what passes only alone as failed where CI is set, and says which it was"
+set_up
+stub_failing_ctest 0 '7:A.b\n9:C.d\n'
+run 8 env CI=true "$work/repo/test"
 expect_output 'Passed alone, but not beside other tests, which should be looked into: A.b C.d'
 
 name="fails when a test fails alone too"
