@@ -2,11 +2,11 @@
 #include <cstdint>
 #include <string>
 
-#include "sentree/bt/graph.h"
 #include "sentree/bt/load.h"
 #include "sentree/bt/runner.h"
 #include "sentree/bt/state.h"
 #include "sentree/bt/write.h"
+#include "sentree/graph/tree.h"
 
 // A file loads or is refused with a message; what loads can be ticked, halted, saved, restored and drawn, and stays the
 // same when it is formatted.
@@ -23,7 +23,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   if (!formatted || *bt::format(*formatted) != *formatted) __builtin_trap();
   if (loaded.value->size() > 2000) return 0;
-  static_cast<void>(bt::to_graph(*loaded.value));
+  static_cast<void>(graph::drawing_of(*loaded.value));
   bt::Runner runner(std::move(*loaded.value));
   for (int i = 0; i < 3; ++i) runner.tick(TimePoint(std::chrono::milliseconds(100 * i)));
   const auto saved = bt::save(runner.tree(), runner.state());

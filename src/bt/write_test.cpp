@@ -3,9 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "sentree/bt/graph.h"
 #include "sentree/bt/load.h"
-#include "sentree/bt/step.h"
 
 namespace sentree::bt {
 namespace {
@@ -128,22 +126,6 @@ TEST(WithModels, LeavesWhatSaysTheSameByteForByte) {
   ASSERT_EQ(known.size(), 1U);
   EXPECT_EQ(known[0].ports[0].description, "where to");
   EXPECT_EQ(with_models(kFile, known).value(), kFile);
-}
-
-TEST(Graph, HasANodePerNodeColouredByItsState) {
-  auto loaded = load(std::string(kFile));
-  ASSERT_TRUE(loaded.ok());
-  const Tree& tree = *loaded.value;
-  State state(tree);
-  Effects effects;
-  ASSERT_TRUE(set_entry(tree, state, "n", 0, TimePoint{}).has_value());
-  step(tree, state, Input::tick(), TimePoint{}, effects);
-  const draw::Tree graph = to_graph(tree, &state);
-  ASSERT_EQ(graph.nodes.size(), tree.size());
-  EXPECT_EQ(graph.nodes[0].symbol, draw::kSequenceSymbol);
-  EXPECT_EQ(graph.nodes[0].status, draw::TreeStatus::kRunning);
-  EXPECT_EQ(graph.nodes[1].parent, 0);
-  EXPECT_EQ(graph.nodes[1].title, "A");
 }
 
 }  // namespace

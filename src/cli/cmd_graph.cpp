@@ -1,4 +1,3 @@
-#include "sentree/bt/graph.h"
 #include "sentree/bt/load.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
@@ -6,9 +5,10 @@
 #include "sentree/cli/tour.h"
 #include "sentree/draw/chart.h"
 #include "sentree/draw/tree.h"
+#include "sentree/graph/chart.h"
+#include "sentree/graph/tree.h"
 #include "sentree/project/plan.h"
 #include "sentree/project/project.h"
-#include "sentree/scxml/graph.h"
 #include "sentree/sim/drawing.h"
 #include "sentree/sim/services.h"
 #include "sentree/sim/simulation.h"
@@ -63,7 +63,7 @@ std::optional<std::string> draw_tree(std::string source, const Drawn& what, cons
   const auto tree = bt::load(std::move(source), options, what.file);
   say(tree.diagnostics);
   if (!tree.ok()) return std::nullopt;
-  draw::Tree picture = bt::to_graph(*tree.value);
+  draw::Tree picture = graph::drawing_of(*tree.value);
   picture.direction = command.direction == "auto"    ? draw::best_direction(picture)
                       : command.direction == "right" ? draw::Direction::kRight
                                                      : draw::Direction::kDown;
@@ -76,7 +76,7 @@ std::optional<std::string> draw_chart(const std::string& source, const std::stri
   const auto chart = scxml::load(source, file);
   say(chart.diagnostics);
   if (!chart.ok()) return std::nullopt;
-  const draw::Chart picture = scxml::to_graph(*chart.value);
+  const draw::Chart picture = graph::drawing_of(*chart.value);
   if (format == "svg" || format == "png") return draw::to_svg(picture);
   if (format == "dot") return draw::to_dot(picture);
   if (format == "mermaid") return draw::to_mermaid(picture);

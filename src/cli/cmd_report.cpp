@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <map>
 
-#include "sentree/bt/graph.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/report.h"
 #include "sentree/cli/verdicts.h"
 #include "sentree/draw/tree.h"
+#include "sentree/graph/tree.h"
 #include "sentree/replay/recorded_run.h"
 #include "sentree/text/file.h"
 
@@ -114,7 +114,7 @@ std::string timeline(const project::Plan& plan, const Facts& facts, TimePoint en
 }
 
 std::string coverage(const project::Plan& plan, const Facts& facts) {
-  draw::Tree picture = bt::to_graph(plan.tree, nullptr, {.ports = false, .conditions = false});
+  draw::Tree picture = graph::drawing_of(plan.tree, nullptr, {.ports = false, .conditions = false});
   std::size_t reached = 0;
   for (std::size_t node = 0; node < picture.nodes.size() && node < facts.counts.size(); ++node) {
     const auto& counts = facts.counts[node];

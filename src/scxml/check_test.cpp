@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "sentree/scxml/graph.h"
 #include "sentree/text/file.h"
 
 namespace sentree::scxml {
@@ -115,19 +114,6 @@ TEST(Check, FindsDataThatNobodyUses) {
 TEST(Check, FindsInOfAStateThatIsNotThere) {
   EXPECT_THAT(check_messages(R"xml(<state id="open"><transition event="e" cond="In('opn')"/></state>)xml"),
               ElementsAre(HasSubstr("In('opn') is never true: there is no such state; did you mean \"open\"?")));
-}
-
-TEST(Graph, HasADotForEachInitialStateAndMarksWhatIsActive) {
-  const auto loaded = load(document(
-      R"(<state id="a" initial="c"><state id="b"/><state id="c"/><transition event="e" cond="true" target="f"/></state><final id="f"/>)"));
-  ASSERT_TRUE(loaded.ok());
-  std::vector<StateIndex> origin;
-  const draw::Chart drawn = to_graph(*loaded.value, nullptr, 0, &origin);
-  EXPECT_THAT(origin, ElementsAre(kNoState, 1U, kNoState, 2U, 3U, 4U));
-  EXPECT_EQ(drawn.states[1].name, "a");
-  EXPECT_EQ(drawn.states[2].parent, 1);
-  EXPECT_EQ(drawn.transitions.size(), 3U);
-  EXPECT_THAT(draw::to_svg(drawn), HasSubstr("e [true]"));
 }
 
 }  // namespace

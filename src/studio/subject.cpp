@@ -3,12 +3,12 @@
 #include <algorithm>
 
 #include "sentree/base/json.h"
-#include "sentree/bt/graph.h"
 #include "sentree/draw/tree.h"
+#include "sentree/graph/chart.h"
+#include "sentree/graph/tree.h"
 #include "sentree/idl/describe.h"
 #include "sentree/monitor/requirement.h"
 #include "sentree/project/check_intervention.h"
-#include "sentree/scxml/graph.h"
 
 namespace sentree::studio {
 
@@ -20,7 +20,7 @@ ShownChart shown(std::string id, bool is_monitor, std::string name, const scxml:
                    .is_monitor = is_monitor,
                    .name = std::move(name),
                    .chart = chart,
-                   .drawing = scxml::to_graph(chart, nullptr, 0xFFFFFFFFU, &states),
+                   .drawing = graph::drawing_of(chart, nullptr, 0xFFFFFFFFU, &states),
                    .drawn_states = {}};
   for (std::size_t i = 0; i < states.size(); ++i) {
     if (states[i] == scxml::kNoState) continue;
@@ -44,7 +44,7 @@ std::string_view kind_of(bt::Category category) {
 }
 
 draw::Tree drawn_tree(const bt::Tree& tree) {
-  draw::Tree drawing = bt::to_graph(tree);
+  draw::Tree drawing = graph::drawing_of(tree);
   drawing.direction = draw::best_direction(drawing);
   return drawing;
 }

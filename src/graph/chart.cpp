@@ -1,12 +1,16 @@
-#include "sentree/scxml/graph.h"
+#include "sentree/graph/chart.h"
 
 #include <string>
 #include <utility>
+#include <variant>
+#include <vector>
 
 #include "sentree/scxml/model.h"
 
-namespace sentree::scxml {
+namespace sentree::graph {
 namespace {
+
+using namespace scxml;
 
 class Drawer {
  public:
@@ -134,9 +138,9 @@ class Drawer {
 
 }  // namespace
 
-draw::Chart to_graph(const Chart& chart, const Session* session, TransitionIndex last,
-                     std::vector<StateIndex>* states_of) {
+draw::Chart drawing_of(const scxml::Chart& chart, const scxml::Session* session, scxml::TransitionIndex last,
+                       std::vector<scxml::StateIndex>* states_of) {
   return Drawer(chart, session, last).run(states_of);
 }
 
-}  // namespace sentree::scxml
+}  // namespace sentree::graph

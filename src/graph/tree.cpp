@@ -1,0 +1,87 @@
+#include "sentree/graph/tree.h"
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+namespace sentree::graph {
+
+namespace {
+
+draw::TreeShape shape(bt::Category category) {
+  switch (category) {
+    case bt::Category::kControl: return draw::TreeShape::kControl;
+    case bt::Category::kDecorator: return draw::TreeShape::kDecorator;
+    case bt::Category::kCondition: return draw::TreeShape::kCondition;
+    case bt::Category::kAction: return draw::TreeShape::kAction;
+    case bt::Category::kSubTree: return draw::TreeShape::kSubtree;
+  }
+  return draw::TreeShape::kAction;
+}
+
+/// The literature's signs; an R marks the memoryless ones, a star the one that remembers. Others are written out.
+std::string symbol(std::string_view id) {
+  const std::string sequence(draw::kSequenceSymbol);
+  const std::string fallback(draw::kFallbackSymbol);
+  if (id == "Sequence") return sequence;
+  if (id == "Fallback") return fallback;
+  if (id == "ReactiveSequence") return "R" + sequence;
+  if (id == "ReactiveFallback") return "R" + fallback;
+  if (id == "AsyncSequence") return "A" + sequence;
+  if (id == "AsyncFallback") return "A" + fallback;
+  if (id == "SequenceWithMemory" || id == "SequenceStar") return sequence + "*";
+  if (id == "Parallel" || id == "ParallelAll") return std::string(draw::kParallelSymbol);
+  return std::string(id);
+}
+
+draw::TreeStatus status_of(bt::Status status) {
+  switch (status) {
+    case bt::Status::kIdle: return draw::TreeStatus::kIdle;
+    case bt::Status::kRunning: return draw::TreeStatus::kRunning;
+    case bt::Status::kSuccess: return draw::TreeStatus::kSuccess;
+    case bt::Status::kFailure: return draw::TreeStatus::kFailure;
+    case bt::Status::kSkipped: return draw::TreeStatus::kSkipped;
+  }
+  return draw::TreeStatus::kIdle;
+}
+
+}  // namespace
+
+draw::Tree drawing_of(const bt::Tree& tree, const bt::State* state, const TreeOptions& options) {
+  draw::Tree graph;
+  graph.nodes.reserve(tree.size());
+  for (bt::NodeId id = 0; id < tree.size(); ++id) {
+    draw::TreeNode node;
+    node.parent = tree.parent(id) == bt::kNoNode ? -1 : static_cast<int>(tree.parent(id));
+    const bt::Category category = tree.category(id);
+    const std::string_view registration = tree.registration(id);
+    const std::string_view name = tree.name(id);
+    node.shape = shape(category);
+    if (category == bt::Category::kControl || category == bt::Category::kDecorator) {
+      node.symbol = symbol(registration);
+      if (name != registration) node.title = name;
+    } else {
+      node.title = name;
+      if (name != registration && category != bt::Category::kSubTree) node.lines.emplace_back(registration);
+    }
+    if (options.ports) {
+      for (const bt::PortFact& port : tree.ports(id)) {
+        node.lines.push_back(std::string(port.name) + (port.output && !port.input ? " → " : ": ") +
+                             std::string(port.text));
+      }
+    }
+    if (options.conditions) {
+      for (const auto& [attribute, script] : tree.conditions(id)) {
+        node.lines.push_back(std::string(attribute) + ": " + std::string(script));
+      }
+    }
+    if (state != nullptr) {
+      const auto halting = state->outstanding_halts();
+      node.status = std::find(halting.begin(), halting.end(), id) != halting.end() ? draw::TreeStatus::kHalting
+                                                                                   : status_of(state->status(id));
+    }
+    graph.nodes.push_back(std::move(node));
+  }
+  return graph;
+}
+
+}  // namespace sentree::graph
