@@ -173,16 +173,21 @@ std::string_view Blackboard::name(std::uint32_t cell) const {
   return state_.dynamic_[cell - state_.links_.size()].name;
 }
 
-const Value* Blackboard::peek(const Model& model, const State& state, std::uint32_t scope, std::string_view name) {
+std::uint32_t Blackboard::resolve(const Model& model, const State& state, std::uint32_t cell) {
   // The const_cast is safe: only const members are called.
   const Blackboard view(model, const_cast<State&>(state), TimePoint{});
-  for (std::uint32_t cell = view.find_cell(scope, name); cell != kNone; cell = view.parent_of(cell)) {
-    const std::uint32_t link = view.link_of(cell);
-    if (link == State::kNoEntry) continue;
-    const Value& value = state.entries_[link].datum.value;
-    return value.is_null() ? nullptr : &value;
+  for (; cell != kNone; cell = view.parent_of(cell)) {
+    if (const std::uint32_t link = view.link_of(cell); link != State::kNoEntry) return link;
   }
-  return nullptr;
+  return State::kNoEntry;
+}
+
+const Value* Blackboard::peek(const Model& model, const State& state, std::uint32_t scope, std::string_view name) {
+  const Blackboard view(model, const_cast<State&>(state), TimePoint{});
+  const std::uint32_t link = resolve(model, state, view.find_cell(scope, name));
+  if (link == State::kNoEntry) return nullptr;
+  const Value& value = state.entries_[link].datum.value;
+  return value.is_null() ? nullptr : &value;
 }
 
 std::vector<EntryFact> Blackboard::list(const Tree& tree, const State& state) {

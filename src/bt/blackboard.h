@@ -51,6 +51,8 @@ class Blackboard {
   /// The same without making one: kNone.
   [[nodiscard]] std::uint32_t find_cell(std::uint32_t scope, std::string_view name) const;
   [[nodiscard]] std::string_view name(std::uint32_t cell) const;
+  /// The entry that `find` would give, without linking anything: its index, or State::kNoEntry.
+  [[nodiscard]] static std::uint32_t resolve(const Model& model, const State& state, std::uint32_t cell);
   /// The value of a name without linking anything; null if there is none.
   [[nodiscard]] static const Value* peek(const Model& model, const State& state, std::uint32_t scope,
                                          std::string_view name);

@@ -1,12 +1,7 @@
 #include <algorithm>
+#include <span>
 
 #include "sentree/bt/model.h"
-#include "sentree/bt/nodes/branch.h"
-#include "sentree/bt/nodes/decorator.h"
-#include "sentree/bt/nodes/loop.h"
-#include "sentree/bt/nodes/parallel.h"
-#include "sentree/bt/nodes/reactive.h"
-#include "sentree/bt/nodes/sequence.h"
 
 namespace sentree::bt {
 
@@ -146,12 +141,6 @@ std::vector<Manifest> sorted(std::vector<Manifest> all) {
   return all;
 }
 
-template <class T>
-constexpr std::uint32_t words_of() {
-  static_assert(sizeof(T) % sizeof(std::int32_t) == 0);
-  return sizeof(T) / sizeof(std::int32_t);
-}
-
 }  // namespace
 
 const std::vector<Manifest>& builtins(int format) {
@@ -167,36 +156,59 @@ const Manifest* find_builtin(std::string_view id, int format) {
   return found != all.end() && found->id == id ? &*found : nullptr;
 }
 
-std::uint32_t memory_words(Kind kind, std::uint32_t child_count) {
+std::span<const Word> words(Kind kind) {
+  using enum Word::Lives;
+  using enum Word::Range;
+  // In the order of each node's Memory.
+  static constexpr Word kOrdered[] = {{kAlways, kChildOrEnd}, {kUnlessIdle}, {kInTick}};
+  static constexpr Word kReactive[] = {{kInTick, kChild}, {kInTick}};
+  static constexpr Word kParallel[] = {
+      {kInTick, kChildOrEnd}, {kAlways}, {kAlways}, {kInTick}, {kInTick}, {kInTick}, {kInTick}};
+  static constexpr Word kIfThenElse[] = {{kAlways, kChild}};
+  static constexpr Word kWhileDoElse[] = {{kInTick, kChild}};
+  static constexpr Word kSwitch[] = {{kAlways, kCounted}, {kInTick, kChild}};
+  static constexpr Word kManualSelector[] = {{kAlways, kCounted}, {kInTick, kChild}, {kAlways, kChosen}};
+  static constexpr Word kTryCatch[] = {{kAlways, kChild}, {kUnlessIdle}, {kUnlessIdle}};
+  static constexpr Word kRepeated[] = {{kAlways}, {kInTick}, {kInTick}};
+  static constexpr Word kUpdated[] = {{kAlways}, {kAlways}, {kAlways}};
+  static constexpr Word kLoop[] = {{kUnlessIdle}, {kUnlessIdle, kPosition}};
+  static constexpr Word kSeen[] = {{kAlways}, {kAlways}};
+  static constexpr Word kStatus[] = {{kAlways, kResult}};
+  static constexpr Word kOne[] = {{kAlways}};
   switch (kind) {
     case Kind::kSequence:
     case Kind::kFallback:
     case Kind::kAsyncSequence:
     case Kind::kAsyncFallback:
-    case Kind::kSequenceWithMemory: return words_of<nodes::SequenceMemory>();
+    case Kind::kSequenceWithMemory: return kOrdered;
     case Kind::kReactiveSequence:
-    case Kind::kReactiveFallback: return words_of<nodes::ReactiveMemory>();
+    case Kind::kReactiveFallback: return kReactive;
     case Kind::kParallel:
-    case Kind::kParallelAll: return nodes::kParallelWords + (child_count + 31) / 32;
-    case Kind::kSwitch: return words_of<nodes::Switch::Memory>();
-    case Kind::kManualSelector: return words_of<nodes::ManualSelector::Memory>();
-    case Kind::kTryCatch: return words_of<nodes::TryCatch::Memory>();
+    case Kind::kParallelAll: return kParallel;
+    case Kind::kIfThenElse: return kIfThenElse;
+    case Kind::kWhileDoElse: return kWhileDoElse;
+    case Kind::kSwitch: return kSwitch;
+    case Kind::kManualSelector: return kManualSelector;
+    case Kind::kTryCatch: return kTryCatch;
     case Kind::kRepeat:
-    case Kind::kRetry: return words_of<nodes::Repeat::Memory>();
+    case Kind::kRetry: return kRepeated;
     case Kind::kSkipUnlessUpdated:
-    case Kind::kWaitValueUpdate: return words_of<nodes::SkipUnlessUpdated::Memory>();
-    case Kind::kLoop: return words_of<nodes::Loop::Memory>();
-    case Kind::kWasEntryUpdated: return 2;
-    case Kind::kIfThenElse:
-    case Kind::kWhileDoElse:
-    case Kind::kRunOnce:
+    case Kind::kWaitValueUpdate: return kUpdated;
+    case Kind::kLoop: return kLoop;
+    case Kind::kWasEntryUpdated: return kSeen;
+    case Kind::kRunOnce: return kStatus;
     case Kind::kPrecondition:
     case Kind::kDelay:
     case Kind::kTimeout:
     case Kind::kExternalAction:
-    case Kind::kExternalCondition: return 1;
-    default: return 0;
+    case Kind::kExternalCondition: return kOne;
+    default: return {};
   }
+}
+
+std::uint32_t memory_words(Kind kind, std::uint32_t child_count) {
+  const std::uint32_t bits = kind == Kind::kParallel || kind == Kind::kParallelAll ? (child_count + 31) / 32 : 0;
+  return static_cast<std::uint32_t>(words(kind).size()) + bits;
 }
 
 }  // namespace sentree::bt

@@ -235,6 +235,7 @@ void Loader::bind_special(const DefinedNode& defined, NodeId id, std::uint32_t s
       // The entry that a literal key names is known now.
       const Binding& key = model_->bindings[node.ports + (node.kind == Kind::kSetBlackboard ? 1 : 0)];
       if (key.kind == Binding::Kind::kLiteral) cell(scope, key.text);
+      if (node.kind == Kind::kUnsetBlackboard) model_->unsets = true;
       break;
     }
     case Kind::kUser: {

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -202,7 +203,7 @@ struct Model {
   std::vector<NodeInfo> infos;
   std::vector<NodeId> children;
   std::vector<Status> known_results;  ///< Per node: what it gives whenever it is ticked; kIdle where that is open.
-  std::string text;                   ///< Node names.
+  std::string text;  ///< Node names.
   std::vector<Manifest> manifests;
   std::vector<Binding> bindings;
   std::deque<std::string> strings;                                   ///< A deque: the texts do not move.
@@ -223,6 +224,7 @@ struct Model {
   std::vector<InitialEntry> initial;
   std::vector<std::pair<std::string, std::int64_t>> enums;
   std::vector<PolymorphicCast> casts;
+  bool unsets = false;  ///< It has an UnsetBlackboard: entries may begin to count anew.
   std::uint32_t memory_words = 0;
   std::uint32_t homes = 0;
   std::uint32_t objects = 0;
@@ -239,7 +241,41 @@ struct Model {
   [[nodiscard]] std::optional<std::int64_t> enum_value(std::string_view name) const;
 };
 
-/// Words of State::memory_ that a node of that kind with so many children needs.
+/// One of the words that a node has in State::memory_.
+struct Word {
+  /// Which values a state may hold, so that no damaged one leads out of the node's children.
+  enum class Range : std::uint8_t {
+    kAny,
+    kChild,       ///< Index of a child.
+    kChildOrEnd,  ///< The same, or the number of children where no tick is suspended below.
+    kCounted,     ///< A child counted from 1, or 0.
+    kChosen,      ///< The same, or a status negated.
+    kResult,      ///< SUCCESS, FAILURE, or 0.
+    kPosition,    ///< Not negative.
+  };
+  /// When the value matters.
+  enum class Lives : std::uint8_t {
+    kAlways,
+    kUnlessIdle,  ///< Set anew where an IDLE node is entered.
+    kInTick,      ///< Set anew by each tick: matters only while one is suspended below the node.
+  };
+  Lives lives = Lives::kAlways;
+  Range range = Range::kAny;
+};
+/// True for a node whose first two words are the number of the last write that it has seen of the entry of
+/// `Node::data`.
+[[nodiscard]] constexpr bool waits_for_writes(Kind kind) {
+  return kind == Kind::kSkipUnlessUpdated || kind == Kind::kWaitValueUpdate || kind == Kind::kWasEntryUpdated;
+}
+[[nodiscard]] inline std::uint64_t seen_of(const std::int32_t* words) {
+  return static_cast<std::uint32_t>(words[0]) | std::uint64_t{static_cast<std::uint32_t>(words[1])} << 32;
+}
+inline void set_seen(std::int32_t* words, std::uint64_t seen) {
+  words[0] = static_cast<std::int32_t>(seen);
+  words[1] = static_cast<std::int32_t>(seen >> 32);
+}
+/// The words of a node of that kind; a Parallel has one bit per child behind them.
+[[nodiscard]] std::span<const Word> words(Kind kind);
 [[nodiscard]] std::uint32_t memory_words(Kind kind, std::uint32_t child_count);
 
 /// The nodes that every tree may use, with the names of the format. Sorted by ID.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sentree/base/rng.h"
+#include "sentree/bt/detail/test_random_tree.h"
 #include "sentree/bt/load.h"
 #include "sentree/bt/registry.h"
 #include "sentree/bt/state.h"
@@ -18,93 +19,6 @@ namespace sentree::bt {
 namespace {
 
 using namespace std::chrono_literals;
-
-/// A random tree of built-in nodes over external and scripted leaves, timers included.
-class RandomTree {
- public:
-  struct Parts {
-    bool timers = true;
-    bool loops = true;  ///< Repeat and RetryUntilSuccessful.
-  };
-  explicit RandomTree(std::uint64_t seed) : RandomTree(seed, Parts{}) {}
-  RandomTree(std::uint64_t seed, Parts parts) : rng_(seed), parts_(parts) {}
-
-  std::string xml() {
-    return "<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\"><BehaviorTree ID=\"Main\"><Sequence>"
-           "<RunOnce then_skip=\"false\"><Script code=\"n := 1; s := 'a'\"/></RunOnce>" +
-           node(5) + "</Sequence></BehaviorTree><BehaviorTree ID=\"Sub\">" + "<Fallback><Script code=\"n += 1\"/>" +
-           "<AlwaysSuccess/></Fallback></BehaviorTree></root>";
-  }
-
- private:
-  std::string children(int depth, std::uint64_t least, std::uint64_t most) {
-    std::string text;
-    const std::uint64_t count = least + rng_.below(most - least + 1);
-    for (std::uint64_t i = 0; i < count; ++i) text += node(depth - 1);
-    return text;
-  }
-  std::string condition() {
-    static const std::vector<std::string> kConditions = {"",
-                                                         "",
-                                                         "",
-                                                         " _skipIf=\"n &gt; 6\"",
-                                                         " _while=\"n &lt; 9\"",
-                                                         " _onSuccess=\"n := n + 1\"",
-                                                         " _onHalted=\"n := 0\"",
-                                                         " _failureIf=\"n == 4\""};
-    return kConditions[rng_.below(kConditions.size())];
-  }
-  std::string leaf() {
-    const std::string name = " name=\"l" + std::to_string(++leaves_) + "\"";
-    switch (rng_.below(10)) {
-      case 8: return "<AlwaysSuccess" + condition() + "/>";
-      case 9: return "<AlwaysFailure/>";
-      case 0: return "<Script code=\"n := n * 2 - 3\"/>";
-      case 1: return "<ScriptCondition code=\"n &gt; 2\"/>";
-      case 2: return "<SubTree ID=\"Sub\"" + name + " n=\"{n}\"/>";
-      case 3: return parts_.timers ? "<Sleep msec=\"150\"/>" : "<Script code=\"n := n - 1\"/>";
-      case 4: return "<Condition ID=\"Ask\"" + name + condition() + "/>";
-      default:
-        return "<Action ID=\"Do\"" + name + " in=\"{n}\" out=\"{o" + std::to_string(leaves_) + "}\"" + condition() +
-               "/>";
-    }
-  }
-  std::string node(int depth) {
-    if (depth == 0 || rng_.below(5) == 0) return leaf();
-    static const std::vector<std::string> kControls = {"Sequence",         "Fallback",           "ReactiveSequence",
-                                                       "ReactiveFallback", "SequenceWithMemory", "AsyncSequence",
-                                                       "AsyncFallback",    "ParallelAll"};
-    static const std::vector<std::string> kDecorators = {"Inverter",
-                                                         "ForceSuccess",
-                                                         "ForceFailure",
-                                                         "KeepRunningUntilFailure",
-                                                         "RunOnce",
-                                                         "Repeat num_cycles=\"2\"",
-                                                         "RetryUntilSuccessful num_attempts=\"3\"",
-                                                         "Timeout msec=\"250\"",
-                                                         "Delay delay_msec=\"100\"",
-                                                         "SkipUnlessUpdated entry=\"{n}\""};
-    switch (rng_.below(6)) {
-      case 0: {
-        std::string tag = kDecorators[rng_.below(kDecorators.size())];
-        const bool timer = tag.starts_with("Timeout") || tag.starts_with("Delay");
-        const bool loop = tag.starts_with("Re");
-        if ((timer && !parts_.timers) || (loop && !parts_.loops)) tag = "Inverter";
-        return "<" + tag + ">" + node(depth - 1) + "</" + tag.substr(0, tag.find(' ')) + ">";
-      }
-      case 1: return "<TryCatch>" + children(depth, 2, 3) + "</TryCatch>";
-      case 2: return "<Parallel success_count=\"1\" failure_count=\"1\">" + children(depth, 2, 3) + "</Parallel>";
-      default: {
-        const std::string& tag = kControls[rng_.below(kControls.size())];
-        return "<" + tag + condition() + ">" + children(depth, 1, 4) + "</" + tag + ">";
-      }
-    }
-  }
-
-  Rng rng_;
-  Parts parts_;
-  int leaves_ = 0;
-};
 
 /// Everything that a tree did, as text.
 struct Play {
@@ -161,17 +75,6 @@ struct Play {
   std::map<NodeId, std::uint64_t> asked;
   std::string log;
 };
-
-Tree random_tree(std::uint64_t seed, RandomTree::Parts parts = {}, const Registry* registry = nullptr) {
-  RandomTree random(seed, parts);
-  LoadOptions options;
-  options.registry = registry;
-  auto loaded = load(random.xml(), options);
-  for (const Diagnostic& d : loaded.diagnostics) {
-    if (d.severity == Severity::kError) ADD_FAILURE() << "seed " << seed << ": " << to_string(d);
-  }
-  return std::move(*loaded.value);
-}
 
 constexpr std::uint64_t kTrees = 300;
 constexpr int kTicks = 25;

@@ -1,8 +1,16 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <numeric>
+#include <optional>
+#include <string>
+#include <tuple>
 #include <utility>
+#include <vector>
 
+#include "sentree/bt/blackboard.h"
+#include "sentree/bt/detail/members.h"
+#include "sentree/bt/encode.h"
 #include "sentree/bt/model.h"
 #include "sentree/bt/state.h"
 #include "sentree/bt/tree.h"
@@ -14,7 +22,7 @@ namespace sentree::bt {
 namespace {
 
 constexpr std::string_view kMagic = "SBTS";
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 /// Lists and maps inside values that a snapshot may nest.
 constexpr int kValueDepthMax = 100;
 
@@ -31,48 +39,111 @@ std::uint64_t fingerprint(const Model& model) {
   return h;
 }
 
+/// Appends members to bytes; `compact`: numbers take as many octets as they need, seven bits in each.
 class Writer {
  public:
-  std::string bytes;
+  explicit Writer(std::string& out, bool compact = false) : out_(out), compact_(compact) {}
 
-  void number(std::uint64_t value, int octets) {
-    for (int i = 0; i < octets; ++i) bytes += static_cast<char>(value >> (8 * i) & 0xFF);
+  /// What has no saved form, and is left out; empty if there is none.
+  [[nodiscard]] const std::string& unsavable() const { return unsavable_; }
+  /// Of the objects written, the first that has no saved form.
+  [[nodiscard]] std::optional<std::size_t> unsavable_object() const { return unsavable_object_; }
+
+  void number(std::uint64_t value, std::size_t octets) {
+    char digits[10];
+    std::size_t count = 0;
+    if (compact_) {
+      for (; value >= 0x80; value >>= 7) digits[count++] = static_cast<char>(value | 0x80);
+      digits[count++] = static_cast<char>(value);
+    } else {
+      for (; count < octets; value >>= 8) digits[count++] = static_cast<char>(value);
+    }
+    out_.append(digits, count);
   }
-  void u32(std::uint64_t value) { number(value, 4); }
-  void u64(std::uint64_t value) { number(value, 8); }
-  void text(std::string_view value) {
-    u64(value.size());
-    bytes += value;
+  void write(Status status) { number(static_cast<std::uint64_t>(status), 1); }
+  void write(std::int32_t value) { number(static_cast<std::uint32_t>(value), 4); }
+  void write(std::uint32_t value) { number(value, 4); }
+  void write(std::uint64_t value) { number(value, 8); }
+  void write(TimePoint time) { number(static_cast<std::uint64_t>(time.time_since_epoch().count()), 8); }
+  void write(std::string_view text) {
+    number(text.size(), 8);
+    out_ += text;
   }
-  void value(const Value& v) {
+  void write(const std::string& text) { write(std::string_view(text)); }
+  void write(const Value& v) {
     number(static_cast<std::uint64_t>(v.type()), 1);
     if (const auto* b = v.as_bool()) {
       number(*b ? 1 : 0, 1);
     } else if (const auto* i = v.as_int()) {
-      u64(static_cast<std::uint64_t>(*i));
+      write(static_cast<std::uint64_t>(*i));
     } else if (const auto* d = v.as_double()) {
-      u64(std::bit_cast<std::uint64_t>(*d));
+      write(std::bit_cast<std::uint64_t>(*d));
     } else if (const auto* s = v.as_string()) {
-      text(*s);
+      write(std::string_view(*s));
     } else if (const auto* octets = v.as_bytes()) {
-      text({reinterpret_cast<const char*>(octets->octets.data()), octets->octets.size()});
+      write(std::string_view(reinterpret_cast<const char*>(octets->octets.data()), octets->octets.size()));
     } else if (const auto* list = v.as_list()) {
-      u64(list->size());
-      for (const Value& item : *list) value(item);
+      number(list->size(), 8);
+      for (const Value& item : *list) write(item);
     } else if (const auto* map = v.as_map()) {
-      u64(map->size());
+      number(map->size(), 8);
       for (const auto& [key, item] : *map) {
-        text(key);
-        value(item);
+        write(std::string_view(key));
+        write(item);
       }
     }
   }
+  void write(const Datum& datum) {
+    if (datum.object != nullptr && unsavable_.empty()) {
+      unsavable_ = "an entry of the blackboard holds a C++ object of type " + datum.object->type().name +
+                   ", which has no saved form; specialise Convert for it";
+    }
+    write(datum.value);
+  }
+  void write(const PortType* type) {
+    number(type != nullptr ? 1 : 0, 1);
+    if (type != nullptr) write(std::string_view(type->name));
+  }
+  void write(const ObjectSlot& slot) {
+    const auto saved = slot.get()->save();
+    if (!saved && !unsavable_object_) unsavable_object_ = objects_;
+    ++objects_;
+    write(saved.value_or(Value()));
+  }
+  template <class T>
+  void write(const std::vector<T>& list) {
+    number(list.size(), 8);
+    for (const T& item : list) write(item);
+  }
+  template <class T>
+  requires requires(const T& object) { Snapshot::members(object); }
+  void write(const T& object) {
+    std::apply([this](const auto&... member) { (write(member), ...); }, Snapshot::members(object));
+  }
+
+ private:
+  std::string& out_;
+  bool compact_;
+  std::string unsavable_;
+  std::size_t objects_ = 0;
+  std::optional<std::size_t> unsavable_object_;
 };
+
+/// The types that an entry of the tree may have: those of ports, and what TreeNodesModels name.
+const PortType* find_type(const Model& model, std::string_view name) {
+  for (const Manifest& manifest : model.manifests) {
+    for (const PortInfo& port : manifest.ports) {
+      if (port.type != nullptr && port.type->name == name) return port.type;
+    }
+  }
+  if (name == type_of<Value>().name) return &type_of<Value>();
+  return type_named(name);
+}
 
 /// Reads what Writer wrote; after the first thing that does not fit, `ok` is false and everything reads as zero.
 class Reader {
  public:
-  explicit Reader(std::string_view bytes) : left_(bytes) {}
+  Reader(const Model& model, std::string_view bytes) : model_(model), left_(bytes) {}
   bool ok = true;
 
   [[nodiscard]] bool at_end() const { return ok && left_.empty(); }
@@ -134,212 +205,269 @@ class Reader {
     }
   }
 
+  void read(Status& status) {
+    const std::uint64_t read = number(1);
+    if (read > static_cast<std::uint64_t>(Status::kSkipped)) ok = false;
+    status = ok ? static_cast<Status>(read) : Status::kIdle;
+  }
+  void read(std::int32_t& into) { into = static_cast<std::int32_t>(u32()); }
+  void read(std::uint32_t& into) { into = u32(); }
+  void read(std::uint64_t& into) { into = u64(); }
+  void read(TimePoint& time) { time = TimePoint(Duration(static_cast<std::int64_t>(u64()))); }
+  void read(std::string& into) { into = std::string(text()); }
+  void read(Datum& datum) { datum = Datum{value(), nullptr}; }
+  void read(const PortType*& type) {
+    type = nullptr;
+    if (number(1) == 0) return;
+    type = find_type(model_, text());
+    if (type == nullptr) ok = false;
+  }
+  void read(ObjectSlot& slot) {
+    const Value saved = value();
+    if (ok && !slot.get()->restore(saved)) ok = false;
+  }
+  template <class T>
+  void read(std::vector<T>& list) {
+    const std::size_t size = count(1);
+    if constexpr (std::is_same_v<T, ObjectSlot>) {
+      // What C++ nodes remember is in objects of their own classes, which are there already.
+      if (size != list.size()) ok = false;
+      for (std::size_t i = 0; i < size && ok; ++i) read(list[i]);
+    } else {
+      list.clear();
+      for (std::size_t i = 0; i < size && ok; ++i) read(list.emplace_back());
+    }
+  }
+  template <class T>
+  requires requires(T& object) { Snapshot::members(object); }
+  void read(T& object) {
+    std::apply([this](auto&... member) { (read(member), ...); }, Snapshot::members(object));
+  }
+
  private:
+  const Model& model_;
   std::string_view left_;
 };
 
-/// The types that an entry of the tree may have: those of ports, and what TreeNodesModels name.
-const PortType* find_type(const Model& model, std::string_view name) {
-  for (const Manifest& manifest : model.manifests) {
-    for (const PortInfo& port : manifest.ports) {
-      if (port.type != nullptr && port.type->name == name) return port.type;
-    }
+/// Ancestors of the leaf that a suspended tick waits for, from the root down: what they set for this tick matters.
+std::vector<NodeId> open_nodes(const Model& model, NodeId waiting) {
+  std::vector<NodeId> open;
+  if (waiting == kNoNode) return open;
+  for (NodeId id = model.nodes[waiting].parent; id != kNoNode; id = model.nodes[id].parent) open.push_back(id);
+  std::reverse(open.begin(), open.end());
+  return open;
+}
+
+bool in_range(Word::Range range, std::int32_t value, std::int32_t children, bool is_open) {
+  switch (range) {
+    case Word::Range::kAny: return true;
+    case Word::Range::kChild: return value >= 0 && (value < children || value == 0);
+    case Word::Range::kChildOrEnd: return value >= 0 && value <= children - (is_open ? 1 : 0);
+    case Word::Range::kCounted: return value >= 0 && value <= children;
+    case Word::Range::kChosen: return value >= -static_cast<std::int32_t>(Status::kSkipped) && value <= children;
+    case Word::Range::kResult: return value >= 0 && value <= static_cast<std::int32_t>(Status::kFailure);
+    case Word::Range::kPosition: return value >= 0;
   }
-  if (name == type_of<Value>().name) return &type_of<Value>();
-  return type_named(name);
+  return false;
+}
+
+/// Fails where something that was written has no saved form.
+Result<void> checked(const Tree& tree, const Writer& out) {
+  if (!out.unsavable().empty()) return fail("bt.unsavable", out.unsavable());
+  if (!out.unsavable_object()) return {};
+  const Model& model = tree.model();
+  for (NodeId id = 0; id < model.nodes.size(); ++id) {
+    if (model.nodes[id].kind != Kind::kUser || model.users[model.nodes[id].data].object != *out.unsavable_object())
+      continue;
+    return fail("bt.unsavable",
+                "node \"" + tree.path(id) + "\" (" + std::string(tree.registration(id)) +
+                    ") keeps what cannot be saved; give its class save() and restore()",
+                tree.span(id));
+  }
+  return {};
 }
 
 }  // namespace
 
-/// Reads and writes the members of a state.
-struct Snapshot {
-  static Result<std::string> save(const Tree& tree, const State& state) {
-    const Model& model = tree.model();
-    Writer out;
-    out.bytes += kMagic;
-    out.u32(kVersion);
-    out.u64(fingerprint(model));
-    for (const Status status : state.status_) out.number(static_cast<std::uint64_t>(status), 1);
-    for (const std::int32_t word : state.memory_) out.u32(static_cast<std::uint32_t>(word));
-    for (const std::uint32_t link : state.links_) out.u32(link);
-    out.u64(state.entries_.size());
-    for (const State::Entry& entry : state.entries_) {
-      if (entry.datum.object != nullptr) {
-        return fail("bt.unsavable", "an entry of the blackboard holds a C++ object of type " +
-                                        entry.datum.object->type().name +
-                                        ", which has no saved form; specialise Convert for it");
+Result<std::string> Snapshot::save(const Tree& tree, const State& state) {
+  std::string bytes(kMagic);
+  Writer out(bytes);
+  out.write(kVersion);
+  out.write(fingerprint(tree.model()));
+  out.write(state);
+  if (auto complete = checked(tree, out); !complete) return tl::unexpected(std::move(complete.error()));
+  return bytes;
+}
+
+Result<State> Snapshot::restore(const Tree& tree, std::string_view bytes) {
+  const Model& model = tree.model();
+  if (!bytes.starts_with(kMagic)) return fail("bt.bad-snapshot", "this is no saved state of a tree");
+  bytes.remove_prefix(kMagic.size());
+  Reader in(model, bytes);
+  if (const std::uint32_t version = in.u32(); !in.ok || version != kVersion) {
+    return fail("bt.bad-snapshot", "the state was saved by version " + std::to_string(version) + "; this is version " +
+                                       std::to_string(kVersion));
+  }
+  if (in.u64() != fingerprint(model)) return fail("bt.bad-snapshot", "the state was saved with another tree");
+  State state(tree);
+  in.read(state);
+  if (!in.at_end() || !consistent(model, state)) return fail("bt.bad-snapshot", "the saved state is damaged");
+  return state;
+}
+
+namespace {
+
+TimePoint relative(TimePoint time, TimePoint now) { return time == kNever ? kNever : TimePoint(time - now); }
+
+/// How a node that waits for writes stands to its entry, where entries never begin to count anew: 0 if it has seen the
+/// last write. An entry that was put back to fewer writes catches up with it; one with more never does.
+std::uint64_t to_be_seen(std::uint64_t seen, std::uint64_t sequence) {
+  constexpr std::uint64_t kNeverCaughtUp = ~std::uint64_t{0};
+  return seen >= sequence ? seen - sequence : kNeverCaughtUp;
+}
+
+}  // namespace
+
+State Snapshot::canonical(const Tree& tree, const State& original, TimePoint now) {
+  const Model& model = tree.model();
+  State state = original;
+  const std::vector<NodeId> open = open_nodes(model, state.waiting_);
+  // Entries whose numbers and times of writes a C++ node may read.
+  std::vector<bool> counted(state.entries_.size(), model.unsets);
+  auto next_open = open.begin();
+  for (NodeId id = 0; id < model.nodes.size(); ++id) {
+    const Node& node = model.nodes[id];
+    std::int32_t* memory = state.memory_.data() + node.memory;
+    const bool is_open = next_open != open.end() && *next_open == id;
+    if (is_open) ++next_open;
+    for (const Word& word : words(node.kind)) {
+      const bool matters = is_open || word.lives == Word::Lives::kAlways ||
+                           (word.lives == Word::Lives::kUnlessIdle && state.status_[id] != Status::kIdle);
+      if (!matters) *memory = 0;
+      ++memory;
+    }
+    if (node.kind == Kind::kUser) {
+      for (std::uint32_t i = 0; i < node.port_count; ++i) {
+        const Binding& b = model.bindings[node.ports + i];
+        if (b.kind != Binding::Kind::kEntry) continue;
+        const std::uint32_t entry = Blackboard::resolve(model, state, b.target);
+        if (entry != State::kNoEntry) counted[entry] = true;
       }
-      out.value(entry.datum.value);
-      out.number(entry.type != nullptr ? 1 : 0, 1);
-      if (entry.type != nullptr) out.text(entry.type->name);
-      out.u64(entry.sequence);
-      out.u64(static_cast<std::uint64_t>(entry.stamp.time_since_epoch().count()));
-      out.u32(entry.links);
     }
-    out.u64(state.dynamic_.size());
-    for (const State::DynamicCell& cell : state.dynamic_) {
-      out.u32(cell.scope);
-      out.text(cell.name);
-      out.u32(cell.parent);
-      out.u32(cell.link);
+    if (waits_for_writes(node.kind) && !model.unsets) {
+      const std::uint32_t entry = Blackboard::resolve(model, state, node.data);
+      if (entry == State::kNoEntry) continue;
+      std::int32_t* seen = state.memory_.data() + node.memory;
+      set_seen(seen, to_be_seen(seen_of(seen), state.entries_[entry].sequence));
     }
-    for (NodeId id = 0; id < model.nodes.size(); ++id) {
-      if (model.nodes[id].kind != Kind::kUser) continue;
-      const std::uint32_t object = model.users[model.nodes[id].data].object;
-      if (object == kNone) continue;
-      const auto saved = state.objects_[object].get()->save();
-      if (!saved) {
-        return fail("bt.unsavable",
-                    "node \"" + tree.path(id) + "\" (" + std::string(tree.registration(id)) +
-                        ") keeps what cannot be saved; give its class save() and restore()",
-                    tree.span(id));
-      }
-      out.value(*saved);
-    }
-    out.u64(state.timers_.size());
-    for (const State::Timer& timer : state.timers_) {
-      out.u64(static_cast<std::uint64_t>(timer.due.time_since_epoch().count()));
-      out.u32(timer.node);
-    }
-    out.u64(state.halting_.size());
-    for (const NodeId node : state.halting_) out.u32(node);
-    out.u32(state.waiting_);
-    return std::move(out.bytes);
   }
 
-  static Result<State> restore(const Tree& tree, std::string_view bytes) {
-    const Model& model = tree.model();
-    if (!bytes.starts_with(kMagic)) return fail("bt.bad-snapshot", "this is no saved state of a tree");
-    bytes.remove_prefix(kMagic.size());
-    Reader in(bytes);
-    if (const std::uint32_t version = in.u32(); !in.ok || version != kVersion) {
-      return fail("bt.bad-snapshot", "the state was saved by version " + std::to_string(version) +
-                                         "; this is version " + std::to_string(kVersion));
-    }
-    if (in.u64() != fingerprint(model)) return fail("bt.bad-snapshot", "the state was saved with another tree");
-    State state(tree);
-    for (Status& status : state.status_) {
-      const std::uint64_t value = in.number(1);
-      if (value > static_cast<std::uint64_t>(Status::kSkipped)) in.ok = false;
-      status = static_cast<Status>(value);
-    }
-    for (std::int32_t& word : state.memory_) word = static_cast<std::int32_t>(in.u32());
-    for (std::uint32_t& link : state.links_) link = in.u32();
-    state.entries_.clear();
-    const std::size_t entries = in.count(1);
-    for (std::size_t i = 0; i < entries && in.ok; ++i) {
-      State::Entry entry;
-      entry.datum.value = in.value();
-      if (in.number(1) != 0) {
-        entry.type = find_type(model, in.text());
-        if (entry.type == nullptr) in.ok = false;
-      }
-      entry.sequence = in.u64();
-      entry.stamp = TimePoint(Duration(static_cast<std::int64_t>(in.u64())));
-      entry.links = in.u32();
-      state.entries_.push_back(std::move(entry));
-    }
-    const std::size_t dynamic = in.count(1);
-    for (std::size_t i = 0; i < dynamic && in.ok; ++i) {
-      State::DynamicCell cell;
-      cell.scope = in.u32();
-      cell.name = std::string(in.text());
-      cell.parent = in.u32();
-      cell.link = in.u32();
-      state.dynamic_.push_back(std::move(cell));
-    }
-    for (const UserNode& user : model.users) {
-      if (user.object == kNone) continue;
-      const Value saved = in.value();
-      if (in.ok && !state.objects_[user.object].get()->restore(saved)) in.ok = false;
-    }
-    const std::size_t timers = in.count(12);
-    for (std::size_t i = 0; i < timers && in.ok; ++i) {
-      const TimePoint due(Duration(static_cast<std::int64_t>(in.u64())));
-      state.timers_.push_back({due, in.u32()});
-    }
-    const std::size_t halting = in.count(4);
-    for (std::size_t i = 0; i < halting && in.ok; ++i) state.halting_.push_back(in.u32());
-    state.waiting_ = in.u32();
-    if (!in.at_end() || !consistent(model, state)) return fail("bt.bad-snapshot", "the saved state is damaged");
-    return state;
+  // Entries by their first use; those of names made at run time in the order of the names.
+  std::vector<std::uint32_t> order(state.dynamic_.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    const State::DynamicCell &x = original.dynamic_[a], &y = original.dynamic_[b];
+    return std::tie(x.scope, x.name) < std::tie(y.scope, y.name);
+  });
+  const auto cells = static_cast<std::uint32_t>(state.links_.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    State::DynamicCell& cell = state.dynamic_[i] = original.dynamic_[order[i]];
+    if (cell.parent == State::kNoEntry || cell.parent < cells) continue;
+    cell.parent =
+        cells + static_cast<std::uint32_t>(std::find(order.begin(), order.end(), cell.parent - cells) - order.begin());
   }
+  std::vector<std::uint32_t> place(state.entries_.size(), State::kNoEntry);
+  std::vector<State::Entry> used;
+  const auto rename = [&](std::uint32_t& link) {
+    if (link == State::kNoEntry) return;
+    if (place[link] == State::kNoEntry) {
+      place[link] = static_cast<std::uint32_t>(used.size());
+      State::Entry entry = std::move(state.entries_[link]);
+      if (!counted[link]) entry.sequence = 0;
+      // An entry that nobody wrote has no time.
+      entry.stamp = counted[link] && entry.stamp != TimePoint{} ? relative(entry.stamp, now) : kNever;
+      used.push_back(std::move(entry));
+    }
+    link = place[link];
+  };
+  for (std::uint32_t& link : state.links_) rename(link);
+  for (State::DynamicCell& cell : state.dynamic_) rename(cell.link);
+  state.entries_ = std::move(used);
 
-  /// Every index of the state leads somewhere, so that a damaged one cannot make a step read what is not there.
-  static bool consistent(const Model& model, const State& state) {
-    const auto link_ok = [&](std::uint32_t link) {
-      return link == State::kNoEntry || (link < state.entries_.size() && state.entries_[link].links > 0);
-    };
-    const auto node_ok = [&](NodeId node) { return node < model.nodes.size(); };
-    const std::size_t cells = model.cells.size() + state.dynamic_.size();
-    if (state.entries_.size() < model.homes) return false;
-    if (!std::all_of(state.links_.begin(), state.links_.end(), link_ok)) return false;
-    for (std::size_t i = 0; i < state.dynamic_.size(); ++i) {
-      const State::DynamicCell& cell = state.dynamic_[i];
-      // Parents come before their children, so that following them ends.
-      if (!link_ok(cell.link) || cell.scope >= model.scopes.size() ||
-          (cell.parent != State::kNoEntry && (cell.parent >= cells || cell.parent >= model.cells.size() + i))) {
-        return false;
-      }
-    }
-    const auto is_timed = [&](const State::Timer& timer) {
-      if (!node_ok(timer.node)) return false;
-      const Kind kind = model.nodes[timer.node].kind;
-      return kind == Kind::kDelay || kind == Kind::kTimeout || kind == Kind::kSleep || kind == Kind::kTestNode;
-    };
-    const auto is_external = [&](NodeId node) {
-      return node_ok(node) &&
-             (model.nodes[node].kind == Kind::kExternalAction || model.nodes[node].kind == Kind::kExternalCondition);
-    };
-    return std::all_of(state.timers_.begin(), state.timers_.end(), is_timed) &&
-           std::all_of(state.halting_.begin(), state.halting_.end(), is_external) &&
-           (state.waiting_ == kNoNode || is_external(state.waiting_)) && memory_in_range(model, state);
-  }
+  // Of timers that are due at once, the one set first fires first.
+  for (State::Timer& timer : state.timers_) timer.due = relative(timer.due, now);
+  std::stable_sort(state.timers_.begin(), state.timers_.end(),
+                   [](const State::Timer& a, const State::Timer& b) { return a.due < b.due; });
+  std::sort(state.halting_.begin(), state.halting_.end());
+  return state;
+}
 
-  /// The places that control nodes keep are within their children.
-  static bool memory_in_range(const Model& model, const State& state) {
-    for (const Node& node : model.nodes) {
-      const std::int32_t* mem = state.memory_.data() + node.memory;
-      const auto children = static_cast<std::int32_t>(node.child_count);
-      const auto within = [&](std::int32_t value, std::int32_t low, std::int32_t high) {
-        return value >= low && value <= high;
-      };
-      switch (node.kind) {
-        case Kind::kSequence:
-        case Kind::kFallback:
-        case Kind::kAsyncSequence:
-        case Kind::kAsyncFallback:
-        case Kind::kSequenceWithMemory:
-          if (!within(mem[0], 0, children)) return false;
-          break;
-        case Kind::kReactiveSequence:
-        case Kind::kReactiveFallback:
-        case Kind::kIfThenElse:
-        case Kind::kWhileDoElse:
-        case Kind::kTryCatch:
-          if (!within(mem[0], 0, std::max(children - 1, 0))) return false;
-          break;
-        case Kind::kParallel:
-        case Kind::kParallelAll:
-          if (!within(mem[0], -1, children)) return false;
-          break;
-        case Kind::kSwitch:
-          if (!within(mem[0], 0, children) || !within(mem[1], 0, std::max(children - 1, 0))) return false;
-          break;
-        case Kind::kRunOnce:
-          if (!within(mem[0], 0, static_cast<std::int32_t>(Status::kFailure))) return false;
-          break;
-        case Kind::kLoop:
-          if (mem[1] < 0) return false;
-          break;
-        default: break;
-      }
-    }
-    return true;
+Result<void> Snapshot::encode(const Tree& tree, const State& state, TimePoint now, std::string& out) {
+  const std::size_t before = out.size();
+  Writer writer(out, true);
+  writer.write(canonical(tree, state, now));
+  auto complete = checked(tree, writer);
+  if (!complete) out.resize(before);
+  return complete;
+}
+
+bool Snapshot::consistent(const Model& model, const State& state) {
+  const auto link_ok = [&](std::uint32_t link) {
+    return link == State::kNoEntry || (link < state.entries_.size() && state.entries_[link].links > 0);
+  };
+  const auto node_ok = [&](NodeId node) { return node < model.nodes.size(); };
+  const std::size_t cells = model.cells.size() + state.dynamic_.size();
+  if (state.status_.size() != model.nodes.size() || state.memory_.size() != model.memory_words ||
+      state.links_.size() != model.cells.size() || state.entries_.size() < model.homes) {
+    return false;
   }
-};
+  if (!std::all_of(state.links_.begin(), state.links_.end(), link_ok)) return false;
+  for (std::size_t i = 0; i < state.dynamic_.size(); ++i) {
+    const State::DynamicCell& cell = state.dynamic_[i];
+    // Parents come before their children, so that following them ends.
+    if (!link_ok(cell.link) || cell.scope >= model.scopes.size() ||
+        (cell.parent != State::kNoEntry && (cell.parent >= cells || cell.parent >= model.cells.size() + i))) {
+      return false;
+    }
+  }
+  const auto is_timed = [&](const State::Timer& timer) {
+    if (!node_ok(timer.node)) return false;
+    const Kind kind = model.nodes[timer.node].kind;
+    return kind == Kind::kDelay || kind == Kind::kTimeout || kind == Kind::kSleep || kind == Kind::kTestNode;
+  };
+  const auto is_external = [&](NodeId node) {
+    return node_ok(node) &&
+           (model.nodes[node].kind == Kind::kExternalAction || model.nodes[node].kind == Kind::kExternalCondition);
+  };
+  if (!std::all_of(state.timers_.begin(), state.timers_.end(), is_timed) ||
+      !std::all_of(state.halting_.begin(), state.halting_.end(), is_external) ||
+      (state.waiting_ != kNoNode && !is_external(state.waiting_))) {
+    return false;
+  }
+  const std::vector<NodeId> open = open_nodes(model, state.waiting_);
+  for (NodeId id = 0; id < model.nodes.size(); ++id) {
+    const Node& node = model.nodes[id];
+    const bool is_open = std::binary_search(open.begin(), open.end(), id);
+    const std::int32_t* memory = state.memory_.data() + node.memory;
+    for (const Word& word : words(node.kind)) {
+      if (!in_range(word.range, *memory++, static_cast<std::int32_t>(node.child_count), is_open)) return false;
+    }
+  }
+  return true;
+}
+
+bool operator==(const State& a, const State& b) { return Snapshot::members(a) == Snapshot::members(b); }
+
+std::uint64_t State::hash() const {
+  std::string bytes;
+  Writer(bytes).write(*this);
+  return hash_bytes(bytes);
+}
 
 Result<std::string> save(const Tree& tree, const State& state) { return Snapshot::save(tree, state); }
 Result<State> restore(const Tree& tree, std::string_view bytes) { return Snapshot::restore(tree, bytes); }
+Result<void> encode(const Tree& tree, const State& state, TimePoint now, std::string& out) {
+  return Snapshot::encode(tree, state, now, out);
+}
 
 }  // namespace sentree::bt

@@ -41,33 +41,6 @@ TimePoint State::next_timer() const {
   return next;
 }
 
-bool operator==(const State& a, const State& b) {
-  return a.waiting_ == b.waiting_ && a.status_ == b.status_ && a.memory_ == b.memory_ && a.links_ == b.links_ &&
-         a.entries_ == b.entries_ && a.dynamic_ == b.dynamic_ && a.timers_ == b.timers_ && a.halting_ == b.halting_ &&
-         a.objects_ == b.objects_;
-}
-
-std::uint64_t State::hash() const {
-  std::uint64_t h = hash_combine(waiting_, status_.size());
-  h = hash_combine(h, hash_bytes({reinterpret_cast<const char*>(status_.data()), status_.size()}));
-  for (const std::int32_t word : memory_) h = hash_combine(h, static_cast<std::uint32_t>(word));
-  for (const std::uint32_t link : links_) h = hash_combine(h, link);
-  for (const Entry& entry : entries_) {
-    h = hash_combine(h, entry.datum.value.hash());
-    h = hash_combine(h, entry.sequence);
-  }
-  for (const DynamicCell& cell : dynamic_) h = hash_combine(h, hash_bytes(cell.name) + cell.link);
-  for (const Timer& timer : timers_) {
-    h = hash_combine(h, static_cast<std::uint64_t>(timer.due.time_since_epoch().count()) + timer.node);
-  }
-  for (const NodeId node : halting_) h = hash_combine(h, node);
-  for (const ObjectSlot& slot : objects_) {
-    if (slot.get() == nullptr) continue;
-    if (const auto saved = slot.get()->save()) h = hash_combine(h, saved->hash());
-  }
-  return h;
-}
-
 namespace {
 
 std::uint32_t scope_of(const Model& model, NodeId subtree) {

@@ -160,17 +160,13 @@ struct Updated {
     std::int32_t executing;
   };
   static Memory& memory(Machine& m, const Node& n) { return *reinterpret_cast<Memory*>(m.memory(n)); }
-  static std::uint64_t seen(const Memory& mem) {
-    return static_cast<std::uint32_t>(mem.seen_low) | std::uint64_t{static_cast<std::uint32_t>(mem.seen_high)} << 32;
-  }
 
   static Next enter(Machine& m, const Node& n, NodeId /*id*/) {
     Memory& mem = memory(m, n);
     if (mem.executing != 0) return Next::tick(0);
     const Blackboard::Entry* entry = m.blackboard().find(n.data);
-    if (entry == nullptr || entry->sequence == seen(mem)) return Next::done(kOtherwise);
-    mem.seen_low = static_cast<std::int32_t>(entry->sequence);
-    mem.seen_high = static_cast<std::int32_t>(entry->sequence >> 32);
+    if (entry == nullptr || entry->sequence == seen_of(m.memory(n))) return Next::done(kOtherwise);
+    set_seen(m.memory(n), entry->sequence);
     return Next::tick(0);
   }
   static Next child_done(Machine& m, const Node& n, NodeId /*id*/, Status status) {

@@ -105,11 +105,8 @@ struct WasEntryUpdated {
     const Blackboard::Entry* entry = m.blackboard().find(n.data);
     if (entry == nullptr) return Next::done(Status::kFailure);
     std::int32_t* seen = m.memory(n);
-    const auto low = static_cast<std::int32_t>(entry->sequence);
-    const auto high = static_cast<std::int32_t>(entry->sequence >> 32);
-    const bool updated = seen[0] != low || seen[1] != high;
-    seen[0] = low;
-    seen[1] = high;
+    const bool updated = seen_of(seen) != entry->sequence;
+    set_seen(seen, entry->sequence);
     return Next::done(updated ? Status::kSuccess : Status::kFailure);
   }
 };
