@@ -3,11 +3,13 @@
 #include <atomic>
 #include <cstdlib>
 #include <new>
+#include <optional>
 #include <string>
 
 #ifdef SENTREE_BENCH_PEER
 #include "bt_peer.h"
 #endif
+#include "sentree/bt/encode.h"
 #include "sentree/bt/load.h"
 #include "sentree/bt/model.h"
 #include "sentree/bt/registry.h"
@@ -105,9 +107,6 @@ void sequence100(benchmark::State& s) {
 void sequence1000(benchmark::State& s) {
   tick(s, tree("<Sequence>" + repeat(1000, "<AlwaysSuccess/>") + "</Sequence>"), 1001);
 }
-void sequence100000(benchmark::State& s) {
-  tick(s, tree("<Sequence>" + repeat(100000, "<AlwaysSuccess/>") + "</Sequence>"), 100001);
-}
 void sequence100_user_sync(benchmark::State& s) {
   tick(s, tree("<Sequence>" + repeat(100, "<UserSync/>") + "</Sequence>"), 101);
 }
@@ -129,7 +128,7 @@ void battery_ok_at_destination(benchmark::State& s) { tick(s, mission("BatteryOk
 /// every second inner node is under an Inverter, a ForceSuccess or a ForceFailure.
 std::string balanced(int depth, bool succeeds, bool decorated, int& inner, int& nodes) {
   ++nodes;
-  if (depth == 0) return succeeds ? "<AlwaysSuccess/>" : "<AlwaysFailure/>";
+  if (depth == 0) return succeeds ? "<UserSync/>" : "<BatteryLow/>";
   const int number = inner++;
   std::string close;
   std::string text;
@@ -157,6 +156,59 @@ void balanced_tree(benchmark::State& s, bool decorated) {
 }
 void balanced_mixed_1093(benchmark::State& s) { balanced_tree(s, false); }
 void balanced_decorated(benchmark::State& s) { balanced_tree(s, true); }
+
+/// The recharge mission on its way to the kitchen; its leaves are skills, which answer after the step that asks them.
+struct Recharge {
+  Recharge() {
+    auto loaded = bt::load_file(SENTREE_SOURCE_DIR "/examples/recharge/mission.xml");
+    if (!loaded.ok()) return;
+    tree.emplace(std::move(*loaded.value));
+    state = bt::State(*tree);
+    for (int i = 0; i < 10; ++i) tick();
+  }
+  void tick() {
+    bt::StepResult result = bt::step(*tree, state, bt::Input::tick(), now, effects);
+    while (result.waiting()) {
+      const bool at_kitchen = result.leaf + 2 == tree->size();
+      const bt::Status answer = tree->category(result.leaf) == bt::Category::kAction ? bt::Status::kRunning
+                                : at_kitchen                                         ? bt::Status::kFailure
+                                                                                     : bt::Status::kSuccess;
+      result = bt::step(*tree, state, bt::Input::answer(result.leaf, answer), now, effects);
+    }
+  }
+  std::optional<bt::Tree> tree;
+  bt::State state;
+  bt::Effects effects;
+  TimePoint now{};
+};
+template <class Work>
+void recharge(benchmark::State& bench, Work work) {
+  Recharge mission;
+  if (!mission.tree) return bench.SkipWithError("examples/recharge does not load");
+  const std::size_t before = allocations;
+  std::size_t count = 0;
+  for (auto _ : bench) {
+    work(mission);
+    ++count;
+  }
+  bench.counters["allocs"] = static_cast<double>(allocations - before) / static_cast<double>(count);
+  bench.counters["nodes"] = static_cast<double>(mission.tree->size());
+}
+void recharge_tick_of_4_suspended_skills(benchmark::State& s) {
+  recharge(s, [](Recharge& mission) { mission.tick(); });
+}
+void recharge_copy_state(benchmark::State& s) {
+  recharge(s, [](Recharge& mission) {
+    bt::State copy = mission.state;
+    benchmark::DoNotOptimize(copy);
+  });
+}
+void recharge_encode_state(benchmark::State& s) {
+  recharge(s, [form = std::string()](Recharge& mission) mutable {
+    form.clear();
+    benchmark::DoNotOptimize(bt::encode(*mission.tree, mission.state, mission.now, form));
+  });
+}
 
 std::string ten_leaves() { return "<Sequence>" + repeat(10, "<AddOne in=\"{a}\" out=\"{b}\"/>") + "</Sequence>"; }
 void subtree10x10_remapped_ports(benchmark::State& s) {
@@ -251,23 +303,27 @@ void measure_peer(benchmark::State& bench) {
 #define MEASURE(name, ...) BENCHMARK(name) __VA_ARGS__
 #endif
 
-MEASURE(sequence10);
-MEASURE(sequence100);
-MEASURE(sequence1000);
-MEASURE(sequence100000);
-MEASURE(sequence100_user_sync);
+// Leaves that people have: skills, conditions and actions in C++, with and without ports.
+BENCHMARK(recharge_tick_of_4_suspended_skills);
+BENCHMARK(recharge_copy_state);
+BENCHMARK(recharge_encode_state);
 MEASURE(battery_ok_going_to_destination);
 MEASURE(battery_ok_going_to_destination_tick_once);
 MEASURE(battery_low_going_to_charge);
 MEASURE(battery_ok_at_destination);
+MEASURE(sequence100_user_sync);
 MEASURE(balanced_mixed_1093);
 MEASURE(balanced_decorated);
 MEASURE(subtree10x10_remapped_ports);
 MEASURE(flat100_ports);
 MEASURE(nested4_subtree_100_ports);
+// Built-in leaves and scripts.
 MEASURE(script10_increment);
 MEASURE(skipIf100_false);
 MEASURE(skipIf100_true);
+MEASURE(sequence10);
+MEASURE(sequence100);
+MEASURE(sequence1000);
 MEASURE(load_plain, ->Arg(1000)->Arg(10000));
 MEASURE(load_ports, ->Arg(1000)->Arg(10000));
 

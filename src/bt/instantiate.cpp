@@ -186,25 +186,12 @@ void Loader::bind_thresholds(Node& node) {
 }
 
 void Loader::note_leaves() {
-  std::vector<Status>& known = model_->known_results;
-  known.assign(model_->nodes.size(), Status::kIdle);
-  // Backwards, so that children come before their parents.
-  for (auto id = static_cast<NodeId>(model_->nodes.size()); id-- > 0;) {
+  for (NodeId id = 0; id < model_->nodes.size(); ++id) {
     Node& node = model_->nodes[id];
-    const bool conditions = (node.flags & (Node::kHasPre | Node::kHasPost)) != 0;
-    if (node.kind == Kind::kAlwaysSuccess && !conditions) known[id] = Status::kSuccess;
-    if (node.kind == Kind::kAlwaysFailure && !conditions) known[id] = Status::kFailure;
-    if (node.child_count == 0) continue;
     // In document order, children without children of their own have ids that follow each other.
-    if (model_->children[node.first_child + node.child_count - 1] - id != node.child_count ||
-        model_->nodes[id + node.child_count].child_count != 0) {
-      continue;
-    }
-    node.flags |= Node::kLeafChildren;
-    const auto leaves = std::span(known).subspan(id + 1, node.child_count);
-    constexpr std::size_t kMany = 8;
-    if (leaves.size() >= kMany && std::find(leaves.begin(), leaves.end(), Status::kIdle) == leaves.end()) {
-      node.flags |= Node::kKnownLeaves;
+    if (node.child_count != 0 && model_->children[node.first_child + node.child_count - 1] - id == node.child_count &&
+        model_->nodes[id + node.child_count].child_count == 0) {
+      node.flags |= Node::kLeafChildren;
     }
   }
 }

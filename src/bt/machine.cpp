@@ -17,12 +17,8 @@
 
 namespace sentree::bt {
 
-namespace {
-
 // The loop that walks a tree holds only what most trees are made of; everything else is behind a call, which leaves the
 // loop its registers.
-
-}  // namespace
 
 [[gnu::always_inline]] inline Next Machine::enter(const Node& n, NodeId id) {
   switch (n.kind) {
@@ -141,54 +137,8 @@ void Machine::halt_kind(const Node& n, NodeId id) {
   }
 }
 
-namespace {
-
-/// Makes the leaves behind one word of statuses IDLE, unless one of them is RUNNING.
-template <class Word>
-bool clear_word(Status* status) {
-  static_assert(sizeof(Status) == 1 && static_cast<int>(Status::kRunning) == 1 && static_cast<int>(Status::kIdle) == 0);
-  constexpr auto kOnes = static_cast<Word>(0x0101010101010101U);
-  Word word = 0;
-  std::memcpy(&word, status, sizeof(Word));
-  // A byte becomes 0 where it was RUNNING, and only from 0 does the subtraction borrow.
-  if ((static_cast<Word>((word ^ kOnes) - kOnes) & static_cast<Word>(kOnes << 7U)) != 0) return false;
-  std::memset(status, 0, sizeof(Word));
-  return true;
-}
-
-/// Makes finished leaves IDLE, several at once; false where there are RUNNING ones left, which must be halted.
-bool clear_finished(Status* status, std::size_t count) {
-  bool all = true;
-  for (; count >= 8; status += 8, count -= 8) all = clear_word<std::uint64_t>(status) && all;
-  if ((count & 4U) != 0) {
-    all = clear_word<std::uint32_t>(status) && all;
-    status += 4;
-  }
-  if ((count & 2U) != 0) {
-    all = clear_word<std::uint16_t>(status) && all;
-    status += 2;
-  }
-  return (count & 1U) == 0 ? all : clear_word<std::uint8_t>(status) && all;
-}
-
-}  // namespace
-
-std::uint32_t Machine::take_known(const Node& n, std::uint32_t from, Status wanted) {
-  if (observer_ != nullptr) return from;  // It is told of each.
-  constexpr std::uint32_t kAtOnce = 8;
-  const std::uint64_t all_wanted = 0x0101010101010101U * static_cast<std::uint64_t>(wanted);
-  const NodeId first = children_[n.first_child];
-  for (; from + kAtOnce <= n.child_count; from += kAtOnce) {
-    std::uint64_t known = 0;
-    std::memcpy(&known, known_results_ + first + from, kAtOnce);
-    if (known != all_wanted) break;
-    std::memcpy(status_ + first + from, &known, kAtOnce);
-  }
-  return from;
-}
-
 void Machine::reset_children(const Node& n, std::uint32_t from, std::uint32_t to) {
-  constexpr std::uint32_t kFew = 8;  // More are worth being cleared by the word, if they are leaves.
+  constexpr std::uint32_t kFew = 8;  // More are worth being cleared at once, if they are leaves.
   if (observer_ == nullptr && to - from <= kFew) [[likely]] {
     const NodeId* const children = children_ + n.first_child;
     while (from < to && status_[children[from]] != Status::kRunning) status_[children[from++]] = Status::kIdle;
@@ -199,9 +149,13 @@ void Machine::reset_children(const Node& n, std::uint32_t from, std::uint32_t to
 
 void Machine::reset_some(const Node& n, std::uint32_t from, std::uint32_t to) {
   const NodeId* const children = children_ + n.first_child;
-  if ((n.flags & Node::kLeafChildren) != 0 && observer_ == nullptr && from < to &&
-      clear_finished(status_ + children[from], to - from)) {
-    return;
+  static_assert(sizeof(Status) == 1);
+  if ((n.flags & Node::kLeafChildren) != 0 && observer_ == nullptr && from < to) {
+    Status* const leaves = status_ + children[from];
+    if (std::memchr(leaves, static_cast<int>(Status::kRunning), to - from) == nullptr) {
+      std::memset(leaves, static_cast<int>(Status::kIdle), to - from);
+      return;
+    }
   }
   for (; from < to; ++from) {
     if (status_[children[from]] == Status::kIdle) continue;

@@ -30,7 +30,6 @@ class Machine {
         model_(tree.model()),
         nodes_(model_.nodes.data()),
         children_(model_.children.data()),
-        known_results_(model_.known_results.data()),
         status_(state.status_.data()),
         memory_(state.memory_.data()),
         observer_(effects.observer),
@@ -38,10 +37,7 @@ class Machine {
         blackboard_(model_, state, now),
         state_(state),
         effects_(effects),
-        now_(now) {
-    if (hooks_ != nullptr) [[unlikely]]
-      enter_every_node();
-  }
+        now_(now) {}
 
   StepResult step(const Input& input);
 
@@ -57,12 +53,6 @@ class Machine {
   }
   [[nodiscard]] NodeId child(const Node& n, std::uint32_t index) const { return children_[n.first_child + index]; }
   [[nodiscard]] const NodeId* children(const Node& n) const { return children_ + n.first_child; }
-  /// What a node gives whenever it is ticked (AlwaysSuccess without conditions …); kIdle where that is open. Parents
-  /// need not enter such a child.
-  [[nodiscard]] Status known_result(NodeId id) const { return known_results_[id]; }
-  /// For a node with kKnownLeaves: gives its children from `from` on their known results, several at once, as long as
-  /// all of those are `wanted`. Returns the first child that it left alone.
-  std::uint32_t take_known(const Node& n, std::uint32_t from, Status wanted);
   [[nodiscard]] bool format3() const { return model_.format == 3; }
   [[nodiscard]] TimePoint now() const { return now_; }
   [[nodiscard]] Blackboard& blackboard() { return blackboard_; }
@@ -165,11 +155,6 @@ class Machine {
   bool fire_timers();
   StepResult finish(Outcome outcome);
   StepResult finish(StepResult result);
-  /// A hook may be on any node, so none is taken without being entered.
-  void enter_every_node() {
-    no_results_.assign(model_.nodes.size(), Status::kIdle);
-    known_results_ = no_results_.data();
-  }
   [[gnu::noinline]] void notify(NodeId id, Status status);
   void append_inputs(const Node& n, NodeId id, Map& inputs);
 
@@ -177,7 +162,6 @@ class Machine {
   const Model& model_;
   const Node* nodes_;
   const NodeId* children_;
-  const Status* known_results_;
   Status* status_;
   std::int32_t* memory_;
   Observer* observer_;
@@ -186,7 +170,6 @@ class Machine {
   State& state_;
   Effects& effects_;
   TimePoint now_;
-  std::vector<Status> no_results_;
   bool failed_ = false;
   bool halting_tree_ = false;
   std::uint32_t cycles_ = 0;

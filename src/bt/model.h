@@ -93,7 +93,6 @@ struct Node {
   static constexpr std::uint8_t kHasPre = 4;
   static constexpr std::uint8_t kHasPost = 8;
   static constexpr std::uint8_t kLeafChildren = 16;  ///< Its children are leaves, so their ids follow each other.
-  static constexpr std::uint8_t kKnownLeaves = 32;   ///< They are many, and each has a known result.
 
   Kind kind = Kind::kAlwaysSuccess;
   std::uint8_t flags = 0;
@@ -202,7 +201,6 @@ struct Model {
   std::vector<Node> nodes;
   std::vector<NodeInfo> infos;
   std::vector<NodeId> children;
-  std::vector<Status> known_results;  ///< Per node: what it gives whenever it is ticked; kIdle where that is open.
   std::string text;  ///< Node names.
   std::vector<Manifest> manifests;
   std::vector<Binding> bindings;

@@ -123,24 +123,14 @@ struct Parallel {
   /// Visits the children from `current` on, until one must be ticked by the machine or the verdict is clear.
   template <bool kFormat3>
   [[gnu::always_inline]] static Next visit(Machine& m, const Node& n, ParallelMemory& mem, std::uint32_t current) {
-    ParallelBits done(mem);
-    const NodeId* const children = m.children(n);
+    const ParallelBits done(mem);
     for (; current < n.child_count; ++current) {
-      const NodeId child = children[current];
-      Status last = Status::kIdle;
       if (!done.get(current)) {
-        last = m.known_result(child);
-        if (last == Status::kIdle) {
-          mem.current = static_cast<std::int32_t>(current);
-          return Next::tick(current);
-        }
-        m.set_status(child, last);
-        done.set(current);
-        ++(last == Status::kSuccess ? mem.succeeded : mem.failed);
-      } else {
-        last = m.status(child);
-        if constexpr (kFormat3) ++(last == Status::kSuccess ? mem.succeeded : mem.failed);
+        mem.current = static_cast<std::int32_t>(current);
+        return Next::tick(current);
       }
+      const Status last = m.status(m.child(n, current));
+      if constexpr (kFormat3) ++(last == Status::kSuccess ? mem.succeeded : mem.failed);
       const Status clear = verdict<kFormat3>(n, mem, last);
       if (clear != Status::kIdle) return end(m, n, clear);
     }

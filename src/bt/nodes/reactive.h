@@ -23,18 +23,11 @@ struct Reactive {
     return go_on(m, n, mem, 0);
   }
 
-  /// Visits the children from `current` on, until one must be ticked by the machine.
+  /// Ticks the child at `current`, or is done.
   static Next go_on(Machine& m, const Node& n, ReactiveMemory& mem, std::uint32_t current) {
-    for (; current < n.child_count; ++current) {
-      const NodeId child = m.child(n, current);
-      const Status known = m.known_result(child);
-      if (known == Status::kIdle) {
-        mem.current = static_cast<std::int32_t>(current);
-        return Next::tick(current);
-      }
-      m.set_status(child, known);
-      mem.all_skipped = 0;
-      if (known == kStop) return end(m, n, mem, kStop);
+    if (current < n.child_count) {
+      mem.current = static_cast<std::int32_t>(current);
+      return Next::tick(current);
     }
     return end(m, n, mem, mem.all_skipped != 0 ? Status::kSkipped : kGoOn);
   }

@@ -24,24 +24,11 @@ struct Ordered {
     return go_on(m, n, mem);
   }
 
-  /// Visits the children from `current` on, until one must be ticked by the machine.
+  /// Ticks the child at `current`, or is done.
   [[gnu::always_inline]] static Next go_on(Machine& m, const Node& n, SequenceMemory& mem) {
-    auto current = static_cast<std::uint32_t>(mem.current);
-    if constexpr (!kAsync) {
-      if ((n.flags & Node::kKnownLeaves) != 0) current = m.take_known(n, current, kGoOn);
-    }
-    for (; current < n.child_count; ++current) {
-      const NodeId child = m.child(n, current);
-      if constexpr (!kAsync) {
-        const Status known = m.known_result(child);
-        if (known != Status::kIdle) {
-          m.set_status(child, known);
-          if (known == kGoOn) continue;
-          return stop(m, n, mem);
-        }
-      }
-      mem.current = static_cast<std::int32_t>(current);
-      if constexpr (kAsync) mem.child_was_idle = m.status(child) == Status::kIdle;
+    const auto current = static_cast<std::uint32_t>(mem.current);
+    if (current < n.child_count) {
+      if constexpr (kAsync) mem.child_was_idle = m.status(m.child(n, current)) == Status::kIdle;
       return Next::tick(current);
     }
     const bool all_skipped = mem.skipped == static_cast<std::int32_t>(n.child_count);
