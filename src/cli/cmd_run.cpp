@@ -2,11 +2,14 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
+#include <utility>
 
 #include "sentree/cli/commands.h"
 #include "sentree/cli/live_view.h"
@@ -127,7 +130,35 @@ bool apply_options(const RunCommand& command, project::Scenario& scenario) {
 
 }  // namespace
 
-int run(const RunCommand& command) {
+namespace {
+
+// What a page asked for: the run once more.
+struct Again {
+  std::mutex mutex;
+  std::string at;  // where the page is
+  std::optional<RunCommand> command;
+};
+
+// The same run but for what `request` says. Errors: studio.request.
+Result<RunCommand> command_again(const RunCommand& command, const project::Plan& plan, const Value& request) {
+  RunCommand next = command;
+  if (const Value* seed = request.find("seed")) {
+    if (seed->as_int() == nullptr || *seed->as_int() < 0) return fail("studio.request", "a seed is a number from 0 on");
+    next.seed = static_cast<std::uint64_t>(*seed->as_int());
+  }
+  if (const Value* scenario = request.find("scenario")) {
+    const auto files = project::scenario_files(plan.scenario.project);
+    if (std::none_of(files.begin(), files.end(), [&](const auto& file) { return file.stem() == scenario->text(); }))
+      return fail("studio.request", "the project has no scenario \"" + std::string(scenario->text()) + "\"");
+    next.scenario = scenario->text();
+  }
+  next.open = false;
+  next.record.clear();  // what was named is not written over
+  return next;
+}
+
+// `again` is set where the page asked for it; `run` then does so.
+int run_once(const RunCommand& command, std::optional<RunCommand>& again) {
   std::optional<text::ReadLog> files;
   if (!command.no_record) files.emplace();
   auto scenario = load(command.project, command.scenario);
@@ -164,6 +195,7 @@ int run(const RunCommand& command) {
     options.on_decision = [](const runtime::MonitorReport& report) { print(story(report)); };
     options.on_problem = [](const std::string& what) { say("! " + what); };
   }
+  Again wanted;
   std::unique_ptr<studio::Live> page;
   std::unique_ptr<RunRecording> recording;
   RecordingTap tap;
@@ -173,8 +205,21 @@ int run(const RunCommand& command) {
     page = std::make_unique<studio::Live>(*plan.value);
     page->install(options);
   } else {
-    const auto where = page_options(command.studio, command.insecure);
+    auto where = page_options(command.studio, command.insecure);
     if (!where) return kUsage;
+    // With a token, the page could not steer the next run.
+    if (!command.insecure)
+      where->again = [&](const Value& request) -> Result<void> {
+        auto next = command_again(command, *plan.value, request);
+        if (!next) return tl::unexpected(next.error());
+        const std::lock_guard lock(wanted.mutex);
+        if (wanted.command || wanted.at.empty()) return {};
+        next->studio = wanted.at;  // where the page looks for it
+        wanted.command = std::move(*next);
+        // Ends the run in order, or the wait after it.
+        ::kill(::getpid(), SIGINT);
+        return {};
+      };
     auto started = start_page(*where, command.studio == "true",
                               [&](const auto& there) { return studio::Live::start(*plan.value, there); });
     if (!started) {
@@ -187,6 +232,10 @@ int run(const RunCommand& command) {
     if (plan.value->scenario.virtual_time) options.pace = command.factor.value_or(1.0);
     options.paused = command.paused;
     tap = page->tap();
+    {
+      const std::lock_guard lock(wanted.mutex);
+      wanted.at = where->address + ":" + std::to_string(page->server().port());
+    }
     announce(page->server().url(), command.open);
   }
   if (files) {
@@ -231,7 +280,21 @@ int run(const RunCommand& command) {
     say("the run is over; its page stays at " + page->server().url() + " until Ctrl-C");
     interrupts.wait_for_one();
   }
+  const std::lock_guard lock(wanted.mutex);
+  again = std::move(wanted.command);
   return exit_code(plan.value->scenario, report);
+}
+
+}  // namespace
+
+int run(const RunCommand& command) {
+  std::optional<RunCommand> next = command;
+  for (;;) {
+    const RunCommand now = *std::exchange(next, std::nullopt);
+    const int code = run_once(now, next);
+    if (!next) return code;
+    say("once more, as the page wants it");
+  }
 }
 
 }  // namespace sentree::cli

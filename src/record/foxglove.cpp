@@ -123,6 +123,14 @@ void append_thing(std::string& out, TimePoint time, const SceneThing& thing) {
 
 }  // namespace
 
+double as_recorded(double number) { return detail::rounded(number, 6); }
+double range_as_recorded(double range) { return detail::rounded(range, 3); }
+
+Pose as_recorded(const Pose& pose) {
+  return {as_recorded(pose.x), as_recorded(pose.y),
+          2 * std::atan2(as_recorded(std::sin(pose.theta / 2)), as_recorded(std::cos(pose.theta / 2)))};
+}
+
 void pack_pose(PackedJson& out, TimePoint time, const Pose& pose_map) {
   pack_stamped(out, time);
   out.raw(R"("pose":)");

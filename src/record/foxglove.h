@@ -20,6 +20,12 @@ struct Pose {
   double theta = 0.0;  ///< Counter-clockwise from +x.
 };
 
+/// A pose, and a range [m], as readers of a recording find them.
+[[nodiscard]] Pose as_recorded(const Pose& pose);
+[[nodiscard]] double range_as_recorded(double range);
+/// Any other number that is packed rounded.
+[[nodiscard]] double as_recorded(double number);
+
 void pack_pose(PackedJson& out, TimePoint time, const Pose& pose_map);
 
 void append_path(std::string& out, TimePoint time, std::span<const Pose> poses_map);

@@ -89,11 +89,6 @@ void Recorder::end_entry(std::size_t begin) {
   batch_.packed.expect(kNextEntry);
   const auto size = static_cast<std::uint32_t>(batch_.packed.size() - begin - sizeof(Entry));
   std::memcpy(batch_.packed.at(begin + offsetof(Entry, size)), &size, sizeof size);
-  if (!options_.tap) return;
-  const std::string_view entry = batch_.packed.bytes().substr(begin);
-  Entry head;
-  std::memcpy(&head, entry.data(), sizeof head);
-  options_.tap(channels_[head.channel - 1U], TimePoint(Duration(head.time)), entry.substr(sizeof head));
 }
 
 bool Recorder::seal(bool ends_chunk) {
@@ -126,7 +121,7 @@ void Recorder::note_gap() {
   lost_now_ = 0;
 }
 
-Result<std::uint32_t> Recorder::follow(std::function<void(const Channel&, TimePoint, std::string_view)> tap) {
+Result<std::uint32_t> Recorder::follow(std::function<void(TimePoint, RunRecord)> tap) {
   std::unique_lock lock(mutex_);
   const std::uint32_t last = sequence_;
   if (!closing_ && !report_.failed) {

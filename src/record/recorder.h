@@ -17,6 +17,7 @@
 #include "sentree/base/time.h"
 #include "sentree/record/mcap.h"
 #include "sentree/record/packed_json.h"
+#include "sentree/record/run_record.h"
 #include "sentree/record/sink.h"
 #include "sentree/record/writer.h"
 
@@ -37,9 +38,9 @@ struct RecorderOptions {
   std::string library = "sentree";
   /// Told once, in the writer's thread, when writing fails. What comes later is not recorded.
   std::function<void(const Diagnostic&)> on_failure;
-  /// Sees each message as it is recorded, in the thread that records it, with the recorder's lock held; its JSON is
-  /// packed (see `PackedJson::unpack`).
-  std::function<void(const Channel&, TimePoint, std::string_view packed)> tap = {};
+  /// Sees each message that has a `RunRecord` as it is recorded, in the thread that records it, with the recorder's
+  /// lock held.
+  std::function<void(TimePoint, RunRecord)> tap = {};
 };
 
 struct RecorderReport {
@@ -69,24 +70,28 @@ class Recorder {
   template <class Pack>
   void pack(ChannelId channel, TimePoint time, Pack&& pack) {
     const std::lock_guard lock(mutex_);
-    if (!make_room(time)) return;
-    const std::size_t begin = begin_entry(channel, time);
-    pack(batch_.packed);
-    end_entry(begin);
+    (void)pack_locked(channel, time, pack);
+  }
+  /// The same of a message that is a `RunRecord` too, which `make` makes if somebody follows.
+  template <class Pack, class Make>
+  void pack(ChannelId channel, TimePoint time, Pack&& pack, Make&& make) {
+    const std::lock_guard lock(mutex_);
+    if (pack_locked(channel, time, pack) && options_.tap) options_.tap(time, make());
   }
 
   /// Records a message; `append` adds its JSON to the string that it is given.
-  template <class Append>
-  void message(ChannelId channel, TimePoint time, Append&& append) {
+  template <class Append, class... Make>
+  void message(ChannelId channel, TimePoint time, Append&& append, Make&&... make) {
     std::string json;
     append(json);
-    pack(channel, time, [&](PackedJson& out) { out.json(json); });
+    pack(
+        channel, time, [&](PackedJson& out) { out.json(json); }, std::forward<Make>(make)...);
   }
 
-  /// From now on `tap` sees each message, as `RecorderOptions::tap` does; an empty one ends that. Returns when all
+  /// From now on `tap` sees messages, as `RecorderOptions::tap` does; an empty one ends that. Returns when all
   /// earlier messages are in the sink: those whose sequence numbers are not beyond the answer.
   /// Error: record.ended, if nothing is recorded any more; the tap is then gone.
-  [[nodiscard]] Result<std::uint32_t> follow(std::function<void(const Channel&, TimePoint, std::string_view)> tap);
+  [[nodiscard]] Result<std::uint32_t> follow(std::function<void(TimePoint, RunRecord)> tap);
 
   void attach(Attachment attachment);
   void add(Metadata metadata);
@@ -112,6 +117,15 @@ class Recorder {
   };
   using Item = std::variant<Batch, Attachment, Metadata>;
 
+  // False: there was no room.
+  template <class Pack>
+  bool pack_locked(ChannelId channel, TimePoint time, Pack&& pack) {
+    if (!make_room(time)) return false;
+    const std::size_t begin = begin_entry(channel, time);
+    pack(batch_.packed);
+    end_entry(begin);
+    return true;
+  }
   std::size_t begin_entry(ChannelId channel, TimePoint time);
   void end_entry(std::size_t begin);
 

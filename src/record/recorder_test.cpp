@@ -113,20 +113,28 @@ TEST(Recorder, IsFollowedFromAnyMessageOnWhenAllBeforeAreWritten) {
   std::string file;
   Recorder recorder(std::make_unique<StringSink>(file), {.flush_every = Duration(0), .wait_when_full = true});
   const ChannelId a = recorder.add_channel("/a", "test.A", "{}");
-  const auto put = [&](int i) { recorder.message(a, at_ms(i), [&](std::string& out) { out += std::to_string(i); }); };
+  const auto put = [&](int i) {
+    recorder.message(
+        a, at_ms(i), [&](std::string& out) { out += std::to_string(i); },
+        [&] {
+          return LogRecord{LogLevel::kInfo, "test", std::to_string(i)};
+        });
+  };
   constexpr int kBefore = 100;
   for (int i = 0; i < kBefore; ++i) put(i);
   std::vector<std::string> tapped;
-  const auto last = recorder.follow([&](const Channel&, TimePoint, std::string_view packed) {
-    tapped.emplace_back();
-    PackedJson::unpack(tapped.back(), packed);
+  const auto last = recorder.follow([&](TimePoint time, const RunRecord& record) {
+    const auto& line = std::get<LogRecord>(record);
+    EXPECT_EQ(time, at_ms(std::stoi(line.text)));
+    tapped.push_back(line.text);
   });
   ASSERT_TRUE(last.has_value());
   EXPECT_THAT(texts(*open(file), "/a"), SizeIs(kBefore));
   put(kBefore);
+  recorder.message(a, at_ms(kBefore), [](std::string& out) { out += "no record"; });
   put(kBefore + 1);
   EXPECT_THAT(tapped, ElementsAre("100", "101"));
-  EXPECT_EQ(*recorder.follow({}), *last + 2);
+  EXPECT_EQ(*recorder.follow({}), *last + 3);
   put(kBefore + 2);
   EXPECT_THAT(tapped, SizeIs(2));
   recorder.close();

@@ -61,6 +61,21 @@ void pack_state_ids(record::PackedJson& out, const scxml::Chart& chart, const sc
   out.raw("]");
 }
 
+std::vector<std::string> state_ids(const scxml::Chart& chart, const scxml::Session& session) {
+  std::vector<std::string> ids;
+  session.configuration().for_each([&](scxml::StateIndex state) {
+    const std::string& id = chart.states()[state].id;
+    if (!id.empty()) ids.push_back(id);
+  });
+  return ids;
+}
+
+Value data_of(const scxml::Chart& chart, const scxml::Session& session) {
+  Map data;
+  session.visit_data(chart, [&](const std::string& name, const Value& value) { data.append(name, value); });
+  return data;
+}
+
 void pack_data(record::PackedJson& out, const scxml::Chart& chart, const scxml::Session& session) {
   char separator = '{';
   session.visit_data(chart, [&](const std::string& name, const Value& value) {
@@ -130,19 +145,25 @@ struct RunRecorder::Impl {
     recorder.add(std::move(facts));
   }
 
-  template <class Pack>
-  void write(record::ChannelId channel, TimePoint time, Pack&& pack) {
-    recorder.pack(channel, time, std::forward<Pack>(pack));
+  template <class... PackAndMake>
+  void write(record::ChannelId channel, TimePoint time, PackAndMake&&... pack_and_make) {
+    recorder.pack(channel, time, std::forward<PackAndMake>(pack_and_make)...);
   }
 
   void say(TimePoint time, record::LogLevel level, std::string_view name, std::string_view text) {
-    recorder.message(log, time, [&](std::string& out) { record::append_log(out, time, level, name, text); });
+    recorder.message(
+        log, time, [&](std::string& out) { record::append_log(out, time, level, name, text); },
+        [&] {
+          return record::LogRecord{level, std::string(name), std::string(text)};
+        });
   }
 
   // In the observer's actor.
   void observe(const Message& message) {
     last_time = message.time;
-    write(observations, message.time, [&](record::PackedJson& out) { record::pack_observation(out, message); });
+    write(
+        observations, message.time, [&](record::PackedJson& out) { record::pack_observation(out, message); },
+        [&] { return message; });
     switch (meaning_of(message)) {
       case What::kTick:
         write_tree(message.time);
@@ -213,20 +234,21 @@ struct RunRecorder::Impl {
       return;
     seen = {true, state->verdict, state->violations, state->session.configuration()};
     const monitor::Model& model = plan.monitors[index];
-    write(monitor_states, time, [&](record::PackedJson& out) {
+    std::optional<monitor::Standing> standing;
+    if (state->verdict == monitor::Verdict::kUndecided && !state->failure) standing = monitor::standing(model, *state);
+    const auto pack = [&](record::PackedJson& out) {
       out.raw(R"({"monitor":)");
       out.text(model.name());
       out.raw(R"(,"verdict":)");
       out.text(monitor::to_string(state->verdict));
       out.raw(R"(,"states":)");
       pack_state_ids(out, model.chart(), state->session);
-      if (state->verdict == monitor::Verdict::kUndecided && !state->failure) {
-        const monitor::Standing standing = monitor::standing(model, *state);
+      if (standing) {
         out.raw(R"(,"standing":)");
-        out.text(standing.text());
-        if (standing.deadline) {
+        out.text(standing->text());
+        if (standing->deadline) {
           out.raw(R"(,"deadline":)");
-          out.integer(standing.deadline->time_since_epoch().count());
+          out.integer(standing->deadline->time_since_epoch().count());
         }
       }
       if (state->violations > 0) {
@@ -234,6 +256,17 @@ struct RunRecorder::Impl {
         out.integer(static_cast<std::int64_t>(state->violations));
       }
       out.raw("}");
+    };
+    write(monitor_states, time, pack, [&] {
+      record::MonitorRecord made{.monitor = model.name(),
+                                 .verdict = std::string(monitor::to_string(state->verdict)),
+                                 .states = state_ids(model.chart(), state->session),
+                                 .standing = standing ? standing->text() : std::string(),
+                                 .deadline = {},
+                                 .violations = {}};
+      if (standing && standing->deadline) made.deadline = standing->deadline->time_since_epoch().count();
+      if (state->violations > 0) made.violations = static_cast<std::int64_t>(state->violations);
+      return made;
     });
   }
 
@@ -249,7 +282,7 @@ struct RunRecorder::Impl {
     seen.transitions = latest.transitions;
     if (skill.running()) seen.configuration = skill.session().configuration();
     const TimePoint time = inside->scheduler().now();
-    write(chart_states, time, [&](record::PackedJson& out) {
+    const auto pack = [&](record::PackedJson& out) {
       out.raw(R"({"leaf":)");
       out.text(plan.leaves[leaf].name);
       out.raw(R"(,"running":)");
@@ -270,6 +303,19 @@ struct RunRecorder::Impl {
         pack_data(out, skill.chart(), skill.session());
       }
       out.raw("}");
+    };
+    write(chart_states, time, pack, [&] {
+      record::ChartRecord made{.leaf = plan.leaves[leaf].name,
+                               .running = skill.running(),
+                               .states = {},
+                               .last = latest.transition,
+                               .event = latest.event,
+                               .data = {}};
+      if (skill.running()) {
+        made.states = state_ids(skill.chart(), skill.session());
+        made.data = data_of(skill.chart(), skill.session());
+      }
+      return made;
     });
   }
 
@@ -292,7 +338,9 @@ struct RunRecorder::Impl {
     std::string json = to_json(entries);
     if (json == written_blackboard || (written_blackboard.empty() && json == "{}")) return;
     written_blackboard = std::move(json);
-    recorder.message(blackboard, now, [&](std::string& out) { out += written_blackboard; });
+    recorder.message(
+        blackboard, now, [&](std::string& out) { out += written_blackboard; },
+        [&] { return record::BlackboardRecord{entries}; });
   }
 
   void write_violation(const runtime::MonitorReport& report) {
@@ -318,7 +366,10 @@ struct RunRecorder::Impl {
                   {"witness_minimal", decision.witness_minimal},
                   {"explanation", nullptr}};
     if (report.explanation) violation["explanation"] = monitor::to_value(*report.explanation);
-    write(violations, decision.at, [&](record::PackedJson& out) { out.value(Value(std::move(violation))); });
+    const Value made(std::move(violation));
+    write(
+        violations, decision.at, [&](record::PackedJson& out) { out.value(made); },
+        [&] { return record::ViolationRecord{made}; });
   }
 
   void sample_at(TimePoint when) {

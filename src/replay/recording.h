@@ -33,7 +33,7 @@ struct RecordingOptions {
   /// A violation as people read it; empty: without.
   std::function<std::string(const runtime::MonitorReport&)> story = {};
   /// See record::RecorderOptions.
-  std::function<void(const record::Channel&, TimePoint, std::string_view packed)> tap = {};
+  std::function<void(TimePoint, record::RunRecord)> tap = {};
 };
 
 /// Records one run: every observation, the states of tree, charts, monitors and robot, the log, and what is needed to

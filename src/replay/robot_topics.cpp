@@ -14,6 +14,11 @@ constexpr std::size_t kParticlesShown = 200;
 
 record::Pose to_pose(const sim::Pose2& pose) { return {pose.x, pose.y, pose.theta}; }
 
+std::vector<record::Pose> as_recorded(std::vector<record::Pose> poses) {
+  for (record::Pose& pose : poses) pose = record::as_recorded(pose);
+  return poses;
+}
+
 record::SceneThing thing_of(std::string id, const sim::Shape& shape, double height_m, std::uint32_t rgba) {
   const bool disc = shape.kind == sim::Shape::Kind::kDisc;
   return {.id = std::move(id),
@@ -55,10 +60,15 @@ void RobotTopics::sample_robot(const sim::RobotSpec& spec, const sim::RobotState
   const sim::Pose2 estimate = sim::estimated_pose(state.localization, state.odometry);
   const bool repeat = robot.posed == TimePoint::min() || now - robot.posed >= kPoseRepeat;
   if (repeat || !(state.truth.pose == robot.last_truth) || !(estimate == robot.last_estimate)) {
-    recorder_.pack(robot.truth, now,
-                   [&](record::PackedJson& out) { record::pack_pose(out, now, to_pose(state.truth.pose)); });
-    recorder_.pack(robot.estimate, now,
-                   [&](record::PackedJson& out) { record::pack_pose(out, now, to_pose(estimate)); });
+    const auto write_pose = [&](record::ChannelId channel, const sim::Pose2& pose, bool is_estimate) {
+      recorder_.pack(
+          channel, now, [&](record::PackedJson& out) { record::pack_pose(out, now, to_pose(pose)); },
+          [&] {
+            return record::PoseRecord{spec.name, is_estimate, record::as_recorded(to_pose(pose))};
+          });
+    };
+    write_pose(robot.truth, state.truth.pose, false);
+    write_pose(robot.estimate, estimate, true);
     robot.last_truth = state.truth.pose;
     robot.last_estimate = estimate;
     robot.posed = now;
@@ -67,20 +77,31 @@ void RobotTopics::sample_robot(const sim::RobotSpec& spec, const sim::RobotState
     // Where the robot believes that the scan was taken.
     const sim::Pose2 laser =
         sim::compose(sim::estimated_pose(state.localization, state.scan_odometry), spec.laser.mount);
-    recorder_.pack(robot.scan, now, [&](record::PackedJson& out) {
-      record::pack_scan(out, now, to_pose(laser), spec.laser.angle_min_rad, spec.laser.angle_increment_rad,
-                        state.scan.ranges);
-    });
+    recorder_.pack(
+        robot.scan, now,
+        [&](record::PackedJson& out) {
+          record::pack_scan(out, now, to_pose(laser), spec.laser.angle_min_rad, spec.laser.angle_increment_rad,
+                            state.scan.ranges);
+        },
+        [&] {
+          record::ScanRecord made{spec.name, record::as_recorded(to_pose(laser)), {}};
+          for (const double range : state.scan.ranges) made.ranges.push_back(record::range_as_recorded(range));
+          return made;
+        });
     robot.scanned = state.scan.stamp;
   }
   if (state.navigator.path != robot.last_path) {
     std::vector<record::Pose> poses;
     for (const sim::Vec2& point : state.navigator.path) poses.push_back({point.x, point.y, 0.0});
-    recorder_.message(robot.path, now, [&](std::string& out) { record::append_path(out, now, poses); });
+    recorder_.message(
+        robot.path, now, [&](std::string& out) { record::append_path(out, now, poses); },
+        [&] {
+          return record::PathRecord{spec.name, as_recorded(poses)};
+        });
     robot.last_path = state.navigator.path;
   }
   if (!(state.battery == robot.last_battery)) {
-    recorder_.pack(robot.battery, now, [&](record::PackedJson& out) {
+    const auto pack = [&](record::PackedJson& out) {
       out.raw(R"({"percent":)");
       out.number(state.battery.charge * 100);
       out.raw(R"(,"current_A":)");
@@ -92,20 +113,28 @@ void RobotTopics::sample_robot(const sim::RobotSpec& spec, const sim::RobotState
       out.raw(R"(,"plugged":)");
       out.boolean(state.battery.plugged);
       out.raw("}");
+    };
+    recorder_.pack(robot.battery, now, pack, [&] {
+      return record::BatteryRecord{.robot = spec.name,
+                                   .percent = state.battery.charge * 100,
+                                   .current_A = state.battery.current_A,
+                                   .charging = sim::is_charging(state.battery),
+                                   .voltage_V = record::as_recorded(sim::voltage_V(spec.battery, state.battery)),
+                                   .plugged = state.battery.plugged};
     });
     robot.last_battery = state.battery;
   }
-  sample_motion(state, robot, now);
-  sample_particles(state, robot, now);
+  sample_motion(spec, state, robot, now);
+  sample_particles(spec, state, robot, now);
 }
 
-void RobotTopics::sample_motion(const sim::RobotState& state, Robot& robot, TimePoint now) {
+void RobotTopics::sample_motion(const sim::RobotSpec& spec, const sim::RobotState& state, Robot& robot, TimePoint now) {
   std::optional<sim::Pose2> goal;
   if (sim::is_active(state.navigator.status) && !state.navigator.goal.waypoints.empty())
     goal = state.navigator.goal.waypoints.back();
   Motion motion{state.odometry_twist, goal, state.navigator.status};
   if (robot.last_motion && *robot.last_motion == motion) return;
-  recorder_.pack(robot.motion, now, [&](record::PackedJson& out) {
+  const auto pack = [&](record::PackedJson& out) {
     out.raw(R"({"speed":)");
     out.rounded(motion.twist.vx);
     out.raw(R"(,"turn":)");
@@ -122,19 +151,31 @@ void RobotTopics::sample_motion(const sim::RobotState& state, Robot& robot, Time
       out.raw("]");
     }
     out.raw("}");
+  };
+  recorder_.pack(robot.motion, now, pack, [&] {
+    record::MotionRecord made{spec.name, record::as_recorded(motion.twist.vx), record::as_recorded(motion.twist.omega),
+                              std::string(sim::to_value(motion.status).text()), std::nullopt};
+    if (goal)
+      made.goal_map = {record::as_recorded(goal->x), record::as_recorded(goal->y), record::as_recorded(goal->theta)};
+    return made;
   });
   robot.last_motion = motion;
 }
 
 // Some of them, after the filter has worked.
-void RobotTopics::sample_particles(const sim::RobotState& state, Robot& robot, TimePoint now) {
+void RobotTopics::sample_particles(const sim::RobotSpec& spec, const sim::RobotState& state, Robot& robot,
+                                   TimePoint now) {
   const std::vector<sim::Particle>& particles = state.localization.particles;
   const bool again = robot.particles_at == TimePoint::min() || now - robot.particles_at >= kParticlesPeriod;
   if (particles.empty() || !again || (robot.filtered && *robot.filtered == state.localization.updated_at)) return;
   const std::size_t stride = (particles.size() + kParticlesShown - 1) / kParticlesShown;
   std::vector<record::Pose> poses;
   for (std::size_t i = 0; i < particles.size(); i += stride) poses.push_back(to_pose(particles[i].pose));
-  recorder_.message(robot.particles, now, [&](std::string& out) { record::append_path(out, now, poses); });
+  recorder_.message(
+      robot.particles, now, [&](std::string& out) { record::append_path(out, now, poses); },
+      [&] {
+        return record::ParticlesRecord{spec.name, as_recorded(poses)};
+      });
   robot.particles_at = now;
   robot.filtered = state.localization.updated_at;
 }
@@ -177,7 +218,16 @@ void RobotTopics::write_scene(const sim::State& state, TimePoint now) {
       things.push_back(
           thing_of("door." + door.id, sim::Shape::wall(door.a, door.b, door.thickness_m), 1.0, 0x7F6000FF));
   }
-  recorder_.message(scene_, now, [&](std::string& out) { record::append_scene(out, now, things); });
+  recorder_.message(
+      scene_, now, [&](std::string& out) { record::append_scene(out, now, things); },
+      [&] {
+        for (record::SceneThing& thing : things) {
+          thing.pose_map = record::as_recorded(thing.pose_map);
+          thing.length_m = record::as_recorded(thing.length_m);
+          thing.width_m = record::as_recorded(thing.disc ? thing.length_m : thing.width_m);
+        }
+        return record::SceneRecord{std::move(things)};
+      });
   obstacles_ = state.obstacles;
   doors_ = state.doors;
 }

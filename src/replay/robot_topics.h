@@ -46,8 +46,8 @@ class RobotTopics {
     std::optional<sim::Pose2> filtered;  // odometry at the filter's last turn that was written
   };
   void sample_robot(const sim::RobotSpec& spec, const sim::RobotState& state, Robot& robot, TimePoint now);
-  void sample_motion(const sim::RobotState& state, Robot& robot, TimePoint now);
-  void sample_particles(const sim::RobotState& state, Robot& robot, TimePoint now);
+  void sample_motion(const sim::RobotSpec& spec, const sim::RobotState& state, Robot& robot, TimePoint now);
+  void sample_particles(const sim::RobotSpec& spec, const sim::RobotState& state, Robot& robot, TimePoint now);
   void write_map(TimePoint now);
   void write_scene(const sim::State& state, TimePoint now);
 

@@ -126,12 +126,12 @@ std::optional<std::int64_t> integer_of(const Value& body, std::string_view name)
 
 // ---- Composer ----
 
-Composer::Composer(const Subject& shown, const History& past, const RunAccess& access, SteeringDesk* steering,
+Composer::Composer(const Subject& shown, const History& past, const RunAccess& access, SteeringQueue* steering,
                    Options given)
     : subject(shown),
       history(past),
       run(access),
-      desk(steering),
+      queue(steering),
       options(std::move(given)),
       model(std::make_shared<const std::string>(model_message(shown, steering != nullptr))) {
   refresh();
@@ -146,22 +146,22 @@ void Composer::refresh() {
 
 // ---- Conversation ----
 
-Conversation::Conversation(Composer& composer, std::uint64_t client, std::unique_ptr<Outlet> outlet)
-    : composer_(composer), client_(client), outlet_(std::move(outlet)), may_steer_(composer.options.token.empty()) {
+Conversation::Conversation(Composer& composer, std::uint64_t client, std::unique_ptr<MessageSink> sink)
+    : composer_(composer), client_(client), sink_(std::move(sink)), may_steer_(composer.options.token.empty()) {
   composer_.refresh();
   send(composer_.options.hello);
-  outlet_->send(composer_.model);
+  sink_->send(composer_.model);
   send_news();
   send_present_state();
 }
 
 Conversation::~Conversation() {
-  if (composer_.desk != nullptr) composer_.desk->forget(client_);
+  if (composer_.queue != nullptr) composer_.queue->forget(client_);
 }
 
 void Conversation::send(std::string text) {
-  if (!outlet_->send(std::make_shared<const std::string>(std::move(text))))
-    outlet_->close(kTooBig, "the page does not keep up");
+  if (!sink_->send(std::make_shared<const std::string>(std::move(text))))
+    sink_->close(kTooBig, "the page does not keep up");
 }
 
 void Conversation::send_present_state() {
@@ -242,9 +242,9 @@ void Conversation::send_growth() {
 }
 
 void Conversation::received(const std::string& text) {
-  if (requests_.size() + steering_ >= kRequestsMax) return outlet_->close(kPolicyViolation, "too many requests wait");
+  if (requests_.size() + steering_ >= kRequestsMax) return sink_->close(kPolicyViolation, "too many requests wait");
   auto body = text::parse_json(text);
-  if (!body || body->as_map() == nullptr) return outlet_->close(kPolicyViolation, "a request is a JSON object");
+  if (!body || body->as_map() == nullptr) return sink_->close(kPolicyViolation, "a request is a JSON object");
   Request request;
   request.id = integer_of(*body, "id").value_or(0);
   request.op = text_of(*body, "op");
@@ -273,7 +273,7 @@ bool Conversation::advance(Request& request) {
   if (request.op == "messages" || request.op == "find") return advance_search(request);
   if (request.op == "hello") {
     may_steer_ = may_steer_ || text_of(request.body, "token") == composer_.options.token;
-    answer(request.id, Map{{"steerable", composer_.desk != nullptr && may_steer_}});
+    answer(request.id, Map{{"steerable", composer_.queue != nullptr && may_steer_}});
   } else if (request.op == "live") {
     follow();
     answer(request.id, {});
@@ -330,10 +330,10 @@ void Conversation::seek(const Request& request) {
 }
 
 void Conversation::steer(const Request& request) {
-  if (composer_.desk == nullptr) return refuse(request.id, "this run cannot be steered");
+  if (composer_.queue == nullptr) return refuse(request.id, "this run cannot be steered");
   if (!may_steer_) return refuse(request.id, "only who came with the token of the printed address may steer");
   ++steering_;
-  composer_.desk->put({client_, request.id, request.op, request.body});
+  composer_.queue->put({client_, request.id, request.op, request.body});
 }
 
 void Conversation::steered(std::int64_t id, Result<Value> result) {

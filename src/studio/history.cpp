@@ -1,12 +1,10 @@
 #include "sentree/studio/history.h"
 
-#include <cmath>
+#include <map>
+#include <variant>
 
 #include "sentree/base/json.h"
-#include "sentree/record/observation.h"
-#include "sentree/replay/recording.h"
 #include "sentree/studio/detail/history_impl.h"
-#include "sentree/text/json.h"
 
 namespace sentree::studio {
 
@@ -16,13 +14,6 @@ Nanoseconds to_nanoseconds(TimePoint time) { return time.time_since_epoch().coun
 
 // Violations whose story is kept, and problems.
 constexpr std::size_t kStoriesMax = 1000;
-
-PoseValue pose_of(std::string_view pose) {
-  const std::string_view position = member(pose, "position");
-  const std::string_view turn = member(pose, "orientation");
-  return {as_number(member(position, "x")).value_or(0.0), as_number(member(position, "y")).value_or(0.0),
-          2 * std::atan2(as_number(member(turn, "z")).value_or(0.0), as_number(member(turn, "w")).value_or(1.0))};
-}
 
 }  // namespace
 
@@ -44,35 +35,27 @@ History::History(const Subject& subject, record::Reader& reader) : History(subje
 
 History::~History() = default;
 
-bool History::wants(std::string_view topic) const { return impl_->feed_of(topic).kind != Feed::Kind::kNone; }
-
-void History::take(std::string_view topic, TimePoint time, std::string_view json) {
+void History::take(TimePoint time, const record::RunRecord& record) {
   const std::lock_guard lock(impl_->mutex);
-  impl_->key.assign(topic);
-  const auto [feed, is_new] = impl_->feeds.try_emplace(impl_->key);
-  if (is_new) feed->second = impl_->feed_of(topic);
-  if (feed->second.kind == Feed::Kind::kNone) return;
-  impl_->take(feed->second, to_nanoseconds(time), json, nullptr);
+  impl_->take(to_nanoseconds(time), record, nullptr);
   impl_->make_room();
 }
 
 void History::read_index() {
-  std::map<record::ChannelId, Feed> feeds;
-  bool has_violations = false;
-  for (const auto& [id, channel] : impl_->reader->channels()) {
-    feeds[id] = impl_->feed_of(channel.topic);
-    has_violations = has_violations || feeds[id].kind == Feed::Kind::kViolations;
-  }
+  std::map<record::ChannelId, Topic> topics;
+  for (const auto& [id, channel] : impl_->reader->channels()) topics[id] = topic_of(channel.topic);
   for (std::size_t part = 0; part < impl_->reader->parts(); ++part) {
     const auto records = impl_->reader->part(part);
     if (!records) continue;
     const std::lock_guard lock(impl_->mutex);
     impl_->reader->each_message(*records, [&](const record::RawMessage& raw) {
-      const Feed feed = feeds[raw.channel];
-      if (feed.kind == Feed::Kind::kNone) return;
+      const auto time = static_cast<Nanoseconds>(raw.log_time);
+      const auto record =
+          impl_->records.read(topics[raw.channel], TimePoint(Duration(time)), raw.data, RecordReader::Depth::kIndex);
+      if (!record) return;
       const Place place{static_cast<std::uint32_t>(part), static_cast<std::uint32_t>(raw.data.data() - records->data()),
                         static_cast<std::uint32_t>(raw.data.size())};
-      impl_->take(feed, static_cast<Nanoseconds>(raw.log_time), raw.data, &place);
+      impl_->take(time, *record, &place);
     });
   }
 }
@@ -84,69 +67,29 @@ Nanoseconds History::begin() const {
 
 Nanoseconds History::end() const { return impl_->end; }
 
-Feed History::Impl::feed_of(std::string_view topic) const {
-  using Kind = Feed::Kind;
-  if (topic == record::kObservationsTopic) return {Kind::kObservations};
-  if (topic == "/charts") return {Kind::kCharts};
-  if (topic == "/monitors") return {Kind::kMonitors};
-  if (topic == "/log") return {Kind::kLog};
-  if (topic == "/scene") return {Kind::kScene};
-  if (topic == "/blackboard") return {Kind::kBlackboard};
-  if (topic == "/violations") return {Kind::kViolations};
-  const std::size_t slash = topic.rfind('/');
-  if (slash == 0 || slash == std::string_view::npos) return {};
-  const std::size_t robot = subject.robot_index(topic.substr(1, slash - 1));
-  if (robot == Subject::kNone) return {};
-  const std::string_view what = topic.substr(slash + 1);
-  if (what == "pose") return {Kind::kPose, robot};
-  if (what == "pose_estimate") return {Kind::kEstimate, robot};
-  if (what == "scan") return {Kind::kScan, robot};
-  if (what == "path") return {Kind::kPath, robot};
-  if (what == "motion") return {Kind::kMotion, robot};
-  if (what == "particles") return {Kind::kParticles, robot};
-  if (what == "battery") return {Kind::kBattery, robot};
-  return {};
-}
-
-void History::Impl::take(const Feed& feed, Nanoseconds time, std::string_view json, const Place* place) {
+void History::Impl::take(Nanoseconds time, const record::RunRecord& record, const Place* place) {
   if (time > end) end = time;
-  switch (feed.kind) {
-    case Feed::Kind::kNone: break;
-    case Feed::Kind::kObservations: take_observation(time, json, place); break;
-    case Feed::Kind::kCharts: take_chart(time, json, place); break;
-    case Feed::Kind::kMonitors: take_monitor(time, json, place); break;
-    case Feed::Kind::kLog: take_log(time, json); break;
-    case Feed::Kind::kScene: scene.push(time, keep(json, time, place)); break;
-    case Feed::Kind::kBlackboard: blackboard.push(time, keep(json, time, place)); break;
-    case Feed::Kind::kViolations:
-      if (violations.size() < kStoriesMax) {
-        std::string message = sound(json);
-        if (message.starts_with('{')) violations.push_back("{\"type\":\"violation\"," + message.substr(1));
-      }
-      break;
-    default: take_robot(feed, time, json, place);
-  }
+  std::visit([&](const auto& sort) { add(time, sort, place); }, record);
 }
 
-Place History::Impl::keep(std::string_view json, Nanoseconds time, const Place* place) {
-  if (place != nullptr) return *place;
-  const Place kept = live->append(json);
+Place History::Impl::keep_text(Nanoseconds time) {
+  const Place kept = live->append(text);
   if (block_times.size() < live->blocks()) block_times.push_back(time);
   return kept;
 }
 
-std::uint32_t History::Impl::shape_of(std::string_view name, std::string_view kind, std::string_view source,
-                                      std::string_view target) {
+std::uint32_t History::Impl::shape_of(const Message& message) {
+  const std::string_view kind = to_string(message.kind);
   key.clear();
-  for (const std::string_view part : {name, kind, source, target}) {
+  for (const std::string_view part :
+       {std::string_view(message.name), kind, std::string_view(message.source), std::string_view(message.target)}) {
     key += part;
     key += '\0';
   }
   const auto known = shape_ids.find(key);
   if (known != shape_ids.end()) return known->second;
   if (shapes.size() < kShapesMax) {
-    const auto text = [](std::string_view raw) { return unquoted("\"" + std::string(raw) + "\""); };
-    Shape shape{text(name), text(kind), text(source), text(target)};
+    Shape shape{message.name, std::string(kind), message.source, message.target};
     Role role = Role::kPlain;
     if (shape.name == "node.status")
       role = Role::kNodeStatus;
@@ -156,7 +99,7 @@ std::uint32_t History::Impl::shape_of(std::string_view name, std::string_view ki
       role = Role::kInjection;
     else if (shape.name == "monitor.violated" || shape.name == "monitor.satisfied")
       role = Role::kDecision;
-    else if (shape.kind == "error")
+    else if (message.kind == MessageKind::kError)
       role = Role::kError;
     else if (shape.name.ends_with(".tick.reply") && leaf_indices.contains(shape.source))
       role = Role::kReply;
@@ -168,106 +111,96 @@ std::uint32_t History::Impl::shape_of(std::string_view name, std::string_view ki
   return id;
 }
 
-void History::Impl::take_observation(Nanoseconds time, std::string_view json, const Place* place) {
-  Seen seen;
-  std::string_view name, kind, source, target, data;
-  for (JsonWalk walk(json); walk.next();) {
-    const std::string_view member = walk.name();
-    if (member == "sequence")
-      seen.sequence = static_cast<std::uint64_t>(as_integer(walk.value()).value_or(0));
-    else if (member == "kind")
-      kind = inside(walk.value());
-    else if (member == "source")
-      source = inside(walk.value());
-    else if (member == "target")
-      target = inside(walk.value());
-    else if (member == "name")
-      name = inside(walk.value());
-    else if (member == "tick")
-      seen.tick = static_cast<std::uint32_t>(as_integer(walk.value()).value_or(0));
-    else if (member == "data")
-      data = walk.value();
-  }
-  if (seen.sequence == 0) return;
-  seen.place = keep(json, time, place);
-  seen.shape = shape_of(name, kind, source, target);
+void History::Impl::add(Nanoseconds time, const Message& message, const Place* place) {
+  if (message.sequence == 0) return;
+  const Seen seen{message.sequence, keep(Shown::kObservation, message, time, place), shape_of(message),
+                  static_cast<std::uint32_t>(message.tick)};
   observations.push(time, seen);
-  if (roles[seen.shape] != Role::kPlain) take_effect(roles[seen.shape], shapes[seen.shape], time, data, seen);
+  if (roles[seen.shape] != Role::kPlain) add_effect(roles[seen.shape], shapes[seen.shape], time, message, seen, place);
 }
 
-void History::Impl::take_effect(Role role, const Shape& shape, Nanoseconds time, std::string_view data,
-                                const Seen& seen) {
+void History::Impl::add_effect(Role role, const Shape& shape, Nanoseconds time, const Message& message,
+                               const Seen& seen, const Place* place) {
+  const auto text_at = [&](std::string_view name) {
+    const Value* member = message.data.find(name);
+    return member != nullptr ? member->text() : std::string_view();
+  };
   switch (role) {
     case Role::kPlain: break;
     case Role::kNodeStatus: {
-      const auto node = as_integer(member(data, "node"));
-      const auto status = bt::parse_status(inside(member(data, "to")));
-      if (!node || !status || *node < 0 || *node >= static_cast<std::int64_t>(nodes.size())) break;
+      const Value* member = message.data.find("node");
+      const std::int64_t* node = member != nullptr ? member->as_int() : nullptr;
+      const auto status = bt::parse_status(text_at("to"));
+      if (node == nullptr || !status || *node < 0 || *node >= static_cast<std::int64_t>(nodes.size())) break;
       nodes[static_cast<std::size_t>(*node)].push(time, static_cast<std::uint8_t>(*status));
       ++tree_version;
       break;
     }
     case Role::kMissionStatus:
-      if (const auto status = bt::parse_status(inside(member(data, "status"))))
+      if (const auto status = bt::parse_status(text_at("status")))
         mission.push(time, static_cast<std::uint8_t>(*status));
       break;
     case Role::kReply: {
-      const std::string_view values = member(data, "outputs");
-      if (values.size() <= 2) break;
-      outputs[leaf_indices.at(shape.source)].push(time, seen.place);
+      const Value* values = message.data.find("outputs");
+      if (values == nullptr || values->as_map() == nullptr || values->as_map()->empty()) break;
+      outputs[leaf_indices.at(shape.source)].push(time, keep(Shown::kOutputs, message, time, place));
       ++outputs_version;
       break;
     }
     case Role::kInjection: {
-      const bool by_hand = shape.source != "scenario";
-      const std::string_view args = member(data, "args");
-      mark(time, by_hand ? "intervention" : "injection",
-           unquoted(member(data, "what")) + (args.size() > 2 ? " " + sound(args) : ""), seen.sequence);
+      const Value* args = message.data.find("args");
+      const Map* given = args != nullptr ? args->as_map() : nullptr;
+      mark(time, shape.source != "scenario" ? "intervention" : "injection",
+           std::string(text_at("what")) + (given != nullptr && !given->empty() ? " " + to_json(*args) : ""),
+           seen.sequence);
       break;
     }
-    case Role::kDecision:
-      if (shape.name == "monitor.violated") mark(time, "violation", unquoted(member(data, "monitor")), seen.sequence);
-      if (const std::size_t monitor = subject.monitor_index(unquoted(member(data, "monitor")));
-          monitor != Subject::kNone && subject.monitors[monitor].model == nullptr) {
+    case Role::kDecision: {
+      const bool violated = shape.name == "monitor.violated";
+      if (violated) mark(time, "violation", std::string(text_at("monitor")), seen.sequence);
+      const std::size_t monitor = subject.monitor_index(text_at("monitor"));
+      if (monitor != Subject::kNone && subject.monitors[monitor].model == nullptr) {
         monitors[monitor].push(
-            time, {seen.place, 0,
-                   shape.name == "monitor.violated" ? monitor::Verdict::kViolated : monitor::Verdict::kSatisfied});
+            time, {keep(Shown::kMonitor, record::MonitorRecord(), time, place), 0,
+                   violated ? monitor::Verdict::kViolated : monitor::Verdict::kSatisfied, violated ? 1 : 0});
       }
       break;
+    }
     case Role::kError:
-      if (inside(member(data, "kind")) == "vetoed") {
-        mark(time, "veto", shape.name.substr(0, shape.name.rfind('.')) + ": " + unquoted(member(data, "message")),
+      if (text_at("kind") == "vetoed")
+        mark(time, "veto", shape.name.substr(0, shape.name.rfind('.')) + ": " + std::string(text_at("message")),
              seen.sequence);
-      }
       break;
   }
 }
 
-void History::Impl::mark(Nanoseconds time, std::string_view kind, std::string text, std::uint64_t sequence) {
-  if (marks.size() < kMarksMax) marks.push(time, {kind, std::move(text), sequence});
+void History::Impl::mark(Nanoseconds time, std::string_view kind, std::string what, std::uint64_t sequence) {
+  if (marks.size() < kMarksMax) marks.push(time, {kind, std::move(what), sequence});
 }
 
-std::uint32_t History::Impl::configuration_of(std::size_t chart, std::string_view states) {
+std::uint32_t History::Impl::configuration_of(std::size_t chart, const std::vector<std::string>& states) {
   key.assign(std::to_string(chart));
-  key += states;
+  for (const std::string& state : states) {
+    key += '\0';
+    key += state;
+  }
   const auto known = configuration_ids.find(key);
   if (known != configuration_ids.end()) return known->second;
   if (configurations.size() >= kShapesMax) return 0;
-  const ShownChart& shown = subject.charts[chart];
+  const ShownChart& shown_chart = subject.charts[chart];
   Configuration made;
   std::vector<scxml::StateIndex> active;
   made.active = "[";
-  for (JsonWalk walk(states); walk.next();) {
-    const std::string id = unquoted(walk.value());
-    const auto drawn = shown.drawn_states.find(id);
-    const auto state = shown.chart.find(id);
-    if (drawn == shown.drawn_states.end() || !state) continue;
+  for (const std::string& name : states) {
+    const auto drawn = shown_chart.drawn_states.find(name);
+    const auto state = shown_chart.chart.find(name);
+    if (drawn == shown_chart.drawn_states.end() || !state) continue;
     made.active += (made.active.size() > 1 ? "," : "") + std::to_string(drawn->second);
     active.push_back(*state);
   }
   made.active += "]";
   for (std::size_t i = 0; i < active.size(); ++i) {
-    const scxml::State& state = shown.chart.states()[active[i]];
+    const scxml::State& state = shown_chart.chart.states()[active[i]];
     const bool innermost = i + 1 == active.size() || active[i + 1] <= active[i] || active[i + 1] >= state.end;
     if (innermost) made.label += (made.label.empty() ? "" : " + ") + state.id;
   }
@@ -277,65 +210,93 @@ std::uint32_t History::Impl::configuration_of(std::size_t chart, std::string_vie
   return id;
 }
 
-void History::Impl::take_chart(Nanoseconds time, std::string_view json, const Place* place) {
-  const std::size_t chart = subject.skill_chart(unquoted(member(json, "leaf")));
+void History::Impl::add(Nanoseconds time, const record::ChartRecord& record, const Place* place) {
+  const std::size_t chart = subject.skill_chart(record.leaf);
   if (chart == Subject::kNone) return;
-  ChartMoment moment;
-  moment.place = keep(json, time, place);
-  moment.running = member(json, "running") == "true";
-  moment.configuration = configuration_of(chart, member(json, "states"));
-  charts[chart].push(time, moment);
+  charts[chart].push(
+      time, {keep(Shown::kChart, record, time, place), configuration_of(chart, record.states), record.running});
 }
 
-void History::Impl::take_monitor(Nanoseconds time, std::string_view json, const Place* place) {
-  const std::string name = unquoted(member(json, "monitor"));
-  const std::size_t index = subject.monitor_index(name);
+void History::Impl::add(Nanoseconds time, const record::MonitorRecord& record, const Place* place) {
+  const std::size_t index = subject.monitor_index(record.monitor);
   if (index == Subject::kNone) return;
   MonitorMoment moment;
-  moment.place = keep(json, time, place);
-  const std::string_view verdict = inside(member(json, "verdict"));
-  moment.verdict = verdict == "violated"    ? monitor::Verdict::kViolated
-                   : verdict == "satisfied" ? monitor::Verdict::kSatisfied
-                                            : monitor::Verdict::kUndecided;
-  if (const auto chart = subject.charts_by_id.find("monitor:" + name); chart != subject.charts_by_id.end())
-    moment.configuration = configuration_of(chart->second, member(json, "states"));
+  moment.place = keep(Shown::kMonitor, record, time, place);
+  moment.verdict = record.verdict == "violated"    ? monitor::Verdict::kViolated
+                   : record.verdict == "satisfied" ? monitor::Verdict::kSatisfied
+                                                   : monitor::Verdict::kUndecided;
+  if (const auto chart = subject.charts_by_id.find("monitor:" + record.monitor); chart != subject.charts_by_id.end())
+    moment.configuration = configuration_of(chart->second, record.states);
+  moment.violations = record.violations.value_or(moment.verdict == monitor::Verdict::kViolated ? 1 : 0);
   monitors[index].push(time, moment);
 }
 
-void History::Impl::take_log(Nanoseconds time, std::string_view json) {
-  constexpr std::int64_t kWarning = 3;
-  if (inside(member(json, "name")) != "run" || as_integer(member(json, "level")).value_or(0) < kWarning) return;
-  std::string text = unquoted(member(json, "message"));
-  mark(time, "problem", text, observations.back() != nullptr ? observations.back()->sequence : 0);
-  if (problems.size() < kStoriesMax) problems.push_back({time, std::move(text)});
+void History::Impl::add(Nanoseconds time, const record::LogRecord& record, const Place* /*place*/) {
+  if (record.name != "run" || record.level == record::LogLevel::kInfo) return;
+  mark(time, "problem", record.text, observations.back() != nullptr ? observations.back()->sequence : 0);
+  if (problems.size() < kStoriesMax) problems.push_back({time, record.text});
 }
 
-void History::Impl::take_robot(const Feed& feed, Nanoseconds time, std::string_view json, const Place* place) {
-  RobotTracks& robot = robots[feed.robot];
-  switch (feed.kind) {
-    case Feed::Kind::kPose: robot.pose.push(time, pose_of(member(json, "pose"))); break;
-    case Feed::Kind::kEstimate: robot.estimate.push(time, pose_of(member(json, "pose"))); break;
-    case Feed::Kind::kScan: robot.scan.push(time, keep(json, time, place)); break;
-    case Feed::Kind::kPath: robot.path.push(time, keep(json, time, place)); break;
-    case Feed::Kind::kMotion: robot.motion.push(time, keep(json, time, place)); break;
-    case Feed::Kind::kParticles: robot.particles.push(time, keep(json, time, place)); break;
-    default: {
-      BatteryValue battery;
-      battery.percentage = as_number(member(json, "percent")).value_or(0.0) / 100;
-      battery.current = as_number(member(json, "current_A")).value_or(0.0);
-      battery.voltage = as_number(member(json, "voltage_V"));
-      battery.charging = member(json, "charging") == "true";
-      if (const std::string_view plugged = member(json, "plugged"); !plugged.empty())
-        battery.plugged = plugged == "true";
-      robot.battery.push(time, battery);
-    }
+void History::Impl::add(Nanoseconds time, const record::BlackboardRecord& record, const Place* place) {
+  blackboard.push(time, keep(Shown::kBlackboard, record, time, place));
+}
+
+void History::Impl::add(Nanoseconds /*time*/, const record::ViolationRecord& record, const Place* /*place*/) {
+  if (violations.size() >= kStoriesMax || record.violation.as_map() == nullptr) return;
+  std::string message = R"({"type":"violation")";
+  for (const auto& [name, value] : *record.violation.as_map()) {
+    message += ',';
+    append_json_string(message, name);
+    message += ':';
+    append_json(message, value);
   }
+  violations.push_back(message + "}");
 }
 
-std::string History::Impl::sound(std::string_view json) const {
-  if (live != nullptr) return std::string(json);
-  const auto value = text::parse_json(json);
-  return value ? to_json(*value) : "null";
+void History::Impl::add(Nanoseconds time, const record::SceneRecord& record, const Place* place) {
+  constexpr std::string_view kDoor = "door.";
+  SceneMoment moment{keep(Shown::kObstacles, record, time, place), {}};
+  for (const record::SceneThing& thing : record.things) {
+    if (thing.id.starts_with(kDoor)) moment.closed_doors.push_back(thing.id.substr(kDoor.size()));
+  }
+  scene.push(time, std::move(moment));
+}
+
+RobotTracks* History::Impl::robot_of(std::string_view name) {
+  const std::size_t index = subject.robot_index(name);
+  return index == Subject::kNone ? nullptr : &robots[index];
+}
+
+void History::Impl::add(Nanoseconds time, const record::PoseRecord& record, const Place* /*place*/) {
+  if (RobotTracks* robot = robot_of(record.robot))
+    (record.is_estimate ? robot->estimate : robot->pose).push(time, record.pose_map);
+}
+
+void History::Impl::add(Nanoseconds time, const record::ScanRecord& record, const Place* place) {
+  if (RobotTracks* robot = robot_of(record.robot)) robot->scan.push(time, keep(Shown::kScan, record, time, place));
+}
+
+void History::Impl::add(Nanoseconds time, const record::PathRecord& record, const Place* place) {
+  if (RobotTracks* robot = robot_of(record.robot)) robot->path.push(time, keep(Shown::kPath, record, time, place));
+}
+
+void History::Impl::add(Nanoseconds time, const record::ParticlesRecord& record, const Place* place) {
+  if (RobotTracks* robot = robot_of(record.robot))
+    robot->particles.push(time, keep(Shown::kParticles, record, time, place));
+}
+
+void History::Impl::add(Nanoseconds time, const record::MotionRecord& record, const Place* place) {
+  if (RobotTracks* robot = robot_of(record.robot)) robot->motion.push(time, keep(Shown::kMotion, record, time, place));
+}
+
+void History::Impl::add(Nanoseconds time, const record::BatteryRecord& record, const Place* /*place*/) {
+  RobotTracks* robot = robot_of(record.robot);
+  if (robot == nullptr) return;
+  robot->battery.push(time, {.percentage = record.percent / 100,
+                             .current = record.current_A,
+                             .voltage = record.voltage_V,
+                             .plugged = record.plugged,
+                             .charging = record.charging});
 }
 
 // ---- Forgetting ----
@@ -347,7 +308,7 @@ std::size_t History::Impl::index_bytes() const {
   for (const auto& monitor : monitors) bytes += monitor.size() * sizeof(Track<MonitorMoment>::Entry);
   for (const auto& output : outputs) bytes += output.size() * sizeof(Track<Place>::Entry);
   for (const RobotTracks& robot : robots) {
-    bytes += (robot.pose.size() + robot.estimate.size()) * sizeof(Track<PoseValue>::Entry) +
+    bytes += (robot.pose.size() + robot.estimate.size()) * sizeof(Track<record::Pose>::Entry) +
              robot.battery.size() * sizeof(Track<BatteryValue>::Entry) +
              (robot.scan.size() + robot.path.size() + robot.motion.size() + robot.particles.size()) *
                  sizeof(Track<Place>::Entry);
@@ -378,7 +339,8 @@ void History::Impl::forget_first_block() {
     for (std::size_t i = 0; i < track.size(); ++i) {
       Place& place = place_of(track[i].value);
       if (place.block != block) break;
-      place = keep(read(place), end, nullptr);
+      text = texts->read(place);
+      place = keep_text(end);
     }
   };
   const auto itself = [](Place& place) -> Place& { return place; };
@@ -386,7 +348,7 @@ void History::Impl::forget_first_block() {
   for (auto& chart : charts) carry(chart, member_place);
   for (auto& monitor : monitors) carry(monitor, member_place);
   for (auto& output : outputs) carry(output, itself);
-  carry(scene, itself);
+  carry(scene, member_place);
   carry(blackboard, itself);
   for (RobotTracks& robot : robots) {
     carry(robot.scan, itself);

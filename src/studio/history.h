@@ -16,6 +16,7 @@
 #include "sentree/base/value.h"
 #include "sentree/bt/status.h"
 #include "sentree/monitor/monitor.h"
+#include "sentree/record/run_record.h"
 #include "sentree/studio/subject.h"
 #include "sentree/studio/texts.h"
 #include "sentree/studio/track.h"
@@ -64,7 +65,8 @@ struct Mark {
 };
 
 /// Everything that a page can show of a run, now or at any time before: what was recorded of it, by the time at which
-/// it held. A run that goes on and a recording are fed with the same messages, those of docs/recording.md.
+/// it held. A run that goes on is taken in record by record, as its recorder makes them; of a recording, an index is
+/// made, and the rest read when it is asked for.
 ///
 /// From any thread. What is asked for takes microseconds, but for `find`, `messages` and `lanes`, which take a lock for
 /// a slice of their work at a time.
@@ -76,10 +78,8 @@ class History {
   History(const Subject& subject, record::Reader& reader);
   ~History();
 
-  /// Whether messages of that topic are of any use.
-  [[nodiscard]] bool wants(std::string_view topic) const;
-  /// A message of a topic of the recording.
-  void take(std::string_view topic, TimePoint time, std::string_view json);
+  /// What was recorded of a run that goes on.
+  void take(TimePoint time, const record::RunRecord& record);
   /// Reads the whole recording once. What is wrong with the file is left out.
   void read_index();
 

@@ -1,6 +1,5 @@
 #include <algorithm>
 
-#include "sentree/base/json.h"
 #include "sentree/project/project.h"
 #include "sentree/studio/detail/history_impl.h"
 
@@ -70,22 +69,7 @@ std::string History::observation(std::size_t position) const {
   const std::lock_guard lock(impl_->mutex);
   if (position < impl_->forgotten || position - impl_->forgotten >= impl_->observations.size()) return {};
   const auto& entry = impl_->observations[position - impl_->forgotten];
-  const Shape& shape = impl_->shapes[entry.value.shape];
-  const std::string text = impl_->read(entry.value.place);
-  std::string out = "{\"sequence\":" + std::to_string(entry.value.sequence) +
-                    ",\"time\":" + std::to_string(entry.time) + ",\"tick\":" + std::to_string(entry.value.tick) +
-                    ",\"kind\":";
-  append_json_string(out, shape.kind);
-  out += ",\"name\":";
-  append_json_string(out, shape.name);
-  out += ",\"source\":";
-  append_json_string(out, shape.source);
-  out += ",\"target\":";
-  append_json_string(out, shape.target);
-  out += ",\"call\":" + std::to_string(as_integer(member(text, "call")).value_or(0)) + ",\"data\":";
-  const std::string_view data = member(text, "data");
-  out += data.empty() ? "null" : impl_->sound(data);
-  return out + "}";
+  return impl_->shown(Shown::kObservation, entry.value.place, entry.time);
 }
 
 History::Found History::find(const Filter& filter, std::size_t position, bool forwards, std::size_t budget) const {
@@ -104,7 +88,7 @@ History::Found History::find(const Filter& filter, std::size_t position, bool fo
     std::int8_t& matches = wanted[seen.shape];
     if (matches < 0) matches = filter.matches(impl_->shapes[seen.shape]) ? 1 : 0;
     if (matches == 0) continue;
-    if (!filter.text.empty() && !contains(impl_->read(seen.place), filter.text)) continue;
+    if (!filter.text.empty() && !contains(impl_->texts->read(seen.place), filter.text)) continue;
     found.position = candidate;
     return found;
   }

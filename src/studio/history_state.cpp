@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "sentree/base/json.h"
@@ -35,7 +36,7 @@ void append_rounded(std::string& out, double number) {
   }
 }
 
-void append_pose(std::string& out, const PoseValue& pose) {
+void append_pose(std::string& out, const record::Pose& pose) {
   out += '[';
   append_rounded(out, pose.x);
   out += ',';
@@ -45,17 +46,6 @@ void append_pose(std::string& out, const PoseValue& pose) {
   out += ']';
 }
 
-void append_number_of(std::string& out, std::string_view value) {
-  append_rounded(out, as_number(value).value_or(std::nan("")));
-}
-
-PoseValue pose_in(std::string_view json) {
-  const std::string_view position = member(json, "position");
-  const std::string_view turn = member(json, "orientation");
-  return {as_number(member(position, "x")).value_or(0.0), as_number(member(position, "y")).value_or(0.0),
-          2 * std::atan2(as_number(member(turn, "z")).value_or(0.0), as_number(member(turn, "w")).value_or(1.0))};
-}
-
 void append_member(std::string& out, std::string_view name) {
   if (out.back() != '{') out += ',';
   out += '"';
@@ -63,10 +53,168 @@ void append_member(std::string& out, std::string_view name) {
   out += "\":";
 }
 
-// A string of a file that may hold anything.
-void append_string_of(std::string& out, std::string_view value) { append_json_string(out, unquoted(value)); }
+template <class List, class Append>
+void append_list(std::string& out, const List& list, Append&& append) {
+  out += '[';
+  for (const auto& item : list) {
+    if (out.back() != '[') out += ',';
+    append(item);
+  }
+  out += ']';
+}
+
+void append_optional(std::string& out, const std::optional<std::int64_t>& number) {
+  if (number)
+    append_integer(out, *number);
+  else
+    out += "null";
+}
+
+// Which topic holds the record that a text is made of, and such a record that says nothing.
+std::pair<Topic::Kind, record::RunRecord> source_of(Shown what) {
+  switch (what) {
+    case Shown::kObservation:
+    case Shown::kOutputs: break;
+    case Shown::kChart: return {Topic::Kind::kChart, record::ChartRecord()};
+    case Shown::kMonitor: return {Topic::Kind::kMonitor, record::MonitorRecord()};
+    case Shown::kBlackboard: return {Topic::Kind::kBlackboard, record::BlackboardRecord{Map()}};
+    case Shown::kObstacles: return {Topic::Kind::kScene, record::SceneRecord()};
+    case Shown::kScan: return {Topic::Kind::kScan, record::ScanRecord()};
+    case Shown::kPath: return {Topic::Kind::kPath, record::PathRecord()};
+    case Shown::kParticles: return {Topic::Kind::kParticles, record::ParticlesRecord()};
+    case Shown::kMotion: return {Topic::Kind::kMotion, record::MotionRecord()};
+  }
+  return {Topic::Kind::kObservation, Message()};
+}
+
+void append_obstacle(std::string& out, const record::SceneThing& thing, std::string_view name) {
+  const record::Pose& pose = thing.pose_map;
+  if (out.back() != '[') out += ',';
+  out += "{\"name\":";
+  append_json_string(out, name);
+  if (thing.disc) {
+    out += ",\"circle\":";
+    append_pose(out, {pose.x, pose.y, thing.length_m / 2});
+    out += '}';
+    return;
+  }
+  out += ",\"polygon\":[";
+  const double c = std::cos(pose.theta);
+  const double s = std::sin(pose.theta);
+  for (const auto& [along, across] : {std::pair{0.5, 0.5}, {-0.5, 0.5}, {-0.5, -0.5}, {0.5, -0.5}}) {
+    if (out.back() != '[') out += ',';
+    out += '[';
+    append_rounded(out, pose.x + c * along * thing.length_m - s * across * thing.width_m);
+    out += ',';
+    append_rounded(out, pose.y + s * along * thing.length_m + c * across * thing.width_m);
+    out += ']';
+  }
+  out += "]}";
+}
 
 }  // namespace
+
+void append_shown(std::string& out, Shown what, const Message& message) {
+  if (what == Shown::kOutputs) {
+    const Value* values = message.data.find("outputs");
+    append_json(out, values != nullptr ? *values : Value(Map()));
+    return;
+  }
+  out += "{\"sequence\":" + std::to_string(message.sequence) +
+         ",\"time\":" + std::to_string(message.time.time_since_epoch().count()) +
+         ",\"tick\":" + std::to_string(message.tick) + ",\"kind\":\"";
+  out += to_string(message.kind);
+  out += "\",\"name\":";
+  append_json_string(out, message.name);
+  out += ",\"source\":";
+  append_json_string(out, message.source);
+  out += ",\"target\":";
+  append_json_string(out, message.target);
+  out += ",\"call\":" + std::to_string(message.call) + ",\"data\":";
+  append_json(out, message.data);
+  out += '}';
+}
+
+void append_shown(std::string& out, Shown /*what*/, const record::ChartRecord& record) {
+  out += "\"last\":";
+  append_optional(out, record.last);
+  out += ",\"event\":";
+  append_json_string(out, record.event);
+  out += ",\"data\":";
+  append_json(out, record.data.is_null() ? Value(Map()) : record.data);
+}
+
+void append_shown(std::string& out, Shown /*what*/, const record::MonitorRecord& record) {
+  out += "\"standing\":";
+  append_json_string(out, record.standing);
+  out += ",\"deadline\":";
+  append_optional(out, record.deadline);
+  out += ",\"states\":";
+  append_list(out, record.states, [&](const std::string& state) { append_json_string(out, state); });
+}
+
+void append_shown(std::string& out, Shown /*what*/, const record::BlackboardRecord& record) {
+  append_json(out, record.entries);
+}
+
+void append_shown(std::string& out, Shown /*what*/, const record::SceneRecord& record) {
+  constexpr std::string_view kObstacle = "obstacle.";
+  out += '[';
+  for (const record::SceneThing& thing : record.things) {
+    if (thing.id.starts_with(kObstacle)) append_obstacle(out, thing, thing.id.substr(kObstacle.size()));
+  }
+  out += ']';
+}
+
+void append_shown(std::string& out, Shown /*what*/, const record::ScanRecord& record) {
+  out += "\"scan_pose\":";
+  append_pose(out, record.laser_map);
+  out += ",\"scan\":";
+  // 0 stands for nothing within range.
+  append_list(out, record.ranges, [&](double range) { append_rounded(out, range == 0.0 ? std::nan("") : range); });
+}
+
+void append_shown(std::string& out, Shown /*what*/, const record::PathRecord& record) {
+  append_list(out, record.poses_map, [&](const record::Pose& pose) {
+    out += '[';
+    append_rounded(out, pose.x);
+    out += ',';
+    append_rounded(out, pose.y);
+    out += ']';
+  });
+}
+
+void append_shown(std::string& out, Shown /*what*/, const record::ParticlesRecord& record) {
+  append_list(out, record.poses_map, [&](const record::Pose& pose) { append_pose(out, pose); });
+}
+
+void append_shown(std::string& out, Shown /*what*/, const record::MotionRecord& record) {
+  out += "\"twist\":[";
+  append_rounded(out, record.speed);
+  out += ',';
+  append_rounded(out, record.turn);
+  out += "],\"goal\":";
+  if (record.goal_map)
+    append_pose(out, *record.goal_map);
+  else
+    out += "null";
+  out += ",\"navigation\":";
+  append_json_string(out, record.status);
+}
+
+std::string History::Impl::shown(Shown what, const Place& place, Nanoseconds time) const {
+  std::string kept = texts->read(place);
+  if (live != nullptr) return kept;
+  auto [kind, nothing] = source_of(what);
+  const auto record = records.read({kind, {}}, TimePoint(Duration(time)), kept, RecordReader::Depth::kWhole);
+  std::string out;
+  std::visit(
+      [&](const auto& sort) {
+        if constexpr (requires { append_shown(out, what, sort); }) append_shown(out, what, sort);
+      },
+      record ? *record : nothing);
+  return out;
+}
 
 std::uint64_t History::Impl::version(const PartId& part) const {
   switch (part.part) {
@@ -101,11 +249,15 @@ void History::Impl::append(std::string& out, const PartId& part, Nanoseconds tim
     case Part::kTree: append_tree(out, time); break;
     case Part::kBlackboard: {
       const auto* entry = blackboard.at(time);
-      out += entry != nullptr ? sound(read(entry->value)) : "{}";
+      out += entry != nullptr ? shown(Shown::kBlackboard, entry->value, entry->time) : "{}";
       break;
     }
     case Part::kOutputs: append_outputs(out, time); break;
-    case Part::kObstacles: append_obstacles(out, time); break;
+    case Part::kObstacles: {
+      const auto* entry = scene.at(time);
+      out += entry != nullptr ? shown(Shown::kObstacles, entry->value.place, entry->time) : "[]";
+      break;
+    }
     case Part::kDoors: append_doors(out, time); break;
     case Part::kChart: append_chart(out, part.index, time); break;
     case Part::kMonitor: append_monitor(out, part.index, time); break;
@@ -161,35 +313,16 @@ void History::Impl::append_chart(std::string& out, std::size_t index, Nanosecond
     const std::size_t monitor = subject.monitor_index(subject.charts[index].name);
     const auto* entry = monitors[monitor].at(time);
     if (entry == nullptr) return;
-    out += "{\"running\":true,\"active\":" + configurations[entry->value.configuration].active;
-    const std::string text = read(entry->value.place);
-    for (const std::string_view name : {"last", "event", "data"}) {
-      const std::string_view value = member(text, name);
-      if (value.empty()) continue;
-      append_member(out, name);
-      out += sound(value);
-    }
-    out += ",\"since\":";
+    out += "{\"running\":true,\"active\":" + configurations[entry->value.configuration].active + ",\"since\":";
     append_integer(out, entry->time);
     out += '}';
     return;
   }
   const auto* entry = charts[index].at(time);
   if (entry == nullptr) return;
-  const std::string text = read(entry->value.place);
   out += entry->value.running ? "{\"running\":true,\"active\":" : "{\"running\":false,\"active\":";
-  out += configurations[entry->value.configuration].active;
-  const std::string_view last = member(text, "last");
-  append_member(out, "last");
-  if (const auto transition = as_integer(last))
-    append_integer(out, *transition);
-  else
-    out += "null";
-  append_member(out, "event");
-  append_string_of(out, member(text, "event"));
-  append_member(out, "data");
-  const std::string_view data = member(text, "data");
-  out += data.empty() ? "{}" : sound(data);
+  out += configurations[entry->value.configuration].active + ',';
+  out += shown(Shown::kChart, entry->value.place, entry->time);
   append_member(out, "since");
   append_integer(out, entry->time);
   out += '}';
@@ -198,23 +331,12 @@ void History::Impl::append_chart(std::string& out, std::size_t index, Nanosecond
 void History::Impl::append_monitor(std::string& out, std::size_t index, Nanoseconds time) const {
   const auto* entry = monitors[index].at(time);
   if (entry == nullptr) return;
-  const std::string text = read(entry->value.place);
   out += "{\"verdict\":";
   append_json_string(out, to_string(entry->value.verdict));
-  append_member(out, "standing");
-  append_string_of(out, member(text, "standing"));
-  append_member(out, "deadline");
-  if (const auto deadline = as_integer(member(text, "deadline")))
-    append_integer(out, *deadline);
-  else
-    out += "null";
-  append_member(out, "states");
-  const std::string_view states = member(text, "states");
-  out += states.empty() ? "[]" : sound(states);
+  out += ',';
+  out += shown(Shown::kMonitor, entry->value.place, entry->time);
   append_member(out, "violations");
-  append_integer(
-      out,
-      as_integer(member(text, "violations")).value_or(entry->value.verdict == monitor::Verdict::kViolated ? 1 : 0));
+  append_integer(out, entry->value.violations);
   append_member(out, "since");
   append_integer(out, entry->time);
   out += '}';
@@ -224,6 +346,11 @@ void History::Impl::append_robot(std::string& out, std::size_t index, Nanosecond
   const RobotTracks& robot = robots[index];
   const auto* pose = robot.pose.at(time);
   if (pose == nullptr) return;
+  const auto append_text = [&](Shown what, const Track<Place>& track) {
+    const auto* entry = track.at(time);
+    if (entry != nullptr) out += shown(what, entry->value, entry->time);
+    return entry != nullptr;
+  };
   out += '{';
   append_member(out, "pose");
   append_pose(out, pose->value);
@@ -232,69 +359,14 @@ void History::Impl::append_robot(std::string& out, std::size_t index, Nanosecond
     append_pose(out, estimate->value);
   else
     out += "null";
-  if (const auto* motion = robot.motion.at(time)) {
-    const std::string text = read(motion->value);
-    append_member(out, "twist");
-    out += '[';
-    append_number_of(out, member(text, "speed"));
-    out += ',';
-    append_number_of(out, member(text, "turn"));
-    out += ']';
-    append_member(out, "goal");
-    const std::string_view goal = member(text, "goal");
-    if (goal.starts_with('[')) {
-      out += '[';
-      for (JsonWalk walk(goal); walk.next();) {
-        if (out.back() != '[') out += ',';
-        append_number_of(out, walk.value());
-      }
-      out += ']';
-    } else {
-      out += "null";
-    }
-    append_member(out, "navigation");
-    append_string_of(out, member(text, "status"));
-  }
-  if (const auto* scan = robot.scan.at(time)) {
-    const std::string text = read(scan->value);
-    append_member(out, "scan_pose");
-    append_pose(out, pose_in(member(text, "pose")));
-    append_member(out, "scan");
-    out += '[';
-    for (JsonWalk walk(member(text, "ranges")); walk.next();) {
-      if (out.back() != '[') out += ',';
-      // 0 stands for nothing within range.
-      if (walk.value() == "0" || walk.value() == "0.0")
-        out += "null";
-      else
-        append_number_of(out, walk.value());
-    }
-    out += ']';
-  }
-  append_member(out, "path");
-  out += '[';
-  if (const auto* path = robot.path.at(time)) {
-    const std::string text = read(path->value);
-    for (JsonWalk walk(member(text, "poses")); walk.next();) {
-      const std::string_view position = member(walk.value(), "position");
-      if (out.back() != '[') out += ',';
-      out += '[';
-      append_number_of(out, member(position, "x"));
-      out += ',';
-      append_number_of(out, member(position, "y"));
-      out += ']';
-    }
-  }
-  out += ']';
-  if (const auto* particles = robot.particles.at(time)) {
-    const std::string text = read(particles->value);
+  out += ',';
+  if (append_text(Shown::kMotion, robot.motion)) out += ',';
+  if (append_text(Shown::kScan, robot.scan)) out += ',';
+  out += "\"path\":";
+  if (!append_text(Shown::kPath, robot.path)) out += "[]";
+  if (robot.particles.at(time) != nullptr) {
     append_member(out, "particles");
-    out += '[';
-    for (JsonWalk walk(member(text, "poses")); walk.next();) {
-      if (out.back() != '[') out += ',';
-      append_pose(out, pose_in(walk.value()));
-    }
-    out += ']';
+    append_text(Shown::kParticles, robot.particles);
   }
   append_member(out, "battery");
   if (const auto* battery = robot.battery.at(time)) {
@@ -321,67 +393,23 @@ void History::Impl::append_outputs(std::string& out, Nanoseconds time) const {
   for (std::size_t leaf = 0; leaf < outputs.size(); ++leaf) {
     const auto* entry = outputs[leaf].at(time);
     if (entry == nullptr) continue;
-    const std::string text = read(entry->value);
     if (out.back() != '{') out += ',';
     append_json_string(out, leaf_names[leaf]);
     out += ':';
-    const std::string_view values = member(member(text, "data"), "outputs");
-    out += values.empty() ? "{}" : sound(values);
+    out += shown(Shown::kOutputs, entry->value, entry->time);
   }
   out += '}';
-}
-
-void History::Impl::append_obstacles(std::string& out, Nanoseconds time) const {
-  out += '[';
-  const auto* entry = scene.at(time);
-  const std::string text = entry != nullptr ? read(entry->value) : "";
-  for (JsonWalk walk(member(text, "entities")); walk.next();) {
-    constexpr std::string_view kPrefix = "obstacle.";
-    const std::string id = unquoted(member(walk.value(), "id"));
-    if (!id.starts_with(kPrefix)) continue;
-    JsonWalk cubes(member(walk.value(), "cubes"));
-    JsonWalk cylinders(member(walk.value(), "cylinders"));
-    const bool box = cubes.next();
-    if (!box && !cylinders.next()) continue;
-    const std::string_view thing = box ? cubes.value() : cylinders.value();
-    const PoseValue pose = pose_in(member(thing, "pose"));
-    const std::string_view size = member(thing, "size");
-    const double length = as_number(member(size, "x")).value_or(0.0);
-    const double width = as_number(member(size, "y")).value_or(0.0);
-    if (out.back() != '[') out += ',';
-    out += "{\"name\":";
-    append_json_string(out, id.substr(kPrefix.size()));
-    if (!box) {
-      out += ",\"circle\":";
-      append_pose(out, {pose.x, pose.y, length / 2});
-      out += '}';
-      continue;
-    }
-    out += ",\"polygon\":[";
-    const double c = std::cos(pose.theta);
-    const double s = std::sin(pose.theta);
-    for (const auto& [along, across] : {std::pair{0.5, 0.5}, {-0.5, 0.5}, {-0.5, -0.5}, {0.5, -0.5}}) {
-      if (out.back() != '[') out += ',';
-      out += '[';
-      append_rounded(out, pose.x + c * along * length - s * across * width);
-      out += ',';
-      append_rounded(out, pose.y + s * along * length + c * across * width);
-      out += ']';
-    }
-    out += "]}";
-  }
-  out += ']';
 }
 
 void History::Impl::append_doors(std::string& out, Nanoseconds time) const {
   out += '[';
   const auto* entry = scene.at(time);
-  const std::string text = entry != nullptr ? read(entry->value) : "";
   if (subject.plan.world) {
     for (const sim::Door& door : subject.plan.world->doors) {
-      bool closed = entry == nullptr && !door.open;
-      for (JsonWalk walk(member(text, "entities")); walk.next();)
-        closed = closed || unquoted(member(walk.value(), "id")) == "door." + door.id;
+      const bool closed = entry == nullptr
+                              ? !door.open
+                              : std::find(entry->value.closed_doors.begin(), entry->value.closed_doors.end(),
+                                          door.id) != entry->value.closed_doors.end();
       if (out.back() != '[') out += ',';
       out += "{\"name\":";
       append_json_string(out, door.id);

@@ -10,7 +10,7 @@
 #include "sentree/replay/recording.h"
 #include "sentree/runtime/run.h"
 #include "sentree/studio/detail/test_support.h"
-#include "sentree/studio/intake.h"
+#include "sentree/studio/record_queue.h"
 
 namespace sentree::studio {
 namespace {
@@ -20,18 +20,16 @@ struct Watched {
   explicit Watched(std::string scenario = "experiment1", Duration duration = std::chrono::seconds(30),
                    std::size_t bytes_max = kHistoryBytesMax)
       : plan(recharge_plan(scenario, duration)), subject(plan), history(subject, bytes_max) {
-    Intake intake(history);
+    RecordQueue queue(history);
     runtime::RunOptions options;
     options.listeners.push_back([this](const Message& message) { observations.push_back(message); });
     replay::RecordingOptions recording;
-    recording.tap = [&](const record::Channel& channel, TimePoint time, std::string_view packed) {
-      intake.take(channel, time, packed);
-    };
+    recording.tap = [&](TimePoint time, record::RunRecord record) { queue.put(time, std::move(record)); };
     replay::RunRecorder recorder(plan, {}, std::make_unique<record::StringSink>(file), std::move(recording));
     recorder.install(options);
     runtime::Run run(plan, std::move(options));
     recorder.finish(run.execute());
-    intake.drain();
+    queue.drain();
   }
 
   project::Plan plan;

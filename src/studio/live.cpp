@@ -8,7 +8,8 @@
 #include "sentree/record/reader.h"
 #include "sentree/runtime/inside.h"
 #include "sentree/runtime/steering.h"
-#include "sentree/studio/intake.h"
+#include "sentree/studio/record_queue.h"
+#include "sentree/studio/record_reader.h"
 #include "sentree/studio/steer.h"
 
 namespace sentree::studio {
@@ -20,17 +21,18 @@ Result<void> bring_in(History& history, const std::string& recording, std::uint3
   if (last == 0) return {};  // nothing was before, and the file may not have begun
   const auto reader = record::Reader::open(recording);
   if (!reader) return tl::unexpected(reader.error());
-  std::map<record::ChannelId, std::string_view> topics;
-  for (const auto& [id, channel] : (*reader)->channels()) {
-    if (history.wants(channel.topic)) topics.emplace(id, channel.topic);
-  }
+  std::map<record::ChannelId, Topic> topics;
+  for (const auto& [id, channel] : (*reader)->channels()) topics.emplace(id, topic_of(channel.topic));
+  RecordReader record_reader;
   for (std::size_t part = 0; part < (*reader)->parts(); ++part) {
     const auto records = (*reader)->part(part);
     if (!records) return tl::unexpected(records.error());
     (*reader)->each_message(*records, [&](const record::RawMessage& message) {
-      const auto topic = topics.find(message.channel);
-      if (topic == topics.end() || static_cast<std::int32_t>(message.sequence - last) > 0) return;
-      history.take(topic->second, TimePoint(Duration(message.log_time)), message.data);
+      if (static_cast<std::int32_t>(message.sequence - last) > 0) return;
+      const TimePoint time(Duration(message.log_time));
+      const auto record =
+          record_reader.read(topics.at(message.channel), time, message.data, RecordReader::Depth::kWhole);
+      if (record) history.take(time, *record);
     });
   }
   return {};
@@ -44,7 +46,7 @@ struct Live::Impl {
     explicit Shown(const project::Plan& plan) : subject(plan), history(subject) {}
     Subject subject;
     History history;
-    Intake intake{history};
+    RecordQueue queue{history};
     std::unique_ptr<Server> server;
   };
 
@@ -52,9 +54,10 @@ struct Live::Impl {
 
   Result<void> serve(ServerOptions options) {
     options.live = true;
+    again = options.again;
     auto server =
         Server::start(shown->subject, shown->history,
-                      {.update = [this] { shown->intake.drain(); },
+                      {.update = [this] { shown->queue.drain(); },
                        .facts = [this] { return facts(); },
                        .steer = [this](const std::string& op, const Value& request) { return steer(op, request); }},
                       std::move(options));
@@ -95,6 +98,11 @@ struct Live::Impl {
   }
 
   Result<Value> steer(const std::string& op, const Value& request) {
+    if (op == "run_again") {
+      if (!again) return fail("studio.not-repeatable", "this run cannot begin again from its page");
+      if (auto begun = again(request); !begun) return tl::unexpected(begun.error());
+      return Value();
+    }
     // The run waits for this before it takes its steering away. Shared: to pause does not wait for a call.
     const std::shared_lock lock(steering_mutex);
     if (steering == nullptr) {
@@ -110,6 +118,7 @@ struct Live::Impl {
   runtime::RunView* view = nullptr;
   runtime::Steering* steering = nullptr;  // while the run goes on
   std::optional<runtime::RunReport> report;
+  std::function<Result<void>(const Value&)> again;  // does not change while there is a server
   std::mutex opening;
   std::atomic<bool> open = false;
   std::unique_ptr<Shown> shown;  // does not change while there is a server
@@ -133,7 +142,7 @@ Result<void> Live::open(ServerOptions options, replay::RunRecorder& recorder, co
     impl_->shown = std::make_unique<Impl::Shown>(impl_->plan);
     Result<void> read;
     {
-      const Intake::Hold hold(impl_->shown->intake);
+      const RecordQueue::Hold hold(impl_->shown->queue);
       const auto last = recorder.follow(tap());
       read = last ? bring_in(impl_->shown->history, recording, *last) : tl::unexpected(last.error());
     }
@@ -148,10 +157,9 @@ Result<void> Live::open(ServerOptions options, replay::RunRecorder& recorder, co
 
 bool Live::is_open() const { return impl_->open; }
 
-std::function<void(const record::Channel&, TimePoint, std::string_view)> Live::tap() {
-  return [&intake = impl_->shown->intake](const record::Channel& channel, TimePoint time, std::string_view packed) {
-    intake.take(channel, time, packed);
-  };
+std::function<void(TimePoint, record::RunRecord)> Live::tap() {
+  return
+      [&queue = impl_->shown->queue](TimePoint time, record::RunRecord record) { queue.put(time, std::move(record)); };
 }
 
 void Live::install(runtime::RunOptions& options) {

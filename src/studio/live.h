@@ -30,7 +30,7 @@ class Live {
   [[nodiscard]] bool is_open() const;
 
   /// For the run's recorder: what it records is what the page shows. With `start` only.
-  [[nodiscard]] std::function<void(const record::Channel&, TimePoint, std::string_view)> tap();
+  [[nodiscard]] std::function<void(TimePoint, record::RunRecord)> tap();
   void install(runtime::RunOptions& options);
   /// The run is over; the page stays.
   void ended(const runtime::RunReport& report);

@@ -52,7 +52,7 @@ struct Inbox {
     Kind kind = Kind::kOpened;
     std::string text;
     std::optional<http::Socket> socket = {};
-    std::optional<SteeringDesk::Outcome> outcome = {};
+    std::optional<SteeringQueue::Outcome> outcome = {};
   };
 
   void put(Event event) {
@@ -67,9 +67,9 @@ struct Inbox {
   bool stopping = false;
 };
 
-class SocketOutlet final : public Outlet {
+class SocketSink final : public MessageSink {
  public:
-  explicit SocketOutlet(http::Socket socket) : socket_(std::move(socket)) {}
+  explicit SocketSink(http::Socket socket) : socket_(std::move(socket)) {}
   bool send(std::shared_ptr<const std::string> text) override { return socket_.send(std::move(text)); }
   std::size_t queued() const override { return socket_.queued(); }
   void close(std::uint16_t code, std::string reason) override { socket_.close(code, std::move(reason)); }
@@ -220,6 +220,7 @@ Result<void> Server::Impl::start() {
                             {"clock", scenario.virtual_time ? "virtual" : "real"},
                             {"seed", static_cast<std::int64_t>(scenario.seed)},
                             {"steerable", static_cast<bool>(run.steer)},
+                            {"repeatable", static_cast<bool>(options.again)},
                             {"boot", random_word()}}));
 
   http::SocketService sockets;
@@ -255,14 +256,14 @@ Result<void> Server::Impl::start() {
 
 void Server::Impl::compose() {
   // Before what asks it, and gone after it.
-  std::optional<SteeringDesk> desk;
+  std::optional<SteeringQueue> queue;
   if (run.steer) {
-    desk.emplace(run.steer, [inbox = inbox](SteeringDesk::Outcome outcome) {
+    queue.emplace(run.steer, [inbox = inbox](SteeringQueue::Outcome outcome) {
       const std::uint64_t client = outcome.client;
       inbox->put({.client = client, .kind = Inbox::Event::Kind::kSteered, .text = {}, .outcome = std::move(outcome)});
     });
   }
-  Composer composer(subject, history, run, desk ? &*desk : nullptr, {.hello = hello, .token = token});
+  Composer composer(subject, history, run, queue ? &*queue : nullptr, {.hello = hello, .token = token});
   std::map<std::uint64_t, std::unique_ptr<Conversation>> clients;
   auto next_delta = SteadyClock::now();
   for (;;) {
@@ -282,7 +283,7 @@ void Server::Impl::compose() {
       switch (event.kind) {
         case Inbox::Event::Kind::kOpened:
           clients[event.client] = std::make_unique<Conversation>(
-              composer, event.client, std::make_unique<SocketOutlet>(std::move(*event.socket)));
+              composer, event.client, std::make_unique<SocketSink>(std::move(*event.socket)));
           break;
         case Inbox::Event::Kind::kReceived:
           if (const auto client = clients.find(event.client); client != clients.end())

@@ -52,6 +52,9 @@ struct ServerOptions {
   bool insecure = false;   ///< Others may reach it, without TLS.
   std::string version;
   bool live = true;  ///< Else a recording.
+  /// Begins the run again, with {seed, scenario} where they are given; not set: it cannot. Called in a thread that may
+  /// wait; the server is gone soon afterwards.
+  std::function<Result<void>(const Value& request)> again = {};
 };
 
 /// Shows one run to pages in browsers: docs/studio-protocol.md.

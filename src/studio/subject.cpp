@@ -223,6 +223,12 @@ Value scenario_value(const project::Scenario& scenario) {
   return Map{{"name", scenario.name}, {"description", scenario.description}, {"timeline", std::move(timeline)}};
 }
 
+List scenarios_value(const project::Project& project) {
+  List names;
+  for (const std::filesystem::path& file : project::scenario_files(project)) names.push_back(file.stem().string());
+  return names;
+}
+
 List parts_value(const Subject& subject) {
   List parts;
   for (const project::SteeredPart& part : project::parts_of(project::scope_of(subject.plan)))
@@ -278,6 +284,7 @@ std::string model_message(const Subject& subject, bool steerable) {
             {"services", services_value(subject, steerable)},
             {"world", nullptr},
             {"scenario", scenario_value(subject.plan.scenario)},
+            {"scenarios", scenarios_value(subject.plan.scenario.project)},
             {"parts", parts_value(subject)}};
   if (subject.plan.world) model["world"] = world_value(*subject.plan.world);
   return to_json(Value(std::move(model)));

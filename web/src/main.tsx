@@ -11,7 +11,7 @@ import { createRoot } from "react-dom/client";
 
 import { App } from "./shell/App";
 import { connect } from "./store/store";
-import { start_theme } from "./shell/theme";
+import { start_theme } from "./widgets/theme";
 
 start_theme();
 connect();

@@ -33,6 +33,12 @@ inline void append_seconds(std::string& out, TimePoint time) {
   out.append(digits.data(), length);
 }
 
+/// The number that `append_rounded` writes.
+inline double rounded(double number, int decimals) {
+  const double scale = decimals == 6 ? 1e6 : 1e3;
+  return std::abs(number) < 1e9 ? static_cast<double>(std::llround(number * scale)) / scale : 0.0;
+}
+
 /// With three or six decimals at most. Written as an integer, which is several times as fast as the shortest exact
 /// form.
 inline void append_rounded(std::string& out, double number, int decimals) {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "sentree/studio/detail/steering_desk.h"
+#include "sentree/studio/detail/steering_queue.h"
 #include "sentree/studio/server.h"
 
 namespace sentree::studio {
@@ -19,8 +19,8 @@ class Composer {
     std::string hello;
     std::string token;
   };
-  /// `desk` is where pages steer; null: they cannot.
-  Composer(const Subject& subject, const History& history, const RunAccess& run, SteeringDesk* desk, Options options);
+  /// `queue` is where pages steer; null: they cannot.
+  Composer(const Subject& subject, const History& history, const RunAccess& run, SteeringQueue* queue, Options options);
 
   /// Looks at the run again.
   void refresh();
@@ -28,7 +28,7 @@ class Composer {
   const Subject& subject;
   const History& history;
   const RunAccess& run;
-  SteeringDesk* const desk;
+  SteeringQueue* const queue;
   const Options options;
   const std::shared_ptr<const std::string> model;
   std::vector<History::Fragment> fragments;
@@ -37,9 +37,9 @@ class Composer {
 };
 
 /// Where a page's messages go. Of the thread that composes.
-class Outlet {
+class MessageSink {
  public:
-  virtual ~Outlet() = default;
+  virtual ~MessageSink() = default;
   /// As `http::Socket` has them.
   virtual bool send(std::shared_ptr<const std::string> text) = 0;
   [[nodiscard]] virtual std::size_t queued() const = 0;
@@ -50,7 +50,7 @@ class Outlet {
 class Conversation {
  public:
   /// Sends hello, model, the violations so far and the present state.
-  Conversation(Composer& composer, std::uint64_t client, std::unique_ptr<Outlet> outlet);
+  Conversation(Composer& composer, std::uint64_t client, std::unique_ptr<MessageSink> sink);
   ~Conversation();
   Conversation(const Conversation&) = delete;
   Conversation& operator=(const Conversation&) = delete;
@@ -77,7 +77,7 @@ class Conversation {
     std::vector<std::size_t> found;
   };
 
-  [[nodiscard]] bool is_behind() const { return outlet_->queued() > kBehindMax; }
+  [[nodiscard]] bool is_behind() const { return sink_->queued() > kBehindMax; }
   /// True: it is answered.
   bool advance(Request& request);
   bool advance_search(Request& request);
@@ -95,11 +95,11 @@ class Conversation {
 
   Composer& composer_;
   const std::uint64_t client_;
-  std::unique_ptr<Outlet> outlet_;
+  std::unique_ptr<MessageSink> sink_;
   bool live_ = true;
   bool may_steer_ = false;
   std::deque<Request> requests_;
-  std::size_t steering_ = 0;         // requests at the desk
+  std::size_t steering_ = 0;         // requests in the queue
   std::vector<std::uint64_t> sent_;  // versions of the parts
   std::string sent_facts_;
   Nanoseconds sent_time_ = -1;  // the newest that the page knows of

@@ -5,17 +5,11 @@
 #include <mutex>
 
 #include "sentree/studio/history.h"
-#include "sentree/studio/json_scan.h"
+#include "sentree/studio/record_reader.h"
 
 // What the files of History share.
 
 namespace sentree::studio {
-
-struct PoseValue {
-  double x = 0.0;
-  double y = 0.0;
-  double theta = 0.0;
-};
 
 struct BatteryValue {
   double percentage = 0.0;
@@ -23,6 +17,21 @@ struct BatteryValue {
   std::optional<double> voltage;
   std::optional<bool> plugged;
   bool charging = false;
+};
+
+/// Texts that a page is sent, or members of one. Of a run that goes on they are kept as they are sent; of a recording
+/// the record is kept, of which they are made anew.
+enum class Shown : std::uint8_t {
+  kObservation,
+  kOutputs,  ///< Of the reply to a tick: an object.
+  kChart,    ///< Members last, event, data.
+  kMonitor,  ///< Members standing, deadline, states.
+  kBlackboard,
+  kObstacles,
+  kScan,  ///< Members scan_pose, scan.
+  kPath,
+  kParticles,
+  kMotion,  ///< Members twist, goal, navigation.
 };
 
 /// A chart's active states, as they recur.
@@ -41,11 +50,17 @@ struct MonitorMoment {
   Place place;
   std::uint32_t configuration = 0;
   monitor::Verdict verdict = monitor::Verdict::kUndecided;
+  std::int64_t violations = 0;
+};
+
+struct SceneMoment {
+  Place place;
+  std::vector<std::string> closed_doors;
 };
 
 struct RobotTracks {
-  Track<PoseValue> pose;
-  Track<PoseValue> estimate;
+  Track<record::Pose> pose;
+  Track<record::Pose> estimate;
   Track<BatteryValue> battery;
   Track<Place> scan;
   Track<Place> path;
@@ -53,28 +68,16 @@ struct RobotTracks {
   Track<Place> particles;
 };
 
-/// What a topic feeds.
-struct Feed {
-  enum class Kind : std::uint8_t {
-    kNone,
-    kObservations,
-    kCharts,
-    kMonitors,
-    kLog,
-    kScene,
-    kBlackboard,
-    kViolations,
-    kPose,
-    kEstimate,
-    kScan,
-    kPath,
-    kMotion,
-    kParticles,
-    kBattery
-  };
-  Kind kind = Kind::kNone;
-  std::size_t robot = 0;
-};
+// The texts (history_state.cpp); nothing is appended where the record is of another sort.
+void append_shown(std::string& out, Shown what, const Message& message);
+void append_shown(std::string& out, Shown what, const record::ChartRecord& record);
+void append_shown(std::string& out, Shown what, const record::MonitorRecord& record);
+void append_shown(std::string& out, Shown what, const record::BlackboardRecord& record);
+void append_shown(std::string& out, Shown what, const record::SceneRecord& record);
+void append_shown(std::string& out, Shown what, const record::ScanRecord& record);
+void append_shown(std::string& out, Shown what, const record::PathRecord& record);
+void append_shown(std::string& out, Shown what, const record::ParticlesRecord& record);
+void append_shown(std::string& out, Shown what, const record::MotionRecord& record);
 
 struct History::Impl {
   Impl(const Subject& shown, std::size_t max) : subject(shown), bytes_max(max) {
@@ -93,26 +96,41 @@ struct History::Impl {
   // What an observation does beside being seen.
   enum class Role : std::uint8_t { kPlain, kNodeStatus, kMissionStatus, kReply, kInjection, kDecision, kError };
 
-  Feed feed_of(std::string_view topic) const;
-  void take(const Feed& feed, Nanoseconds time, std::string_view json, const Place* place);
-  void take_observation(Nanoseconds time, std::string_view json, const Place* place);
-  void take_effect(Role role, const Shape& shape, Nanoseconds time, std::string_view data, const Seen& seen);
-  void take_chart(Nanoseconds time, std::string_view json, const Place* place);
-  void take_monitor(Nanoseconds time, std::string_view json, const Place* place);
-  void take_log(Nanoseconds time, std::string_view json);
-  void take_robot(const Feed& feed, Nanoseconds time, std::string_view json, const Place* place);
+  void take(Nanoseconds time, const record::RunRecord& record, const Place* place);
+  // One for each sort of record; `place` is where it is in the recording, null in a run that goes on.
+  void add(Nanoseconds time, const Message& message, const Place* place);
+  void add(Nanoseconds time, const record::ChartRecord& record, const Place* place);
+  void add(Nanoseconds time, const record::MonitorRecord& record, const Place* place);
+  void add(Nanoseconds time, const record::LogRecord& record, const Place* place);
+  void add(Nanoseconds time, const record::BlackboardRecord& record, const Place* place);
+  void add(Nanoseconds time, const record::ViolationRecord& record, const Place* place);
+  void add(Nanoseconds time, const record::SceneRecord& record, const Place* place);
+  void add(Nanoseconds time, const record::PoseRecord& record, const Place* place);
+  void add(Nanoseconds time, const record::ScanRecord& record, const Place* place);
+  void add(Nanoseconds time, const record::PathRecord& record, const Place* place);
+  void add(Nanoseconds time, const record::ParticlesRecord& record, const Place* place);
+  void add(Nanoseconds time, const record::MotionRecord& record, const Place* place);
+  void add(Nanoseconds time, const record::BatteryRecord& record, const Place* place);
+  void add_effect(Role role, const Shape& shape, Nanoseconds time, const Message& message, const Seen& seen,
+                  const Place* place);
   void mark(Nanoseconds time, std::string_view kind, std::string text, std::uint64_t sequence);
-  Place keep(std::string_view json, Nanoseconds time, const Place* place);
-  std::uint32_t shape_of(std::string_view name, std::string_view kind, std::string_view source,
-                         std::string_view target);
-  std::uint32_t configuration_of(std::size_t chart, std::string_view states);
+  RobotTracks* robot_of(std::string_view name);
+  template <class Record>
+  Place keep(Shown what, const Record& record, Nanoseconds time, const Place* place) {
+    if (place != nullptr) return *place;
+    text.clear();
+    append_shown(text, what, record);
+    return keep_text(time);
+  }
+  Place keep_text(Nanoseconds time);
+  std::uint32_t shape_of(const Message& message);
+  std::uint32_t configuration_of(std::size_t chart, const std::vector<std::string>& states);
   void make_room();
   void forget_first_block();
   std::size_t index_bytes() const;
 
-  std::string read(const Place& place) const { return texts->read(place); }
-  // JSON that may be shown: what comes from a file is read once more.
-  std::string sound(std::string_view json) const;
+  // What is kept at a place, of something that was at that time. Where it cannot be read, it says nothing, in its form.
+  std::string shown(Shown what, const Place& place, Nanoseconds time) const;
 
   // Parts of a state (history_state.cpp).
   void append_tree(std::string& out, Nanoseconds time) const;
@@ -120,7 +138,6 @@ struct History::Impl {
   void append_monitor(std::string& out, std::size_t index, Nanoseconds time) const;
   void append_robot(std::string& out, std::size_t index, Nanoseconds time) const;
   void append_outputs(std::string& out, Nanoseconds time) const;
-  void append_obstacles(std::string& out, Nanoseconds time) const;
   void append_doors(std::string& out, Nanoseconds time) const;
   void append(std::string& out, const PartId& part, Nanoseconds time) const;
   std::uint64_t version(const PartId& part) const;
@@ -132,18 +149,18 @@ struct History::Impl {
   std::unique_ptr<Texts> texts;
   LiveTexts* live = nullptr;            // `texts` of a run that goes on
   record::Reader* reader = nullptr;     // of a recording
+  mutable RecordReader records;         // of a recording
   std::deque<Nanoseconds> block_times;  // when each kept block began
 
   Nanoseconds begin = 0;
   std::atomic<Nanoseconds> end = 0;
-  std::unordered_map<std::string, Feed> feeds;
-
   Track<Seen> observations;
   std::size_t forgotten = 0;  // observations
   std::vector<Shape> shapes;
   std::vector<Role> roles;
   std::unordered_map<std::string, std::uint32_t> shape_ids;
   std::string key;
+  std::string text;  // that is being made
 
   std::vector<Track<std::uint8_t>> nodes;
   std::uint64_t tree_version = 0;
@@ -151,7 +168,7 @@ struct History::Impl {
   std::vector<Track<ChartMoment>> charts;
   std::vector<Track<MonitorMoment>> monitors;
   std::vector<RobotTracks> robots;
-  Track<Place> scene;
+  Track<SceneMoment> scene;
   Track<Place> blackboard;
   std::vector<std::string> leaf_names;
   std::unordered_map<std::string, std::size_t> leaf_indices;

@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <optional>
 #include <string>
 
@@ -58,7 +59,10 @@ class TestClient {
       if (!frame || frame->op() == http::kClose) return std::nullopt;
       if (frame->op() > http::kText) continue;
       message += frame->text;
-      if ((frame->first & http::kLast) != 0) return message;
+      if ((frame->first & http::kLast) == 0) continue;
+      // For web/e2e/protocol.mjs, which compares what is sent with its description.
+      if (const char* file = std::getenv("SENTREE_MESSAGES")) std::ofstream(file, std::ios::app) << message << '\n';
+      return message;
     }
   }
 

@@ -4,10 +4,10 @@ import "../styles/charts.css";
 import { useEffect, useRef } from "react";
 
 import { PictureTools } from "../picture/PictureTools";
-import { Icon } from "../shell/Icon";
-import { PanelTools } from "../shell/PanelFrame";
-import { useCommand } from "../shell/commands";
-import { go_to_panel, useLayout } from "../shell/layout";
+import { Icon } from "../widgets/Icon";
+import { PanelTools } from "../widgets/PanelTools";
+import { useCommand } from "../widgets/commands";
+import { go_to_panel, useLayout } from "../widgets/layout";
 import { select, useStudio } from "../store/store";
 import type { ChartModel } from "../protocol/types";
 import { ChartPicture, type ChartHandle } from "./charts/ChartPicture";

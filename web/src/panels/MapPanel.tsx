@@ -4,10 +4,10 @@ import "../styles/map.css";
 import { useRef, useState } from "react";
 
 import { PictureTools } from "../picture/PictureTools";
-import { Icon } from "../shell/Icon";
-import { Menu } from "../shell/Menu";
-import { PanelTools } from "../shell/PanelFrame";
-import { useCommand } from "../shell/commands";
+import { Icon } from "../widgets/Icon";
+import { Menu } from "../widgets/Menu";
+import { PanelTools } from "../widgets/PanelTools";
+import { useCommand } from "../widgets/commands";
 import { useStudio } from "../store/store";
 import { MapCanvas, type MapHandle } from "./map/MapCanvas";
 import { kLayers, type Layer } from "./map/scene";

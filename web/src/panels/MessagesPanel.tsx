@@ -1,10 +1,10 @@
 import { useCallback, useEffect, useMemo, useRef, useState } from "react";
 
 import type { Observation } from "../protocol/types";
-import { useCommand } from "../shell/commands";
-import { Icon } from "../shell/Icon";
-import { go_to_panel } from "../shell/layout";
-import { PanelTools } from "../shell/PanelFrame";
+import { useCommand } from "../widgets/commands";
+import { Icon } from "../widgets/Icon";
+import { go_to_panel } from "../widgets/layout";
+import { PanelTools } from "../widgets/PanelTools";
 import { request, select, useStudio } from "../store/store";
 import { seek, stop_replay } from "../store/time_travel";
 import { choices, filter_rows, kNoFilter, kShows, server_filter, type MessageFilter, type Show } from "./messages/filter";

@@ -4,9 +4,9 @@ import "../styles/mission.css";
 import { useEffect, useMemo, useRef, useState } from "react";
 
 import { kStatuses } from "../protocol/types";
-import { Icon } from "../shell/Icon";
-import { PanelTools } from "../shell/PanelFrame";
-import { useCommand } from "../shell/commands";
+import { Icon } from "../widgets/Icon";
+import { PanelTools } from "../widgets/PanelTools";
+import { useCommand } from "../widgets/commands";
 import { useStudio } from "../store/store";
 import { PictureTools } from "../picture/PictureTools";
 import { AtWork } from "./mission/AtWork";

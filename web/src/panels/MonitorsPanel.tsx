@@ -2,9 +2,9 @@ import { useMemo } from "react";
 
 import { clock_text, duration_text } from "../draw/format";
 import type { MonitorModel, MonitorState, Verdict } from "../protocol/types";
-import { Icon } from "../shell/Icon";
-import { PanelTools } from "../shell/PanelFrame";
-import { open_monitor_chart, useBanner } from "../shell/ViolationBanner";
+import { Icon } from "../widgets/Icon";
+import { PanelTools } from "../widgets/PanelTools";
+import { open_monitor_chart, useBanner } from "./violation/ViolationBanner";
 import { select, useStudio } from "../store/store";
 import { seek, stop_replay } from "../store/time_travel";
 import { split_standing } from "./monitors/standing";

@@ -2,8 +2,8 @@ import "../styles/steer.css";
 
 import { useEffect, useState } from "react";
 
-import { useCommand } from "../shell/commands";
-import { go_to_panel } from "../shell/layout";
+import { useCommand } from "../widgets/commands";
+import { go_to_panel } from "../widgets/layout";
 import { useStudio } from "../store/store";
 import { CallTab } from "./steer/CallTab";
 import { FaultsTab } from "./steer/FaultsTab";

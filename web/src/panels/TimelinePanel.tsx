@@ -1,11 +1,11 @@
 import { useEffect, useRef, useState } from "react";
 
 import { clock_text } from "../draw/format";
-import { useCommand } from "../shell/commands";
-import { Icon } from "../shell/Icon";
-import { PanelTools } from "../shell/PanelFrame";
-import { kSpeeds, next_tick, previous_tick, violation } from "../shell/run_commands";
-import { useTheme } from "../shell/theme";
+import { useCommand } from "../widgets/commands";
+import { Icon } from "../widgets/Icon";
+import { PanelTools } from "../widgets/PanelTools";
+import { kSpeeds, next_tick, previous_tick, violation } from "../widgets/run_commands";
+import { useTheme } from "../widgets/theme";
 import { useStudio } from "../store/store";
 import { go_live, start_replay, stop_replay } from "../store/time_travel";
 import { select_lane, Timeline, type Shown } from "./timeline/controller";

@@ -1,5 +1,6 @@
 import type { ComponentType } from "react";
 
+import type { PanelId } from "../widgets/arrangement";
 import { ChartsPanel } from "./ChartsPanel";
 import { MapPanel } from "./MapPanel";
 import { MessagesPanel } from "./MessagesPanel";
@@ -7,8 +8,6 @@ import { MissionPanel } from "./MissionPanel";
 import { MonitorsPanel } from "./MonitorsPanel";
 import { SteerPanel } from "./SteerPanel";
 import { TimelinePanel } from "./TimelinePanel";
-
-export type PanelId = "map" | "mission" | "charts" | "monitors" | "messages" | "timeline" | "steer";
 
 /** A panel draws its own tools into the bar with <PanelTools>; the shell draws title, bar and borders. */
 export interface Panel {

@@ -1,8 +1,8 @@
 import { useState } from "react";
 
-import { Icon } from "../shell/Icon";
-import { Menu } from "../shell/Menu";
-import { useCommand } from "../shell/commands";
+import { Icon } from "../widgets/Icon";
+import { Menu } from "../widgets/Menu";
+import { useCommand } from "../widgets/commands";
 import { kZoomStep } from "./picture_view";
 import { save_picture_of } from "./pictures";
 

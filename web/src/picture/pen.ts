@@ -198,6 +198,8 @@ export function svg_document(size: Size, title: string, background: string, body
 
 export function escape(text: string): string {
   const markup: Record<string, string> = { "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" };
+  // XML has no way to write these.
+  // eslint-disable-next-line no-control-regex
   return text.replace(/[&<>"]/g, (c) => markup[c]!).replace(/[\u0000-\u0008\u000b\u000c\u000e-\u001f\ufffe\uffff]/g, "\ufffd");
 }
 

@@ -2,7 +2,7 @@ import { useEffect, useRef } from "react";
 import { create } from "zustand";
 
 import { clock_text } from "../draw/format";
-import { useCommands } from "../shell/commands";
+import { useCommands } from "../widgets/commands";
 import { useStudio } from "../store/store";
 import { save_picture, type Picture } from "./export";
 

@@ -2,15 +2,15 @@ import { useEffect } from "react";
 
 import { panels } from "../panels/registry";
 import { useStudio } from "../store/store";
-import { handle_key, useCommand } from "./commands";
+import { handle_key, useCommand } from "../widgets/commands";
 import { Header, TravelStrip } from "./Header";
 import { Help } from "./Help";
-import { go_to_panel, reset_layout, toggle_maximised, useLayout } from "./layout";
+import { go_to_panel, reset_layout, toggle_maximised, useLayout } from "../widgets/layout";
 import { Notes } from "./Notes";
 import { Palette } from "./Palette";
-import { useRunCommands } from "./run_commands";
-import { toggle_theme } from "./theme";
-import { ViolationBanner } from "./ViolationBanner";
+import { useRunCommands } from "../widgets/run_commands";
+import { toggle_theme } from "../widgets/theme";
+import { ViolationBanner } from "../panels/violation/ViolationBanner";
 import { Work } from "./Work";
 
 /** The panel that has the focus. */

@@ -2,12 +2,12 @@ import { useStudio } from "../store/store";
 import { go_live } from "../store/time_travel";
 import { ask, retry } from "../store/store";
 import { clock_text, duration_text } from "../draw/format";
-import { Icon, type IconName } from "./Icon";
+import { Icon, type IconName } from "../widgets/Icon";
 import { open_help } from "./Help";
 import { open_palette } from "./Palette";
-import { kSpeeds, next_tick, toggle_running } from "./run_commands";
-import { toggle_theme, useTheme } from "./theme";
-import { useBanner } from "./ViolationBanner";
+import { kSpeeds, next_tick, toggle_running } from "../widgets/run_commands";
+import { toggle_theme, useTheme } from "../widgets/theme";
+import { useBanner } from "../panels/violation/ViolationBanner";
 
 const kMissionClass: Record<string, string> = { RUNNING: "running", SUCCESS: "success", FAILURE: "failure", HALTING: "halting" };
 const kMissionIcon: Record<string, IconName> = { RUNNING: "play", SUCCESS: "check", FAILURE: "cross" };

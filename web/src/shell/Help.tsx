@@ -1,9 +1,9 @@
 import { create } from "zustand";
 
 import { useStudio } from "../store/store";
-import { useCommand, useCommands, type Command } from "./commands";
-import { Dialog } from "./Dialog";
-import { Icon } from "./Icon";
+import { useCommand, useCommands, type Command } from "../widgets/commands";
+import { Dialog } from "../widgets/Dialog";
+import { Icon } from "../widgets/Icon";
 
 const useHelp = create<{ open: boolean }>()(() => ({ open: false }));
 export const open_help = () => useHelp.setState({ open: true });

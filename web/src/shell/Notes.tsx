@@ -1,5 +1,5 @@
 import { dismiss, useStudio } from "../store/store";
-import { Icon } from "./Icon";
+import { Icon } from "../widgets/Icon";
 
 /** Refusals and short messages; they go away by themselves. */
 export function Notes() {

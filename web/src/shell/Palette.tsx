@@ -2,10 +2,10 @@ import { useMemo, useState } from "react";
 import { create } from "zustand";
 
 import { select, useStudio } from "../store/store";
-import { useCommand, useCommands } from "./commands";
-import { Dialog } from "./Dialog";
-import { go_to_panel } from "./layout";
-import { matches } from "./match";
+import { useCommand, useCommands } from "../widgets/commands";
+import { Dialog } from "../widgets/Dialog";
+import { go_to_panel } from "../widgets/layout";
+import { matches } from "../widgets/match";
 
 const usePalette = create<{ open: boolean }>()(() => ({ open: false }));
 export const open_palette = () => usePalette.setState({ open: true });

@@ -1,19 +1,11 @@
-import { createContext, useContext, useState, type ReactNode } from "react";
-import { createPortal } from "react-dom";
+import { useState } from "react";
 
 import type { Panel } from "../panels/registry";
 import { useStudio } from "../store/store";
-import { Icon } from "./Icon";
+import { Icon } from "../widgets/Icon";
+import { ToolsPlace } from "../widgets/PanelTools";
 import { PanelGuard } from "./PanelGuard";
-import { toggle_collapsed, toggle_maximised, useLayout } from "./layout";
-
-const ToolsPlace = createContext<HTMLElement | null>(null);
-
-/** A panel's own buttons and fields, shown in its bar. */
-export function PanelTools({ children }: { children: ReactNode }) {
-  const place = useContext(ToolsPlace);
-  return place ? createPortal(children, place) : null;
-}
+import { toggle_collapsed, toggle_maximised, useLayout } from "../widgets/layout";
 
 export function PanelFrame({ panel, weight, height_px }: { panel: Panel; weight?: number; height_px?: number }) {
   const [place, set_place] = useState<HTMLElement | null>(null);

@@ -1,10 +1,11 @@
 import { Fragment, useRef } from "react";
 
-import { panels, type PanelId } from "../panels/registry";
-import { kTimelineMin_px, move_border } from "./arrangement";
-import { useLayout } from "./layout";
+import { panels } from "../panels/registry";
+import type { PanelId } from "../widgets/arrangement";
+import { kTimelineMin_px, move_border } from "../widgets/arrangement";
+import { useLayout } from "../widgets/layout";
 import { PanelFrame } from "./PanelFrame";
-import { Splitter } from "./Splitter";
+import { Splitter } from "../widgets/Splitter";
 
 const find = (id: PanelId) => panels.find((panel) => panel.id === id);
 

@@ -38,7 +38,7 @@ const observation = (sequence: number): Observation => ({
 
 const hello = (boot: string): Exclude<ServerMessage, { type: "answer" }> => ({
   type: "hello",
-  ...{ protocol: 1, version: "0.1.0", mode: "live", title: "t", description: "", clock: "virtual", seed: 1, steerable: true, boot },
+  ...{ protocol: 1, version: "0.1.0", mode: "live", title: "t", description: "", clock: "virtual", seed: 1, steerable: true, repeatable: false, boot },
 });
 
 const violated = (time: number, sequence: number): Exclude<ServerMessage, { type: "answer" }> => ({

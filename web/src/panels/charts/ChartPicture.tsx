@@ -4,7 +4,7 @@ import { svg_of_group } from "../../picture/export";
 import { usePicture } from "../../picture/pictures";
 import { PictureView } from "../../picture/picture_view";
 import type { ChartLayout, ChartModel, Rect } from "../../protocol/types";
-import { color } from "../../shell/theme";
+import { color } from "../../widgets/theme";
 import { useStudio } from "../../store/store";
 import { curve } from "../mission/TreePicture";
 import { useSteering } from "../steer/steering";

@@ -4,7 +4,7 @@ import { svg_of_group } from "../../picture/export";
 import { usePicture } from "../../picture/pictures";
 import { SaveButton } from "../../picture/PictureTools";
 import type { ChartModel } from "../../protocol/types";
-import { color } from "../../shell/theme";
+import { color } from "../../widgets/theme";
 import { useStudio } from "../../store/store";
 import { ChartDrawing } from "./ChartPicture";
 import { verdict_text } from "./ChartSide";

@@ -1,5 +1,5 @@
 import type { ChartModel } from "../../protocol/types";
-import { Menu, type MenuEntry } from "../../shell/Menu";
+import { Menu, type MenuEntry } from "../../widgets/Menu";
 import { steer, useSteering, useWhyNot } from "../steer/steering";
 
 /** What can be done with a state of a chart. */

@@ -1,7 +1,7 @@
 import { useEffect, useImperativeHandle, useRef, useState, type Ref } from "react";
 
-import { Menu, type MenuEntry } from "../../shell/Menu";
-import { color, useTheme } from "../../shell/theme";
+import { Menu, type MenuEntry } from "../../widgets/Menu";
+import { color, useTheme } from "../../widgets/theme";
 import { note, useStudio } from "../../store/store";
 import type { Point, WorldModel } from "../../protocol/types";
 import { usePicture } from "../../picture/pictures";

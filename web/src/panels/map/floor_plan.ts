@@ -1,4 +1,4 @@
-import type { Theme } from "../../shell/theme";
+import type { Theme } from "../../widgets/theme";
 import type { MapInfo } from "./geometry";
 
 /** Occupancy from which a cell is drawn as a wall. */

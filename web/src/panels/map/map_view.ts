@@ -2,7 +2,7 @@ import type { Picture } from "../../picture/export";
 import { CanvasPen, SvgPen } from "../../picture/pen";
 import { kClick_px, PictureView } from "../../picture/picture_view";
 import type { Point, Pose, State, WorldModel } from "../../protocol/types";
-import { color, type Theme } from "../../shell/theme";
+import { color, type Theme } from "../../widgets/theme";
 import { useStudio } from "../../store/store";
 import { why_not } from "../steer/steering";
 import { plan_image } from "./floor_plan";

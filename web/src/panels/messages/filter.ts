@@ -1,5 +1,5 @@
 import type { Filter, Model, Observation } from "../../protocol/types";
-import { matches } from "../../shell/match";
+import { matches } from "../../widgets/match";
 import { members, summary } from "./describe";
 import type { Row } from "./join";
 

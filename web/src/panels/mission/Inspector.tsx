@@ -1,10 +1,9 @@
 import { data_text, duration_text } from "../../draw/format";
 import { kStatuses, type Data } from "../../protocol/types";
-import { Icon } from "../../shell/Icon";
+import { Icon } from "../../widgets/Icon";
 import { useStudio, type Index } from "../../store/store";
-import { jump_to } from "./mission";
+import { jump_to, open_skill } from "./mission";
 import { StatusSign } from "./StatusSign";
-import { open_skill } from "./TreePicture";
 import { scope_of } from "./tree";
 
 /** The chosen node with its ports, and the blackboard that it sees. */

@@ -1,8 +1,7 @@
-import { Menu, type MenuEntry } from "../../shell/Menu";
+import { Menu, type MenuEntry } from "../../widgets/Menu";
 import type { Index } from "../../store/store";
 import { is_on, steer, useSteering, useWhyNot } from "../steer/steering";
-import { toggle, useMission } from "./mission";
-import { open_skill } from "./TreePicture";
+import { open_skill, toggle, useMission } from "./mission";
 
 /** What can be done with a node. */
 export function NodeMenu({ index, node: id, x, y, close }: { index: Index; node: number; x: number; y: number; close(): void }) {

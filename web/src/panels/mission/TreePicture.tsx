@@ -5,10 +5,10 @@ import { svg_of_group } from "../../picture/export";
 import { usePicture } from "../../picture/pictures";
 import { PictureView } from "../../picture/picture_view";
 import { kStatuses, type Point, type Rect, type TreeLayout, type TreeNode } from "../../protocol/types";
-import { color } from "../../shell/theme";
+import { color } from "../../widgets/theme";
 import { select, useStudio, type Index } from "../../store/store";
 import { is_on, useSteering } from "../steer/steering";
-import { toggle, useMission } from "./mission";
+import { open_skill, toggle, useMission } from "./mission";
 import { NodeMenu } from "./NodeMenu";
 import { StatusSign } from "./StatusSign";
 import { descendants, neighbour, running, visible_for, type Arrow } from "./tree";
@@ -146,12 +146,6 @@ export function TreePicture({ index, handle }: { index: Index; handle: Ref<TreeH
       {menu && <NodeMenu index={index} {...menu} close={() => set_menu(null)} />}
     </>
   );
-}
-
-/** Shows a leaf's chart in the Charts panel. */
-export function open_skill(chart: string, node: number): void {
-  select({ node, chart });
-  document.dispatchEvent(new CustomEvent("sentree:open-chart"));
 }
 
 const Links = memo(function Links({ layout }: { layout: TreeLayout }) {

@@ -77,3 +77,9 @@ useStudio.subscribe((studio, before) => {
     useMission.setState({ collapsed: new Set(), drawn: null, wanted: null });
   }
 });
+
+/** Shows a leaf's chart in the Charts panel. */
+export function open_skill(chart: string, node: number): void {
+  select({ node, chart });
+  document.dispatchEvent(new CustomEvent("sentree:open-chart"));
+}

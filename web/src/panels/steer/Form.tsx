@@ -1,7 +1,7 @@
 import { useId } from "react";
 
 import type { IdlField, IdlTypes } from "../../protocol/types";
-import { Icon } from "../../shell/Icon";
+import { Icon } from "../../widgets/Icon";
 import { new_draft, type Draft, type DraftField, type FormError } from "./idl";
 
 /** The fields of a method or a struct, each with an editor of its type. */

@@ -1,7 +1,7 @@
 import { useEffect, useRef, useState } from "react";
 
-import { Icon } from "../../shell/Icon";
-import { kSpeeds, toggle_running } from "../../shell/run_commands";
+import { Icon } from "../../widgets/Icon";
+import { kSpeeds, toggle_running } from "../../widgets/run_commands";
 import { ask, useStudio, type Studio } from "../../store/store";
 import { call_service } from "./call";
 import { plug_of } from "./plug";

@@ -1,7 +1,7 @@
 import { useState } from "react";
 
 import { download, file_name } from "../../picture/export";
-import { Icon } from "../../shell/Icon";
+import { Icon } from "../../widgets/Icon";
 import { useStudio } from "../../store/store";
 import { steer } from "./steering";
 

@@ -1,4 +1,4 @@
-import { Icon } from "../../shell/Icon";
+import { Icon } from "../../widgets/Icon";
 import { useStudio } from "../../store/store";
 import { jump_to } from "../mission/mission";
 import { steer, useSteering, type Standing } from "./steering";

@@ -1,5 +1,5 @@
 import type { Lane, Mark, Time } from "../../protocol/types";
-import { color } from "../../shell/theme";
+import { color } from "../../widgets/theme";
 import { known_until, label_place, shown_label, value_range, type Placed } from "./lanes";
 import { ticks, x_of, type View } from "./view";
 

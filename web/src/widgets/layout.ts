@@ -1,7 +1,6 @@
 import { create } from "zustand";
 
-import type { PanelId } from "../panels/registry";
-import { kDefaultLayout, parse_layout, type Layout } from "./arrangement";
+import { kDefaultLayout, parse_layout, type Layout, type PanelId } from "./arrangement";
 
 const kStored = "sentree.layout";
 

@@ -1,4 +1,4 @@
-import type { MonitorModel, Violation } from "../protocol/types";
+import type { MonitorModel, Violation } from "../../protocol/types";
 
 /** Index of the violation that is shown before anybody chose: of the earliest ones the first whose requirement is in words. */
 export function said_first(violations: readonly Violation[], monitors: readonly MonitorModel[]): number {

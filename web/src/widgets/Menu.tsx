@@ -19,6 +19,8 @@ export type MenuEntry = MenuItem | "line" | { heading: string };
 export function Menu({ x, y, entries, close, label, head }: { x: number; y: number; entries: readonly MenuEntry[]; close(): void; label: string; head?: ReactNode }) {
   const place = useRef<HTMLDivElement>(null);
   const before = useRef<Element | null>(null);
+  const latest_close = useRef(close);
+  latest_close.current = close;
 
   useLayoutEffect(() => {
     const element = place.current;
@@ -32,14 +34,15 @@ export function Menu({ x, y, entries, close, label, head }: { x: number; y: numb
     before.current = document.activeElement;
     const element = place.current;
     (element?.querySelector<HTMLElement>("[role^=menuitem]:not([aria-disabled=true])") ?? element)?.focus();
+    const close_it = () => latest_close.current();
     const outside = (event: PointerEvent) => {
-      if (event.target instanceof Node && !element?.contains(event.target)) close();
+      if (event.target instanceof Node && !element?.contains(event.target)) close_it();
     };
     window.addEventListener("pointerdown", outside, true);
-    window.addEventListener("blur", close);
+    window.addEventListener("blur", close_it);
     return () => {
       window.removeEventListener("pointerdown", outside, true);
-      window.removeEventListener("blur", close);
+      window.removeEventListener("blur", close_it);
       if (before.current instanceof HTMLElement || before.current instanceof SVGElement) before.current.focus({ preventScroll: true });
     };
   }, []);

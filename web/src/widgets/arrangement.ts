@@ -1,4 +1,4 @@
-import type { PanelId } from "../panels/registry";
+export type PanelId = "map" | "mission" | "charts" | "monitors" | "messages" | "timeline" | "steer";
 
 /** Sizes are weights within a column or a row; the timeline's height is in pixels. */
 export interface Layout {

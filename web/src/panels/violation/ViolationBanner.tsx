@@ -1,15 +1,15 @@
 import { useEffect, useRef, useState } from "react";
 import { create } from "zustand";
 
-import { clock_text, duration_text } from "../draw/format";
-import type { Observation, Violation } from "../protocol/types";
-import { select, useStudio } from "../store/store";
-import { seek, stop_replay } from "../store/time_travel";
-import { short_name, summary } from "../panels/messages/describe";
+import { clock_text, duration_text } from "../../draw/format";
+import type { Observation, Violation } from "../../protocol/types";
+import { select, useStudio } from "../../store/store";
+import { seek, stop_replay } from "../../store/time_travel";
+import { short_name, summary } from "../messages/describe";
 import { said_first, witness_title } from "./violation";
-import { useCommand } from "./commands";
-import { Icon } from "./Icon";
-import { go_to_panel } from "./layout";
+import { useCommand } from "../../widgets/commands";
+import { Icon } from "../../widgets/Icon";
+import { go_to_panel } from "../../widgets/layout";
 
 /** `shown`: the banner; otherwise a chip in the header remains. `details`: story and witness. */
 export const useBanner = create<{ shown: boolean; details: boolean }>()(() => ({ shown: true, details: true }));

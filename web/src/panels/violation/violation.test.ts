@@ -1,6 +1,6 @@
 import { expect, it } from "vitest";
 
-import type { MonitorModel, Violation } from "../protocol/types";
+import type { MonitorModel, Violation } from "../../protocol/types";
 import { said_first, witness_title } from "./violation";
 
 const monitor = (name: string, sentence: string): MonitorModel => ({ name, sentence, chart: null, requirement: "", severity: null, gate: [] });

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "sentree/studio/detail/steering_desk.h"
+#include "sentree/studio/detail/steering_queue.h"
 
 namespace sentree::studio {
 
@@ -15,7 +15,7 @@ constexpr std::string_view kPrompt[] = {"pause", "resume", "step", "factor", "in
 
 }  // namespace
 
-SteeringDesk::SteeringDesk(Steer steer, std::function<void(Outcome)> done)
+SteeringQueue::SteeringQueue(Steer steer, std::function<void(Outcome)> done)
     : steer_(std::move(steer)), done_(std::move(done)) {
   // Signals are for the program's own thread.
   sigset_t all, before;
@@ -25,7 +25,7 @@ SteeringDesk::SteeringDesk(Steer steer, std::function<void(Outcome)> done)
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
-SteeringDesk::~SteeringDesk() {
+SteeringQueue::~SteeringQueue() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
@@ -34,19 +34,19 @@ SteeringDesk::~SteeringDesk() {
   for (Lane& lane : lanes_) lane.thread.join();
 }
 
-void SteeringDesk::put(Request request) {
+void SteeringQueue::put(Request request) {
   const bool is_prompt = std::find(std::begin(kPrompt), std::end(kPrompt), request.op) != std::end(kPrompt);
   const std::lock_guard lock(mutex_);
   lanes_[is_prompt ? 0 : 1].waiting.push_back(std::move(request));
   changed_.notify_all();
 }
 
-void SteeringDesk::forget(std::uint64_t client) {
+void SteeringQueue::forget(std::uint64_t client) {
   const std::lock_guard lock(mutex_);
   for (Lane& lane : lanes_) std::erase_if(lane.waiting, [&](const Request& one) { return one.client == client; });
 }
 
-void SteeringDesk::work(Lane& lane) {
+void SteeringQueue::work(Lane& lane) {
   for (;;) {
     Request request;
     {

@@ -1,4 +1,4 @@
-#include "sentree/studio/detail/steering_desk.h"
+#include "sentree/studio/detail/steering_queue.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -42,10 +42,10 @@ class Gate {
   int arrived_ = 0;
 };
 
-// What a desk has done.
+// What a queue has done.
 class Outcomes {
  public:
-  void add(const SteeringDesk::Outcome& outcome) {
+  void add(const SteeringQueue::Outcome& outcome) {
     const std::lock_guard lock(mutex_);
     ids_.push_back(outcome.id);
     changed_.notify_all();
@@ -62,7 +62,7 @@ class Outcomes {
   std::vector<std::int64_t> ids_;
 };
 
-SteeringDesk::Steer hanging(Gate& gate) {
+SteeringQueue::Steer hanging(Gate& gate) {
   return [&gate](const std::string& op, const Value& request) -> Result<Value> {
     if (request.find("hang") != nullptr) gate.pass();
     return Value(op);
@@ -71,41 +71,41 @@ SteeringDesk::Steer hanging(Gate& gate) {
 
 const Value kHang = Map{{"hang", true}};
 
-TEST(SteeringDesk, PausesWhileACallHangsAndKeepsTheOrderOfTheRest) {
+TEST(SteeringQueue, PausesWhileACallHangsAndKeepsTheOrderOfTheRest) {
   Gate gate;
   Outcomes outcomes;
-  SteeringDesk desk(hanging(gate), [&](const SteeringDesk::Outcome& outcome) { outcomes.add(outcome); });
-  desk.put({1, 1, "call", kHang});
-  desk.put({1, 2, "call", Map()});
-  desk.put({2, 3, "kill", Map()});
-  desk.put({1, 4, "pause", Map()});
-  desk.put({2, 5, "resume", Map()});
+  SteeringQueue queue(hanging(gate), [&](const SteeringQueue::Outcome& outcome) { outcomes.add(outcome); });
+  queue.put({1, 1, "call", kHang});
+  queue.put({1, 2, "call", Map()});
+  queue.put({2, 3, "kill", Map()});
+  queue.put({1, 4, "pause", Map()});
+  queue.put({2, 5, "resume", Map()});
   EXPECT_THAT(outcomes.await(2), ElementsAre(4, 5));
   gate.open();
   EXPECT_THAT(outcomes.await(5), ElementsAre(4, 5, 1, 2, 3));
 }
 
-TEST(SteeringDesk, DropsWhatWaitsForAPageThatIsGone) {
+TEST(SteeringQueue, DropsWhatWaitsForAPageThatIsGone) {
   Gate gate;
   Outcomes outcomes;
-  SteeringDesk desk(hanging(gate), [&](const SteeringDesk::Outcome& outcome) { outcomes.add(outcome); });
-  desk.put({1, 1, "call", kHang});
+  SteeringQueue queue(hanging(gate), [&](const SteeringQueue::Outcome& outcome) { outcomes.add(outcome); });
+  queue.put({1, 1, "call", kHang});
   gate.await_arrival();
-  desk.put({1, 2, "call", Map()});
-  desk.put({2, 3, "call", Map()});
-  desk.forget(1);
+  queue.put({1, 2, "call", Map()});
+  queue.put({2, 3, "call", Map()});
+  queue.forget(1);
   gate.open();
   EXPECT_THAT(outcomes.await(2), ElementsAre(1, 3));
 }
 
-TEST(SteeringDesk, EndsOnceWhatItCarriesOutIsDone) {
+TEST(SteeringQueue, EndsOnceWhatItCarriesOutIsDone) {
   Gate gate;
   Outcomes outcomes;
   {
-    SteeringDesk desk(hanging(gate), [&](const SteeringDesk::Outcome& outcome) { outcomes.add(outcome); });
-    desk.put({1, 1, "call", kHang});
+    SteeringQueue queue(hanging(gate), [&](const SteeringQueue::Outcome& outcome) { outcomes.add(outcome); });
+    queue.put({1, 1, "call", kHang});
     gate.await_arrival();
-    desk.put({1, 2, "call", kHang});
+    queue.put({1, 2, "call", kHang});
     gate.open();
   }
   EXPECT_THAT(outcomes.await(0), testing::Contains(1));

@@ -19,7 +19,7 @@ namespace sentree::studio {
 /// never wait (pause, resume, …) have a thread of their own, so a run can be paused meanwhile.
 ///
 /// What waits is bounded by who asks: `kRequestsMax` of each of `kClientsMax` pages.
-class SteeringDesk {
+class SteeringQueue {
  public:
   using Steer = std::function<Result<Value>(const std::string& op, const Value& request)>;
   struct Request {
@@ -33,12 +33,12 @@ class SteeringDesk {
     std::int64_t id = 0;
     Result<Value> result;
   };
-  /// @param done  Called in the desk's threads.
-  SteeringDesk(Steer steer, std::function<void(Outcome)> done);
+  /// @param done  Called in the queue's threads.
+  SteeringQueue(Steer steer, std::function<void(Outcome)> done);
   /// Waits for what is being carried out; the rest is dropped.
-  ~SteeringDesk();
-  SteeringDesk(const SteeringDesk&) = delete;
-  SteeringDesk& operator=(const SteeringDesk&) = delete;
+  ~SteeringQueue();
+  SteeringQueue(const SteeringQueue&) = delete;
+  SteeringQueue& operator=(const SteeringQueue&) = delete;
 
   void put(Request request);
   /// What a page asked for and is still waiting is dropped.

@@ -1,0 +1,294 @@
+/**
+ * What the page and the program say to each other over the WebSocket: the one description, as JSON Schema.
+ * docs/studio-protocol.md says when what is sent. From here come the types of the page (types.ts) and the check that
+ * what the program sends is so (messages.test.ts). Members that are not described are not sent.
+ *
+ * All times are integers: nanoseconds of run time.
+ */
+import { Type, type Static, type TObject, type TProperties, type TSchema } from "@sinclair/typebox";
+
+import { kStatuses } from "./statuses";
+
+const kExact = { additionalProperties: false } as const;
+const object = <P extends TProperties>(properties: P, description?: string): TObject<P> => Type.Object(properties, description === undefined ? kExact : { ...kExact, description });
+const or_null = <S extends TSchema>(schema: S) => Type.Union([schema, Type.Null()]);
+const by_name = <S extends TSchema>(schema: S) => Type.Record(Type.String(), schema);
+const one_of = <const W extends readonly string[]>(...words: W) => Type.Unsafe<W[number]>(Type.Union(words.map((word) => Type.Literal(word))));
+
+const { Number: number, String: string, Boolean: boolean, Array: list, Optional: optional, Tuple: tuple } = Type;
+
+export const Time = Type.Integer({ description: "Nanoseconds of run time" });
+export const Data = Type.Recursive((Self) => Type.Union([Type.Null(), boolean(), number(), string(), list(Self), by_name(Self)]), { $id: "Data" });
+export const Pose = tuple([number(), number(), number()], { description: "x, y [m], heading [rad]" });
+export const Point = tuple([number(), number()]);
+const index = () => Type.Integer({ minimum: 0 });
+
+export const Hello = object({
+  protocol: Type.Literal(1),
+  version: string(),
+  mode: one_of("live", "recording"),
+  title: string(),
+  description: string(),
+  clock: one_of("virtual", "real"),
+  seed: Type.Integer(),
+  steerable: Type.Boolean({ description: "Whether the run can be steered at all" }),
+  repeatable: Type.Boolean({ description: "Whether `run_again` begins it once more" }),
+  boot: Type.String({ description: "Random id of this server: another one means another run" }),
+});
+
+// ---- model ----
+
+export const NodeKind = one_of("action", "condition", "control", "decorator", "subtree");
+export const TreeNode = object({
+  id: index(),
+  parent: or_null(index()),
+  path: string(),
+  name: string(),
+  type: string(),
+  kind: NodeKind,
+  symbol: string(),
+  leaf: or_null(Type.String({ description: "The chart that a leaf runs" })),
+  message_name: or_null(Type.String({ description: "What a leaf is called in observations" })),
+  ports: list(object({ name: string(), direction: one_of("input", "output", "inout"), value: string(), type: string() })),
+});
+const size = { width: number(), height: number() };
+const rect = { x: number(), y: number(), ...size };
+export const Size = object(size);
+export const Rect = object(rect);
+export const TreeLayout = object(
+  {
+    size: Size,
+    nodes: list(object({ ...rect, parent: Type.Integer(), shape: NodeKind, status: string(), symbol: string(), title: list(string()), lines: list(string()) })),
+    edges: list(list(Point)),
+  },
+  "As draw::to_value writes trees",
+);
+export const TreeModel = object({ id: string(), direction: one_of("down", "right"), nodes: list(TreeNode), layout: TreeLayout });
+export const ChartLayout = object(
+  {
+    size: Size,
+    states: list(object({ ...rect, parent: Type.Integer(), kind: string(), active: boolean(), name: list(string()), lines: list(string()) })),
+    edges: list(object({ transition: Type.Integer(), source: Type.Integer(), target: Type.Integer(), last: boolean(), curve: list(Point), label: Rect, lines: list(string()) })),
+    separators: list(tuple([number(), number(), number(), number()])),
+  },
+  "As draw::to_value writes charts",
+);
+export const ChartModel = object({
+  id: string(),
+  kind: one_of("skill", "monitor"),
+  name: string(),
+  file: string(),
+  layout: ChartLayout,
+  states: list(object({ id: string(), parent: Type.Integer(), kind: string() })),
+  transitions: list(object({ source: Type.Integer(), targets: list(Type.Integer()), event: string(), condition: string(), actions: string(), line: or_null(Type.Integer()) })),
+});
+export const MonitorModel = object({
+  name: string(),
+  chart: or_null(Type.String({ description: "Null: the monitor is in another process" })),
+  requirement: string(),
+  sentence: string(),
+  severity: or_null(string()),
+  gate: list(string()),
+});
+export const IdlField = object({ name: string(), type: string(), required: boolean(), default: optional(Data), unit: optional(string()) }, "As idl::describe writes what methods take and give");
+export const IdlType = Type.Union([
+  object({ kind: one_of("struct", "union", "exception"), fields: list(IdlField) }),
+  object({ kind: Type.Literal("enum"), values: list(string()) }),
+  object({ kind: one_of("list", "set"), element: string() }),
+  object({ kind: Type.Literal("map"), key: string(), element: string() }),
+]);
+export const IdlTypes = by_name(IdlType);
+export const IdlMethod = object({ name: string(), args: list(IdlField), result: string(), oneway: boolean(), unit: optional(string()) });
+export const ServiceModel = object({
+  name: string(),
+  interface: string(),
+  at: string(),
+  robot: or_null(Type.String({ description: "Of the simulated world; null: the service is not a robot's" })),
+  methods: list(IdlMethod),
+  types: IdlTypes,
+});
+const place = { name: string(), x: number(), y: number(), theta: number() };
+export const Location = object(place);
+export const Station = object({ ...place, linear_tolerance: number(), angular_tolerance: number() }, "A robot charges within both tolerances of it [m, rad]");
+export const LaserModel = object({ angle_min: number(), angle_increment: number(), beams: Type.Integer(), range_max: number(), x: number(), y: number(), yaw: number() });
+export const WorldModel = object({
+  map: object({ width: Type.Integer(), height: Type.Integer(), resolution: number(), origin: Pose }),
+  locations: list(Location),
+  areas: list(object({ name: string(), polygon: list(Point) })),
+  stations: list(Station),
+  doors: list(object({ name: string(), a: Point, b: Point })),
+  robots: list(object({ name: string(), radius: number(), laser: LaserModel })),
+});
+export const Part = object({ name: string(), kind: one_of("skill", "component", "monitor"), process: boolean() });
+export const Model = object({
+  tree: TreeModel,
+  charts: list(ChartModel),
+  monitors: list(MonitorModel),
+  services: list(ServiceModel),
+  world: or_null(WorldModel),
+  scenario: or_null(object({ name: string(), description: string(), timeline: list(object({ at: Time, what: string() })) })),
+  scenarios: Type.Array(string(), { description: "Names of the project's scenarios" }),
+  parts: list(Part),
+});
+
+// ---- state ----
+
+export const RunState = object({
+  state: one_of("running", "paused", "ended"),
+  factor: number(),
+  mission: string(),
+  reason: string(),
+  stopped_at: or_null(object({ breakpoint: Type.Integer(), what: string() })),
+  missed_ticks: Type.Integer(),
+  processes: Type.Array(object({ name: string(), pid: Type.Integer() }), { description: "Those that run now" }),
+});
+const status = () => Type.Integer({ minimum: 0, maximum: kStatuses.length - 1, description: kStatuses.map((name, i) => `${i} ${name}`).join(", ") });
+export const TreeState = object({
+  status: list(status()),
+  last: Type.Array(status(), { description: "The last status that was not IDLE" }),
+  since: Type.Array(Time, { description: "When the status changed last" }),
+});
+export const ChartState = object({
+  running: boolean(),
+  active: Type.Array(index(), { description: "States of the drawing" }),
+  last: optional(or_null(Type.Integer({ description: "The transition taken last, by its place in the document" }))),
+  event: optional(string()),
+  data: optional(by_name(Data)),
+  since: Time,
+});
+export const Verdict = one_of("violated", "satisfied", "undecided");
+export const MonitorState = object({ verdict: Verdict, standing: string(), deadline: or_null(Time), states: list(string()), violations: index(), since: optional(Time) });
+export const Battery = object({ percentage: Type.Number({ description: "0 to 1" }), voltage: or_null(number()), current: number(), charging: boolean(), plugged: or_null(boolean()) });
+export const RobotState = object({
+  pose: Pose,
+  estimate: or_null(Pose),
+  twist: optional(tuple([number(), number()], { description: "Speed [m/s], turn [rad/s]" })),
+  navigation: optional(Type.String({ description: "What the navigation says that it does" })),
+  scan: optional(list(or_null(number()))),
+  scan_pose: optional(Type.Tuple([number(), number(), number()], { description: "The laser's pose on the map when it scanned" })),
+  path: list(Point),
+  goal: optional(or_null(Pose)),
+  particles: optional(list(Pose)),
+  battery: or_null(Battery),
+});
+export const Obstacle = object({ name: string(), polygon: optional(list(Point)), circle: optional(tuple([number(), number(), number()], { description: "x, y, radius" })) });
+export const Door = object({ name: string(), open: boolean() });
+const state = {
+  time: Time,
+  tick: index(),
+  sequence: Type.Integer({ minimum: 0, description: "Of the last observation until then" }),
+  live: Type.Boolean({ description: "Whether this page follows the present" }),
+  end: Type.Integer({ description: "Of what is known" }),
+  begin: Type.Integer({ description: "Of what is known" }),
+  run: RunState,
+  tree: TreeState,
+  blackboard: Type.Record(Type.String(), by_name(Data), { description: "By the path of the SubTree, then by name" }),
+  outputs: optional(Type.Record(Type.String(), by_name(Data), { description: "By leaf, then by port" })),
+  charts: by_name(ChartState),
+  monitors: by_name(MonitorState),
+  robots: by_name(RobotState),
+  obstacles: list(Obstacle),
+  doors: list(Door),
+};
+export const State = object(state);
+
+export const Kind = one_of("request", "reply", "error", "event");
+export const Observation = object({
+  sequence: index(),
+  time: Time,
+  tick: index(),
+  kind: Kind,
+  name: string(),
+  source: string(),
+  target: string(),
+  call: Type.Integer({ minimum: 0, description: "Joins a request with its outcome; 0: neither" }),
+  data: Data,
+});
+const { charts: _charts, monitors: _monitors, robots: _robots, ...others } = state;
+/** Members that are absent did not change; entries of `charts`, `monitors` and `robots` are whole, null removes one. */
+export const Delta = object({
+  ...Type.Partial(Type.Object(others)).properties,
+  charts: optional(by_name(or_null(ChartState))),
+  monitors: optional(by_name(or_null(MonitorState))),
+  robots: optional(by_name(or_null(RobotState))),
+  messages: optional(list(Observation)),
+  missed: optional(Type.Integer({ minimum: 0, description: "Observations that were left out" })),
+});
+export const Violation = object({
+  monitor: string(),
+  time: Time,
+  sequence: Type.Integer({ minimum: 0, description: "0: a deadline passed" }),
+  story: string(),
+  witness: list(Observation),
+  witness_complete: Type.Boolean({ description: "False: what was long before is not known any more" }),
+  witness_minimal: Type.Boolean({ description: "Without any one of them the verdict would not come" }),
+  explanation: Data,
+});
+export const Problem = object({ text: string(), time: Time });
+
+// ---- requests: by operation, what is sent beside `op` and `id`, and the value of the answer ----
+
+export const Filter = object({
+  text: optional(string()),
+  service: optional(string()),
+  leaf: optional(string()),
+  kind: optional(string()),
+  name: optional(Type.String({ description: "With * for any text" })),
+});
+export const Lane = object({
+  id: string(),
+  kind: one_of("leaf", "skill", "monitor", "mission", "value"),
+  name: string(),
+  spans: optional(list(tuple([Time, Time, string()]))),
+  points: optional(list(tuple([Time, number()]))),
+});
+export const Mark = object({ time: Time, kind: one_of("violation", "injection", "intervention", "veto", "problem"), text: string(), sequence: index() });
+export const Interventions = list(Type.Unsafe<Record<string, Static<typeof Data>>>(by_name(Data)));
+
+const nothing = () => object({});
+export const Operations = {
+  hello: [object({ token: optional(string()) }), object({ steerable: boolean() })],
+  live: [nothing(), Type.Unknown()],
+  seek: [object({ time: Time }), Type.Unknown()],
+  layout: [object({ collapsed: list(index()) }), object({ nodes: list(index()), layout: TreeLayout })],
+  messages: [
+    object({ before: optional(Type.Integer()), after: optional(Type.Integer()), until: optional(Time), limit: optional(Type.Integer({ minimum: 1, maximum: 500 })), filter: optional(Filter) }),
+    object({ messages: list(Observation), more: boolean() }),
+  ],
+  lanes: [object({ from: Time, to: Time, width: Type.Integer({ minimum: 1, maximum: 4000 }) }), object({ lanes: list(Lane), marks: list(Mark) })],
+  find: [object({ filter: Filter, after: optional(Time), before: optional(Time) }), or_null(Observation)],
+  pause: [nothing(), Type.Unknown()],
+  resume: [nothing(), Type.Unknown()],
+  step: [object({ ticks: Type.Integer({ minimum: 1 }) }), Type.Unknown()],
+  factor: [object({ value: number() }), Type.Unknown()],
+  stop: [nothing(), Type.Unknown()],
+  run_again: [object({ seed: optional(Type.Integer({ minimum: 0 })), scenario: optional(string()) }), Type.Unknown()],
+  call: [object({ service: string(), method: string(), args: by_name(Data) }), object({ result: Data })],
+  kill: [object({ part: string() }), Type.Unknown()],
+  restart: [object({ part: string() }), Type.Unknown()],
+  delay: [object({ message: string(), by: Time, count: optional(Type.Integer()) }), object({ id: optional(Type.Integer()) })],
+  falsify: [object({ call: string(), path: string(), value: Data, count: optional(Type.Integer()) }), object({ id: optional(Type.Integer()) })],
+  force: [object({ leaf: string(), status: one_of("SUCCESS", "FAILURE", "RUNNING"), once: boolean() }), object({ id: optional(Type.Integer()) })],
+  breakpoint: [
+    object({ kind: one_of("node", "state", "message"), node: optional(index()), chart: optional(string()), state: optional(string()), pattern: optional(string()), status: optional(string()) }),
+    object({ breakpoint: Type.Integer() }),
+  ],
+  clear: [object({ what: Type.Integer() }), Type.Unknown()],
+  interventions: [nothing(), Interventions],
+  save_scenario: [object({ name: string() }), object({ yaml: string(), file: string() })],
+} as const satisfies Record<string, readonly [TSchema, TSchema]>;
+
+export const Answer = object({ id: Type.Integer(), ok: boolean(), error: optional(string()), value: optional(Type.Unknown()) });
+
+const said = <N extends string, P extends TProperties>(name: N, { properties }: TObject<P>) => Type.Object({ type: Type.Literal(name), ...properties }, kExact);
+/** By `type`: what the program sends. */
+export const ServerMessages = {
+  hello: said("hello", Hello),
+  model: said("model", Model),
+  // Before anything has been observed there is nothing of these.
+  state: said("state", object({ ...state, charts: optional(state.charts), monitors: optional(state.monitors), robots: optional(state.robots) })),
+  delta: said("delta", Delta),
+  violation: said("violation", Violation),
+  problem: said("problem", Problem),
+  answer: said("answer", Answer),
+} as const;
