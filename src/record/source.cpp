@@ -20,7 +20,8 @@ tl::unexpected<Diagnostic> unreadable(const std::string& name) {
 
 Result<std::unique_ptr<Source>> FileSource::open(const std::filesystem::path& path) {
   const std::string name = path.string();
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  // A FIFO would wait for somebody who writes.
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file < 0) {
     if (errno == ENOENT) return fail("file.not-found", "no such file", SourceSpan{name});
     return unreadable(name);

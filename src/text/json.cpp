@@ -1,7 +1,9 @@
 #include "sentree/text/json.h"
 
+#include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <unordered_map>
 
 namespace sentree::text {
 
@@ -26,7 +28,7 @@ class Builder final : public nlohmann::json_sax<nlohmann::json> {
   bool binary(binary_t&) override { return false; }
   bool start_object(std::size_t) override { return open(Map()); }
   bool key(string_t& v) override {
-    keys_.back() = std::move(v);
+    keys_.back().key = std::move(v);
     return true;
   }
   bool end_object() override { return close(); }
@@ -46,15 +48,36 @@ class Builder final : public nlohmann::json_sax<nlohmann::json> {
   std::optional<Diagnostic> failure;
 
  private:
+  struct Object {
+    std::string key;                                      // of the value that comes
+    std::unordered_map<std::string, std::size_t> places;  // of the keys before, where they are many
+  };
+
   bool add(Value value) {
     if (open_.empty()) {
       root = std::move(value);
     } else if (List* list = open_.back().as_list()) {
       list->push_back(std::move(value));
     } else {
-      (*open_.back().as_map())[keys_.back()] = std::move(value);
+      add(*open_.back().as_map(), keys_.back(), std::move(value));
     }
     return true;
+  }
+  // Few keys are compared, many are looked up.
+  static void add(Map& map, Object& object, Value value) {
+    constexpr std::size_t kFew = 16;
+    if (map.size() < kFew) {
+      map[object.key] = std::move(value);
+      return;
+    }
+    if (object.places.empty()) {
+      for (const auto& [key, old] : map) object.places.emplace(key, object.places.size());
+    }
+    const auto [place, is_new] = object.places.try_emplace(object.key, map.size());
+    if (is_new)
+      map.append(std::move(object.key), std::move(value));
+    else
+      std::next(map.begin(), static_cast<std::ptrdiff_t>(place->second))->second = std::move(value);
   }
   bool open(Value container) {
     if (open_.size() >= kNestingMax) {
@@ -76,7 +99,7 @@ class Builder final : public nlohmann::json_sax<nlohmann::json> {
   const LineIndex& lines_;
   const std::string& file_;
   std::vector<Value> open_;
-  std::vector<std::string> keys_;
+  std::vector<Object> keys_;  // of those, where they are objects
 };
 
 }  // namespace

@@ -38,6 +38,7 @@ std::string_view XmlElement::local_name() const {
 std::string_view XmlElement::namespace_uri() const {
   const std::string_view full = name();
   const auto colon = full.find(':');
+  if (full.starts_with("xml:")) return "http://www.w3.org/XML/1998/namespace";
   std::string declaration = "xmlns";
   if (colon != std::string_view::npos) declaration += ":" + std::string(full.substr(0, colon));
   for (XmlElement e = *this; e; e = e.parent()) {

@@ -4,7 +4,10 @@
 #include <array>
 #include <bit>
 #include <cstring>
+#include <set>
 #include <span>
+#include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
 #include "sentree/text/xml.h"
@@ -170,6 +173,13 @@ class Scanner {
     std::uint32_t element;
     std::size_t prefixes_before;
   };
+  struct Prefix {
+    std::string_view name;
+    std::size_t attribute;              ///< That declares it.
+    std::optional<std::size_t> hidden;  ///< The declaration that it hides.
+  };
+  static constexpr std::string_view kXmlUri = "http://www.w3.org/XML/1998/namespace";
+  static constexpr std::string_view kXmlnsUri = "http://www.w3.org/2000/xmlns/";
 
   bool starts(std::string_view text) const { return source_.substr(at_).starts_with(text); }
   void error(std::size_t offset, std::string message, const char* code = "xml.syntax") {
@@ -189,19 +199,52 @@ class Scanner {
     return !unreadable;
   }
 
+  // XML 2.8. Its version does not matter.
   void xml_declaration() {
+    const std::size_t begin = at_;
     const std::size_t end = source_.find("?>", at_);
     if (end == std::string_view::npos) return error(at_, "the XML declaration does not end with \"?>\"");
-    std::string declaration(source_.substr(at_, end - at_));
-    std::transform(declaration.begin(), declaration.end(), declaration.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
-    if (const auto encoding = declaration.find("encoding"); encoding != std::string::npos) {
-      const auto rest = std::string_view(declaration).substr(encoding);
-      if (rest.find("utf-8") == std::string_view::npos && rest.find("us-ascii") == std::string_view::npos) {
-        return error(at_ + encoding, "only the encoding UTF-8 is read; save the file as UTF-8");
-      }
-    }
+    std::string_view rest = source_.substr(at_ + 5, end - at_ - 5);
     at_ = end + 2;
+    const auto version = pseudo_attribute(rest, "version");
+    const auto encoding = pseudo_attribute(rest, "encoding");
+    const auto standalone = pseudo_attribute(rest, "standalone");
+    if (encoding && !is_readable(*encoding)) {
+      return error(static_cast<std::size_t>(encoding->data() - source_.data()),
+                   "only the encoding UTF-8 is read; save the file as UTF-8");
+    }
+    const bool other = standalone && *standalone != "yes" && *standalone != "no";
+    if (!version || other || std::any_of(rest.begin(), rest.end(), [](char c) { return !is_space(c); }))
+      lenient(begin, "the XML declaration is not of the form <?xml version=\"1.0\" encoding=\"UTF-8\"?>");
+  }
+
+  // Takes ' name="value"' from the front of `rest`, if that is there.
+  static std::optional<std::string_view> pseudo_attribute(std::string_view& rest, std::string_view name) {
+    std::string_view left = rest;
+    const auto skip = [&left] {
+      const std::size_t before = left.size();
+      while (!left.empty() && is_space(left.front())) left.remove_prefix(1);
+      return left.size() < before;
+    };
+    if (!skip() || !left.starts_with(name)) return std::nullopt;
+    left.remove_prefix(name.size());
+    skip();
+    if (!left.starts_with('=')) return std::nullopt;
+    left.remove_prefix(1);
+    skip();
+    if (!left.starts_with('"') && !left.starts_with('\'')) return std::nullopt;
+    const std::size_t length = left.substr(1).find(left.front());
+    if (length == std::string_view::npos) return std::nullopt;
+    const std::string_view value = left.substr(1, length);
+    if (!std::all_of(value.begin(), value.end(), [](char c) { return is(c, kLocalChar); })) return std::nullopt;
+    rest = left.substr(length + 2);
+    return value;
+  }
+
+  static bool is_readable(std::string_view encoding) {
+    std::string lower(encoding);
+    for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
+    return lower == "utf-8" || lower == "us-ascii";
   }
 
   // Skips one thing that may stand outside the root: white space, comment, instruction, DOCTYPE.
@@ -238,8 +281,17 @@ class Scanner {
       return error(at_, "the XML declaration must stand at the very start"), false;
     }
     if (!is_name_start(source_[at_ + 2])) return error(at_, "the processing instruction has no name"), false;
+    std::size_t name_end = at_ + 2;
+    while (is_name_char(source_[name_end])) ++name_end;
+    const std::string_view name = source_.substr(at_ + 2, name_end - at_ - 2);
+    if (name_end != end && !is_space(source_[name_end]))
+      lenient(name_end, "white space is missing behind the name of the processing instruction");
+    if (name.find(':') != std::string_view::npos)
+      lenient(at_, "the name of a processing instruction has no prefix", "xml.namespace");
+    if (name.size() == 3 && (name[0] | 0x20) == 'x' && (name[1] | 0x20) == 'm' && (name[2] | 0x20) == 'l')
+      lenient(at_, "the name \"" + std::string(name) + "\" is reserved");
     at_ = end + 2;
-    return true;
+    return !scan_.error;
   }
 
   // The document type is skipped; what it defines is not defined for us.
@@ -374,13 +426,17 @@ class Scanner {
     if (source_[at_] == '/') {
       if (++at_ >= source_.size() || source_[at_] != '>') return error(at_ - 1, "\"/\" must be followed by \">\"");
       place.open_end = place.close_begin = place.end = static_cast<std::uint32_t>(++at_);
-      prefixes_.resize(prefixes_before);
+      forget_prefixes(prefixes_before);
     } else {
       place.open_end = static_cast<std::uint32_t>(++at_);
       open_.push_back({name, element, prefixes_before});
     }
   }
 
+  [[nodiscard]] std::string_view value_of(const XmlAttributePlace& place) const {
+    if (place.resolved != XmlAttributePlace::kAsWritten) return scan_.resolved[place.resolved];
+    return source_.substr(place.value_begin, place.value_end - place.value_begin);
+  }
   [[nodiscard]] std::string_view name_of(const XmlAttributePlace& place) const {
     return {source_.data() + place.name_begin, place.name_end - place.name_begin};
   }
@@ -406,13 +462,31 @@ class Scanner {
     XmlAttributePlace place{static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(begin + name.size()),
                             static_cast<std::uint32_t>(value_begin), static_cast<std::uint32_t>(at_)};
     if (first_special != at_ && !look_inside(place, name, first_special)) return false;
-    for (std::size_t i = first_attribute; i < scan_.attributes.size(); ++i) {
-      if (name_of(scan_.attributes[i]) == name)
-        return error(begin, "attribute \"" + std::string(name) + "\" stands twice"), false;
+    if (stands_already(name, first_attribute))
+      return error(begin, "attribute \"" + std::string(name) + "\" stands twice"), false;
+    if (scan_.attributes.size() - first_attribute >= kXmlAttributesMax) {
+      return error(begin, "more than " + std::to_string(kXmlAttributesMax) + " attributes of one element",
+                   "xml.too-many"),
+             false;
     }
     scan_.attributes.push_back(place);
     ++at_;
     return true;
+  }
+
+  // Few are compared, many are looked up.
+  bool stands_already(std::string_view name, std::size_t first_attribute) {
+    constexpr std::size_t kFew = 16;
+    const auto before = std::span<const XmlAttributePlace>(scan_.attributes).subspan(first_attribute);
+    if (before.size() < kFew) {
+      return std::any_of(before.begin(), before.end(),
+                         [&](const XmlAttributePlace& place) { return name_of(place) == name; });
+    }
+    if (before.size() == kFew) {
+      names_.clear();
+      for (const XmlAttributePlace& place : before) names_.insert(name_of(place));
+    }
+    return !names_.insert(name).second;
   }
 
   // A value with something that is not as written, or not allowed, from `at` on.
@@ -436,24 +510,66 @@ class Scanner {
     return true;
   }
 
+  // Namespaces in XML 1.0, 3 to 6.
   void check_prefixes(std::size_t begin, std::string_view element, std::size_t first_attribute) {
-    const auto attributes = std::span<const XmlAttributePlace>(scan_.attributes).subspan(first_attribute);
-    for (const XmlAttributePlace& place : attributes) {
-      if (const auto name = name_of(place); name.starts_with("xmlns:")) prefixes_.push_back(name.substr(6));
+    const std::size_t end = scan_.attributes.size();
+    for (std::size_t i = first_attribute; i < end; ++i) {
+      if (name_of(scan_.attributes[i]).starts_with("xmlns:")) declare_prefix(i);
     }
     const auto check = [&](std::string_view name, std::size_t offset) {
       const auto colon = name.find(':');
-      if (colon == std::string_view::npos) return;
+      if (colon == std::string_view::npos) return false;
       const std::string_view prefix = name.substr(0, colon);
-      if (prefix == "xml" || prefix == "xmlns" ||
-          std::find(prefixes_.begin(), prefixes_.end(), prefix) != prefixes_.end())
-        return;
+      const std::string_view local = name.substr(colon + 1);
+      if (prefix.empty() || local.empty() || local.find(':') != std::string_view::npos || !is_name_start(local[0])) {
+        lenient(offset, "\"" + std::string(name) + "\" is no name with a prefix", "xml.namespace");
+        return false;
+      }
+      if (prefix == "xmlns" || prefix == "xml" || bound_.contains(prefix)) return prefix != "xmlns";
       lenient(offset,
               "prefix \"" + std::string(prefix) + "\" is not declared; add xmlns:" + std::string(prefix) + "=\"…\"",
               "xml.namespace");
+      return false;
     };
     check(element, begin + 1);
-    for (const XmlAttributePlace& place : attributes) check(name_of(place), place.name_begin);
+    if (element.starts_with("xmlns:"))
+      lenient(begin + 1, "the prefix \"xmlns\" is for declarations only", "xml.namespace");
+    std::set<std::pair<std::string_view, std::string_view>> expanded;
+    for (std::size_t i = first_attribute; i < end; ++i) {
+      const std::string_view name = name_of(scan_.attributes[i]);
+      if (!check(name, scan_.attributes[i].name_begin)) continue;
+      const auto colon = name.find(':');
+      const std::string_view prefix = name.substr(0, colon);
+      const std::string_view uri =
+          prefix == "xml" ? kXmlUri : value_of(scan_.attributes[prefixes_[bound_[prefix]].attribute]);
+      if (!expanded.emplace(uri, name.substr(colon + 1)).second)
+        lenient(scan_.attributes[i].name_begin,
+                "attribute \"" + std::string(name) + "\" stands twice, under another prefix", "xml.namespace");
+    }
+  }
+
+  void declare_prefix(std::size_t attribute) {
+    const XmlAttributePlace& place = scan_.attributes[attribute];
+    const std::string_view prefix = name_of(place).substr(6);
+    const std::string_view uri = value_of(place);
+    const bool reserved = prefix == "xmlns" || uri == kXmlnsUri || (prefix == "xml") != (uri == kXmlUri);
+    if (reserved || uri.empty())
+      lenient(place.name_begin,
+              "prefix \"" + std::string(prefix) + "\" cannot be declared as \"" + std::string(uri) + "\"",
+              "xml.namespace");
+    const auto [known, added] = bound_.try_emplace(prefix, prefixes_.size());
+    prefixes_.push_back({prefix, attribute, added ? std::nullopt : std::optional(known->second)});
+    known->second = prefixes_.size() - 1;
+  }
+
+  void forget_prefixes(std::size_t size) {
+    for (; prefixes_.size() > size; prefixes_.pop_back()) {
+      const Prefix& last = prefixes_.back();
+      if (last.hidden)
+        bound_[last.name] = *last.hidden;
+      else
+        bound_.erase(last.name);
+    }
   }
 
   void end_tag() {
@@ -472,7 +588,7 @@ class Scanner {
     place.close_begin = static_cast<std::uint32_t>(begin);
     place.end = static_cast<std::uint32_t>(at_);
     place.subtree_end = static_cast<std::uint32_t>(scan_.elements.size());
-    prefixes_.resize(open_.back().prefixes_before);
+    forget_prefixes(open_.back().prefixes_before);
     open_.pop_back();
   }
 
@@ -481,8 +597,10 @@ class Scanner {
   std::size_t at_ = 0;
   XmlScan scan_;
   std::vector<Open> open_;
-  std::vector<std::string_view> prefixes_;
-  bool prefixed_ = false;  ///< A name of the present tag has a colon.
+  std::vector<Prefix> prefixes_;                             ///< Declared where we are, the innermost last.
+  std::unordered_map<std::string_view, std::size_t> bound_;  ///< Of each name, the innermost.
+  std::unordered_set<std::string_view> names_;               ///< Attributes of the present tag, where they are many.
+  bool prefixed_ = false;                                    ///< A name of the present tag has a colon.
 };
 
 }  // namespace
@@ -518,6 +636,8 @@ std::optional<std::pair<std::size_t, std::string>> first_unreadable(std::string_
       const auto second = static_cast<unsigned char>(source[i + 1]);
       valid = !(c == 0xF0 && second < 0x90) && !(c == 0xF4 && second > 0x8F);
     }
+    if (valid && c == 0xEF && source[i + 1] == '\xBF' && static_cast<unsigned char>(source[i + 2]) >= 0xBE)
+      return std::pair{i, std::string("U+FFFE and U+FFFF are no characters of XML")};
     if (!valid) {
       return std::pair{i, std::string("not UTF-8; save the file in that encoding")};
     }

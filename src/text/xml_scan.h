@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -9,6 +10,9 @@
 #include "sentree/text/xml_tree.h"
 
 namespace sentree::text {
+
+/// Attributes of one element; one more is the error xml.too-many.
+inline constexpr std::size_t kXmlAttributesMax = 1000;
 
 struct XmlScan {
   std::vector<XmlElementPlace> elements;  ///< In document order; so are the attributes.

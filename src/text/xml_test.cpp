@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "sentree/text/xml_scan.h"
+
 namespace sentree::text {
 namespace {
 
@@ -192,6 +194,40 @@ TEST(Xml, FindsControlCharactersAndBrokenUtf8AnywhereInAWord) {
     source[6 + at] = '\t';
     EXPECT_TRUE(XmlDocument::parse(source).has_value()) << at;
   }
+}
+
+TEST(XmlDocument, BoundsTheAttributesOfAnElement) {
+  const auto with = [](std::size_t count) {
+    std::string source = "<a";
+    for (std::size_t i = 0; i < count; ++i) source += " a" + std::to_string(i) + "=''";
+    return source;
+  };
+  EXPECT_EQ(refusal(with(kXmlAttributesMax) + "/>"), "accepted");
+  EXPECT_EQ(refusal(with(kXmlAttributesMax) + " b=''/>"), "a.xml:1:7894: more than 1000 attributes of one element");
+  EXPECT_EQ(refusal(with(20) + " a7=''/>"), "a.xml:1:134: attribute \"a7\" stands twice");
+}
+
+TEST(XmlDocument, ChecksPrefixes) {
+  EXPECT_EQ(refusal("<a xmlns:p='u' xmlns:q='u' p:x='' q:x=''/>"),
+            "a.xml:1:35: attribute \"q:x\" stands twice, under another prefix");
+  EXPECT_EQ(refusal("<a xmlns:p='u'><b xmlns:p='v'/><p:c/></a>"), "accepted");
+  EXPECT_EQ(refusal("<a><b xmlns:p='v'/><p:c/></a>"), "a.xml:1:21: prefix \"p\" is not declared; add xmlns:p=\"…\"");
+  EXPECT_EQ(refusal("<a xmlns:p=''/>"), "a.xml:1:4: prefix \"p\" cannot be declared as \"\"");
+  EXPECT_EQ(refusal("<a xmlns:p='u' p:b:c=''/>"), "a.xml:1:16: \"p:b:c\" is no name with a prefix");
+}
+
+TEST(XmlDocument, ChecksDeclarationAndInstructions) {
+  EXPECT_EQ(refusal("<?xml version='1.0' encoding='utf-8' standalone='yes' ?><a/>"), "accepted");
+  EXPECT_EQ(refusal("<?xml version='1.0' encoding='ISO-8859-1'?><a/>"),
+            "a.xml:1:31: only the encoding UTF-8 is read; save the file as UTF-8");
+  const std::string form =
+      "a.xml:1:1: the XML declaration is not of the form <?xml version=\"1.0\" encoding=\"UTF-8\"?>";
+  EXPECT_EQ(refusal("<?xml encoding='utf-8'?><a/>"), form);
+  EXPECT_EQ(refusal("<?xml version='1.0' standalone='maybe'?><a/>"), form);
+  EXPECT_EQ(parse("<?xml encoding='utf-8'?><a/>", {.lenient = true}).warnings().size(), 1U);
+  EXPECT_EQ(refusal("<?go+?><a/>"), "a.xml:1:5: white space is missing behind the name of the processing instruction");
+  EXPECT_EQ(refusal("<?XML x?><a/>"), "a.xml:1:1: the name \"XML\" is reserved");
+  EXPECT_EQ(refusal("<a>\xEF\xBF\xBF</a>"), "a.xml:1:4: U+FFFE and U+FFFF are no characters of XML");
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <sstream>
+#include <unordered_set>
 
 #include "sentree/text/json.h"
 
@@ -16,17 +17,26 @@ namespace sentree::text {
 
 namespace {
 
+// No YAML that people write by hand is larger.
+constexpr std::size_t kBytesMax = std::size_t{4} << 20U;
 constexpr std::size_t kNodesMax = 200'000;
+// Of all scalars together, those of aliases counted each time.
+constexpr std::size_t kTextMax = std::size_t{64} << 20U;
+// Brackets that are open at one place, those in texts counted too. The parser reads on behind many of them before it
+// says anything, so the bound on nesting comes too late.
+constexpr std::size_t kBracketsMax = 10'000;
 
 struct TooDeep {};
-struct TooLarge {};
+struct TooLarge {
+  std::string what;
+};
 struct BadKey {
   SourceSpan span;
   std::string what;
 };
 
-// Builds our nodes from the parser's events: bounds hold before anything is built, and aliases are
-// copied under the same count, so that an alias bomb ends at `kNodesMax`.
+// Builds our nodes from the parser's events: bounds hold before anything is built. Aliases, and what is kept for them,
+// are copied under the same count, so that a bomb of either ends at `kNodesMax`.
 class Builder final : public YAML::EventHandler {
  public:
   explicit Builder(std::string file) : file_(std::move(file)) {}
@@ -39,12 +49,13 @@ class Builder final : public YAML::EventHandler {
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     const auto known = anchors_.find(anchor);
     if (known == anchors_.end()) throw BadKey{span(mark), "an alias cannot stand inside what it names"};
-    count(nodes_in(known->second));
+    count(known->second);
     add(known->second, YAML::NullAnchor);
   }
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
                 const std::string& value) override {
     YamlNode node = make(mark, YamlNode::Kind::kScalar);
+    count_text(value);
     node.scalar = value;
     node.quoted = tag == "!";  // yaml-cpp: "!" for quoted, "?" for plain scalars
     if (!node.quoted && (value == "~" || value == "null")) node.kind = YamlNode::Kind::kNull;
@@ -68,6 +79,7 @@ class Builder final : public YAML::EventHandler {
     YamlNode node;
     YAML::anchor_t anchor;
     std::optional<YamlNode> key;
+    std::unordered_set<std::string> keys;  // where they are many
   };
 
   SourceSpan span(const YAML::Mark& mark) const { return {file_, mark.line + 1, mark.column + 1, 0}; }
@@ -79,17 +91,33 @@ class Builder final : public YAML::EventHandler {
     return node;
   }
   void count(std::size_t nodes) {
-    if ((nodes_ += nodes) > kNodesMax) throw TooLarge{};
+    if ((nodes_ += nodes) > kNodesMax) throw TooLarge{"more than " + std::to_string(kNodesMax) + " nodes"};
   }
-  static std::size_t nodes_in(const YamlNode& node) {
-    std::size_t total = 1;
-    for (const YamlNode& item : node.items) total += nodes_in(item);
-    for (const auto& [key, value] : node.entries) total += nodes_in(key) + nodes_in(value);
-    return total;
+  void count_text(const std::string& text) {
+    if ((text_ += text.size()) > kTextMax) throw TooLarge{"more than " + std::to_string(kTextMax) + " bytes of text"};
+  }
+  void count(const YamlNode& node) {
+    count(1);
+    count_text(node.scalar);
+    for (const YamlNode& item : node.items) count(item);
+    for (const auto& [key, value] : node.entries) {
+      count(key);
+      count(value);
+    }
+  }
+  // Few keys are compared, many are looked up.
+  static bool stands_already(Open& parent, const std::string& key) {
+    constexpr std::size_t kFew = 16;
+    const auto& entries = parent.node.entries;
+    if (entries.size() < kFew) return parent.node.find(key) != nullptr;
+    if (parent.keys.empty()) {
+      for (const auto& [name, value] : entries) parent.keys.insert(name.scalar);
+    }
+    return !parent.keys.insert(key).second;
   }
   void open(YamlNode node, YAML::anchor_t anchor) {
     if (open_.size() >= kNestingMax) throw TooDeep{};
-    open_.push_back({std::move(node), anchor, std::nullopt});
+    open_.push_back({std::move(node), anchor, std::nullopt, {}});
   }
   void close() {
     Open done = std::move(open_.back());
@@ -97,7 +125,10 @@ class Builder final : public YAML::EventHandler {
     add(std::move(done.node), done.anchor);
   }
   void add(YamlNode node, YAML::anchor_t anchor) {
-    if (anchor != YAML::NullAnchor) anchors_[anchor] = node;
+    if (anchor != YAML::NullAnchor) {
+      count(node);
+      anchors_[anchor] = node;
+    }
     if (open_.empty()) {
       root = std::move(node);
       return;
@@ -108,7 +139,7 @@ class Builder final : public YAML::EventHandler {
     } else if (!parent.key) {
       if (node.is_null() && node.scalar.empty()) throw BadKey{node.span, "a key is missing"};
       if (!node.is_scalar() && !node.is_null()) throw BadKey{node.span, "a key must be a plain text"};
-      if (parent.node.find(node.scalar) != nullptr) throw BadKey{node.span, "key \"" + node.scalar + "\" stands twice"};
+      if (stands_already(parent, node.scalar)) throw BadKey{node.span, "key \"" + node.scalar + "\" stands twice"};
       node.kind = YamlNode::Kind::kScalar;
       parent.key = std::move(node);
     } else {
@@ -119,6 +150,7 @@ class Builder final : public YAML::EventHandler {
 
   std::string file_;
   std::size_t nodes_ = 0;
+  std::size_t text_ = 0;
   std::vector<Open> open_;
   std::map<YAML::anchor_t, YamlNode> anchors_;
 };
@@ -185,14 +217,36 @@ Value YamlNode::value() const {
     }
     case Kind::kMapping: {
       Map map;
-      for (const auto& [key, item] : entries) map[key.scalar] = item.value();
+      for (const auto& [key, item] : entries) map.append(key.scalar, item.value());
       return map;
     }
   }
   return {};
 }
 
+namespace {
+
+bool has_too_many_brackets(std::string_view source) {
+  std::size_t open = 0;
+  for (const char c : source) {
+    if (c == '[' || c == '{') {
+      if (++open > kBracketsMax) return true;
+    } else if ((c == ']' || c == '}') && open > 0) {
+      --open;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
 Result<YamlNode> parse_yaml(std::string_view source, std::string file) {
+  if (source.size() > kBytesMax) {
+    return fail("yaml.too-large", "larger than the " + std::to_string(kBytesMax) + " bytes that are read at most",
+                SourceSpan{file});
+  }
+  if (has_too_many_brackets(source))
+    return fail("yaml.too-deep", "nested deeper than " + std::to_string(kNestingMax) + " levels", SourceSpan{file});
   // yaml-cpp throws; keep its message and place.
   Builder builder(file);
   try {
@@ -207,8 +261,8 @@ Result<YamlNode> parse_yaml(std::string_view source, std::string file) {
     return fail("yaml.duplicate-key", bad.what, bad.span);
   } catch (const TooDeep&) {
     return fail("yaml.too-deep", "nested deeper than " + std::to_string(kNestingMax) + " levels", SourceSpan{file});
-  } catch (const TooLarge&) {
-    return fail("yaml.too-large", "more than " + std::to_string(kNodesMax) + " nodes", SourceSpan{file});
+  } catch (const TooLarge& large) {
+    return fail("yaml.too-large", large.what, SourceSpan{file});
   }
   return std::move(builder.root);
 }

@@ -39,6 +39,16 @@ TEST(Yaml, BoundsNestingAndAliases) {
     bomb += "]\n";
   }
   EXPECT_EQ(refusal(bomb), "a.yaml: more than 200000 nodes");
+  // What is kept of nested anchors counts as what is made of them.
+  std::string anchors;
+  for (int i = 0; i < 50; ++i) anchors += "&a" + std::to_string(i) + " [";
+  for (int i = 0; i < 5000; ++i) anchors += "x,";
+  EXPECT_EQ(refusal(anchors + std::string(50, ']')), "a.yaml: more than 200000 nodes");
+  EXPECT_EQ(refusal(std::string(4U << 20U, '[')), "a.yaml: nested deeper than 100 levels");
+  EXPECT_EQ(refusal(std::string((4U << 20U) + 1, ' ')), "a.yaml: larger than the 4194304 bytes that are read at most");
+  std::string texts = "t: &t " + std::string(1U << 20U, 'x') + "\nall: [";
+  for (int i = 0; i < 64; ++i) texts += "*t,";
+  EXPECT_EQ(refusal(texts + "]"), "a.yaml: more than 67108864 bytes of text");
 }
 
 }  // namespace
