@@ -3,11 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
 #include <condition_variable>
+#include <cstring>
 #include <future>
 #include <iterator>
 #include <mutex>
@@ -25,6 +29,7 @@
 #include "sentree/runtime/run.h"
 #include "sentree/runtime/steering.h"
 #include "sentree/runtime/wire_message.h"
+#include "sentree/text/file.h"
 
 namespace sentree::runtime {
 namespace {
@@ -466,6 +471,103 @@ TEST(Processes, AScriptThatDoesNotEndFailsItsLeafAgainAndAgain) {
   (void)run.execute();
   EXPECT_GE(told, 3);
   EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);
+}
+
+// Whoever connects gets garbage, half a frame, nothing at all, or is hung up on.
+class Liar {
+ public:
+  Liar(const std::string& path, unsigned seed) : random_(seed), listener_(::socket(AF_UNIX, SOCK_STREAM, 0)) {
+    sockaddr_un at{};
+    at.sun_family = AF_UNIX;
+    std::memcpy(at.sun_path, path.c_str(), path.size() + 1);
+    EXPECT_EQ(::bind(listener_, reinterpret_cast<const sockaddr*>(&at), sizeof at), 0);
+    EXPECT_EQ(::listen(listener_, 16), 0);
+    thread_ = std::thread([this] { serve(); });
+  }
+  ~Liar() {
+    ::shutdown(listener_, SHUT_RDWR);
+    thread_.join();
+    ::close(listener_);
+    for (const int peer : silent_) ::close(peer);
+  }
+  Liar(const Liar&) = delete;
+  Liar& operator=(const Liar&) = delete;
+
+ private:
+  void serve() {
+    for (int peer = 0; (peer = ::accept(listener_, nullptr, nullptr)) >= 0;) {
+      char asked[4096];
+      std::string answer;
+      switch (random_() % 4) {
+        case 0: silent_.push_back(peer); continue;
+        case 1:  // a reply that breaks off
+          answer = std::string("\x80\x01\0\x02\0\0\0\x04tick", 12);
+          [[fallthrough]];
+        case 2:
+          (void)!::recv(peer, asked, sizeof asked, 0);
+          for (std::size_t i = random_() % 64; i > 0; --i) answer += static_cast<char>(random_());
+          (void)!::send(peer, answer.data(), answer.size(), MSG_NOSIGNAL);
+          break;
+        default: break;
+      }
+      ::close(peer);
+    }
+  }
+
+  std::mt19937 random_;
+  const int listener_;
+  std::vector<int> silent_;  // of the thread, until it has ended
+  std::thread thread_;
+};
+
+TEST(RemoteSkills, ThatLieReachNobodyOnceTheRunIsOver) {
+  const unsigned seed = std::random_device()();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  const TemporaryFolder folder{"liar"};
+  const auto file = [&](const char* name) { return (folder.path() / name).string(); };
+  ASSERT_TRUE(text::write_file(file("mission.xml"), R"(<root BTCPP_format="4"><BehaviorTree ID="M">
+      <Parallel success_count="-1"><Action ID="A"/><Action ID="B"/><Action ID="C"/></Parallel></BehaviorTree></root>)"));
+  ASSERT_TRUE(text::write_file(file("sentree.yaml"),
+                               "mission: {file: mission.xml, rate: 200 Hz, repeat: true}\nskills:\n"
+                               "  A: {at: \"unix:" +
+                                   file("liar.sock") +
+                                   "\"}\n"
+                                   "  B: {at: \"unix:" +
+                                   file("liar.sock") +
+                                   "\"}\n"
+                                   "  C: {at: \"unix:" +
+                                   file("nobody.sock") + "\"}\n"));
+  const Liar liar(file("liar.sock"), seed);
+  auto loaded = project::load_project(folder.path().string());
+  ASSERT_TRUE(loaded.ok());
+  project::Scenario scenario = project::plain_scenario(std::move(*loaded.value));
+  scenario.virtual_time = false;
+  scenario.duration = milliseconds(30);
+  // Some calls are in flight when the run is over.
+  scenario.project.deadlines.unresponsive = seconds(2);
+  scenario.project.deadlines.halt = milliseconds(5);
+  auto plan = project::prepare(std::move(scenario));
+  for (const Diagnostic& diagnostic : plan.diagnostics) ADD_FAILURE() << to_string(diagnostic);
+  ASSERT_TRUE(plan.ok());
+  std::size_t problems = 0;
+  for (int i = 0; i < 40; ++i) {
+    const auto over = std::make_shared<std::atomic<bool>>(false);
+    const auto late = std::make_shared<std::atomic<int>>(0);
+    RunOptions options;
+    options.on_problem = [over, late](const std::string&) {
+      if (*over) ++*late;
+    };
+    {
+      runtime::Run run(*plan.value, std::move(options));
+      const RunReport report = run.execute();
+      *over = true;
+      EXPECT_EQ(report.error, "");
+      EXPECT_THAT(report.problems, Each(Not(HasSubstr("has been closed"))));
+      problems += report.problems.size();
+    }
+    EXPECT_EQ(*late, 0) << "run " << i;
+  }
+  EXPECT_GT(problems, 0U);
 }
 
 }  // namespace

@@ -24,10 +24,7 @@ class AsyncClient::Impl {
       : interface_(std::move(interface)),
         seam_(named(std::move(options), *interface_)),
         line_(address, seam_.options().target, seam_.options(), std::move(tls)) {}
-  ~Impl() {
-    close();
-    if (thread_.joinable()) thread_.join();
-  }
+  ~Impl() { end(); }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
@@ -87,6 +84,12 @@ class AsyncClient::Impl {
     if (std::exchange(closed_, true)) return;
     line_.interrupt(true);
     wake();
+  }
+
+  void end() {
+    close();
+    const std::lock_guard lock(join_mutex_);
+    if (thread_.joinable()) thread_.join();
   }
 
   ClientCounters counters() const {
@@ -222,6 +225,7 @@ class AsyncClient::Impl {
   std::deque<Job> waiting_;
   Alarm alarm_;  // wakes the thread
   Deadline rings_at_ = kNoDeadline;
+  std::mutex join_mutex_;
   std::thread thread_;
 };
 
@@ -250,6 +254,7 @@ void AsyncClient::call(std::string_view method, Value arguments, const CallConte
 }
 
 void AsyncClient::close() { impl_->close(); }
+void AsyncClient::end() { impl_->end(); }
 ClientCounters AsyncClient::counters() const { return impl_->counters(); }
 
 }  // namespace sentree::rpc

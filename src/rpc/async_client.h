@@ -39,6 +39,9 @@ class AsyncClient {
 
   /// Fails all calls, now and later, as kUnreachable. Idempotent.
   void close();
+  /// The same, and waits: once it returns, no `done` is in progress, and none is called for what was asked before.
+  /// Not from a `done`.
+  void end();
 
   [[nodiscard]] ClientCounters counters() const;
 

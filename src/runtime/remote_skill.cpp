@@ -32,7 +32,7 @@ Result<idl::ServicePtr> shipped_interface(const std::string& file, std::string_v
   return idl::find_service(*schema.value, service);
 }
 
-class RemoteSkill final : public LeafDriver {
+class RemoteSkill final : public RemoteLeafDriver {
  public:
   RemoteSkill(std::unique_ptr<rpc::AsyncClient> client, RemoteSkillOptions options, RemoteSkillReplies replies)
       : options_(std::move(options)), replies_(std::move(replies)), client_(std::move(client)) {}
@@ -45,6 +45,7 @@ class RemoteSkill final : public LeafDriver {
                         {"inputs", to_json(Value(inputs))}};
     client_->call("tick", Map{{"tick", std::move(request)}}, context(options_.tick_deadline),
                   [this, tick](const rpc::Outcome& reply) {
+                    if (closed_) return;
                     if (!reply) {
                       replies_.problem(options_.leaf + ": " + reply.error().message);
                       replies_.answered(tick, bt::Status::kFailure, {{"reason", reply.error().message}});
@@ -63,6 +64,12 @@ class RemoteSkill final : public LeafDriver {
     client_->call("cancel", arguments(), context(options_.tick_deadline), [](const rpc::Outcome&) {});
   }
 
+  // What is in flight fails now, and that is nobody's problem.
+  void close() override {
+    closed_ = true;
+    client_->end();
+  }
+
  private:
   static rpc::CallContext context(Duration deadline) {
     return {.source = {}, .call = 0, .deadline = std::chrono::steady_clock::now() + deadline};
@@ -75,20 +82,23 @@ class RemoteSkill final : public LeafDriver {
   void ask_halt(const Value& args, rpc::Deadline until) {
     client_->call("halt", args, {.source = {}, .call = 0, .deadline = until},
                   [this, args, until](const rpc::Outcome& reply) {
+                    if (closed_) return;
                     const Value* halted = reply ? reply->find("halted") : nullptr;
                     if (!reply) replies_.problem(options_.leaf + ": halt: " + reply.error().message);
                     if (!reply || (halted != nullptr && halted->as_bool() != nullptr && *halted->as_bool()))
                       return replies_.halted();
                     if (std::chrono::steady_clock::now() < until) return ask_halt(args, until);
                     replies_.problem(options_.leaf + " did not halt in time and was cancelled");
-                    client_->call("cancel", args, context(options_.tick_deadline),
-                                  [this](const rpc::Outcome&) { replies_.halted(); });
+                    client_->call("cancel", args, context(options_.tick_deadline), [this](const rpc::Outcome&) {
+                      if (!closed_) replies_.halted();
+                    });
                   });
   }
 
   const RemoteSkillOptions options_;
   const RemoteSkillReplies replies_;
-  std::uint64_t run_ = 0;                           // of the mission's actor
+  std::uint64_t run_ = 0;  // of the mission's actor
+  std::atomic<bool> closed_ = false;
   const std::unique_ptr<rpc::AsyncClient> client_;  // last: its thread uses the others
 };
 
@@ -99,10 +109,8 @@ constexpr std::chrono::seconds kGatePatience{5};
 
 Value to_verdict(const Admission& admission) {
   const bool accept = !admission.veto;
-  return Map{{"accept", accept},
-             {"reason", accept ? "" : admission.veto->reason},
-             {"stamp", 0},
-             {"by", accept ? "" : admission.veto->by}};
+  return Map{
+      {"accept", accept}, {"reason", accept ? "" : admission.veto->reason}, {"by", accept ? "" : admission.veto->by}};
 }
 
 class RemotePublisher final : public Publisher {
@@ -279,7 +287,7 @@ class SkillService final : public rpc::Service {
         given_up = leaf.given_up;
       }
       if (!reply) return;
-      Value answer = Map{{"status", to_string(status)}, {"outputs", to_json(Value(outputs))}, {"stamp", 0}};
+      Value answer = Map{{"status", to_string(status)}, {"outputs", to_json(Value(outputs))}};
       // The thread that hangs in the skill may be the one that reads the connection.
       if (given_up)
         reply->give_last(std::move(answer));
@@ -348,7 +356,7 @@ class SkillService final : public rpc::Service {
     if (!asked_already) leaf.actor->halt();
     lock.lock();
     leaf.changed.wait_for(lock, std::chrono::milliseconds(100), [&] { return leaf.halts_done == leaf.halts_asked; });
-    return Value(Map{{"halted", leaf.halts_done == leaf.halts_asked}, {"stamp", 0}});
+    return Value(Map{{"halted", leaf.halts_done == leaf.halts_asked}});
   }
 
   const project::SkillPlan& plan_;
@@ -367,13 +375,13 @@ class SkillService final : public rpc::Service {
 Result<idl::ServicePtr> skill_interface() { return shipped_interface("skill.thrift", "Skill"); }
 Result<idl::ServicePtr> observer_interface() { return shipped_interface("observer.thrift", "Observer"); }
 
-Result<std::unique_ptr<LeafDriver>> make_remote_skill(RemoteSkillOptions options, RemoteSkillReplies replies) {
+Result<std::unique_ptr<RemoteLeafDriver>> make_remote_skill(RemoteSkillOptions options, RemoteSkillReplies replies) {
   rpc::ClientOptions client_options;
   client_options.target = options.leaf;
   client_options.tls = environment_tls();
   auto client = rpc::AsyncClient::remote(options.address, options.interface, std::move(client_options));
   if (!client) return tl::unexpected(client.error());
-  return std::unique_ptr<LeafDriver>(
+  return std::unique_ptr<RemoteLeafDriver>(
       std::make_unique<RemoteSkill>(std::move(*client), std::move(options), std::move(replies)));
 }
 

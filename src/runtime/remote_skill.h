@@ -30,8 +30,14 @@ struct RemoteSkillReplies {
   std::function<void()> halted;
   std::function<void(const std::string&)> problem;
 };
-[[nodiscard]] Result<std::unique_ptr<LeafDriver>> make_remote_skill(RemoteSkillOptions options,
-                                                                    RemoteSkillReplies replies);
+/// Its answers come from a thread of its own.
+class RemoteLeafDriver : public LeafDriver {
+ public:
+  /// Once this returns, nobody is answered any more. When the mission's actor has stopped.
+  virtual void close() = 0;
+};
+[[nodiscard]] Result<std::unique_ptr<RemoteLeafDriver>> make_remote_skill(RemoteSkillOptions options,
+                                                                          RemoteSkillReplies replies);
 
 /// Lets other processes publish into the run's stream: serves interfaces/observer.thrift.
 [[nodiscard]] std::shared_ptr<rpc::Service> make_observer_service(idl::ServicePtr interface, Publisher& publisher);

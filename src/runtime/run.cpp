@@ -80,6 +80,8 @@ class Run::Impl final : public RunView, private RunInside {
       sim_ = std::make_unique<SimHost>(plan.world, scenario_.seed, *scheduler_);
   }
 
+  ~Impl() override { end_callers(); }
+
   RunReport execute() {
     RunReport report;
     report.scenario = scenario_.name;
@@ -135,6 +137,7 @@ class Run::Impl final : public RunView, private RunInside {
     take_decisions();  // those that no actor took any more
     stream_.flush();
     if (supervisor_) supervisor_->end(kEndPatience);
+    end_callers();
 
     report.error = error.value_or("");
     report.mission = mission_->status();
@@ -403,7 +406,10 @@ class Run::Impl final : public RunView, private RunInside {
     skills_.assign(plan_.leaves.size(), nullptr);
     for (std::size_t i = 0; i < plan_.leaves.size(); ++i) {
       auto driver = plan_.leaves[i].at.empty() ? make_local(i) : make_remote(i);
-      if (!driver) return driver.error().message;
+      if (!driver) {
+        remote_.clear();  // those go now
+        return driver.error().message;
+      }
       drivers.push_back(std::move(*driver));
     }
     const MissionOptions options{
@@ -499,13 +505,16 @@ class Run::Impl final : public RunView, private RunInside {
     };
     replies.problem = [this](const std::string& what) { problem(what); };
     const project::Deadlines& deadlines = scenario_.project.deadlines;
-    return make_remote_skill({.leaf = leaf.name,
-                              .condition = leaf.condition,
-                              .address = *address,
-                              .interface = *interface,
-                              .tick_deadline = leaf.condition ? deadlines.condition : deadlines.unresponsive,
-                              .halt_deadline = deadlines.halt},
-                             std::move(replies));
+    auto driver = make_remote_skill({.leaf = leaf.name,
+                                     .condition = leaf.condition,
+                                     .address = *address,
+                                     .interface = *interface,
+                                     .tick_deadline = leaf.condition ? deadlines.condition : deadlines.unresponsive,
+                                     .halt_deadline = deadlines.halt},
+                                    std::move(replies));
+    if (!driver) return tl::unexpected(driver.error());
+    remote_.push_back(driver->get());
+    return std::unique_ptr<LeafDriver>(std::move(*driver));
   }
 
   Duration stretched(Duration wall) const {
@@ -581,6 +590,19 @@ class Run::Impl final : public RunView, private RunInside {
       problem("no control socket: " + to_string(server.error()));
   }
 
+  // Ends, and waits for, the threads that call into this and that are not the scheduler's: before what they call goes,
+  // and before whoever executes the run is told that it is over.
+  void end_callers() {
+    control_server_.reset();
+    observer_servers_.clear();
+    supervisor_.reset();
+    if (inbox_) inbox_->close();
+    // A thread that was left behind in a script may be one of these, and is not waited for.
+    if (left_behind_) return;
+    observers_.clear();
+    for (RemoteLeafDriver* driver : remote_) driver->close();
+  }
+
   void on_decision(const MonitorReport& report) {
     if (options_.on_decision) options_.on_decision(report);
     if (scenario_.stop_when_violated && report.verdict == monitor::Verdict::kViolated) mission_->stop();
@@ -625,7 +647,8 @@ class Run::Impl final : public RunView, private RunInside {
   std::vector<std::unique_ptr<rpc::Server>> observer_servers_;
   Tap tap_;
   std::unique_ptr<rpc::Server> control_server_;
-  std::vector<SkillActor*> skills_;  // by leaf; null: it runs elsewhere
+  std::vector<SkillActor*> skills_;        // by leaf; null: it runs elsewhere
+  std::vector<RemoteLeafDriver*> remote_;  // of the leaves whose skills do
   std::unique_ptr<Mission> mission_;
   std::atomic<Mission*> ready_ = nullptr;  // the mission, once it can be interrupted
   std::mutex problems_mutex_;
