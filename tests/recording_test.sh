@@ -139,4 +139,33 @@ expect 3 'no temporary folder' env TMPDIR=/nowhere "$sentree" replay failure.mca
 expect 4 'no folder for its sockets' env TMPDIR=/nowhere "$sentree" run "$project" --processes --no-record
 expect 3 'not a recording' "$sentree" replay "$project/mission.xml"
 
+# A recording keeps the project's plug-ins, whose code nobody loads who was not told to; mark.so leaves a file where it is loaded.
+mkdir coded && cp "$(dirname "$sentree")/../tests/plugins/libmarks_plugin.so" coded/mark.so
+echo '<root BTCPP_format="4"><BehaviorTree ID="M"><Mark/></BehaviorTree></root>' >coded/mission.xml
+printf 'mission: {file: mission.xml}\nplugins: [mark.so]\n' >coded/sentree.yaml
+expect 0 'mission SUCCESS' "$sentree" run coded --clock virtual --record coded.mcap
+hash=$(sha256sum coded/mark.so | cut -d' ' -f1)
+export SENTREE_TEST_MARK=$work/marked
+for command in report replay 'monitor check' studio 'export --to btlog' 'export --to fbl'; do
+  # shellcheck disable=SC2086
+  expect 3 "plug-in mark\.so \(SHA-256 $hash\) comes with the recording, .*--allow-plugins" "$sentree" $command coded.mcap
+done
+for command in info 'export --to csv' 'export --to scenario'; do
+  # shellcheck disable=SC2086
+  "$sentree" $command coded.mcap >/dev/null || fail "$command needs the plug-ins of a recording"
+done
+[[ ! -e marked ]] || fail "code of a recording has run"
+for command in report replay 'monitor check' 'export --to btlog'; do
+  rm -f marked
+  # shellcheck disable=SC2086
+  expect 0 "note: plug-in mark\.so \(SHA-256 $hash\) of the recording is loaded" "$sentree" $command coded.mcap --allow-plugins
+  [[ -e marked ]] || fail "$command --allow-plugins did not load the plug-in"
+done
+rm -f marked
+expect 0 'behaves as recorded' "$sentree" replay coded.mcap --project coded
+[[ -e marked ]] || fail "a project that the user names does not load its plug-ins"
+unset SENTREE_TEST_MARK
+mkfifo pipe.mcap
+expect 3 'not a regular file' timeout 20 "$sentree" info pipe.mcap
+
 if [[ $failures -gt 0 ]]; then echo "$failures failed" && exit 1; fi

@@ -168,12 +168,12 @@ std::int64_t epoch_us(const std::string& time) {
 }
 
 // The logs of Groot: the recorded tree, and every change of a node's status.
-Result<void> to_groot(replay::RecordedRun& run, bool groot2, Output& output) {
-  auto scenario = run.scenario();
+Result<void> to_groot(replay::RecordedRun& run, bool allow_plugins, bool groot2, Output& output) {
+  auto scenario = run.scenario(allow_plugins);
   if (scenario.ok()) scenario.value->virtual_time = false;  // parts in other processes are of no interest here
   const auto plan = scenario.ok() ? project::prepare(std::move(*scenario.value)) : Loaded<project::Plan>();
+  say(scenario.diagnostics);
   if (!plan.ok()) {
-    say(scenario.diagnostics);
     say(plan.diagnostics);
     return fail("record.no-project", "the recording's tree cannot be loaded", SourceSpan{run.path()});
   }
@@ -219,8 +219,8 @@ int export_recording(const ExportCommand& command) {
   const auto exported = command.format == "csv"        ? to_csv(*run, output)
                         : command.format == "ndjson"   ? to_ndjson(*run, output)
                         : command.format == "scenario" ? to_scenario(*run, output)
-                        : command.format == "btlog"    ? to_groot(*run, true, output)
-                        : command.format == "fbl"      ? to_groot(*run, false, output)
+                        : command.format == "btlog"    ? to_groot(*run, command.allow_plugins, true, output)
+                        : command.format == "fbl"      ? to_groot(*run, command.allow_plugins, false, output)
                                                        : to_trace(*run, output);
   say(run->reader().problems());
   if (!exported) {

@@ -42,9 +42,11 @@ int monitor_check(const MonitorCheckCommand& command) {
     return kInvalidInput;
   }
   // The project tells the types of what was recorded, and has monitors of its own.
-  auto scenario = command.project.empty() ? recorded->scenario() : recorded->scenario_in(command.project);
+  auto scenario =
+      command.project.empty() ? recorded->scenario(command.allow_plugins) : recorded->scenario_in(command.project);
   std::optional<project::Plan> plan;
   if (scenario.ok()) {
+    say(scenario.diagnostics);
     scenario.value->virtual_time = false;
     auto prepared = project::prepare(std::move(*scenario.value));
     if (!prepared.ok()) say(prepared.diagnostics);

@@ -80,11 +80,10 @@ int replay(const ReplayCommand& command) {
     say(to_string(recorded.error()));
     return kInvalidInput;
   }
-  auto scenario = command.project.empty() ? recorded->scenario() : recorded->scenario_in(command.project);
-  if (!scenario.ok()) {
-    say(scenario.diagnostics);
-    return kInvalidInput;
-  }
+  auto scenario =
+      command.project.empty() ? recorded->scenario(command.allow_plugins) : recorded->scenario_in(command.project);
+  say(scenario.diagnostics);
+  if (!scenario.ok()) return kInvalidInput;
   scenario.value->virtual_time = false;  // parts in other processes are replayed in this one
   auto plan = project::prepare(std::move(*scenario.value));
   say(plan.diagnostics);

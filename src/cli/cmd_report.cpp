@@ -258,11 +258,9 @@ int report(const ReportCommand& command) {
     say(to_string(run.error()));
     return kInvalidInput;
   }
-  auto scenario = run->scenario();
-  if (!scenario.ok()) {
-    say(scenario.diagnostics);
-    return kInvalidInput;
-  }
+  auto scenario = run->scenario(command.allow_plugins);
+  say(scenario.diagnostics);
+  if (!scenario.ok()) return kInvalidInput;
   scenario.value->virtual_time = false;
   const auto plan = project::prepare(std::move(*scenario.value));
   if (!plan.ok()) {

@@ -21,7 +21,7 @@ int studio(const StudioCommand& command) {
   if (!where) return kUsage;
   Diagnostics diagnostics;
   auto page = start_page(*where, command.at.empty(), [&](const sentree::studio::ServerOptions& there) {
-    return sentree::studio::Recorded::open(command.recording, there, diagnostics);
+    return sentree::studio::Recorded::open(command.recording, command.allow_plugins, there, diagnostics);
   });
   say(diagnostics);
   if (!page) {

@@ -45,6 +45,7 @@ struct StudioCommand {
   std::string at;                     ///< Where the page is served, [HOST:]PORT; empty: the usual place.
   bool insecure = false;
   bool open = false;
+  bool allow_plugins = false;
 };
 int studio(const StudioCommand& command);
 /// Its `--attach`.
@@ -58,6 +59,7 @@ int info(const InfoCommand& command);
 
 struct ExportCommand {
   std::string file;
+  bool allow_plugins = false;
   std::string format;  ///< csv, ndjson, scenario, perfetto, btlog or fbl.
   std::string output;  ///< Empty: standard output.
 };
@@ -65,12 +67,14 @@ int export_recording(const ExportCommand& command);
 
 struct ReportCommand {
   std::string file;
+  bool allow_plugins = false;
   std::string output;  ///< Empty: standard output.
 };
 int report(const ReportCommand& command);
 
 struct ReplayCommand {
   std::string file;
+  bool allow_plugins = false;
   std::string project;  ///< Empty: the recorded one.
   bool go_on = false;
   std::string at;    ///< Print the state at this moment; empty: replay.
@@ -82,6 +86,7 @@ int replay(const ReplayCommand& command);
 
 struct MonitorCheckCommand {
   std::string file;
+  bool allow_plugins = false;
   std::string project;                    ///< Whose monitors, if none are given; empty: the recorded one's.
   std::vector<std::string> monitors;      ///< Charts.
   std::vector<std::string> violated;      ///< States of them whose entry is a violation.

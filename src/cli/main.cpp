@@ -58,6 +58,11 @@ void add_run(CLI::App& app, RunCommand& command) {
   sub->add_flag("--no-record", command.no_record, "Record nothing")->excludes(record);
 }
 
+void add_allow_plugins(CLI::App& sub, bool& allowed) {
+  sub.add_flag("--allow-plugins", allowed,
+               "Load the plug-ins that this recording brings: their code runs with your rights");
+}
+
 void add_studio(CLI::App& app, StudioCommand& command) {
   auto* sub = app.add_subcommand("studio", "Show a recording, or a run that goes on, in a web page");
   sub->footer(
@@ -81,6 +86,7 @@ void add_studio(CLI::App& app, StudioCommand& command) {
       ->excludes(recording);
   sub->add_option("--at", command.at, "PORT or HOST:PORT; default: http://127.0.0.1:4711 or the next free port");
   sub->add_flag("--insecure", command.insecure, "Let other machines look, without TLS");
+  add_allow_plugins(*sub, command.allow_plugins);
   sub->add_flag("--open", command.open, "Open the page in a browser");
 }
 
@@ -108,6 +114,7 @@ void add_export(CLI::App& app, ExportCommand& command) {
       ->required()
       ->check(CLI::IsMember({"csv", "ndjson", "scenario", "perfetto", "btlog", "fbl"}));
   sub->add_option("--output,-o", command.output, "Default: standard output");
+  add_allow_plugins(*sub, command.allow_plugins);
 }
 
 void add_report(CLI::App& app, ReportCommand& command) {
@@ -116,6 +123,7 @@ void add_report(CLI::App& app, ReportCommand& command) {
   sub->footer("Example:\n  sentree report RUN.mcap -o report.html");
   sub->add_option("recording", command.file, "MCAP file of sentree run")->required();
   sub->add_option("--output,-o", command.output, "Default: standard output");
+  add_allow_plugins(*sub, command.allow_plugins);
 }
 
 void add_replay(CLI::App& app, ReplayCommand& command) {
@@ -140,6 +148,7 @@ void add_replay(CLI::App& app, ReplayCommand& command) {
       ->excludes(from);
   sub->add_flag("--verbose,-v", command.verbose, "Print every observation");
   sub->add_flag("--json", command.json, "Print what differs as JSON");
+  add_allow_plugins(*sub, command.allow_plugins);
 }
 
 void add_test(CLI::App& app, TestCommand& command) {
@@ -374,6 +383,7 @@ CLI::App* add_monitor(CLI::App& app, MonitorServeCommand& command, MonitorCheckC
   on->add_option("--req", check.requirements, "Requirement files, instead of a project's monitors");
   on->add_option("--violated", check.violated, "States of the charts whose entry is a violation");
   on->add_flag("--json", check.json, "Print verdicts and witnesses as JSON");
+  add_allow_plugins(*on, check.allow_plugins);
   sub->add_flag("--insecure", command.insecure, "Allow other machines to connect without TLS");
   return synth;
 }

@@ -407,7 +407,10 @@ Loaded<sim::World> load_project_world(const Project& project) {
 bool load_plugins(const Project& project, bt::Registry& registry, Diagnostics& diagnostics) {
   bool all = true;
   for (const FileRef& plugin : project.plugins) {
-    auto loaded = registry.plugin(project.folder / plugin.path);
+    const path file = project.folder / plugin.path;
+    // For the recording of a run, which keeps what its project consists of.
+    (void)text::read_file(file);
+    auto loaded = registry.plugin(file);
     if (loaded) continue;
     all = false;
     loaded.error().span = plugin.span;

@@ -1,7 +1,10 @@
 #include "sentree/replay/recorded_run.h"
 
+#include <fmt/ranges.h>
+#include <openssl/sha.h>
 #include <unistd.h>
 
+#include <array>
 #include <charconv>
 
 #include "sentree/base/json.h"
@@ -174,14 +177,42 @@ Loaded<project::Scenario> load_either(const fs::path& file, bool plain) {
 
 }  // namespace
 
-Loaded<project::Scenario> RecordedRun::scenario() {
+namespace {
+
+std::string sha256(std::string_view bytes) {
+  std::array<unsigned char, SHA256_DIGEST_LENGTH> digest{};
+  SHA256(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), digest.data());
+  return fmt::format("{:02x}", fmt::join(digest, ""));
+}
+
+// What the user has to know of a plug-in to decide whether it may run.
+Diagnostic told(const project::FileRef& plugin, const fs::path& file, bool allowed) {
+  const auto content = text::read_file(file);
+  const std::string what =
+      plugin.path + (content ? " (SHA-256 " + sha256(*content) + ")" : " (" + content.error().message + ")");
+  if (allowed) {
+    return {Severity::kNote, "record.plugin",
+            "plug-in " + what + " of the recording is loaded, as --allow-plugins says", plugin.span};
+  }
+  return {Severity::kError, "record.plugin",
+          "plug-in " + what +
+              " comes with the recording, and its code would run with your rights; --allow-plugins loads it",
+          plugin.span};
+}
+
+}  // namespace
+
+Loaded<project::Scenario> RecordedRun::scenario(bool allow_plugins) {
   const auto file = extract();
   if (!file) return {.value = std::nullopt, .diagnostics = {file.error()}};
   auto loaded = load_either(*file, fact("source") == fact("project"));
-  if (loaded.value) {
-    loaded.value->name = fact("scenario");
-    apply_facts(*loaded.value);
-  }
+  if (!loaded.value) return loaded;
+  loaded.value->name = fact("scenario");
+  apply_facts(*loaded.value);
+  const project::Project& project = loaded.value->project;
+  for (const project::FileRef& plugin : project.plugins)
+    loaded.diagnostics.push_back(told(plugin, project.folder / plugin.path, allow_plugins));
+  if (!allow_plugins && !project.plugins.empty()) loaded.value.reset();
   return loaded;
 }
 
@@ -216,7 +247,8 @@ void restore_numbers(const project::Plan& plan, Message& message) {
 }
 
 Result<std::string> recorded_scenario_text(RecordedRun& run, const std::string& project) {
-  auto scenario = run.scenario();
+  // Nothing of it is loaded.
+  auto scenario = run.scenario(true);
   if (!scenario.value) return tl::unexpected(scenario.diagnostics.front());
   std::vector<project::Injection> done;
   project::RunOutcome outcome;

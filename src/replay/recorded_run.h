@@ -48,9 +48,10 @@ class RecordedRun {
   /// Writes the recorded project below a private folder, which goes when this goes, and returns the scenario or project
   /// file there. Names that would lead out of it are refused. Errors: record.no-project, record.bad-name, file.*.
   [[nodiscard]] Result<std::filesystem::path> extract();
-  /// The recorded scenario as it ran: with its seed, clock and limits. Codes: those of `extract` and of
-  /// `load_scenario`.
-  [[nodiscard]] Loaded<project::Scenario> scenario();
+  /// The recorded scenario as it ran: with its seed, clock and limits. Nobody vouches for the code of a recording: one
+  /// whose project names plug-ins is refused, or with `allow_plugins` given with a note for each; both tell the hash.
+  /// Codes: those of `extract` and of `load_scenario`; record.plugin.
+  [[nodiscard]] Loaded<project::Scenario> scenario(bool allow_plugins = false);
   /// The scenario of that name in another project, or the plain project if the recorded one was plain.
   [[nodiscard]] Loaded<project::Scenario> scenario_in(const std::string& project);
 

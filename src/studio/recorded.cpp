@@ -23,11 +23,11 @@ struct Recorded::Impl {
 Recorded::Recorded(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Recorded::~Recorded() = default;
 
-Result<std::unique_ptr<Recorded>> Recorded::open(const std::string& path, ServerOptions options,
+Result<std::unique_ptr<Recorded>> Recorded::open(const std::string& path, bool allow_plugins, ServerOptions options,
                                                  Diagnostics& diagnostics) {
   auto run = replay::RecordedRun::open(path);
   if (!run) return tl::unexpected(run.error());
-  auto scenario = run->scenario();
+  auto scenario = run->scenario(allow_plugins);
   diagnostics = scenario.diagnostics;
   if (!scenario.ok()) return fail("record.no-project", "the recorded project cannot be loaded", SourceSpan{path});
   auto plan = project::prepare(std::move(*scenario.value));

@@ -12,9 +12,9 @@ namespace sentree::studio {
 class Recorded {
  public:
   /// Reads the recording once, which is over when this returns. Errors: those of `RecordedRun` and `Server::start`;
-  /// what is wrong with the recorded project is in `diagnostics`.
-  [[nodiscard]] static Result<std::unique_ptr<Recorded>> open(const std::string& path, ServerOptions options,
-                                                              Diagnostics& diagnostics);
+  /// what is wrong with the recorded project is in `diagnostics`. `allow_plugins`: as for `RecordedRun::scenario`.
+  [[nodiscard]] static Result<std::unique_ptr<Recorded>> open(const std::string& path, bool allow_plugins,
+                                                              ServerOptions options, Diagnostics& diagnostics);
   ~Recorded();
   Recorded(const Recorded&) = delete;
   Recorded& operator=(const Recorded&) = delete;
