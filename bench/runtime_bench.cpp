@@ -97,9 +97,9 @@ double paced(const project::Plan& plan, const std::vector<Message>& messages, bo
     if (++bursts == kBursts)
       scheduler->stop();
     else
-      scheduler->at(publisher, TimePoint(kBurstPeriod * bursts), Rank::kTick, burst);
+      scheduler->at(publisher, TimePoint(kBurstPeriod * bursts), mission::Rank::kTick, burst);
   };
-  scheduler->at(publisher, TimePoint{}, Rank::kTick, burst);
+  scheduler->at(publisher, TimePoint{}, mission::Rank::kTick, burst);
   const double begin = process_cpu_s();
   (void)scheduler->run();
   monitors.finish(scheduler->now());

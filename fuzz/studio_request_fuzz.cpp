@@ -79,13 +79,13 @@ class IdleSteering final : public runtime::Steering {
     if (what.stands()) standing_.push_back({applied.id, what, 0});
     return applied;
   }
-  std::vector<runtime::StandingIntervention> standing() const override { return standing_; }
+  std::vector<mission::StandingIntervention> standing() const override { return standing_; }
   std::vector<project::SteeredPart> parts() const override { return {}; }
   Result<std::string> scenario() const override { return sentree::fail("steering.ended", "nothing is written here"); }
 
  private:
   const project::InterventionScope scope_;
-  std::vector<runtime::StandingIntervention> standing_;
+  std::vector<mission::StandingIntervention> standing_;
 };
 
 // A page that reads at once.

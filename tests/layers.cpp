@@ -149,14 +149,16 @@ const std::vector<LibraryRule>& library_rules() {
       {"sim", {"base", "text"}},
       {"record", {"base", "text", "idl"}},
       {"project", {"base", "text", "idl", "bt", "scxml", "monitor", "rpc", "sim"}},
-      {"runtime", {"base", "text", "idl", "bt", "scxml", "monitor", "rpc", "sim", "project"}},
-      {"replay", {"base", "text", "idl", "bt", "scxml", "monitor", "rpc", "sim", "record", "project", "runtime"}},
+      {"mission", {"base", "text", "idl", "bt", "scxml", "monitor", "sim", "project"}},
+      {"runtime", {"base", "text", "idl", "bt", "scxml", "monitor", "rpc", "sim", "project", "mission"}},
+      {"replay",
+       {"base", "text", "idl", "bt", "scxml", "monitor", "rpc", "sim", "record", "project", "mission", "runtime"}},
       {"studio",
        {"base", "text", "idl", "draw", "bt", "scxml", "graph", "monitor", "http", "rpc", "sim", "record", "project",
-        "runtime", "replay"}},
+        "mission", "runtime", "replay"}},
       {"cli",
        {"base", "text", "idl", "draw", "bt", "exec", "scxml", "graph", "monitor", "http", "rpc", "sim", "record",
-        "project", "runtime", "replay", "studio"}},
+        "project", "mission", "runtime", "replay", "studio"}},
   };
   return kRules;
 }

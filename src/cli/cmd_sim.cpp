@@ -151,7 +151,7 @@ int watch(runtime::SimServer& server, const sim::World& world, Tour tour, const 
   if (live) print("\x1b[?1049h\x1b[?25l");  // another screen, no cursor
   const Tour::Call call = [&](const std::string& robot, const std::string& method,
                               const Map& arguments) -> Result<Value> {
-    runtime::CallOutcome outcome = server.host().call("Navigation", method, arguments, robot);
+    mission::CallOutcome outcome = server.host().call("Navigation", method, arguments, robot);
     if (outcome.ok) return std::move(outcome.result);
     return fail("cli.call", outcome.message);
   };

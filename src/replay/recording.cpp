@@ -273,7 +273,7 @@ struct RunRecorder::Impl {
   // In the skill's actor.
   void stepped(std::size_t leaf, const runtime::Skill& skill) {
     Charted& seen = charts[leaf];
-    const runtime::Skill::Latest& latest = skill.latest();
+    const mission::SkillState::Latest& latest = skill.latest();
     if (seen.known && seen.running == skill.running() && seen.transitions == latest.transitions &&
         (!skill.running() || seen.configuration == skill.session().configuration()))
       return;
@@ -334,7 +334,7 @@ struct RunRecorder::Impl {
 
   // In the mission's actor. The blackboard, if it is not as it was written last.
   void write_blackboard(TimePoint now) {
-    const Value entries = bt::export_blackboard(plan.tree, inside->mission().state());
+    const Value entries = bt::export_blackboard(plan.tree, inside->mission().state().tree);
     std::string json = to_json(entries);
     if (json == written_blackboard || (written_blackboard.empty() && json == "{}")) return;
     written_blackboard = std::move(json);
@@ -373,7 +373,7 @@ struct RunRecorder::Impl {
   }
 
   void sample_at(TimePoint when) {
-    inside->scheduler().at(inside->director(), when, runtime::Rank::kSimulator, [this, when] {
+    inside->scheduler().at(inside->director(), when, mission::Rank::kSimulator, [this, when] {
       const TimePoint now = inside->scheduler().now();
       sample_robots();
       inside->scheduler().post(inside->mission().actor(), [this, now] { write_blackboard(now); });
@@ -386,7 +386,7 @@ struct RunRecorder::Impl {
   }
 
   void snapshot_at(TimePoint when) {
-    inside->scheduler().at(inside->director(), when, runtime::Rank::kInjection, [this, when] {
+    inside->scheduler().at(inside->director(), when, mission::Rank::kInjection, [this, when] {
       take_snapshot(*inside, plan, [this](TimePoint time, const Map& snapshot) {
         write(snapshots, time, [&](record::PackedJson& out) { out.value(snapshot); });
       });

@@ -102,7 +102,7 @@ TEST_F(Recording, HoldsSnapshotsOfEverything) {
   std::optional<sim::State> world;
   runtime::RunOptions options;
   options.on_begin = [&](runtime::RunInside& inside) {
-    inside.scheduler().at(inside.director(), TimePoint(std::chrono::seconds(10)), runtime::Rank::kInjection,
+    inside.scheduler().at(inside.director(), TimePoint(std::chrono::seconds(10)), mission::Rank::kInjection,
                           [&] { inside.sim()->inspect([&](const sim::State& state) { world = state; }); });
   };
   const Recorded recorded = record_run("experiment1", std::chrono::seconds(12), std::move(options));

@@ -24,7 +24,7 @@ struct Exchange {
   TimePoint asked{};
   std::uint64_t tick = 0;         // of the root, when it was asked
   std::optional<Duration> after;  // nothing: it was never answered
-  runtime::CallOutcome outcome;
+  mission::CallOutcome outcome;
   bool used = false;
 };
 
@@ -37,8 +37,8 @@ std::string key_of(std::string_view leaf, std::string_view service, std::string_
   return key + to_json(args);
 }
 
-runtime::CallOutcome outcome_of(const Message& message) {
-  runtime::CallOutcome outcome;
+mission::CallOutcome outcome_of(const Message& message) {
+  mission::CallOutcome outcome;
   if (const Value* result = message.data.find("result")) {
     outcome.ok = true;
     outcome.result = *result;
@@ -246,20 +246,20 @@ class Replay {
     inside_ = &inside;
     inside.put_faults_on_calls(false);
     for (const Message& injection : injections_) {
-      inside.scheduler().at(inside.director(), injection.time, runtime::Rank::kInjection,
+      inside.scheduler().at(inside.director(), injection.time, mission::Rank::kInjection,
                             [this, &injection] { inject(injection); });
     }
     if (options_.go_on_at) {
-      inside.scheduler().at(inside.director(), *options_.go_on_at, runtime::Rank::kInjection, [this] {
+      inside.scheduler().at(inside.director(), *options_.go_on_at, mission::Rank::kInjection, [this] {
         if (report_.unrecorded.empty() && inside_->sim() != nullptr) go_on();
       });
     }
     if (options_.at) {
-      inside.scheduler().at(inside.director(), *options_.at + Duration(1), runtime::Rank::kInjection,
+      inside.scheduler().at(inside.director(), *options_.at + Duration(1), mission::Rank::kInjection,
                             [this] { tell_moment(); });
     }
     const TimePoint end = add_saturating(recorded_.ended(), Duration(1));
-    inside.scheduler().at(inside.director(), end, runtime::Rank::kInjection, [this] {
+    inside.scheduler().at(inside.director(), end, mission::Rank::kInjection, [this] {
       if (!report_.continued) inside_->end();
     });
   }
@@ -369,7 +369,7 @@ class Replay {
       done(exchange->outcome);
       return;
     }
-    inside_->scheduler().at(inside_->director(), when, runtime::Rank::kMessage,
+    inside_->scheduler().at(inside_->director(), when, mission::Rank::kMessage,
                             [done = std::move(done), outcome = exchange->outcome] { done(outcome); });
   }
 
@@ -418,7 +418,7 @@ class Replay {
       Map moment{{"time", seconds(*options_.at)}, {"tick", static_cast<std::int64_t>(tick_)}};
       Map nodes;
       for (bt::NodeId node = 0; node < plan_.tree.size(); ++node) {
-        const bt::Status status = inside_->mission().state().status(node);
+        const bt::Status status = inside_->mission().state().tree.status(node);
         if (status != bt::Status::kIdle) nodes.append(plan_.tree.path(node), bt::to_string(status));
       }
       moment["nodes"] = std::move(nodes);

@@ -134,7 +134,7 @@ Map stopped_at(const fs::path& scenario, Duration duration, TimePoint at) {
   Map state;
   runtime::RunOptions options;
   options.on_begin = [&](runtime::RunInside& inside) {
-    inside.scheduler().at(inside.director(), at + Duration(1), runtime::Rank::kInjection, [&] {
+    inside.scheduler().at(inside.director(), at + Duration(1), mission::Rank::kInjection, [&] {
       take_snapshot(inside, *plan.value, [&](TimePoint, const Map& snapshot) {
         state = snapshot;
         inside.end();

@@ -26,9 +26,9 @@ class LocalPublisher final : public Publisher {
  public:
   explicit LocalPublisher(Stream& stream) : stream_(stream) {}
   void publish(Message message) override { stream_.publish(std::move(message)); }
-  std::optional<Admission> request(Message message, Stream::Decided) override {
+  std::optional<mission::Admission> request(Message message, Stream::Decided) override {
     stream_.publish(std::move(message));
-    return Admission{};
+    return mission::Admission{};
   }
   std::uint64_t next_call() override { return stream_.next_call(); }
 

@@ -88,7 +88,7 @@ SimServer::SimServer(SimComponent component, std::uint64_t seed, double factor)
         served.service,
         [host = host_.get(), interface = served.interface, robot = served.robot](
             const idl::Method& method, const Value& arguments, const rpc::CallContext&) -> rpc::Outcome {
-          CallOutcome outcome = host->call(interface, method.name, arguments, robot);
+          mission::CallOutcome outcome = host->call(interface, method.name, arguments, robot);
           if (outcome.ok) return std::move(outcome.result);
           return tl::unexpected(rpc::CallError{rpc::CallErrorKind::kProtocol, outcome.message, {}, {}});
         });
@@ -107,7 +107,7 @@ ControlHandler SimServer::control(std::string world_file) {
   };
   handler.call = [this](const std::string& name, const std::string& method, const Value& arguments) {
     const auto refused = [](std::string message) {
-      return CallOutcome{.ok = false, .result = {}, .kind = "arguments", .message = std::move(message)};
+      return mission::CallOutcome{.ok = false, .result = {}, .kind = "arguments", .message = std::move(message)};
     };
     const auto served =
         std::find_if(served_.begin(), served_.end(), [&](const SimComponent::Served& s) { return s.name == name; });

@@ -66,7 +66,7 @@ Value serve(const ControlHandler& handler, const idl::Method& method, const Valu
                {"messages", std::move(messages)}};
   }
   const auto args = text::parse_json(arguments.find("arguments")->text());
-  CallOutcome outcome;
+  mission::CallOutcome outcome;
   if (!args)
     outcome = {.ok = false, .result = {}, .kind = "arguments", .message = args.error().message};
   else

@@ -5,163 +5,123 @@
 
 namespace sentree::runtime {
 
-namespace {
-
-constexpr auto kKilled = "the skill was killed";
-
-}  // namespace
-
-SkillActor::SkillActor(scxml::Chart chart, Options options, const std::map<std::string, project::ServicePlan>& services,
-                       Caller::MakePort make_port, Publisher& publisher, Scheduler& scheduler,
-                       StandingInterventions& standing, Replies replies)
-    : name_(options.name),
-      publisher_(publisher),
-      scheduler_(scheduler),
-      standing_(standing),
-      actor_(scheduler.add_actor(options.name)),
+SkillActor::SkillActor(mission::SkillModel model, std::size_t leaf, Surroundings surroundings, Replies replies)
+    : leaf_(leaf),
+      publisher_(surroundings.publisher),
+      scheduler_(surroundings.scheduler),
+      faults_(surroundings.faults),
+      watchdog_(surroundings.watchdog),
+      make_port_(std::move(surroundings.make_port)),
       replies_(std::move(replies)),
-      on_step_(std::move(options.on_step)),
-      watched_(std::make_shared<Watched>(
-          [this, watchdog = options.watchdog](const SourceSpan& script) { give_up(script, *watchdog); })),
-      caller_(
-          options.name, services, std::move(make_port), publisher, scheduler, actor_, standing,
-          [this](const SkillEvent& event) {
-            watched_->in_this_thread();
-            if (given_up_) return false;
-            const bool delivered = skill_.deliver(event, scheduler_.now());
-            stepped();
-            return delivered;
-          },
-          [this](std::uint64_t run) { return !given_up_ && skill_.is_current(run); }),
-      skill_(std::move(chart),
-             {.name = options.name,
-              .condition = options.condition,
-              .halt_deadline = options.halt_deadline,
-              .seed = options.seed,
-              .check_call = [this](const scxml::OutgoingSend& send) { return caller_.check(send); },
-              .watch = &watched_->execution()},
-             *this) {
-  if (options.watchdog) options.watchdog->watch(watched_);
+      watched_(std::make_shared<Watched>([this](const SourceSpan& script) { give_up(script); })),
+      machine_(std::move(model), &watched_->execution()),
+      actor_(scheduler_.add_actor(machine_.model().name)) {
+  scheduler_.on_delivery(actor_, [this](mission::Delivery delivery) { take(std::move(delivery)); });
+  if (watchdog_ != nullptr) watchdog_->watch(watched_);
 }
 
-Scheduler::Task SkillActor::unless_given_up(Scheduler::Task task) {
-  return [this, task = std::move(task)] {
-    watched_->in_this_thread();
-    if (given_up_) return;
-    task();
-    stepped();
-  };
+void SkillActor::take(mission::Delivery delivery) {
+  watched_->in_this_thread();
+  auto& what = std::get<mission::SkillDelivery>(delivery.what);
+  if (given_up_) {
+    mission::SkillMachine::give_up(state_, why_, *this);
+    const std::string_view kind = mission::kind_of(what);
+    if (kind == "outcome")
+      machine_.step(state_, std::move(what), *this);  // too late for the chart, and observed as such
+    else
+      mission::SkillMachine::refuse(state_, what, why_, *this);
+    return;
+  }
+  if (machine_.step(state_, std::move(what), *this)) told();
 }
 
-void SkillActor::give_up(const SourceSpan& script, const Watchdog& watchdog) {
-  why_ = watchdog.reason(script, "skill " + name_);
+void SkillActor::give_up(const SourceSpan& script) {
+  const std::string& name = machine_.model().name;
+  why_ = watchdog_->reason(script, "skill " + name);
   given_up_ = true;
   replies_.given_up(why_);
   if (!scheduler_.is_virtual()) {
     Message message;
     message.kind = MessageKind::kEvent;
-    message.source = name_;
-    message.name = name_ + ".given_up";
+    message.source = name;
+    message.name = name + ".given_up";
     message.data = Map{{"reason", why_}};
     publisher_.publish(std::move(message));
   }
   scheduler_.abandon(actor_, why_);
-  if (scheduler_.is_virtual()) return;
-  scheduler_.post(actor_, [this] { fail_outstanding(why_); });
+  if (!scheduler_.is_virtual())
+    scheduler_.post(actor_, [this] { mission::SkillMachine::give_up(state_, why_, *this); });
 }
 
-void SkillActor::fail_outstanding(const std::string& why) {
-  if (answered_ != tick_) answer(bt::Status::kFailure, Map{{"reason", why}});
-  if (halting_) halted();
-}
-
-void SkillActor::kill() {
-  scheduler_.post(actor_, unless_given_up([this] {
-                    killed_ = true;
-                    skill_.drop();
-                    fail_outstanding(kKilled);
-                  }));
-}
-
-void SkillActor::restart() {
-  scheduler_.post(actor_, unless_given_up([this] { killed_ = false; }));
-}
-
-bool SkillActor::deliver_delayed(const std::string& message, Scheduler::Task& task) {
-  const TimePoint now = scheduler_.now();
-  not_before_ = std::max(not_before_, now);
-  if (standing_.any(project::Intervention::Kind::kDelay))
-    not_before_ = std::max(not_before_, now + standing_.delay_of(name_ + "." + message));
-  if (not_before_ == now) return false;
-  scheduler_.at(actor_, not_before_, Rank::kMessage, std::move(task));
+bool SkillActor::held_back(std::string_view message, mission::SkillDelivery& what) {
+  TimePoint& not_before = state_.not_before;
+  const TimePoint present = now();
+  not_before = std::max(not_before, present);
+  if (faults_.any())
+    not_before = std::max(not_before, present + faults_.delay_of(machine_.model().name + "." + std::string(message)));
+  if (not_before == present) return false;
+  scheduler_.at(actor_, not_before, mission::Rank::kMessage, addressed(std::move(what)));
   return true;
 }
 
-void SkillActor::deliver_after_delay(const std::string& message, Scheduler::Task task) {
-  const std::lock_guard lock(order_mutex_);
-  if (!deliver_delayed(message, task)) scheduler_.post(actor_, std::move(task));
-}
-
 void SkillActor::tick(std::uint64_t tick, bool started, Map inputs) {
-  Scheduler::Task task = [this, tick, started, inputs = std::move(inputs)] {
-    watched_->in_this_thread();
-    tick_ = tick;
-    if (given_up_) {
-      answer(bt::Status::kFailure, Map{{"reason", why_}});
-    } else if (killed_) {
-      answer(bt::Status::kFailure, Map{{"reason", kKilled}});
-    } else {
-      skill_.tick(started, inputs, scheduler_.now());
-      stepped();
-    }
-  };
+  mission::SkillDelivery what = mission::TickSkill{tick, started, std::move(inputs)};
   {
     const std::lock_guard lock(order_mutex_);
-    if (deliver_delayed("tick", task)) return;
+    if (held_back("tick", what)) return;
   }
-  scheduler_.hand_over(actor_, std::move(task));
+  scheduler_.hand_over(actor_, addressed(std::move(what)));
 }
 
 void SkillActor::halt() {
-  deliver_after_delay("halt", [this] {
-    watched_->in_this_thread();
-    halting_ = true;
-    if (given_up_ || killed_) {
-      halted();
-    } else {
-      skill_.halt(scheduler_.now());
-      stepped();
-    }
-  });
-}
-
-void SkillActor::inspect(std::function<void(const Skill*)> look) {
-  scheduler_.post(actor_, [this, look = std::move(look)] { look(given_up_ ? nullptr : &skill_); });
+  const std::lock_guard lock(order_mutex_);
+  mission::SkillDelivery what = mission::HaltSkill{};
+  if (!held_back("halt", what)) post(std::move(what));
 }
 
 void SkillActor::cancel() {
   // In order behind a delayed tick, which would otherwise begin a run after it.
-  deliver_after_delay("cancel", unless_given_up([this] { skill_.cancel(scheduler_.now()); }));
+  const std::lock_guard lock(order_mutex_);
+  mission::SkillDelivery what = mission::CancelSkill{};
+  if (!held_back("cancel", what)) post(std::move(what));
 }
 
-void SkillActor::answer(bt::Status status, Map outputs) {
-  answered_ = tick_;
-  replies_.answered(tick_, status, std::move(outputs));
+void SkillActor::inspect(std::function<void(const Skill*)> look) {
+  scheduler_.post(actor_, [this, look = std::move(look)] {
+    const Skill shown{machine_.model(), state_};
+    look(given_up_ ? nullptr : &shown);
+  });
 }
 
-void SkillActor::halted() {
-  halting_ = false;
-  replies_.halted();
+std::optional<mission::Admission> SkillActor::request(Message message, const mission::Shared<mission::Call>& call) {
+  return publisher_.request(std::move(message), [this, call](mission::Admission decided) {
+    post(mission::Admitted{call, std::move(decided)});
+  });
 }
 
-void SkillActor::wake_at(TimePoint when) {
-  if (when == kNever || when == wake_) return;
-  wake_ = when;
-  scheduler_.at(actor_, when, Rank::kTimer, unless_given_up([this, when] {
-                  if (wake_ != when) return;
-                  wake_ = kNever;
-                  skill_.timers(scheduler_.now());
-                }));
+void SkillActor::send(const mission::Shared<mission::Call>& call, const idl::Method& method) {
+  auto& port = ports_[call->service];
+  if (!port) port = make_port_(machine_.model().services->at(call->service));
+  port->call(method, call->args, [this, call](mission::CallOutcome outcome) {
+    // Often from a thread that waited for the reply and has nothing else to do.
+    scheduler_.hand_over(actor_, addressed(mission::Outcome{call, std::move(outcome)}));
+  });
+}
+
+void SkillActor::deliver_at(TimePoint when, mission::Rank rank, mission::SkillDelivery what) {
+  scheduler_.at(actor_, when, rank, addressed(std::move(what)));
+}
+
+Duration SkillActor::delay_of(std::string_view message) {
+  return faults_.calls_spared() ? Duration(0) : faults_.delay_of(message);
+}
+
+void SkillActor::falsify(std::string_view call, const idl::Method& method, Value& result) {
+  if (!faults_.calls_spared()) faults_.falsify(call, method, result);
+}
+
+void SkillActor::answer(std::uint64_t tick, bt::Status status, Map outputs) {
+  replies_.answered(tick, status, std::move(outputs));
 }
 
 }  // namespace sentree::runtime

@@ -1,30 +1,27 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
 
-#include "sentree/runtime/caller.h"
-#include "sentree/runtime/mission.h"
+#include "sentree/mission/skill.h"
+#include "sentree/runtime/publisher.h"
+#include "sentree/runtime/scheduler.h"
+#include "sentree/runtime/services.h"
 #include "sentree/runtime/skill.h"
+#include "sentree/runtime/standing.h"
 #include "sentree/runtime/watchdog.h"
 
 namespace sentree::runtime {
 
 /// A skill with its calls in an actor of its own. One whose script does not end is given up: its thread is left behind,
 /// its leaf fails, and everything else goes on.
-class SkillActor final : private SkillPort {
+class SkillActor final : private mission::SkillHost {
  public:
-  struct Options {
-    std::string name;
-    bool condition = false;
-    Duration halt_deadline{};
-    std::uint64_t seed = 1;
-    Watchdog* watchdog = nullptr;  ///< Outlives the actor.
-    /// Told, in the actor, after each step of the chart; may be empty.
-    std::function<void(const Skill&)> on_step = {};
-  };
+  using MakePort = std::function<std::unique_ptr<ServicePort>(const project::ServicePlan&)>;
   /// Where answers go; called in the skill's actor.
   struct Replies {
     std::function<void(std::uint64_t tick, bt::Status status, Map outputs)> answered;
@@ -33,61 +30,75 @@ class SkillActor final : private SkillPort {
     std::function<void(const scxml::LogLine&)> log;
     /// Its script does not end: from now on the skill fails each tick. In the watchdog's thread.
     std::function<void(const std::string& why)> given_up;
+    /// Told after each step of the chart; may be empty.
+    std::function<void(const Skill&)> stepped = {};
+  };
+  /// What it uses of the run; all of it outlives the actor.
+  struct Surroundings {
+    Publisher& publisher;
+    Scheduler& scheduler;
+    StandingFaults& faults;
+    Watchdog* watchdog = nullptr;
+    MakePort make_port;
   };
 
-  SkillActor(scxml::Chart chart, Options options, const std::map<std::string, project::ServicePlan>& services,
-             Caller::MakePort make_port, Publisher& publisher, Scheduler& scheduler, StandingInterventions& standing,
-             Replies replies);
+  /// @param leaf  Its number in what is on its way to it.
+  SkillActor(mission::SkillModel model, std::size_t leaf, Surroundings surroundings, Replies replies);
 
   // From any thread.
   void tick(std::uint64_t tick, bool started, Map inputs);
   void halt();
   void cancel();
   /// Ends it as if its process had been killed: nothing of its chart runs any more, what is asked of it fails.
-  void kill();
+  void kill() { post(mission::KillSkill{}); }
   /// It can be ticked again; what it did before is lost.
-  void restart();
+  void restart() { post(mission::RestartSkill{}); }
   /// Shows the skill in its actor; null if it has been given up.
   void inspect(std::function<void(const Skill*)> look);
+  /// What it remembers: of its actor, and of anybody while nothing is executed.
+  [[nodiscard]] mission::SkillState& state() { return state_; }
+  [[nodiscard]] ActorId actor() const { return actor_; }
 
  private:
-  void call(SkillCall call) override { caller_.call(std::move(call)); }
-  void answer(bt::Status status, Map outputs) override;
-  void halted() override;
-  void wake_at(TimePoint when) override;
+  TimePoint now() const override { return scheduler_.now(); }
+  void publish(Message message) override { publisher_.publish(std::move(message)); }
+  std::uint64_t next_call() override { return publisher_.next_call(); }
+  std::optional<mission::Admission> request(Message message, const mission::Shared<mission::Call>& call) override;
+  void send(const mission::Shared<mission::Call>& call, const idl::Method& method) override;
+  void deliver(mission::SkillDelivery what) override { post(std::move(what)); }
+  void deliver_at(TimePoint when, mission::Rank rank, mission::SkillDelivery what) override;
+  Duration delay_of(std::string_view message) override;
+  void falsify(std::string_view call, const idl::Method& method, Value& result) override;
+  void answer(std::uint64_t tick, bt::Status status, Map outputs) override;
+  void halted() override { replies_.halted(); }
   void log(const scxml::LogLine& line) override { replies_.log(line); }
   void problem(const std::string& what) override { replies_.problem(what); }
-  void deliver_after_delay(const std::string& message, Scheduler::Task task);
-  /// With the lock held. True: it comes later, and the task has been taken.
-  [[nodiscard]] bool deliver_delayed(const std::string& message, Scheduler::Task& task);
-  /// `task` in the actor, unless the skill has been given up by then.
-  Scheduler::Task unless_given_up(Scheduler::Task task);
-  void give_up(const SourceSpan& script, const Watchdog& watchdog);
-  // What is owed to the mission, by a skill that will not answer any more.
-  void fail_outstanding(const std::string& why);
-  void stepped() const {
-    if (on_step_) on_step_(skill_);
+
+  void take(mission::Delivery delivery);
+  [[nodiscard]] mission::Delivery addressed(mission::SkillDelivery what) const { return {leaf_, std::move(what)}; }
+  void post(mission::SkillDelivery what) { scheduler_.post(actor_, addressed(std::move(what))); }
+  // True: a fault holds it back, and it has been taken.
+  [[nodiscard]] bool held_back(std::string_view message, mission::SkillDelivery& what);
+  void give_up(const SourceSpan& script);
+  void told() const {
+    if (replies_.stepped) replies_.stepped({machine_.model(), state_});
   }
 
-  std::string name_;
+  const std::size_t leaf_;
   Publisher& publisher_;
   Scheduler& scheduler_;
-  StandingInterventions& standing_;
-  ActorId actor_;
+  StandingFaults& faults_;
+  Watchdog* watchdog_;
+  MakePort make_port_;
   Replies replies_;
-  std::function<void(const Skill&)> on_step_;
   std::shared_ptr<Watched> watched_;
+  mission::SkillMachine machine_;
+  mission::SkillState state_;
+  ActorId actor_;
   std::atomic<bool> given_up_ = false;
-  std::string why_;      // it was given up; written before given_up_
-  bool killed_ = false;  // the actor's
-  Caller caller_;
-  Skill skill_;
-  std::uint64_t tick_ = 0;      // the latest
-  std::uint64_t answered_ = 0;  // the latest that was answered
-  bool halting_ = false;
-  TimePoint wake_ = kNever;
-  std::mutex order_mutex_;
-  TimePoint not_before_{};  // a delayed tick or halt holds back the later ones
+  std::string why_;  // it was given up; written before given_up_
+  std::map<std::string, std::unique_ptr<ServicePort>> ports_;
+  std::mutex order_mutex_;  // of state_.not_before
 };
 
 }  // namespace sentree::runtime

@@ -3,12 +3,10 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "sentree/bt/step.h"
-#include "sentree/project/plan.h"
+#include "sentree/mission/tree.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/standing.h"
 #include "sentree/runtime/stream.h"
@@ -37,110 +35,73 @@ struct TickTiming {
   Duration tick_median{0};  ///< From a tick's beginning to its end, in wall time.
 };
 
-struct MissionOptions {
-  Duration period{};
-  bool repeat = false;
-  project::Deadlines deadlines;  ///< Wall time.
-  double factor = 1.0;           ///< Run seconds per wall second; deadlines are stretched by it.
-  /// When the first ticks begin, instead of by the rate: those of a recording.
-  std::vector<TimePoint> tick_times;
+/// What a mission tells and asks, in its actor; any may be empty.
+struct MissionHooks {
   /// When the mission gives up waiting for the answer of a leaf that it has just ticked; time 0: as the deadlines say.
-  /// Null: always so.
   std::function<TimePoint(std::size_t leaf)> due;
-  /// Told, in the mission's actor, when a root tick has been done; may be empty.
-  std::function<void(std::uint64_t tick)> tick_done = {};
-  StandingInterventions* standing = nullptr;  ///< Forced results; null: there are none.
+  /// A root tick has been done.
+  std::function<void(std::uint64_t tick)> tick_done;
+  /// Told once, when nothing is left to do.
+  std::function<void()> ended;
 };
 
-/// Executes the tree: ticks it at its rate, carries ticks and halts to the leaves and their answers back, keeps
-/// deadlines, publishes what is observable, and ends when the root completes. One actor.
-class Mission {
+/// The mission of a run, in an actor of its own.
+class Mission final : private mission::TreeHost {
  public:
-  Mission(const project::Plan& plan, MissionOptions options, Scheduler& scheduler, Stream& stream,
-          std::vector<std::unique_ptr<LeafDriver>> drivers);
+  /// @param factor  Run seconds per wall second, for `timing`.
+  Mission(mission::TreeModel model, double factor, Scheduler& scheduler, Stream& stream, StandingFaults& faults,
+          std::vector<std::unique_ptr<LeafDriver>> drivers, MissionHooks hooks);
 
-  /// Schedules the first tick. `ended` is called once, in the mission's actor, when nothing is left to do.
-  void start(std::function<void()> ended);
-  /// Halts the tree; `ended` follows when the leaves have halted, or after the halt deadline.
-  void stop();
+  /// Schedules the first tick.
+  void start() { machine_.start(state_, *this); }
+  /// Halts the tree; the hook `ended` follows when the leaves have halted, or after the halt deadline.
+  void stop() { deliver(mission::Stop{}); }
 
   /// From the drivers, in any thread, with no lock held.
   void answered(std::size_t leaf, std::uint64_t tick, bt::Status status, Map outputs);
   void halted(std::size_t leaf);
 
   [[nodiscard]] ActorId actor() const { return actor_; }
+  /// What it remembers: of its actor, and of anybody while nothing is executed.
+  [[nodiscard]] mission::TreeState& state() { return state_; }
+  [[nodiscard]] const mission::TreeState& state() const { return state_; }
   // For reports, after the run.
-  [[nodiscard]] bt::Status status() const { return root_; }
-  [[nodiscard]] const std::string& reason() const { return reason_; }
   [[nodiscard]] TickTiming timing() const;
   [[nodiscard]] const std::vector<std::string>& problems() const { return problems_; }
-  [[nodiscard]] const bt::State& state() const { return state_; }
 
  private:
-  struct Leaf {
-    const project::LeafPlan* plan = nullptr;
-    std::unique_ptr<LeafDriver> driver;
-    std::uint64_t outstanding = 0;            // number of the tick not yet answered; 0: none
-    std::uint64_t call = 0;                   // of that tick, joins request and reply
-    std::uint64_t halt_call = 0;              // of the outstanding halt; 0: none
-    TimePoint asked{};                        // when that tick was sent
-    std::optional<bt::Status> lateness_told;  // as what a missing answer counted; told once until it answers
-    std::optional<bt::Input> late;            // a completed answer that came too late for its tick
-    // What a skill that has ended said while its leaf was forced to be RUNNING; its next tick gets it.
-    std::optional<bt::Input> held;
-  };
-  // Of the leaf that was ticked last: no other is waited for.
-  struct AnswerDeadline {
-    std::size_t leaf = 0;
-    std::uint64_t tick = 0;
-    TimePoint when{};
-  };
-  struct StatusEvents;
+  TimePoint now() const override { return scheduler_.now(); }
+  void publish(Message message) override { stream_.publish(std::move(message)); }
+  std::uint64_t next_call() override { return stream_.next_call(); }
+  void set_tick(std::uint64_t tick) override { stream_.set_tick(tick); }
+  void tick(std::size_t leaf, std::uint64_t tick, bool started, const Map& inputs) override {
+    drivers_[leaf]->tick(tick, started, inputs);
+  }
+  void halt(std::size_t leaf) override { drivers_[leaf]->halt(); }
+  void cancel(std::size_t leaf) override { drivers_[leaf]->cancel(); }
+  void deliver(mission::TreeDelivery what) override { scheduler_.post(actor_, addressed(std::move(what))); }
+  void deliver_at(TimePoint when, mission::Rank rank, mission::TreeDelivery what) override {
+    scheduler_.at(actor_, when, rank, addressed(std::move(what)));
+  }
+  std::optional<bt::Status> forced(std::string_view leaf) override { return faults_.forced(leaf); }
+  TimePoint due(std::size_t leaf) override { return hooks_.due ? hooks_.due(leaf) : TimePoint{}; }
+  void tick_began(Duration late) override;
+  void tick_done(std::uint64_t tick, Duration took) override;
+  void problem(std::string what) override;
+  void ended() override {
+    if (hooks_.ended) hooks_.ended();
+  }
+  static mission::Delivery addressed(mission::TreeDelivery what) { return {mission::Delivery::kTree, std::move(what)}; }
 
-  void on_period();
-  void plan_next_tick(TimePoint by_rate);
-  void run(bt::Input input);
-  void follow(const std::vector<bt::Effect>& effects);
-  void tick_leaf(const bt::Effect& effect);
-  // What stands may make the leaf say something else. True: it does.
-  bool force(Leaf& leaf, bt::Status& status, Map& outputs);
-  void watch_deadline();
-  void on_deadline(AnswerDeadline deadline);
-  void tell_late(Leaf& leaf, bt::Status counts_as, const std::string& why);
-  void finish_tick(bt::Status status);
-  void check_end();
-  void publish(MessageKind kind, std::string source, std::string target, std::string name, Value data,
-               std::uint64_t call = 0);
-  [[nodiscard]] Duration stretched(Duration wall) const;
-  [[nodiscard]] std::size_t index_of(bt::NodeId node) const;
-  void problem(std::string what);
-
-  const project::Plan& plan_;
-  MissionOptions options_;
+  const double factor_;
   Scheduler& scheduler_;
   Stream& stream_;
+  StandingFaults& faults_;
+  std::vector<std::unique_ptr<LeafDriver>> drivers_;
+  MissionHooks hooks_;
+  mission::TreeMachine machine_;
+  mission::TreeState state_;
   ActorId actor_;
-  bt::State state_;
-  bt::Effects effects_;
-  std::vector<Leaf> leaves_;
-  std::vector<std::size_t> leaf_of_node_;
-  std::shared_ptr<StatusEvents> observer_;
-  std::function<void()> ended_;
-
-  std::uint64_t next_tick_ = 0;  // ticks of leaves, numbered
-  std::uint64_t ticks_ = 0;      // of the root
-  TimePoint planned_{};
-  std::size_t given_tick_ = 0;  // of the options' tick times
-  TimePoint began_{};
-  TimePoint timer_at_ = kNever;
-  AnswerDeadline deadline_;
-  TimePoint deadline_timer_ = kNever;  // rings no later than deadline_
-  bool stopping_ = false;
-  bool over_ = false;  // root completed or halted; only outstanding halts are awaited
-  bool done_ = false;
-  bt::Status root_ = bt::Status::kIdle;
-  std::string reason_;
-  std::uint64_t missed_ = 0;
   std::vector<Duration> lateness_;
   std::vector<Duration> durations_;
   std::vector<std::string> problems_;

@@ -56,15 +56,15 @@ std::vector<std::string> Monitors::gated() const {
   return patterns;
 }
 
-std::optional<Veto> Monitors::judge(const Message& request) const {
+std::optional<mission::Veto> Monitors::judge(const Message& request) const {
   const std::string_view call = call_of(request);
   for (const project::GatePlan& gate : gates_) {
     if (!matches(gate, call)) continue;
     const std::string& name = models_[gate.monitor].name();
     auto* execution = watch(gate.monitor);
-    if (!execution) return Veto{name, "it was given up and cannot decide: " + entries_[gate.monitor].why};
+    if (!execution) return mission::Veto{name, "it was given up and cannot decide: " + entries_[gate.monitor].why};
     if (auto reason = monitor::veto(models_[gate.monitor], states_[gate.monitor], request, execution))
-      return Veto{name, std::move(*reason)};
+      return mission::Veto{name, std::move(*reason)};
   }
   return std::nullopt;
 }
@@ -228,7 +228,7 @@ void Monitors::schedule() {
   if (next == kNever || next >= wake_) return;
   wake_ = next;
   // One nanosecond later: an observation at the same instant wins over a timer.
-  scheduler_.at(stream_.actor(), next + Duration(1), Rank::kTimer, [this, next] {
+  scheduler_.at(stream_.actor(), next + Duration(1), mission::Rank::kTimer, [this, next] {
     if (wake_ != next) return;
     wake_ = kNever;
     stream_.flush();

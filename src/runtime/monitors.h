@@ -46,7 +46,7 @@ class Monitors {
   /// Names of the calls that are gated, as the project writes them.
   [[nodiscard]] std::vector<std::string> gated() const;
   /// What the gates say of a request that is not yet sent. Called where `observe` is.
-  [[nodiscard]] std::optional<Veto> judge(const Message& request) const;
+  [[nodiscard]] std::optional<mission::Veto> judge(const Message& request) const;
   /// After the run: what is still in the stream, then time passes until `end`; nothing more is decided.
   void finish(TimePoint end);
   [[nodiscard]] const std::vector<MonitorReport>& reports() const { return reports_; }

@@ -102,6 +102,10 @@ class StretchedClock final : public Clock {
 // actors that do not come back.
 class RealScheduler final : public Scheduler {
  public:
+  using Scheduler::at;
+  using Scheduler::hand_over;
+  using Scheduler::post;
+
   explicit RealScheduler(double factor) : clock_(factor) {}
   ~RealScheduler() override {
     stop();
@@ -150,7 +154,7 @@ class RealScheduler final : public Scheduler {
     if (stopped_) ended_.notify_all();
   }
 
-  void at(ActorId to, TimePoint when, Rank rank, Task task) override {
+  void at(ActorId to, TimePoint when, mission::Rank rank, Task task) override {
     const std::lock_guard lock(mutex_);
     Actor& actor = actors_[to];
     if (!has_room(actor)) return;
@@ -229,7 +233,7 @@ class RealScheduler final : public Scheduler {
 
   struct Timer {
     TimePoint when;
-    Rank rank;
+    mission::Rank rank;
     std::uint64_t order;
     Task task;
   };

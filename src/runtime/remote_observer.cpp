@@ -93,14 +93,14 @@ class RemoteObserver::Impl {
     const bool taken = worker_.post([this, request, told] {
       const auto verdict = client_->call("observe", Map{{"message", to_wire(request)}}, in_time());
       if (!verdict) {
-        (*told)({Veto{name_, "it cannot be asked: " + verdict.error().message}});
+        (*told)({mission::Veto{name_, "it cannot be asked: " + verdict.error().message}});
         return;
       }
       const Value* accept = verdict->find("accept");
       const bool accepted = accept == nullptr || accept->as_bool() == nullptr || *accept->as_bool();
-      (*told)(accepted ? Admission{} : Admission{Veto{name_, text_of(*verdict, "reason")}});
+      (*told)(accepted ? mission::Admission{} : mission::Admission{mission::Veto{name_, text_of(*verdict, "reason")}});
     });
-    if (!taken) (*told)({Veto{name_, "it does not keep up and cannot be asked"}});
+    if (!taken) (*told)({mission::Veto{name_, "it does not keep up and cannot be asked"}});
   }
 
   void finish(TimePoint end) {

@@ -6,7 +6,7 @@
 
 namespace sentree::runtime {
 
-CallOutcome to_call_outcome(rpc::Outcome outcome) {
+mission::CallOutcome to_call_outcome(rpc::Outcome outcome) {
   if (outcome) return {.ok = true, .result = std::move(*outcome), .kind = {}, .message = {}};
   const rpc::CallError& error = outcome.error();
   return {.ok = false, .result = {}, .kind = std::string(to_string(error.kind)), .message = error.message};
@@ -42,7 +42,7 @@ Result<std::unique_ptr<ServicePort>> make_remote_port(const rpc::Address& addres
   return std::unique_ptr<ServicePort>(std::make_unique<RemotePort>(std::move(*client), deadline));
 }
 
-CallOutcome call_once(const rpc::Address& address, const idl::ServicePtr& interface, const std::string& name,
+mission::CallOutcome call_once(const rpc::Address& address, const idl::ServicePtr& interface, const std::string& name,
                       const std::string& method, const Value& args, Duration deadline) {
   rpc::Address target = address;
   if (target.service.empty()) target.service = name;

@@ -16,10 +16,10 @@ namespace sentree::runtime {
                                                                     Duration deadline);
 
 /// What an rpc outcome is for a chart.
-[[nodiscard]] CallOutcome to_call_outcome(rpc::Outcome outcome);
+[[nodiscard]] mission::CallOutcome to_call_outcome(rpc::Outcome outcome);
 
 /// One synchronous call, for injections and the command line. `address` without service name means `name`.
-[[nodiscard]] CallOutcome call_once(const rpc::Address& address, const idl::ServicePtr& interface,
+[[nodiscard]] mission::CallOutcome call_once(const rpc::Address& address, const idl::ServicePtr& interface,
                                     const std::string& name, const std::string& method, const Value& args,
                                     Duration deadline);
 

@@ -107,7 +107,7 @@ List to_list(const std::vector<std::string>& texts) { return {texts.begin(), tex
 // A run that ends answers nobody; its skills do not wait longer than this.
 constexpr std::chrono::seconds kGatePatience{5};
 
-Value to_verdict(const Admission& admission) {
+Value to_verdict(const mission::Admission& admission) {
   const bool accept = !admission.veto;
   return Map{
       {"accept", accept}, {"reason", accept ? "" : admission.veto->reason}, {"by", accept ? "" : admission.veto->by}};
@@ -135,14 +135,14 @@ class RemotePublisher final : public Publisher {
   }
 
   // What may be refused is asked for; a request that nobody there has seen is not sent.
-  std::optional<Admission> request(Message message, Stream::Decided) override {
-    if (outbox_ != nullptr && !may_be_gated(call_of(message)) && outbox_->send(message)) return Admission{};
+  std::optional<mission::Admission> request(Message message, Stream::Decided) override {
+    if (outbox_ != nullptr && !may_be_gated(call_of(message)) && outbox_->send(message)) return mission::Admission{};
     const auto verdict = observe(message);
     if (!verdict)
-      return Admission{Veto{"", "the run that gates this skill cannot be asked: " + verdict.error().message}};
+      return mission::Admission{mission::Veto{"", "the run that gates this skill cannot be asked: " + verdict.error().message}};
     const Value* accept = verdict->find("accept");
-    if (accept == nullptr || accept->as_bool() == nullptr || *accept->as_bool()) return Admission{};
-    return Admission{Veto{text_of(*verdict, "by"), text_of(*verdict, "reason")}};
+    if (accept == nullptr || accept->as_bool() == nullptr || *accept->as_bool()) return mission::Admission{};
+    return mission::Admission{mission::Veto{text_of(*verdict, "by"), text_of(*verdict, "reason")}};
   }
 
   std::uint64_t next_call() override { return ++calls_; }
@@ -199,7 +199,7 @@ class RemotePublisher final : public Publisher {
 class SilentPublisher final : public Publisher {
  public:
   void publish(Message) override {}
-  std::optional<Admission> request(Message, Stream::Decided) override { return Admission{}; }
+  std::optional<mission::Admission> request(Message, Stream::Decided) override { return mission::Admission{}; }
   std::uint64_t next_call() override { return ++calls_; }
 
  private:
@@ -312,14 +312,19 @@ class SkillService final : public rpc::Service {
       return Duration(static_cast<std::int64_t>(static_cast<double>(wall.count()) * options_.factor));
     };
     leaf.actor = std::make_unique<SkillActor>(
-        plan_.chart,
-        SkillActor::Options{.name = name,
+        mission::SkillModel{.name = name,
                             .condition = plan_.condition,
                             .halt_deadline = stretched(plan_.deadlines.halt),
                             .seed = options_.seed,
-                            .watchdog = &watchdog_},
-        plan_.services, [this](const project::ServicePlan& service) { return port(service); }, publisher_, scheduler_,
-        standing_, std::move(replies));
+                            .chart = plan_.chart,
+                            .services = &plan_.services},
+        0,
+        SkillActor::Surroundings{.publisher = publisher_,
+                                 .scheduler = scheduler_,
+                                 .faults = standing_,
+                                 .watchdog = &watchdog_,
+                                 .make_port = [this](const project::ServicePlan& service) { return port(service); }},
+        std::move(replies));
     return &leaf;
   }
 
@@ -364,7 +369,7 @@ class SkillService final : public rpc::Service {
   Publisher& publisher_;
   Scheduler& scheduler_;
   SkillServerOptions options_;
-  StandingInterventions standing_;
+  StandingFaults standing_;
   Watchdog watchdog_{plan_.deadlines.script};
   std::mutex mutex_;
   std::map<std::string, std::unique_ptr<ServedLeaf>> leaves_;
@@ -402,14 +407,14 @@ std::shared_ptr<rpc::Service> make_observer_service(idl::ServicePtr interface, P
           return to_verdict({});
         }
         // The publisher keeps the deadline of a gate.
-        const auto decision = std::make_shared<std::promise<Admission>>();
-        std::future<Admission> decided = decision->get_future();
+        const auto decision = std::make_shared<std::promise<mission::Admission>>();
+        std::future<mission::Admission> decided = decision->get_future();
         if (const auto admission = publisher.request(
-                std::move(message), [decision](Admission made) { decision->set_value(std::move(made)); })) {
+                std::move(message), [decision](mission::Admission made) { decision->set_value(std::move(made)); })) {
           return to_verdict(*admission);
         }
         if (decided.wait_for(kGatePatience) != std::future_status::ready)
-          return to_verdict({Veto{"", "the run is ending"}});
+          return to_verdict({mission::Veto{"", "the run is ending"}});
         return to_verdict(decided.get());
       });
 }

@@ -103,15 +103,12 @@ class Run::Impl final : public RunView, private RunInside {
     if (options_.on_view) options_.on_view(this);
     if (!scenario_.virtual_time || options_.pace > 0 || options_.paused) start_control_socket();
     if (!scenario_.virtual_time && sim_) sim_->keep_up();
-    scheduler_->at(director_, TimePoint(scenario_.duration), Rank::kInjection, [this] {
+    scheduler_->at(director_, TimePoint(scenario_.duration), mission::Rank::kInjection, [this] {
       timed_out_ = true;
       mission_->stop();
     });
     if (options_.inject) schedule_timeline();
-    mission_->start([this] {
-      ended_ = scheduler_->now();
-      scheduler_->stop();
-    });
+    mission_->start();
     if (options_.on_begin) options_.on_begin(*this);
     ready_ = mission_.get();
     if (interrupted_) steering_.ask_to_stop("interrupt");  // while the parts were started
@@ -140,8 +137,8 @@ class Run::Impl final : public RunView, private RunInside {
     end_callers();
 
     report.error = error.value_or("");
-    report.mission = mission_->status();
-    report.reason = mission_->reason();
+    report.mission = mission_->state().root;
+    report.reason = mission_->state().reason;
     report.ended = ended_;
     report.timed_out = timed_out_;
     report.interrupted = interrupted_;
@@ -412,17 +409,24 @@ class Run::Impl final : public RunView, private RunInside {
       }
       drivers.push_back(std::move(*driver));
     }
-    const MissionOptions options{
-        .period = scenario_.project.period,
-        .repeat = scenario_.project.repeat,
-        .deadlines = scenario_.project.deadlines,
-        .factor = scenario_.factor,
-        .tick_times = options_.tick_times,
-        .due = options_.arrival ? [this](std::size_t leaf) { return options_.arrival(leaf, RunOptions::Passage::kDue); }
-                                : std::function<TimePoint(std::size_t)>(),
-        .tick_done = [this](std::uint64_t tick) { steering_.tick_done(tick); },
-        .standing = &steering_.faults()};
-    mission_ = std::make_unique<Mission>(plan_, options, *scheduler_, stream_, std::move(drivers));
+    project::Deadlines deadlines = scenario_.project.deadlines;
+    for (Duration* deadline : {&deadlines.condition, &deadlines.budget, &deadlines.halt, &deadlines.unresponsive})
+      *deadline = stretched(*deadline);
+    mission::TreeModel model{.plan = &plan_,
+                             .period = scenario_.project.period,
+                             .repeat = scenario_.project.repeat,
+                             .deadlines = deadlines,
+                             .tick_times = options_.tick_times,
+                             .one_deadline_timer = !scenario_.virtual_time};
+    MissionHooks hooks;
+    if (options_.arrival) hooks.due = [this](std::size_t leaf) { return options_.arrival(leaf, RunOptions::Passage::kDue); };
+    hooks.tick_done = [this](std::uint64_t tick) { steering_.tick_done(tick); };
+    hooks.ended = [this] {
+      ended_ = scheduler_->now();
+      scheduler_->stop();
+    };
+    mission_ = std::make_unique<Mission>(std::move(model), scenario_.factor, *scheduler_, stream_, steering_.faults(),
+                                         std::move(drivers), std::move(hooks));
     return std::nullopt;
   }
 
@@ -431,7 +435,7 @@ class Run::Impl final : public RunView, private RunInside {
     if (at <= scheduler_->now())
       task();
     else if (at != kNever)
-      scheduler_->at(director_, at, Rank::kMessage, std::move(task));
+      scheduler_->at(director_, at, mission::Rank::kMessage, std::move(task));
   }
 
   struct LocalDriver final : LeafDriver {
@@ -469,21 +473,26 @@ class Run::Impl final : public RunView, private RunInside {
       message.data = Map{{"label", line.label}, {"text", line.text}};
       stream_.publish(std::move(message));
     };
-    auto on_step = [this, index](const Skill& skill) {
+    replies.stepped = [this, index](const Skill& skill) {
       steering_.skill_stepped(index, skill);
       if (options_.on_skill_step) options_.on_skill_step(index, skill);
     };
     auto driver = std::make_unique<LocalDriver>(*this, index);
     driver->skill = std::make_unique<SkillActor>(
-        *leaf.chart,
-        SkillActor::Options{.name = leaf.name,
+        mission::SkillModel{.name = leaf.name,
                             .condition = leaf.condition,
                             .halt_deadline = stretched(scenario_.project.deadlines.halt),
                             .seed = hash_combine(scenario_.seed, hash_bytes(leaf.name)),
-                            .watchdog = &watchdog_,
-                            .on_step = std::move(on_step)},
-        services_, [this, name = leaf.name](const project::ServicePlan& service) { return make_port(service, name); },
-        publisher_, *scheduler_, steering_.faults(), std::move(replies));
+                            .chart = *leaf.chart,
+                            .services = &services_},
+        index,
+        SkillActor::Surroundings{
+            .publisher = publisher_,
+            .scheduler = *scheduler_,
+            .faults = steering_.faults(),
+            .watchdog = &watchdog_,
+            .make_port = [this, name = leaf.name](const project::ServicePlan& service) { return make_port(service, name); }},
+        std::move(replies));
     skills_[index] = driver->skill.get();
     return std::unique_ptr<LeafDriver>(std::move(driver));
   }
@@ -523,7 +532,7 @@ class Run::Impl final : public RunView, private RunInside {
 
   void schedule_timeline() {
     for (const project::Injection& injection : scenario_.timeline) {
-      scheduler_->at(director_, injection.at, Rank::kInjection, [this, &injection] { steering_.inject(injection); });
+      scheduler_->at(director_, injection.at, mission::Rank::kInjection, [this, &injection] { steering_.inject(injection); });
     }
   }
 
@@ -542,7 +551,7 @@ class Run::Impl final : public RunView, private RunInside {
   }
 
   // A call from outside the mission: by the scenario's timeline or through the control socket.
-  CallOutcome call_service(const std::string& name, const std::string& method, const Value& arguments) {
+  mission::CallOutcome call_service(const std::string& name, const std::string& method, const Value& arguments) {
     const auto controlled = plan_.world ? project::test_control_of(name, *plan_.world) : std::nullopt;
     const auto service = services_.find(name);
     const idl::ServicePtr interface = controlled                   ? plan_.test_control
@@ -579,7 +588,7 @@ class Run::Impl final : public RunView, private RunInside {
       what.args = arguments;
       auto applied = steering_.apply_for(what, "control");
       if (applied) return std::move(applied->outcome);
-      return CallOutcome{.ok = false, .result = {}, .kind = "arguments", .message = applied.error().message};
+      return mission::CallOutcome{.ok = false, .result = {}, .kind = "arguments", .message = applied.error().message};
     };
     handler.tap = &tap_;
     handler.open_page = options_.open_page;

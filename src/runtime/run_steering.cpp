@@ -25,7 +25,7 @@ class RunSteering::GuardedPort final : public ServicePort {
     else
       port_->call(method, std::move(args), std::move(done));
   }
-  static CallOutcome killed(const std::string& service) {
+  static mission::CallOutcome killed(const std::string& service) {
     return {.ok = false, .result = {}, .kind = "unreachable", .message = "service " + service + " was killed"};
   }
 
@@ -142,7 +142,7 @@ Result<void> RunSteering::run_until(TimePoint time) {
       stopped_at_ = 0;
       stopped_what_.clear();
     }
-    run_.scheduler->at(run_.director, time, Rank::kInjection, [this, mine] {
+    run_.scheduler->at(run_.director, time, mission::Rank::kInjection, [this, mine] {
       {
         const std::lock_guard lock(mutex_);
         if (until_ != mine) return;
@@ -235,7 +235,7 @@ void RunSteering::inject(const project::Injection& injection) {
   if (!applied) {
     run_.problem(place + applied.error().message);
   } else if (injection.what.kind == project::Intervention::Kind::kCall) {
-    const CallOutcome& outcome = applied->outcome;
+    const mission::CallOutcome& outcome = applied->outcome;
     if (outcome.ok && (outcome.result.as_string() == nullptr || outcome.result.text() == "OK")) return;
     run_.problem(place + injection.what.target + " answered " +
                  (outcome.ok ? to_json(outcome.result) : outcome.message));
@@ -259,7 +259,8 @@ Result<Steering::Applied> RunSteering::execute(const project::Intervention& what
   } else if (what.kind == Kind::kKill || what.kind == Kind::kRestart) {
     if (auto done = kill_or_restart(what, source); !done) return tl::unexpected(done.error());
   } else if (what.kind == Kind::kClear) {
-    if (auto cleared = standing_.clear(what.id); !cleared) return tl::unexpected(cleared.error());
+    if (auto cleared = standing_.with([&](mission::Faults& faults) { return faults.clear(what.id); }); !cleared)
+      return tl::unexpected(cleared.error());
     run_.publish(injection_message(what, source, 0));
   } else {
     run_.publish(injection_message(what, source, 0));
@@ -318,7 +319,7 @@ Result<void> RunSteering::kill_or_restart(const project::Intervention& what, con
 
 Result<Steering::Applied> RunSteering::stand(const project::Intervention& what, const std::string& source,
                                              bool by_person) {
-  const auto id = standing_.next_id();
+  const auto id = standing_.with([](mission::Faults& faults) { return faults.next_id(); });
   if (!id) return tl::unexpected(id.error());
   Applied applied;
   applied.id = *id;
@@ -328,7 +329,7 @@ Result<Steering::Applied> RunSteering::stand(const project::Intervention& what, 
     const std::lock_guard lock(mutex_);
     holding_.insert(*id);
   }
-  standing_.add(*id, what);
+  standing_.with([&](mission::Faults& faults) { faults.add(*id, what); });
   if (what.kind == project::Intervention::Kind::kBreakpoint && what.point == project::Intervention::Point::kState)
     prime(what);
   return applied;
@@ -355,8 +356,8 @@ std::unique_ptr<ServicePort> RunSteering::guard(const std::string& service, std:
 }
 
 void RunSteering::observed(const Message& message) {
-  if (!standing_.any(project::Intervention::Kind::kBreakpoint)) return;
-  const auto hits = standing_.reached_by(message);
+  if (!standing_.any()) return;
+  const auto hits = standing_.with([&](mission::Faults& faults) { return faults.reached_by(message); });
   if (hits.empty()) return;
   const Value* to = message.data.find("to");
   reached(hits, message.name == "node.status" && to != nullptr ? message.source + " is " + std::string(to->text())
@@ -364,30 +365,33 @@ void RunSteering::observed(const Message& message) {
 }
 
 void RunSteering::skill_stepped(std::size_t leaf, const Skill& skill) {
-  if (!standing_.any(project::Intervention::Kind::kBreakpoint)) return;
+  if (!standing_.any()) return;
   std::string entered;
-  const auto hits = standing_.reached_in(chart_names_[leaf], [&](const std::string& state) {
+  const auto is_active = [&](const std::string& state) {
     const auto index = skill.chart().find(state);
     const bool active = skill.running() && index && skill.session().configuration().contains(*index);
     if (active) entered = state;
     return active;
-  });
+  };
+  const auto hits =
+      standing_.with([&](mission::Faults& faults) { return faults.reached_in(chart_names_[leaf], is_active); });
   if (!hits.empty()) reached(hits, chart_names_[leaf] + " entered " + entered);
 }
 
 void RunSteering::monitor_stepped(std::size_t index) {
-  if (!standing_.any(project::Intervention::Kind::kBreakpoint)) return;
+  if (!standing_.any()) return;
   const monitor::State* state = run_.monitors().state(index);
   if (state == nullptr) return;
   const monitor::Model& model = run_.plan->monitors[index];
   const std::string name = "monitor:" + model.name();
   std::string entered;
-  const auto hits = standing_.reached_in(name, [&](const std::string& id) {
+  const auto is_active = [&](const std::string& id) {
     const auto found = model.chart().find(id);
     const bool active = found && state->session.configuration().contains(*found);
     if (active) entered = id;
     return active;
-  });
+  };
+  const auto hits = standing_.with([&](mission::Faults& faults) { return faults.reached_in(name, is_active); });
   if (!hits.empty()) reached(hits, name + " entered " + entered);
 }
 
@@ -413,7 +417,7 @@ void RunSteering::reached(const std::vector<std::uint64_t>& breakpoints, const s
   }
 }
 
-std::vector<StandingIntervention> RunSteering::standing() const { return standing_.list(); }
+std::vector<mission::StandingIntervention> RunSteering::standing() const { return standing_.get().list(); }
 
 std::vector<project::SteeredPart> RunSteering::parts() const { return parts_of(scope_); }
 

@@ -30,7 +30,7 @@ struct SteeredRun {
   ActorId director = 0;
   std::function<void(Message)> publish;
   std::function<std::uint64_t()> tick;  ///< Number of the last root tick. From any thread.
-  std::function<CallOutcome(const std::string& service, const std::string& method, const Value& args)> call;
+  std::function<mission::CallOutcome(const std::string& service, const std::string& method, const Value& args)> call;
   std::function<void()> stop;
   std::function<void(const std::string& process)> kill_process;
   std::function<bool(const std::string& process)> restart_process;  ///< False: it has not ended.
@@ -54,7 +54,7 @@ class RunSteering final : public Steering {
   Result<Applied> apply_for(const project::Intervention& what, const std::string& source);
 
   /// What stands; for the parts of the run that it concerns.
-  [[nodiscard]] StandingInterventions& faults() { return standing_; }
+  [[nodiscard]] StandingFaults& faults() { return standing_; }
   /// The port of a simulated service that is unreachable while the service is killed.
   [[nodiscard]] std::unique_ptr<ServicePort> guard(const std::string& service, std::unique_ptr<ServicePort> port);
 
@@ -79,7 +79,7 @@ class RunSteering final : public Steering {
   Result<void> run_until(TimePoint time) override;
   Result<void> set_factor(double factor) override;
   Result<Applied> apply(const project::Intervention& what) override;
-  std::vector<StandingIntervention> standing() const override;
+  std::vector<mission::StandingIntervention> standing() const override;
   std::vector<project::SteeredPart> parts() const override;
   Result<std::string> scenario() const override;
 
@@ -111,7 +111,7 @@ class RunSteering final : public Steering {
 
   SteeredRun run_;
   const project::InterventionScope scope_;
-  StandingInterventions standing_;
+  StandingFaults standing_;
   std::vector<std::string> chart_names_;           // "skill:LEAF" by leaf
   std::map<std::string, Down, std::less<>> down_;  // services of the simulator, and "sim"; keys are fixed
   std::vector<char> killed_skills_;                // by leaf; the director's

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -9,14 +10,12 @@
 #include <utility>
 
 #include "sentree/base/time.h"
+#include "sentree/mission/delivery.h"
 
 namespace sentree::runtime {
 
 /// One part of a run that handles its messages one at a time: the mission, a skill, the simulator, the observer.
 using ActorId = std::size_t;
-
-/// What comes first at one instant of virtual time.
-enum class Rank : std::uint8_t { kInjection, kSimulator, kMessage, kTimer, kTick };
 
 /// How run time passes, as a person who steers the run wants it.
 struct Pace {
@@ -59,7 +58,25 @@ class Scheduler : public Clock {
 
   /// Runs `task` in `to` at `when` (at once if that has passed). From any thread. There is no cancelling: a task
   /// that may be overtaken checks whether it still applies.
-  virtual void at(ActorId to, TimePoint when, Rank rank, Task task) = 0;
+  virtual void at(ActorId to, TimePoint when, mission::Rank rank, Task task) = 0;
+
+  // The same for what is on its way between parts of the run, which is data: it is given to who takes the deliveries of
+  // that actor.
+  virtual void post(ActorId to, mission::Delivery delivery) { post(to, task_of(to, std::move(delivery))); }
+  void hand_over(ActorId to, mission::Delivery delivery) {
+    if (is_virtual())
+      post(to, std::move(delivery));
+    else
+      hand_over(to, task_of(to, std::move(delivery)));
+  }
+  virtual void at(ActorId to, TimePoint when, mission::Rank rank, mission::Delivery delivery) {
+    at(to, when, rank, task_of(to, std::move(delivery)));
+  }
+  /// Before the run.
+  void on_delivery(ActorId actor, std::function<void(mission::Delivery)> take) {
+    if (recipients_.size() <= actor) recipients_.resize(actor + 1);
+    recipients_[actor] = std::move(take);
+  }
 
   /// Runs tasks until `stop()`. Returns an error if a bound was reached or, in virtual time, if nothing is left to do.
   virtual std::optional<std::string> run() = 0;
@@ -95,6 +112,16 @@ class Scheduler : public Clock {
   [[nodiscard]] virtual bool is_virtual() const = 0;
   /// Whether the calling thread executes one of its tasks: then it must not wait for another.
   [[nodiscard]] virtual bool is_inside() const = 0;
+
+ protected:
+  void give(ActorId to, mission::Delivery&& delivery) { recipients_[to](std::move(delivery)); }
+
+ private:
+  Task task_of(ActorId to, mission::Delivery delivery) {
+    return [this, to, delivery = std::move(delivery)]() mutable { give(to, std::move(delivery)); };
+  }
+
+  std::deque<std::function<void(mission::Delivery)>> recipients_;  // by actor; never moved
 };
 
 /// Virtual time: as fast as the machine allows or as fast as its pace says, the same every time.

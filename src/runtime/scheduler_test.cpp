@@ -26,15 +26,15 @@ TEST(VirtualScheduler, OrdersOneInstantByRankThenByPosting) {
   std::vector<std::string> order;
   const TimePoint t(milliseconds(5));
   const auto note = [&](const std::string& what) { return [&order, what] { order.push_back(what); }; };
-  scheduler->at(actor, t, Rank::kTick, note("tick"));
-  scheduler->at(actor, t, Rank::kTimer, note("timer 1"));
-  scheduler->at(actor, t, Rank::kTimer, note("timer 2"));
-  scheduler->at(actor, t, Rank::kInjection, [&] {
+  scheduler->at(actor, t, mission::Rank::kTick, note("tick"));
+  scheduler->at(actor, t, mission::Rank::kTimer, note("timer 1"));
+  scheduler->at(actor, t, mission::Rank::kTimer, note("timer 2"));
+  scheduler->at(actor, t, mission::Rank::kInjection, [&] {
     order.push_back("injection");
     scheduler->post(actor, note("message"));
   });
-  scheduler->at(actor, t, Rank::kSimulator, note("simulator"));
-  scheduler->at(actor, t + milliseconds(1), Rank::kInjection, [&] { scheduler->stop(); });
+  scheduler->at(actor, t, mission::Rank::kSimulator, note("simulator"));
+  scheduler->at(actor, t + milliseconds(1), mission::Rank::kInjection, [&] { scheduler->stop(); });
   EXPECT_EQ(scheduler->run(), std::nullopt);
   EXPECT_THAT(order, ElementsAre("injection", "simulator", "message", "timer 1", "timer 2", "tick"));
   EXPECT_EQ(scheduler->now(), t + milliseconds(1));
@@ -44,8 +44,8 @@ TEST(VirtualScheduler, TimeDoesNotRunBackwards) {
   const auto scheduler = make_virtual_scheduler();
   const ActorId actor = scheduler->add_actor("a");
   TimePoint seen{};
-  scheduler->at(actor, TimePoint(milliseconds(5)), Rank::kTimer, [&] {
-    scheduler->at(actor, TimePoint(milliseconds(1)), Rank::kTimer, [&] {
+  scheduler->at(actor, TimePoint(milliseconds(5)), mission::Rank::kTimer, [&] {
+    scheduler->at(actor, TimePoint(milliseconds(1)), mission::Rank::kTimer, [&] {
       seen = scheduler->now();
       scheduler->stop();
     });
@@ -67,7 +67,7 @@ TEST(VirtualScheduler, BoundsItsQueue) {
   const auto scheduler = make_virtual_scheduler();
   const ActorId actor = scheduler->add_actor("slow");
   for (std::size_t i = 0; i <= Scheduler::kQueueMax; ++i)
-    scheduler->at(actor, TimePoint(milliseconds(1)), Rank::kTimer, [] {});
+    scheduler->at(actor, TimePoint(milliseconds(1)), mission::Rank::kTimer, [] {});
   EXPECT_THAT(scheduler->run().value_or(""), HasSubstr("are waiting; the last one was for slow"));
 }
 
@@ -141,7 +141,7 @@ TEST(RealScheduler, KeepsTimeWhileActorsAreBusy) {
   const ActorId other = scheduler->add_actor("other");
   Signal rang;
   scheduler->post(busy, [&] {
-    scheduler->at(other, scheduler->now() + milliseconds(2), Rank::kTimer, [&] { rang.set(); });
+    scheduler->at(other, scheduler->now() + milliseconds(2), mission::Rank::kTimer, [&] { rang.set(); });
     rang.wait();
     scheduler->stop();
   });
@@ -214,7 +214,7 @@ TEST(RealScheduler, LosesNothingAmongManyThreads) {
     if (state.inside.exchange(true)) ++overlaps;
     const int next = (at + stride) % kActors;
     if (left > 0 && left % 7 == 0) {
-      scheduler->at(states[next].actor, scheduler->now(), Rank::kTimer,
+      scheduler->at(states[next].actor, scheduler->now(), mission::Rank::kTimer,
                     [&, next, stride, left] { step(next, stride, left - 1); });
     } else if (left > 0) {
       scheduler->post(states[next].actor, [&, next, stride, left] { step(next, stride, left - 1); });
@@ -247,7 +247,7 @@ TEST(RealScheduler, StretchesTimeByItsFactor) {
   const ActorId actor = scheduler->add_actor("a");
   const auto began = std::chrono::steady_clock::now();
   TimePoint fired{};
-  scheduler->at(actor, TimePoint(std::chrono::seconds(20)), Rank::kTimer, [&] {
+  scheduler->at(actor, TimePoint(std::chrono::seconds(20)), mission::Rank::kTimer, [&] {
     fired = scheduler->now();
     scheduler->stop();
   });
@@ -260,7 +260,7 @@ TEST(RealScheduler, BoundsEachQueue) {
   const auto scheduler = make_real_scheduler();
   const ActorId actor = scheduler->add_actor("slow");
   for (std::size_t i = 0; i <= Scheduler::kQueueMax; ++i) {
-    scheduler->at(actor, TimePoint(std::chrono::hours(1)), Rank::kTimer, [] {});
+    scheduler->at(actor, TimePoint(std::chrono::hours(1)), mission::Rank::kTimer, [] {});
   }
   EXPECT_THAT(scheduler->run().value_or(""), HasSubstr("messages are waiting for slow"));
 }
@@ -276,12 +276,12 @@ TEST(VirtualScheduler, TakesInCommandsWhileItStands) {
   std::promise<void> standing;
   scheduler->on_standing([&] { standing.set_value(); });
   scheduler->set_pace({.paused = false, .factor = 0});
-  scheduler->at(actor, TimePoint(milliseconds(1)), Rank::kMessage, [&] {
+  scheduler->at(actor, TimePoint(milliseconds(1)), mission::Rank::kMessage, [&] {
     scheduler->set_pace({.paused = true, .factor = 0});
     note("last of the instant")();
   });
-  scheduler->at(actor, TimePoint(milliseconds(1)), Rank::kTimer, note("timer"));
-  scheduler->at(actor, TimePoint(milliseconds(2)), Rank::kTimer, [&] { scheduler->stop(); });
+  scheduler->at(actor, TimePoint(milliseconds(1)), mission::Rank::kTimer, note("timer"));
+  scheduler->at(actor, TimePoint(milliseconds(2)), mission::Rank::kTimer, [&] { scheduler->stop(); });
   std::thread work([&] { EXPECT_EQ(scheduler->run(), std::nullopt); });
   standing.get_future().wait();
   EXPECT_TRUE(scheduler->standing());
@@ -313,13 +313,13 @@ TEST(VirtualScheduler, IsNeverAheadOfTheWallClockTimesItsPace) {
   scheduler->set_pace({.paused = false, .factor = kFactor});
   const auto begin = std::chrono::steady_clock::now();
   for (int i = 1; i <= 20; ++i) {
-    scheduler->at(actor, TimePoint(milliseconds(50 * i)), Rank::kTimer, [&] {
+    scheduler->at(actor, TimePoint(milliseconds(50 * i)), mission::Rank::kTimer, [&] {
       const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
       EXPECT_LE(seconds(scheduler->now()), wall.count() * kFactor);
       EXPECT_EQ(scheduler->view_time(), scheduler->now());
     });
   }
-  scheduler->at(actor, TimePoint(milliseconds(1000)), Rank::kTick, [&] { scheduler->stop(); });
+  scheduler->at(actor, TimePoint(milliseconds(1000)), mission::Rank::kTick, [&] { scheduler->stop(); });
   EXPECT_EQ(scheduler->run(), std::nullopt);
 }
 
@@ -329,7 +329,7 @@ TEST(RealScheduler, StandsWhilePausedAndTakesInCommands) {
   scheduler->set_pace({.paused = true, .factor = 1000.0});
   EXPECT_TRUE(scheduler->standing());
   bool fired = false;
-  scheduler->at(actor, TimePoint(milliseconds(1)), Rank::kTimer, [&] {
+  scheduler->at(actor, TimePoint(milliseconds(1)), mission::Rank::kTimer, [&] {
     fired = true;
     scheduler->stop();
   });
@@ -353,7 +353,7 @@ TEST(RealScheduler, GoesOnWhereItWasAtAnotherSpeed) {
   const auto scheduler = make_real_scheduler();
   const ActorId actor = scheduler->add_actor("a");
   // An hour of run time, which only the new speed makes short.
-  scheduler->at(actor, TimePoint(std::chrono::hours(1)), Rank::kTimer, [&] { scheduler->stop(); });
+  scheduler->at(actor, TimePoint(std::chrono::hours(1)), mission::Rank::kTimer, [&] { scheduler->stop(); });
   EXPECT_TRUE(scheduler->inject(actor, [&] {
     const TimePoint before = scheduler->now();
     scheduler->set_pace({.paused = true, .factor = 1e6});

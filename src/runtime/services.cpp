@@ -31,7 +31,7 @@ void SimHost::keep_up() {
   });
 }
 
-CallOutcome SimHost::call(const std::string& interface, const std::string& method, const Value& args,
+mission::CallOutcome SimHost::call(const std::string& interface, const std::string& method, const Value& args,
                           const std::string& robot) {
   const Map none;
   const Map* map = args.as_map();

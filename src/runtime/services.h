@@ -10,23 +10,16 @@
 #include "sentree/base/time.h"
 #include "sentree/base/value.h"
 #include "sentree/idl/schema.h"
+#include "sentree/mission/delivery.h"
 #include "sentree/sim/state.h"
 #include "sentree/sim/world.h"
 
 namespace sentree::runtime {
 
-/// How a call ended.
-struct CallOutcome {
-  bool ok = false;
-  Value result;      ///< If ok.
-  std::string kind;  ///< Else: exception, unreachable, late, protocol or arguments.
-  std::string message;
-};
-
 /// A service as one caller sees it. Calls are executed in the order given.
 class ServicePort {
  public:
-  using Done = std::function<void(CallOutcome)>;
+  using Done = std::function<void(mission::CallOutcome)>;
   virtual ~ServicePort() = default;
   /// `args` conform to the method. `done` is called once: before this returns, or later from another thread.
   virtual void call(const idl::Method& method, Value args, Done done) = 0;
@@ -45,7 +38,7 @@ class SimHost {
   void keep_up();
 
   /// Advances the world to now and serves the call of a robot (empty: the first). From any thread.
-  [[nodiscard]] CallOutcome call(const std::string& interface, const std::string& method, const Value& args,
+  [[nodiscard]] mission::CallOutcome call(const std::string& interface, const std::string& method, const Value& args,
                                  const std::string& robot = {});
   /// A copy of the state, advanced to now.
   [[nodiscard]] sim::State snapshot();

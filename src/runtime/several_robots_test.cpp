@@ -132,7 +132,7 @@ TEST_F(TwoRobots, AComponentServesEachRobotByItsName) {
   const ControlHandler control = server.control("world.yaml");
   EXPECT_EQ(control.services().size(), names.size());
   const auto ask = [&](const std::string& service, const std::string& method, Map arguments = {}) {
-    const CallOutcome outcome = control.call(service, method, Value(std::move(arguments)));
+    const mission::CallOutcome outcome = control.call(service, method, Value(std::move(arguments)));
     return outcome.ok ? to_json(outcome.result) : outcome.kind + ": " + outcome.message;
   };
   EXPECT_EQ(ask("right/battery", "getBatteryCharge"), "50.0");
@@ -160,7 +160,7 @@ TEST_F(TwoRobots, EveryReplyOfEveryMethodHasTheShapeOfTheIdl) {
       Map arguments;
       for (const idl::Field& field : method->arguments.fields)
         arguments[field.name] = field.when_absent.value_or(Value());
-      const CallOutcome outcome = control.call(served.name, method->name, Value(std::move(arguments)));
+      const mission::CallOutcome outcome = control.call(served.name, method->name, Value(std::move(arguments)));
       EXPECT_TRUE(outcome.ok) << served.name << "." << method->name << ": " << outcome.message;
       ++methods;
       if (!outcome.ok || method->result->kind == idl::Kind::kVoid) continue;

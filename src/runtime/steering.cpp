@@ -27,7 +27,7 @@ project::Intervention of(project::Intervention::Kind kind, std::string target) {
 
 Result<void> Steering::stop() { return done(apply(of(project::Intervention::Kind::kStop, ""))); }
 
-Result<CallOutcome> Steering::call(std::string service, const std::string& method, Value args) {
+Result<mission::CallOutcome> Steering::call(std::string service, const std::string& method, Value args) {
   project::Intervention what = of(project::Intervention::Kind::kCall, std::move(service) + "." + method);
   what.args = std::move(args);
   auto applied = apply(what);

@@ -9,18 +9,12 @@
 #include "sentree/base/result.h"
 #include "sentree/base/time.h"
 #include "sentree/base/value.h"
+#include "sentree/mission/faults.h"
 #include "sentree/project/check_intervention.h"
 #include "sentree/project/intervention.h"
 #include "sentree/runtime/services.h"
 
 namespace sentree::runtime {
-
-/// A fault, a forced result or a breakpoint that stands.
-struct StandingIntervention {
-  std::uint64_t id = 0;
-  project::Intervention what;
-  std::uint64_t used = 0;  ///< Messages that it has changed, or times that it was reached.
-};
 
 /// Steers a run while it goes on. From any thread but the run's own (its listeners and callbacks): what has an outcome
 /// waits until it has happened.
@@ -62,7 +56,7 @@ class Steering {
   /// What became of an intervention.
   struct Applied {
     std::uint64_t id = 0;  ///< Of one that stands.
-    CallOutcome outcome;   ///< Of a call.
+    mission::CallOutcome outcome;   ///< Of a call.
   };
   /// Errors: steering.* with the names that there are.
   virtual Result<Applied> apply(const project::Intervention& what) = 0;
@@ -71,7 +65,7 @@ class Steering {
 
   /// Halts the mission; the run ends in order. Goes on if it was paused.
   Result<void> stop();
-  Result<CallOutcome> call(std::string service, const std::string& method, Value args);
+  Result<mission::CallOutcome> call(std::string service, const std::string& method, Value args);
   Result<void> kill(std::string part);
   Result<void> restart(std::string part);
   Result<std::uint64_t> delay(std::string messages, Duration by, std::uint64_t count = 0);
@@ -82,7 +76,7 @@ class Steering {
   Result<std::uint64_t> break_at_message(std::string pattern);
   Result<void> clear(std::uint64_t id);
 
-  [[nodiscard]] virtual std::vector<StandingIntervention> standing() const = 0;
+  [[nodiscard]] virtual std::vector<mission::StandingIntervention> standing() const = 0;
   [[nodiscard]] virtual std::vector<project::SteeredPart> parts() const = 0;
   /// The run so far as a scenario that does the same again: the text of a file in the project's scenarios/ folder.
   [[nodiscard]] virtual Result<std::string> scenario() const = 0;

@@ -55,27 +55,27 @@ void Stream::stamp(Message& message) {
   message.tick = tick_;
 }
 
-std::optional<Admission> Stream::publish_if(Message message, const Judge& judge, TimePoint deadline, Decided decided) {
+std::optional<mission::Admission> Stream::publish_if(Message message, const Judge& judge, TimePoint deadline, Decided decided) {
   if (scheduler_.is_virtual()) {
     message.time = scheduler_.now();
     message.tick = tick_;
-    if (auto veto = judge(message)) return Admission{std::move(veto)};
+    if (auto veto = judge(message)) return mission::Admission{std::move(veto)};
     publish(std::move(message));
-    return Admission{};
+    return mission::Admission{};
   }
   std::call_once(has_deadlines_, [this] { deadlines_ = scheduler_.add_actor("gate deadlines"); });
   // Whoever takes it decides.
   const auto open = std::make_shared<std::atomic<bool>>(true);
-  const auto first = [open](const Decided& told, Admission admission) {
+  const auto first = [open](const Decided& told, mission::Admission admission) {
     if (open->exchange(false)) told(std::move(admission));
   };
-  scheduler_.at(deadlines_, deadline, Rank::kTimer, [first, decided] {
-    first(decided, {Veto{"", "no gate decided in time"}});
+  scheduler_.at(deadlines_, deadline, mission::Rank::kTimer, [first, decided] {
+    first(decided, {mission::Veto{"", "no gate decided in time"}});
   });
   scheduler_.post(actor_, [this, message = std::move(message), judge, decided, open, first] {
     {
       const std::lock_guard lock(mutex_);
-      undecided_ = [first, decided] { first(decided, {Veto{"", "a gate was given up while it decided"}}); };
+      undecided_ = [first, decided] { first(decided, {mission::Veto{"", "a gate was given up while it decided"}}); };
     }
     for (int attempt = 0; attempt < kJudgementsMax; ++attempt) {
       drain();
@@ -107,7 +107,7 @@ std::optional<Admission> Stream::publish_if(Message message, const Judge& judge,
       drain();
       return;
     }
-    first(decided, {Veto{"", "observations come in faster than a gate can decide"}});
+    first(decided, {mission::Veto{"", "observations come in faster than a gate can decide"}});
   });
   return std::nullopt;
 }

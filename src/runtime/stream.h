@@ -16,16 +16,6 @@
 
 namespace sentree::runtime {
 
-/// Why a request is not sent.
-struct Veto {
-  std::string by;  ///< Name of the monitor or observer that refused.
-  std::string reason;
-};
-/// What became of a request that gates were asked about.
-struct Admission {
-  std::optional<Veto> veto;
-};
-
 /// The one ordered stream of everything observed in a run.
 ///
 /// `publish` fixes the message's place in the total order before it returns; since a request is published before
@@ -49,9 +39,9 @@ class Stream {
   void publish(Message message);
 
   /// Why a message must not be published, or nothing. Called like a listener.
-  using Judge = std::function<std::optional<Veto>(const Message&)>;
+  using Judge = std::function<std::optional<mission::Veto>(const Message&)>;
   /// Told once, in any thread, that the message was published, or why not.
-  using Decided = std::function<void(Admission)>;
+  using Decided = std::function<void(mission::Admission)>;
   /// What is published while a request is judged makes it be judged again; after so many times it is refused.
   static constexpr int kJudgementsMax = 16;
 
@@ -59,7 +49,7 @@ class Stream {
   /// it, and nothing comes between the judgement and its place in the order.
   /// In virtual time the decision is returned. In real time nothing is, `decided` gets the decision, and gets one even
   /// if the listeners are stuck: at `deadline`, which is then a veto.
-  std::optional<Admission> publish_if(Message message, const Judge& judge, TimePoint deadline, Decided decided);
+  std::optional<mission::Admission> publish_if(Message message, const Judge& judge, TimePoint deadline, Decided decided);
 
   /// A number for a call that nobody else has.
   [[nodiscard]] std::uint64_t next_call() { return ++calls_; }

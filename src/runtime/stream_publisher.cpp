@@ -20,7 +20,7 @@ std::vector<std::string> StreamPublisher::gates() const {
   return all;
 }
 
-std::optional<Admission> StreamPublisher::request(Message message, Stream::Decided decided) {
+std::optional<mission::Admission> StreamPublisher::request(Message message, Stream::Decided decided) {
   if (inbox_ != nullptr) inbox_->drain();
   std::vector<RemoteObserver*> asked;
   for (const auto& observer : observers_) {
@@ -31,10 +31,10 @@ std::optional<Admission> StreamPublisher::request(Message message, Stream::Decid
   return std::nullopt;
 }
 
-std::optional<Admission> StreamPublisher::admit(Message message, Stream::Decided decided) {
+std::optional<mission::Admission> StreamPublisher::admit(Message message, Stream::Decided decided) {
   if (!monitors_.is_gated(call_of(message))) {
     stream_.publish(std::move(message));
-    return Admission{};
+    return mission::Admission{};
   }
   return stream_.publish_if(
       std::move(message), [this](const Message& request) { return monitors_.judge(request); },
@@ -54,14 +54,14 @@ void StreamPublisher::ask(Message message, const std::vector<RemoteObserver*>& a
   question->request = std::move(message);
   question->decided = std::move(decided);
   question->unanswered = asked.size();
-  scheduler_.at(stream_.actor(), scheduler_.now() + patience_, Rank::kTimer, [question] {
-    if (question->open.exchange(false)) question->decided({Veto{"", "an observer did not answer in time"}});
+  scheduler_.at(stream_.actor(), scheduler_.now() + patience_, mission::Rank::kTimer, [question] {
+    if (question->open.exchange(false)) question->decided({mission::Veto{"", "an observer did not answer in time"}});
   });
   // Among the listeners of the stream, so that an observer has got whatever led to the request before it is asked.
   scheduler_.post(stream_.actor(), [this, question, asked] {
     stream_.flush();
     for (RemoteObserver* observer : asked) {
-      observer->ask(question->request, [this, question](Admission admission) {
+      observer->ask(question->request, [this, question](mission::Admission admission) {
         if (admission.veto) {
           if (question->open.exchange(false)) question->decided(std::move(admission));
         } else if (--question->unanswered == 0 && question->open.exchange(false)) {

@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "sentree/runtime/caller.h"
+#include "sentree/runtime/publisher.h"
 #include "sentree/runtime/monitors.h"
 #include "sentree/runtime/observation_socket.h"
 #include "sentree/runtime/remote_observer.h"
@@ -25,13 +25,13 @@ class StreamPublisher final : public Publisher {
   void set_inbox(ObservationInbox* inbox) { inbox_ = inbox; }
 
   void publish(Message message) override;
-  std::optional<Admission> request(Message message, Stream::Decided decided) override;
+  std::optional<mission::Admission> request(Message message, Stream::Decided decided) override;
   std::uint64_t next_call() override { return stream_.next_call(); }
   std::vector<std::string> gates() const override;
 
  private:
   // Asks the monitors of this process, and publishes.
-  std::optional<Admission> admit(Message message, Stream::Decided decided);
+  std::optional<mission::Admission> admit(Message message, Stream::Decided decided);
   // Asks those elsewhere first, all at once; the first veto, or the deadline, decides.
   void ask(Message message, const std::vector<RemoteObserver*>& asked, Stream::Decided decided);
 

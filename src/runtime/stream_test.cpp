@@ -39,14 +39,14 @@ class Running {
 class Decision {
  public:
   Stream::Decided told() {
-    return [this](Admission admission) {
+    return [this](mission::Admission admission) {
       const std::lock_guard lock(mutex_);
       ++times_;
       admission_ = std::move(admission);
       changed_.notify_all();
     };
   }
-  Admission wait() {
+  mission::Admission wait() {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return times_ > 0; });
     return admission_;
@@ -60,7 +60,7 @@ class Decision {
   std::mutex mutex_;
   std::condition_variable changed_;
   int times_ = 0;
-  Admission admission_;
+  mission::Admission admission_;
 };
 
 TEST(Stream, JudgesARequestBeforeItIsPublished) {
@@ -69,7 +69,7 @@ TEST(Stream, JudgesARequestBeforeItIsPublished) {
   std::vector<std::string> seen;
   stream.subscribe([&](const Message& message) { seen.push_back(message.name); });
   const Stream::Judge judge = [](const Message& message) {
-    return message.name == "bad" ? std::optional(Veto{"shield", "bad"}) : std::nullopt;
+    return message.name == "bad" ? std::optional(mission::Veto{"shield", "bad"}) : std::nullopt;
   };
   const auto bad = stream.publish_if(named("bad"), judge, kNever, {});
   ASSERT_TRUE(bad);
@@ -119,7 +119,7 @@ TEST(Stream, NothingComesBetweenJudgementAndPublication) {
           named("gated"),
           [&](const Message&) {
             judged_after = last_seen;
-            return std::optional<Veto>();
+            return std::optional<mission::Veto>();
           },
           kNever, decision.told());
       EXPECT_FALSE(now);
@@ -179,10 +179,10 @@ TEST(Stream, AJudgeThatIsStuckRefuses) {
         [&](const Message&) {
           std::unique_lock lock(mutex);
           changed.wait(lock, [&] { return released; });
-          return std::optional<Veto>();
+          return std::optional<mission::Veto>();
         },
         TimePoint(), decision.told());
-    const Admission admission = decision.wait();
+    const mission::Admission admission = decision.wait();
     ASSERT_TRUE(admission.veto);
     EXPECT_THAT(admission.veto->reason, HasSubstr("in time"));
     {
@@ -193,7 +193,7 @@ TEST(Stream, AJudgeThatIsStuckRefuses) {
     // Whatever the judge says now comes too late: a second request is decided after it.
     Decision second;
     stream.publish_if(
-        named("second"), [](const Message&) { return std::optional<Veto>(); }, kNever, second.told());
+        named("second"), [](const Message&) { return std::optional<mission::Veto>(); }, kNever, second.told());
     EXPECT_FALSE(second.wait().veto);
     EXPECT_EQ(decision.times(), 1);
   }

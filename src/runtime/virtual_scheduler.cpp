@@ -5,6 +5,7 @@
 #include <queue>
 #include <thread>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "sentree/runtime/scheduler.h"
@@ -21,6 +22,8 @@ constexpr std::chrono::milliseconds kLagMax{250};
 
 class VirtualScheduler final : public Scheduler {
  public:
+  using Scheduler::hand_over;
+
   TimePoint now() const override { return now_.load(std::memory_order_relaxed); }
   bool is_virtual() const override { return true; }
   bool is_inside() const override { return worker_ == std::this_thread::get_id(); }
@@ -30,9 +33,16 @@ class VirtualScheduler final : public Scheduler {
     return names_.size() - 1;
   }
 
-  void post(ActorId to, Task task) override { push(to, now(), Rank::kMessage, std::move(task)); }
-  void at(ActorId to, TimePoint when, Rank rank, Task task) override {
+  void post(ActorId to, Task task) override { push(to, now(), mission::Rank::kMessage, std::move(task)); }
+  void at(ActorId to, TimePoint when, mission::Rank rank, Task task) override {
     push(to, std::max(when, now()), rank, std::move(task));
+  }
+
+  void post(ActorId to, mission::Delivery delivery) override {
+    push(to, now(), mission::Rank::kMessage, std::move(delivery));
+  }
+  void at(ActorId to, TimePoint when, mission::Rank rank, mission::Delivery delivery) override {
+    push(to, std::max(when, now()), rank, std::move(delivery));
   }
 
   // In a thread of its own, so that the caller comes back even from a script that does not.
@@ -111,10 +121,14 @@ class VirtualScheduler final : public Scheduler {
         return names_[top.actor] + " has been sent more than " + std::to_string(kTasksPerInstantMax) +
                " messages without time passing; two parts answer each other for ever";
       }
-      if (top.rank != Rank::kInjection) begun_ = true;
-      const Task task = std::move(top.task);
+      if (top.rank != mission::Rank::kInjection) begun_ = true;
+      std::variant<Task, mission::Delivery> what = std::move(top.what);
+      const ActorId actor = top.actor;
       queue_.pop();
-      task();
+      if (auto* delivery = std::get_if<mission::Delivery>(&what))
+        give(actor, std::move(*delivery));
+      else
+        std::get<Task>(what)();
     }
     return error_;
   }
@@ -127,13 +141,13 @@ class VirtualScheduler final : public Scheduler {
       if (stopped_) return false;
       for (auto& [to, task] : inbox_) {
         commands_until_ = command_time();
-        push(to, commands_until_, Rank::kInjection, std::move(task));
+        push(to, commands_until_, mission::Rank::kInjection, std::move(task));
       }
       inbox_.clear();
       if (error_) return true;
       const TimePoint next = queue_.empty() ? kNever : queue_.top().when;
       const bool goes_on = begun_ && next == now();
-      const bool commanded = !queue_.empty() && queue_.top().rank == Rank::kInjection && next <= commands_until_;
+      const bool commanded = !queue_.empty() && queue_.top().rank == mission::Rank::kInjection && next <= commands_until_;
       if (goes_on || commanded) return true;
       if (!pace_.paused) {
         standing_ = false;
@@ -189,10 +203,10 @@ class VirtualScheduler final : public Scheduler {
 
   struct Entry {
     TimePoint when;
-    Rank rank;
+    mission::Rank rank;
     std::uint64_t order;
     ActorId actor;
-    Task task;
+    std::variant<Task, mission::Delivery> what;
   };
   struct Later {
     bool operator()(const Entry& a, const Entry& b) const {
@@ -202,12 +216,12 @@ class VirtualScheduler final : public Scheduler {
     }
   };
 
-  void push(ActorId to, TimePoint when, Rank rank, Task task) {
+  void push(ActorId to, TimePoint when, mission::Rank rank, std::variant<Task, mission::Delivery> what) {
     if (queue_.size() >= kQueueMax) {
       error_ = "more than " + std::to_string(kQueueMax) + " messages are waiting; the last one was for " + names_[to];
       return;
     }
-    queue_.push({when, rank, order_++, to, std::move(task)});
+    queue_.push({when, rank, order_++, to, std::move(what)});
   }
 
   std::atomic<TimePoint> now_ = TimePoint{};  // written by the thread that works only

@@ -96,7 +96,7 @@ Result<Value> set_breakpoint(runtime::Steering& steering, const Subject& subject
   return fail("studio.request", "a breakpoint is of kind node, state or message, not \"" + kind + "\"");
 }
 
-Value to_value(const Subject& subject, const runtime::StandingIntervention& standing) {
+Value to_value(const Subject& subject, const mission::StandingIntervention& standing) {
   using Kind = project::Intervention::Kind;
   const project::Intervention& what = standing.what;
   Map value{{"id", static_cast<std::int64_t>(standing.id)}, {"used", static_cast<std::int64_t>(standing.used)}};
@@ -175,7 +175,7 @@ Result<Value> steer(runtime::Steering& steering, const Subject& subject, const s
   if (op == "save_scenario") return save_scenario(steering, subject, asked);
   if (op == "interventions") {
     List list;
-    for (const runtime::StandingIntervention& one : steering.standing()) list.push_back(to_value(subject, one));
+    for (const mission::StandingIntervention& one : steering.standing()) list.push_back(to_value(subject, one));
     return Value(std::move(list));
   }
   if (op == "step") {

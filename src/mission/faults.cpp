@@ -1,4 +1,4 @@
-#include "sentree/runtime/standing.h"
+#include "sentree/mission/faults.h"
 
 #include <algorithm>
 #include <charconv>
@@ -6,7 +6,7 @@
 
 #include "sentree/idl/conform.h"
 
-namespace sentree::runtime {
+namespace sentree::mission {
 
 namespace {
 
@@ -43,7 +43,7 @@ bool put(Value& at, std::string_view path, const Value& value) {
 
 }  // namespace
 
-StandingInterventions::StandingInterventions(const std::vector<project::DelayFault>& delays) {
+Faults::Faults(const std::vector<project::DelayFault>& delays) {
   for (const project::DelayFault& delay : delays) {
     project::Intervention what;
     what.kind = Kind::kDelay;
@@ -53,8 +53,7 @@ StandingInterventions::StandingInterventions(const std::vector<project::DelayFau
   }
 }
 
-Result<std::uint64_t> StandingInterventions::next_id() {
-  const std::lock_guard lock(mutex_);
+Result<std::uint64_t> Faults::next_id() {
   if (entries_.size() >= kStandingMax) {
     return fail("steering.too-many", "more than " + std::to_string(kStandingMax) +
                                          " delays, falsified replies, forced results and breakpoints; clear one first");
@@ -62,48 +61,45 @@ Result<std::uint64_t> StandingInterventions::next_id() {
   return ++last_id_;
 }
 
-void StandingInterventions::add(std::uint64_t id, project::Intervention what) {
-  const std::lock_guard lock(mutex_);
-  ++counts_[static_cast<std::size_t>(what.kind)];
+void Faults::add(std::uint64_t id, project::Intervention what) {
   entries_.push_back({{id, std::move(what), 0}});
 }
 
-Result<void> StandingInterventions::clear(std::uint64_t id) {
-  const std::lock_guard lock(mutex_);
+Result<void> Faults::clear(std::uint64_t id) {
   const auto found =
       std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) { return entry.standing.id == id; });
   if (found == entries_.end()) {
     return fail("steering.unknown-id", "nothing stands with number " + std::to_string(id) +
                                            (id >= 1 && id <= last_id_ ? "; it has been used up or cleared" : ""));
   }
-  --counts_[static_cast<std::size_t>(found->standing.what.kind)];
   entries_.erase(found);
   return {};
 }
 
-std::vector<StandingIntervention> StandingInterventions::list() const {
-  const std::lock_guard lock(mutex_);
+std::vector<StandingIntervention> Faults::list() const {
   std::vector<StandingIntervention> list;
   for (const Entry& entry : entries_) list.push_back(entry.standing);
   return list;
 }
 
+bool Faults::any(Kind kind) const {
+  return std::any_of(entries_.begin(), entries_.end(),
+                     [kind](const Entry& entry) { return entry.standing.what.kind == kind; });
+}
+
 template <class Matches, class Use>
-void StandingInterventions::each(Kind kind, const Matches& matches, const Use& use_entry) {
+void Faults::each(Kind kind, const Matches& matches, const Use& use_entry) {
   if (!any(kind)) return;
-  const std::lock_guard lock(mutex_);
   for (Entry& entry : entries_) {
     if (entry.standing.what.kind == kind && matches(entry)) use_entry(entry);
   }
-  std::erase_if(entries_, [this](const Entry& entry) {
+  std::erase_if(entries_, [](const Entry& entry) {
     const project::Intervention& what = entry.standing.what;
-    if (what.count == 0 || entry.standing.used < what.count) return false;
-    --counts_[static_cast<std::size_t>(what.kind)];
-    return true;
+    return what.count != 0 && entry.standing.used >= what.count;
   });
 }
 
-Duration StandingInterventions::delay_of(std::string_view message) {
+Duration Faults::delay_of(std::string_view message) {
   Duration delay{0};
   // "battery.*" means requests: a reply is meant where it is named.
   const bool is_reply = message.ends_with(kReply);
@@ -120,7 +116,7 @@ Duration StandingInterventions::delay_of(std::string_view message) {
   return delay;
 }
 
-void StandingInterventions::falsify(std::string_view call, const idl::Method& method, Value& result) {
+void Faults::falsify(std::string_view call, const idl::Method& method, Value& result) {
   each(
       Kind::kFalsify, [&](const Entry& entry) { return project::matches_pattern(entry.standing.what.target, call); },
       [&](Entry& entry) {
@@ -133,7 +129,7 @@ void StandingInterventions::falsify(std::string_view call, const idl::Method& me
       });
 }
 
-std::optional<bt::Status> StandingInterventions::forced(std::string_view leaf) {
+std::optional<bt::Status> Faults::forced(std::string_view leaf) {
   std::optional<bt::Status> status;
   // The newest wins; only what is used is used up.
   Entry* newest = nullptr;
@@ -148,7 +144,7 @@ std::optional<bt::Status> StandingInterventions::forced(std::string_view leaf) {
   return status;
 }
 
-std::vector<std::uint64_t> StandingInterventions::reached_by(const Message& message) {
+std::vector<std::uint64_t> Faults::reached_by(const Message& message) {
   std::vector<std::uint64_t> reached;
   // The hit itself is no new one.
   if (message.name == "scenario.breakpoint") return reached;
@@ -169,7 +165,7 @@ std::vector<std::uint64_t> StandingInterventions::reached_by(const Message& mess
   return reached;
 }
 
-std::vector<std::uint64_t> StandingInterventions::reached_in(
+std::vector<std::uint64_t> Faults::reached_in(
     std::string_view chart, const std::function<bool(const std::string& state)>& is_active) {
   std::vector<std::uint64_t> reached;
   each(
@@ -188,4 +184,4 @@ std::vector<std::uint64_t> StandingInterventions::reached_in(
   return reached;
 }
 
-}  // namespace sentree::runtime
+}  // namespace sentree::mission

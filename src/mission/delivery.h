@@ -1,0 +1,155 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "sentree/base/time.h"
+#include "sentree/base/value.h"
+#include "sentree/bt/status.h"
+#include "sentree/mission/shared.h"
+
+namespace sentree::mission {
+
+/// What comes first at one instant of virtual time.
+enum class Rank : std::uint8_t { kInjection, kSimulator, kMessage, kTimer, kTick };
+
+/// Why a request is not sent.
+struct Veto {
+  std::string by;  ///< Name of the monitor or observer that refused.
+  std::string reason;
+  friend bool operator==(const Veto&, const Veto&) = default;
+};
+/// What became of a request that gates were asked about.
+struct Admission {
+  std::optional<Veto> veto;
+  friend bool operator==(const Admission&, const Admission&) = default;
+};
+
+/// A call that a chart makes.
+struct Call {
+  std::uint64_t run = 0;  ///< The run of the skill that it belongs to; no other run's chart gets its outcome.
+  std::uint64_t id = 0;   ///< Joins request and outcome.
+  std::string service;
+  std::string method;
+  Value args;  ///< As the IDL has them.
+  std::string sendid;
+  friend bool operator==(const Call&, const Call&) = default;
+};
+
+/// How a call ended.
+struct CallOutcome {
+  bool ok = false;
+  Value result;      ///< If ok.
+  std::string kind;  ///< Else: exception, unreachable, late, protocol, arguments or vetoed.
+  std::string message;
+  friend bool operator==(const CallOutcome&, const CallOutcome&) = default;
+};
+
+// What is on its way to the tree.
+
+/// A period begins: the tree is to be ticked.
+struct Period {
+  friend bool operator==(const Period&, const Period&) = default;
+};
+/// Timers of the tree may be due.
+struct TreeTimer {
+  friend bool operator==(const TreeTimer&, const TreeTimer&) = default;
+};
+/// A leaf has had its time to answer tick number `tick`.
+struct AnswerDue {
+  std::size_t leaf = 0;
+  std::uint64_t tick = 0;
+  TimePoint when{};
+  friend bool operator==(const AnswerDue&, const AnswerDue&) = default;
+};
+/// A leaf answers tick number `tick`.
+struct Answered {
+  std::size_t leaf = 0;
+  std::uint64_t tick = 0;
+  bt::Status status = bt::Status::kIdle;
+  Map outputs;
+  friend bool operator==(const Answered&, const Answered&) = default;
+};
+/// A leaf has halted.
+struct Halted {
+  std::size_t leaf = 0;
+  friend bool operator==(const Halted&, const Halted&) = default;
+};
+/// The mission is to halt.
+struct Stop {
+  friend bool operator==(const Stop&, const Stop&) = default;
+};
+/// Leaves have had their time to halt.
+struct HaltLimit {
+  friend bool operator==(const HaltLimit&, const HaltLimit&) = default;
+};
+using TreeDelivery = std::variant<Period, TreeTimer, AnswerDue, Answered, Halted, Stop, HaltLimit>;
+
+// What is on its way to a skill.
+
+struct TickSkill {
+  std::uint64_t tick = 0;  ///< Numbers the ticks of all leaves.
+  bool started = false;    ///< The leaf was idle: a new run begins.
+  Map inputs;
+  friend bool operator==(const TickSkill&, const TickSkill&) = default;
+};
+struct HaltSkill {
+  friend bool operator==(const HaltSkill&, const HaltSkill&) = default;
+};
+/// Its run is given up; no answer is expected.
+struct CancelSkill {
+  friend bool operator==(const CancelSkill&, const CancelSkill&) = default;
+};
+/// It ends as if its process had been killed.
+struct KillSkill {
+  friend bool operator==(const KillSkill&, const KillSkill&) = default;
+};
+/// After it was killed: it can be ticked again.
+struct RestartSkill {
+  friend bool operator==(const RestartSkill&, const RestartSkill&) = default;
+};
+/// A timer of its chart, or its halt deadline, may be due.
+struct SkillTimer {
+  TimePoint when{};
+  friend bool operator==(const SkillTimer&, const SkillTimer&) = default;
+};
+/// The gates have decided about the oldest call to that service that waits for them.
+struct Admitted {
+  Shared<Call> call;
+  Admission admission;
+  friend bool operator==(const Admitted&, const Admitted&) = default;
+};
+/// A request that was held back goes out.
+struct Send {
+  Shared<Call> call;
+  friend bool operator==(const Send&, const Send&) = default;
+};
+/// A service has answered, or will not.
+struct Outcome {
+  Shared<Call> call;
+  CallOutcome outcome;
+  friend bool operator==(const Outcome&, const Outcome&) = default;
+};
+/// The outcome reaches the chart, after all that held it back.
+struct Finish {
+  Shared<Call> call;
+  CallOutcome outcome;
+  std::string vetoed_by;  ///< The gate that refused the call.
+  friend bool operator==(const Finish&, const Finish&) = default;
+};
+using SkillDelivery = std::variant<TickSkill, HaltSkill, CancelSkill, KillSkill, RestartSkill, SkillTimer, Admitted,
+                                   Send, Outcome, Finish>;
+
+/// Something on its way to a part of the run.
+struct Delivery {
+  static constexpr std::size_t kTree = static_cast<std::size_t>(-1);
+
+  std::size_t leaf = kTree;  ///< To the skill of that leaf, by its index in the plan; kTree: to the tree.
+  std::variant<TreeDelivery, SkillDelivery> what;
+  friend bool operator==(const Delivery&, const Delivery&) = default;
+};
+
+}  // namespace sentree::mission

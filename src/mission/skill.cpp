@@ -1,0 +1,519 @@
+#include "sentree/mission/skill.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "sentree/base/assert.h"
+#include "sentree/base/rng.h"
+#include "sentree/idl/conform.h"
+#include "sentree/scxml/step.h"
+
+namespace sentree::mission {
+
+namespace {
+
+using Phase = SkillPhase;
+
+constexpr auto kKilled = "the skill was killed";
+
+constexpr SkillEdge kEdges[] = {
+    // A run begins, goes on, is answered, or ends within its tick.
+    {Phase::kIdle, "tick", Phase::kIdle},
+    {Phase::kIdle, "tick", Phase::kRunning},
+    {Phase::kIdle, "tick", Phase::kOwing},
+    {Phase::kRunning, "tick", Phase::kRunning},
+    {Phase::kRunning, "tick", Phase::kIdle},
+    {Phase::kOwing, "tick", Phase::kOwing},
+    {Phase::kOwing, "tick", Phase::kIdle},
+    {Phase::kHalting, "tick", Phase::kHalting},
+    {Phase::kEnded, "tick", Phase::kIdle},
+    {Phase::kEnded, "tick", Phase::kRunning},
+    {Phase::kKilled, "tick", Phase::kKilled},
+    // Outcomes and timers reach a living chart only.
+    {Phase::kRunning, "outcome", Phase::kRunning},
+    {Phase::kRunning, "outcome", Phase::kEnded},
+    {Phase::kOwing, "outcome", Phase::kOwing},
+    {Phase::kOwing, "outcome", Phase::kIdle},
+    {Phase::kHalting, "outcome", Phase::kHalting},
+    {Phase::kHalting, "outcome", Phase::kIdle},
+    {Phase::kRunning, "timer", Phase::kRunning},
+    {Phase::kRunning, "timer", Phase::kEnded},
+    {Phase::kOwing, "timer", Phase::kOwing},
+    {Phase::kOwing, "timer", Phase::kIdle},
+    {Phase::kHalting, "timer", Phase::kHalting},
+    {Phase::kHalting, "timer", Phase::kIdle},
+    // A halt takes its time; a cancelled run is gone at once.
+    {Phase::kIdle, "halt", Phase::kIdle},
+    {Phase::kRunning, "halt", Phase::kHalting},
+    {Phase::kRunning, "halt", Phase::kIdle},
+    {Phase::kOwing, "halt", Phase::kHalting},
+    {Phase::kOwing, "halt", Phase::kIdle},
+    {Phase::kHalting, "halt", Phase::kHalting},
+    {Phase::kHalting, "halt", Phase::kIdle},
+    {Phase::kEnded, "halt", Phase::kIdle},
+    {Phase::kKilled, "halt", Phase::kKilled},
+    {Phase::kIdle, "cancel", Phase::kIdle},
+    {Phase::kRunning, "cancel", Phase::kIdle},
+    {Phase::kOwing, "cancel", Phase::kIdle},
+    {Phase::kHalting, "cancel", Phase::kIdle},
+    {Phase::kEnded, "cancel", Phase::kIdle},
+    {Phase::kKilled, "cancel", Phase::kKilled},
+    {Phase::kIdle, "kill", Phase::kKilled},
+    {Phase::kRunning, "kill", Phase::kKilled},
+    {Phase::kOwing, "kill", Phase::kKilled},
+    {Phase::kHalting, "kill", Phase::kKilled},
+    {Phase::kEnded, "kill", Phase::kKilled},
+    {Phase::kKilled, "kill", Phase::kKilled},
+    {Phase::kKilled, "restart", Phase::kIdle},
+};
+
+struct Kind {
+  std::string_view operator()(const TickSkill&) const { return "tick"; }
+  std::string_view operator()(const HaltSkill&) const { return "halt"; }
+  std::string_view operator()(const CancelSkill&) const { return "cancel"; }
+  std::string_view operator()(const KillSkill&) const { return "kill"; }
+  std::string_view operator()(const RestartSkill&) const { return "restart"; }
+  std::string_view operator()(const SkillTimer&) const { return "timer"; }
+  std::string_view operator()(const Outcome&) const { return "outcome"; }
+  std::string_view operator()(const Finish&) const { return "outcome"; }
+  std::string_view operator()(const Admitted&) const { return ""; }
+  std::string_view operator()(const Send&) const { return ""; }
+};
+
+std::string full_name(const Call& call) { return call.service + "." + call.method; }
+
+SkillState::Line& line_of(SkillState& state, const std::string& service) {
+  for (SkillState::Line& line : state.lines) {
+    if (line.service == service) return line;
+  }
+  state.lines.push_back({service, {}, {}});
+  return state.lines.back();
+}
+
+}  // namespace
+
+std::string_view to_string(SkillPhase phase) {
+  constexpr std::array<std::string_view, 6> kNames{"idle", "running", "owing", "halting", "ended", "killed"};
+  return kNames[static_cast<std::size_t>(phase)];
+}
+
+std::span<const SkillEdge> skill_edges() { return kEdges; }
+
+std::string_view kind_of(const SkillDelivery& delivery) { return std::visit(Kind(), delivery); }
+
+SkillMachine::SkillMachine(SkillModel model, scxml::ExecutionWatch* watch) : model_(std::move(model)) {
+  host_.processors.push_back({"thrift", ""});
+  host_.on_send = [this](const scxml::OutgoingSend& send) { return check_call(send, *model_.services); };
+  host_.watch = watch;
+  host_.observer = &observer_;
+}
+
+void SkillMachine::Observer::event(const scxml::Chart& chart, std::string_view, const scxml::Event& event) {
+  if (chart == machine.model_.chart) machine.stepped_->latest.event = event.name;
+}
+
+void SkillMachine::Observer::transition(const scxml::Chart& chart, std::string_view, scxml::TransitionIndex taken) {
+  if (!(chart == machine.model_.chart)) return;
+  machine.stepped_->latest.transition = taken;
+  ++machine.stepped_->latest.transitions;
+}
+
+/// One delivery to one skill.
+class SkillMachine::Step {
+ public:
+  Step(SkillMachine& machine, SkillState& state, SkillHost& host)
+      : machine_(machine),
+        model_(machine.model_),
+        state_(state),
+        host_(host),
+        alive_(state.running()),
+        owing_(state.phase == Phase::kOwing),
+        halting_(state.phase == Phase::kHalting),
+        ended_(state.phase == Phase::kEnded) {
+    machine_.stepped_ = &state;
+  }
+
+  bool operator()(TickSkill&& tick) {
+    state_.tick = tick.tick;
+    if (halting_) {
+      // No ticks are delivered while a halt goes on.
+      answer(bt::Status::kRunning, {});
+      return true;
+    }
+    owing_ = true;
+    if (tick.started && !alive_) start(tick.inputs);
+    if (alive_) {
+      scxml::Event event;
+      event.name = "tick";
+      event.data = Value(std::move(tick.inputs));
+      step(event);
+    }
+    return settle();
+  }
+
+  bool operator()(const HaltSkill&) {
+    owing_ = false;
+    ended_ = false;
+    halting_ = true;
+    if (alive_) {
+      scxml::Event event;
+      event.name = "halt";
+      const bool enabled = step(event).enabled;
+      if (alive_ && !enabled) cancel();
+      if (alive_) state_.halt_due = add_saturating(host_.now(), model_.halt_deadline);
+    }
+    return settle();
+  }
+
+  bool operator()(const CancelSkill&) {
+    owing_ = false;
+    if (alive_) cancel();
+    ended_ = false;
+    return settle();
+  }
+
+  bool operator()(const KillSkill&) {
+    give_up(state_, kKilled, host_);
+    state_.phase = Phase::kKilled;
+    return true;
+  }
+
+  bool operator()(const RestartSkill&) {
+    if (state_.phase == Phase::kKilled) state_.phase = Phase::kIdle;
+    return true;
+  }
+
+  bool operator()(const SkillTimer& timer) {
+    if (state_.wake != timer.when) return false;
+    state_.wake = kNever;
+    if (!alive_) return false;
+    if (state_.session.next_timer() <= host_.now()) {
+      scxml::step_timers(model_.chart, state_.session, host_.now(), machine_.effects_, machine_.host_);
+      follow();
+    }
+    if (alive_ && state_.halt_due && *state_.halt_due <= host_.now()) {
+      host_.problem(model_.name + " did not end within its halt deadline of " +
+                    std::to_string(model_.halt_deadline.count() / 1'000'000) + " ms and was cancelled");
+      cancel();
+    }
+    return settle();
+  }
+
+  bool operator()(const Admitted& decided) {
+    line_of(state_, decided.call->service).waiting.pop_front();
+    admitted(decided.call, decided.admission);
+    admit(decided.call->service);
+    return false;
+  }
+
+  bool operator()(const Send& send) {
+    host_.send(send.call, method_of(*send.call));
+    return false;
+  }
+
+  bool operator()(Outcome&& answered) {
+    const std::string name = full_name(*answered.call);
+    if (answered.outcome.ok) host_.falsify(name, method_of(*answered.call), answered.outcome.result);
+    const Duration delay = host_.delay_of(name + ".reply");
+    if (delay == Duration(0)) return (*this)(Finish{answered.call, std::move(answered.outcome), {}});
+    host_.deliver_at(add_saturating(host_.now(), delay), Rank::kMessage,
+                     Finish{answered.call, std::move(answered.outcome), {}});
+    return false;
+  }
+
+  bool operator()(Finish&& finish) {
+    const Call& call = *finish.call;
+    CallOutcome& outcome = finish.outcome;
+    const bool current = state_.is_current(call.run);
+    Map data;
+    data.append("args", call.args);
+    if (outcome.ok) {
+      data.append("result", std::move(outcome.result));
+    } else {
+      data.append("kind", outcome.kind);
+      data.append("message", std::move(outcome.message));
+      if (!finish.vetoed_by.empty()) data.append("vetoed_by", std::move(finish.vetoed_by));
+    }
+    Message message;
+    message.kind = outcome.ok && current ? MessageKind::kReply : MessageKind::kError;
+    message.source = model_.name;
+    message.target = call.service;
+    message.name = full_name(call) + (!current ? ".late" : outcome.ok ? ".reply" : ".error");
+    message.call = call.id;
+    if (!current) {
+      message.data = std::move(data);
+      host_.publish(std::move(message));
+      return false;
+    }
+    message.data = data;
+    const bool undelivered = outcome.kind == "unreachable" || outcome.kind == "late" || outcome.kind == "protocol";
+    scxml::Event event;
+    event.name = !outcome.ok && undelivered ? "error.communication" : message.name;
+    // SCXML 6.2.5: what prevents delivery is an error event of the platform.
+    event.type =
+        !outcome.ok && undelivered ? scxml::EventType::kPlatform : scxml::EventType::kExternal;
+    host_.publish(std::move(message));
+    event.sendid = call.sendid;
+    event.origintype = "thrift";
+    event.data = idl::for_script(std::move(data));
+    step(event);
+    return settle();
+  }
+
+ private:
+  void start(const Map& inputs) {
+    const scxml::Chart& chart = model_.chart;
+    ++state_.run;
+    alive_ = true;
+    ended_ = false;
+    state_.halt_due.reset();
+    state_.outputs = Map();
+    scxml::StartOptions options;
+    for (const auto& [port, value] : inputs) {
+      const bool is_data =
+          std::any_of(chart.data().begin(), chart.data().end(), [&](const auto& d) { return d.id == port; });
+      if (is_data) options.data[port] = value;
+    }
+    options.session_id = model_.name + "." + std::to_string(state_.run);
+    options.seed = hash_combine(model_.seed, state_.run);
+    scxml::start(chart, state_.session, std::move(options), host_.now(), machine_.effects_, machine_.host_);
+    follow();
+  }
+
+  scxml::StepInfo step(const scxml::Event& event) {
+    const scxml::StepInfo info =
+        scxml::step(model_.chart, state_.session, event, host_.now(), machine_.effects_, machine_.host_);
+    follow();
+    return info;
+  }
+
+  void cancel() {
+    scxml::cancel(model_.chart, state_.session, host_.now(), machine_.effects_, machine_.host_);
+    follow();
+  }
+
+  void follow() {
+    for (scxml::Effect& effect : machine_.effects_) {
+      if (auto* send = std::get_if<scxml::OutgoingSend>(&effect)) {
+        if (send->type == "thrift") {
+          call(*send);
+        } else {
+          host_.problem(to_string(send->span) + ": nobody receives <send> of type \"" + send->type + "\" to \"" +
+                        send->target + "\"");
+        }
+      } else if (const auto* line = std::get_if<scxml::LogLine>(&effect)) {
+        host_.log(*line);
+      } else if (auto* done = std::get_if<scxml::Done>(&effect)) {
+        end_run(done->final_id, std::move(done->donedata));
+      }
+    }
+    machine_.effects_.clear();
+    if (alive_ && state_.session.status() == scxml::SessionStatus::kFailed) {
+      const auto& failure = state_.session.failure();
+      host_.problem(model_.name + " was given up: " + (failure ? to_string(*failure) : "its chart failed"));
+      end_run("failure", Value(Map{{"reason", failure ? failure->message : ""}}));
+    }
+  }
+
+  void end_run(const std::string& final_id, std::optional<Value> donedata) {
+    alive_ = false;
+    ended_ = true;
+    state_.halt_due.reset();
+    // A run that says `halted` without having been asked to has not done its work.
+    state_.ended = final_id == "success" ? bt::Status::kSuccess : bt::Status::kFailure;
+    Map* outputs = donedata ? donedata->as_map() : nullptr;
+    state_.outputs = outputs != nullptr ? std::move(*outputs) : Map();
+  }
+
+  // The phase that follows, and the answers that come with it. An action's tick is answered after the macrostep that it
+  // caused.
+  bool settle() {
+    Phase next = Phase::kIdle;
+    if (alive_ && halting_) {
+      next = Phase::kHalting;
+    } else if (alive_ && owing_ && model_.condition) {
+      next = Phase::kOwing;
+    } else if (alive_) {
+      next = Phase::kRunning;
+    } else if (ended_ && !halting_ && !owing_) {
+      next = Phase::kEnded;
+    }
+    state_.phase = next;
+    if (!alive_ && halting_) {
+      host_.halted();
+    } else if (!alive_ && owing_) {
+      // One that was cancelled has nothing to tell but failure.
+      if (ended_)
+        answer(state_.ended, std::exchange(state_.outputs, Map()));
+      else
+        answer(bt::Status::kFailure, {});
+    } else if (owing_ && next == Phase::kRunning) {
+      answer(bt::Status::kRunning, {});
+    }
+    schedule();
+    return true;
+  }
+
+  void answer(bt::Status status, Map outputs) {
+    state_.answered = state_.tick;
+    host_.answer(state_.tick, status, std::move(outputs));
+  }
+
+  void schedule() {
+    TimePoint next = alive_ ? state_.session.next_timer() : kNever;
+    if (state_.halt_due) next = std::min(next, *state_.halt_due);
+    if (next == kNever || next == state_.wake) return;
+    state_.wake = next;
+    host_.deliver_at(next, Rank::kTimer, SkillTimer{next});
+  }
+
+  const idl::Method& method_of(const Call& call) const {
+    return *model_.services->at(call.service).service->find(call.method);
+  }
+
+  void call(scxml::OutgoingSend& send) {
+    // `check_call` has passed: the chart's <send> would have failed otherwise.
+    const idl::Method& method = *model_.services->at(send.target).service->find(send.event);
+    Call call{.run = state_.run,
+              .id = host_.next_call(),
+              .service = std::move(send.target),
+              .method = method.name,
+              .args = send.data ? std::move(*send.data) : Value(Map()),
+              .sendid = std::move(send.sendid)};
+    if (!idl::conforms_arguments(method, call.args)) call.args = *idl::conform_arguments(method, std::move(call.args));
+    const Shared<Call> shared(std::move(call));
+    SkillState::Line& line = line_of(state_, shared->service);
+    if (line.waiting.size() >= kGatedCallsMax) {
+      const std::string why = std::to_string(kGatedCallsMax) + " calls are waiting for a gate already";
+      host_.deliver(Finish{shared, {.ok = false, .result = {}, .kind = "unreachable", .message = why}, {}});
+      return;
+    }
+    line.waiting.push_back(shared);
+    if (line.waiting.size() == 1) admit(shared->service);
+  }
+
+  // Asks for the calls to one service, one after the other, until a decision has to be waited for.
+  void admit(const std::string& service) {
+    for (;;) {
+      SkillState::Line& line = line_of(state_, service);
+      if (line.waiting.empty()) return;
+      const Shared<Call> call = line.waiting.front();
+      Message request;
+      request.kind = MessageKind::kRequest;
+      request.source = model_.name;
+      request.target = call->service;
+      request.name = full_name(*call) + ".request";
+      request.call = call->id;
+      Map data;
+      data.append("args", call->args);
+      request.data = std::move(data);
+      const auto admission = host_.request(std::move(request), call);
+      if (!admission) return;
+      line.waiting.pop_front();
+      admitted(call, *admission);
+    }
+  }
+
+  void admitted(const Shared<Call>& call, const Admission& admission) {
+    if (admission.veto) {
+      const std::string by = admission.veto->by.empty() ? "" : " by " + admission.veto->by;
+      host_.deliver(Finish{call,
+                           {.ok = false,
+                            .result = {},
+                            .kind = "vetoed",
+                            .message = "vetoed" + by + ": " + admission.veto->reason},
+                           admission.veto->by});
+      return;
+    }
+    const TimePoint now = host_.now();
+    TimePoint& not_before = line_of(state_, call->service).not_before;
+    not_before = std::max(not_before, now + host_.delay_of(full_name(*call)));
+    if (not_before > now) {
+      host_.deliver_at(not_before, Rank::kMessage, Send{call});
+    } else {
+      not_before = TimePoint{};
+      host_.send(call, method_of(*call));
+    }
+  }
+
+  SkillMachine& machine_;
+  const SkillModel& model_;
+  SkillState& state_;
+  SkillHost& host_;
+  bool alive_;    // the chart lives
+  bool owing_;    // a tick waits for its answer
+  bool halting_;  // a halt waits for the end of the run
+  bool ended_;    // a run has ended and its status has not been told
+};
+
+bool SkillMachine::step(SkillState& state, SkillDelivery delivery, SkillHost& host) {
+  const Phase before = state.phase;
+  const std::string_view by = kind_of(delivery);
+  if (before == Phase::kKilled && (by == "tick" || by == "halt" || by == "cancel")) {
+    refuse(state, delivery, kKilled, host);
+    return by != "cancel";
+  }
+  const bool told = std::visit([step = Step(*this, state, host)](auto&& what) mutable { return step(std::move(what)); },
+                               std::move(delivery));
+  const SkillEdge taken{before, by, state.phase};
+  // Outcomes and timers that find no living chart, and a restart of what lives, change nothing.
+  SENTREE_ASSERT((before == state.phase && (by.empty() || by == "outcome" || by == "timer" || by == "restart")) ||
+                 std::find(std::begin(kEdges), std::end(kEdges), taken) != std::end(kEdges));
+  return told;
+}
+
+void SkillMachine::refuse(SkillState& state, const SkillDelivery& delivery, const std::string& why, SkillHost& host) {
+  if (const auto* tick = std::get_if<TickSkill>(&delivery)) {
+    state.tick = state.answered = tick->tick;
+    host.answer(tick->tick, bt::Status::kFailure, Map{{"reason", why}});
+  } else if (std::holds_alternative<HaltSkill>(delivery)) {
+    host.halted();
+  }
+}
+
+void SkillMachine::give_up(SkillState& state, const std::string& why, SkillHost& host) {
+  if (state.answered != state.tick) {
+    state.answered = state.tick;
+    host.answer(state.tick, bt::Status::kFailure, Map{{"reason", why}});
+  }
+  if (state.phase == Phase::kHalting) host.halted();
+  state.phase = Phase::kIdle;
+  state.halt_due.reset();
+  state.outputs = Map();
+}
+
+Result<void> check_call(const scxml::OutgoingSend& send, const std::map<std::string, project::ServicePlan>& services) {
+  if (send.type != "thrift") return {};
+  const auto service = services.find(send.target);
+  if (service == services.end()) {
+    std::vector<std::string> names;
+    for (const auto& [name, plan] : services) names.push_back(name);
+    return fail("run.unknown-service",
+                "service \"" + send.target + "\" is not in sentree.yaml" + did_you_mean(send.target, names), send.span);
+  }
+  const auto method = idl::find_method(*service->second.service, send.event, send.target, send.span);
+  if (!method) return tl::unexpected(method.error());
+  if (send.data && idl::conforms_arguments(**method, *send.data)) return {};
+  auto args = idl::conform_arguments(**method, send.data.value_or(Value(Map())));
+  if (!args) return tl::unexpected(args.error());
+  return {};
+}
+
+Result<Value> save(const SkillModel& model, const SkillState& state) {
+  Map saved{{"run", static_cast<std::int64_t>(state.run)},
+            {"running", state.running()},
+            {"answer_owed", state.phase == Phase::kOwing},
+            {"halting", state.phase == Phase::kHalting}};
+  if (state.halt_due) saved["halt_due_ns"] = state.halt_due->time_since_epoch().count();
+  if (state.phase == Phase::kEnded) saved["ended"] = bt::to_string(state.ended);
+  if (!state.outputs.empty()) saved["outputs"] = state.outputs;
+  if (state.run > 0) {
+    auto session = scxml::save(model.chart, state.session);
+    if (!session) return tl::unexpected(session.error());
+    saved["session"] = std::move(*session);
+  }
+  return Value(std::move(saved));
+}
+
+}  // namespace sentree::mission

@@ -1,0 +1,175 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sentree/base/message.h"
+#include "sentree/base/result.h"
+#include "sentree/base/time.h"
+#include "sentree/base/value.h"
+#include "sentree/bt/status.h"
+#include "sentree/idl/schema.h"
+#include "sentree/mission/delivery.h"
+#include "sentree/project/plan.h"
+#include "sentree/scxml/chart.h"
+#include "sentree/scxml/host.h"
+#include "sentree/scxml/session.h"
+
+namespace sentree::mission {
+
+/// Calls of one chart to one service that wait for a gate's decision; one more fails at once as unreachable.
+inline constexpr std::size_t kGatedCallsMax = 256;
+
+/// Where a skill is between two deliveries.
+enum class SkillPhase : std::uint8_t {
+  kIdle,     ///< No run, nothing to tell.
+  kRunning,  ///< Its chart lives, and no tick waits for an answer.
+  kOwing,    ///< Its chart lives, and a condition's tick waits for the end of the run.
+  kHalting,  ///< `halt` was delivered, and the run has not ended.
+  kEnded,    ///< The run has ended; the next tick is told how.
+  kKilled,   ///< As if its process were gone.
+};
+[[nodiscard]] std::string_view to_string(SkillPhase phase);
+
+/// A step that a skill may take from one phase to another, and by what.
+struct SkillEdge {
+  SkillPhase from;
+  std::string_view by;  ///< "tick", "halt", "cancel", "kill", "restart", "timer", "outcome".
+  SkillPhase to;
+  friend bool operator==(const SkillEdge&, const SkillEdge&) = default;
+};
+/// All of them. A step that is not in the table is a bug, and stops the program.
+[[nodiscard]] std::span<const SkillEdge> skill_edges();
+/// What a delivery counts as in the table: nothing for those that leave the chart alone.
+[[nodiscard]] std::string_view kind_of(const SkillDelivery& delivery);
+
+/// What one leaf's skill is made of. Never changes.
+struct SkillModel {
+  std::string name;  ///< The leaf's name in messages.
+  bool condition = false;
+  Duration halt_deadline = std::chrono::seconds(2);  ///< Run time.
+  std::uint64_t seed = 1;
+  scxml::Chart chart;
+  const std::map<std::string, project::ServicePlan>* services = nullptr;  ///< Borrowed.
+};
+
+/// What a skill remembers between deliveries. A plain value: a copy goes on alike.
+struct SkillState {
+  SkillPhase phase = SkillPhase::kIdle;
+  std::uint64_t run = 0;       ///< The present or the last one, from 1.
+  std::uint64_t tick = 0;      ///< The latest.
+  std::uint64_t answered = 0;  ///< The latest that was answered.
+  std::optional<TimePoint> halt_due;
+  bt::Status ended = bt::Status::kIdle;  ///< kEnded: the run's status.
+  Map outputs;                           ///< Likewise.
+  TimePoint wake = kNever;               ///< When its timer rings.
+  /// Earliest time at which a tick or a halt may reach it: a delayed one holds back the later ones. Written by who
+  /// sends them.
+  TimePoint not_before{};
+
+  /// The transition that its chart took last, in any run, and the event that it got last.
+  struct Latest {
+    std::optional<scxml::TransitionIndex> transition;
+    std::string event;
+    std::uint64_t transitions = 0;  ///< Taken so far.
+    friend bool operator==(const Latest&, const Latest&) = default;
+  };
+  Latest latest;
+
+  /// Calls to one service that are not yet sent.
+  struct Line {
+    std::string service;
+    std::deque<Shared<Call>> waiting;  ///< For the gates, in the order made.
+    TimePoint not_before{};            ///< A delayed call holds back the later ones.
+    friend bool operator==(const Line&, const Line&) = default;
+  };
+  std::vector<Line> lines;
+  scxml::Session session;
+
+  /// Its chart lives.
+  [[nodiscard]] bool running() const {
+    return phase == SkillPhase::kRunning || phase == SkillPhase::kOwing || phase == SkillPhase::kHalting;
+  }
+  /// Whether the outcome of a call of that run would reach the chart.
+  [[nodiscard]] bool is_current(std::uint64_t number) const { return running() && number == run; }
+  friend bool operator==(const SkillState&, const SkillState&) = default;
+};
+
+/// What a skill does to the world around it, in order.
+class SkillHost {
+ public:
+  virtual ~SkillHost() = default;
+  [[nodiscard]] virtual TimePoint now() const = 0;
+  virtual void publish(Message message) = 0;
+  [[nodiscard]] virtual std::uint64_t next_call() = 0;
+  /// Publishes a request unless a gate refuses it. Nothing: `Admitted` follows.
+  [[nodiscard]] virtual std::optional<Admission> request(Message message, const Shared<Call>& call) = 0;
+  /// Makes the call; `Outcome` follows.
+  virtual void send(const Shared<Call>& call, const idl::Method& method) = 0;
+  /// Something for the skill itself: as soon as possible, or at a time.
+  virtual void deliver(SkillDelivery what) = 0;
+  virtual void deliver_at(TimePoint when, Rank rank, SkillDelivery what) = 0;
+  /// The faults that stand: how long a message "SERVICE.METHOD" or "SERVICE.METHOD.reply" is held back, and what a reply
+  /// says instead.
+  [[nodiscard]] virtual Duration delay_of(std::string_view message) = 0;
+  virtual void falsify(std::string_view call, const idl::Method& method, Value& result) = 0;
+  /// The answer to tick number `tick`.
+  virtual void answer(std::uint64_t tick, bt::Status status, Map outputs) = 0;
+  /// The halt is over; no run is left.
+  virtual void halted() = 0;
+  virtual void log(const scxml::LogLine& line) = 0;
+  /// Something a person should know; the run goes on.
+  virtual void problem(const std::string& what) = 0;
+};
+
+/// Turns ticks and halts into runs of a chart (the design's "A leaf invokes its skill") and makes the chart's calls:
+/// checks them against the IDL, asks the gates, publishes request and outcome, keeps their order. The one seam that every
+/// call of every skill passes through.
+///
+/// Owns no thread and no clock. Deterministic: equal states, deliveries and answers of the host give equal effects.
+class SkillMachine {
+ public:
+  /// @param watch  Sees the chart's scripts; borrowed; null: nobody looks on.
+  explicit SkillMachine(SkillModel model, scxml::ExecutionWatch* watch = nullptr);
+  SkillMachine(const SkillMachine&) = delete;
+  SkillMachine& operator=(const SkillMachine&) = delete;
+
+  [[nodiscard]] const SkillModel& model() const { return model_; }
+  /// Takes one delivery. True: the skill has taken a step that views want to know of.
+  bool step(SkillState& state, SkillDelivery delivery, SkillHost& host);
+  /// What a skill does that can do nothing any more, instead of `step`: its ticks fail and its halts are over.
+  static void refuse(SkillState& state, const SkillDelivery& delivery, const std::string& why, SkillHost& host);
+  /// Answers what is owed, so that nobody waits for a skill that can do nothing any more.
+  static void give_up(SkillState& state, const std::string& why, SkillHost& host);
+
+ private:
+  class Step;
+
+  SkillModel model_;
+  scxml::Host host_;
+  SkillState* stepped_ = nullptr;  // whose chart executes
+  scxml::Effects effects_;
+  struct Observer final : scxml::Observer {
+    explicit Observer(SkillMachine& of) : machine(of) {}
+    void event(const scxml::Chart& chart, std::string_view session, const scxml::Event& event) override;
+    void transition(const scxml::Chart& chart, std::string_view session, scxml::TransitionIndex taken) override;
+    SkillMachine& machine;
+  };
+  Observer observer_{*this};
+};
+
+/// Whether a call can be made at all: its service, method and arguments are in the IDL. What is sent elsewhere is not
+/// looked at. Errors: run.unknown-service, those of `idl::find_method` and of `idl::conform_arguments`.
+[[nodiscard]] Result<void> check_call(const scxml::OutgoingSend& send,
+                                      const std::map<std::string, project::ServicePlan>& services);
+
+/// Everything that a skill remembers of its chart, as data, for snapshots. Error: scxml.no-value-form.
+[[nodiscard]] Result<Value> save(const SkillModel& model, const SkillState& state);
+
+}  // namespace sentree::mission

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sentree/runtime/stream.h"
+
+namespace sentree::runtime {
+
+/// Where a skill publishes what it does: the run's stream, or another process's.
+class Publisher {
+ public:
+  virtual ~Publisher() = default;
+  virtual void publish(Message message) = 0;
+  /// Publishes a request unless a gate refuses it. Returns what became of it; nothing: `decided` will be told, once,
+  /// in any thread.
+  virtual std::optional<mission::Admission> request(Message message, Stream::Decided decided) = 0;
+  [[nodiscard]] virtual std::uint64_t next_call() = 0;
+  /// Names of the calls that `request` may refuse; * stands for any characters.
+  [[nodiscard]] virtual std::vector<std::string> gates() const { return {"*"}; }
+};
+
+}  // namespace sentree::runtime
