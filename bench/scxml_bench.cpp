@@ -4,11 +4,14 @@
 #include <benchmark/benchmark.h>
 #include <malloc.h>
 
+#include <array>
+#include <cstdio>
 #include <cstdlib>
 #include <string>
 #include <vector>
 
 #include "sentree/scxml/chart.h"
+#include "sentree/scxml/encode.h"
 #include "sentree/scxml/step.h"
 #include "sentree/text/file.h"
 #ifdef SENTREE_BENCH_QT
@@ -119,6 +122,61 @@ void run_size(benchmark::State& state, const std::string& name, std::string fall
   state.counters["bytes_per_session"] = bytes;
 }
 
+// The five skills of the recharge mission, each in the midst of a tick.
+struct Skills {
+  std::vector<scxml::Chart> charts;
+  std::vector<scxml::Session> sessions;
+};
+const Skills& recharge() {
+  static const Skills kSkills = [] {
+    Skills skills;
+    scxml::Effects effects;
+    scxml::Host host;
+    host.processors.push_back({"thrift", ""});
+    for (const char* name :
+         {"AtLocation", "BatteryLevelAbove", "BatteryNotRecharging", "GoToLocation", "WaitForUser"}) {
+      const std::string file = std::string(SENTREE_SOURCE_DIR) + "/examples/recharge/skills/" + name + ".scxml";
+      const auto text = text::read_file(file);
+      if (!text) {
+        std::fprintf(stderr, "%s\n", to_string(text.error()).c_str());
+        std::exit(1);
+      }
+      skills.charts.push_back(*scxml::load(*text, file).value);
+      scxml::start(skills.charts.back(), skills.sessions.emplace_back(), {.session_id = name}, {}, effects, host);
+      scxml::step(skills.charts.back(), skills.sessions.back(), {.name = "tick"}, {}, effects, host);
+    }
+    return skills;
+  }();
+  return kSkills;
+}
+
+void run_copy(benchmark::State& state) {
+  const auto& sessions = recharge().sessions;
+  for (auto _ : state) {
+    std::array<scxml::Session, 5> copies{sessions[0], sessions[1], sessions[2], sessions[3], sessions[4]};
+    benchmark::DoNotOptimize(copies);
+  }
+}
+
+void run_encode(benchmark::State& state) {
+  const Skills& skills = recharge();
+  std::string bytes;
+  for (auto _ : state) {
+    bytes.clear();
+    for (std::size_t i = 0; i < skills.sessions.size(); ++i)
+      benchmark::DoNotOptimize(scxml::encode(skills.charts[i], skills.sessions[i], {}, bytes));
+  }
+  state.counters["bytes"] = static_cast<double>(bytes.size());
+}
+
+void run_save(benchmark::State& state) {
+  const Skills& skills = recharge();
+  for (auto _ : state) {
+    for (std::size_t i = 0; i < skills.sessions.size(); ++i)
+      benchmark::DoNotOptimize(scxml::save(skills.charts[i], skills.sessions[i]));
+  }
+}
+
 #ifdef SENTREE_BENCH_QT
 std::string source_of(const std::string& name) {
   if (name == "flipflop_null") return machine(name, flipflop("null"));
@@ -142,6 +200,9 @@ int main(int argc, char** argv) {
                                [](benchmark::State& s) { run_events(s, "level_monitor", level_monitor()); });
   benchmark::RegisterBenchmark("par10_null", [](benchmark::State& s) { run_events(s, "par10_null", par10()); });
   benchmark::RegisterBenchmark("load1000", run_load)->Unit(benchmark::kMillisecond);
+  benchmark::RegisterBenchmark("recharge_copy_5_sessions", run_copy);
+  benchmark::RegisterBenchmark("recharge_encode_5_sessions", run_encode);
+  benchmark::RegisterBenchmark("recharge_save_5_sessions", run_save);
   benchmark::RegisterBenchmark("size_null", [](benchmark::State& s) {
     run_size(s, "flipflop_null", flipflop("null"));
   })->Iterations(1);

@@ -21,6 +21,7 @@ std::span<const State> Chart::states() const { return model_->states; }
 std::span<const Transition> Chart::transitions() const { return model_->transitions; }
 std::span<const DataItem> Chart::data() const { return model_->data; }
 std::span<const SendInfo> Chart::sends() const { return model_->sends; }
+std::span<const AmbientUse> Chart::ambient() const { return model_->ambient; }
 std::uint64_t Chart::fingerprint() const { return model_->fingerprint; }
 
 std::vector<std::string> Chart::events_handled() const {

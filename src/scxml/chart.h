@@ -86,6 +86,23 @@ struct SendInfo {
   Place target_place;
 };
 
+/// What scripts can ask for that is neither data nor an event. A chart that does behaves differently from one run, or
+/// one session, to the next.
+enum class Ambient : std::uint8_t {
+  kSessionId,  ///< What the session is called: `_sessionid`, `_ioprocessors`.
+  kClock,      ///< `Date`.
+  kRandom,     ///< `Math.random`.
+  kIds,        ///< Ids that the engine makes up: idlocation, `_event.sendid`, `.origin`, `.invokeid`, all of `_event`.
+  kAnything,   ///< It cannot be told: `eval`, the global object as a whole, charts that are known at run time only.
+};
+
+/// Where a chart asks for it.
+struct AmbientUse {
+  Ambient what = Ambient::kAnything;
+  std::string name;  ///< As scripts name it: "Math.random", "_event.sendid"; or "idlocation", "<invoke>".
+  SourceSpan span;   ///< Of the expression.
+};
+
 struct Model;
 
 /// A state chart as loaded: immutable, cheap to copy and to share between threads and sessions.
@@ -107,6 +124,8 @@ class Chart {
   [[nodiscard]] std::vector<std::string> events_sent() const;
   [[nodiscard]] std::optional<StateIndex> find(std::string_view state_id) const;
   [[nodiscard]] SourceSpan span(const Place& place) const;
+  /// Found by what its expressions name, those of charts that it invokes included; decided when it is loaded.
+  [[nodiscard]] std::span<const AmbientUse> ambient() const;
   /// Depends on the document's bytes only.
   [[nodiscard]] std::uint64_t fingerprint() const;
 

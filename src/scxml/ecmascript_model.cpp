@@ -29,13 +29,13 @@ void EcmaScriptModel::set_event(const Event* event) {
 bool EcmaScriptModel::variable(std::uint32_t slot, ScriptValue& value) {
   const bool here = std::find(unwritten_.begin(), unwritten_.end(), slot) != unwritten_.end();
   if (heap_newer_ && !here) return heap_->read_primitive(slot, value);
-  const std::optional<Value>& variable = session_.variables_[slot];
+  const std::optional<Value>& variable = (*session_.variables_)[slot];
   value = variable ? ScriptValue::of(*variable) : ScriptValue();
   return true;
 }
 
 std::string_view EcmaScriptModel::system(SystemVariable variable) {
-  return variable == SystemVariable::kSessionId ? std::string_view(session_.id_) : std::string_view(model_.name);
+  return variable == SystemVariable::kSessionId ? std::string_view(session_.id()) : std::string_view(model_.name);
 }
 
 bool EcmaScriptModel::in(std::string_view state_id) {
@@ -53,13 +53,13 @@ const std::vector<NativeValue>& EcmaScriptModel::script_values() { return interp
 
 bool EcmaScriptModel::evaluate_here(ExpressionId id, ScriptValue& value) {
   const NativeCode& code = model_.expressions[id].native;
-  return !code.empty() && !session_.pinned_ && evaluate_native(code, *this, native_text(), value);
+  return !code.empty() && !session_.heap_.pinned && evaluate_native(code, *this, native_text(), value);
 }
 
 void EcmaScriptModel::store(std::uint32_t slot, std::optional<Value> value) {
-  session_.variables_[slot] = std::move(value);
+  session_.variables_.edit()[slot] = std::move(value);
   if (!heap_)
-    session_.heap_tag_ = 0;
+    session_.heap_.tag = 0;
   else if (std::find(unwritten_.begin(), unwritten_.end(), slot) == unwritten_.end())
     unwritten_.push_back(slot);
 }
@@ -131,7 +131,7 @@ Result<void> EcmaScriptModel::assign(ExpressionId location, ExpressionId expr) {
 
 Result<void> EcmaScriptModel::assign_value(ExpressionId location, const std::optional<Value>& value) {
   const auto slot = model_.expressions[location].slot;
-  if (slot && !session_.pinned_) {
+  if (slot && !session_.heap_.pinned) {
     store(*slot, value);
     return {};
   }
@@ -156,7 +156,7 @@ Result<void> EcmaScriptModel::bind(std::uint32_t slot, ExpressionId expr) {
 }
 
 void EcmaScriptModel::bind_value(std::uint32_t slot, const std::optional<Value>& value) {
-  if (session_.pinned_) {
+  if (session_.heap_.pinned) {
     if (auto h = heap(kNoExpression, true)) {
       static_cast<void>((*h)->write(slot, value));
       leave();
@@ -205,12 +205,13 @@ Result<ScriptHeap*> EcmaScriptModel::heap(ExpressionId id, bool changes) {
 
 Result<ScriptHeap*> EcmaScriptModel::ready_heap(bool changes) {
   if (!heap_) {
-    if (session_.pinned_) {
-      heap_ = session_.pinned_;
+    if (session_.heap_.pinned) {
+      heap_ = session_.heap_.pinned;
     } else {
-      heap_ = model_.heaps->take(session_.heap_tag_);
+      heap_ = model_.heaps->take(session_.heap_.tag);
     }
-    if (heap_ && !session_.pinned_ && (session_.heap_tag_ == 0 || heap_->tag != session_.heap_tag_) && !heap_->reset())
+    if (heap_ && !session_.heap_.pinned && (session_.heap_.tag == 0 || heap_->tag != session_.heap_.tag) &&
+        !heap_->reset())
       heap_.reset();
     if (!heap_) {
       auto created = ScriptHeap::create(model_, interpreter_.host().limits.script_memory_max);
@@ -220,16 +221,16 @@ Result<ScriptHeap*> EcmaScriptModel::ready_heap(bool changes) {
     heap_->attach(this);
     heap_->foreach_max = interpreter_.host().limits.foreach_max;
     const Host& host = interpreter_.host();
-    if (heap_->session_id != session_.id_ || !host.functions.empty() || !host.values.empty()) {
-      if (auto set = heap_->set_system(session_.id_, interpreter_.host().processors); !set)
+    if (heap_->session_id != session_.id() || !host.functions.empty() || !host.values.empty()) {
+      if (auto set = heap_->set_system(session_.id(), interpreter_.host().processors); !set)
         return tl::unexpected(std::move(set.error()));
     }
-    if (heap_->tag == 0 && !session_.pinned_) {
+    if (heap_->tag == 0 && !session_.heap_.pinned) {
       if (auto loaded = load_heap(); !loaded) return tl::unexpected(std::move(loaded.error()));
     }
   }
   for (const std::uint32_t slot : unwritten_) {
-    if (auto written = heap_->write(slot, session_.variables_[slot]); !written)
+    if (auto written = heap_->write(slot, (*session_.variables_)[slot]); !written)
       return tl::unexpected(std::move(written.error()));
   }
   if (!unwritten_.empty()) heap_->tag = 0;
@@ -257,11 +258,12 @@ void EcmaScriptModel::leave() {
 
 Result<void> EcmaScriptModel::load_heap() {
   const auto write_all = [&]() -> Result<void> {
-    for (std::uint32_t slot = 0; slot < session_.variables_.size(); ++slot) {
-      if (!session_.variables_[slot]) continue;
-      if (auto written = heap_->write(slot, session_.variables_[slot]); !written) return written;
+    const auto& variables = *session_.variables_;
+    for (std::uint32_t slot = 0; slot < variables.size(); ++slot) {
+      if (!variables[slot]) continue;
+      if (auto written = heap_->write(slot, variables[slot]); !written) return written;
     }
-    return heap_->write_globals(session_.globals_);
+    return heap_->write_globals(*session_.globals_);
   };
   if (auto written = write_all(); !written) return written;
   unwritten_.clear();
@@ -281,24 +283,24 @@ void EcmaScriptModel::finish() {
   if (!heap_) return;
   event_ = nullptr;
   static_cast<void>(heap_->set_event(nullptr));
-  for (const std::uint32_t slot : unwritten_) static_cast<void>(heap_->write(slot, session_.variables_[slot]));
+  for (const std::uint32_t slot : unwritten_) static_cast<void>(heap_->write(slot, (*session_.variables_)[slot]));
   if (!unwritten_.empty()) heap_->tag = 0;
   if (heap_newer_) {
     // Reading data runs the getters that scripts have defined.
     enter(kNoExpression);
-    const auto read = heap_->read_all(session_.variables_, session_.globals_);
+    const auto read = heap_->read_all(session_.variables_.edit(), session_.globals_.edit());
     leave();
     if (!read) {
-      session_.pinned_ = std::move(heap_);
-      session_.pinned_->attach(nullptr);
-      session_.unsaveable_ = read.error();
+      session_.heap_.pinned = std::move(heap_);
+      session_.heap_.pinned->attach(nullptr);
+      session_.heap_.unsaveable.edit() = read.error();
       return;
     }
   }
-  session_.pinned_.reset();
-  session_.unsaveable_.reset();
+  session_.heap_.pinned.reset();
+  session_.heap_.unsaveable.reset();
   if (heap_->tag == 0) heap_->tag = model_.heaps->next_tag();
-  session_.heap_tag_ = heap_->tag;
+  session_.heap_.tag = heap_->tag;
   model_.heaps->give(std::move(heap_));
 }
 

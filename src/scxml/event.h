@@ -40,6 +40,10 @@ struct Event {
 /// URI and short name of the two I/O processors of the standard.
 inline constexpr std::string_view kScxmlProcessor = "http://www.w3.org/TR/scxml/#SCXMLEventProcessor";
 inline constexpr std::string_view kScxmlProcessorShort = "scxml";
+/// Of a <send>; one without a type is for it, too.
+[[nodiscard]] constexpr bool is_scxml_processor(std::string_view type) {
+  return type.empty() || type == kScxmlProcessor || type == kScxmlProcessorShort;
+}
 inline constexpr std::string_view kBasicHttpProcessor = "http://www.w3.org/TR/scxml/#BasicHTTPEventProcessor";
 inline constexpr std::string_view kBasicHttpProcessorShort = "basichttp";
 

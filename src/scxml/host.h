@@ -125,7 +125,7 @@ class ExecutionWatch {
 
 /// Bounds of one session; exceeding one ends the session with an error that names the place, except where noted.
 struct Limits {
-  std::uint32_t microsteps_max = 10'000;       ///< In one macrostep.
+  std::uint32_t microsteps_max = 10'000;       ///< In one macrostep; events that enable nothing count.
   std::uint32_t macrosteps_max = 10'000;       ///< In one step: events between a session and its children.
   std::uint32_t events_max = 10'000;           ///< Waiting in one queue.
   std::uint32_t timers_max = 10'000;           ///< Delayed sends. Beyond: error.execution in the session.

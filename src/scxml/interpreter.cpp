@@ -128,13 +128,17 @@ void Interpreter::cancel() {
 
 void Interpreter::take(const Event& event) {
   data_->set_event(&event);
-  if (observer_) observer_->event(chart_, session_.id_, event);
+  if (observer_) observer_->event(chart_, session_.id(), event);
 }
+
+// Of a chart that does not come to rest: the rounds whose states are named.
+constexpr std::uint32_t kRoundsToldOf = 64;
 
 // Appendix D, mainEventLoop, up to the wait for an external event.
 void Interpreter::run_to_completion() {
   ++run_.info.macrosteps;
-  std::uint32_t microsteps = 0;
+  std::uint32_t rounds = 0;
+  StateSet lately;
   Event event;
   while (running()) {
     // SCXML 3.12.2: eventless transitions first, then internal events, until neither is left.
@@ -152,27 +156,51 @@ void Interpreter::run_to_completion() {
       take(event);
       select_transitions(event);
     }
-    if (scratch_->enabled.empty()) continue;
-    if (++microsteps > run_.host.limits.microsteps_max) {
-      fail_session("scxml.endless-macrostep",
-                   "the chart does not come to rest: more than " + std::to_string(run_.host.limits.microsteps_max) +
-                       " microsteps in one macrostep",
-                   model_.transitions[scratch_->enabled.front()].place);
-      break;
+    // An event that enables nothing counts too: conditions that fail raise an error each time they are tried.
+    if (++rounds + kRoundsToldOf > run_.host.limits.microsteps_max) {
+      if (lately.words() == 0) lately = session_.configuration_;
+      for (std::size_t i = 0; i < lately.words(); ++i) lately.word(i) |= session_.configuration_.word(i);
+      if (rounds > run_.host.limits.microsteps_max) {
+        fail_endless(lately, event);
+        break;
+      }
     }
-    microstep();
+    if (!scratch_->enabled.empty()) microstep();
   }
-  if (observer_) observer_->stable(chart_, session_.id_);
+  if (observer_) observer_->stable(chart_, session_.id());
   if (session_.status_ == SessionStatus::kFinished) exit_interpreter(SessionStatus::kFinished);
   data_->set_event(nullptr);
 }
 
+// `lately`: the states of the last rounds.
+void Interpreter::fail_endless(const StateSet& lately, const Event& last) {
+  constexpr std::size_t kNamedMax = 8;
+  std::string states;
+  std::size_t named = 0;
+  Place place;
+  lately.for_each([&](StateIndex s) {
+    if (!model_.states[s].is_atomic() || ++named > kNamedMax) return;
+    if (named == 1) place = model_.states[s].place;
+    states += (named > 1 ? ", " : "") + (model_.states[s].id.empty() ? "?" : "\"" + model_.states[s].id + "\"");
+  });
+  if (named > kNamedMax) states += ", …";
+  std::string message = "the chart does not come to rest in " + states + ": more than " +
+                        std::to_string(run_.host.limits.microsteps_max) + " microsteps in one macrostep";
+  if (!scratch_->enabled.empty()) {
+    place = model_.transitions[scratch_->enabled.front()].place;
+  } else {
+    const Value* why = last.data ? last.data->find("message") : nullptr;
+    message += "; the last event is " + last.name + (why != nullptr ? ": " + std::string(why->text()) : "");
+  }
+  fail_session("scxml.endless-macrostep", std::move(message), place);
+}
+
 void Interpreter::fail_session(std::string code, std::string message, const Place& place) {
-  session_.failure_ = Diagnostic{Severity::kError, std::move(code), std::move(message), chart_.span(place)};
+  session_.failure_.edit() = Diagnostic{Severity::kError, std::move(code), std::move(message), chart_.span(place)};
   session_.status_ = SessionStatus::kFailed;
   session_.internal_.clear();
   session_.external_.clear();
-  session_.timers_.clear();
+  session_.timers_.reset();
 }
 
 void Interpreter::select_eventless_transitions() {
@@ -271,7 +299,7 @@ void Interpreter::remove_conflicting_transitions() {
 void Interpreter::microstep() {
   ++run_.info.microsteps;
   if (observer_) {
-    for (const TransitionIndex t : scratch_->enabled) observer_->transition(chart_, session_.id_, t);
+    for (const TransitionIndex t : scratch_->enabled) observer_->transition(chart_, session_.id(), t);
   }
   exit_states();
   execute_transition_content();
@@ -294,7 +322,7 @@ void Interpreter::exit_states() {
       if (!session_.invocations_.empty()) cancel_invocations_of(state);
       session_.configuration_.erase(state);
       s.to_invoke.erase(state);
-      if (observer_) observer_->exited(chart_, session_.id_, state);
+      if (observer_) observer_->exited(chart_, session_.id(), state);
     }
   }
 }
@@ -324,16 +352,15 @@ void Interpreter::record_history(StateIndex state) {
         if (!model_.states[child].is_history() && is_active(child)) value.push_back(child);
       }
     }
-    auto entry = std::find_if(session_.history_.begin(), session_.history_.end(),
-                              [&](const auto& e) { return e.first >= history; });
-    if (entry == session_.history_.end() || entry->first != history)
-      entry = session_.history_.insert(entry, {history, {}});
+    auto& values = session_.history_.edit();
+    auto entry = std::find_if(values.begin(), values.end(), [&](const auto& e) { return e.first >= history; });
+    if (entry == values.end() || entry->first != history) entry = values.insert(entry, {history, {}});
     entry->second = std::move(value);
   }
 }
 
 const std::vector<StateIndex>* Interpreter::history_value(StateIndex history) const {
-  for (const auto& [state, value] : session_.history_) {
+  for (const auto& [state, value] : *session_.history_) {
     if (state == history) return &value;
   }
   return nullptr;
@@ -362,13 +389,13 @@ void Interpreter::enter_state(StateIndex state) {
   Scratch& s = *scratch_;
   const StateCode& code = model_.state_code[state];
   session_.configuration_.insert(state);
-  if (observer_) observer_->entered(chart_, session_.id_, state);
+  if (observer_) observer_->entered(chart_, session_.id(), state);
   if (!code.invokes.empty()) {
     s.to_invoke.insert(state);
     s.has_to_invoke = true;
   }
-  if (model_.late_binding && !session_.initialized_.contains(state)) {
-    session_.initialized_.insert(state);
+  if (model_.late_binding && !session_.initialized_->contains(state)) {
+    session_.initialized_.edit().insert(state);
     initialize_datamodel(state, nullptr);
   }
   if (!code.onentry.empty()) execute_blocks(code.onentry);
@@ -391,7 +418,7 @@ void Interpreter::enter_final(StateIndex state) {
   }
   if (parent == 0) {
     session_.status_ = SessionStatus::kFinished;
-    session_.done_data_ = std::move(data);
+    session_.done_data_.edit() = std::move(data);
     return;
   }
   raise({.name = model_.state_code[parent].done_event, .type = EventType::kPlatform, .data = std::move(data)});
@@ -516,17 +543,18 @@ void Interpreter::exit_interpreter(SessionStatus status) {
       final_id = model_.states[*s].id;
     else
       session_.configuration_.erase(*s);
-    if (observer_) observer_->exited(chart_, session_.id_, *s);
+    if (observer_) observer_->exited(chart_, session_.id(), *s);
   }
   if (session_.status_ != SessionStatus::kFailed) session_.status_ = status;
   session_.internal_.clear();
   session_.external_.clear();
-  session_.timers_.clear();
+  session_.timers_.reset();
   if (parent_ == nullptr) {
-    run_.effects.emplace_back(Done{std::move(final_id), session_.done_data_});
+    run_.effects.emplace_back(Done{std::move(final_id), *session_.done_data_});
   } else if (status == SessionStatus::kFinished) {
-    parent_->external_.push(
-        {.name = "done.invoke." + session_.invokeid_, .invokeid = session_.invokeid_, .data = session_.done_data_});
+    parent_->external_.push({.name = "done.invoke." + session_.identity_->invokeid,
+                             .invokeid = session_.identity_->invokeid,
+                             .data = *session_.done_data_});
   }
 }
 

@@ -143,6 +143,7 @@ class Interpreter {
   void apply_finalize_and_autoforward(const Event& event);
   void apply_default_finalize(const Invoke& invoke, const Event& event);
 
+  void fail_endless(const StateSet& lately, const Event& last);
   /// Ends the session: a bound was exceeded.
   void fail_session(std::string code, std::string message, const Place& place);
   [[nodiscard]] static bool must_yield(const Run& run) { return run.sent && run.host.yield_after_send; }

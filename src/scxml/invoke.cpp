@@ -15,7 +15,7 @@ bool is_scxml_type(std::string_view type) {
 }  // namespace
 
 Session* Interpreter::find_session(Session& root, std::string_view id) {
-  if (root.id_ == id) return &root;
+  if (root.id() == id) return &root;
   for (Invocation& invocation : root.invocations_) {
     if (!invocation.child) continue;
     if (Session* found = find_session(*invocation.child, id)) return found;
@@ -87,7 +87,7 @@ Result<void> Interpreter::start_invocation(std::uint32_t index) {
       if (!value) return tl::unexpected(std::move(value.error()));
       content = *std::move(value);
     }
-    run_.effects.emplace_back(StartInvoke{session_.id_, invocation.id, *std::move(type), *std::move(src),
+    run_.effects.emplace_back(StartInvoke{session_.id(), invocation.id, *std::move(type), *std::move(src),
                                           std::move(content), std::move(data), chart_.span(invoke.place)});
     session_.invocations_.push_back(std::move(invocation));
     return {};
@@ -95,13 +95,12 @@ Result<void> Interpreter::start_invocation(std::uint32_t index) {
 
   auto chart = child_chart(invoke, *src);
   if (!chart) return tl::unexpected(std::move(chart.error()));
-  invocation.chart = *std::move(chart);
-  invocation.child = std::make_unique<Session>();
+  const Chart child_model = *std::move(chart);
+  invocation.child = ChildSession(child_model);
   Session& child = *invocation.child;
-  const Chart child_model = *invocation.chart;
-  reset_session(child_model, child, session_.id_ + "." + invocation.id, session_.rng_.next());
-  child.parent_id_ = session_.id_;
-  child.invokeid_ = invocation.id;
+  reset_session(child_model, child, session_.id() + "." + invocation.id, session_.rng_.next());
+  child.identity_.edit().parent = session_.id();
+  child.identity_.edit().invokeid = invocation.id;
   session_.invocations_.push_back(std::move(invocation));
   ++run_.depth;
   {
@@ -153,10 +152,10 @@ void Interpreter::cancel_invocation(std::size_t position) {
   session_.invocations_.erase(session_.invocations_.begin() + static_cast<std::ptrdiff_t>(position));
   if (invocation.child) {
     if (!invocation.child->running()) return;  // it ended by itself, and what it sent counts
-    Interpreter interpreter(run_, *invocation.chart, *invocation.child, &session_);
+    Interpreter interpreter(run_, invocation.child.chart(), *invocation.child, &session_);
     interpreter.cancel();
   } else {
-    run_.effects.emplace_back(CancelInvoke{session_.id_, invocation.id});
+    run_.effects.emplace_back(CancelInvoke{session_.id(), invocation.id});
   }
   // SCXML 6.4.3: nothing that a cancelled invocation has sent is processed.
   session_.external_.drop_from(invocation.id);
@@ -177,7 +176,7 @@ void Interpreter::apply_finalize_and_autoforward(const Event& event) {
     if (invocation.child)
       send_to_session(*invocation.child, std::move(copy));
     else
-      run_.effects.emplace_back(InvokeEvent{session_.id_, invocation.id, std::move(copy)});
+      run_.effects.emplace_back(InvokeEvent{session_.id(), invocation.id, std::move(copy)});
   }
 }
 
@@ -216,7 +215,7 @@ bool Interpreter::run_family(Run& run, const Chart& chart, Session& session, Ses
     for (std::size_t i = 0; i < session.invocations_.size(); ++i) {
       Session* child = session.invocations_[i].child.get();
       if (!child) continue;
-      const Chart child_model = *session.invocations_[i].chart;
+      const Chart child_model = session.invocations_[i].child.chart();
       const std::uint32_t before = run.info.macrosteps;
       ++run.depth;
       const bool ok = run_family(run, child_model, *child, &session);

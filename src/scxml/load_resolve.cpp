@@ -13,6 +13,7 @@ void Loader::resolve() {
   compute_domains();
   compile_expressions();
   load_children();
+  find_ambient();
   model_->atomic = StateSet(model_->states.size());
   for (StateIndex s = 0; s < model_->states.size(); ++s) {
     if (model_->states[s].is_atomic()) model_->atomic.insert(s);

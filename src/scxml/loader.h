@@ -66,6 +66,7 @@ class Loader {
   void compute_domains();
   void compile_expressions();
   void load_children();
+  void find_ambient();
   [[nodiscard]] bool is_history_default(TransitionIndex transition) const;
 
   // Attributes and messages.

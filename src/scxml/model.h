@@ -195,6 +195,8 @@ struct Model {
   std::vector<DataItem> data;
   std::vector<SendInfo> sends;
   std::vector<std::pair<std::string, Place>> raises;
+  std::vector<AmbientUse> ambient;
+  unsigned ambient_kinds = 0;  ///< A bit for each `Ambient` that is among them.
   DescriptorTable descriptors;
   ByName<StateIndex> ids;
   ByName<std::uint32_t> slots;

@@ -7,10 +7,6 @@
 namespace sentree::scxml {
 namespace {
 
-bool is_scxml_processor(std::string_view type) {
-  return type.empty() || type == kScxmlProcessor || type == kScxmlProcessorShort;
-}
-
 bool is_basic_http(std::string_view type) { return type == kBasicHttpProcessor || type == kBasicHttpProcessorShort; }
 
 constexpr std::string_view kSessionTarget = "#_scxml_";
@@ -44,7 +40,7 @@ bool Interpreter::execute_send(const Send& send, const Place& place) {
   timer.place = place;
   timer.event.sendid = send.id;
   if (send.idlocation != kNoExpression) {
-    timer.event.sendid = make_id(session_.id_ + ".send");
+    timer.event.sendid = make_id(session_.id() + ".send");
     if (auto assigned = data_->assign_value(send.idlocation, Value(timer.event.sendid)); !assigned) {
       raise_error("error.execution", std::move(assigned.error().message));
       return false;
@@ -56,7 +52,7 @@ bool Interpreter::execute_send(const Send& send, const Place& place) {
     return false;
   }
   const bool outside = !is_scxml_processor(timer.type);
-  if (outside && timer.event.sendid.empty()) timer.event.sendid = make_id(session_.id_ + ".send");
+  if (outside && timer.event.sendid.empty()) timer.event.sendid = make_id(session_.id() + ".send");
   if (outside && run_.host.on_send) {
     if (auto allowed = run_.host.on_send(outgoing(timer)); !allowed) {
       raise_error("error.execution", std::move(allowed.error().message), timer.event.sendid);
@@ -67,14 +63,14 @@ bool Interpreter::execute_send(const Send& send, const Place& place) {
     dispatch(std::move(timer));
     return true;
   }
-  if (session_.timers_.size() >= run_.host.limits.timers_max) {
+  if (session_.timers_->size() >= run_.host.limits.timers_max) {
     raise_error("error.execution", "more than " + std::to_string(run_.host.limits.timers_max) + " delayed events wait",
                 timer.event.sendid);
     return false;
   }
   timer.due = add_saturating(run_.now, timer.delay);
   timer.sequence = session_.sequence_++;
-  session_.timers_.insert(std::move(timer));
+  session_.timers_.edit().insert(std::move(timer));
   return true;
 }
 
@@ -121,7 +117,7 @@ Result<void> Interpreter::prepare_send(const Send& send, Timer& timer) {
 
 OutgoingSend Interpreter::outgoing(const Timer& timer) const {
   OutgoingSend send;
-  send.session = session_.id_;
+  send.session = session_.id();
   send.type = timer.type;
   send.target = timer.target;
   send.event = timer.event.name;
@@ -138,7 +134,7 @@ void Interpreter::dispatch(Timer&& timer) {
   if (!is_scxml_processor(timer.type)) return send_outside(std::move(timer));
   Event event = std::move(timer.event);
   event.type = EventType::kExternal;
-  event.origin = std::string(kSessionTarget) + session_.id_;
+  event.origin = std::string(kSessionTarget) + session_.id();
   event.origintype = kScxmlProcessor;
   const std::string& target = timer.target;
   if (target.empty()) return send_to_session(session_, std::move(event));
@@ -149,7 +145,7 @@ void Interpreter::dispatch(Timer&& timer) {
     return raise(std::move(event));
   }
   if (target == "#_parent") {
-    event.invokeid = session_.invokeid_;
+    event.invokeid = session_.identity_->invokeid;
     if (parent_) return send_to_session(*parent_, std::move(event));
     return raise_error("error.communication", "no session invoked this one, so there is no #_parent",
                        std::move(event.sendid));
@@ -169,7 +165,7 @@ void Interpreter::dispatch(Timer&& timer) {
   for (Invocation& invocation : session_.invocations_) {
     if (invocation.id != invokeid) continue;
     if (invocation.child) return send_to_session(*invocation.child, std::move(event));
-    run_.effects.emplace_back(InvokeEvent{session_.id_, invocation.id, std::move(event)});
+    run_.effects.emplace_back(InvokeEvent{session_.id(), invocation.id, std::move(event)});
     return;
   }
   raise_error("error.communication", "there is no invocation \"" + std::string(invokeid) + "\" running",
@@ -206,7 +202,7 @@ bool Interpreter::execute_cancel(const Cancel& cancel) {
     }
     id = *std::move(text);
   }
-  session_.timers_.cancel(id);
+  if (!session_.timers_->empty()) session_.timers_.edit().cancel(id);
   return true;
 }
 

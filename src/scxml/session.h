@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "sentree/base/copy_on_write.h"
 #include "sentree/base/result.h"
 #include "sentree/base/rng.h"
 #include "sentree/base/time.h"
@@ -53,6 +54,13 @@ class EventQueue {
   std::vector<Event> events_;
   std::size_t head_ = 0;
 };
+
+/// For `archive`: the events.
+[[nodiscard]] inline std::vector<Event> archived(const EventQueue& queue) { return {queue.begin(), queue.end()}; }
+inline void unarchive(std::vector<Event>&& events, EventQueue& queue) {
+  queue.clear();
+  for (Event& event : events) queue.push(std::move(event));
+}
 
 /// A delayed <send>. It holds the event as it was evaluated when the <send> was executed (SCXML 6.2.4).
 struct Timer {
@@ -112,23 +120,49 @@ class TimerQueue {
   std::size_t head_ = 0;
 };
 
+/// For `archive`: the timers.
+[[nodiscard]] inline std::vector<Timer> archived(const TimerQueue& queue) { return {queue.begin(), queue.end()}; }
+inline void unarchive(std::vector<Timer>&& timers, TimerQueue& queue) {
+  queue.clear();
+  for (Timer& timer : timers) queue.insert(std::move(timer));
+}
+
 class Session;
+
+/// The session of an invoked chart, or none. A copy is a copy of the session.
+class ChildSession {
+ public:
+  ChildSession();
+  /// A new session, not yet started.
+  explicit ChildSession(Chart chart);
+  ChildSession(const ChildSession& other);
+  ChildSession(ChildSession&&) noexcept;
+  ChildSession& operator=(const ChildSession& other);
+  ChildSession& operator=(ChildSession&&) noexcept;
+  ~ChildSession();
+
+  explicit operator bool() const { return session_ != nullptr; }
+  [[nodiscard]] Session* get() const { return session_.get(); }
+  [[nodiscard]] Session& operator*() const { return *session_; }
+  [[nodiscard]] Session* operator->() const { return session_.get(); }
+  /// Whose session it is; only if there is one.
+  [[nodiscard]] const Chart& chart() const { return *chart_; }
+
+  /// Of the sessions; those know which chart they belong to.
+  friend bool operator==(const ChildSession& a, const ChildSession& b);
+
+ private:
+  std::optional<Chart> chart_;
+  std::unique_ptr<Session> session_;
+};
 
 /// A running <invoke>.
 struct Invocation {
   std::string id;
   StateIndex state = 0;
-  std::uint32_t invoke = 0;        ///< Index among the model's invokes.
-  std::optional<Chart> chart;      ///< Of an SCXML child.
-  std::unique_ptr<Session> child;  ///< Null: a service that the host runs.
-
-  Invocation();
-  Invocation(const Invocation& other);
-  Invocation(Invocation&&) noexcept;
-  Invocation& operator=(const Invocation& other);
-  Invocation& operator=(Invocation&&) noexcept;
-  ~Invocation();
-  friend bool operator==(const Invocation& a, const Invocation& b);
+  std::uint32_t invoke = 0;  ///< Index among the model's invokes.
+  ChildSession child = {};   ///< None: a service that the host runs.
+  friend bool operator==(const Invocation&, const Invocation&) = default;
 };
 
 enum class SessionStatus : std::uint8_t {
@@ -149,18 +183,47 @@ struct StartOptions {
 
 class ScriptHeap;
 
+struct SessionIdentity {
+  std::string id;        ///< `_sessionid`
+  std::string parent;    ///< Of a child: the _sessionid of its parent.
+  std::string invokeid;  ///< Of a child: by which its parent knows it.
+  friend bool operator==(const SessionIdentity&, const SessionIdentity&) = default;
+};
+
+/// Which JavaScript heap holds a session's data. A disposable cache and no part of the session's value, but for data
+/// without a Value form: those live in the heap only, and a copy lacks them.
+struct HeapLink {
+  std::uint64_t tag = 0;  ///< Of the heap's content; 0: none.
+  std::shared_ptr<ScriptHeap> pinned;
+  bool data_lost = false;
+  CopyOnWrite<std::optional<Diagnostic>> unsaveable;
+
+  HeapLink() = default;
+  HeapLink(const HeapLink& other)
+      : tag(other.pinned ? 0 : other.tag), data_lost(other.data_lost || other.pinned), unsaveable(other.unsaveable) {}
+  HeapLink(HeapLink&&) noexcept = default;
+  HeapLink& operator=(const HeapLink& other) {
+    if (this != &other) *this = HeapLink(other);
+    return *this;
+  }
+  HeapLink& operator=(HeapLink&&) noexcept = default;
+  ~HeapLink() = default;
+  friend bool operator==(const HeapLink&, const HeapLink&) { return true; }
+};
+
 /// The state of one chart's execution, as a value: it can be copied, compared, hashed, saved and restored at any
 /// stable configuration. Made by `start`, changed by the step functions (step.h) only.
 ///
 /// A session is bound to the chart it was started with. One thread at a time.
-/// Memory: below 2 KiB for small charts without data.
+/// Memory: below 2 KiB for small charts without data. Cost of a copy: tens of nanoseconds; what is large is shared
+/// until one of the two changes it.
 class Session {
  public:
   [[nodiscard]] SessionStatus status() const { return status_; }
   [[nodiscard]] bool running() const { return status_ == SessionStatus::kRunning; }
   /// Why the session failed (kFailed).
-  [[nodiscard]] const std::optional<Diagnostic>& failure() const { return failure_; }
-  [[nodiscard]] const std::string& id() const { return id_; }
+  [[nodiscard]] const std::optional<Diagnostic>& failure() const { return *failure_; }
+  [[nodiscard]] const std::string& id() const { return identity_->id; }
 
   /// The active states, ancestors included; the root is not among them.
   [[nodiscard]] const StateSet& configuration() const { return configuration_; }
@@ -178,56 +241,48 @@ class Session {
   /// Due time of the earliest delayed send, children's included; kNever: none;
   /// TimePoint::min(): the session wants to go on at once (see Host::yield_after_send).
   [[nodiscard]] TimePoint next_timer() const;
-  [[nodiscard]] const TimerQueue& timers() const { return timers_; }
+  [[nodiscard]] const TimerQueue& timers() const { return *timers_; }
   [[nodiscard]] const std::vector<Invocation>& invocations() const { return invocations_; }
 
   /// Why the session cannot be copied or saved faithfully (a script keeps a function or a cycle in its data); nothing:
   /// it can. A copy of such a session lacks that data and is refused by the step functions.
   [[nodiscard]] std::optional<Diagnostic> unsaveable() const;
 
-  friend bool operator==(const Session& a, const Session& b);
+  friend bool operator==(const Session&, const Session&) = default;
   [[nodiscard]] std::uint64_t hash() const;
-
-  Session();
-  Session(const Session& other);
-  Session(Session&&) noexcept;
-  Session& operator=(const Session& other);
-  Session& operator=(Session&&) noexcept;
-  ~Session();
 
  private:
   friend class Interpreter;
   friend class EcmaScriptModel;
   friend struct SessionAccess;
+  friend struct SessionMembers;
   friend struct SessionSnapshot;
+  friend class SessionEncoder;
   friend void reset_session(const Chart& chart, Session& session, std::string id, std::uint64_t seed);
 
+  using HistoryValues = std::vector<std::pair<StateIndex, std::vector<StateIndex>>>;
+
+  // The members but the invocations are listed once more, in detail/session_members.h: archives and encodings follow
+  // from there.
   std::uint64_t fingerprint_ = 0;  // of the chart
   SessionStatus status_ = SessionStatus::kNew;
-  bool data_lost_ = false;  // a copy of a session whose data have no Value form
-  std::string id_;
-  std::string parent_id_;  // of a child: the _sessionid of its parent
-  std::string invokeid_;   // of a child: by which its parent knows it
+  bool scripts_run_ = false;  // the chart's own scripts have been executed
+  CopyOnWrite<SessionIdentity> identity_;
   StateSet configuration_;
-  StateSet initialized_;  // late binding: states whose data have been bound
-  std::vector<std::pair<StateIndex, std::vector<StateIndex>>> history_;
+  CopyOnWrite<StateSet> initialized_;  // late binding: states whose data have been bound
+  CopyOnWrite<HistoryValues> history_;
   EventQueue internal_;  // empty in a stable configuration
   EventQueue external_;  // empty between steps
-  TimerQueue timers_;
+  CopyOnWrite<TimerQueue> timers_;
   std::vector<Invocation> invocations_;
-  std::vector<std::optional<Value>> variables_;  // of <data>, by slot; nothing: undefined
-  Map globals_;                                  // what scripts added
-  std::uint64_t sequence_ = 0;                   // of timers
-  std::uint64_t ids_ = 0;                        // made-up sendids and invokeids
+  CopyOnWrite<std::vector<std::optional<Value>>> variables_;  // of <data>, by slot; nothing: undefined
+  CopyOnWrite<Map> globals_;                                  // what scripts added
+  std::uint64_t sequence_ = 0;                                // of timers
+  std::uint64_t ids_ = 0;                                     // made-up sendids and invokeids
   Rng rng_{1};
-  std::optional<Diagnostic> failure_;
-  std::optional<Value> done_data_;
-  bool scripts_run_ = false;  // the chart's own scripts have been executed
-
-  // A disposable cache, no part of the value: the JavaScript heap whose content has this tag holds these data.
-  std::uint64_t heap_tag_ = 0;
-  std::shared_ptr<ScriptHeap> pinned_;  // data without a Value form live here only
-  std::optional<Diagnostic> unsaveable_;
+  CopyOnWrite<std::optional<Diagnostic>> failure_;
+  CopyOnWrite<std::optional<Value>> done_data_;
+  HeapLink heap_;
 };
 
 /// The whole session as a value (JSON can hold it): configuration, history, queues, timers, invocations, data.

@@ -32,8 +32,8 @@ struct SessionAccess {
   static bool ready(const Chart& chart, Session& session) {
     if (!session.running()) return false;
     SENTREE_ASSERT(session.fingerprint_ == chart.fingerprint());
-    if (!session.data_lost_) return true;
-    session.failure_ = session.unsaveable_.value_or(Diagnostic{
+    if (!session.heap_.data_lost) return true;
+    session.failure_.edit() = session.heap_.unsaveable->value_or(Diagnostic{
         Severity::kError, "scxml.no-value-form", "the session is a copy of one whose data cannot be copied", {}});
     session.status_ = SessionStatus::kFailed;
     return false;
@@ -51,15 +51,15 @@ struct SessionAccess {
     Session* parent = nullptr;
   };
   static void find_due(Session& session, const Chart& chart, Session* parent, TimePoint now, Owner& best) {
-    if (session.running() && !session.timers_.empty() && session.timers_.front().due <= now &&
-        (!best.session || session.timers_.front().due < best.session->timers_.front().due)) {
+    if (session.running() && !session.timers_->empty() && session.timers_->front().due <= now &&
+        (!best.session || session.timers_->front().due < best.session->timers_->front().due)) {
       best = {&session, &chart, parent};
     }
     for (Invocation& invocation : session.invocations_) {
-      if (invocation.child) find_due(*invocation.child, *invocation.chart, &session, now, best);
+      if (invocation.child) find_due(*invocation.child, invocation.child.chart(), &session, now, best);
     }
   }
-  static Timer take_timer(Session& session) { return session.timers_.pop(); }
+  static Timer take_timer(Session& session) { return session.timers_.edit().pop(); }
 };
 
 StepInfo start(const Chart& chart, Session& session, StartOptions options, TimePoint now, Effects& effects,

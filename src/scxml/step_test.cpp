@@ -167,7 +167,18 @@ TEST(Bounds, AChartThatNeverComesToRestFailsWithThePlace) {
   ASSERT_TRUE(p.session.failure());
   EXPECT_EQ(p.session.status(), SessionStatus::kFailed);
   EXPECT_THAT(to_string(*p.session.failure()),
-              HasSubstr("test.scxml:2:1: the chart does not come to rest: more than 10000 microsteps"));
+              HasSubstr("test.scxml:2:1: the chart does not come to rest in \"a\", \"b\": more than 10000 microsteps"));
+}
+
+TEST(Bounds, AConditionThatFailsAgainAndAgainEndsTheSessionWithTheReason) {
+  for (const char* raised : {"", "<onentry><raise event=\"x\"/></onentry>"}) {
+    Player p("<state id=\"home\">" + std::string(raised) +
+             "<transition cond=\"missing.member\" target=\"home\"/></state>");
+    p.begin();
+    ASSERT_TRUE(p.session.failure());
+    EXPECT_THAT(to_string(*p.session.failure()), testing::AllOf(HasSubstr("does not come to rest in \"home\""),
+                                                                HasSubstr("error.execution: "), HasSubstr("missing")));
+  }
 }
 
 TEST(Bounds, TooManyDelayedSendsAreAnErrorInTheSession) {
