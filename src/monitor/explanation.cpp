@@ -25,7 +25,7 @@ std::string value_text(const Value& value) {
 }
 
 // What the chart's data hold, by their names in the requirement.
-std::vector<std::optional<Value>> values(const Model& model, const State& state) {
+std::vector<std::optional<Value>> values(const Model& model, const Core& state) {
   const Map data = state.session.data(model.chart());
   std::vector<std::optional<Value>> all;
   for (const Datum& datum : model.origin()->data) {
@@ -69,15 +69,16 @@ std::optional<Explanation> explain(const Model& model, const Decision& decision,
   if (decision.since && r.bound && r.bound->unit == Bound::Unit::kTime)
     e.deadline = add_saturating(*decision.since, r.bound->time);
 
-  State state = begin_replay(model, decision.started, nullptr);
+  State state = start(model, decision.started);
   std::vector<std::optional<Value>> before = values(model, state);
   for (const Message& message : decision.witness) {
-    while (replay_timers(model, state, message.time - Duration(1), nullptr, nullptr).verdict != Verdict::kUndecided) {
+    while (step_timers(model, state, message.time - Duration(1), Tracing{&state.trail}, nullptr).verdict !=
+           Verdict::kUndecided) {
     }
     const auto observation = std::make_shared<const Message>(message);
     // What is waited for before the observation that decides is what was owed.
     e.owed = standing(model, state).says;
-    replay_message(model, state, observation, nullptr, nullptr);
+    step(model, state, message, nullptr, {&state.trail, observation}, nullptr);
     std::vector<std::optional<Value>> after = values(model, state);
     Explanation::Step step{.observation = message};
     for (std::size_t i = 0; i < after.size(); ++i) {
@@ -88,9 +89,9 @@ std::optional<Explanation> explain(const Model& model, const Decision& decision,
         step.set.push_back(datum.id + " = " + (after[i] ? value_text(*after[i]) : "unknown"));
       }
     }
-    step.is_trigger =
-        decision.since && message.time == *decision.since && state.since == decision.since &&
-        std::find(state.entered_by.begin(), state.entered_by.end(), observation) != state.entered_by.end();
+    step.is_trigger = decision.since && message.time == *decision.since && state.since == decision.since &&
+                      std::find(state.trail.entered_by.begin(), state.trail.entered_by.end(), observation) !=
+                          state.trail.entered_by.end();
     step.is_deciding = decision.deciding && message.sequence == decision.deciding->sequence;
     if (step.is_trigger) e.trigger = message;
     before = std::move(after);

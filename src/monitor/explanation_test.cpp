@@ -166,10 +166,61 @@ TEST(MonitorSet, DecidesInOrderOfTimeForAllMonitors) {
 TEST(MonitorSet, HearsNamesBeyondThoseItRemembers) {
   Dispatch dispatch(std::vector<Model>{model("A: always level >= 20.")});
   for (std::size_t i = 0; i <= kRoutesMax; ++i)
-    EXPECT_TRUE(dispatch.route("service.m" + std::to_string(i) + ".reply").monitors.empty());
+    EXPECT_TRUE(dispatch.route("service.m" + std::to_string(i) + ".reply").any.monitors.empty());
   EXPECT_EQ(dispatch.remembered(), kRoutesMax);
-  for (int i = 0; i < 2; ++i) EXPECT_THAT(dispatch.route("battery.getBatteryState.reply").monitors, ElementsAre(0U));
+  for (int i = 0; i < 2; ++i)
+    EXPECT_THAT(dispatch.route("battery.getBatteryState.reply").any.monitors, ElementsAre(0U));
   EXPECT_EQ(dispatch.remembered(), kRoutesMax);
+}
+
+TEST(MonitorSet, StepsAMonitorOverNodesOnTheirStatusesOnly) {
+  const Model one = model("A: never node(Dock) in FAILURE.");
+  const Model every = model("B: event(observation(node.status)) at most 1000 times per 1 s.");
+  MonitorSet set({one, every}, TimePoint{});
+  EXPECT_THAT(set.listeners("node.status", "Dock"), ElementsAre(0U, 1U));
+  EXPECT_THAT(set.listeners("node.status", "Look"), ElementsAre(1U));
+  Recording r;
+  for (int i = 0; i < 5; ++i) r.add(10 * i, "node.status", Map{{"status", "FAILURE"}}, "Look");
+  r.add(100, "node.status", Map{{"status", "FAILURE"}}, "Dock");
+  std::vector<MonitorSet::Decided> decided;
+  for (const Message& message : r.messages) {
+    EXPECT_TRUE(decided.empty());
+    EXPECT_THAT(set.state(0).trail.history, IsEmpty());
+    set.observe(message, decided);
+  }
+  ASSERT_EQ(decided.size(), 1U);
+  EXPECT_EQ(decided[0].monitor, 0U);
+  EXPECT_EQ(decided[0].decision.witness.size(), 1U);
+}
+
+TEST(MonitorSet, GoesOnBehindAMonitorThatIsGivenUp) {
+  // The first of two hangs in its second observation: its thread is left there, and the call repeated.
+  struct Hangs : MonitorSet::Listener {
+    bool is_given_up(std::size_t monitor) override { return monitor == 0 && given_up; }
+    void stepped(std::size_t monitor, Decisions decisions) override {
+      told.push_back(monitor);
+      decided += decisions.size();
+      if (hang_in == told.size()) throw told.size();
+    }
+    std::vector<std::size_t> told;
+    std::size_t decided = 0;
+    std::size_t hang_in = 0;
+    bool given_up = false;
+  } listener;
+  MonitorSet set({model("A: always level >= 20."), model("B: always level >= 30.")});
+  set.start(TimePoint{}, listener);
+  Recording r;
+  r.level(10, 0.9).level(20, 0.25);
+  const auto share = [](const Message& message) { return std::make_shared<const Message>(message); };
+  set.observe(share(r.messages[0]), listener);
+  EXPECT_THAT(listener.told, ElementsAre(0U, 1U, 0U, 1U));
+  listener.hang_in = 5;
+  EXPECT_ANY_THROW(set.observe(share(r.messages[1]), listener));
+  listener.hang_in = 0;
+  listener.given_up = true;
+  set.observe(share(r.messages[1]), listener);
+  EXPECT_THAT(listener.told, ElementsAre(0U, 1U, 0U, 1U, 0U, 0U, 1U));
+  EXPECT_EQ(listener.decided, 1U);
 }
 
 TEST(MonitorSet, LooksOnlyAtWhatChartsName) {

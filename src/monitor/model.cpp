@@ -49,6 +49,18 @@ std::string renaming_chart(const std::vector<Rename>& renames) {
   return xml + "</state></scxml>";
 }
 
+// Observations of which a requirement names the source wherever it speaks of them.
+void find_sources(Model::Parts& parts) {
+  std::vector<std::string> of_all;
+  for (const Source& source : sources_of(parts.spec.origin->requirement)) {
+    if (source.from.empty())
+      of_all.push_back(source.observation);
+    else
+      parts.only_of[source.observation].push_back(source.from);
+  }
+  for (const std::string& name : of_all) parts.only_of.erase(name);
+}
+
 }  // namespace
 
 std::string_view to_string(Verdict verdict) {
@@ -94,6 +106,14 @@ Loaded<Model> Model::make(Spec spec) {
       if (state && situation.role == Situation::Role::kPending) parts->pending[*state] = true;
     }
   }
+  if (parts->spec.origin) {
+    find_sources(*parts);
+    parts->overwritten.resize(chart.model().variables.size());
+    for (const std::string& id : parts->spec.origin->overwritten) {
+      const auto slot = chart.model().slots.find(id);
+      if (slot != chart.model().slots.end()) parts->overwritten[slot->second] = true;
+    }
+  }
   parts->has_data = !chart.model().variables.empty();
   // A requirement without an end is told of by its check; its monitor can be satisfied, or only looks on.
   if (!can_decide && parts->spec.violated.empty() && !parts->spec.origin) {
@@ -115,6 +135,7 @@ Loaded<Model> Model::make(Spec spec) {
     auto renaming = scxml::load(renaming_chart(parts->spec.renames));
     if (renaming.ok()) {
       parts->renaming = std::move(renaming.value);
+      parts->renamed.assign(parts->renaming->model().variables.size(), true);
     } else {
       made.diagnostics.push_back({Severity::kError, "monitor.bad-expression",
                                   "monitor \"" + parts->spec.name +
@@ -144,8 +165,8 @@ Loaded<Model> Model::make(const Requirement& requirement, const Vocabulary* voca
   if (requirement.re_arming) spec.violated = {"violated"};
   spec.span = requirement.span;
   spec.re_arming = requirement.re_arming;
-  spec.origin =
-      std::make_shared<const Origin>(Origin{requirement, std::move(synthesis.situations), std::move(synthesis.data)});
+  spec.origin = std::make_shared<const Origin>(Origin{requirement, std::move(synthesis.situations),
+                                                      std::move(synthesis.data), std::move(synthesis.overwritten)});
   auto model = make(std::move(spec));
   made.diagnostics.insert(made.diagnostics.end(), model.diagnostics.begin(), model.diagnostics.end());
   made.value = std::move(model.value);
@@ -156,6 +177,12 @@ const Origin* Model::origin() const { return parts_->spec.origin.get(); }
 bool Model::re_arming() const { return parts_->spec.re_arming; }
 const std::string& Model::name() const { return parts_->spec.name; }
 const scxml::Chart& Model::chart() const { return parts_->spec.chart; }
+
+std::optional<std::span<const std::string>> Model::listens_to_only(std::string_view observation) const {
+  const auto found = parts_->only_of.find(observation);
+  if (found == parts_->only_of.end()) return std::nullopt;
+  return std::span<const std::string>(found->second);
+}
 
 bool Model::listens_to(std::string_view observation) const {
   if (!parts_->spec.renames.empty()) {

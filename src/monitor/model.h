@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -20,32 +21,35 @@ struct Model::Parts {
   Projection projection;                 ///< What it looks at.
   /// Computes the data of renamed events: event "<i>" in, effect send "<i>" with the data out.
   std::optional<scxml::Chart> renaming;
+  /// By observation: the only ones whose it is about. Of names that are not here it is about everybody's.
+  std::map<std::string, std::vector<std::string>, std::less<>> only_of;
+  // Data, by slot, that every observation overwrites before anything reads them: of the chart, and of `renaming`.
+  std::vector<bool> overwritten;
+  std::vector<bool> renamed;
 };
 
 struct Access {
   static const Model::Parts& parts(const Model& model) { return *model.parts_; }
 };
 
-/// As the public ones, with the event's data made already.
-Decisions observe(const Model& model, State& state, const Observation& observation, const scxml::Event& event,
+/// Where a step leaves its trail; null: nowhere.
+struct Tracing {
+  Trail* trail = nullptr;
+  Observation during = {};  ///< Null: no observation.
+};
+
+// As the public ones, with a trail, and with the event made already (null: not yet). They know no decided monitor.
+[[nodiscard]] Core begin(const Model& model, TimePoint now, const Tracing& tracing, scxml::ExecutionWatch* watch);
+Stepped step(const Model& model, Core& core, const Message& message, const scxml::Event* event, const Tracing& tracing,
+             scxml::ExecutionWatch* watch);
+Stepped step_timers(const Model& model, Core& core, TimePoint until, const Tracing& tracing,
+                    scxml::ExecutionWatch* watch);
+Decisions observe(const Model& model, State& state, const Observation& observation, const scxml::Event* event,
                   scxml::ExecutionWatch* watch);
 
-/// Gives `decision` its witness: the smallest part of `state.history` (one-minimal) after which it comes again.
-void find_witness(const Model& model, const State& state, Decision& decision, scxml::ExecutionWatch* watch);
+/// Gives `decision` its witness: the smallest part of the history (one-minimal) after which it comes again.
+void find_witness(const Model& model, const Trail& trail, Decision& decision, scxml::ExecutionWatch* watch);
 /// Keeps of the history only what leads to the present session, as far as that can be found quickly.
 void reduce_history(const Model& model, State& state, scxml::ExecutionWatch* watch);
-
-/// What one step of the chart did.
-struct Stepped {
-  Verdict verdict = Verdict::kUndecided;
-  std::string state;
-};
-/// The pieces that a replay is made of: the beginning, one observation with the timers before it, and timers alone.
-/// Timers stop at the first decision.
-[[nodiscard]] State begin_replay(const Model& model, TimePoint now, scxml::ExecutionWatch* watch);
-Stepped replay_message(const Model& model, State& state, const Observation& observation, const scxml::Event* event,
-                       scxml::ExecutionWatch* watch);
-Stepped replay_timers(const Model& model, State& state, TimePoint up_to, const Observation& during,
-                      scxml::ExecutionWatch* watch);
 
 }  // namespace sentree::monitor

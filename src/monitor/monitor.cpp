@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "sentree/monitor/model.h"
+#include "sentree/scxml/encode.h"
 #include "sentree/scxml/step.h"
 
 namespace sentree::monitor {
@@ -15,49 +16,37 @@ namespace {
 // other states.
 class EntryWatch final : public scxml::Observer {
  public:
-  EntryWatch(const Model::Parts& parts, State& state, const Observation& during, TimePoint now)
-      : parts_(parts), state_(state), during_(during), now_(now) {}
+  EntryWatch(const Model::Parts& parts, Core& core, const Tracing& tracing, TimePoint now)
+      : parts_(parts), core_(core), tracing_(tracing), now_(now) {}
 
   void entered(const scxml::Chart& chart, std::string_view, scxml::StateIndex state) override {
     if (!(chart == parts_.spec.chart)) return;
-    state_.entered_by[state] = during_;
-    if (parts_.pending[state]) state_.since = now_;
+    if (tracing_.trail != nullptr) tracing_.trail->entered_by[state] = tracing_.during;
+    if (parts_.pending[state]) core_.since = now_;
     if (stepped.verdict != Verdict::kUndecided || parts_.decides[state] == Verdict::kUndecided) return;
     stepped.verdict = parts_.decides[state];
     stepped.state = chart.states()[state].id;
+  }
+
+  // What is over is not owed any more.
+  Stepped end() {
+    if (stepped.verdict != Verdict::kUndecided) core_.verdict = stepped.verdict;
+    if (core_.since) {
+      bool pending = false;
+      core_.session.configuration().for_each([&](scxml::StateIndex s) { pending = pending || parts_.pending[s]; });
+      if (!pending) core_.since.reset();
+    }
+    return std::move(stepped);
   }
 
   Stepped stepped;
 
  private:
   const Model::Parts& parts_;
-  State& state_;
-  const Observation& during_;
+  Core& core_;
+  const Tracing& tracing_;
   TimePoint now_;
 };
-
-// What is over is not owed any more.
-void settle(const Model::Parts& parts, State& state) {
-  if (state.session.status() == scxml::SessionStatus::kFailed) state.failure = state.session.failure();
-  if (!state.since) return;
-  const scxml::StateSet& active = state.session.configuration();
-  for (std::size_t i = 0; i < parts.pending.size(); ++i) {
-    if (parts.pending[i] && active.contains(static_cast<scxml::StateIndex>(i))) return;
-  }
-  state.since.reset();
-}
-
-Stepped deliver(const Model& model, State& state, const scxml::Event& event, const Observation& observation,
-                scxml::ExecutionWatch* watch) {
-  const Model::Parts& parts = Access::parts(model);
-  EntryWatch entries(parts, state, observation, observation->time);
-  scxml::Host host;
-  host.observer = &entries;
-  host.watch = watch;
-  scxml::Effects effects;
-  scxml::step(parts.spec.chart, state.session, event, observation->time, effects, host);
-  return std::move(entries.stepped);
-}
 
 scxml::Host renaming_host(scxml::ExecutionWatch* watch) {
   scxml::Host host;
@@ -66,10 +55,21 @@ scxml::Host renaming_host(scxml::ExecutionWatch* watch) {
   return host;
 }
 
-Stepped deliver_renamed(const Model& model, State& state, const Observation& observation,
+Stepped deliver(const Model& model, Core& core, const scxml::Event& event, TimePoint now, const Tracing& tracing,
+                scxml::ExecutionWatch* watch) {
+  const Model::Parts& parts = Access::parts(model);
+  EntryWatch entries(parts, core, tracing, now);
+  scxml::Host host;
+  host.observer = &entries;
+  host.watch = watch;
+  scxml::Effects effects;
+  scxml::step(parts.spec.chart, core.session, event, now, effects, host);
+  return entries.end();
+}
+
+Stepped deliver_renamed(const Model& model, Core& core, const Message& message, const Tracing& tracing,
                         scxml::ExecutionWatch* watch) {
   const Model::Parts& parts = Access::parts(model);
-  const Message& message = *observation;
   const scxml::Host host = renaming_host(watch);
   Stepped stepped;
   for (std::size_t i = 0; i < parts.spec.renames.size() && stepped.verdict == Verdict::kUndecided; ++i) {
@@ -78,31 +78,32 @@ Stepped deliver_renamed(const Model& model, State& state, const Observation& obs
     scxml::Event event;
     event.name = "rename" + std::to_string(i);
     event.data = event_data(message);
-    scxml::step(*parts.renaming, state.renaming, event, message.time, effects, host);
+    scxml::step(*parts.renaming, core.renaming, event, message.time, effects, host);
     for (scxml::Effect& effect : effects) {
       if (auto* send = std::get_if<scxml::OutgoingSend>(&effect)) {
         scxml::Event renamed;
         renamed.name = parts.spec.renames[i].event;
         renamed.data = send->data.value_or(Value(Map()));
-        stepped = deliver(model, state, renamed, observation, watch);
+        stepped = deliver(model, core, renamed, message.time, tracing, watch);
       }
     }
   }
   return stepped;
 }
 
-bool is_over(const Model& model, const State& state) {
-  if (!state.session.running() || state.verdict == Verdict::kSatisfied) return true;
-  return state.verdict == Verdict::kViolated && !model.re_arming();
+bool is_over(const Model& model, const Core& core) {
+  if (!core.session.running() || core.verdict == Verdict::kSatisfied) return true;
+  return core.verdict == Verdict::kViolated && !model.re_arming();
 }
 
 void remember(const Model& model, State& state, const Observation& observation, scxml::ExecutionWatch* watch) {
-  if (state.history.size() >= state.reduce_at) reduce_history(model, state, watch);
-  if (state.history.size() >= kHistoryMax) {
-    state.history.erase(state.history.begin(), state.history.begin() + kHistoryMax / 2);
-    state.history_complete = false;
+  Trail& trail = state.trail;
+  if (trail.history.size() >= trail.reduce_at) reduce_history(model, state, watch);
+  if (trail.history.size() >= kHistoryMax) {
+    trail.history.erase(trail.history.begin(), trail.history.begin() + kHistoryMax / 2);
+    trail.history_complete = false;
   }
-  state.history.push_back(observation);
+  trail.history.push_back(observation);
 }
 
 Decision decide(const Model& model, State& state, const Stepped& stepped, std::optional<TimePoint> since, TimePoint at,
@@ -110,136 +111,141 @@ Decision decide(const Model& model, State& state, const Stepped& stepped, std::o
   Decision decision{.verdict = stepped.verdict, .at = at, .state = stepped.state};
   if (deciding != nullptr) decision.deciding = *deciding;
   decision.since = since;
-  decision.started = state.started;
-  decision.witness_complete = state.history_complete;
-  if (stepped.verdict == Verdict::kViolated) decision.number = ++state.violations;
-  state.verdict = stepped.verdict;
-  find_witness(model, state, decision, watch);
-  if (is_over(model, state)) state.history.clear();
+  decision.started = state.trail.started;
+  decision.witness_complete = state.trail.history_complete;
+  if (stepped.verdict == Verdict::kViolated) decision.number = ++state.trail.violations;
+  find_witness(model, state.trail, decision, watch);
+  if (is_over(model, state)) state.trail.history.clear();
   return decision;
 }
 
 // One instant: what a timer sends without delay is due at the instant of that timer.
-Stepped fire_due(const Model& model, State& state, const Observation& during, scxml::ExecutionWatch* watch) {
+Stepped fire_due(const Model& model, Core& core, const Tracing& tracing, scxml::ExecutionWatch* watch) {
   const Model::Parts& parts = Access::parts(model);
-  const TimePoint due = state.session.next_timer();
-  EntryWatch entries(parts, state, during, due);
+  const TimePoint due = core.session.next_timer();
+  EntryWatch entries(parts, core, tracing, due);
   scxml::Host host;
   host.observer = &entries;
   host.watch = watch;
   scxml::Effects effects;
-  scxml::step_timers(parts.spec.chart, state.session, due, effects, host);
-  return std::move(entries.stepped);
+  scxml::step_timers(parts.spec.chart, core.session, due, effects, host);
+  return entries.end();
 }
 
 void advance_into(const Model& model, State& state, TimePoint now, Decisions& decisions, scxml::ExecutionWatch* watch) {
   while (!is_over(model, state) && state.session.next_timer() <= now) {
     const TimePoint due = state.session.next_timer();
     const std::optional<TimePoint> since = state.since;
-    const Stepped stepped = fire_due(model, state, nullptr, watch);
+    const Stepped stepped = fire_due(model, state, {&state.trail, nullptr}, watch);
     if (stepped.verdict != Verdict::kUndecided)
       decisions.push_back(decide(model, state, stepped, since, due, nullptr, watch));
-    settle(Access::parts(model), state);
   }
-}
-
-// `event` null: the chart sees the observation under other names.
-Decisions observe_with(const Model& model, State& state, const Observation& observation, const scxml::Event* event,
-                       scxml::ExecutionWatch* watch) {
-  Decisions decisions;
-  if (state.session.next_timer() < observation->time) {
-    advance_into(model, state, observation->time - Duration(1), decisions, watch);
-    if (is_over(model, state)) return decisions;
-  }
-  remember(model, state, observation, watch);
-  const std::optional<TimePoint> since = state.since;
-  const Stepped stepped = event != nullptr ? deliver(model, state, *event, observation, watch)
-                                           : deliver_renamed(model, state, observation, watch);
-  if (stepped.verdict != Verdict::kUndecided)
-    decisions.push_back(decide(model, state, stepped, since, observation->time, observation.get(), watch));
-  settle(Access::parts(model), state);
-  const Model::Parts& parts = Access::parts(model);
-  // A chart without data that is back in its beginning has forgotten everything.
-  if (!parts.has_data && !parts.renaming && state.session.timers().empty() && !state.history.empty() &&
-      state.session.configuration() == state.beginning) {
-    state.history.clear();
-    state.history_complete = true;
-  }
-  return decisions;
-}
-
-scxml::Event event_of(const Model& model, const Message& message) {
-  scxml::Event event;
-  event.name = message.name;
-  event.data = Access::parts(model).projection.data(message);
-  return event;
 }
 
 }  // namespace
 
-State begin_replay(const Model& model, TimePoint now, scxml::ExecutionWatch* watch) {
+Core begin(const Model& model, TimePoint now, const Tracing& tracing, scxml::ExecutionWatch* watch) {
   const Model::Parts& parts = Access::parts(model);
-  State state;
-  state.entered_by.resize(parts.spec.chart.states().size());
-  const Observation nothing;
-  EntryWatch entries(parts, state, nothing, now);
+  Core core;
+  EntryWatch entries(parts, core, tracing, now);
   scxml::Host host;
   host.observer = &entries;
   host.watch = watch;
   scxml::Effects effects;
-  scxml::start(parts.spec.chart, state.session, {.data = {}, .session_id = parts.spec.name}, now, effects, host);
+  scxml::start(parts.spec.chart, core.session, {.data = {}, .session_id = parts.spec.name}, now, effects, host);
   if (parts.renaming) {
-    scxml::start(*parts.renaming, state.renaming, {.data = {}, .session_id = "renaming"}, now, effects,
+    scxml::start(*parts.renaming, core.renaming, {.data = {}, .session_id = "renaming"}, now, effects,
                  renaming_host(watch));
   }
-  state.beginning = state.session.configuration();
-  state.started = now;
-  settle(parts, state);
+  entries.end();
+  core.verdict = Verdict::kUndecided;  // nothing has been observed yet
+  return core;
+}
+
+Stepped step(const Model& model, Core& core, const Message& message, const scxml::Event* event, const Tracing& tracing,
+             scxml::ExecutionWatch* watch) {
+  const Model::Parts& parts = Access::parts(model);
+  if (parts.renaming) return deliver_renamed(model, core, message, tracing, watch);
+  if (event != nullptr) return deliver(model, core, *event, message.time, tracing, watch);
+  scxml::Event own;
+  own.name = message.name;
+  own.data = parts.projection.data(message);
+  return deliver(model, core, own, message.time, tracing, watch);
+}
+
+Stepped step_timers(const Model& model, Core& core, TimePoint until, const Tracing& tracing,
+                    scxml::ExecutionWatch* watch) {
+  Stepped stepped;
+  while (core.session.running() && core.session.next_timer() <= until && stepped.verdict == Verdict::kUndecided)
+    stepped = fire_due(model, core, tracing, watch);
+  return stepped;
+}
+
+Core begin(const Model& model, TimePoint now, scxml::ExecutionWatch* watch) { return begin(model, now, {}, watch); }
+
+Stepped step(const Model& model, Core& core, const Message& message, scxml::ExecutionWatch* watch) {
+  if (is_over(model, core) || !model.listens_to(message.name)) return {};
+  return step(model, core, message, nullptr, {}, watch);
+}
+
+Stepped step_timers(const Model& model, Core& core, TimePoint until, scxml::ExecutionWatch* watch) {
+  return is_over(model, core) ? Stepped() : step_timers(model, core, until, {}, watch);
+}
+
+Result<void> encode(const Model& model, const Core& core, TimePoint now, std::string& out) {
+  const Model::Parts& parts = Access::parts(model);
+  const std::size_t before = out.size();
+  out.push_back(static_cast<char>(core.verdict));
+  if (is_over(model, core)) {
+    out.push_back(static_cast<char>(core.session.status() == scxml::SessionStatus::kFailed));
+    return {};
+  }
+  auto encoded = scxml::encode(parts.spec.chart, core.session, now, out, parts.overwritten);
+  if (encoded && parts.renaming) encoded = scxml::encode(*parts.renaming, core.renaming, now, out, parts.renamed);
+  if (!encoded) out.resize(before);
+  return encoded;
+}
+
+State start(const Model& model, TimePoint now, scxml::ExecutionWatch* watch) {
+  State state;
+  state.trail.entered_by.resize(model.chart().states().size());
+  static_cast<Core&>(state) = begin(model, now, {&state.trail, nullptr}, watch);
+  state.trail.beginning = state.session.configuration();
+  state.trail.started = now;
   return state;
 }
 
-Stepped replay_message(const Model& model, State& state, const Observation& observation, const scxml::Event* event,
-                       scxml::ExecutionWatch* watch) {
-  Stepped stepped;
-  if (Access::parts(model).renaming) {
-    stepped = deliver_renamed(model, state, observation, watch);
-  } else if (event != nullptr) {
-    stepped = deliver(model, state, *event, observation, watch);
-  } else {
-    stepped = deliver(model, state, event_of(model, *observation), observation, watch);
-  }
-  settle(Access::parts(model), state);
-  return stepped;
+TimePoint next_timer(const Model& model, const Core& core) {
+  return is_over(model, core) ? kNever : core.session.next_timer();
 }
 
-Stepped replay_timers(const Model& model, State& state, TimePoint up_to, const Observation& during,
-                      scxml::ExecutionWatch* watch) {
-  Stepped stepped;
-  while (state.session.running() && state.session.next_timer() <= up_to && stepped.verdict == Verdict::kUndecided) {
-    stepped = fire_due(model, state, during, watch);
-    settle(Access::parts(model), state);
-  }
-  return stepped;
-}
-
-State start(const Model& model, TimePoint now, scxml::ExecutionWatch* watch) { return begin_replay(model, now, watch); }
-
-TimePoint next_timer(const Model& model, const State& state) {
-  return is_over(model, state) ? kNever : state.session.next_timer();
-}
-
-Decisions observe(const Model& model, State& state, const Observation& observation, const scxml::Event& event,
+Decisions observe(const Model& model, State& state, const Observation& observation, const scxml::Event* event,
                   scxml::ExecutionWatch* watch) {
-  if (is_over(model, state)) return {};
-  return observe_with(model, state, observation, Access::parts(model).renaming ? nullptr : &event, watch);
+  Decisions decisions;
+  if (is_over(model, state)) return decisions;
+  const Message& message = *observation;
+  if (state.session.next_timer() < message.time) {
+    advance_into(model, state, message.time - Duration(1), decisions, watch);
+    if (is_over(model, state)) return decisions;
+  }
+  remember(model, state, observation, watch);
+  const std::optional<TimePoint> since = state.since;
+  const Stepped stepped = step(model, state, message, event, {&state.trail, observation}, watch);
+  if (stepped.verdict != Verdict::kUndecided)
+    decisions.push_back(decide(model, state, stepped, since, message.time, &message, watch));
+  const Model::Parts& parts = Access::parts(model);
+  // A chart without data that is back in its beginning has forgotten everything.
+  if (!parts.has_data && !parts.renaming && state.session.timers().empty() && !state.trail.history.empty() &&
+      state.session.configuration() == state.trail.beginning) {
+    state.trail.history.clear();
+    state.trail.history_complete = true;
+  }
+  return decisions;
 }
 
 Decisions observe(const Model& model, State& state, const Message& message, scxml::ExecutionWatch* watch) {
   if (is_over(model, state) || !model.listens_to(message.name)) return {};
-  const auto observation = std::make_shared<const Message>(message);
-  if (Access::parts(model).renaming) return observe_with(model, state, observation, nullptr, watch);
-  const scxml::Event event = event_of(model, message);
-  return observe_with(model, state, observation, &event, watch);
+  return observe(model, state, std::make_shared<const Message>(message), nullptr, watch);
 }
 
 Decisions advance(const Model& model, State& state, TimePoint now, scxml::ExecutionWatch* watch) {
@@ -248,21 +254,17 @@ Decisions advance(const Model& model, State& state, TimePoint now, scxml::Execut
   return decisions;
 }
 
-std::optional<std::string> veto(const Model& model, const State& state, const Message& message,
+std::optional<std::string> veto(const Model& model, const Core& core, const Message& message,
                                 scxml::ExecutionWatch* watch) {
-  if (state.failure) return "it was given up and cannot decide: " + state.failure->message;
-  if (state.verdict == Verdict::kViolated && !model.re_arming()) return "it is violated already";
-  if (!state.session.running() || !model.listens_to(message.name)) return std::nullopt;
-  State copy;
-  copy.session = state.session;
-  copy.renaming = state.renaming;
-  copy.entered_by.resize(state.entered_by.size());
-  const auto observation = std::make_shared<const Message>(message);
-  Stepped stepped = replay_timers(model, copy, message.time - Duration(1), nullptr, watch);
+  if (core.failure()) return "it was given up and cannot decide: " + core.failure()->message;
+  if (core.verdict == Verdict::kViolated && !model.re_arming()) return "it is violated already";
+  if (!core.session.running() || !model.listens_to(message.name)) return std::nullopt;
+  Core copy = core;
+  Stepped stepped = step_timers(model, copy, message.time - Duration(1), {}, watch);
   if (stepped.verdict == Verdict::kUndecided && copy.session.running())
-    stepped = replay_message(model, copy, observation, nullptr, watch);
+    stepped = step(model, copy, message, nullptr, {}, watch);
   if (stepped.verdict == Verdict::kViolated) return "it would enter \"" + stepped.state + "\"";
-  if (copy.failure) return "it cannot decide: " + copy.failure->message;
+  if (copy.failure()) return "it cannot decide: " + copy.failure()->message;
   return std::nullopt;
 }
 
@@ -279,7 +281,7 @@ std::string Standing::text() const {
   return text;
 }
 
-Standing standing(const Model& model, const State& state) {
+Standing standing(const Model& model, const Core& state) {
   Standing standing;
   const scxml::Chart& chart = model.chart();
   const Origin* origin = model.origin();

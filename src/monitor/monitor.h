@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -37,6 +38,7 @@ struct Origin {
   Requirement requirement;
   std::vector<Situation> situations;
   std::vector<Datum> data;
+  std::vector<std::string> overwritten;  ///< <data> that every observation sets anew before anything reads them.
 };
 
 /// What a monitor is made of.
@@ -65,6 +67,9 @@ class Model {
   [[nodiscard]] bool re_arming() const;
   /// False: an observation of that name changes nothing, now or later.
   [[nodiscard]] bool listens_to(std::string_view observation) const;
+  /// Of an observation that it listens to: whose it is about; nothing: everybody's. Observations of that name by others
+  /// change nothing.
+  [[nodiscard]] std::optional<std::span<const std::string>> listens_to_only(std::string_view observation) const;
 
   struct Parts;  ///< For this library's own files.
 
@@ -103,26 +108,58 @@ inline constexpr std::size_t kWitnessReplayedMax = 500'000;
 /// Observations remembered before it is looked which of them still matter.
 inline constexpr std::size_t kReduceMin = 256;
 
-/// A monitor's memory; a plain value.
-struct State {
+/// The part of a monitor that decides: what it will decide depends on this and on nothing else. A small plain value; a
+/// copy costs what its sessions cost.
+struct Core {
   scxml::Session session;
   scxml::Session renaming;
-  scxml::StateSet beginning;  ///< The configuration after `start`.
   Verdict verdict = Verdict::kUndecided;
+  std::optional<TimePoint> since;  ///< When the pending situation it is in began; decides nothing.
+
+  /// It was given up: its chart exceeded a bound.
+  [[nodiscard]] const std::optional<Diagnostic>& failure() const { return session.failure(); }
+  friend bool operator==(const Core&, const Core&) = default;
+};
+
+/// What one step decided.
+struct Stepped {
+  Verdict verdict = Verdict::kUndecided;
+  std::string state;  ///< The state whose entry decided it.
+};
+
+// Deciding alone, without a trail: for whoever tries many futures. Here and below, `watch` lets a watchdog in another
+// thread look on, since scripts of the chart may never end. A decided or failed monitor ignores what follows; a
+// re-arming one goes on.
+
+/// Puts the monitor at its beginning.
+[[nodiscard]] Core begin(const Model& model, TimePoint now, scxml::ExecutionWatch* watch = nullptr);
+/// One observation. Timers due before it must have fired; one due at the same instant fires after it.
+Stepped step(const Model& model, Core& core, const Message& message, scxml::ExecutionWatch* watch = nullptr);
+/// Timers up to and including `until`, the earliest first. Stops at what is decided: call it again then.
+Stepped step_timers(const Model& model, Core& core, TimePoint until, scxml::ExecutionWatch* watch = nullptr);
+
+/// Appends the canonical form of what decides, as `scxml::encode` does: equal bytes, equal futures. Data that the next
+/// observation overwrites before anything reads them are left out. Error: scxml.no-value-form.
+Result<void> encode(const Model& model, const Core& core, TimePoint now, std::string& out);
+
+/// The part that explains. It decides nothing, and grows with what is observed.
+struct Trail {
+  scxml::StateSet beginning;  ///< The configuration after `start`.
   std::uint64_t violations = 0;
   /// Observations whose replay leads where the session is now.
   std::vector<Observation> history;
   bool history_complete = true;
   std::size_t reduce_at = kReduceMin;   ///< Size of the history at which it is reduced to what still matters.
   std::vector<Observation> entered_by;  ///< By state of the chart: during which observation it was entered last.
-  std::optional<TimePoint> since;       ///< When the pending situation it is in began.
   TimePoint started{};
-  std::optional<Diagnostic> failure;  ///< It was given up: its chart exceeded a bound.
+};
+
+/// A monitor's memory: what decides, and what explains.
+struct State : Core {
+  Trail trail;
 };
 
 /// Puts the monitor at its beginning.
-///
-/// Here and below, `watch` lets a watchdog in another thread look on, since scripts of the chart may never end.
 [[nodiscard]] State start(const Model& model, TimePoint now, scxml::ExecutionWatch* watch = nullptr);
 
 /// Feeds one observation. Timers due before it fire first; one due at the same instant fires after it.
@@ -135,11 +172,11 @@ Decisions observe(const Model& model, State& state, const Message& message, scxm
 Decisions advance(const Model& model, State& state, TimePoint now, scxml::ExecutionWatch* watch = nullptr);
 
 /// When silence next matters; kNever: never.
-[[nodiscard]] TimePoint next_timer(const Model& model, const State& state);
+[[nodiscard]] TimePoint next_timer(const Model& model, const Core& core);
 
-/// Why a monitor that is a gate refuses the request `message`, or nothing: a copy of the state is stepped with it, the
-/// state stays. A monitor that is violated, was given up, or exceeds a bound on the way cannot decide, and refuses.
-[[nodiscard]] std::optional<std::string> veto(const Model& model, const State& state, const Message& message,
+/// Why a monitor that is a gate refuses the request `message`, or nothing: a copy is stepped with it. A monitor that is
+/// violated, was given up, or exceeds a bound on the way cannot decide, and refuses.
+[[nodiscard]] std::optional<std::string> veto(const Model& model, const Core& core, const Message& message,
                                               scxml::ExecutionWatch* watch = nullptr);
 
 /// How an undecided monitor stands.
@@ -153,6 +190,6 @@ struct Standing {
   /// "pending: owes at(station) since 12.300 s, until 22.300 s"
   [[nodiscard]] std::string text() const;
 };
-[[nodiscard]] Standing standing(const Model& model, const State& state);
+[[nodiscard]] Standing standing(const Model& model, const Core& core);
 
 }  // namespace sentree::monitor

@@ -1,6 +1,7 @@
 #include "sentree/monitor/monitor_set.h"
 
 #include <algorithm>
+#include <set>
 
 #include "sentree/monitor/model.h"
 
@@ -34,13 +35,26 @@ const std::string& LeafTracker::active() const {
   return running_.empty() ? kNone : running_.back();
 }
 
+void Dispatch::add(Targets& targets, std::size_t monitor) const {
+  targets.monitors.push_back(static_cast<std::uint32_t>(monitor));
+  targets.projection.add(Access::parts(models_[monitor]).projection);
+}
+
 Dispatch::Route Dispatch::make(const std::string& observation) const {
   Route route;
   route.sign = LeafTracker::sign(observation);
+  std::set<std::string> sources;
+  for (const Model& model : models_) {
+    if (const auto only = model.listens_to_only(observation)) sources.insert(only->begin(), only->end());
+  }
+  for (const std::string& source : sources) route.by_source[source];
   for (std::size_t i = 0; i < models_.size(); ++i) {
     if (!models_[i].listens_to(observation)) continue;
-    route.monitors.push_back(static_cast<std::uint32_t>(i));
-    route.projection.add(Access::parts(models_[i]).projection);
+    const auto only = models_[i].listens_to_only(observation);
+    if (!only) add(route.any, i);
+    for (auto& [source, targets] : route.by_source) {
+      if (!only || std::find(only->begin(), only->end(), source) != only->end()) add(targets, i);
+    }
   }
   return route;
 }
@@ -53,18 +67,93 @@ const Dispatch::Route& Dispatch::route(const std::string& observation) {
   return passing_;
 }
 
-MonitorSet::MonitorSet(std::vector<Model> models, TimePoint begin) : models_(std::move(models)), dispatch_(models_) {
-  for (const Model& model : models_) states_.push_back(start(model, begin));
-  find_wake();
+namespace {
+
+// Appends what is decided to a list.
+class Collector final : public MonitorSet::Listener {
+ public:
+  Collector(const MonitorSet& set, std::vector<MonitorSet::Decided>* out) : set_(set), out_(out) {}
+  void stepped(std::size_t monitor, Decisions decisions) override {
+    for (Decision& decision : decisions) out_->push_back({monitor, std::move(decision), set_.leaf()});
+  }
+
+ private:
+  const MonitorSet& set_;
+  std::vector<MonitorSet::Decided>* out_;
+};
+
+}  // namespace
+
+MonitorSet::MonitorSet(std::vector<Model> models)
+    : models_(std::move(models)), states_(models_.size()), dispatch_(models_) {}
+
+MonitorSet::MonitorSet(std::vector<Model> models, TimePoint begin) : MonitorSet(std::move(models)) {
+  Collector nothing(*this, nullptr);
+  start(begin, nothing);
 }
 
-void MonitorSet::find_wake() {
+TimePoint MonitorSet::timer_of(std::size_t monitor, Listener& listener) const {
+  return listener.is_given_up(monitor) ? kNever : monitor::next_timer(models_[monitor], states_[monitor]);
+}
+
+void MonitorSet::find_wake(Listener& listener) {
   wake_ = kNever;
-  for (std::size_t i = 0; i < models_.size(); ++i) wake_ = std::min(wake_, monitor::next_timer(models_[i], states_[i]));
+  for (std::size_t i = 0; i < models_.size(); ++i) wake_ = std::min(wake_, timer_of(i, listener));
 }
 
-void MonitorSet::step(std::size_t monitor, Decisions decisions, std::vector<Decided>& out) {
-  for (Decision& decision : decisions) out.push_back({monitor, std::move(decision), leaves_.active()});
+void MonitorSet::start(TimePoint begin, Listener& listener) {
+  for (; started_ < models_.size(); ++started_) {
+    if (!listener.is_given_up(started_))
+      states_[started_] = monitor::start(models_[started_], begin, listener.watch(started_));
+    listener.stepped(started_, {});
+  }
+  find_wake(listener);
+}
+
+void MonitorSet::observe(const Observation& observation, Listener& listener) {
+  const Message& message = *observation;
+  if (wake_ < message.time) advance(message.time - Duration(1), listener);
+  const Dispatch::Route& route = dispatch_.route(message.name);
+  leaves_.see(message, route.sign);
+  const Dispatch::Targets& targets = route.of(message.source);
+  if (targets.monitors.empty()) return;
+  scxml::Event event;
+  event.name = message.name;
+  event.data = targets.projection.data(message);
+  bool lost_wake = false;
+  for (; observed_ < targets.monitors.size(); ++observed_) {
+    const std::uint32_t i = targets.monitors[observed_];
+    if (listener.is_given_up(i)) {
+      lost_wake = true;
+      listener.stepped(i, {});
+      continue;
+    }
+    const TimePoint before = monitor::next_timer(models_[i], states_[i]);
+    Decisions decisions = monitor::observe(models_[i], states_[i], observation, &event, listener.watch(i));
+    const TimePoint after = monitor::next_timer(models_[i], states_[i]);
+    lost_wake = lost_wake || (before == wake_ && after > before);
+    wake_ = std::min(wake_, after);
+    listener.stepped(i, std::move(decisions));
+  }
+  observed_ = 0;
+  if (lost_wake) find_wake(listener);
+}
+
+void MonitorSet::advance(TimePoint now, Listener& listener) {
+  // In order of time, not of monitors.
+  while (wake_ <= now) {
+    const TimePoint due = wake_;
+    for (; advanced_ < models_.size(); ++advanced_) {
+      if (listener.is_given_up(advanced_)) {
+        listener.stepped(advanced_, {});
+      } else if (monitor::next_timer(models_[advanced_], states_[advanced_]) <= due) {
+        listener.stepped(advanced_,
+                         monitor::advance(models_[advanced_], states_[advanced_], due, listener.watch(advanced_)));
+      }
+    }
+    advanced_ = 0;
+    find_wake(listener);
+  }
 }
 
 void MonitorSet::observe(const Message& message, std::vector<Decided>& out) {
@@ -73,34 +162,17 @@ void MonitorSet::observe(const Message& message, std::vector<Decided>& out) {
 }
 
 void MonitorSet::observe(const Observation& observation, std::vector<Decided>& out) {
-  const Message& message = *observation;
-  if (wake_ < message.time) advance(message.time - Duration(1), out);
-  const Dispatch::Route& route = dispatch_.route(message.name);
-  leaves_.see(message, route.sign);
-  if (route.monitors.empty()) return;
-  event_.name = message.name;
-  event_.data = route.projection.data(message);
-  for (const std::uint32_t i : route.monitors) {
-    const TimePoint before = monitor::next_timer(models_[i], states_[i]);
-    step(i, monitor::observe(models_[i], states_[i], observation, event_, nullptr), out);
-    const TimePoint after = monitor::next_timer(models_[i], states_[i]);
-    if (after < wake_)
-      wake_ = after;
-    else if (before == wake_ && after != before)
-      find_wake();
-  }
+  Collector collector(*this, &out);
+  observe(observation, collector);
 }
 
 void MonitorSet::advance(TimePoint now, std::vector<Decided>& out) {
-  // In order of time, not of monitors.
-  while (wake_ <= now) {
-    const TimePoint due = wake_;
-    for (std::size_t i = 0; i < models_.size(); ++i) {
-      if (monitor::next_timer(models_[i], states_[i]) <= due)
-        step(i, monitor::advance(models_[i], states_[i], due), out);
-    }
-    find_wake();
-  }
+  Collector collector(*this, &out);
+  advance(now, collector);
+}
+
+std::span<const std::uint32_t> MonitorSet::listeners(const std::string& observation, const std::string& source) {
+  return dispatch_.route(observation).of(source).monitors;
 }
 
 std::vector<MonitorSet::Decided> evaluate(std::vector<Model> models, std::span<const Message> recording,

@@ -31,13 +31,24 @@ class LeafTracker {
   std::vector<std::string> running_;
 };
 
-/// Who listens to observations of which name, and to what of them.
+/// Who listens to observations of which name and source, and to what of them.
 class Dispatch {
  public:
-  struct Route {
+  struct Targets {
     std::vector<std::uint32_t> monitors;  ///< Indices.
     Projection projection;                ///< What any of them looks at.
+  };
+  struct Route {
+    Targets any;  ///< Those that listen to whoever it is about.
+    /// By source, with those of `any`.
+    std::unordered_map<std::string, Targets> by_source;
     LeafTracker::Sign sign = LeafTracker::Sign::kNone;
+
+    [[nodiscard]] const Targets& of(const std::string& source) const {
+      if (by_source.empty()) return any;
+      const auto found = by_source.find(source);
+      return found != by_source.end() ? found->second : any;
+    }
   };
 
   explicit Dispatch(std::span<const Model> models) : models_(models.begin(), models.end()) {}
@@ -48,6 +59,7 @@ class Dispatch {
 
  private:
   [[nodiscard]] Route make(const std::string& observation) const;
+  void add(Targets& targets, std::size_t monitor) const;
 
   std::vector<Model> models_;
   std::unordered_map<std::string, Route> routes_;
@@ -65,32 +77,60 @@ class MonitorSet {
     std::string leaf;  ///< That was at work then; empty: none.
   };
 
-  /// @param begin  When the stream begins; deadlines from the start of a run count from there.
-  explicit MonitorSet(std::vector<Model> models, TimePoint begin = {});
+  /// Is told of every step, in the thread that calls the set.
+  ///
+  /// Scripts of a monitor may never end. A thread that hangs in one is left behind: `is_given_up` says so of that
+  /// monitor from then on, and another thread repeats the call that hung; it goes on with the next monitor.
+  class Listener {
+   public:
+    virtual ~Listener() = default;
+    /// The monitor is about to be stepped.
+    virtual scxml::ExecutionWatch* watch(std::size_t /*monitor*/) { return nullptr; }
+    virtual bool is_given_up(std::size_t /*monitor*/) { return false; }
+    /// The monitor has been stepped, or left out since it has been given up.
+    virtual void stepped(std::size_t monitor, Decisions decisions) = 0;
+  };
 
-  /// Observations in the order of the stream; `message` must outlive the set. Decisions are appended to `out`, in order
-  /// of time; by the passing of time before those by the observation.
+  explicit MonitorSet(std::vector<Model> models);
+  /// Started.
+  /// @param begin  When the stream begins; deadlines from the start of a run count from there.
+  MonitorSet(std::vector<Model> models, TimePoint begin);
+
+  void start(TimePoint begin, Listener& listener);
+  /// Observations in the order of the stream. Time passes first, up to just before them.
+  void observe(const Observation& observation, Listener& listener);
+  /// Time passes in silence up to and including `now`.
+  void advance(TimePoint now, Listener& listener);
+
+  /// As above; decisions are appended to `out`, in order of time. `message` must outlive the set.
   void observe(const Message& message, std::vector<Decided>& out);
   /// As above; the message is kept alive as long as it may be part of a witness.
   void observe(const Observation& observation, std::vector<Decided>& out);
-  /// Time passes in silence up to and including `now`.
   void advance(TimePoint now, std::vector<Decided>& out);
+
   /// When silence next matters to one of them; kNever: never.
   [[nodiscard]] TimePoint next_timer() const { return wake_; }
+  /// Those to which an observation of that name and source goes. Valid until the next observation.
+  [[nodiscard]] std::span<const std::uint32_t> listeners(const std::string& observation, const std::string& source);
+  /// The leaf that is at work after the last observation; empty: none.
+  [[nodiscard]] const std::string& leaf() const { return leaves_.active(); }
 
   [[nodiscard]] const std::vector<Model>& models() const { return models_; }
   [[nodiscard]] const State& state(std::size_t monitor) const { return states_[monitor]; }
 
  private:
-  void step(std::size_t monitor, Decisions decisions, std::vector<Decided>& out);
-  void find_wake();
+  [[nodiscard]] TimePoint timer_of(std::size_t monitor, Listener& listener) const;
+  void find_wake(Listener& listener);
 
   std::vector<Model> models_;
   std::vector<State> states_;
   Dispatch dispatch_;
   LeafTracker leaves_;
-  scxml::Event event_;
   TimePoint wake_ = kNever;
+  // How far the call that hung has come.
+  std::size_t started_ = 0;
+  std::size_t observed_ = 0;
+  std::size_t advanced_ = 0;
 };
 
 /// Everything that the monitors decide of a recording, in order of time.

@@ -178,7 +178,7 @@ TEST(Monitor, ForgetsThePastWhenItIsBackAtItsBeginning) {
       {"bad"});
   State state = start(m, TimePoint{});
   for (int i = 1; i <= 1000; ++i) see(m, state, message("e", i));
-  EXPECT_TRUE(state.history.empty());
+  EXPECT_TRUE(state.trail.history.empty());
 }
 
 TEST(Witness, RemembersAsMuchAsItSays) {
@@ -248,7 +248,7 @@ TEST(Monitor, AChartThatExceedsABoundIsGivenUp) {
       {"bad"});
   State state = start(m, TimePoint{});
   EXPECT_FALSE(see(m, state, message("e", 1)));
-  ASSERT_TRUE(state.failure);
+  ASSERT_TRUE(state.failure());
 }
 
 TEST(Monitor, RefusesWhatCanDecideNothing) {

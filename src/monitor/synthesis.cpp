@@ -50,7 +50,8 @@ std::string delay(Duration time) {
 
 class Synthesizer {
  public:
-  Synthesizer(const Requirement& requirement, const Typing& typing) : r_(requirement), script_(requirement, typing) {}
+  Synthesizer(const Requirement& requirement, const Typing& typing)
+      : r_(requirement), script_(requirement, typing), ticks_only_count_(in_ticks() && !speaks_of_ticks()) {}
 
   Synthesis run() {
     p_ = script_.holds(r_.p);
@@ -61,7 +62,13 @@ class Synthesizer {
     Synthesis result;
     result.chart = write();
     for (const ChartState& state : states_) result.situations.push_back({state.id, state.role, state.says});
-    for (const Script::Variable& v : script_.variables()) result.data.push_back({v.name, v.shown, v.is_flag()});
+    for (const Script::Variable& v : script_.variables()) {
+      result.data.push_back({v.name, v.shown, v.is_flag()});
+      if (v.is_flag() && !is_remembered(v.name)) result.overwritten.push_back(v.name);
+    }
+    for (const Script::Before& b : script_.before()) {
+      if (!is_remembered(b.name)) result.overwritten.push_back(b.name);
+    }
     return result;
   }
 
@@ -70,6 +77,23 @@ class Synthesizer {
   [[nodiscard]] bool in_events() const { return r_.bound && r_.bound->unit == Bound::Unit::kEvents; }
   [[nodiscard]] bool in_time() const { return r_.bound && r_.bound->unit == Bound::Unit::kTime; }
   [[nodiscard]] bool is_before() const { return r_.scope.kind == Scope::Kind::kBefore; }
+  // The requirement itself mentions root ticks: they are observations like others.
+  [[nodiscard]] bool speaks_of_ticks() const {
+    std::vector<Source> sources;
+    for (const ConditionPtr* c : {&r_.p, &r_.q, &r_.r, &r_.scope.open, &r_.scope.close, &r_.assuming}) {
+      if (*c) collect_sources(**c, sources);
+    }
+    return std::any_of(sources.begin(), sources.end(),
+                       [](const Source& source) { return source.observation == "mission.tick"; });
+  }
+  // A condition from before an observation is computed from that of the one before it.
+  [[nodiscard]] bool is_remembered(const std::string& name) const {
+    return std::any_of(script_.before().begin(), script_.before().end(),
+                       [&](const Script::Before& before) { return before.expression.find(name) != std::string::npos; });
+  }
+  // What tells that ticks have passed. A tick that only counts says nothing new of what is owed, so it triggers
+  // nothing.
+  [[nodiscard]] std::string late_event() const { return ticks_only_count_ ? "ticked" : "observed"; }
   // Counted: the bound has been over since the present tick; is over with the present observation.
   [[nodiscard]] Js late() const {
     return in_ticks() ? Js{"ticks > " + std::to_string(r_.bound->count), 5} : js_false();
@@ -98,8 +122,9 @@ class Synthesizer {
     states_.push_back({script_.unique(std::move(id)), role, std::move(says), bounded, {}, {}});
     return states_.back();
   }
-  static void on(ChartState& state, const Js& condition, std::string target, std::vector<std::string> actions = {}) {
-    if (!is_false(condition)) state.edges.push_back({"observed", condition, std::move(target), std::move(actions)});
+  static void on(ChartState& state, const Js& condition, std::string target, std::vector<std::string> actions = {},
+                 const std::string& event = "observed") {
+    if (!is_false(condition)) state.edges.push_back({event, condition, std::move(target), std::move(actions)});
   }
   void over(ChartState& state, std::string target) {
     if (in_time()) state.edges.push_back({"deadline", js_true(), std::move(target), {}});
@@ -120,8 +145,8 @@ class Synthesizer {
     state.edges.push_back({event, condition, waits ? kBreached : kViolated, actions});
   }
   // Before …: once over, what is not owed by then holds for good.
-  void settle(ChartState& state, const Js& condition = js_true()) {
-    if (is_before()) on(state, js_and(condition, js_not(in_scope_)), kSatisfied);
+  void settle(ChartState& state, const Js& condition = js_true(), const std::string& event = "observed") {
+    if (is_before()) on(state, js_and(condition, js_not(in_scope_)), kSatisfied, {}, event);
   }
 
   void body() {
@@ -173,7 +198,7 @@ class Synthesizer {
     }
     ChartState& owes = states_.emplace_back(ChartState{due, Role::kPending, "owes " + text, true, {}, {}});
     if (r_.assuming) on(owes, broken_, interrupted);
-    violate(owes, "observed", late());
+    violate(owes, late_event(), late());
     if (!is_true(in_scope_) && r_.scope.kind != Scope::Kind::kAfter) {
       // Due when its scope ends, if not before.
       owes.edges.push_back({"observed", js_not(in_scope_), kViolated, {}});
@@ -197,7 +222,7 @@ class Synthesizer {
     ChartState& owes =
         states_.emplace_back(ChartState{owes_id, Role::kPending, "owes " + to_text(*r_.q), true, {}, {}});
     on(owes, broken_, home_id);
-    violate(owes, "observed", late());
+    violate(owes, late_event(), late());
     settle(owes, q);
     on(owes, q, home_id);
     violate(owes, "observed", used_up());
@@ -215,7 +240,7 @@ class Synthesizer {
     ChartState& keeps =
         states_.emplace_back(ChartState{keeps_id, Role::kPending, "must keep " + to_text(*r_.q), true, {}, {}});
     on(keeps, broken_, home_id);
-    leave(keeps, js_and(late(), js_not(trigger)), home_id);
+    leave(keeps, ticks_only_count_ ? late() : js_and(late(), js_not(trigger)), home_id, late_event());
     violate(keeps, "observed", bad);
     on(keeps, trigger, keeps_id);
     leave(keeps, used_up(), home_id);
@@ -248,8 +273,8 @@ class Synthesizer {
     ChartState& quiet =
         states_.emplace_back(ChartState{free_id, Role::kPending, "must not see " + to_text(*r_.q), true, {}, {}});
     on(quiet, broken_, home_id);
-    on(quiet, js_and(late(), trigger), free_id);
-    leave(quiet, late(), home_id);
+    if (!ticks_only_count_) on(quiet, js_and(late(), trigger), free_id);
+    leave(quiet, late(), home_id, late_event());
     violate(quiet, "observed", bad);
     on(quiet, trigger, free_id);
     leave(quiet, used_up(), home_id);
@@ -270,8 +295,12 @@ class Synthesizer {
         states_.emplace_back(ChartState{ready_id, Role::kWatching, "has seen " + to_text(*r_.p), true, {}, {}});
     settle(ready);
     on(ready, js_not(active_), home_id);
-    violate_inside(ready, "observed", js_and(late(), js_and(js_not(p_), q)));
-    on(ready, js_and(late(), js_not(p_)), home_id);
+    if (ticks_only_count_) {
+      on(ready, late(), home_id, {}, late_event());
+    } else {
+      violate_inside(ready, "observed", js_and(late(), js_and(js_not(p_), q)));
+      on(ready, js_and(late(), js_not(p_)), home_id);
+    }
     if (r_.bound) on(ready, p_, ready_id);
     on(ready, used_up(), home_id);
     over(ready, home_id);
@@ -298,7 +327,7 @@ class Synthesizer {
     ChartState& due = states_.emplace_back(ChartState{due_id, Role::kPending, "owes " + text + " again", true, {}, {}});
     settle(due);
     on(due, js_not(active_), outside);
-    violate_inside(due, "observed", late());
+    violate_inside(due, late_event(), late());
     on(due, p_, holds_id);
     violate_inside(due, "observed", used_up());
     if (in_time()) violate_inside(due, "deadline", js_true());
@@ -353,7 +382,7 @@ class Synthesizer {
     ChartState& holds =
         states_.emplace_back(ChartState{holds_id, Role::kPending, "must keep " + to_text(*r_.p), true, {}, {}});
     on(holds, broken_, home_id);
-    leave(holds, late(), home_id);
+    leave(holds, late(), home_id, late_event());
     violate(holds, "observed", script_.fails(r_.p));
     leave(holds, used_up(), home_id);
     over(holds, home_id);
@@ -364,10 +393,10 @@ class Synthesizer {
     return r_.re_arming ? actions : std::vector<std::string>();
   }
   // Back to watching; where nothing more can come, it is satisfied.
-  void leave(ChartState& state, const Js& condition, const std::string& home) {
+  void leave(ChartState& state, const Js& condition, const std::string& home, const std::string& event = "observed") {
     if (is_false(condition)) return;
-    settle(state, condition);
-    on(state, condition, home);
+    settle(state, condition, event);
+    on(state, condition, home, {}, event);
   }
 
   std::string watching_for_trigger() {
@@ -488,6 +517,12 @@ class Synthesizer {
 
   void note(const std::string& name, const Js& any) {
     const auto line = [&](const std::string& text) { out_ += "      " + text + "\n"; };
+    const bool is_tick = name == "mission.tick" && in_ticks();
+    if (is_tick && ticks_only_count_) {
+      line(count("ticks"));
+      if (!counts_always_) line("<raise event=\"ticked\"/>");
+      return;
+    }
     for (const Script::Before& before : script_.before()) line(assign(before.name, before.expression));
     for (const Script::Variable& variable : script_.variables()) {
       Js filter = js_false();
@@ -504,21 +539,19 @@ class Synthesizer {
           line("<if cond=\"" + text::xml_escape(filter.text) + "\">" + text + "</if>");
       }
     }
-    const bool is_tick = name == "mission.tick" && in_ticks();
-    if (is_tick || in_events()) {
-      const std::string clock = is_tick ? "ticks" : "observations";
-      const std::string count = assign(clock, clock + " + 1");
-      Js pending = js_false();
-      for (const ChartState& state : states_) {
-        if (counted(state)) pending = js_or(pending, {"In('" + state.id + "')", 9});
-      }
-      if (counts_always_)
-        line(count);
-      else
-        line("<if cond=\"" + text::xml_escape(pending.text) + "\">" + count + "</if>");
-    }
+    if (is_tick || in_events()) line(count(is_tick ? "ticks" : "observations"));
     if (!scope_update_.text.empty()) line(assign("in_scope", scope_update_.text));
     line("<raise event=\"observed\"/>");
+  }
+
+  std::string count(const std::string& clock) const {
+    const std::string one_more = assign(clock, clock + " + 1");
+    if (counts_always_) return one_more;
+    Js pending = js_false();
+    for (const ChartState& state : states_) {
+      if (counted(state)) pending = js_or(pending, {"In('" + state.id + "')", 9});
+    }
+    return "<if cond=\"" + text::xml_escape(pending.text) + "\">" + one_more + "</if>";
   }
 
   // A state in which the bound, counted in ticks or observations, runs.
@@ -567,6 +600,7 @@ class Synthesizer {
 
   const Requirement& r_;
   Script script_;
+  const bool ticks_only_count_;
   Js p_;
   Js in_scope_ = js_true();
   Js broken_ = js_false();  // the assumption

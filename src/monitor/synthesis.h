@@ -34,6 +34,8 @@ struct Synthesis {
   std::string chart;  ///< SCXML, standard elements only; the same requirement gives the same bytes.
   std::vector<Situation> situations;
   std::vector<Datum> data;
+  /// The chart's <data> that every observation sets anew before anything reads them.
+  std::vector<std::string> overwritten;
 };
 
 /// Writes the chart that watches `requirement`.

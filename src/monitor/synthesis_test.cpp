@@ -71,10 +71,84 @@ class Player {
   int ticks_ = 0;
 };
 
+std::string encoded(const Model& model, const Core& core, TimePoint now) {
+  std::string bytes;
+  EXPECT_TRUE(encode(model, core, now, bytes));
+  return bytes;
+}
+
 constexpr TimePoint at(int ms) { return TimePoint(milliseconds(ms)); }
 constexpr Duration kNs{1};
 
 // ---- Deadlines, to the nanosecond ----
+
+TEST(Synthesis, ATickThatOnlyCountsTriggersNothing) {
+  // The level is low when it is read, once; what it asks for is answered, once. Ticks go on.
+  for (const char* bound : {"2 ticks", "200 ms"}) {
+    SCOPED_TRACE(bound);
+    Player p("whenever level < 30, event(answer) within " + std::string(bound) + ".");
+    p.see(at(10), "battery.level.reply", 20).see(at(50), "s.ask.reply").tick(20);
+    EXPECT_THAT(p.violations(), IsEmpty());
+    EXPECT_FALSE(p.standing().pending);
+  }
+  // Read again, and not answered.
+  Player p("whenever level < 30, event(answer) within 2 ticks.");
+  p.see(at(10), "battery.level.reply", 20).see(at(50), "s.ask.reply").tick(1).see(at(110), "battery.level.reply", 20);
+  EXPECT_THAT(p.tick(2).violations(), IsEmpty());
+  EXPECT_THAT(p.tick(1).violations(), testing::ElementsAre(at(400)));
+}
+
+TEST(Synthesis, AWindowOfTicksIsNotProlongedByTicks) {
+  Player p("whenever level < 30, keep ok for 2 ticks.");
+  p.see(at(1), "s.ok.reply", true).see(at(10), "battery.level.reply", 20).tick(3);
+  EXPECT_FALSE(p.standing().pending);
+}
+
+TEST(Core, DecidesAsTheWholeMonitorDoesAndLeavesNoTrail) {
+  const Model m = *Model::make(requirement("whenever level < 30, event(answer) within 200 ms.")).value;
+  Core core = begin(m, at(0));
+  Message low;
+  low.name = "battery.level.reply";
+  low.time = at(100);
+  low.data = Map{{"result", 20}};
+  EXPECT_EQ(step(m, core, low).verdict, Verdict::kUndecided);
+  EXPECT_EQ(next_timer(m, core), at(300));
+  Core copy = core;
+  Message answer = low;
+  answer.name = "s.ask.reply";
+  answer.time = at(200);
+  EXPECT_EQ(step(m, copy, answer).verdict, Verdict::kUndecided);
+  EXPECT_EQ(next_timer(m, copy), kNever);
+  EXPECT_EQ(step_timers(m, core, at(299)).verdict, Verdict::kUndecided);
+  EXPECT_EQ(step_timers(m, core, at(300)).verdict, Verdict::kViolated);
+  EXPECT_EQ(core.verdict, Verdict::kViolated);
+  EXPECT_EQ(step(m, core, answer).verdict, Verdict::kUndecided) << "it is over";
+}
+
+TEST(Core, EncodesAlikeWhateverLedThere) {
+  const Model m = *Model::make(requirement("whenever rises(level < 30), event(answer) within 200 ms.")).value;
+  Message message;
+  const auto see = [&](Core& core, int ms, const char* name, int level) {
+    message.name = name;
+    message.time = at(ms);
+    message.data = Map{{"result", level}};
+    step_timers(m, core, at(ms - 1));
+    EXPECT_EQ(step(m, core, message).verdict, Verdict::kUndecided);
+  };
+  Core a = begin(m, at(0));
+  see(a, 100, "battery.level.reply", 90);
+  see(a, 200, "battery.level.reply", 20);
+  Core b = begin(m, at(0));
+  see(b, 1000, "battery.level.reply", 90);
+  see(b, 1100, "battery.level.reply", 20);
+  see(b, 1150, "s.ask.reply", 0);
+  see(b, 1200, "battery.level.reply", 90);
+  see(b, 1300, "battery.level.reply", 20);
+  EXPECT_EQ(encoded(m, a, at(250)), encoded(m, b, at(1350)));
+  EXPECT_NE(encoded(m, a, at(250)), encoded(m, b, at(1351)));
+  see(a, 260, "s.ask.reply", 0);
+  EXPECT_NE(encoded(m, a, at(300)), encoded(m, b, at(1350)));
+}
 
 TEST(Deadline, AResponseExactlyAtItIsInTime) {
   const std::string text = "whenever event(ask), event(answer) within 500 ms.";

@@ -14,7 +14,7 @@ using Selection = std::vector<Observation>;
 // Whether a fresh replay of `messages` decides as `decision` did: at the last of them, or in silence after it.
 bool decides_alike(const Model& model, TimePoint started, const Selection& messages, const Decision& decision,
                    scxml::ExecutionWatch* watch) {
-  State replay = begin_replay(model, started, watch);
+  Core replay = begin(model, started, {}, watch);
   // Earlier violations of a monitor that goes on are other stories.
   const auto is_earlier = [&](const Stepped& stepped) {
     return model.re_arming() && stepped.verdict == Verdict::kViolated;
@@ -24,13 +24,13 @@ bool decides_alike(const Model& model, TimePoint started, const Selection& messa
   };
   for (std::size_t i = 0; i < messages.size(); ++i) {
     for (;;) {
-      const Stepped timed = replay_timers(model, replay, messages[i]->time - Duration(1), nullptr, watch);
+      const Stepped timed = step_timers(model, replay, messages[i]->time - Duration(1), {}, watch);
       if (timed.verdict == Verdict::kUndecided) break;
       if (!is_earlier(timed)) return false;
     }
     if (!replay.session.running()) return false;
     const std::optional<TimePoint> since = replay.since;
-    const Stepped stepped = replay_message(model, replay, messages[i], nullptr, watch);
+    const Stepped stepped = step(model, replay, *messages[i], nullptr, {}, watch);
     const bool last = i + 1 == messages.size() && decision.deciding;
     if (last) return is_same(stepped, since) && messages[i]->sequence == decision.deciding->sequence;
     if (stepped.verdict != Verdict::kUndecided && !is_earlier(stepped)) return false;
@@ -40,26 +40,18 @@ bool decides_alike(const Model& model, TimePoint started, const Selection& messa
     if (!replay.session.running() || replay.session.next_timer() > decision.at) return false;
     const TimePoint due = replay.session.next_timer();
     const std::optional<TimePoint> since = replay.since;
-    const Stepped timed = replay_timers(model, replay, due, nullptr, watch);
+    const Stepped timed = step_timers(model, replay, due, {}, watch);
     if (timed.verdict == Verdict::kUndecided) continue;
     if (due == decision.at && is_same(timed, since)) return true;
     if (!is_earlier(timed)) return false;
   }
 }
 
-// The same state of affairs, however it came about: numbers that only break ties may differ.
-bool is_equivalent(const Model& model, const State& a, const State& b) {
-  const scxml::Chart& chart = model.chart();
-  if (!(a.session.configuration() == b.session.configuration())) return false;
-  if (a.session.timers().size() != b.session.timers().size()) return false;
-  if (!std::equal(a.session.timers().begin(), a.session.timers().end(), b.session.timers().begin(),
-                  [](const scxml::Timer& x, const scxml::Timer& y) {
-                    return x.due == y.due && x.event.name == y.event.name && x.event.data == y.event.data;
-                  })) {
-    return false;
-  }
-  return a.since == b.since && a.session.data(chart) == b.session.data(chart) && a.renaming == b.renaming &&
-         a.session.invocations().empty() && b.session.invocations().empty();
+// The same state of affairs, however it came about.
+bool is_equivalent(const Model& model, const Core& a, const Core& b, TimePoint now) {
+  std::string of_a;
+  std::string of_b;
+  return a.since == b.since && encode(model, a, now, of_a) && encode(model, b, now, of_b) && of_a == of_b;
 }
 
 // Observations of one key say the same thing again and again; the last of them counts.
@@ -107,16 +99,17 @@ bool shorten(const Model& model, TimePoint started, Selection& kept, const Decis
 }  // namespace
 
 void reduce_history(const Model& model, State& state, scxml::ExecutionWatch* watch) {
-  if (!state.history_complete) return;
+  Trail& trail = state.trail;
+  if (!trail.history_complete) return;
   // A guess: what set the present values, what led into the present states, and with what values; and the ticks since.
   // It is taken only if a replay of it leads to the same state of affairs.
   std::set<std::size_t> kept;
-  const std::vector<Observation>& history = state.history;
+  const std::vector<Observation>& history = trail.history;
   keep_last(history, history.size(), kept);
   std::size_t newest_entry = history.size();
-  for (std::size_t s = 0; s < state.entered_by.size(); ++s) {
-    if (!state.session.is_active(static_cast<scxml::StateIndex>(s)) || !state.entered_by[s]) continue;
-    const auto entry = std::find(history.begin(), history.end(), state.entered_by[s]);
+  for (std::size_t s = 0; s < trail.entered_by.size(); ++s) {
+    if (!state.session.is_active(static_cast<scxml::StateIndex>(s)) || !trail.entered_by[s]) continue;
+    const auto entry = std::find(history.begin(), history.end(), trail.entered_by[s]);
     if (entry == history.end()) continue;
     const auto index = static_cast<std::size_t>(entry - history.begin());
     kept.insert(index);
@@ -126,30 +119,30 @@ void reduce_history(const Model& model, State& state, scxml::ExecutionWatch* wat
   for (std::size_t i = newest_entry; i < history.size(); ++i) {
     if (history[i]->name == "mission.tick") kept.insert(i);
   }
-  State replay = begin_replay(model, state.started, watch);
+  Core replay = begin(model, trail.started, {}, watch);
   bool same = true;
   for (const std::size_t index : kept) {
     const Observation& observation = history[index];
     for (;;) {
-      const Stepped timed = replay_timers(model, replay, observation->time - Duration(1), nullptr, watch);
+      const Stepped timed = step_timers(model, replay, observation->time - Duration(1), {}, watch);
       if (timed.verdict == Verdict::kUndecided) break;
       if (!model.re_arming()) same = false;
     }
-    const Stepped stepped = replay_message(model, replay, observation, nullptr, watch);
+    const Stepped stepped = step(model, replay, *observation, nullptr, {}, watch);
     if (stepped.verdict != Verdict::kUndecided && !model.re_arming()) same = false;
     if (!same) break;
   }
-  if (same && is_equivalent(model, replay, state)) {
+  if (same && is_equivalent(model, replay, state, history.back()->time)) {
     std::vector<Observation> reduced;
     for (const std::size_t index : kept) reduced.push_back(history[index]);
-    state.history = std::move(reduced);
+    trail.history = std::move(reduced);
   }
-  state.reduce_at = std::max<std::size_t>(kReduceMin, 2 * state.history.size());
+  trail.reduce_at = std::max<std::size_t>(kReduceMin, 2 * trail.history.size());
 }
 
-void find_witness(const Model& model, const State& state, Decision& decision, scxml::ExecutionWatch* watch) {
-  Selection kept = state.history;
-  decision.witness_minimal = state.history_complete && shorten(model, state.started, kept, decision, watch);
+void find_witness(const Model& model, const Trail& trail, Decision& decision, scxml::ExecutionWatch* watch) {
+  Selection kept = trail.history;
+  decision.witness_minimal = trail.history_complete && shorten(model, trail.started, kept, decision, watch);
   for (const Observation& observation : kept) decision.witness.push_back(*observation);
 }
 

@@ -15,16 +15,14 @@ bool matches(const project::GatePlan& gate, std::string_view call) {
 }  // namespace
 
 Monitors::Monitors(const project::Plan& plan, Scheduler& scheduler, Stream& stream, Watchdog& watchdog, Replies replies)
-    : models_(plan.monitors),
-      gates_(plan.gates),
-      dispatch_(models_),
+    : gates_(plan.gates),
+      set_(plan.monitors),
       scheduler_(scheduler),
       stream_(stream),
       watchdog_(watchdog),
-      replies_(std::move(replies)),
-      states_(models_.size()) {
-  for (std::size_t i = 0; i < models_.size(); ++i) {
-    reports_.emplace_back().name = models_[i].name();
+      replies_(std::move(replies)) {
+  for (std::size_t i = 0; i < set_.models().size(); ++i) {
+    reports_.emplace_back().name = set_.models()[i].name();
     Entry& entry = entries_.emplace_back();
     entry.watched = std::make_shared<Watched>([this, i](const SourceSpan& script) { give_up(i, script); });
     watchdog_.watch(entry.watched);
@@ -60,42 +58,32 @@ std::optional<mission::Veto> Monitors::judge(const Message& request) const {
   const std::string_view call = call_of(request);
   for (const project::GatePlan& gate : gates_) {
     if (!matches(gate, call)) continue;
-    const std::string& name = models_[gate.monitor].name();
-    auto* execution = watch(gate.monitor);
-    if (!execution) return mission::Veto{name, "it was given up and cannot decide: " + entries_[gate.monitor].why};
-    if (auto reason = monitor::veto(models_[gate.monitor], states_[gate.monitor], request, execution))
-      return mission::Veto{name, std::move(*reason)};
+    const monitor::Model& model = set_.models()[gate.monitor];
+    const Entry& entry = entries_[gate.monitor];
+    if (entry.given_up) return mission::Veto{model.name(), "it was given up and cannot decide: " + entry.why};
+    if (auto reason = monitor::veto(model, set_.state(gate.monitor), request, &watched(gate.monitor)))
+      return mission::Veto{model.name(), std::move(*reason)};
   }
   return std::nullopt;
 }
 
 void Monitors::start() {
   on_own_thread([this] {
-    for (; started_ < models_.size(); ++started_) {
-      if (auto* execution = watch(started_)) states_[started_] = monitor::start(models_[started_], {}, execution);
-      take(started_, {});
-    }
+    set_.start({}, *this);
     schedule();
   });
 }
 
 void Monitors::observe(const Message& message) {
-  const monitor::Dispatch::Route& route = dispatch_.route(message.name);
-  route_ = &route;
-  leaves_.see(message, route.sign);
-  for (; observed_ < route.monitors.size(); ++observed_) {
-    const std::size_t index = route.monitors[observed_];
-    auto* execution = watch(index);
-    take(index,
-         execution ? monitor::observe(models_[index], states_[index], message, execution) : monitor::Decisions());
-  }
-  observed_ = 0;
+  reached_ = set_.listeners(message.name, message.source);
+  // Monitors keep what may be part of a witness; what none of them listens to is not copied.
+  if (reached_.empty())
+    set_.observe(monitor::Observation(monitor::Observation(), &message), *this);
+  else
+    set_.observe(std::make_shared<const Message>(message), *this);
+  reached_ = set_.listeners(message.name, message.source);
   if (message.kind == MessageKind::kError) count_veto(message);
   schedule();
-}
-
-std::span<const std::uint32_t> Monitors::reached() const {
-  return route_ != nullptr ? std::span<const std::uint32_t>(route_->monitors) : std::span<const std::uint32_t>();
 }
 
 void Monitors::count_veto(const Message& error) {
@@ -108,7 +96,7 @@ void Monitors::count_veto(const Message& error) {
 
 void Monitors::finish(TimePoint end) {
   if (scheduler_.is_virtual() && hung()) {
-    for (std::size_t i = 0; i < models_.size(); ++i) take(i, {});
+    for (std::size_t i = 0; i < reports_.size(); ++i) stepped(i, {});
     return;
   }
   on_own_thread([this, end] {
@@ -116,14 +104,14 @@ void Monitors::finish(TimePoint end) {
     advance(end);
     stream_.flush();
   });
-  for (std::size_t i = 0; i < models_.size(); ++i) {
+  for (std::size_t i = 0; i < reports_.size(); ++i) {
     if (reports_[i].verdict == monitor::Verdict::kUndecided && reports_[i].failure.empty())
-      reports_[i].standing = monitor::standing(models_[i], states_[i]).text();
+      reports_[i].standing = monitor::standing(set_.models()[i], set_.state(i)).text();
   }
 }
 
 const monitor::State* Monitors::state(std::size_t index) const {
-  return index >= states_.size() || entries_[index].given_up ? nullptr : &states_[index];
+  return index >= entries_.size() || entries_[index].given_up ? nullptr : &set_.state(index);
 }
 
 std::optional<std::string> Monitors::hung() const {
@@ -146,17 +134,15 @@ void Monitors::on_own_thread(const std::function<void()>& work) {
   }
 }
 
-scxml::ExecutionWatch* Monitors::watch(std::size_t index) const {
-  const Entry& entry = entries_[index];
-  if (entry.given_up) return nullptr;
-  entry.watched->in_this_thread();
-  return &entry.watched->execution();
+scxml::ExecutionWatch& Monitors::watched(std::size_t index) const {
+  entries_[index].watched->in_this_thread();
+  return entries_[index].watched->execution();
 }
 
 // In the watchdog's thread.
 void Monitors::give_up(std::size_t index, const SourceSpan& script) {
   Entry& entry = entries_[index];
-  entry.why = watchdog_.reason(script, "monitor " + models_[index].name());
+  entry.why = watchdog_.reason(script, "monitor " + reports_[index].name);
   entry.given_up = true;
   replies_.given_up(entry.why);
   {
@@ -171,34 +157,25 @@ void Monitors::give_up(std::size_t index, const SourceSpan& script) {
 }
 
 void Monitors::go_on() {
-  if (advancing_to_) advance_rest();
+  if (advancing_to_) advance(*advancing_to_);
   stream_.resume();
   schedule();
 }
 
 void Monitors::advance(TimePoint now) {
   advancing_to_ = now;
-  advance_rest();
-}
-
-void Monitors::advance_rest() {
-  for (; advanced_ < models_.size(); ++advanced_) {
-    auto* execution = watch(advanced_);
-    take(advanced_, execution ? monitor::advance(models_[advanced_], states_[advanced_], *advancing_to_, execution)
-                              : monitor::Decisions());
-  }
-  advanced_ = 0;
+  set_.advance(now, *this);
   advancing_to_.reset();
 }
 
-void Monitors::take(std::size_t index, monitor::Decisions decisions) {
+void Monitors::stepped(std::size_t index, monitor::Decisions decisions) {
   MonitorReport& report = reports_[index];
   const Entry& entry = entries_[index];
   if (report.failure.empty()) {
     if (entry.given_up)
       report.failure = entry.why;
-    else if (states_[index].failure)
-      report.failure = to_string(*states_[index].failure);
+    else if (set_.state(index).failure())
+      report.failure = to_string(*set_.state(index).failure());
     if (!report.failure.empty() && !(scheduler_.is_virtual() && entry.given_up)) {
       Message message;
       message.kind = MessageKind::kEvent;
@@ -211,8 +188,8 @@ void Monitors::take(std::size_t index, monitor::Decisions decisions) {
   for (monitor::Decision& decision : decisions) {
     report.verdict = decision.verdict;
     if (decision.verdict == monitor::Verdict::kViolated) report.violations = decision.number;
-    report.leaf = leaves_.active();
-    report.explanation = monitor::explain(models_[index], decision, report.leaf);
+    report.leaf = set_.leaf();
+    report.explanation = monitor::explain(set_.models()[index], decision, report.leaf);
     report.decision = std::move(decision);
     stream_.publish(decision_message(report));
     replies_.decided(report);
@@ -221,10 +198,7 @@ void Monitors::take(std::size_t index, monitor::Decisions decisions) {
 }
 
 void Monitors::schedule() {
-  TimePoint next = kNever;
-  for (std::size_t i = 0; i < states_.size(); ++i) {
-    if (!entries_[i].given_up) next = std::min(next, monitor::next_timer(models_[i], states_[i]));
-  }
+  const TimePoint next = set_.next_timer();
   if (next == kNever || next >= wake_) return;
   wake_ = next;
   // One nanosecond later: an observation at the same instant wins over a timer.

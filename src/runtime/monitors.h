@@ -26,7 +26,7 @@ namespace sentree::runtime {
 ///
 /// A monitor whose script does not end is given up. In real time a new thread goes on behind it, so that every other
 /// monitor sees every message; in virtual time the run ends.
-class Monitors {
+class Monitors : private monitor::MonitorSet::Listener {
  public:
   struct Replies {
     std::function<void(const MonitorReport&)> decided;
@@ -40,7 +40,7 @@ class Monitors {
   void start();
   void observe(const Message& message);
   /// Indices of those that the message observed last went to. Called where `observe` is.
-  [[nodiscard]] std::span<const std::uint32_t> reached() const;
+  [[nodiscard]] std::span<const std::uint32_t> reached() const { return reached_; }
   /// Whether a monitor gates calls of this name, "<service>.<method>". From any thread.
   [[nodiscard]] bool is_gated(std::string_view call) const;
   /// Names of the calls that are gated, as the project writes them.
@@ -64,35 +64,31 @@ class Monitors {
 
   /// Outside the stream's actor: repeats `work`, which knows how far it came, until it is done.
   void on_own_thread(const std::function<void()>& work);
-  /// Makes `state` the next thing that this thread steps. Null: it has been given up.
-  scxml::ExecutionWatch* watch(std::size_t index) const;
+  // monitor::MonitorSet::Listener
+  scxml::ExecutionWatch* watch(std::size_t index) override { return &watched(index); }
+  bool is_given_up(std::size_t index) override { return entries_[index].given_up; }
+  void stepped(std::size_t index, monitor::Decisions decisions) override;
+
+  /// Makes the monitor the next thing that this thread steps.
+  scxml::ExecutionWatch& watched(std::size_t index) const;
   void give_up(std::size_t index, const SourceSpan& script);
   void go_on();
   void count_veto(const Message& error);
   void advance(TimePoint now);
-  void advance_rest();
-  void take(std::size_t index, monitor::Decisions decisions);
   void schedule();
 
   // Own copies: a thread that was left behind may use them until the process ends.
-  const std::vector<monitor::Model> models_;
   const std::vector<project::GatePlan> gates_;
-  monitor::Dispatch dispatch_;
-  const monitor::Dispatch::Route* route_ = nullptr;  // of the message observed last
-  monitor::LeafTracker leaves_;
+  monitor::MonitorSet set_;
+  std::span<const std::uint32_t> reached_;  // of the message observed last
   Scheduler& scheduler_;
   Stream& stream_;
   Watchdog& watchdog_;
   Replies replies_;
-  std::vector<monitor::State> states_;
   std::vector<MonitorReport> reports_;
   std::deque<Entry> entries_;
   TimePoint wake_ = kNever;
-  // How far this message, or this passing of time, has come among the monitors.
-  std::size_t started_ = 0;
-  std::size_t observed_ = 0;
-  std::size_t advanced_ = 0;
-  std::optional<TimePoint> advancing_to_;
+  std::optional<TimePoint> advancing_to_;  // what a thread that was left behind had begun
   mutable std::mutex own_mutex_;
   LeavableThread* own_thread_ = nullptr;
 };

@@ -33,7 +33,7 @@ Ran run(const Model& model, const std::vector<Message>& trace, TimePoint end) {
   };
   for (const Message& message : trace) take(observe(model, state, message));
   take(advance(model, state, end));
-  EXPECT_FALSE(state.failure) << to_string(*state.failure);
+  EXPECT_FALSE(state.failure()) << to_string(*state.failure());
   return ran;
 }
 

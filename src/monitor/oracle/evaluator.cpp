@@ -34,13 +34,27 @@ class Trace {
           std::any_of(sources.begin(), sources.end(), [&](const Source& s) { return matches(s, message); });
       if (mentioned) at_.push_back(&message);
     }
+    // Ticks that the requirement does not speak of only count: they say nothing, and nothing begins with them.
+    std::vector<Source> spoken_of;
+    for (const ConditionPtr* c : {&r.p, &r.q, &r.r, &r.scope.open, &r.scope.close, &r.assuming}) {
+      if (*c) collect_sources(**c, spoken_of);
+    }
+    const bool speaks_of_ticks = std::any_of(spoken_of.begin(), spoken_of.end(),
+                                             [](const Source& s) { return s.observation == "mission.tick"; });
     int ticks = 0;
     for (std::size_t i = 0; i < at_.size(); ++i) {
-      if (at_[i]->name == "mission.tick") ++ticks;
+      const bool tick = at_[i]->name == "mission.tick";
+      if (tick) ++ticks;
       ticks_.push_back(ticks);
+      counts_.push_back(tick && !speaks_of_ticks);
     }
     bool open = r.scope.kind == Scope::Kind::kGlobally || r.scope.kind == Scope::Kind::kBefore;
     for (std::size_t i = 0; i < at_.size(); ++i) {
+      if (counts_[i]) {
+        in_scope_.push_back(open);
+        broken_.push_back(i > 0 && broken_[i - 1]);
+        continue;
+      }
       const auto holds = [&](const ConditionPtr& c) { return c && eval(*c, i) == Truth::kTrue; };
       switch (r.scope.kind) {
         case Scope::Kind::kGlobally: break;
@@ -92,6 +106,12 @@ class Trace {
   [[nodiscard]] Truth is(const ConditionPtr& c, int i) { return eval(*c, static_cast<std::size_t>(i)); }
   [[nodiscard]] bool holds(const ConditionPtr& c, int i) { return is(c, i) == Truth::kTrue; }
   [[nodiscard]] bool fails(const ConditionPtr& c, int i) { return is(c, i) == Truth::kFalse; }
+  [[nodiscard]] bool only_counts(int i) const { return counts_[static_cast<std::size_t>(i)]; }
+  // The observation before, which says something; -1: none.
+  [[nodiscard]] int before(int i) const {
+    for (--i; i >= 0 && only_counts(i);) --i;
+    return i;
+  }
   [[nodiscard]] int ticks(int i) const { return i < 0 ? 0 : ticks_[static_cast<std::size_t>(i)]; }
 
   // ---- Conditions ----
@@ -141,7 +161,8 @@ class Trace {
     const Condition& inner = *c.operands[0];
     const bool up = c.kind == Kind::kRises;
     Truth now = eval(inner, i);
-    Truth before = i == 0 ? Truth::kUnknown : eval(inner, i - 1);
+    const int last = this->before(static_cast<int>(i));
+    Truth before = last < 0 ? Truth::kUnknown : eval(inner, static_cast<std::size_t>(last));
     if (!up) {
       now = negate(now);
       before = negate(before);
@@ -279,8 +300,13 @@ class Trace {
       for (int j = from; j < size(); ++j) {
         if (in_scope(j)) continue;
         bool open = false;
-        for (int i = from; i < j; ++i) open = open || owed(i, j);
-        if (open) continue;
+        bool runs_out = false;
+        for (int i = from; i < j; ++i) {
+          open = open || owed(i, j);
+          runs_out = runs_out || (owed(i, j - 1) && ticked_out(i, j) && !broken(j));
+        }
+        // A tick that only counts ends what its window was, and nothing else.
+        if (open || (only_counts(j) && !runs_out)) continue;
         earlier(best, Found{false, time(j), j});
         break;
       }
@@ -290,6 +316,7 @@ class Trace {
 
   // The violation of what begins with observation i.
   std::optional<Found> violation_from(int i, int from) {
+    if (only_counts(i)) return std::nullopt;
     switch (r_.pattern) {
       case Pattern::kAlways:
       case Pattern::kNever: return bad(i) ? std::optional(here(i)) : std::nullopt;
@@ -300,7 +327,8 @@ class Trace {
       case Pattern::kKeepUntil: return active(i) && holds(r_.p, i) ? stays(i, i, r_.q, false) : std::nullopt;
       case Pattern::kNotFor: return active(i) && holds(r_.p, i) ? stays(i, i + 1, r_.q, true) : std::nullopt;
       case Pattern::kHoldsFor:
-        return active(i) && i > 0 && fails(r_.p, i - 1) && holds(r_.p, i) ? stays(i, i + 1, r_.p, false) : std::nullopt;
+        return active(i) && before(i) >= 0 && fails(r_.p, before(i)) && holds(r_.p, i) ? stays(i, i + 1, r_.p, false)
+                                                                                       : std::nullopt;
       case Pattern::kAtMost: return too_many(i, from) ? std::optional(here(i)) : std::nullopt;
       default: return std::nullopt;
     }
@@ -312,6 +340,10 @@ class Trace {
     if (!active(i) || !holds(r_.p, i) || holds(r_.q, i)) return std::nullopt;
     for (int j = i + 1; j < size(); ++j) {
       if (timed_out(time(i), time(j))) return silence(time(i));
+      if (only_counts(j)) {
+        if (ticked_out(i, j)) return here(j);
+        continue;
+      }
       if (broken(j)) return std::nullopt;
       if (ticked_out(i, j)) return here(j);
       if (holds(r_.q, j)) return std::nullopt;
@@ -323,6 +355,7 @@ class Trace {
   // From j on, as long as the bound that began with i lasts, the condition must not fail (not hold, if forbidden).
   std::optional<Found> stays(int i, int j, const ConditionPtr& condition, bool forbidden) {
     for (; j < size() && (r_.pattern == Pattern::kKeepUntil || within(i, j)); ++j) {
+      if (only_counts(j)) continue;
       if (j > i && broken(j)) return std::nullopt;
       if (r_.pattern == Pattern::kKeepUntil && holds(r_.r, j)) return std::nullopt;
       if (forbidden ? holds(condition, j) : fails(condition, j)) return here(j);
@@ -332,7 +365,7 @@ class Trace {
 
   // What began with i is still owed after observation j.
   bool owed(int i, int j) {
-    if (!active(i)) return false;
+    if (only_counts(i) || !active(i)) return false;
     const auto dropped_before = [&] {
       for (int k = i + 1; k < j; ++k) {
         if (broken(k)) return true;
@@ -358,8 +391,9 @@ class Trace {
       case Pattern::kKeepFor:
       case Pattern::kNotFor:
       case Pattern::kHoldsFor: {
-        const bool begins =
-            r_.pattern == Pattern::kHoldsFor ? i > 0 && fails(r_.p, i - 1) && holds(r_.p, i) : holds(r_.p, i);
+        const bool begins = r_.pattern == Pattern::kHoldsFor
+                                ? before(i) >= 0 && fails(r_.p, before(i)) && holds(r_.p, i)
+                                : holds(r_.p, i);
         if (!begins || dropped_before()) return false;
         if (broken(j) && (within(i, j) || !is_timed())) return !ended_before(i, j);
         return within(i, j) && !used_up(i, j);
@@ -376,8 +410,8 @@ class Trace {
   }
 
   bool occurs(int i) {
-    if (!active(i) || !holds(r_.p, i)) return false;
-    return is_momentary(*r_.p) || i == 0 || !holds(r_.p, i - 1);
+    if (only_counts(i) || !active(i) || !holds(r_.p, i)) return false;
+    return is_momentary(*r_.p) || before(i) < 0 || !holds(r_.p, before(i));
   }
   bool too_many(int j, int from) {
     if (!occurs(j)) return false;
@@ -392,12 +426,14 @@ class Trace {
   std::optional<Found> precedence(int from) {
     const bool for_good = !r_.bound && !r_.scope.can_reopen();
     for (int j = from; j < size(); ++j) {
+      if (only_counts(j)) continue;
       if (r_.scope.kind == Scope::Kind::kBefore && !in_scope(j)) return Found{false, time(j), j};
       if (!active(j)) continue;
       if (for_good && holds(r_.p, j)) return Found{false, time(j), j};
       if (!holds(r_.q, j)) continue;
       bool prepared = false;
-      for (int i = j; i >= from && active(i) && !prepared; --i) prepared = holds(r_.p, i) && within(i, j);
+      for (int i = j; i >= from && active(i) && !prepared; --i)
+        prepared = !only_counts(i) && holds(r_.p, i) && within(i, j);
       if (!prepared) return here(j);
     }
     return std::nullopt;
@@ -411,6 +447,10 @@ class Trace {
     TimePoint began = start;
     int began_at = from - 1;
     for (int j = from; j < size(); ++j) {
+      if (only_counts(j)) {
+        if (open && ticked_out(began_at, j)) return here(j);
+        continue;
+      }
       if (met) {
         met = active(j);
         continue;
@@ -450,6 +490,10 @@ class Trace {
     TimePoint last = start;
     int last_position = from - 1;
     for (int j = from; j < size(); ++j) {
+      if (only_counts(j)) {
+        if (open && !holding && ticked_out(last_position, j)) return here(j);
+        continue;
+      }
       if (open && !holding && timed_out(last, time(j))) return silence(last);
       if (r_.scope.kind == Scope::Kind::kBefore && !in_scope(j)) return Found{false, time(j), j};
       if (!active(j)) {
@@ -476,6 +520,7 @@ class Trace {
   bool first_ = true;
   std::vector<const Message*> at_;
   std::vector<int> ticks_;
+  std::vector<bool> counts_;  // only that
   std::vector<bool> in_scope_;
   std::vector<bool> broken_;
 };

@@ -19,7 +19,7 @@ std::vector<Outcome> run(const Model& model, const std::vector<Message>& trace, 
   };
   for (const Message& message : trace) take(observe(model, state, message));
   take(advance(model, state, end));
-  if (state.failure) outcomes.push_back({});
+  if (state.failure()) outcomes.push_back({});
   return outcomes;
 }
 
