@@ -229,10 +229,10 @@ struct RunRecorder::Impl {
     const monitor::State* state = inside != nullptr ? inside->monitors().state(index) : nullptr;
     if (state == nullptr) return;
     Seen& seen = monitors[index];
-    if (seen.known && seen.verdict == state->verdict && seen.violations == state->violations &&
+    if (seen.known && seen.verdict == state->verdict && seen.violations == state->trail.violations &&
         seen.configuration == state->session.configuration())
       return;
-    seen = {true, state->verdict, state->violations, state->session.configuration()};
+    seen = {true, state->verdict, state->trail.violations, state->session.configuration()};
     const monitor::Model& model = plan.monitors[index];
     std::optional<monitor::Standing> standing;
     if (state->verdict == monitor::Verdict::kUndecided && !state->failure) standing = monitor::standing(model, *state);
@@ -251,9 +251,9 @@ struct RunRecorder::Impl {
           out.integer(standing->deadline->time_since_epoch().count());
         }
       }
-      if (state->violations > 0) {
+      if (state->trail.violations > 0) {
         out.raw(R"(,"violations":)");
-        out.integer(static_cast<std::int64_t>(state->violations));
+        out.integer(static_cast<std::int64_t>(state->trail.violations));
       }
       out.raw("}");
     };
