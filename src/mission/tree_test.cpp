@@ -189,8 +189,10 @@ TEST(Tree, AnythingInAnyOrderFollowsTheTable) {
       "<Timeout msec=\"150\"><Sleep msec=\"500\" _onHalted=\"tries += 1\"/></Timeout>",
       "<Parallel success_count=\"1\"><Action ID=\"A\" _onHalted=\"tries += 1\"/><Delay delay_msec=\"120\"><Script "
       "code=\"nothing += 1\"/></Delay></Parallel>",
+      "<Timeout msec=\"150\"><Parallel><Action ID=\"A\"/><Sleep msec=\"500\" _onHalted=\"tries += 1\"/></Parallel></Timeout>",
+      "<Action ID=\"A\"/>",
       "<AlwaysSuccess/>"};
-  for (int run = 0; run < 600; ++run) {
+  for (int run = 0; run < 1500; ++run) {
     Player p(trees[rng.below(trees.size())], rng.below(4) == 0);
     for (int i = 0; i < 40; ++i) {
       const std::uint64_t what = rng.below(20);

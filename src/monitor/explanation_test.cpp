@@ -180,8 +180,8 @@ TEST(MonitorSet, StepsAMonitorOverNodesOnTheirStatusesOnly) {
   EXPECT_THAT(set.listeners("node.status", "Dock"), ElementsAre(0U, 1U));
   EXPECT_THAT(set.listeners("node.status", "Look"), ElementsAre(1U));
   Recording r;
-  for (int i = 0; i < 5; ++i) r.add(10 * i, "node.status", Map{{"status", "FAILURE"}}, "Look");
-  r.add(100, "node.status", Map{{"status", "FAILURE"}}, "Dock");
+  for (int i = 0; i < 5; ++i) r.add(10 * i, "node.status", Map{{"from", "RUNNING"}, {"to", "FAILURE"}}, "Look");
+  r.add(100, "node.status", Map{{"from", "RUNNING"}, {"to", "FAILURE"}}, "Dock");
   std::vector<MonitorSet::Decided> decided;
   for (const Message& message : r.messages) {
     EXPECT_TRUE(decided.empty());

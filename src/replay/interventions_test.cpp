@@ -277,7 +277,7 @@ TEST(Breakpoint, RefusesWhatIsNotThere) {
 
 TEST(Standing, IsBounded) {
   SteeredRunFixture run(recharge_scenario("normal"));
-  for (std::size_t i = 0; i < runtime::StandingInterventions::kStandingMax; ++i)
+  for (std::size_t i = 0; i < mission::Faults::kStandingMax; ++i)
     ASSERT_TRUE(run.steering().break_at_message("nothing").has_value());
   EXPECT_EQ(run.steering().break_at_message("nothing").error().code, "steering.too-many");
 }

@@ -235,7 +235,7 @@ struct RunRecorder::Impl {
     seen = {true, state->verdict, state->trail.violations, state->session.configuration()};
     const monitor::Model& model = plan.monitors[index];
     std::optional<monitor::Standing> standing;
-    if (state->verdict == monitor::Verdict::kUndecided && !state->failure) standing = monitor::standing(model, *state);
+    if (state->verdict == monitor::Verdict::kUndecided && !state->failure()) standing = monitor::standing(model, *state);
     const auto pack = [&](record::PackedJson& out) {
       out.raw(R"({"monitor":)");
       out.text(model.name());
@@ -265,7 +265,7 @@ struct RunRecorder::Impl {
                                  .deadline = {},
                                  .violations = {}};
       if (standing && standing->deadline) made.deadline = standing->deadline->time_since_epoch().count();
-      if (state->violations > 0) made.violations = static_cast<std::int64_t>(state->violations);
+      if (state->trail.violations > 0) made.violations = static_cast<std::int64_t>(state->trail.violations);
       return made;
     });
   }

@@ -96,10 +96,11 @@ void Monitors::count_veto(const Message& error) {
 
 void Monitors::finish(TimePoint end) {
   if (scheduler_.is_virtual() && hung()) {
-    for (std::size_t i = 0; i < reports_.size(); ++i) stepped(i, {});
+    tell_given_up();
     return;
   }
   on_own_thread([this, end] {
+    tell_given_up();
     stream_.flush();
     advance(end);
     stream_.flush();
@@ -156,7 +157,15 @@ void Monitors::give_up(std::size_t index, const SourceSpan& script) {
   if (!scheduler_.is_virtual()) scheduler_.post(stream_.actor(), [this] { go_on(); });
 }
 
+// Also of those whose script did not end while they judged a request, which is no step of theirs.
+void Monitors::tell_given_up() {
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    if (entries_[i].given_up && reports_[i].failure.empty()) stepped(i, {});
+  }
+}
+
 void Monitors::go_on() {
+  tell_given_up();
   if (advancing_to_) advance(*advancing_to_);
   stream_.resume();
   schedule();

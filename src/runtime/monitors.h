@@ -72,6 +72,7 @@ class Monitors : private monitor::MonitorSet::Listener {
   /// Makes the monitor the next thing that this thread steps.
   scxml::ExecutionWatch& watched(std::size_t index) const;
   void give_up(std::size_t index, const SourceSpan& script);
+  void tell_given_up();
   void go_on();
   void count_veto(const Message& error);
   void advance(TimePoint now);
