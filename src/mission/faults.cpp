@@ -61,9 +61,7 @@ Result<std::uint64_t> Faults::next_id() {
   return ++last_id_;
 }
 
-void Faults::add(std::uint64_t id, project::Intervention what) {
-  entries_.push_back({{id, std::move(what), 0}});
-}
+void Faults::add(std::uint64_t id, project::Intervention what) { entries_.push_back({{id, std::move(what), 0}}); }
 
 Result<void> Faults::clear(std::uint64_t id) {
   const auto found =
@@ -165,8 +163,8 @@ std::vector<std::uint64_t> Faults::reached_by(const Message& message) {
   return reached;
 }
 
-std::vector<std::uint64_t> Faults::reached_in(
-    std::string_view chart, const std::function<bool(const std::string& state)>& is_active) {
+std::vector<std::uint64_t> Faults::reached_in(std::string_view chart,
+                                              const std::function<bool(const std::string& state)>& is_active) {
   std::vector<std::uint64_t> reached;
   each(
       Kind::kBreakpoint,

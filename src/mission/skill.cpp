@@ -251,8 +251,7 @@ class SkillMachine::Step {
     scxml::Event event;
     event.name = !outcome.ok && undelivered ? "error.communication" : message.name;
     // SCXML 6.2.5: what prevents delivery is an error event of the platform.
-    event.type =
-        !outcome.ok && undelivered ? scxml::EventType::kPlatform : scxml::EventType::kExternal;
+    event.type = !outcome.ok && undelivered ? scxml::EventType::kPlatform : scxml::EventType::kExternal;
     host_.publish(std::move(message));
     event.sendid = call.sendid;
     event.origintype = "thrift";
@@ -418,12 +417,10 @@ class SkillMachine::Step {
   void admitted(const Shared<Call>& call, const Admission& admission) {
     if (admission.veto) {
       const std::string by = admission.veto->by.empty() ? "" : " by " + admission.veto->by;
-      host_.deliver(Finish{call,
-                           {.ok = false,
-                            .result = {},
-                            .kind = "vetoed",
-                            .message = "vetoed" + by + ": " + admission.veto->reason},
-                           admission.veto->by});
+      host_.deliver(Finish{
+          call,
+          {.ok = false, .result = {}, .kind = "vetoed", .message = "vetoed" + by + ": " + admission.veto->reason},
+          admission.veto->by});
       return;
     }
     const TimePoint now = host_.now();

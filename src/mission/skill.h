@@ -115,8 +115,8 @@ class SkillHost {
   /// Something for the skill itself: as soon as possible, or at a time.
   virtual void deliver(SkillDelivery what) = 0;
   virtual void deliver_at(TimePoint when, Rank rank, SkillDelivery what) = 0;
-  /// The faults that stand: how long a message "SERVICE.METHOD" or "SERVICE.METHOD.reply" is held back, and what a reply
-  /// says instead.
+  /// The faults that stand: how long a message "SERVICE.METHOD" or "SERVICE.METHOD.reply" is held back, and what a
+  /// reply says instead.
   [[nodiscard]] virtual Duration delay_of(std::string_view message) = 0;
   virtual void falsify(std::string_view call, const idl::Method& method, Value& result) = 0;
   /// The answer to tick number `tick`.
@@ -129,8 +129,8 @@ class SkillHost {
 };
 
 /// Turns ticks and halts into runs of a chart (the design's "A leaf invokes its skill") and makes the chart's calls:
-/// checks them against the IDL, asks the gates, publishes request and outcome, keeps their order. The one seam that every
-/// call of every skill passes through.
+/// checks them against the IDL, asks the gates, publishes request and outcome, keeps their order. The one seam that
+/// every call of every skill passes through.
 ///
 /// Owns no thread and no clock. Deterministic: equal states, deliveries and answers of the host give equal effects.
 class SkillMachine {

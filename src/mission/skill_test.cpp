@@ -82,10 +82,10 @@ class Player final : public SkillHost {
   }
   static const std::map<std::string, project::ServicePlan>& services() {
     static const auto kServices = [] {
-      const auto schema =
-          idl::Schema::load("service S { bool ask(1: double n = 0)  void stop() }", "s.thrift");
+      const auto schema = idl::Schema::load("service S { bool ask(1: double n = 0)  void stop() }", "s.thrift");
       std::map<std::string, project::ServicePlan> services;
-      services["s"] = {.name = "s", .service = *idl::find_service(*schema.value, "S"), .interface = "S", .at = {}, .robot = {}};
+      services["s"] = {
+          .name = "s", .service = *idl::find_service(*schema.value, "S"), .interface = "S", .at = {}, .robot = {}};
       return services;
     }();
     return kServices;

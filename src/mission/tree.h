@@ -59,10 +59,10 @@ struct TreeState {
     friend bool operator==(const Completed&, const Completed&) = default;
   };
   struct Leaf {
-    std::uint64_t outstanding = 0;  ///< Number of the tick not yet answered; 0: none.
-    std::uint64_t call = 0;         ///< Of that tick, joins request and reply.
-    std::uint64_t halt_call = 0;    ///< Of the outstanding halt; 0: none.
-    TimePoint asked{};              ///< When that tick was sent.
+    std::uint64_t outstanding = 0;            ///< Number of the tick not yet answered; 0: none.
+    std::uint64_t call = 0;                   ///< Of that tick, joins request and reply.
+    std::uint64_t halt_call = 0;              ///< Of the outstanding halt; 0: none.
+    TimePoint asked{};                        ///< When that tick was sent.
     std::optional<bt::Status> lateness_told;  ///< As what a missing answer counted; told once until it answers.
     std::optional<Completed> late;            ///< A completed answer that came too late for its tick.
     /// What a skill that has ended said while its leaf was forced to be RUNNING; its next tick gets it.

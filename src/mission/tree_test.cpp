@@ -136,11 +136,12 @@ class FailingHook : public testing::TestWithParam<std::string> {};
 
 TEST_P(FailingHook, IsOneProblemAndTheMissionEndsInOrder) {
   const std::string hook = GetParam() + "=\"tries += 1\"";
-  for (const std::string& tree : {"<Sleep msec=\"500\" " + hook + "/>",
-                                  "<Parallel failure_count=\"1\"><Sleep msec=\"500\" " + hook +
-                                      "/><Sequence><Sleep msec=\"250\"/><AlwaysFailure/></Sequence></Parallel>",
-                                  "<Sequence><Action ID=\"A\" " + hook + "/><AlwaysFailure/></Sequence>",
-                                  "<Sequence " + hook + "><Action ID=\"A\"/><AlwaysFailure " + hook + "/></Sequence>"}) {
+  for (const std::string& tree :
+       {"<Sleep msec=\"500\" " + hook + "/>",
+        "<Parallel failure_count=\"1\"><Sleep msec=\"500\" " + hook +
+            "/><Sequence><Sleep msec=\"250\"/><AlwaysFailure/></Sequence></Parallel>",
+        "<Sequence><Action ID=\"A\" " + hook + "/><AlwaysFailure/></Sequence>",
+        "<Sequence " + hook + "><Action ID=\"A\"/><AlwaysFailure " + hook + "/></Sequence>"}) {
     for (const bool stopped : {false, true}) {
       SCOPED_TRACE(tree + (stopped ? ", stopped" : ", left alone"));
       Player p(tree);
@@ -189,7 +190,8 @@ TEST(Tree, AnythingInAnyOrderFollowsTheTable) {
       "<Timeout msec=\"150\"><Sleep msec=\"500\" _onHalted=\"tries += 1\"/></Timeout>",
       "<Parallel success_count=\"1\"><Action ID=\"A\" _onHalted=\"tries += 1\"/><Delay delay_msec=\"120\"><Script "
       "code=\"nothing += 1\"/></Delay></Parallel>",
-      "<Timeout msec=\"150\"><Parallel><Action ID=\"A\"/><Sleep msec=\"500\" _onHalted=\"tries += 1\"/></Parallel></Timeout>",
+      "<Timeout msec=\"150\"><Parallel><Action ID=\"A\"/><Sleep msec=\"500\" _onHalted=\"tries += "
+      "1\"/></Parallel></Timeout>",
       "<Action ID=\"A\"/>",
       "<AlwaysSuccess/>"};
   for (int run = 0; run < 1500; ++run) {

@@ -29,7 +29,8 @@ struct ControlHandler {
     std::string at;  ///< "sim" or an address.
   };
   std::function<std::vector<ServiceEntry>()> services;
-  std::function<mission::CallOutcome(const std::string& service, const std::string& method, const Value& arguments)> call;
+  std::function<mission::CallOutcome(const std::string& service, const std::string& method, const Value& arguments)>
+      call;
   Tap* tap = nullptr;       ///< Borrowed.
   OpenPage open_page = {};  ///< Null: there is no page.
 };

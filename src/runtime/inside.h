@@ -3,6 +3,7 @@
 #include <cstddef>
 
 #include "sentree/base/message.h"
+#include "sentree/mission/state.h"
 #include "sentree/project/project.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/services.h"
@@ -40,6 +41,10 @@ class RunInside {
   virtual void inject(const project::Injection& injection) = 0;
   /// False: calls are not delayed or falsified, because whoever makes their ports has seen to that.
   virtual void put_faults_on_calls(bool on) = 0;
+  /// In virtual time, in the director's actor: the whole run as a value, from which `RunOptions::from` goes on. All
+  /// parts run in this process. What somebody who takes part in the run has in mind (a recorder's samples, a person's
+  /// `run_until`) is not in it.
+  [[nodiscard]] virtual mission::State capture() = 0;
   /// Ends the run as it is, without halting anything.
   virtual void end() = 0;
 };

@@ -74,6 +74,12 @@ void Monitors::start() {
   });
 }
 
+void Monitors::load(monitor::MonitorSet set) {
+  set_ = std::move(set);
+  for (std::size_t i = 0; i < reports_.size(); ++i) reports_[i].verdict = set_.state(i).verdict;
+  schedule();
+}
+
 void Monitors::observe(const Message& message) {
   reached_ = set_.listeners(message.name, message.source);
   // Monitors keep what may be part of a witness; what none of them listens to is not copied.

@@ -38,6 +38,10 @@ class Monitors : private monitor::MonitorSet::Listener {
   Monitors(const project::Plan& plan, Scheduler& scheduler, Stream& stream, Watchdog& watchdog, Replies replies);
 
   void start();
+  /// Instead of `start`: goes on from there.
+  void load(monitor::MonitorSet set);
+  /// All that they remember, between two observations.
+  [[nodiscard]] const monitor::MonitorSet& set() const { return set_; }
   void observe(const Message& message);
   /// Indices of those that the message observed last went to. Called where `observe` is.
   [[nodiscard]] std::span<const std::uint32_t> reached() const { return reached_; }

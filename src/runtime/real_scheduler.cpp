@@ -163,6 +163,12 @@ class RealScheduler final : public Scheduler {
     if (watching_) watch_until(clock_.wall(when));
   }
 
+  // In real time nothing stands still for long enough.
+  void save(mission::State&) const override { SENTREE_ASSERT(false); }
+  void load(const mission::State&, const std::function<ActorId(const mission::Delivery&)>&) override {
+    SENTREE_ASSERT(false);
+  }
+
   std::optional<std::string> run() override {
     std::unique_lock lock(mutex_);
     if (!alarm_.works() || !rescue_.works()) return "no file descriptor is left for the run's clock";

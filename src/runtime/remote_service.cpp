@@ -43,7 +43,7 @@ Result<std::unique_ptr<ServicePort>> make_remote_port(const rpc::Address& addres
 }
 
 mission::CallOutcome call_once(const rpc::Address& address, const idl::ServicePtr& interface, const std::string& name,
-                      const std::string& method, const Value& args, Duration deadline) {
+                               const std::string& method, const Value& args, Duration deadline) {
   rpc::Address target = address;
   if (target.service.empty()) target.service = name;
   rpc::ClientOptions options;

@@ -20,7 +20,7 @@ namespace sentree::runtime {
 
 /// One synchronous call, for injections and the command line. `address` without service name means `name`.
 [[nodiscard]] mission::CallOutcome call_once(const rpc::Address& address, const idl::ServicePtr& interface,
-                                    const std::string& name, const std::string& method, const Value& args,
-                                    Duration deadline);
+                                             const std::string& name, const std::string& method, const Value& args,
+                                             Duration deadline);
 
 }  // namespace sentree::runtime

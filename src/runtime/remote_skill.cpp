@@ -139,7 +139,8 @@ class RemotePublisher final : public Publisher {
     if (outbox_ != nullptr && !may_be_gated(call_of(message)) && outbox_->send(message)) return mission::Admission{};
     const auto verdict = observe(message);
     if (!verdict)
-      return mission::Admission{mission::Veto{"", "the run that gates this skill cannot be asked: " + verdict.error().message}};
+      return mission::Admission{
+          mission::Veto{"", "the run that gates this skill cannot be asked: " + verdict.error().message}};
     const Value* accept = verdict->find("accept");
     if (accept == nullptr || accept->as_bool() == nullptr || *accept->as_bool()) return mission::Admission{};
     return mission::Admission{mission::Veto{text_of(*verdict, "by"), text_of(*verdict, "reason")}};

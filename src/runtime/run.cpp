@@ -99,7 +99,10 @@ class Run::Impl final : public RunView, private RunInside {
     for (const auto& listener : options_.listeners) stream_.subscribe(listener);
     stream_.subscribe([this](const Message& message) { tap_.observe(message); });
     stream_.subscribe([this](const Message& message) { steering_.observed(message); });
-    monitors_.start();
+    if (options_.from != nullptr)
+      go_on_from(*options_.from);
+    else
+      monitors_.start();
     if (options_.on_view) options_.on_view(this);
     if (!scenario_.virtual_time || options_.pace > 0 || options_.paused) start_control_socket();
     if (!scenario_.virtual_time && sim_) sim_->keep_up();
@@ -108,7 +111,7 @@ class Run::Impl final : public RunView, private RunInside {
       mission_->stop();
     });
     if (options_.inject) schedule_timeline();
-    mission_->start();
+    if (options_.from == nullptr) mission_->start();
     if (options_.on_begin) options_.on_begin(*this);
     ready_ = mission_.get();
     if (interrupted_) steering_.ask_to_stop("interrupt");  // while the parts were started
@@ -201,6 +204,29 @@ class Run::Impl final : public RunView, private RunInside {
   Steering& steering() override { return steering_; }
   void inject(const project::Injection& injection) override { steering_.inject(injection); }
   void put_faults_on_calls(bool on) override { steering_.faults().spare_calls(!on); }
+  mission::State capture() override {
+    SENTREE_ASSERT(scenario_.virtual_time);
+    mission::State state;
+    scheduler_->save(state);
+    stream_.save(state);
+    steering_.save(state);
+    state.tree = mission_->state();
+    for (SkillActor* skill : skills_) state.skills.push_back(skill->state());
+    if (sim_) state.world = sim_->snapshot();
+    state.monitors = monitors_.set();
+    return state;
+  }
+  void go_on_from(const mission::State& state) {
+    scheduler_->load(state, [this](const mission::Delivery& what) {
+      return what.leaf == mission::Delivery::kTree ? mission_->actor() : skills_[what.leaf]->actor();
+    });
+    stream_.load(state);
+    steering_.load(state);
+    mission_->state() = state.tree;
+    for (std::size_t leaf = 0; leaf < skills_.size(); ++leaf) skills_[leaf]->state() = state.skills[leaf];
+    if (sim_ && state.world) sim_->restore(*state.world);
+    monitors_.load(*state.monitors);
+  }
   void end() override {
     ended_ = scheduler_->now();
     scheduler_->stop();
@@ -419,7 +445,8 @@ class Run::Impl final : public RunView, private RunInside {
                              .tick_times = options_.tick_times,
                              .one_deadline_timer = !scenario_.virtual_time};
     MissionHooks hooks;
-    if (options_.arrival) hooks.due = [this](std::size_t leaf) { return options_.arrival(leaf, RunOptions::Passage::kDue); };
+    if (options_.arrival)
+      hooks.due = [this](std::size_t leaf) { return options_.arrival(leaf, RunOptions::Passage::kDue); };
     hooks.tick_done = [this](std::uint64_t tick) { steering_.tick_done(tick); };
     hooks.ended = [this] {
       ended_ = scheduler_->now();
@@ -491,7 +518,8 @@ class Run::Impl final : public RunView, private RunInside {
             .scheduler = *scheduler_,
             .faults = steering_.faults(),
             .watchdog = &watchdog_,
-            .make_port = [this, name = leaf.name](const project::ServicePlan& service) { return make_port(service, name); }},
+            .make_port = [this,
+                          name = leaf.name](const project::ServicePlan& service) { return make_port(service, name); }},
         std::move(replies));
     skills_[index] = driver->skill.get();
     return std::unique_ptr<LeafDriver>(std::move(driver));
@@ -532,7 +560,9 @@ class Run::Impl final : public RunView, private RunInside {
 
   void schedule_timeline() {
     for (const project::Injection& injection : scenario_.timeline) {
-      scheduler_->at(director_, injection.at, mission::Rank::kInjection, [this, &injection] { steering_.inject(injection); });
+      if (options_.from != nullptr && injection.at <= options_.from->now) continue;  // has happened
+      scheduler_->at(director_, injection.at, mission::Rank::kInjection,
+                     [this, &injection] { steering_.inject(injection); });
     }
   }
 

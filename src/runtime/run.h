@@ -103,6 +103,8 @@ struct RunOptions {
   /// kDue: the end of the mission's patience with the answer; time 0: as its deadlines say.
   enum class Passage : std::uint8_t { kTick, kAnswer, kHalt, kHalted, kDue };
   std::function<TimePoint(std::size_t leaf, Passage)> arrival;
+  /// In virtual time: goes on from there, instead of beginning; borrowed until `execute` returns.
+  const mission::State* from = nullptr;
   /// False: somebody else sees to the scenario's timeline.
   bool inject = true;
 };

@@ -355,6 +355,20 @@ std::unique_ptr<ServicePort> RunSteering::guard(const std::string& service, std:
                                        down_.find(project::kSimulatorPart)->second, std::move(port));
 }
 
+void RunSteering::save(mission::State& state) const {
+  state.faults = standing_.get();
+  for (const auto& [name, down] : down_) {
+    if (down.killed) state.down.insert(name);
+  }
+}
+
+void RunSteering::load(const mission::State& state) {
+  standing_.set(state.faults);
+  for (auto& [name, down] : down_) down.killed = state.down.contains(name);
+  for (std::size_t leaf = 0; leaf < state.skills.size(); ++leaf)
+    killed_skills_[leaf] = state.skills[leaf].phase == mission::SkillPhase::kKilled ? 1 : 0;
+}
+
 void RunSteering::observed(const Message& message) {
   if (!standing_.any()) return;
   const auto hits = standing_.with([&](mission::Faults& faults) { return faults.reached_by(message); });

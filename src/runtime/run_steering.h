@@ -55,6 +55,10 @@ class RunSteering final : public Steering {
 
   /// What stands; for the parts of the run that it concerns.
   [[nodiscard]] StandingFaults& faults() { return standing_; }
+  // In the director's actor: its part of the state of a run.
+  void save(mission::State& state) const;
+  void load(const mission::State& state);
+
   /// The port of a simulated service that is unreachable while the service is killed.
   [[nodiscard]] std::unique_ptr<ServicePort> guard(const std::string& service, std::unique_ptr<ServicePort> port);
 

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "sentree/base/time.h"
-#include "sentree/mission/delivery.h"
+#include "sentree/mission/state.h"
 
 namespace sentree::runtime {
 
@@ -77,6 +77,12 @@ class Scheduler : public Clock {
     if (recipients_.size() <= actor) recipients_.resize(actor + 1);
     recipients_[actor] = std::move(take);
   }
+
+  /// Virtual time only, between two tasks: its part of the state of a run. Tasks that are no deliveries belong to who
+  /// posted them and are left out.
+  virtual void save(mission::State& state) const = 0;
+  /// Virtual time only, before `run()`: goes on from there. `actor_of` names who takes a delivery.
+  virtual void load(const mission::State& state, const std::function<ActorId(const mission::Delivery&)>& actor_of) = 0;
 
   /// Runs tasks until `stop()`. Returns an error if a bound was reached or, in virtual time, if nothing is left to do.
   virtual std::optional<std::string> run() = 0;

@@ -32,7 +32,7 @@ void SimHost::keep_up() {
 }
 
 mission::CallOutcome SimHost::call(const std::string& interface, const std::string& method, const Value& args,
-                          const std::string& robot) {
+                                   const std::string& robot) {
   const Map none;
   const Map* map = args.as_map();
   const std::lock_guard lock(mutex_);

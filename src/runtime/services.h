@@ -39,7 +39,7 @@ class SimHost {
 
   /// Advances the world to now and serves the call of a robot (empty: the first). From any thread.
   [[nodiscard]] mission::CallOutcome call(const std::string& interface, const std::string& method, const Value& args,
-                                 const std::string& robot = {});
+                                          const std::string& robot = {});
   /// A copy of the state, advanced to now.
   [[nodiscard]] sim::State snapshot();
   /// Shows the state, advanced to now, without a copy. `look` must not call back.

@@ -55,8 +55,8 @@ class Steering {
 
   /// What became of an intervention.
   struct Applied {
-    std::uint64_t id = 0;  ///< Of one that stands.
-    mission::CallOutcome outcome;   ///< Of a call.
+    std::uint64_t id = 0;          ///< Of one that stands.
+    mission::CallOutcome outcome;  ///< Of a call.
   };
   /// Errors: steering.* with the names that there are.
   virtual Result<Applied> apply(const project::Intervention& what) = 0;

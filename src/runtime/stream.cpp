@@ -55,7 +55,8 @@ void Stream::stamp(Message& message) {
   message.tick = tick_;
 }
 
-std::optional<mission::Admission> Stream::publish_if(Message message, const Judge& judge, TimePoint deadline, Decided decided) {
+std::optional<mission::Admission> Stream::publish_if(Message message, const Judge& judge, TimePoint deadline,
+                                                     Decided decided) {
   if (scheduler_.is_virtual()) {
     message.time = scheduler_.now();
     message.tick = tick_;
@@ -148,5 +149,19 @@ void Stream::resume() {
 }
 
 void Stream::flush() { drain(); }
+
+void Stream::save(mission::State& state) const {
+  state.published = sequence_;
+  state.stamp = stamp_;
+  state.calls = calls_;
+  state.tick = tick_;
+}
+
+void Stream::load(const mission::State& state) {
+  sequence_ = state.published;
+  stamp_ = state.stamp;
+  calls_ = state.calls;
+  tick_ = state.tick;
+}
 
 }  // namespace sentree::runtime

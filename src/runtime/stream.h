@@ -49,7 +49,12 @@ class Stream {
   /// it, and nothing comes between the judgement and its place in the order.
   /// In virtual time the decision is returned. In real time nothing is, `decided` gets the decision, and gets one even
   /// if the listeners are stuck: at `deadline`, which is then a veto.
-  std::optional<mission::Admission> publish_if(Message message, const Judge& judge, TimePoint deadline, Decided decided);
+  std::optional<mission::Admission> publish_if(Message message, const Judge& judge, TimePoint deadline,
+                                               Decided decided);
+
+  // Virtual time only, between two tasks: its part of the state of a run.
+  void save(mission::State& state) const;
+  void load(const mission::State& state);
 
   /// A number for a call that nobody else has.
   [[nodiscard]] std::uint64_t next_call() { return ++calls_; }

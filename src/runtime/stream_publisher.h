@@ -3,9 +3,9 @@
 #include <memory>
 #include <vector>
 
-#include "sentree/runtime/publisher.h"
 #include "sentree/runtime/monitors.h"
 #include "sentree/runtime/observation_socket.h"
+#include "sentree/runtime/publisher.h"
 #include "sentree/runtime/remote_observer.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/stream.h"

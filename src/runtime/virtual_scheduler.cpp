@@ -2,8 +2,8 @@
 #include <atomic>
 #include <condition_variable>
 #include <mutex>
-#include <queue>
 #include <thread>
+#include <tuple>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -43,6 +43,29 @@ class VirtualScheduler final : public Scheduler {
   }
   void at(ActorId to, TimePoint when, mission::Rank rank, mission::Delivery delivery) override {
     push(to, std::max(when, now()), rank, std::move(delivery));
+  }
+
+  void save(mission::State& state) const override {
+    state.now = now();
+    state.begun = begun_;
+    state.order = order_;
+    state.queue.clear();
+    for (const Entry& entry : queue_) {
+      if (const auto* delivery = std::get_if<mission::Delivery>(&entry.what))
+        state.queue.push_back({entry.when, entry.rank, entry.order, *delivery});
+    }
+    std::sort(state.queue.begin(), state.queue.end(), [](const mission::Waiting& a, const mission::Waiting& b) {
+      return std::tie(a.when, a.rank, a.order) < std::tie(b.when, b.rank, b.order);
+    });
+  }
+  void load(const mission::State& state, const std::function<ActorId(const mission::Delivery&)>& actor_of) override {
+    now_.store(state.now, std::memory_order_relaxed);
+    begun_ = state.begun;
+    order_ = state.order;
+    anchor_run_ = state.now;
+    for (const mission::Waiting& waiting : state.queue)
+      queue_.push_back({waiting.when, waiting.rank, waiting.order, actor_of(waiting.what), waiting.what});
+    std::make_heap(queue_.begin(), queue_.end(), Later());
   }
 
   // In a thread of its own, so that the caller comes back even from a script that does not.
@@ -111,8 +134,7 @@ class VirtualScheduler final : public Scheduler {
       if (error_) return error_;
       if (attention_ && !attend()) break;
       if (queue_.empty()) return "nothing is left to do, and nobody ended the run";
-      // The top is only read through a const reference; its task is moved out right before it is popped.
-      auto& top = const_cast<Entry&>(queue_.top());
+      const Entry& top = queue_.front();
       if (top.when > now()) {
         now_.store(top.when, std::memory_order_relaxed);
         tasks_now = 0;
@@ -122,13 +144,13 @@ class VirtualScheduler final : public Scheduler {
                " messages without time passing; two parts answer each other for ever";
       }
       if (top.rank != mission::Rank::kInjection) begun_ = true;
-      std::variant<Task, mission::Delivery> what = std::move(top.what);
-      const ActorId actor = top.actor;
-      queue_.pop();
-      if (auto* delivery = std::get_if<mission::Delivery>(&what))
-        give(actor, std::move(*delivery));
+      std::pop_heap(queue_.begin(), queue_.end(), Later());
+      Entry next = std::move(queue_.back());
+      queue_.pop_back();
+      if (auto* delivery = std::get_if<mission::Delivery>(&next.what))
+        give(next.actor, std::move(*delivery));
       else
-        std::get<Task>(what)();
+        std::get<Task>(next.what)();
     }
     return error_;
   }
@@ -145,9 +167,10 @@ class VirtualScheduler final : public Scheduler {
       }
       inbox_.clear();
       if (error_) return true;
-      const TimePoint next = queue_.empty() ? kNever : queue_.top().when;
+      const TimePoint next = queue_.empty() ? kNever : queue_.front().when;
       const bool goes_on = begun_ && next == now();
-      const bool commanded = !queue_.empty() && queue_.top().rank == mission::Rank::kInjection && next <= commands_until_;
+      const bool commanded =
+          !queue_.empty() && queue_.front().rank == mission::Rank::kInjection && next <= commands_until_;
       if (goes_on || commanded) return true;
       if (!pace_.paused) {
         standing_ = false;
@@ -183,7 +206,7 @@ class VirtualScheduler final : public Scheduler {
   // When a command happens that is taken in now: it must be the first thing at its instant.
   TimePoint command_time() const {
     const TimePoint earliest = begun_ ? now() + Duration(1) : now();
-    const TimePoint latest = queue_.empty() ? kNever : queue_.top().when;
+    const TimePoint latest = queue_.empty() ? kNever : queue_.front().when;
     return std::max(earliest, std::min(passed(), latest));
   }
 
@@ -221,7 +244,8 @@ class VirtualScheduler final : public Scheduler {
       error_ = "more than " + std::to_string(kQueueMax) + " messages are waiting; the last one was for " + names_[to];
       return;
     }
-    queue_.push({when, rank, order_++, to, std::move(what)});
+    queue_.push_back({when, rank, order_++, to, std::move(what)});
+    std::push_heap(queue_.begin(), queue_.end(), Later());
   }
 
   std::atomic<TimePoint> now_ = TimePoint{};  // written by the thread that works only
@@ -235,7 +259,7 @@ class VirtualScheduler final : public Scheduler {
   std::mutex abandoned_mutex_;
   std::string abandoned_;
   std::optional<std::string> result_;
-  std::priority_queue<Entry, std::vector<Entry>, Later> queue_;
+  std::vector<Entry> queue_;  // a heap
 
   std::atomic<bool> attention_ = false;  // there is a pace to keep or a command to take in
   mutable std::mutex pace_mutex_;

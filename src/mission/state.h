@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "sentree/mission/delivery.h"
+#include "sentree/mission/faults.h"
+#include "sentree/mission/skill.h"
+#include "sentree/mission/tree.h"
+#include "sentree/monitor/monitor_set.h"
+#include "sentree/sim/state.h"
+
+namespace sentree::mission {
+
+/// A delivery that waits for its time.
+struct Waiting {
+  TimePoint when{};
+  Rank rank = Rank::kMessage;
+  std::uint64_t order = 0;  ///< Among those of one time and rank.
+  Delivery what;
+  friend bool operator==(const Waiting&, const Waiting&) = default;
+};
+
+/// A whole run in virtual time, between two deliveries: everything that what follows depends on. A plain value: a copy
+/// goes on alike. It must only be used with the plan of its run.
+struct State {
+  TimePoint now{};
+  /// More than injections has happened at `now`: what is commanded from outside comes a nanosecond later.
+  bool begun = false;
+  std::uint64_t order = 0;     ///< Of the next delivery that has to wait.
+  std::vector<Waiting> queue;  ///< By time, rank and order.
+  TreeState tree;
+  std::vector<SkillState> skills;  ///< By leaf.
+  Faults faults;
+  std::set<std::string> down;  ///< Services of the simulator that are killed, and "sim".
+  // What the stream has numbered so far.
+  std::uint64_t published = 0;
+  std::uint64_t stamp = 0;
+  std::uint64_t calls = 0;
+  std::uint64_t tick = 0;
+  std::optional<sim::State> world;  ///< Nothing: no robot is simulated.
+  std::optional<monitor::MonitorSet> monitors;
+};
+
+}  // namespace sentree::mission

@@ -1,0 +1,109 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sentree/base/rng.h"
+#include "sentree/project/plan.h"
+#include "sentree/runtime/run.h"
+
+namespace sentree::runtime {
+namespace {
+
+namespace fs = std::filesystem;
+
+project::Plan plan_of(const fs::path& scenario) {
+  auto loaded = project::load_scenario(scenario);
+  EXPECT_TRUE(loaded.ok()) << to_string(loaded.diagnostics.front());
+  loaded.value->virtual_time = true;
+  auto plan = project::prepare(std::move(*loaded.value));
+  EXPECT_TRUE(plan.ok()) << to_string(plan.diagnostics.front());
+  return std::move(*plan.value);
+}
+
+// What a run says, from a moment on.
+std::vector<std::string> observed(const project::Plan& plan, const mission::State* from, Duration for_so_long) {
+  std::vector<std::string> said;
+  RunOptions options;
+  options.from = from;
+  options.listeners.push_back([&](const Message& message) { said.push_back(to_json(message)); });
+  if (from != nullptr && for_so_long > Duration(0)) {
+    options.on_begin = [&](RunInside& inside) {
+      inside.scheduler().at(inside.director(), from->now + for_so_long, mission::Rank::kInjection,
+                            [&inside] { inside.end(); });
+    };
+  }
+  Run run(plan, std::move(options));
+  EXPECT_EQ(run.execute().error, "");
+  return said;
+}
+
+class Forked : public testing::TestWithParam<const char*> {};
+
+// 125 moments of eight scenarios: with faults, halts and calls in flight among them.
+TEST_P(Forked, AtAnyMomentACopyOfTheRunGoesOnAlike) {
+  const std::uint64_t seed = hash_bytes(GetParam());
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  Rng rng(seed);
+  const project::Plan plan = plan_of(fs::path(SENTREE_SOURCE_DIR) / "examples" / GetParam());
+  constexpr int kMoments = 125;
+  struct Moment {
+    TimePoint at;
+    mission::State state;
+  };
+  const TimePoint end = [&] {
+    runtime::Run run(plan, {});
+    return run.execute().ended;
+  }();
+  std::vector<TimePoint> times;
+  for (int i = 0; i < kMoments; ++i) {
+    // Half of them right behind a tick, where most is in flight.
+    const Duration any(
+        static_cast<std::int64_t>(rng.below(static_cast<std::uint64_t>(end.time_since_epoch().count()) + 1)));
+    const Duration period = plan.scenario.project.period;
+    times.push_back(TimePoint(i % 2 == 0 ? any : any / period * period + Duration(1)));
+  }
+  std::sort(times.begin(), times.end());
+  std::vector<mission::State> states;
+  std::vector<std::string> whole;
+  RunOptions options;
+  options.listeners.push_back([&](const Message& message) { whole.push_back(to_json(message)); });
+  options.on_begin = [&](RunInside& inside) {
+    for (const TimePoint time : times) {
+      inside.scheduler().at(inside.director(), time, mission::Rank::kInjection,
+                            [&inside, &states] { states.push_back(inside.capture()); });
+    }
+  };
+  runtime::Run run(plan, std::move(options));
+  EXPECT_EQ(run.execute().error, "");
+  ASSERT_GE(states.size(), static_cast<std::size_t>(kMoments) / 2);
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    // Some to the end; most for two seconds, in which everything that was in flight has come down.
+    const Duration span = i % 25 == 0 ? Duration(0) : std::chrono::seconds(2);
+    const std::vector<std::string> again = observed(plan, &states[i], span);
+    const std::size_t first = states[i].published;
+    ASSERT_LE(first + again.size(), whole.size());
+    EXPECT_EQ(again.empty(), first == whole.size());
+    if (span == Duration(0)) EXPECT_EQ(first + again.size(), whole.size());
+    for (std::size_t k = 0; k < again.size(); ++k) {
+      ASSERT_EQ(again[k], whole[first + k]) << "forked at " << seconds(states[i].now) << " s";
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Run, Forked,
+                         testing::Values("recharge/scenarios/normal.yaml", "recharge/scenarios/recharge.yaml",
+                                         "recharge/scenarios/experiment1.yaml", "recharge/scenarios/experiment2.yaml",
+                                         "recharge/scenarios/no-path.yaml", "recharge/scenarios/unshielded.yaml",
+                                         "minimal/scenarios/visit.yaml", "two-robots/scenarios/errands.yaml"),
+                         [](const auto& tested) {
+                           std::string name = fs::path(tested.param).stem().string();
+                           std::erase_if(name, [](char c) { return c == '-'; });
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace sentree::runtime
