@@ -185,6 +185,8 @@ class Bench {
     const std::vector<Message> first = run(*plan.value, nullptr, [&](RunInside& inside) {
       inside.scheduler().at(inside.director(), moment, mission::Rank::kInjection, [&] { middle = inside.capture(); });
     });
+    // A chart that asks again at once whenever it is answered ends its run with that message.
+    if (error_.find("without time passing") != std::string::npos) return "";
     if (!error_.empty()) return "the run could not go on: " + error_;
     ++runs_;
     observations_ += first.size();
