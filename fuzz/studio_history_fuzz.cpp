@@ -6,6 +6,7 @@
 #include "sentree/base/assert.h"
 #include "sentree/project/project.h"
 #include "sentree/studio/history.h"
+#include "sentree/studio/record_reader.h"
 #include "sentree/text/json.h"
 
 // Messages of a recording may say anything; what the page is sent of them is JSON all the same.
@@ -35,6 +36,7 @@ constexpr const char* kTopics[] = {"/observations",  "/charts",     "/monitors",
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   History history(subject());
+  sentree::studio::RecordReader reader;
   std::string_view rest(reinterpret_cast<const char*>(data), size);
   for (std::int64_t time = 0; !rest.empty(); ++time) {
     const std::size_t end = std::min(rest.find('\n'), rest.size());
@@ -42,7 +44,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     rest.remove_prefix(std::min(end + 1, rest.size()));
     if (line.empty()) continue;
     const auto topic = static_cast<std::size_t>(static_cast<unsigned char>(line.front())) % std::size(kTopics);
-    history.take(kTopics[topic], sentree::TimePoint(sentree::Duration(time)), line.substr(1));
+    const sentree::TimePoint at{sentree::Duration(time)};
+    const auto record = reader.read(sentree::studio::topic_of(kTopics[topic]), at, line.substr(1),
+                                    sentree::studio::RecordReader::Depth::kWhole);
+    if (record) history.take(at, *record);
   }
   std::vector<History::Fragment> fragments;
   (void)history.refresh(fragments);

@@ -13,7 +13,7 @@
 #include "sentree/replay/recording.h"
 #include "sentree/runtime/run.h"
 #include "sentree/studio/detail/conversation.h"
-#include "sentree/studio/intake.h"
+#include "sentree/studio/record_queue.h"
 #include "sentree/studio/steer.h"
 #include "sentree/text/json.h"
 
@@ -21,6 +21,9 @@ namespace {
 
 using sentree::Result;
 using sentree::Value;
+namespace mission = sentree::mission;
+namespace project = sentree::project;
+namespace replay = sentree::replay;
 namespace runtime = sentree::runtime;
 namespace studio = sentree::studio;
 
@@ -32,16 +35,15 @@ constexpr int kSlicesMax = 10'000;
 struct Shown {
   Shown() : plan(prepared()), subject(plan), history(subject) {
     runtime::RunOptions options;
-    studio::Intake intake(history);
-    replay::RunRecorder recorder(
-        plan, {}, std::make_unique<sentree::record::NullSink>(),
-        {.compression = sentree::record::Compression::kNone,
-         .on_failure = {},
-         .story = {},
-         .tap = [&](const auto& channel, auto time, auto packed) { intake.take(channel, time, packed); }});
+    studio::RecordQueue queue(history);
+    replay::RunRecorder recorder(plan, {}, std::make_unique<sentree::record::NullSink>(),
+                                 {.compression = sentree::record::Compression::kNone,
+                                  .on_failure = {},
+                                  .story = {},
+                                  .tap = [&](auto time, auto record) { queue.put(time, std::move(record)); }});
     recorder.install(options);
     recorder.finish(runtime::Run(plan, std::move(options)).execute());
-    intake.drain();
+    queue.drain();
   }
 
   static project::Plan prepared() {
@@ -89,7 +91,7 @@ class IdleSteering final : public runtime::Steering {
 };
 
 // A page that reads at once.
-class Page final : public studio::Outlet {
+class Page final : public studio::MessageSink {
  public:
   explicit Page(bool& closed) : closed_(closed) {}
   bool send(std::shared_ptr<const std::string> text) override {
