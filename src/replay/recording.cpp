@@ -235,7 +235,8 @@ struct RunRecorder::Impl {
     seen = {true, state->verdict, state->trail.violations, state->session.configuration()};
     const monitor::Model& model = plan.monitors[index];
     std::optional<monitor::Standing> standing;
-    if (state->verdict == monitor::Verdict::kUndecided && !state->failure()) standing = monitor::standing(model, *state);
+    if (state->verdict == monitor::Verdict::kUndecided && !state->failure())
+      standing = monitor::standing(model, *state);
     const auto pack = [&](record::PackedJson& out) {
       out.raw(R"({"monitor":)");
       out.text(model.name());

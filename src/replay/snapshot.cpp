@@ -71,7 +71,8 @@ void take_snapshot(runtime::RunInside& inside, const project::Plan& plan,
   for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) {
     if (inside.skill(leaf) == nullptr) continue;
     inside.skill(leaf)->inspect([&plan, leaf, snapshot](const runtime::Skill* skill) {
-      auto saved = skill != nullptr ? mission::save(skill->model, skill->state) : fail("run.given-up", "the skill was given up");
+      auto saved =
+          skill != nullptr ? mission::save(skill->model, skill->state) : fail("run.given-up", "the skill was given up");
       const std::lock_guard lock(snapshot->mutex);
       snapshot->skills[plan.leaves[leaf].name] = saved ? std::move(*saved) : Map{{"unsaved", saved.error().message}};
       snapshot->arrived();
