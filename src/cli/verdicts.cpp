@@ -6,7 +6,7 @@
 namespace sentree::cli {
 
 Verdicts::Verdicts(std::vector<monitor::Model> models, std::function<void(const runtime::MonitorReport&)> decided)
-    : set_(std::move(models)), decided_(std::move(decided)) {
+    : set_(std::move(models), TimePoint{}), decided_(std::move(decided)) {
   for (const monitor::Model& model : set_.models()) reports_.emplace_back().name = model.name();
 }
 
