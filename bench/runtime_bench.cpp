@@ -44,6 +44,29 @@ project::Plan recharge() {
   std::exit(1);
 }
 
+// A run as a value, copied hot: what a fork costs. 0: the mission with its skills, calls and faults; 1: with the
+// monitors; 2: with the simulated robot and its particle filter too.
+void copy_run(benchmark::State& state) {
+  const project::Plan plan = recharge();
+  std::optional<mission::State> captured;
+  RunOptions options;
+  options.on_begin = [&](RunInside& inside) {
+    inside.scheduler().at(inside.director(), TimePoint(std::chrono::milliseconds(60'001)), mission::Rank::kInjection,
+                          [&] {
+                            captured = inside.capture();
+                            inside.end();
+                          });
+  };
+  (void)Run(plan, std::move(options)).execute();
+  if (state.range(0) < 2) captured->world.reset();
+  if (state.range(0) < 1) captured->monitors = {};
+  for (auto _ : state) {
+    mission::State copy = *captured;
+    benchmark::DoNotOptimize(copy);
+  }
+}
+BENCHMARK(copy_run)->ArgName("parts")->Arg(0)->Arg(1)->Arg(2);
+
 // Every message of a run, once.
 std::vector<Message> recorded(const project::Plan& plan) {
   std::vector<Message> messages;

@@ -53,7 +53,6 @@ class ChartPlayer {
   [[nodiscard]] const scxml::Chart& chart() const { return chart_; }
   [[nodiscard]] const scxml::Session& session() const { return session_; }
   [[nodiscard]] TimePoint now() const { return now_; }
-  [[nodiscard]] std::size_t steps_back() const { return past_.size(); }
   /// Events that a transition of an active state names.
   [[nodiscard]] std::vector<std::string> events_handled_here() const;
 

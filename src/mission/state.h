@@ -42,7 +42,7 @@ struct State {
   std::uint64_t calls = 0;
   std::uint64_t tick = 0;
   std::optional<sim::State> world;  ///< Nothing: no robot is simulated.
-  std::optional<monitor::MonitorSet> monitors;
+  monitor::MonitorSet::Memory monitors;
 };
 
 }  // namespace sentree::mission

@@ -110,6 +110,13 @@ void MonitorSet::start(TimePoint begin, Listener& listener) {
   find_wake(listener);
 }
 
+void MonitorSet::recall(Memory memory, Listener& listener) {
+  states_ = std::move(memory.states);
+  leaves_ = std::move(memory.leaves);
+  started_ = models_.size();
+  find_wake(listener);
+}
+
 void MonitorSet::observe(const Observation& observation, Listener& listener) {
   const Message& message = *observation;
   if (wake_ < message.time) advance(message.time - Duration(1), listener);

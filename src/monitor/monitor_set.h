@@ -115,6 +115,15 @@ class MonitorSet {
   /// The leaf that is at work after the last observation; empty: none.
   [[nodiscard]] const std::string& leaf() const { return leaves_.active(); }
 
+  /// All that it remembers between two observations: a plain value.
+  struct Memory {
+    std::vector<State> states;
+    LeafTracker leaves;
+  };
+  [[nodiscard]] Memory memory() const { return {states_, leaves_}; }
+  /// Goes on from there; instead of `start`. The memory must be that of a set of the same models.
+  void recall(Memory memory, Listener& listener);
+
   [[nodiscard]] const std::vector<Model>& models() const { return models_; }
   [[nodiscard]] const State& state(std::size_t monitor) const { return states_[monitor]; }
 

@@ -36,8 +36,6 @@ std::string shown(const RequirementToken& token) {
 
 }  // namespace
 
-std::span<const std::string> requirement_keywords() { return keywords(); }
-
 const RequirementToken& RequirementParser::peek(std::size_t ahead) const {
   return tokens_[std::min(at_ + ahead, tokens_.size() - 1)];
 }

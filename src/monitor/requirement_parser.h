@@ -1,7 +1,6 @@
 #pragma once
 
 #include <map>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -9,9 +8,6 @@
 #include "sentree/monitor/requirement_lexer.h"
 
 namespace sentree::monitor {
-
-/// Words that no definition or requirement may be called.
-[[nodiscard]] std::span<const std::string> requirement_keywords();
 
 /// Reads tokens into definitions and requirements whose names are not resolved yet. Recursive descent; the work behind
 /// `parse_requirements`, together with `resolve_names`.

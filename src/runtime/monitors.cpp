@@ -74,8 +74,8 @@ void Monitors::start() {
   });
 }
 
-void Monitors::load(monitor::MonitorSet set) {
-  set_ = std::move(set);
+void Monitors::recall(monitor::MonitorSet::Memory memory) {
+  set_.recall(std::move(memory), *this);
   for (std::size_t i = 0; i < reports_.size(); ++i) reports_[i].verdict = set_.state(i).verdict;
   schedule();
 }

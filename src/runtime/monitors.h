@@ -39,9 +39,9 @@ class Monitors : private monitor::MonitorSet::Listener {
 
   void start();
   /// Instead of `start`: goes on from there.
-  void load(monitor::MonitorSet set);
+  void recall(monitor::MonitorSet::Memory memory);
   /// All that they remember, between two observations.
-  [[nodiscard]] const monitor::MonitorSet& set() const { return set_; }
+  [[nodiscard]] monitor::MonitorSet::Memory memory() const { return set_.memory(); }
   void observe(const Message& message);
   /// Indices of those that the message observed last went to. Called where `observe` is.
   [[nodiscard]] std::span<const std::uint32_t> reached() const { return reached_; }

@@ -213,7 +213,7 @@ class Run::Impl final : public RunView, private RunInside {
     state.tree = mission_->state();
     for (SkillActor* skill : skills_) state.skills.push_back(skill->state());
     if (sim_) state.world = sim_->snapshot();
-    state.monitors = monitors_.set();
+    state.monitors = monitors_.memory();
     return state;
   }
   void go_on_from(const mission::State& state) {
@@ -225,7 +225,7 @@ class Run::Impl final : public RunView, private RunInside {
     mission_->state() = state.tree;
     for (std::size_t leaf = 0; leaf < skills_.size(); ++leaf) skills_[leaf]->state() = state.skills[leaf];
     if (sim_ && state.world) sim_->restore(*state.world);
-    monitors_.load(*state.monitors);
+    monitors_.recall(state.monitors);
   }
   void end() override {
     ended_ = scheduler_->now();
