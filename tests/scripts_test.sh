@@ -146,7 +146,7 @@ name="runs what failed once more alone, and says so"
 set_up
 stub_failing_ctest 0 '7:A.b\n9:C.d\n'
 run 0 "$work/repo/test"
-expect_call 'ctest --preset release --parallel 1 --rerun-failed'
+expect_call 'ctest --preset release --parallel 1 --rerun-failed --repeat until-pass:3'
 expect_output 'Passed alone, but not beside other tests, which should be looked into: A.b C.d'
 
 name="counts what passes only alone as failed where CI is set, and says which it was"
@@ -155,15 +155,20 @@ stub_failing_ctest 0 '7:A.b\n9:C.d\n'
 run 8 env CI=true "$work/repo/test"
 expect_output 'Passed alone, but not beside other tests, which should be looked into: A.b C.d'
 
+name="forgives what misses deadlines of the wall clock, also where CI is set"
+set_up
+stub_failing_ctest 0 '7:Processes.SurviveKills\n9:soak.a_minute\n'
+run 0 env CI=true "$work/repo/test"
+
 name="fails when a test fails alone too"
 set_up
 stub_failing_ctest 8 '7:A.b\n'
 run 8 "$work/repo/test"
-expect_call 'ctest --preset release --parallel 1 --rerun-failed'
+expect_call 'ctest --preset release --parallel 1 --rerun-failed --repeat until-pass:3'
 
 name="does not repeat when many fail"
 set_up
-stub_failing_ctest 0 '1:a\n2:b\n3:c\n4:d\n5:e\n6:f\n'
+stub_failing_ctest 0 "$(seq -f '%g:a' -s '\\n' 13)\\n"
 run 8 "$work/repo/test"
 expect_no_call 'ctest .* --rerun-failed'
 
