@@ -1,10 +1,10 @@
 #include "sentree/mission/faults.h"
 
 #include <algorithm>
-#include <charconv>
 #include <utility>
 
 #include "sentree/idl/conform.h"
+#include "sentree/project/check_intervention.h"
 
 namespace sentree::mission {
 
@@ -13,33 +13,6 @@ namespace {
 using Kind = project::Intervention::Kind;
 
 constexpr std::string_view kReply = ".reply";
-
-std::optional<std::size_t> to_index(std::string_view text) {
-  std::size_t index = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), index);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return index;
-}
-
-// "a.b" as "a" and "b".
-std::pair<std::string_view, std::string_view> split(std::string_view path) {
-  const auto dot = path.find('.');
-  if (dot == std::string_view::npos) return {path, {}};
-  return {path.substr(0, dot), path.substr(dot + 1)};
-}
-
-// False: there is no such place.
-bool put(Value& at, std::string_view path, const Value& value) {
-  if (path.empty()) {
-    at = value;
-    return true;
-  }
-  const auto [first, rest] = split(path);
-  if (Map* map = at.as_map()) return put((*map)[first], rest, value);
-  List* list = at.as_list();
-  const auto index = to_index(first);
-  return list != nullptr && index && *index < list->size() && put((*list)[*index], rest, value);
-}
 
 }  // namespace
 
@@ -119,7 +92,7 @@ void Faults::falsify(std::string_view call, const idl::Method& method, Value& re
       Kind::kFalsify, [&](const Entry& entry) { return project::matches_pattern(entry.standing.what.target, call); },
       [&](Entry& entry) {
         Value changed = result;
-        if (!put(changed, entry.standing.what.path, entry.standing.what.value)) return;
+        if (!project::put_at(changed, entry.standing.what.path, entry.standing.what.value)) return;
         auto conformed = idl::conform(*method.result, std::move(changed), "result");
         if (!conformed) return;
         result = std::move(*conformed);

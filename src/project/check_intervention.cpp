@@ -275,4 +275,16 @@ Result<const idl::Type*> type_at(const idl::Type& type, std::string_view path) {
   return fail("steering.path", "a " + type.name + " has no member \"" + name + "\"");
 }
 
+bool put_at(Value& at, std::string_view path, const Value& value) {
+  if (path.empty()) {
+    at = value;
+    return true;
+  }
+  const auto [first, rest] = split(path);
+  if (Map* map = at.as_map()) return put_at((*map)[first], rest, value);
+  List* list = at.as_list();
+  const auto index = to_index(first);
+  return list != nullptr && index && *index < list->size() && put_at((*list)[*index], rest, value);
+}
+
 }  // namespace sentree::project

@@ -42,4 +42,8 @@ struct SteeredPart {
 /// The member of a result that `path` names ("pose.x", "names.0"; empty: the result), by type. Error: steering.path.
 [[nodiscard]] Result<const idl::Type*> type_at(const idl::Type& type, std::string_view path);
 
+/// Puts `value` where `path` leads in `at`. False: there is no such place, and nothing has changed but for members that
+/// a map of the way lacked.
+[[nodiscard]] bool put_at(Value& at, std::string_view path, const Value& value);
+
 }  // namespace sentree::project

@@ -1,15 +1,13 @@
 #pragma once
 
-#include <type_traits>
-
+#include "sentree/base/archive.h"
 #include "sentree/sim/state.h"
 
 namespace sentree::sim {
 
 // The members of each type that a state is made of, once, for hashing, saving and restoring alike:
 // `visit_members(object, visit)` calls `visit(name, member)` in a fixed order.
-template <class S, class Of>
-concept MaybeConst = std::is_same_v<std::remove_const_t<S>, Of>;
+using archive::MaybeConst;
 
 template <class S, class V>
 requires MaybeConst<S, Vec2>
