@@ -23,8 +23,12 @@ expect() {
 }
 
 expect 0 'sentree run examples/recharge' "$sentree" run --help
-expect 2 'subcommand' "$sentree"
-expect 2 'subcommand is required' "$sentree" notacommand
+expect 0 'design, execute, monitor and verify' "$sentree"
+expect 2 'sentree has no command "chekc"; did you mean "check"\?; see sentree --help' "$sentree" chekc examples/recharge
+expect 2 'sentree run has no option --scenrio; did you mean "--scenario"\?; see sentree run --help' \
+  "$sentree" run examples/recharge --scenrio experiment1
+expect 2 'sentree monitor check has no option --recording; see' "$sentree" monitor check --recording x
+expect 3 '"ok":false,"diagnostics":\[\{.*no such file' "$sentree" run "$work/nothing" --json
 expect 3 'no such file; a project is a folder with a sentree.yaml' "$sentree" run "$work/nothing"
 expect 3 'no scenario "experimnt1"; did you mean "experiment1"' "$sentree" run examples/recharge --scenario experimnt1
 expect 0 'nothing to complain about' "$sentree" check examples/recharge
@@ -46,6 +50,8 @@ cmp "$work/first" "$work/second" || failures=$((failures + 1))
 cmp "$work/log1" "$work/log2" || failures=$((failures + 1))
 
 expect 0 '^\{"scenarios":\[\{"name":"empty-battery","ok":true' "$sentree" test examples/minimal --json
+expect 0 '1 of 1 scenarios held' "$sentree" test examples/minimal/scenarios/visit.yaml
+expect 3 'no such file' "$sentree" test examples/minimal/scenarios/vist.yaml
 expect 3 'no scenario "vist"; did you mean "visit"' "$sentree" test examples/minimal --scenario vist
 expect 124 'ended by its time limit' "$sentree" run examples/recharge --clock virtual --duration '5 s'
 
@@ -101,6 +107,19 @@ expect 0 '^\{"median_us":[0-9.]+,' "$sentree" bench rpc --calls 100 --json
 expect 0 'mission.xml' "$sentree" init "$work/mine"
 expect 3 'not empty' "$sentree" init "$work/mine"
 expect 0 '2 of 2 scenarios held' "$sentree" test "$work/mine"
+for part in 'skill Wave' 'monitor answers' 'requirement quick' 'scenario calm'; do
+  # shellcheck disable=SC2086
+  expect 0 "${part#* }\\." "$sentree" add $part --project "$work/mine"
+done
+expect 3 'is there already' "$sentree" add skill Wave --project "$work/mine"
+expect 2 'no name' "$sentree" add skill '../Wave' --project "$work/mine"
+expect 0 'nothing to complain about' "$sentree" check "$work/mine"
+expect 0 'monitor quick: undecided \(holds' "$sentree" run "$work/mine" --scenario calm
+sed -i 's|<BatteryAbove name="BatteryOk"|<Wave name="Wave"/>&|' "$work/mine/mission.xml"
+expect 0 'mission.xml' "$sentree" model "$work/mine" --into "$work/mine/mission.xml"
+expect 0 '3 of 3 scenarios held' "$sentree" test "$work/mine"
+expect 130 '"ok":false.*"time":[1-9].*"interrupted":true' timeout --foreground --preserve-status --signal INT 2 \
+  "$sentree" run examples/recharge --scenario experiment1 --clock virtual --duration '10000 h' --no-record --json
 
 expect 0 '<svg' "$sentree" graph examples/recharge
 expect 0 'stateDiagram-v2' "$sentree" graph examples/recharge/skills/GoToLocation.scxml --to mermaid

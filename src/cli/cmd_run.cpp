@@ -15,6 +15,7 @@
 #include "sentree/cli/live_view.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/page.h"
+#include "sentree/cli/progress.h"
 #include "sentree/cli/report.h"
 #include "sentree/cli/run_recording.h"
 #include "sentree/project/distribute.h"
@@ -161,8 +162,14 @@ Result<RunCommand> command_again(const RunCommand& command, const project::Plan&
 int run_once(const RunCommand& command, std::optional<RunCommand>& again) {
   std::optional<text::ReadLog> files;
   if (!command.no_record) files.emplace();
-  auto scenario = load(command.project, command.scenario);
-  if (!scenario) return kInvalidInput;
+  const auto invalid = [&](const Diagnostics& diagnostics) {
+    if (command.json) print(to_json(Value(Map{{"ok", false}, {"diagnostics", to_value(diagnostics)}})) + "\n");
+    return kInvalidInput;
+  };
+  auto loaded = load(command.project, command.scenario);
+  say(loaded.diagnostics);
+  std::optional<project::Scenario> scenario = std::move(loaded.value);
+  if (!scenario) return invalid(loaded.diagnostics);
   if (command.processes && command.virtual_clock.value_or(false)) {
     say("--processes needs the real clock: other processes have no virtual time");
     return kUsage;
@@ -172,10 +179,14 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again) {
   auto plan = project::prepare(std::move(*scenario));
   if (plan.ok() && command.processes) plan = project::prepare(project::in_processes(*plan.value));
   say(plan.diagnostics);
-  if (!plan.ok()) return kInvalidInput;
+  if (!plan.ok()) return invalid(plan.diagnostics);
 
   Interrupts::block();
-  const bool live = command.live && !command.headless && !command.json;
+  bool live = command.live && !command.headless && !command.json;
+  if (live && !wants_colour()) {
+    say("--live needs a terminal with colours; the log follows instead");
+    live = false;
+  }
   std::unique_ptr<LiveView> view;
   Narrator narrator;
   runtime::RunOptions options;
@@ -258,10 +269,12 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again) {
     }
     return there;
   };
+  auto progress = std::make_unique<Progress>(*plan.value, options);
   runtime::Run run(*plan.value, std::move(options));
   Interrupts interrupts(run);
   const runtime::RunReport report = run.execute();
   interrupts.run_is_over();
+  progress.reset();
   view.reset();
   if (recording) recording->finish(report);
   page->ended(report);

@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <memory>
 
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
+#include "sentree/cli/progress.h"
 #include "sentree/cli/report.h"
 
 namespace sentree::cli {
@@ -14,6 +16,7 @@ struct Tested {
   Value value;
   bool ok = false;
   std::string text;
+  bool valid = true;  ///< The scenario could be run.
 };
 
 Tested test_one(const std::filesystem::path& file) {
@@ -29,11 +32,14 @@ Tested test_one(const std::filesystem::path& file) {
   if (!plan) {
     std::string text = "✗ " + stem + ": cannot be run\n";
     for (const Diagnostic& diagnostic : diagnostics) text += "    " + to_string(diagnostic) + "\n";
-    return {Map{{"name", stem}, {"ok", false}, {"diagnostics", to_value(diagnostics)}}, false, text};
+    return {Map{{"name", stem}, {"ok", false}, {"diagnostics", to_value(diagnostics)}}, false, text, false};
   }
   const auto began = std::chrono::steady_clock::now();
-  runtime::Run run(*plan, {});
+  runtime::RunOptions options;
+  auto progress = std::make_unique<Progress>(*plan, options);
+  runtime::Run run(*plan, std::move(options));
   const runtime::RunReport report = run.execute();
+  progress.reset();
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
 
   const Value data = to_value(report);
@@ -54,35 +60,47 @@ Tested test_one(const std::filesystem::path& file) {
   return {std::move(value), report.unmet.empty(), text};
 }
 
-}  // namespace
-
-int test(const TestCommand& command) {
-  const auto project = project::load_project(command.project);
+// A scenario file by itself; all of a project, or those named.
+bool find_scenarios(const std::filesystem::path& path, const std::vector<std::string>& wanted,
+                    std::vector<std::filesystem::path>& files) {
+  std::error_code error;
+  if (std::filesystem::is_regular_file(path, error) && path.filename() != "sentree.yaml") {
+    files.push_back(path);
+    return true;
+  }
+  const auto project = project::load_project(path);
   say(project.diagnostics);
-  if (!project.ok()) return kInvalidInput;
-  std::vector<std::filesystem::path> files;
+  if (!project.ok()) return false;
+  const std::size_t before = files.size();
   std::vector<std::string> names;
   for (const auto& file : project::scenario_files(*project.value)) {
     names.push_back(file.stem().string());
-    if (command.scenarios.empty() ||
-        std::find(command.scenarios.begin(), command.scenarios.end(), names.back()) != command.scenarios.end()) {
-      files.push_back(file);
-    }
+    if (wanted.empty() || std::find(wanted.begin(), wanted.end(), names.back()) != wanted.end()) files.push_back(file);
   }
-  for (const std::string& wanted : command.scenarios) {
-    if (std::find(names.begin(), names.end(), wanted) != names.end()) continue;
-    say(project.value->file + ": the project has no scenario \"" + wanted + "\"" + did_you_mean(wanted, names));
-    return kInvalidInput;
+  for (const std::string& name : wanted) {
+    if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+    say(project.value->file + ": the project has no scenario \"" + name + "\"" + did_you_mean(name, names));
+    return false;
   }
-  if (files.empty()) {
-    say(project.value->file + ": the project has no scenarios; add scenarios/NAME.yaml");
-    return kInvalidInput;
+  if (files.size() > before) return true;
+  say(project.value->file + ": the project has no scenarios; `sentree add scenario NAME` makes one");
+  return false;
+}
+
+}  // namespace
+
+int test(const TestCommand& command) {
+  std::vector<std::filesystem::path> files;
+  for (const std::string& path : command.paths) {
+    if (!find_scenarios(path, command.scenarios, files)) return kInvalidInput;
   }
   List results;
   std::size_t held = 0;
+  bool valid = true;
   for (const auto& file : files) {
     Tested tested = test_one(file);
     held += tested.ok ? 1 : 0;
+    valid = valid && tested.valid;
     results.push_back(std::move(tested.value));
     if (!command.json) print(tested.text);
   }
@@ -90,7 +108,7 @@ int test(const TestCommand& command) {
     print(to_json(Value(Map{{"scenarios", std::move(results)}})) + "\n");
   else
     print("\n" + std::to_string(held) + " of " + std::to_string(files.size()) + " scenarios held\n");
-  return held == files.size() ? kOk : kFindings;
+  return held == files.size() ? kOk : valid ? kFindings : kInvalidInput;
 }
 
 }  // namespace sentree::cli

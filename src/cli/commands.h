@@ -96,8 +96,8 @@ struct MonitorCheckCommand {
 int monitor_check(const MonitorCheckCommand& command);
 
 struct TestCommand {
-  std::string project = ".";
-  std::vector<std::string> scenarios;  ///< Names; empty: all.
+  std::vector<std::string> paths = {"."};  ///< Projects, and scenario files.
+  std::vector<std::string> scenarios;      ///< Names in the projects; empty: all.
   bool json = false;
 };
 int test(const TestCommand& command);
@@ -210,6 +210,13 @@ struct InitCommand {
   std::string folder;
 };
 int init(const InitCommand& command);
+
+struct AddCommand {
+  std::string kind;  ///< skill, monitor, requirement, scenario or component.
+  std::string name;
+  std::string project = ".";
+};
+int add(const AddCommand& command);
 
 struct SkillCommand {
   std::string project = ".";

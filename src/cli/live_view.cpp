@@ -2,8 +2,9 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <cctype>
 #include <chrono>
-#include <cmath>
+#include <utility>
 
 #include "sentree/cli/output.h"
 
@@ -21,21 +22,50 @@ constexpr auto kBanner = "\x1b[97;41;1m";
 
 std::string coloured(const char* colour, const std::string& text) { return colour + text + kReset; }
 
-// Columns that a UTF-8 text takes when each character takes one.
-std::size_t columns(const std::string& text) {
-  return static_cast<std::size_t>(
-      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+// Calls `see(bytes, takes a column)` for each character of a UTF-8 text and each escape sequence.
+template <class See>
+void each_character(const std::string& text, See see) {
+  for (std::size_t at = 0; at < text.size();) {
+    std::size_t end = at + 1;
+    const bool escape = text[at] == '\x1b';
+    if (escape) {
+      while (end < text.size() && std::isalpha(static_cast<unsigned char>(text[end])) == 0) ++end;
+      end = std::min(end + 1, text.size());
+    } else {
+      while (end < text.size() && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) ++end;
+    }
+    see(std::string_view(text).substr(at, end - at), !escape);
+    at = end;
+  }
 }
 
+// Columns that a text takes when each character takes one.
+std::size_t columns(const std::string& text) {
+  std::size_t count = 0;
+  each_character(text, [&](std::string_view, bool visible) { count += visible ? 1 : 0; });
+  return count;
+}
+
+// The text's beginning, with all its colours.
 std::string cut(const std::string& text, std::size_t width) {
   if (columns(text) <= width) return text;
   std::string out;
   std::size_t used = 0;
-  for (const char c : text) {
-    if ((static_cast<unsigned char>(c) & 0xC0) != 0x80 && ++used >= width) break;
-    out += c;
+  each_character(text, [&](std::string_view bytes, bool visible) {
+    if (visible && ++used > width) return;
+    out += visible && used == width ? "…" : bytes;
+  });
+  return out;
+}
+
+// As many of the pieces on a line as there is room for.
+void add_wrapped(std::vector<std::string>& lines, const std::vector<std::string>& pieces, std::size_t width) {
+  std::string text;
+  for (const std::string& piece : pieces) {
+    if (!text.empty() && columns(text) + columns(piece) > width) lines.push_back(std::exchange(text, {}));
+    text += cut(piece, width);
   }
-  return out + "…";
+  lines.push_back(text);
 }
 
 }  // namespace
@@ -129,49 +159,51 @@ std::vector<std::string> LiveView::tree_lines() const {
 }
 
 std::vector<std::string> LiveView::frame(const TerminalSize& size) {
-  const int width = size.columns;
-  const int height = size.rows;
+  const auto width = static_cast<std::size_t>(std::max(size.columns, 1));
   const auto state = view_->world();
   std::vector<std::string> lines;
-  std::string head = fmt::format(" {}   {:.1f} s   tick {}", plan_.scenario.name, seconds(view_->now()), tick_);
+  std::vector<std::string> head{" " + plan_.scenario.name, fmt::format("   {:.1f} s", seconds(view_->now())),
+                                fmt::format("   tick {}", tick_)};
   if (state) {
     for (std::size_t i = 0; i < state->robots.size(); ++i) {
       const double charge = state->robots[i].battery.charge;
       const std::string of = state->robots.size() > 1 ? plan_.world->robots[i].name : "battery";
-      head += fmt::format("   {} {} {:.1f} %", of, battery_bar(charge), charge * 100.0);
+      head.push_back(fmt::format("   {} {} {:.1f} %", of, battery_bar(charge), charge * 100.0));
     }
   }
-  lines.push_back(head);
-  std::string lights;
-  bool violated = false;
+  add_wrapped(lines, head, width);
+  std::vector<std::string> lights;
   for (const auto& [name, verdict] : verdicts_) {
-    const bool bad = verdict.starts_with("violated");
-    violated = violated || bad;
-    lights += bad ? coloured(kBanner, " ✗ " + name + ": " + verdict + " ") + " "
-                  : coloured(kGreen, " ● ") + name + ": " + verdict + "  ";
+    lights.push_back(verdict.starts_with("violated") ? coloured(kBanner, " ✗ " + name + ": " + verdict + " ") + " "
+                                                     : coloured(kGreen, " ● ") + name + ": " + verdict + "  ");
   }
-  lines.push_back(lights);
+  add_wrapped(lines, lights, width);
   lines.push_back("");
-  const int room = height - 3;
+  const int room = size.rows - static_cast<int>(lines.size());
   if (state && room >= 24) {
-    for (const std::string& text : map_lines(*plan_.world, *state, width - 2, std::min(room / 2, 20)))
+    for (const std::string& text :
+         map_lines(*plan_.world, *state, std::max(size.columns - 2, 1), std::min(room / 2, 20)))
       lines.push_back(" " + text);
     lines.push_back("");
   }
   const auto tree = tree_lines();
-  const int left = height - static_cast<int>(lines.size()) - 1;
-  const std::size_t tree_width = 52;
-  const std::size_t event_width =
-      width > static_cast<int>(tree_width) + 20 ? static_cast<std::size_t>(width) - tree_width - 4 : 0;
-  const std::size_t rows = static_cast<std::size_t>(std::max(left, 1));
-  const std::size_t first_event = events_.size() > rows ? events_.size() - rows : 0;
-  for (std::size_t i = 0; i < rows; ++i) {
-    std::string text = i < tree.size() ? " " + tree[i] : "";
-    if (event_width > 0 && first_event + i < events_.size()) {
-      text += fmt::format("\x1b[{}G│ {}", tree_width, cut(events_[first_event + i], event_width));
+  const auto rows = static_cast<std::size_t>(std::max(size.rows - static_cast<int>(lines.size()) - 1, 1));
+  const auto event = [&](std::size_t back) -> std::string {
+    return back <= events_.size() ? events_[events_.size() - back] : std::string();
+  };
+  constexpr std::size_t kTreeWidth = 52;
+  if (width > kTreeWidth + 20) {  // the events beside the tree
+    const std::size_t shown = std::min(rows, events_.size());
+    for (std::size_t i = 0; i < rows; ++i) {
+      std::string text = i < tree.size() ? cut(" " + tree[i], kTreeWidth - 1) : "";
+      if (i < shown) text += fmt::format("\x1b[{}G│ {}", kTreeWidth, cut(event(shown - i), width - kTreeWidth - 4));
+      lines.push_back(text);
     }
-    lines.push_back(text);
+    return lines;
   }
+  const std::size_t below = std::min(rows / 3, events_.size());
+  for (std::size_t i = 0; i + below < rows; ++i) lines.push_back(i < tree.size() ? cut(" " + tree[i], width) : "");
+  for (std::size_t i = 0; i < below; ++i) lines.push_back(cut(event(below - i), width));
   return lines;
 }
 

@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 
 #include "sentree/cli/commands.h"
 #include "sentree/cli/completion.h"
@@ -17,6 +18,23 @@ class ExamplesFirst final : public CLI::Formatter {
            make_groups(app, mode) + make_subcommands(app, mode);
   }
 };
+
+void add_add(CLI::App& app, AddCommand& command) {
+  auto* sub = app.add_subcommand("add", "Add a part to a project: files to begin with, and what sentree.yaml needs");
+  sub->footer(
+      "Examples:\n"
+      "  sentree add skill FetchCup                     skills/FetchCup.scxml\n"
+      "  sentree add monitor one_at_a_time              a state chart that watches\n"
+      "  sentree add requirement answers                a sentence that becomes a monitor\n"
+      "  sentree add scenario door_closed               what happens, and what to expect\n"
+      "  sentree add component gripper --project robot  an interface, and a chart that stands in for it\n"
+      "What is there already is never written over. Exit code: 0, 3 the project is invalid or has such a part.");
+  sub->add_option("kind", command.kind, "skill, monitor, requirement, scenario or component")
+      ->required()
+      ->check(CLI::IsMember({"skill", "monitor", "requirement", "scenario", "component"}));
+  sub->add_option("name", command.name, "Letters, digits and _")->required();
+  sub->add_option("--project", command.project, "Folder with a sentree.yaml")->capture_default_str();
+}
 
 void add_run(CLI::App& app, RunCommand& command) {
   auto* sub = app.add_subcommand("run", "Execute a mission");
@@ -154,9 +172,13 @@ void add_replay(CLI::App& app, ReplayCommand& command) {
 void add_test(CLI::App& app, TestCommand& command) {
   auto* sub = app.add_subcommand("test", "Run scenarios and say which expectations held");
   sub->footer(
-      "Examples:\n  sentree test examples/recharge\n  sentree test examples/recharge --scenario experiment1 --json");
-  sub->add_option("project", command.project, "Folder with a sentree.yaml")->capture_default_str();
-  sub->add_option("--scenario", command.scenarios, "Only these");
+      "Examples:\n"
+      "  sentree test examples/recharge                                  every scenario of the project\n"
+      "  sentree test examples/recharge --scenario experiment1 --json\n"
+      "  sentree test examples/recharge/scenarios/experiment1.yaml       one file, wherever it lies\n"
+      "Exit code: 0 every expectation held, 1 one did not, 3 a project or scenario is invalid.");
+  sub->add_option("project", command.paths, "Folders with a sentree.yaml, and scenario files")->capture_default_str();
+  sub->add_option("--scenario", command.scenarios, "Only these of the folders");
   sub->add_flag("--json", command.json, "Print the results as JSON");
 }
 
@@ -426,6 +448,46 @@ void add_sim(CLI::App& app, SimCommand& command) {
   sub->add_flag("--insecure", command.insecure, "Allow other machines to connect without TLS");
 }
 
+std::vector<std::string> names_of(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* sub : app.get_subcommands(nullptr)) names.push_back(sub->get_name());
+  return names;
+}
+
+std::vector<std::string> options_of(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+// The first word that is neither a command nor an option where it stands, with the nearest that is. Empty: no such.
+std::string unknown_word(const CLI::App& app, int argc, char** argv) {
+  const CLI::App* at = &app;
+  std::string of = "sentree";
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word == "--") return {};
+    if (word.size() > 2 && word.starts_with("--")) {
+      const std::vector<std::string> known = options_of(*at);
+      const std::string name = word.substr(0, word.find('='));
+      if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+      return of + " has no option " + name + sentree::did_you_mean(name, known) + "; see " + of + " --help";
+    }
+    const std::vector<std::string> commands = names_of(*at);
+    if (word.starts_with("-") || commands.empty()) continue;
+    const auto sub = std::find(commands.begin(), commands.end(), word);
+    if (sub != commands.end()) {
+      at = at->get_subcommand(word);
+      of += " " + word;
+    } else if (at == &app) {
+      return "sentree has no command \"" + word + "\"" + sentree::did_you_mean(word, commands) + "; see sentree --help";
+    }
+  }
+  return {};
+}
+
 int command_line(int argc, char** argv) {
   CLI::App app{"Sentree: design, execute, monitor and verify robot behaviours", "sentree"};
   app.set_version_flag("--version", SENTREE_VERSION);
@@ -439,6 +501,7 @@ int command_line(int argc, char** argv) {
   ChartCommand chart_command;
   CallCommand call_command;
   InitCommand init_command;
+  AddCommand add_command;
   SkillCommand skill_command;
   ComponentCommand component_command;
   FmtCommand fmt_command;
@@ -459,6 +522,7 @@ int command_line(int argc, char** argv) {
   StudioCommand studio_command;
   DoctorCommand doctor_command;
   add_init(app, init_command);
+  add_add(app, add_command);
   add_check(app, check_command);
   add_run(app, run_command);
   add_test(app, test_command);
@@ -488,13 +552,23 @@ int command_line(int argc, char** argv) {
     print(to_lines(complete(app, {argv + 2, argv + argc})));
     return kOk;
   }
+  if (argc == 1) {
+    print(app.help());
+    return kOk;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     // Help and version are answers, not errors.
+    const bool answer = error.get_exit_code() == 0;
+    if (const std::string unknown = answer ? std::string() : unknown_word(app, argc, argv); !unknown.empty()) {
+      say(unknown);
+      return kUsage;
+    }
     return app.exit(error) == 0 ? kOk : kUsage;
   }
   if (app.got_subcommand("init")) return init(init_command);
+  if (app.got_subcommand("add")) return add(add_command);
   if (app.got_subcommand("check")) return check(check_command);
   if (app.got_subcommand("run")) return leave(run(run_command));
   if (app.got_subcommand("test")) return leave(test(test_command));

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <iostream>
 #include <iterator>
+#include <mutex>
 #include <system_error>
 
 #include "sentree/cli/commands.h"
@@ -20,10 +21,36 @@ namespace sentree::cli {
 
 namespace {
 std::atomic<int> unwritten = 0;  // why something could not be printed; 0: all was
+
+std::mutex status_mutex;
+std::string status;  // on the terminal now
+
+// Takes the status off the terminal while something else is printed.
+struct StatusAside {
+  StatusAside() {
+    if (!status.empty()) std::fputs("\r\x1b[K", stderr);
+  }
+  ~StatusAside() {
+    if (!status.empty()) std::fputs(status.c_str(), stderr);
+  }
+  StatusAside(const StatusAside&) = delete;
+  StatusAside& operator=(const StatusAside&) = delete;
+  std::lock_guard<std::mutex> lock{status_mutex};
+};
+
 }  // namespace
 
 void print(const std::string& text) {
+  const StatusAside aside;
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) unwritten = errno;
+}
+
+void show_status(const std::string& text) {
+  static const bool terminal = isatty(STDERR_FILENO) != 0;
+  const std::lock_guard lock(status_mutex);
+  if (!terminal || text == status) return;
+  std::fprintf(stderr, "\r\x1b[K%s", text.c_str());
+  status = text;
 }
 
 int finished(int code) {
@@ -33,7 +60,10 @@ int finished(int code) {
   return code == kOk ? kEnvironment : code;
 }
 
-void say(const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); }
+void say(const std::string& text) {
+  const StatusAside aside;
+  std::fprintf(stderr, "%s\n", text.c_str());
+}
 
 int leave(int code) {
   code = finished(code);
@@ -73,21 +103,40 @@ Value to_value(const Diagnostics& diagnostics) {
   return list;
 }
 
-std::optional<project::Scenario> load(const std::string& project, const std::string& scenario) {
-  if (scenario.empty()) return load_file(project);
-  auto loaded_project = project::load_project(project);
-  if (!loaded_project.ok()) {
-    say(loaded_project.diagnostics);
-    return std::nullopt;
-  }
+namespace {
+
+Loaded<project::Scenario> read(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::is_directory(file, error) && file.filename() != "sentree.yaml" &&
+      std::filesystem::exists(file, error))
+    return project::load_scenario(file);
+  auto project = project::load_project(file);
+  Loaded<project::Scenario> loaded{.value = std::nullopt, .diagnostics = std::move(project.diagnostics)};
+  if (project.value) loaded.value = project::plain_scenario(std::move(*project.value));
+  return loaded;
+}
+
+}  // namespace
+
+Loaded<project::Scenario> load(const std::string& project, const std::string& scenario) {
+  if (scenario.empty()) return read(project);
+  auto loaded = project::load_project(project);
+  if (!loaded.ok()) return {.value = std::nullopt, .diagnostics = std::move(loaded.diagnostics)};
   std::vector<std::string> names;
-  for (const auto& file : project::scenario_files(*loaded_project.value)) {
+  for (const auto& file : project::scenario_files(*loaded.value)) {
     names.push_back(file.stem().string());
-    if (names.back() == scenario) return load_file(file.string());
+    if (names.back() == scenario) return read(file);
   }
-  say(loaded_project.value->file + ": the project has no scenario \"" + scenario + "\"" +
-      did_you_mean(scenario, names));
-  return std::nullopt;
+  return {.value = std::nullopt,
+          .diagnostics = {{Severity::kError, "project.no-scenario",
+                           "the project has no scenario \"" + scenario + "\"" + did_you_mean(scenario, names),
+                           SourceSpan{loaded.value->file}}}};
+}
+
+std::optional<project::Scenario> load_file(const std::string& path) {
+  auto loaded = read(path);
+  say(loaded.diagnostics);
+  return std::move(loaded.value);
 }
 
 bool is_world(const std::string& path) {
@@ -101,21 +150,6 @@ bool is_world(const std::string& path) {
                        [&](const auto& e) { return e.first.scalar == key; });
   };
   return has("map") || has("start") || has("robots");
-}
-
-std::optional<project::Scenario> load_file(const std::string& path) {
-  std::error_code error;
-  const std::filesystem::path file(path);
-  if (std::filesystem::is_directory(file, error) || file.filename() == "sentree.yaml" ||
-      !std::filesystem::exists(file, error)) {
-    auto project = project::load_project(file);
-    say(project.diagnostics);
-    if (!project.ok()) return std::nullopt;
-    return project::plain_scenario(std::move(*project.value));
-  }
-  auto scenario = project::load_scenario(file);
-  say(scenario.diagnostics);
-  return std::move(scenario.value);
 }
 
 }  // namespace sentree::cli

@@ -15,6 +15,9 @@ namespace sentree::cli {
 void print(const std::string& text);
 /// Messages: standard error.
 void say(const std::string& text);
+/// What goes on at present, on the last line of the terminal at standard error, below all that is printed; empty:
+/// nothing. No effect where that is no terminal. From any thread.
+void show_status(const std::string& text);
 /// `code`; kEnvironment in place of kOk if something could not be printed, which is said.
 [[nodiscard]] int finished(int code);
 /// The exit code, once everything has been printed. If threads had to be left behind in endless scripts, the process
@@ -31,13 +34,14 @@ void say(const Diagnostics& diagnostics);
 [[nodiscard]] Value to_value(const Diagnostic& diagnostic);
 [[nodiscard]] Value to_value(const Diagnostics& diagnostics);
 
-/// A scenario by its name in the project, or the plain project. Says what is wrong on standard error.
-[[nodiscard]] std::optional<project::Scenario> load(const std::string& project, const std::string& scenario);
+/// A scenario by its name in the project, or the plain project.
+[[nodiscard]] Loaded<project::Scenario> load(const std::string& project, const std::string& scenario);
 
 /// A yaml file that names a map, as world files do and projects do not.
 [[nodiscard]] bool is_world(const std::string& path);
 
-/// A scenario file, or a project (a folder or its sentree.yaml) as a plain scenario.
+/// A scenario file, or a project (a folder or its sentree.yaml) as a plain scenario. Says what is wrong on standard
+/// error.
 [[nodiscard]] std::optional<project::Scenario> load_file(const std::string& path);
 
 }  // namespace sentree::cli

@@ -153,6 +153,8 @@ struct Scenario {
   std::map<std::string, std::string> verdicts;
   bool distinct_processes = false;  ///< Every process of `processes`, and the run itself, has a process id of its own.
   SourceSpan expect_span;
+  /// From now on anything may come out.
+  void expect_nothing();
 
   /// The file as it was read; null for a project without one.
   text::YamlNode source;

@@ -133,6 +133,13 @@ void read_overrides(const text::YamlNode& node, Project& project, Diagnostics& d
 
 }  // namespace
 
+void Scenario::expect_nothing() {
+  mission.reset();
+  mission_reason.clear();
+  verdicts.clear();
+  distinct_processes = false;
+}
+
 Scenario plain_scenario(Project project) {
   Scenario scenario;
   scenario.file = project.file;

@@ -15,6 +15,7 @@ void judge(const project::Scenario& scenario, RunReport& report) {
   for (const std::string& why : report.given_up) report.unmet.push_back(why);
   if (!report.error.empty() && report.given_up.empty())
     report.unmet.push_back("the run could not go on: " + report.error);
+  if (report.interrupted) report.unmet.push_back("the run was interrupted");
   if (scenario.mission && *scenario.mission != to_string(report.mission)) {
     report.unmet.push_back("mission status " + std::string(to_string(report.mission)) + ", expected " +
                            *scenario.mission + (report.reason.empty() ? "" : " (" + report.reason + ")"));

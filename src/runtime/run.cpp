@@ -131,7 +131,8 @@ class Run::Impl final : public RunView, private RunInside {
     }
     observer_servers_.clear();
     if (inbox_) inbox_->close();
-    if (scenario_.virtual_time && left_behind_) ended_ = scheduler_->now();
+    // Ended as it is, with no tick in which the mission could have said so.
+    if (scenario_.virtual_time && (left_behind_ || (interrupted_ && ended_ == TimePoint{}))) ended_ = scheduler_->now();
     monitors_.finish(ended_);
     for (const auto& observer : observers_) observer->finish(ended_);
     take_decisions();  // those that no actor took any more
