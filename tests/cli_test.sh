@@ -111,12 +111,15 @@ for part in 'skill Wave' 'monitor answers' 'requirement quick' 'scenario calm'; 
   # shellcheck disable=SC2086
   expect 0 "${part#* }\\." "$sentree" add $part --project "$work/mine"
 done
+cp -r "$work/mine" "$work/with-component"
+expect 0 'interfaces/gripper.thrift' "$sentree" add component gripper --project "$work/with-component"
+expect 0 'nothing to complain about' "$sentree" check "$work/with-component"
 expect 3 'is there already' "$sentree" add skill Wave --project "$work/mine"
 expect 2 'no name' "$sentree" add skill '../Wave' --project "$work/mine"
 expect 0 'nothing to complain about' "$sentree" check "$work/mine"
 expect 0 'monitor quick: undecided \(holds' "$sentree" run "$work/mine" --scenario calm
 sed -i 's|<BatteryAbove name="BatteryOk"|<Wave name="Wave"/>&|' "$work/mine/mission.xml"
-expect 0 'mission.xml' "$sentree" model "$work/mine" --into "$work/mine/mission.xml"
+"$sentree" model "$work/mine" --into "$work/mine/mission.xml"
 expect 0 '3 of 3 scenarios held' "$sentree" test "$work/mine"
 expect 130 '"ok":false.*"time":[1-9].*"interrupted":true' timeout --foreground --preserve-status --signal INT 2 \
   "$sentree" run examples/recharge --scenario experiment1 --clock virtual --duration '10000 h' --no-record --json
