@@ -66,6 +66,49 @@ constexpr SkillEdge kEdges[] = {
     {Phase::kEnded, "kill", Phase::kKilled},
     {Phase::kKilled, "kill", Phase::kKilled},
     {Phase::kKilled, "restart", Phase::kIdle},
+    // Charts that live on answer in any phase, and may end in each.
+    {Phase::kIdle, "tick", Phase::kResting},
+    {Phase::kRunning, "tick", Phase::kResting},
+    {Phase::kRunning, "tick", Phase::kOwing},
+    {Phase::kOwing, "tick", Phase::kResting},
+    {Phase::kOwing, "tick", Phase::kRunning},
+    {Phase::kEnded, "tick", Phase::kResting},
+    {Phase::kEnded, "tick", Phase::kOwing},
+    {Phase::kResting, "tick", Phase::kResting},
+    {Phase::kResting, "tick", Phase::kRunning},
+    {Phase::kResting, "tick", Phase::kOwing},
+    {Phase::kResting, "tick", Phase::kIdle},
+    {Phase::kReady, "tick", Phase::kResting},
+    {Phase::kReady, "tick", Phase::kRunning},
+    {Phase::kReady, "tick", Phase::kOwing},
+    {Phase::kReady, "tick", Phase::kIdle},
+    {Phase::kRunning, "outcome", Phase::kReady},
+    {Phase::kOwing, "outcome", Phase::kResting},
+    {Phase::kOwing, "outcome", Phase::kRunning},
+    {Phase::kHalting, "outcome", Phase::kResting},
+    {Phase::kResting, "outcome", Phase::kResting},
+    {Phase::kResting, "outcome", Phase::kIdle},
+    {Phase::kReady, "outcome", Phase::kReady},
+    {Phase::kReady, "outcome", Phase::kEnded},
+    {Phase::kRunning, "timer", Phase::kReady},
+    {Phase::kOwing, "timer", Phase::kResting},
+    {Phase::kOwing, "timer", Phase::kRunning},
+    {Phase::kHalting, "timer", Phase::kResting},
+    {Phase::kResting, "timer", Phase::kResting},
+    {Phase::kResting, "timer", Phase::kIdle},
+    {Phase::kReady, "timer", Phase::kReady},
+    {Phase::kReady, "timer", Phase::kEnded},
+    {Phase::kRunning, "halt", Phase::kResting},
+    {Phase::kOwing, "halt", Phase::kResting},
+    {Phase::kHalting, "halt", Phase::kResting},
+    {Phase::kResting, "halt", Phase::kResting},
+    {Phase::kReady, "halt", Phase::kHalting},
+    {Phase::kReady, "halt", Phase::kResting},
+    {Phase::kReady, "halt", Phase::kIdle},
+    {Phase::kResting, "cancel", Phase::kResting},
+    {Phase::kReady, "cancel", Phase::kIdle},
+    {Phase::kResting, "kill", Phase::kKilled},
+    {Phase::kReady, "kill", Phase::kKilled},
 };
 
 struct Kind {
@@ -94,7 +137,8 @@ SkillState::Line& line_of(SkillState& state, const std::string& service) {
 }  // namespace
 
 std::string_view to_string(SkillPhase phase) {
-  constexpr std::array<std::string_view, 6> kNames{"idle", "running", "owing", "halting", "ended", "killed"};
+  constexpr std::array<std::string_view, 8> kNames{"idle",  "running", "owing", "halting",
+                                                   "ended", "resting", "ready", "killed"};
   return kNames[static_cast<std::size_t>(phase)];
 }
 
@@ -107,16 +151,51 @@ SkillMachine::SkillMachine(SkillModel model, scxml::ExecutionWatch* watch) : mod
   host_.on_send = [this](const scxml::OutgoingSend& send) { return check_call(send, *model_.services); };
   host_.watch = watch;
   host_.observer = &observer_;
+  if (!model_.protocol) return;
+  meaning_of_state_.resize(model_.chart.states().size());
+  for (const auto& [id, status] : model_.protocol->states) {
+    if (const auto state = model_.chart.find(id)) meaning_of_state_[*state] = status;
+  }
+  halted_state_ = model_.chart.find(model_.protocol->halted);
 }
 
 void SkillMachine::Observer::event(const scxml::Chart& chart, std::string_view, const scxml::Event& event) {
-  if (chart == machine.model_.chart) machine.stepped_->latest.event = event.name;
+  if (!(chart == machine.model_.chart)) return;
+  machine.stepped_->latest.event = event.name;
+  if (machine.model_.protocol) machine.hear(event);
 }
 
 void SkillMachine::Observer::transition(const scxml::Chart& chart, std::string_view, scxml::TransitionIndex taken) {
   if (!(chart == machine.model_.chart)) return;
   machine.stepped_->latest.transition = taken;
   ++machine.stepped_->latest.transitions;
+}
+
+void SkillMachine::Observer::entered(const scxml::Chart& chart, std::string_view, scxml::StateIndex state) {
+  if (machine.meaning_of_state_.empty() || !(chart == machine.model_.chart)) return;
+  if (machine.meaning_of_state_[state]) machine.said_.push_back({machine.meaning_of_state_[state], {}});
+  if (machine.halted_state_ == state) machine.said_.push_back({});
+}
+
+// The answers of a protocol are events that the chart sends to itself, whether or not it has a transition for them.
+void SkillMachine::hear(const scxml::Event& event) {
+  const project::SkillProtocol& protocol = *model_.protocol;
+  if (event.name.empty()) return;
+  if (event.name == protocol.halted && !halted_state_) said_.push_back({});
+  if (event.name != protocol.answer) return;
+  Value status = event.data.value_or(Value());
+  Map outputs;
+  if (!protocol.param.empty()) {
+    if (Map* params = status.as_map()) outputs = std::move(*params);
+    const Value* param = outputs.find(protocol.param);
+    status = param != nullptr ? *param : Value();
+    outputs.erase(protocol.param);
+  }
+  const std::optional<bt::Status> means = protocol.meaning(status);
+  if (!means)
+    unclear_.push_back(event.name + " answers a tick with " + to_json(status) +
+                       ", which is none of the protocol's values, and counts as FAILURE");
+  said_.push_back({means.value_or(bt::Status::kFailure), std::move(outputs)});
 }
 
 /// One delivery to one skill.
@@ -127,10 +206,11 @@ class SkillMachine::Step {
         model_(machine.model_),
         state_(state),
         host_(host),
-        alive_(state.running()),
+        lives_(state.running()),
+        alive_(state.running() && state.phase != Phase::kResting && state.phase != Phase::kReady),
         owing_(state.phase == Phase::kOwing),
         halting_(state.phase == Phase::kHalting),
-        ended_(state.phase == Phase::kEnded) {
+        ended_(state.phase == Phase::kEnded || state.phase == Phase::kReady) {
     machine_.stepped_ = &state;
   }
 
@@ -142,6 +222,7 @@ class SkillMachine::Step {
       return true;
     }
     owing_ = true;
+    if (model_.protocol) return ask(std::move(tick));
     if (tick.started && !alive_) start(tick.inputs);
     if (alive_) {
       scxml::Event event;
@@ -154,9 +235,12 @@ class SkillMachine::Step {
 
   bool operator()(const HaltSkill&) {
     owing_ = false;
+    const bool has_run = alive_ || ended_;
     ended_ = false;
     halting_ = true;
-    if (alive_) {
+    if (model_.protocol) {
+      if (lives_ && has_run) halt_with_protocol(!alive_);
+    } else if (alive_) {
       scxml::Event event;
       event.name = "halt";
       const bool enabled = step(event).enabled;
@@ -168,7 +252,8 @@ class SkillMachine::Step {
 
   bool operator()(const CancelSkill&) {
     owing_ = false;
-    if (alive_) cancel();
+    // Between its runs a chart that lives on has nothing to give up.
+    if (alive_ || (lives_ && ended_)) cancel();
     ended_ = false;
     return settle();
   }
@@ -187,7 +272,7 @@ class SkillMachine::Step {
   bool operator()(const SkillTimer& timer) {
     if (state_.wake != timer.when) return false;
     state_.wake = kNever;
-    if (!alive_) return false;
+    if (!lives_) return false;
     if (state_.session.next_timer() <= host_.now()) {
       scxml::step_timers(model_.chart, state_.session, host_.now(), machine_.effects_, machine_.host_);
       follow();
@@ -261,14 +346,93 @@ class SkillMachine::Step {
   }
 
  private:
+  // A tick for a chart that lives on.
+  bool ask(TickSkill&& tick) {
+    const project::SkillProtocol& protocol = *model_.protocol;
+    // What it has said since the last tick answers this one.
+    if (ended_ && !tick.started) return settle();
+    const bool begins = !alive_;
+    ended_ = false;
+    if (lives_) {
+      alive_ = true;
+    } else {
+      start(tick.inputs);
+    }
+    const auto inputs = [&](const std::string& name) {
+      scxml::Event event;
+      event.name = name;
+      event.data = Value(tick.inputs);
+      return event;
+    };
+    if (lives_ && begins && !protocol.start.empty()) step(inputs(protocol.start));
+    // At most one tick that it has not answered; one that it does not take is none.
+    if (alive_ && !state_.asked && !protocol.tick.empty()) {
+      state_.asked = !protocol.answer.empty();
+      if (!step(inputs(protocol.tick)).enabled) state_.asked = false;
+    }
+    if (alive_) look_at_states();
+    return settle();
+  }
+
+  // The innermost of the active states that mean something; of parallel ones, the last in the document.
+  void look_at_states() {
+    std::optional<bt::Status> means;
+    for (scxml::StateIndex state = 0; state < machine_.meaning_of_state_.size(); ++state) {
+      if (machine_.meaning_of_state_[state] && state_.session.is_active(state))
+        means = machine_.meaning_of_state_[state];
+    }
+    if (means) take_answer(*means, {});
+  }
+
+  // @param has_ended  And nobody has been told.
+  void halt_with_protocol(bool has_ended) {
+    const project::SkillProtocol& protocol = *model_.protocol;
+    if (protocol.halt.empty()) {
+      // What it would still answer would be taken for the answer to a later tick.
+      if (state_.asked) cancel();
+      alive_ = false;
+      if (lives_ && has_ended && !protocol.acknowledge.empty()) tell(protocol.acknowledge);
+      return;
+    }
+    alive_ = true;
+    const bool enabled = tell(protocol.halt);
+    if (!alive_) return;
+    if (!enabled)
+      cancel();
+    else if (protocol.halted.empty() || (machine_.halted_state_ && state_.session.is_active(*machine_.halted_state_)))
+      end_halt();
+    else
+      state_.halt_due = add_saturating(host_.now(), model_.halt_deadline);
+  }
+
+  void end_halt() {
+    alive_ = false;
+    state_.asked = false;
+    state_.halt_due.reset();
+  }
+
+  void take_answer(bt::Status status, Map outputs) {
+    state_.asked = false;
+    if (!alive_ || halting_) return;  // nobody has asked, or does any more
+    says_running_ = status == bt::Status::kRunning;
+    if (says_running_) return;
+    alive_ = false;
+    ended_ = true;
+    state_.ended = status;
+    state_.outputs = std::move(outputs);
+  }
+
   void start(const Map& inputs) {
     const scxml::Chart& chart = model_.chart;
     ++state_.run;
+    lives_ = true;
     alive_ = true;
     ended_ = false;
+    state_.asked = false;
     state_.halt_due.reset();
     state_.outputs = Map();
     scxml::StartOptions options;
+    options.data = model_.constants;
     for (const auto& [port, value] : inputs) {
       const bool is_data =
           std::any_of(chart.data().begin(), chart.data().end(), [&](const auto& d) { return d.id == port; });
@@ -277,6 +441,8 @@ class SkillMachine::Step {
     options.session_id = model_.name + "." + std::to_string(state_.run);
     options.seed = hash_combine(model_.seed, state_.run);
     scxml::start(chart, state_.session, std::move(options), host_.now(), machine_.effects_, machine_.host_);
+    // Where it begins is no answer: it has not been asked.
+    machine_.said_.clear();
     follow();
   }
 
@@ -293,6 +459,13 @@ class SkillMachine::Step {
   }
 
   void follow() {
+    for (std::string& what : std::exchange(machine_.unclear_, {})) host_.problem(model_.name + ": " + what);
+    for (Said& said : std::exchange(machine_.said_, {})) {
+      if (said.status)
+        take_answer(*said.status, std::move(said.outputs));
+      else if (halting_)
+        end_halt();
+    }
     for (scxml::Effect& effect : machine_.effects_) {
       if (auto* send = std::get_if<scxml::OutgoingSend>(&effect)) {
         if (send->type == "thrift") {
@@ -304,21 +477,23 @@ class SkillMachine::Step {
       } else if (const auto* line = std::get_if<scxml::LogLine>(&effect)) {
         host_.log(*line);
       } else if (auto* done = std::get_if<scxml::Done>(&effect)) {
-        end_run(done->final_id, std::move(done->donedata));
+        end_chart(done->final_id, std::move(done->donedata));
       }
     }
     machine_.effects_.clear();
-    if (alive_ && state_.session.status() == scxml::SessionStatus::kFailed) {
+    if (lives_ && state_.session.status() == scxml::SessionStatus::kFailed) {
       const auto& failure = state_.session.failure();
       host_.problem(model_.name + " was given up: " + (failure ? to_string(*failure) : "its chart failed"));
-      end_run("failure", Value(Map{{"reason", failure ? failure->message : ""}}));
+      end_chart("failure", Value(Map{{"reason", failure ? failure->message : ""}}));
     }
   }
 
-  void end_run(const std::string& final_id, std::optional<Value> donedata) {
-    alive_ = false;
-    ended_ = true;
+  void end_chart(const std::string& final_id, std::optional<Value> donedata) {
+    lives_ = false;
+    state_.asked = false;
     state_.halt_due.reset();
+    if (!std::exchange(alive_, false)) return;  // it has answered before
+    ended_ = true;
     // A run that says `halted` without having been asked to has not done its work.
     state_.ended = final_id == "success" ? bt::Status::kSuccess : bt::Status::kFailure;
     Map* outputs = donedata ? donedata->as_map() : nullptr;
@@ -331,12 +506,14 @@ class SkillMachine::Step {
     Phase next = Phase::kIdle;
     if (alive_ && halting_) {
       next = Phase::kHalting;
-    } else if (alive_ && owing_ && model_.condition) {
+    } else if (alive_ && owing_ && model_.condition && !says_running_) {
       next = Phase::kOwing;
     } else if (alive_) {
       next = Phase::kRunning;
     } else if (ended_ && !halting_ && !owing_) {
-      next = Phase::kEnded;
+      next = lives_ ? Phase::kReady : Phase::kEnded;
+    } else if (lives_) {
+      next = Phase::kResting;
     }
     state_.phase = next;
     if (!alive_ && halting_) {
@@ -347,11 +524,20 @@ class SkillMachine::Step {
         answer(state_.ended, std::exchange(state_.outputs, Map()));
       else
         answer(bt::Status::kFailure, {});
+      if (lives_ && !model_.protocol->acknowledge.empty()) tell(model_.protocol->acknowledge);
+      if (!lives_) state_.phase = Phase::kIdle;
     } else if (owing_ && next == Phase::kRunning) {
       answer(bt::Status::kRunning, {});
     }
     schedule();
     return true;
+  }
+
+  // True: the chart takes the event.
+  bool tell(const std::string& name) {
+    scxml::Event event;
+    event.name = name;
+    return step(event).enabled;
   }
 
   void answer(bt::Status status, Map outputs) {
@@ -360,7 +546,7 @@ class SkillMachine::Step {
   }
 
   void schedule() {
-    TimePoint next = alive_ ? state_.session.next_timer() : kNever;
+    TimePoint next = lives_ ? state_.session.next_timer() : kNever;
     if (state_.halt_due) next = std::min(next, *state_.halt_due);
     if (next == kNever || next == state_.wake) return;
     state_.wake = next;
@@ -438,10 +624,12 @@ class SkillMachine::Step {
   const SkillModel& model_;
   SkillState& state_;
   SkillHost& host_;
-  bool alive_;    // the chart lives
-  bool owing_;    // a tick waits for its answer
-  bool halting_;  // a halt waits for the end of the run
-  bool ended_;    // a run has ended and its status has not been told
+  bool lives_;                 // the chart lives; without a protocol the same as:
+  bool alive_;                 // a run goes on
+  bool owing_;                 // a tick waits for its answer
+  bool halting_;               // a halt waits for the end of the run
+  bool ended_;                 // a run has ended and its status has not been told
+  bool says_running_ = false;  // the chart has answered so, in this delivery
 };
 
 bool SkillMachine::step(SkillState& state, SkillDelivery delivery, SkillHost& host) {
@@ -503,7 +691,8 @@ Result<Value> save(const SkillModel& model, const SkillState& state) {
             {"answer_owed", state.phase == Phase::kOwing},
             {"halting", state.phase == Phase::kHalting}};
   if (state.halt_due) saved["halt_due_ns"] = state.halt_due->time_since_epoch().count();
-  if (state.phase == Phase::kEnded) saved["ended"] = bt::to_string(state.ended);
+  if (state.asked) saved["asked"] = true;
+  if (state.phase == Phase::kEnded || state.phase == Phase::kReady) saved["ended"] = bt::to_string(state.ended);
   if (!state.outputs.empty()) saved["outputs"] = state.outputs;
   if (state.run > 0) {
     auto session = scxml::save(model.chart, state.session);

@@ -32,7 +32,9 @@ enum class SkillPhase : std::uint8_t {
   kRunning,  ///< Its chart lives, and no tick waits for an answer.
   kOwing,    ///< Its chart lives, and a condition's tick waits for the end of the run.
   kHalting,  ///< `halt` was delivered, and the run has not ended.
-  kEnded,    ///< The run has ended; the next tick is told how.
+  kEnded,    ///< The run has ended, and its chart with it; the next tick is told how.
+  kResting,  ///< No run, but its chart lives on (`SkillModel::protocol`).
+  kReady,    ///< The run has ended and its chart lives on; the next tick is told how it ended.
   kKilled,   ///< As if its process were gone.
 };
 [[nodiscard]] std::string_view to_string(SkillPhase phase);
@@ -57,16 +59,20 @@ struct SkillModel {
   std::uint64_t seed = 1;
   scxml::Chart chart;
   const std::map<std::string, project::ServicePlan>* services = nullptr;  ///< Borrowed.
+  Map constants = {};  ///< Initial values of <data>; ports come over them.
+  /// The chart lives on between runs, is ticked and answers as this says. Nothing: each run is one of the chart.
+  std::optional<project::SkillProtocol> protocol = {};
 };
 
 /// What a skill remembers between deliveries. A plain value: a copy goes on alike.
 struct SkillState {
   SkillPhase phase = SkillPhase::kIdle;
-  std::uint64_t run = 0;       ///< The present or the last one, from 1.
+  std::uint64_t run = 0;       ///< The chart's present or last one, from 1.
   std::uint64_t tick = 0;      ///< The latest.
   std::uint64_t answered = 0;  ///< The latest that was answered.
+  bool asked = false;          ///< With a protocol: the chart has taken a tick and not answered it.
   std::optional<TimePoint> halt_due;
-  bt::Status ended = bt::Status::kIdle;  ///< kEnded: the run's status.
+  bt::Status ended = bt::Status::kIdle;  ///< kEnded, kReady: the run's status.
   Map outputs;                           ///< Likewise.
   TimePoint wake = kNever;               ///< When its timer rings.
   /// Earliest time at which a tick or a halt may reach it: a delayed one holds back the later ones. Written by who
@@ -94,7 +100,7 @@ struct SkillState {
 
   /// Its chart lives.
   [[nodiscard]] bool running() const {
-    return phase == SkillPhase::kRunning || phase == SkillPhase::kOwing || phase == SkillPhase::kHalting;
+    return phase != SkillPhase::kIdle && phase != SkillPhase::kEnded && phase != SkillPhase::kKilled;
   }
   /// Whether the outcome of a call of that run would reach the chart.
   [[nodiscard]] bool is_current(std::uint64_t number) const { return running() && number == run; }
@@ -128,9 +134,9 @@ class SkillHost {
   virtual void problem(const std::string& what) = 0;
 };
 
-/// Turns ticks and halts into runs of a chart (the design's "A leaf invokes its skill") and makes the chart's calls:
-/// checks them against the IDL, asks the gates, publishes request and outcome, keeps their order. The one seam that
-/// every call of every skill passes through.
+/// Turns ticks and halts into runs of a chart (the design's "A leaf invokes its skill"), or speaks a chart's own
+/// protocol with it, and makes the chart's calls: checks them against the IDL, asks the gates, publishes request and
+/// outcome, keeps their order. The one seam that every call of every skill passes through.
 ///
 /// Owns no thread and no clock. Deterministic: equal states, deliveries and answers of the host give equal effects.
 class SkillMachine {
@@ -151,14 +157,26 @@ class SkillMachine {
  private:
   class Step;
 
+  // What a chart with a protocol has said in a step: a status, or that its halt is over.
+  struct Said {
+    std::optional<bt::Status> status;
+    Map outputs;
+  };
+  void hear(const scxml::Event& event);
+
   SkillModel model_;
+  std::vector<std::optional<bt::Status>> meaning_of_state_;  // by state; empty without a protocol
+  std::optional<scxml::StateIndex> halted_state_;
   scxml::Host host_;
   SkillState* stepped_ = nullptr;  // whose chart executes
   scxml::Effects effects_;
+  std::vector<Said> said_;
+  std::vector<std::string> unclear_;  // answers without meaning
   struct Observer final : scxml::Observer {
     explicit Observer(SkillMachine& of) : machine(of) {}
     void event(const scxml::Chart& chart, std::string_view session, const scxml::Event& event) override;
     void transition(const scxml::Chart& chart, std::string_view session, scxml::TransitionIndex taken) override;
+    void entered(const scxml::Chart& chart, std::string_view session, scxml::StateIndex state) override;
     SkillMachine& machine;
   };
   Observer observer_{*this};

@@ -24,6 +24,8 @@ using testing::IsEmpty;
 struct PlayerOptions {
   bool condition = false;
   Duration halt_deadline = seconds(2);
+  Map constants = {};
+  std::optional<project::SkillProtocol> protocol = {};
 };
 
 // A skill in the hands of a test: what it does is written down as text, and its calls are answered by hand.
@@ -35,7 +37,9 @@ class Player final : public SkillHost {
                   .halt_deadline = options.halt_deadline,
                   .seed = 1,
                   .chart = load(states),
-                  .services = &services()}) {}
+                  .services = &services(),
+                  .constants = options.constants,
+                  .protocol = options.protocol}) {}
 
   void take(SkillDelivery what) {
     const SkillPhase before = state.phase;
@@ -277,6 +281,225 @@ TEST(Skill, AChartThatExceedsABoundIsGivenUp) {
   EXPECT_THAT(done[1], HasSubstr("FAILURE"));
 }
 
+TEST(Skill, ConstantsAreDataAndPortsComeOverThem) {
+  Player p(R"(<datamodel><data id="a" expr="1"/><data id="b" expr="1"/></datamodel>
+    <state id="s"><transition target="success"/></state>
+    <final id="success"><donedata><param name="sum" expr="a + b"/></donedata></final>)",
+           {.constants = {{"a", 10}, {"b", 20}}});
+  p.tick(true, {{"b", 300}});
+  EXPECT_THAT(p.done(), ElementsAre("SUCCESS {\"sum\":310}"));
+}
+
+project::SkillProtocol answering() {
+  project::SkillProtocol protocol;
+  protocol.tick = "CMD_TICK";
+  protocol.halt = "CMD_HALT";
+  protocol.answer = "TICK_RESPONSE";
+  protocol.param = "status";
+  protocol.values = {{"0", bt::Status::kSuccess}, {"1", bt::Status::kFailure}, {"2", bt::Status::kRunning}};
+  protocol.halted = "HALT_RESPONSE";
+  return protocol;
+}
+
+// Answers as the port `status` says, or what its service says.
+constexpr const char* kAnswering = R"(
+  <datamodel><data id="count" expr="0"/></datamodel>
+  <state id="idle">
+    <transition event="CMD_TICK" cond="_event.data.status !== undefined">
+      <assign location="count" expr="count + 1"/>
+      <send event="TICK_RESPONSE"><param name="status" expr="_event.data.status"/><param name="count" expr="count"/></send>
+    </transition>
+    <transition event="CMD_TICK" target="asking"/>
+    <transition event="CMD_HALT"><send event="HALT_RESPONSE"/></transition>
+  </state>
+  <state id="asking">
+    <onentry><assign location="count" expr="count + 1"/><send type="thrift" target="s" event="ask"/></onentry>
+    <transition event="s.ask.reply" target="idle">
+      <send event="TICK_RESPONSE"><param name="status" expr="_event.data.result ? 0 : 2"/><param name="count" expr="count"/></send>
+    </transition>
+  </state>)";
+
+TEST(SkillWithProtocol, AnswersByAnEventAndLivesOn) {
+  Player p(kAnswering, {.protocol = answering()});
+  p.tick(true, {{"status", 2}});
+  p.tick(false, {{"status", 0}});
+  p.tick(true, {{"status", 1}});
+  EXPECT_THAT(p.done(), ElementsAre("RUNNING", "SUCCESS {\"count\":2}", "FAILURE {\"count\":3}"));
+  EXPECT_EQ(p.state.phase, SkillPhase::kResting);
+  EXPECT_EQ(p.state.run, 1U);
+}
+
+TEST(SkillWithProtocol, AConditionWaitsForTheAnswer) {
+  Player p(kAnswering, {.condition = true, .protocol = answering()});
+  p.tick(true);
+  EXPECT_THAT(p.done(), ElementsAre("call s.ask {\"n\":0.0}"));
+  p.reply(true);
+  EXPECT_THAT(p.done(), ElementsAre("SUCCESS {\"count\":1}"));
+  p.tick(true);
+  p.done();
+  p.reply(false);
+  EXPECT_THAT(p.done(), ElementsAre("RUNNING"));
+}
+
+TEST(SkillWithProtocol, AnActionTellsALateAnswerToTheNextTickAndIsNotTickedTwice) {
+  Player p(kAnswering, {.protocol = answering()});
+  p.tick(true);
+  p.tick();
+  EXPECT_THAT(p.done(), ElementsAre("call s.ask {\"n\":0.0}", "RUNNING", "RUNNING"));
+  p.reply(true);
+  EXPECT_EQ(p.state.phase, SkillPhase::kReady);
+  p.tick();
+  EXPECT_THAT(p.done(), ElementsAre("SUCCESS {\"count\":1}"));
+}
+
+TEST(SkillWithProtocol, AnAnswerWithoutMeaningIsFailureAndTold) {
+  Player p(kAnswering, {.protocol = answering()});
+  p.tick(true, {{"status", 7}});
+  EXPECT_THAT(p.done(),
+              ElementsAre("! Leaf: TICK_RESPONSE answers a tick with 7, which is none of the protocol's values, and "
+                          "counts as FAILURE",
+                          "FAILURE {\"count\":1}"));
+}
+
+TEST(SkillWithProtocol, AHaltIsOverWhenTheChartSaysSo) {
+  Player p(kAnswering, {.protocol = answering()});
+  p.tick(true, {{"status", 2}});
+  p.halt();
+  EXPECT_THAT(p.done(), ElementsAre("RUNNING", "halted"));
+  EXPECT_EQ(p.state.phase, SkillPhase::kResting);
+  EXPECT_EQ(p.state.run, 1U);
+}
+
+TEST(SkillWithProtocol, AHaltThatItDoesNotTakeEndsTheChartWhichBeginsAnew) {
+  Player p(kAnswering, {.protocol = answering()});
+  p.tick(true);
+  p.halt();
+  EXPECT_THAT(p.done(), ElementsAre("call s.ask {\"n\":0.0}", "RUNNING", "halted"));
+  p.reply(true);
+  EXPECT_THAT(p.done(), ElementsAre("s.ask.late"));
+  p.tick(true, {{"status", 0}});
+  EXPECT_THAT(p.done(), ElementsAre("SUCCESS {\"count\":1}"));
+  EXPECT_EQ(p.state.run, 2U);
+}
+
+TEST(SkillWithProtocol, WithoutHaltEventOnlyAnOpenTickEndsTheChart) {
+  auto protocol = answering();
+  protocol.halt = protocol.halted = "";
+  Player p(kAnswering, {.protocol = protocol});
+  p.tick(true, {{"status", 2}});
+  p.halt();
+  EXPECT_EQ(p.state.phase, SkillPhase::kResting);
+  p.tick(true);
+  p.halt();
+  EXPECT_EQ(p.state.phase, SkillPhase::kIdle);
+  EXPECT_THAT(p.done(), ElementsAre("RUNNING", "halted", "call s.ask {\"n\":0.0}", "RUNNING", "halted"));
+}
+
+project::SkillProtocol standing() {
+  project::SkillProtocol protocol;
+  protocol.start = "CMD_START";
+  protocol.halt = "CMD_STOP";
+  protocol.acknowledge = "CMD_OK";
+  protocol.states = {{"success", bt::Status::kSuccess}, {"failure", bt::Status::kFailure}};
+  protocol.halted = "idle";
+  return protocol;
+}
+
+constexpr const char* kStanding = R"(
+  <state id="idle"><transition event="CMD_START" target="working"/></state>
+  <state id="working">
+    <onentry><send id="later" event="later" delay="300ms"/></onentry>
+    <onexit><cancel sendid="later"/></onexit>
+    <transition event="later" target="success"/>
+    <transition event="CMD_STOP" target="stopping"/>
+  </state>
+  <state id="stopping">
+    <onentry><send type="thrift" target="s" event="stop"/></onentry>
+    <transition event="s.stop" target="idle"/>
+  </state>
+  <state id="success"><onexit><log label="read"/></onexit><transition event="CMD_OK" target="idle"/></state>
+  <state id="failure"><transition event="CMD_OK" target="idle"/></state>)";
+
+TEST(SkillWithProtocol, TellsTheStatusOfAStateAndIsAcknowledged) {
+  Player p(kStanding, {.protocol = standing()});
+  for (int run = 0; run < 2; ++run) {
+    p.tick(true);
+    p.tick();
+    p.pass(milliseconds(300));
+    EXPECT_THAT(p.done(), ElementsAre("RUNNING", "RUNNING"));
+    p.tick();
+    EXPECT_THAT(p.done(), ElementsAre("SUCCESS", "log read"));
+    EXPECT_EQ(p.state.phase, SkillPhase::kResting);
+  }
+  EXPECT_EQ(p.state.run, 1U);
+}
+
+TEST(SkillWithProtocol, HaltsUntilAStateIsReached) {
+  Player p(kStanding, {.protocol = standing()});
+  p.tick(true);
+  p.halt();
+  EXPECT_THAT(p.done(), ElementsAre("RUNNING", "call s.stop {}"));
+  EXPECT_EQ(p.state.phase, SkillPhase::kHalting);
+  p.reply();
+  EXPECT_THAT(p.done(), ElementsAre("halted"));
+  p.tick(true);
+  EXPECT_THAT(p.done(), ElementsAre("RUNNING"));
+}
+
+TEST(SkillWithProtocol, AnswersByAStateThatItOnlyPassesThrough) {
+  project::SkillProtocol protocol;
+  protocol.tick = "go";
+  protocol.states = {{"good", bt::Status::kSuccess}};
+  Player p(
+      "<state id='idle'><transition event='go' target='good'/></state><state id='good'><transition "
+      "target='idle'/></state>",
+      {.condition = true, .protocol = protocol});
+  p.tick(true);
+  p.tick(true);
+  EXPECT_THAT(p.done(), ElementsAre("SUCCESS", "SUCCESS"));
+}
+
+TEST(SkillWithProtocol, ThatEndsAllTheSameFailsUnlessItSaysSuccess) {
+  project::SkillProtocol protocol;
+  protocol.tick = "go";
+  protocol.states = {{"never", bt::Status::kSuccess}};
+  const std::string chart =
+      "<state id='idle'><transition event='go' cond='_event.data.well' target='success'/><transition event='go' "
+      "target='gone'/></state><state id='never'/><final id='success'/><final id='gone'/>";
+  Player p(chart, {.protocol = protocol});
+  p.tick(true, {{"well", true}});
+  p.tick(true, {{"well", false}});
+  EXPECT_THAT(p.done(), ElementsAre("SUCCESS", "FAILURE"));
+  EXPECT_EQ(p.state.run, 2U);
+}
+
+// The same for a protocol: each of its answers, from each of its states, by each way there is.
+constexpr const char* kAnythingOfAProtocol = R"(
+  <datamodel><data id="n" expr="0"/></datamodel>
+  <state id="living">
+    <onentry><send event="later" delay="300ms"/></onentry>
+    <transition event="CMD_TICK" cond="_event.data.end"><send event="TICK_RESPONSE"><param name="status" expr="n % 3"/></send></transition>
+    <transition event="CMD_TICK" cond="_event.data.ask"><assign location="n" expr="n + 1"/><send type="thrift" target="s" event="ask"/></transition>
+    <transition event="CMD_TICK" cond="n % 7 == 3" target="gone"/>
+    <transition event="s.ask.reply" cond="n % 11 == 3" target="gone"/>
+    <transition event="s.ask.reply" cond="_event.data.result"><assign location="n" expr="n + 1"/><send event="TICK_RESPONSE"><param name="status" expr="n % 3"/></send></transition>
+    <transition event="s.ask.reply"><send type="thrift" target="s" event="ask"/></transition>
+    <transition event="later" cond="n % 5 == 1" target="gone"><assign location="n" expr="n + 1"/></transition>
+    <transition event="later" cond="n % 2 == 0"><assign location="n" expr="n + 1"/><send event="later" delay="300ms"/></transition>
+    <transition event="later"><assign location="n" expr="n + 1"/><send event="later" delay="300ms"/><send event="TICK_RESPONSE"><param name="status" expr="n % 3"/></send></transition>
+    <transition event="CMD_HALT" cond="n % 4 == 0"><send event="HALT_RESPONSE"/></transition>
+    <transition event="CMD_HALT" cond="n % 4 != 3" target="stopping"/>
+    <transition event="CMD_OK" cond="n % 5 == 2" target="gone"/>
+  </state>
+  <state id="stopping">
+    <onentry><send type="thrift" target="s" event="ask"/><send event="still" delay="100ms"/></onentry>
+    <transition event="s.ask.reply" cond="_event.data.result" target="living"><send event="HALT_RESPONSE"/></transition>
+    <transition event="still" cond="n % 2 == 0" target="living"><send event="HALT_RESPONSE"/></transition>
+    <transition event="CMD_HALT" cond="n % 3 != 0" target="living"><send event="HALT_RESPONSE"/></transition>
+    <transition event="CMD_HALT" cond="n % 2 == 0"/>
+  </state>
+  <final id="gone"/>)";
+
 // Ends, asks, waits and stops as chance has it.
 constexpr const char* kAnything = R"(
   <datamodel><data id="n" expr="0"/></datamodel>
@@ -302,8 +525,12 @@ TEST(Skill, AnythingInAnyOrderFollowsTheTableAndACopyGoesOnAlike) {
   const std::uint64_t seed = 20'261'122;
   SCOPED_TRACE("seed " + std::to_string(seed));
   Rng rng(seed);
-  for (int run = 0; run < 150; ++run) {
-    Player p(kAnything, {.condition = run % 2 == 0, .halt_deadline = milliseconds(1500)});
+  project::SkillProtocol protocol = answering();
+  protocol.acknowledge = "CMD_OK";
+  for (int run = 0; run < 600; ++run) {
+    PlayerOptions options{.condition = run % 2 == 0, .halt_deadline = milliseconds(1500)};
+    if (run >= 150) options.protocol = protocol;
+    Player p(run < 150 ? kAnything : kAnythingOfAProtocol, options);
     for (int i = 0; i < 60; ++i) {
       const std::uint64_t what = rng.below(16);
       if (what < 6) {

@@ -22,16 +22,11 @@ std::vector<std::string> names_of(const Names& named) {
   return names;
 }
 
-void check_outcomes(const scxml::Chart& chart, Diagnostics& diagnostics) {
-  for (const scxml::State& state : chart.states()) {
-    if (state.kind != scxml::StateKind::kFinal || state.parent != 0) continue;
-    if (state.id == "success" || state.id == "failure" || state.id == "halted") continue;
-    static const std::vector<std::string> kOutcomes{"success", "failure", "halted"};
-    add(diagnostics, Severity::kError, "check.outcome",
-        "top-level <final id=\"" + state.id + "\"> is no outcome of a skill; use success, failure or halted" +
-            did_you_mean(state.id, kOutcomes),
-        chart.span(state.place));
-  }
+// What sentree.yaml sets the <data> of that id to, or null.
+const SkillConstant* constant(const LeafPlan& leaf, const std::string& id) {
+  const auto found = std::find_if(leaf.constants.begin(), leaf.constants.end(),
+                                  [&](const SkillConstant& set) { return set.id == id; });
+  return found == leaf.constants.end() ? nullptr : &*found;
 }
 
 // False: what is called is not known, so its outcomes cannot be told either.
@@ -94,9 +89,20 @@ void check_handled(const scxml::Chart& chart, const std::map<std::string, Servic
 
 }  // namespace
 
+void check_outcomes(const scxml::Chart& chart, Diagnostics& diagnostics) {
+  for (const scxml::State& state : chart.states()) {
+    if (state.kind != scxml::StateKind::kFinal || state.parent != 0) continue;
+    if (state.id == "success" || state.id == "failure" || state.id == "halted") continue;
+    static const std::vector<std::string> kOutcomes{"success", "failure", "halted"};
+    add(diagnostics, Severity::kError, "check.outcome",
+        "top-level <final id=\"" + state.id + "\"> is no outcome of a skill; use success, failure or halted" +
+            did_you_mean(state.id, kOutcomes),
+        chart.span(state.place));
+  }
+}
+
 void check_skill_chart(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,
                        const Project& project, Diagnostics& diagnostics) {
-  check_outcomes(chart, diagnostics);
   std::set<std::string> called;
   bool all_known = true;
   for (const scxml::SendInfo& send : chart.sends()) {
@@ -115,7 +121,14 @@ void check_leaf_ports(const bt::Tree& tree, const LeafPlan& leaf, Diagnostics& d
     const std::string name(port.name);
     const auto& data = leaf.chart->data();
     const bool has_data = std::any_of(data.begin(), data.end(), [&](const auto& item) { return item.id == name; });
-    if (port.input && !has_data) {
+    if (port.input && constant(leaf, name) != nullptr) {
+      add(diagnostics, Severity::kError, "check.skill-data",
+          "input port \"" + name + "\" of " + leaf.name +
+              " and the \"data\" of its skill in sentree.yaml set the same <data>; " + "leave one of them out",
+          tree.span(leaf.node));
+    }
+    // The events of a protocol carry the ports, whether or not the chart has <data> for them.
+    if (port.input && !has_data && !leaf.protocol) {
       add(diagnostics, Severity::kWarning, "check.unused-port",
           "input port \"" + name + "\" of " + leaf.name + " reaches nothing: " + leaf.chart->file() +
               " has no <data id=\"" + name + "\">",
@@ -123,13 +136,22 @@ void check_leaf_ports(const bt::Tree& tree, const LeafPlan& leaf, Diagnostics& d
     }
     if (!port.output) continue;
     const auto& states = leaf.chart->states();
-    const bool fed = std::any_of(states.begin(), states.end(), [&](const scxml::State& state) {
-      return state.parent == 0 && std::find(state.donedata.begin(), state.donedata.end(), name) != state.donedata.end();
-    });
+    const auto& sends = leaf.chart->sends();
+    const bool fed = std::any_of(states.begin(), states.end(),
+                                 [&](const scxml::State& state) {
+                                   return state.parent == 0 && std::find(state.donedata.begin(), state.donedata.end(),
+                                                                         name) != state.donedata.end();
+                                 }) ||
+                     (leaf.protocol && std::any_of(sends.begin(), sends.end(), [&](const scxml::SendInfo& send) {
+                        return send.event.value_or(leaf.protocol->answer) == leaf.protocol->answer &&
+                               (send.has_content || std::any_of(send.params.begin(), send.params.end(),
+                                                                [&](const auto& param) { return param.name == name; }));
+                      }));
     if (!fed) {
       add(diagnostics, Severity::kWarning, "check.unfed-port",
-          "output port \"" + name + "\" of " + leaf.name + " is never written: no <donedata> of " + leaf.chart->file() +
-              " has a <param name=\"" + name + "\">",
+          "output port \"" + name + "\" of " + leaf.name + " is never written: no " +
+              (leaf.protocol ? "<send event=\"" + leaf.protocol->answer + "\">" : "<donedata>") + " of " +
+              leaf.chart->file() + " has a <param name=\"" + name + "\">",
           tree.span(leaf.node));
     }
   }
@@ -162,9 +184,10 @@ namespace {
 
 // The value of a parameter as far as the files tell: a constant, or a <data> that starts as a constant and that no port
 // sets.
-std::optional<Value> constant_of(const scxml::Chart& chart, const scxml::SendParam& param) {
+std::optional<Value> constant_of(const LeafPlan& leaf, const scxml::SendParam& param) {
   if (param.constant) return param.constant;
-  for (const scxml::DataItem& item : chart.data()) {
+  if (const SkillConstant* set = constant(leaf, param.expression)) return set->value;
+  for (const scxml::DataItem& item : leaf.chart->data()) {
     if (item.id == param.expression) return item.initial;
   }
   return std::nullopt;
@@ -198,11 +221,11 @@ void check_tolerances(const std::vector<LeafPlan>& leaves, const sim::World& wor
   const auto most = sim::station_tolerances(world);
   std::set<std::string> seen;
   for (const LeafPlan& leaf : leaves) {
-    if (!leaf.chart || !seen.insert(leaf.chart->file()).second) continue;
+    if (!leaf.chart || (!seen.insert(leaf.chart->file()).second && leaf.constants.empty())) continue;
     for (const scxml::SendInfo& send : leaf.chart->sends()) {
       if (send.type != "thrift" || send.event != "checkNearToLocation") continue;
       for (const scxml::SendParam& param : send.params) {
-        const auto value = constant_of(*leaf.chart, param);
+        const auto value = constant_of(leaf, param);
         if (!value || !value->is_number()) continue;
         if (param.name == "linear_tolerance") {
           check_tolerance(*leaf.chart, param, value->number(), least.linear_m, most ? most->linear_m : 0,
@@ -250,24 +273,27 @@ void check_locations(const bt::Tree& tree, const std::vector<LeafPlan>& leaves, 
   for (const sim::NamedLocation& location : world.locations) places.push_back(location.name);
   for (const sim::NamedArea& area : world.areas) places.push_back(area.name);
   constexpr std::array<std::string_view, 2> kMethods{"gotoTargetByLocationName", "checkNearToLocation"};
+  std::set<std::pair<std::string, std::string>> checked;  // several sends may use one port, several leaves one constant
   for (const LeafPlan& leaf : leaves) {
     if (!leaf.chart) continue;
-    std::set<std::string> checked;  // ports: several sends may use one
+    const auto check = [&](const std::string& id, const std::string& text, const SourceSpan& span) {
+      if (text.empty() || text.front() == '{' || std::find(places.begin(), places.end(), text) != places.end()) return;
+      if (!checked.insert({to_string(span), id}).second) return;
+      add(diagnostics, Severity::kError, "check.unknown-location",
+          "\"" + text + "\", the " + id + " of " + leaf.name + ", is no location or area of " + world_file +
+              did_you_mean(text, places),
+          span);
+    };
     for (const scxml::SendInfo& send : leaf.chart->sends()) {
       if (send.type != "thrift" || !send.event ||
           std::find(kMethods.begin(), kMethods.end(), *send.event) == kMethods.end())
         continue;
       for (const scxml::SendParam& param : send.params) {
         if (param.name != "name") continue;
+        if (const SkillConstant* set = constant(leaf, param.expression))
+          check(set->id, std::string(set->value.text()), set->span);
         for (const bt::PortFact& port : tree.ports(leaf.node)) {
-          const std::string text(port.text);
-          if (port.name != param.expression || text.empty() || text.front() == '{') continue;
-          if (!checked.insert(param.expression).second) continue;
-          if (std::find(places.begin(), places.end(), text) != places.end()) continue;
-          add(diagnostics, Severity::kError, "check.unknown-location",
-              "\"" + text + "\", the " + param.expression + " of " + leaf.name + ", is no location or area of " +
-                  world_file + did_you_mean(text, places),
-              tree.span(leaf.node));
+          if (port.name == param.expression) check(param.expression, std::string(port.text), tree.span(leaf.node));
         }
       }
     }

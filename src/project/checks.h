@@ -4,14 +4,18 @@
 
 namespace sentree::project {
 
-/// What a skill's chart may not do: end in a state that is no outcome, call what does not exist, or with wrong
-/// arguments. Also warns of replies handled that no call causes.
+/// What a skill's chart may not do: call what does not exist, or with wrong arguments. Also warns of replies handled
+/// that no call causes.
 ///
 /// Services of the project that are not in `services` have been reported already and are passed over.
 void check_skill_chart(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,
                        const Project& project, Diagnostics& diagnostics);
 
-/// Ports against data: an input that the chart has no <data> for, an output that no <donedata> feeds.
+/// A skill's chart that ends in a state that is no outcome.
+void check_outcomes(const scxml::Chart& chart, Diagnostics& diagnostics);
+
+/// Ports against data: an input that the chart has no <data> for, or whose <data> sentree.yaml sets; an output that
+/// nothing feeds.
 void check_leaf_ports(const bt::Tree& tree, const LeafPlan& leaf, Diagnostics& diagnostics);
 
 /// Names that would make two different observations look alike.

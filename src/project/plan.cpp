@@ -11,6 +11,7 @@
 #include "sentree/project/checks.h"
 #include "sentree/project/interface_file.h"
 #include "sentree/project/requirements.h"
+#include "sentree/project/skill_protocol.h"
 #include "sentree/rpc/address.h"
 #include "sentree/scxml/check.h"
 #include "sentree/sim/services.h"
@@ -115,14 +116,16 @@ class Preparation {
       std::error_code error;
       const bool is_foreign = entry != nullptr && !entry->at.empty() && entry->file.path.empty() &&
                               !std::filesystem::exists(project_.folder / file.path, error);
-      const auto chart = is_foreign ? std::nullopt : skill_chart(file);
+      const auto chart = is_foreign ? std::nullopt : skill_chart(file, entry);
       if (!chart && !is_foreign) continue;
       LeafPlan leaf{.node = node,
                     .name = tree.event_name(node),
                     .id = id,
                     .condition = tree.category(node) == bt::Category::kCondition,
                     .chart = chart,
-                    .at = entry != nullptr ? entry->at : ""};
+                    .at = entry != nullptr ? entry->at : "",
+                    .constants = constants_of(entry),
+                    .protocol = protocol_of(entry)};
       check_leaf_ports(tree, leaf, diagnostics);
       leaves_.push_back(std::move(leaf));
     }
@@ -133,12 +136,35 @@ class Preparation {
     }
   }
 
-  // A chart is loaded and checked once, however many leaves run it.
-  std::optional<scxml::Chart> skill_chart(const FileRef& file) {
-    if (const auto known = charts_.find(file.path); known != charts_.end()) return known->second;
-    auto chart = load_chart(file);
-    if (chart) check_skill_chart(*chart, services_, project_, diagnostics);
-    return charts_[file.path] = chart;
+  // A chart is loaded once, however many leaves run it.
+  std::optional<scxml::Chart> skill_chart(const FileRef& file, const SkillEntry* entry) {
+    const SkillProtocol* protocol = entry != nullptr && entry->protocol ? &*entry->protocol : nullptr;
+    const bool is_new = !charts_.contains(file.path);
+    if (is_new) {
+      scxml::CheckOptions options;
+      if (protocol != nullptr) options.seen_outside = {protocol->answer, protocol->halted};
+      charts_[file.path] = load_chart(file, options);
+    }
+    const std::optional<scxml::Chart>& chart = charts_[file.path];
+    if (!chart) return chart;
+    if (is_new) check_skill_chart(*chart, services_, project_, diagnostics);
+    // Skills may share a protocol too.
+    const SourceSpan way = protocol != nullptr ? protocol->places.at("") : SourceSpan{};
+    if (ways_checked_.insert({file.path, to_string(way)}).second) {
+      if (protocol != nullptr)
+        check_protocol(*protocol, *chart, diagnostics);
+      else
+        check_outcomes(*chart, diagnostics);
+    }
+    if (entry != nullptr && entries_checked_.insert(entry).second) check_skill_data(entry->data, *chart, diagnostics);
+    return chart;
+  }
+
+  static std::vector<SkillConstant> constants_of(const SkillEntry* entry) {
+    return entry != nullptr ? entry->data : std::vector<SkillConstant>();
+  }
+  static std::optional<SkillProtocol> protocol_of(const SkillEntry* entry) {
+    return entry != nullptr ? entry->protocol : std::nullopt;
   }
 
   void monitors(const bt::Tree* tree) {
@@ -280,7 +306,7 @@ class Preparation {
     return names;
   }
 
-  std::optional<scxml::Chart> load_chart(const FileRef& file) {
+  std::optional<scxml::Chart> load_chart(const FileRef& file, const scxml::CheckOptions& checked = {}) {
     const std::string shown = project_.shown(file.path);
     const path full = project_.folder / file.path;
     const auto source = text::read_file(full, shown);
@@ -295,13 +321,15 @@ class Preparation {
     };
     auto loaded = scxml::load(*source, shown, options);
     append(diagnostics, loaded.diagnostics);
-    if (loaded.value) append(diagnostics, scxml::check(*loaded.value));
+    if (loaded.value) append(diagnostics, scxml::check(*loaded.value, checked));
     return std::move(loaded.value);
   }
 
   const Project& project_;
   std::map<std::string, std::optional<idl::Schema>> schemas_;
   std::map<std::string, std::optional<scxml::Chart>> charts_;
+  std::set<std::pair<std::string, std::string>> ways_checked_;  // of charts: to answer ticks
+  std::set<const SkillEntry*> entries_checked_;
   std::map<std::string, std::optional<monitor::RequirementFile>> requirements_;
 };
 
@@ -481,13 +509,16 @@ Loaded<SkillPlan> prepare_skill(const Project& project, const std::string& leaf)
       names.push_back(tree->event_name(node));
       names.push_back(id);
       if (plan || (names.end()[-2] != leaf && id != leaf)) continue;
-      const auto chart = preparation.skill_chart(preparation.file_of(project.skill(leaf, id), id));
+      const SkillEntry* entry = project.skill(leaf, id);
+      const auto chart = preparation.skill_chart(preparation.file_of(entry, id), entry);
       if (chart)
         plan = SkillPlan{.chart = *chart,
                          .services = {},
                          .condition = tree->category(node) == bt::Category::kCondition,
                          .id = id,
-                         .deadlines = project.deadlines};
+                         .deadlines = project.deadlines,
+                         .constants = Preparation::constants_of(entry),
+                         .protocol = Preparation::protocol_of(entry)};
     }
     if (!plan && !has_errors(preparation.diagnostics)) {
       preparation.add("check.unknown-leaf",

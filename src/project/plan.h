@@ -35,6 +35,8 @@ struct LeafPlan {
   /// Nothing for a skill at an address that the project has no chart of: one in another language.
   std::optional<scxml::Chart> chart;
   std::string at;  ///< Address of the process that runs it; empty: a thread of this one.
+  std::vector<SkillConstant> constants = {};
+  std::optional<SkillProtocol> protocol = {};
 };
 
 struct ServicePlan {
@@ -94,6 +96,8 @@ struct SkillPlan {
   bool condition = false;
   std::string id;
   Deadlines deadlines;
+  std::vector<SkillConstant> constants = {};
+  std::optional<SkillProtocol> protocol = {};
 };
 /// @param leaf  Name or ID of a leaf.
 [[nodiscard]] Loaded<SkillPlan> prepare_skill(const Project& project, const std::string& leaf);

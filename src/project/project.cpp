@@ -68,8 +68,7 @@ void read_skills(const text::YamlNode& node, Project& project, Diagnostics& diag
   for (const auto& [name, entry] : node.entries) {
     YamlReader reader(entry, "skill \"" + name.scalar + "\"", diagnostics);
     SkillEntry skill{.leaf = name.scalar, .file = {}, .at = {}, .span = name.span};
-    if (const auto file = reader.string("file")) skill.file = {*file, reader.span("file")};
-    skill.at = reader.string("at").value_or("");
+    read_skill(reader, project, skill, diagnostics);
     project.skills.push_back(std::move(skill));
   }
 }
@@ -249,6 +248,7 @@ Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {
     else
       reader.error(yaml->span, "project.missing-key", "the project needs \"mission\": {file: mission.xml}");
     if (const auto* services = reader.mapping("services")) read_services(*services, project, loaded.diagnostics);
+    if (const auto* protocols = reader.mapping("protocols")) read_protocols(*protocols, project, loaded.diagnostics);
     if (const auto* skills = reader.mapping("skills")) read_skills(*skills, project, loaded.diagnostics);
     if (const auto* monitors = reader.sequence("monitors"))
       read_monitors(*monitors, false, project, loaded.diagnostics);

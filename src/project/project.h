@@ -9,6 +9,7 @@
 #include "sentree/base/result.h"
 #include "sentree/base/time.h"
 #include "sentree/base/value.h"
+#include "sentree/bt/status.h"
 #include "sentree/project/intervention.h"
 #include "sentree/text/yaml.h"
 
@@ -29,10 +30,43 @@ struct ServiceEntry {
   SourceSpan span;
 };
 
+/// How a chart that was written for another runtime is ticked, and how it answers. It lives on between the runs of its
+/// leaf.
+struct SkillProtocol {
+  using Meanings = std::vector<std::pair<std::string, bt::Status>>;
+
+  // Events that it gets; empty: none.
+  std::string start;        ///< When a run begins, before its first tick.
+  std::string tick;         ///< With the input ports' present values.
+  std::string halt;         ///< None: a halt leaves the chart where it is.
+  std::string acknowledge;  ///< When SUCCESS or FAILURE has been told.
+  // What answers a tick: an event that it sends to itself, or a state.
+  std::string answer;
+  std::string param;  ///< Of that event: the status. Empty: the event's data are the status.
+  Meanings values;    ///< What the param's values, as text, mean.
+  Meanings states;    ///< What it means that a state is entered, or active when a tick has been taken.
+  /// Event that it sends, or state that it enters, when a halt is over. Empty: it is over at once.
+  std::string halted;
+  /// Where each is written, by its key in the file: "tick", "answer", "states.success" …
+  std::map<std::string, SourceSpan> places;
+
+  [[nodiscard]] std::optional<bt::Status> meaning(const Value& status) const;
+};
+
+/// A constant of sentree.yaml that a chart's <data> of that id begins with.
+struct SkillConstant {
+  std::string id;
+  Value value;
+  SourceSpan span;
+};
+[[nodiscard]] Map initial_data(const std::vector<SkillConstant>& constants);
+
 struct SkillEntry {
   std::string leaf;  ///< Name or ID of leaves.
   FileRef file;      ///< Empty path: skills/<leaf>.scxml.
   std::string at;    ///< Empty: a thread of the run; else an address.
+  std::vector<SkillConstant> data = {};
+  std::optional<SkillProtocol> protocol = {};  ///< Nothing: the chart is written for Sentree.
   SourceSpan span;
 };
 
@@ -87,6 +121,7 @@ struct Project {
   bool repeat = false;
   std::vector<ServiceEntry> services;
   std::vector<SkillEntry> skills;
+  std::map<std::string, SkillProtocol> protocols;  ///< Those that several skills share, by name.
   std::vector<MonitorEntry> monitors;
   std::vector<ObserverEntry> observers;
   std::vector<FileRef> plugins;  ///< Shared libraries with C++ nodes for the tree.

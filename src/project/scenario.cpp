@@ -101,8 +101,7 @@ void read_overrides(const text::YamlNode& node, Project& project, Diagnostics& d
       const auto old = std::find_if(project.skills.begin(), project.skills.end(),
                                     [&](const auto& s) { return s.leaf == name.scalar; });
       if (old != project.skills.end()) changed = *old;
-      if (const auto file = skill.string("file")) changed.file = {*file, skill.span("file")};
-      if (const auto at = skill.string("at")) changed.at = *at;
+      read_skill(skill, project, changed, diagnostics);
       if (old != project.skills.end())
         *old = std::move(changed);
       else

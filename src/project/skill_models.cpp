@@ -166,6 +166,7 @@ class Collection {
       if (names_.contains(entry.leaf) && !used_.contains(entry.leaf)) continue;
       files_[entry.leaf] = entry.file.path;
     }
+    for (const SkillEntry& entry : project_.skills) entries_[entry.leaf] = &entry;
   }
 
   std::optional<scxml::Chart> load(const std::string& file) {
@@ -190,8 +191,18 @@ class Collection {
 
   [[nodiscard]] bt::NodeModel model(const std::string& id, const scxml::Chart& chart) const {
     const auto known = known_.find(id);
-    bt::NodeModel model{
-        id, looks_like_an_action(chart) ? bt::Category::kAction : bt::Category::kCondition, ports_of(chart), {}};
+    const auto entry = entries_.find(id);
+    const SkillProtocol* protocol =
+        entry != entries_.end() && entry->second->protocol ? &*entry->second->protocol : nullptr;
+    const bool is_action = protocol != nullptr ? !protocol->halt.empty() : looks_like_an_action(chart);
+    bt::NodeModel model{id, is_action ? bt::Category::kAction : bt::Category::kCondition, ports_of(chart), {}};
+    if (entry != entries_.end()) {
+      // What sentree.yaml sets is no port.
+      std::erase_if(model.ports, [&](const bt::PortInfo& port) {
+        const auto& data = entry->second->data;
+        return std::any_of(data.begin(), data.end(), [&](const SkillConstant& set) { return set.id == port.name; });
+      });
+    }
     if (known == known_.end()) return model;
     model.category = known->second.category;
     // In the order and the words of the mission; what the chart no longer has is left out, what is new comes last.
@@ -217,6 +228,7 @@ class Collection {
   std::set<std::string> used_;   ///< IDs of the mission's leaves.
   std::set<std::string> names_;  ///< And their names.
   std::map<std::string, std::string> files_;
+  std::map<std::string, const SkillEntry*> entries_;
   std::map<std::string, scxml::Chart> charts_;
   std::vector<bt::NodeModel> models_;
 };

@@ -45,6 +45,11 @@ class YamlReader {
 };
 
 struct Project;
+struct SkillEntry;
+/// Reads one entry of `skills:` over what `skill` has already.
+void read_skill(YamlReader& reader, const Project& project, SkillEntry& skill, Diagnostics& diagnostics);
+/// Reads the entries of `protocols:`.
+void read_protocols(const text::YamlNode& node, Project& project, Diagnostics& diagnostics);
 /// Reads `deadlines:` over the present ones, completes them with their defaults, and checks that they nest.
 void read_deadlines(const text::YamlNode* node, Project& project, Diagnostics& diagnostics);
 /// Reads the entries of `monitors:`. One with the name of another replaces it, or is an error.

@@ -512,7 +512,9 @@ class Run::Impl final : public RunView, private RunInside {
                             .halt_deadline = stretched(scenario_.project.deadlines.halt),
                             .seed = hash_combine(scenario_.seed, hash_bytes(leaf.name)),
                             .chart = *leaf.chart,
-                            .services = &services_},
+                            .services = &services_,
+                            .constants = project::initial_data(leaf.constants),
+                            .protocol = leaf.protocol},
         index,
         SkillActor::Surroundings{
             .publisher = publisher_,

@@ -171,7 +171,8 @@ class Checker {
     const std::vector<std::string> handled_names = chart_.events_handled();
     const auto sent = [&](const std::string& event, const Place& place) {
       inside.push_back(event);
-      if (!handled(event)) {
+      const auto& seen = options_.seen_outside;
+      if (!handled(event) && std::find(seen.begin(), seen.end(), event) == seen.end()) {
         warn("scxml.event-not-handled",
              "event \"" + event + "\" is raised, but no transition handles it" + did_you_mean(event, handled_names),
              place);

@@ -13,6 +13,8 @@ struct CheckOptions {
   /// Events that can come from outside, as full names; what is handled but neither here nor sent by the chart is
   /// reported. Not given: anything can come from outside.
   std::optional<std::vector<std::string>> external_events;
+  /// Events that the chart sends to itself for its surroundings to see; no transition need handle them.
+  std::vector<std::string> seen_outside = {};
 };
 
 /// What a loaded chart has that cannot work, or does nothing, by place.
