@@ -149,6 +149,7 @@ const std::vector<LibraryRule>& library_rules() {
       {"sim", {"base", "text"}},
       {"record", {"base", "text", "idl"}},
       {"project", {"base", "text", "idl", "bt", "scxml", "monitor", "rpc", "sim"}},
+      {"import", {"base", "text", "idl", "bt", "scxml", "project"}},
       {"mission", {"base", "text", "idl", "bt", "scxml", "monitor", "sim", "project"}},
       {"runtime", {"base", "text", "idl", "bt", "scxml", "monitor", "rpc", "sim", "project", "mission"}},
       {"replay",
@@ -158,7 +159,7 @@ const std::vector<LibraryRule>& library_rules() {
         "mission", "runtime", "replay"}},
       {"cli",
        {"base", "text", "idl", "draw", "bt", "exec", "scxml", "graph", "monitor", "http", "rpc", "sim", "record",
-        "project", "mission", "runtime", "replay", "studio"}},
+        "project", "import", "mission", "runtime", "replay", "studio"}},
   };
   return kRules;
 }

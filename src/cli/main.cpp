@@ -3,6 +3,7 @@
 
 #include "sentree/cli/commands.h"
 #include "sentree/cli/completion.h"
+#include "sentree/cli/import_command.h"
 #include "sentree/cli/output.h"
 
 namespace {
@@ -312,6 +313,25 @@ void add_init(CLI::App& app, InitCommand& command) {
   sub->add_option("folder", command.folder)->required();
 }
 
+void add_import(CLI::App& app, ImportCommand& command) {
+  auto* sub = app.add_subcommand("import", "Make a project of somebody else's system");
+  sub->footer(
+      "Examples:\n"
+      "  sentree import ~/bt-implementation -o my_robot     Behavior Trees, Qt SCXML skills with C++ snippets, YARP\n"
+      "  sentree import museum/main.xml -o museum_project   an AS2FM system; or its folder, if files lie beside "
+      "main.xml\n"
+      "  sentree import museum --main Main/main.xml -o museum_project\n"
+      "What has no counterpart stays as a comment at its place, and is listed here and in IMPORT.md with file and "
+      "line.\n"
+      "Exit code: 0 everything was translated, 1 something is left to do by hand, 3 no such system, or the output is\n"
+      "not empty, 4 it cannot be written.");
+  sub->add_option("system", command.system, "Folder of the system, or the main file of an AS2FM system")->required();
+  sub->add_option("--output,-o", command.output, "Folder of the new project")->required();
+  sub->add_option("--main", command.main, "Of a folder with several AS2FM systems: the main file");
+  sub->add_flag("--force", command.force, "Replace files of the same names in a folder that is not empty");
+  sub->add_flag("--json", command.json, "Print files and findings as JSON");
+}
+
 void add_skill(CLI::App& app, SkillCommand& command) {
   auto* sub = app.add_subcommand("skill", "Run one skill in a process of its own");
   sub->footer(
@@ -502,6 +522,7 @@ int command_line(int argc, char** argv) {
   CallCommand call_command;
   InitCommand init_command;
   AddCommand add_command;
+  ImportCommand import_command;
   SkillCommand skill_command;
   ComponentCommand component_command;
   FmtCommand fmt_command;
@@ -523,6 +544,7 @@ int command_line(int argc, char** argv) {
   DoctorCommand doctor_command;
   add_init(app, init_command);
   add_add(app, add_command);
+  add_import(app, import_command);
   add_check(app, check_command);
   add_run(app, run_command);
   add_test(app, test_command);
@@ -569,6 +591,7 @@ int command_line(int argc, char** argv) {
   }
   if (app.got_subcommand("init")) return init(init_command);
   if (app.got_subcommand("add")) return add(add_command);
+  if (app.got_subcommand("import")) return import_project(import_command);
   if (app.got_subcommand("check")) return check(check_command);
   if (app.got_subcommand("run")) return leave(run(run_command));
   if (app.got_subcommand("test")) return leave(test(test_command));

@@ -1,0 +1,74 @@
+#include <algorithm>
+
+#include "sentree/cli/commands.h"
+#include "sentree/cli/import_command.h"
+#include "sentree/cli/output.h"
+#include "sentree/import/import.h"
+
+namespace sentree::cli {
+
+namespace {
+
+Value finding_value(const import::Finding& finding) {
+  return Map{{"what", std::string(import::to_string(finding.fate))},
+             {"file", finding.span.file},
+             {"line", std::int64_t{finding.span.line}},
+             {"column", std::int64_t{finding.span.column}},
+             {"original", finding.original},
+             {"reason", finding.reason}};
+}
+
+void print_json(const ImportCommand& command, const import::Imported* imported, const Diagnostics& diagnostics) {
+  List files;
+  List findings;
+  if (imported != nullptr) {
+    for (const import::ProjectFile& file : imported->files) files.emplace_back(file.path);
+    for (const import::Finding& finding : imported->findings) findings.push_back(finding_value(finding));
+  }
+  print(to_json(Value(Map{{"project", command.output},
+                          {"form", imported != nullptr ? imported->form : std::string()},
+                          {"files", std::move(files)},
+                          {"findings", std::move(findings)},
+                          {"diagnostics", to_value(diagnostics)}})) +
+        "\n");
+}
+
+void print_text(const ImportCommand& command, const import::Imported& imported) {
+  for (const import::ProjectFile& file : imported.files) print(command.output + "/" + file.path + "\n");
+  print(command.output + "/IMPORT.md\n");
+  for (const import::Finding& finding : imported.findings) {
+    // What a person need not look at stands in IMPORT.md only.
+    if (finding.fate == import::Fate::kNotNeeded) continue;
+    say(to_string(finding.span) + ": " + std::string(import::to_string(finding.fate)) + ": " +
+        (finding.original.empty() ? "" : finding.original + ": ") + finding.reason);
+  }
+  say("\nNow try:\n  sentree check " + command.output + "\n  sentree graph " + command.output + " -o tree.svg");
+}
+
+}  // namespace
+
+int import_project(const ImportCommand& command) {
+  const auto imported = import::import_system(command.system, command.main);
+  if (!imported.value) {
+    if (command.json) print_json(command, nullptr, imported.diagnostics);
+    say(imported.diagnostics);
+    return kInvalidInput;
+  }
+  if (const auto written = import::write_project(*imported.value, command.output, command.force); !written) {
+    if (command.json) print_json(command, nullptr, {written.error()});
+    say(to_string(written.error()));
+    return written.error().code == "import.exists" ? kInvalidInput : kEnvironment;
+  }
+  if (command.json) {
+    print_json(command, &*imported.value, imported.diagnostics);
+  } else {
+    say(imported.diagnostics);
+    print_text(command, *imported.value);
+  }
+  const auto& findings = imported.value->findings;
+  const bool left = std::any_of(findings.begin(), findings.end(),
+                                [](const auto& finding) { return finding.fate == import::Fate::kByHand; });
+  return left ? kFindings : kOk;
+}
+
+}  // namespace sentree::cli

@@ -1,0 +1,2 @@
+service Cells { double charge(); }
+service Hand { void close(); bool holds(); void squeeze(); }
