@@ -281,6 +281,8 @@ void positional(const Line& line, Completion& completion) {
     completion.candidates = leaves(line);
   } else if (name == "init" && place == 0) {
     completion.files = Completion::Files::kFolders;
+  } else if (name == "import" && place == 0) {
+    files(completion, {"xml"});
   } else if (name == "component" && place == 0) {
     completion.candidates = {{"sim", "the simulated robot"}};
   } else if (place == 0) {

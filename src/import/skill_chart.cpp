@@ -535,7 +535,7 @@ SkillFacts facts_of(const XmlDocument& document) {
   facts.name = document.root().attribute("name").value_or("");
   for (const std::string_view ending : {"StateMachine", "Skill"}) {
     if (facts.name.size() > ending.size() && facts.name.ends_with(ending))
-      facts.name.resize(facts.name.size() - ending.size());
+      facts.name.erase(facts.name.size() - ending.size());
   }
   for_each_element(document.root(), [&](const XmlElement& element) {
     if (element.local_name() == "transition") {

@@ -457,6 +457,7 @@ class Translator {
     all(inside(function, open), {&inner, *delay}, depth + 1);
     if (result_.findings.size() > findings && result_.findings.back().fate == Fate::kByHand)
       return cannot("in a timer: " + result_.findings.back().reason);
+    while (inner.ends_with('\n')) inner.pop_back();
     put(scope, inner);
     return {};
   }
@@ -518,7 +519,7 @@ class Translator {
     if (tokens.size() > 1 && (increments(tokens.front()) || increments(tokens.back()))) {
       const bool before = increments(tokens.front());
       const Tokens place = before ? tokens.subspan(1) : tokens.first(tokens.size() - 1);
-      const auto location = translate_expression(place, names_);
+      const auto location = location_of(place);
       if (!location) return tl::unexpected(location.error());
       const char sign = (before ? tokens.front() : tokens.back()).text[0];
       return assign(location->text, location->text + " " + sign + " 1", scope);
@@ -533,7 +534,7 @@ class Translator {
         own.push_back({TokenKind::kName, *declared, left.front().begin, left.back().end});
         left = own;
       }
-      const auto location = translate_expression(left, names_);
+      const auto location = location_of(left);
       if (!location) return tl::unexpected(location.error());
       if (with == "=" && is_call_at(sides[1], 0) && closing(sides[1], 3) == sides[1].size() - 1) {
         if (scope.branch != nullptr) return cannot(std::string(kCallInBranch));
@@ -546,7 +547,8 @@ class Translator {
       auto value = hoisted(sides[1], scope);
       if (!value) return tl::unexpected(value.error());
       const std::string operation(with.substr(0, with.size() - 1));
-      return assign(location->text, operation.empty() ? *value : location->text + " " + operation + " (" + *value + ")",
+      const std::string operand = value->find(' ') == std::string::npos ? *value : "(" + *value + ")";
+      return assign(location->text, operation.empty() ? *value : location->text + " " + operation + " " + operand,
                     scope);
     }
     if (const auto declared = declared_name(tokens)) {
@@ -554,6 +556,19 @@ class Translator {
       return {};
     }
     return cannot("C++ without a counterpart; write it in SCXML, or give the component a method that does it");
+  }
+
+  // What can be assigned to: a name, members and elements of it.
+  [[nodiscard]] Result<Expression> location_of(Tokens tokens) const {
+    if (tokens.empty() || tokens.front().kind != TokenKind::kName) return cannot("an assignment to nothing");
+    for (std::size_t at = 1; at < tokens.size(); ++at) {
+      if (tokens[at].is("[")) at = closing(tokens, at);
+      const bool fits =
+          at < tokens.size() && (tokens[at].is("]") || tokens[at].is(".") || tokens[at].is("->") ||
+                                 (tokens[at].kind == TokenKind::kName && tokens[at - 1].kind != TokenKind::kName));
+      if (!fits) return cannot("an assignment to something that is no variable");
+    }
+    return translate_expression(tokens, names_);
   }
 
   Result<void> assign(const std::string& location, const std::string& value, const Scope& scope) {

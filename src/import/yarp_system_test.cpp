@@ -38,7 +38,7 @@ auto finding(Fate fate, const std::string& original, const std::string& reason) 
 }
 
 TEST(YarpSystem, BecomesAProjectThatCheckAccepts) {
-  const TemporaryFolder folder;
+  const TemporaryFolder folder("import");
   const path target = folder.path() / "robot";
   ASSERT_TRUE(write_project(robot(), target, false));
   auto project = project::load_project(target);
@@ -64,7 +64,7 @@ TEST(YarpSystem, ACallWhoseResultIsUsedIsAStateThatWaits) {
 TEST(YarpSystem, RaisesTimersAndEnumeratorsAreTranslated) {
   const std::string chart = file(robot(), "skills/DriveToDock.scxml");
   EXPECT_THAT(chart, HasSubstr("<param name=\"mode\" expr=\"'CAREFUL'\"/>"));
-  EXPECT_THAT(chart, HasSubstr("<assign location=\"tries\" expr=\"tries + (1)\"/>"));
+  EXPECT_THAT(chart, HasSubstr("<assign location=\"tries\" expr=\"tries + 1\"/>"));
   EXPECT_THAT(chart, HasSubstr("cond=\"answer.allowed &amp;&amp; answer.reason == 'NO_REASON'\""));
   EXPECT_THAT(chart, HasSubstr("<send event=\"SENT\" delay=\"500ms\"/>"));
   EXPECT_THAT(chart, HasSubstr("<if cond=\"progress == 'MOVING' || progress == 'WAITING'\">"));
@@ -135,7 +135,7 @@ TEST(YarpSystem, TheSameInputGivesTheSameFiles) {
 }
 
 TEST(WriteProject, LeavesAFolderThatIsNotEmptyAloneUnlessForced) {
-  const TemporaryFolder folder;
+  const TemporaryFolder folder("import");
   const path mine = folder.path() / "mine.txt";
   ASSERT_TRUE(text::write_file(mine, "kept"));
   const Imported imported = robot();
@@ -149,7 +149,7 @@ TEST(WriteProject, LeavesAFolderThatIsNotEmptyAloneUnlessForced) {
 }
 
 TEST(ImportSystem, RefusesWhatItDoesNotKnow) {
-  const TemporaryFolder folder;
+  const TemporaryFolder folder("import");
   ASSERT_TRUE(text::write_file(folder.path() / "readme.txt", "nothing"));
   const auto imported = import_system(folder.path());
   ASSERT_FALSE(imported.ok());
@@ -158,14 +158,14 @@ TEST(ImportSystem, RefusesWhatItDoesNotKnow) {
 }
 
 TEST(ImportSystem, DoesNotFollowLinksOutOfTheFolder) {
-  const TemporaryFolder folder;
+  const TemporaryFolder folder("import");
   std::filesystem::create_directory(folder.path() / "system");
   std::filesystem::create_directory_symlink(kRobot, folder.path() / "system" / "elsewhere");
   EXPECT_FALSE(import_system(folder.path() / "system").ok());
 }
 
 TEST(ImportSystem, RefusesFoldersNestedWithoutEnd) {
-  const TemporaryFolder folder;
+  const TemporaryFolder folder("import");
   path deep = folder.path();
   for (int i = 0; i <= kFolderDepthMax; ++i) deep /= "a";
   std::filesystem::create_directories(deep / "b");
