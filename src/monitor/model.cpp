@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "sentree/base/assert.h"
+#include "sentree/base/pattern.h"
+#include "sentree/scxml/check.h"
 #include "sentree/scxml/event.h"
 #include "sentree/scxml/model.h"
 
@@ -10,8 +12,8 @@ namespace sentree::monitor {
 
 namespace {
 
-constexpr std::string_view kMembers[] = {"source", "target", "call",    "tick",   "time",   "args",
-                                         "result", "kind",   "message", "status", "inputs", "outputs"};
+constexpr std::string_view kMembers[] = {"source", "target",  "call",   "tick",   "time",    "args",  "result",
+                                         "kind",   "message", "status", "inputs", "outputs", "value", "last"};
 
 std::string xml_text(std::string_view text) {
   std::string out;
@@ -22,31 +24,67 @@ std::string xml_text(std::string_view text) {
       out += "&lt;";
     else if (c == '"')
       out += "&quot;";
+    else if (c == '\n' || c == '\r')
+      out += "&#10;";
     else
       out += c;
   }
   return out;
 }
 
+constexpr std::string_view kChanged = "changed";
+
 // A chart is the one place that evaluates expressions, so renaming is a chart too: for rename i it takes the event
-// "i" with the observation's data and sends the computed data out.
+// "rename<i>" with the observation's data and sends the computed data out, and says by a <send> in answer to "when<i>"
+// whether the event comes. One line for each rename, so that a line tells which one is wrong.
 std::string renaming_chart(const std::vector<Rename>& renames) {
+  std::string members;
+  std::string assigned;
+  for (const std::string_view member : kMembers) {
+    members += "<data id=\"" + std::string(member) + "\"/>";
+    assigned += "<assign location=\"" + std::string(member) + "\" expr=\"_event.data." + std::string(member) + "\"/>";
+  }
   std::string xml =
-      "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\"><datamodel>";
-  for (const std::string_view member : kMembers) xml += "<data id=\"" + std::string(member) + "\"/>";
-  xml += "</datamodel><state id=\"s\">";
+      "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\"><datamodel>" +
+      members + "</datamodel><state id=\"s\">";
   for (std::size_t i = 0; i < renames.size(); ++i) {
-    xml += "<transition event=\"rename" + std::to_string(i) + "\">";
-    for (const std::string_view member : kMembers) {
-      xml += "<assign location=\"" + std::string(member) + "\" expr=\"_event.data." + std::string(member) + "\"/>";
-    }
-    xml += "<send type=\"rename\" event=\"" + std::to_string(i) + "\">";
+    const std::string number = std::to_string(i);
+    xml +=
+        "\n<transition event=\"rename" + number + "\">" + assigned + "<send type=\"rename\" event=\"" + number + "\">";
     for (const auto& [name, expression] : renames[i].data) {
       xml += "<param name=\"" + xml_text(name) + "\" expr=\"" + xml_text(expression) + "\"/>";
     }
     xml += "</send></transition>";
+    if (renames[i].when.empty() || renames[i].when == kChanged) continue;
+    xml += "<transition event=\"when" + number + "\">" + assigned + "<if cond=\"" + xml_text(renames[i].when) +
+           "\"><send type=\"rename\" event=\"comes\"/></if></transition>";
   }
   return xml + "</state></scxml>";
+}
+
+// Which events look back at what was observed last: those of which one source does.
+void find_looking_back(Model::Parts& parts) {
+  std::map<std::string, std::size_t> places;
+  for (const Rename& rename : parts.spec.renames) {
+    if (!rename.when.empty()) places.emplace(rename.event, places.size());
+  }
+  for (const Rename& rename : parts.spec.renames) {
+    const auto place = places.find(rename.event);
+    parts.last_of.push_back(place != places.end() ? std::optional(place->second) : std::nullopt);
+  }
+  parts.lasts = places.size();
+}
+
+// An expression of `events:` that does not parse would make the monitor blind.
+void check_renames(const Model::Parts& parts, Diagnostics& diagnostics) {
+  for (const Diagnostic& problem : scxml::check(*parts.renaming)) {
+    if (problem.severity != Severity::kError) continue;
+    const auto index = static_cast<std::size_t>(std::max(problem.span.line - 2, 0));
+    const Rename& rename = parts.spec.renames[std::min(index, parts.spec.renames.size() - 1)];
+    diagnostics.push_back({Severity::kError, "monitor.bad-expression",
+                           "event \"" + rename.event + "\" of monitor \"" + parts.spec.name + "\": " + problem.message,
+                           rename.span});
+  }
 }
 
 // Observations of which a requirement names the source wherever it speaks of them.
@@ -62,6 +100,11 @@ void find_sources(Model::Parts& parts) {
 }
 
 }  // namespace
+
+bool is_one_of(std::string_view name, const std::vector<std::string>& patterns) {
+  return std::any_of(patterns.begin(), patterns.end(),
+                     [&](const std::string& pattern) { return matches_pattern(pattern, name); });
+}
 
 std::string_view to_string(Verdict verdict) {
   switch (verdict) {
@@ -136,6 +179,8 @@ Loaded<Model> Model::make(Spec spec) {
     if (renaming.ok()) {
       parts->renaming = std::move(renaming.value);
       parts->renamed.assign(parts->renaming->model().variables.size(), true);
+      find_looking_back(*parts);
+      check_renames(*parts, made.diagnostics);
     } else {
       made.diagnostics.push_back({Severity::kError, "monitor.bad-expression",
                                   "monitor \"" + parts->spec.name +
@@ -187,7 +232,7 @@ std::optional<std::span<const std::string>> Model::listens_to_only(std::string_v
 bool Model::listens_to(std::string_view observation) const {
   if (!parts_->spec.renames.empty()) {
     return std::any_of(parts_->spec.renames.begin(), parts_->spec.renames.end(),
-                       [&](const Rename& rename) { return rename.on == observation; });
+                       [&](const Rename& rename) { return is_one_of(observation, rename.on); });
   }
   return parts_->listens_to_all ||
          std::any_of(parts_->descriptors.begin(), parts_->descriptors.end(),

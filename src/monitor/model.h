@@ -19,8 +19,11 @@ struct Model::Parts {
   bool listens_to_all = false;
   std::vector<std::string> descriptors;  ///< Event descriptors of the chart's transitions.
   Projection projection;                 ///< What it looks at.
-  /// Computes the data of renamed events: event "<i>" in, effect send "<i>" with the data out.
+  /// Computes the data of renamed events: event "rename<i>" in, <send> with the data out; and whether they come: event
+  /// "when<i>" in, a <send> if so.
   std::optional<scxml::Chart> renaming;
+  std::vector<std::optional<std::size_t>> last_of;  ///< By rename: its place in `Core::last`, if its event looks back.
+  std::size_t lasts = 0;
   /// By observation: the only ones whose it is about. Of names that are not here it is about everybody's.
   std::map<std::string, std::vector<std::string>, std::less<>> only_of;
   // Data, by slot, that every observation overwrites before anything reads them: of the chart, and of `renaming`.
@@ -31,6 +34,9 @@ struct Model::Parts {
 struct Access {
   static const Model::Parts& parts(const Model& model) { return *model.parts_; }
 };
+
+/// Whether `name` fits one of the patterns.
+[[nodiscard]] bool is_one_of(std::string_view name, const std::vector<std::string>& patterns);
 
 /// Where a step leaves its trail; null: nowhere.
 struct Tracing {

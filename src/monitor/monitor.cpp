@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <variant>
 
+#include "sentree/base/encoder.h"
 #include "sentree/monitor/model.h"
 #include "sentree/scxml/encode.h"
 #include "sentree/scxml/step.h"
@@ -67,26 +68,63 @@ Stepped deliver(const Model& model, Core& core, const scxml::Event& event, TimeP
   return entries.end();
 }
 
+// What the renaming chart sends in answer to an event; nothing: nothing, or an error.
+std::optional<Value> renaming_answer(const Model::Parts& parts, Core& core, scxml::Event event, TimePoint now,
+                                     const scxml::Host& host) {
+  scxml::Effects effects;
+  scxml::step(*parts.renaming, core.renaming, event, now, effects, host);
+  for (scxml::Effect& effect : effects) {
+    if (auto* send = std::get_if<scxml::OutgoingSend>(&effect)) return std::move(send->data).value_or(Value(Map()));
+  }
+  return std::nullopt;
+}
+
+// Whether rename `i`, whose event has these data now, comes; remembers them.
+bool comes(const Model::Parts& parts, Core& core, std::size_t i, const Value& data, const Message& message,
+           const scxml::Host& host) {
+  if (!parts.last_of[i]) return true;
+  const Map* members = data.as_map();
+  const Value& value = members != nullptr && members->size() == 1 ? members->begin()->second : data;
+  const std::optional<Value> last = std::exchange(core.last[*parts.last_of[i]], value);
+  const Rename& rename = parts.spec.renames[i];
+  if (rename.when.empty()) return true;
+  if (rename.when == "changed") return !(last && *last == value);
+  scxml::Event event;
+  event.name = "when" + std::to_string(i);
+  Map facts = std::move(*event_data(message).as_map());
+  facts["value"] = value;
+  if (last)
+    facts["last"] = *last;
+  else
+    facts.erase("last");
+  event.data = Value(std::move(facts));
+  return renaming_answer(parts, core, std::move(event), message.time, host).has_value();
+}
+
 Stepped deliver_renamed(const Model& model, Core& core, const Message& message, const Tracing& tracing,
                         scxml::ExecutionWatch* watch) {
   const Model::Parts& parts = Access::parts(model);
+  const std::vector<Rename>& renames = parts.spec.renames;
   const scxml::Host host = renaming_host(watch);
+  const auto fits = [&](const Rename& rename) {
+    return is_one_of(message.name, rename.on) && (rename.from.empty() || is_one_of(message.source, rename.from));
+  };
   Stepped stepped;
-  for (std::size_t i = 0; i < parts.spec.renames.size() && stepped.verdict == Verdict::kUndecided; ++i) {
-    if (parts.spec.renames[i].on != message.name) continue;
-    scxml::Effects effects;
+  for (std::size_t i = 0; i < renames.size() && stepped.verdict == Verdict::kUndecided; ++i) {
+    const Rename& rename = renames[i];
+    if (!fits(rename)) continue;
+    const bool is_taken = std::any_of(renames.begin(), renames.begin() + static_cast<std::ptrdiff_t>(i),
+                                      [&](const Rename& other) { return other.event == rename.event && fits(other); });
+    if (is_taken) continue;
     scxml::Event event;
     event.name = "rename" + std::to_string(i);
     event.data = event_data(message);
-    scxml::step(*parts.renaming, core.renaming, event, message.time, effects, host);
-    for (scxml::Effect& effect : effects) {
-      if (auto* send = std::get_if<scxml::OutgoingSend>(&effect)) {
-        scxml::Event renamed;
-        renamed.name = parts.spec.renames[i].event;
-        renamed.data = send->data.value_or(Value(Map()));
-        stepped = deliver(model, core, renamed, message.time, tracing, watch);
-      }
-    }
+    auto data = renaming_answer(parts, core, std::move(event), message.time, host);
+    if (!data || !comes(parts, core, i, *data, message, host)) continue;
+    scxml::Event renamed;
+    renamed.name = rename.event;
+    renamed.data = std::move(data);
+    stepped = deliver(model, core, renamed, message.time, tracing, watch);
   }
   return stepped;
 }
@@ -154,6 +192,7 @@ Core begin(const Model& model, TimePoint now, const Tracing& tracing, scxml::Exe
   scxml::Effects effects;
   scxml::start(parts.spec.chart, core.session, {.data = {}, .session_id = parts.spec.name}, now, effects, host);
   if (parts.renaming) {
+    core.last.resize(parts.lasts);
     scxml::start(*parts.renaming, core.renaming, {.data = {}, .session_id = "renaming"}, now, effects,
                  renaming_host(watch));
   }
@@ -202,7 +241,15 @@ Result<void> encode(const Model& model, const Core& core, TimePoint now, std::st
   }
   auto encoded = scxml::encode(parts.spec.chart, core.session, now, out, parts.overwritten);
   if (encoded && parts.renaming) encoded = scxml::encode(*parts.renaming, core.renaming, now, out, parts.renamed);
-  if (!encoded) out.resize(before);
+  if (!encoded) {
+    out.resize(before);
+    return encoded;
+  }
+  Encoder encoder(out);
+  for (const std::optional<Value>& last : core.last) {
+    encoder.byte(last ? 1 : 0);
+    if (last) encoder.value(*last);
+  }
   return encoded;
 }
 

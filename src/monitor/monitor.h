@@ -23,14 +23,20 @@ enum class Verdict : std::uint8_t { kUndecided, kViolated, kSatisfied };
 /// "undecided", "violated", "satisfied".
 [[nodiscard]] std::string_view to_string(Verdict verdict);
 
-/// Observation `on` reaches the chart as event `event`, with data computed from the observation's.
+/// A source of the chart's event `event`: observations reach it by that name, with data computed from theirs. Of
+/// several sources of one event, the first that an observation fits is the one.
 struct Rename {
   std::string event;
-  std::string on;
+  std::vector<std::string> on;         ///< Names of observations; '*' stands for any text.
+  std::vector<std::string> from = {};  ///< Whose they must be, likewise; empty: anybody's.
   /// Member of the event's data and ECMAScript expression; names in it are members of the observation's data (source,
   /// target, call, tick, time, args, result, kind, message, status, inputs, outputs).
-  std::vector<std::pair<std::string, std::string>> data;
-  SourceSpan span;
+  std::vector<std::pair<std::string, std::string>> data = {};
+  /// Whether the event comes: "changed", its data are not those of the observation before; an expression over `value`
+  /// and `last`, which are its data then and there (of a single member, its value; `last` is undefined at first), and
+  /// the names above; empty: always.
+  std::string when = {};
+  SourceSpan span = {};
 };
 
 /// A chart that was written from a requirement: what its states and data mean.
@@ -113,6 +119,7 @@ inline constexpr std::size_t kReduceMin = 256;
 struct Core {
   scxml::Session session;
   scxml::Session renaming;
+  std::vector<std::optional<Value>> last;  ///< Data of the renamed events that look back, when they were observed last.
   Verdict verdict = Verdict::kUndecided;
   std::optional<TimePoint> since;  ///< When the pending situation it is in began; decides nothing.
 

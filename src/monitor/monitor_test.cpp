@@ -208,9 +208,8 @@ TEST(Witness, RemembersAsMuchAsItSays) {
 
 TEST(Monitor, AChartWrittenElsewhereSeesRenamedEventsOnly) {
   Rename rename{.event = "batteryLevelChanged",
-                .on = "battery.getBatteryState.reply",
-                .data = {{"level", "result.percentage * 100"}},
-                .span = {}};
+                .on = {"battery.getBatteryState.reply"},
+                .data = {{"level", "result.percentage * 100"}}};
   const Model m = model(
       "<state id='ok'><transition event='batteryLevelChanged' cond='_event.data.level &lt; 20' "
       "target='bad'/></state><state id='bad'/>",
@@ -224,6 +223,102 @@ TEST(Monitor, AChartWrittenElsewhereSeesRenamedEventsOnly) {
   const auto decision = see(m, state, message("battery.getBatteryState.reply", 3, level(0.19)));
   ASSERT_TRUE(decision);
   EXPECT_THAT(names(decision->witness), ElementsAre("battery.getBatteryState.reply@3"));
+}
+
+// Violated at the third event "e".
+constexpr const char* kThird =
+    "<state id='a'><transition event='e' target='b'/></state><state id='b'><transition event='e' target='c'/></state>"
+    "<state id='c'><transition event='e' target='bad'/></state><state id='bad'/>";
+
+Message from(std::string source, Message message) {
+  message.source = std::move(source);
+  return message;
+}
+
+TEST(RenamedEvents, ComeOnlyWhenTheirDataHaveChanged) {
+  const Model m =
+      model(kThird, {"bad"}, {{.event = "e", .on = {"s.get.reply"}, .data = {{"v", "result"}}, .when = "changed"}});
+  State state = start(m, TimePoint{});
+  const auto value = [&](int time, Value result) {
+    return see(m, state, message("s.get.reply", time, Map{{"result", std::move(result)}})).has_value();
+  };
+  EXPECT_FALSE(value(1, 5));
+  EXPECT_FALSE(value(2, 5));
+  EXPECT_FALSE(value(3, 6));
+  EXPECT_FALSE(value(4, 6));
+  EXPECT_TRUE(value(5, 5));
+}
+
+TEST(RenamedEvents, ComeWhenAConditionOnThePresentAndTheLastValueHolds) {
+  const Model m = model(kThird, {"bad"},
+                        {{.event = "e",
+                          .on = {"s.get.reply"},
+                          .data = {{"v", "result"}},
+                          .when = "value < 30 && !(last < 30) && args.id !== 9"}});
+  State state = start(m, TimePoint{});
+  const auto value = [&](int time, double result, int id = 1) {
+    return see(m, state, message("s.get.reply", time, Map{{"args", Map{{"id", id}}}, {"result", result}})).has_value();
+  };
+  EXPECT_FALSE(value(1, 20));  // the first: nothing was below 30 before
+  EXPECT_FALSE(value(2, 10));
+  EXPECT_FALSE(value(3, 40));
+  EXPECT_FALSE(value(4, 29, 9));
+  EXPECT_FALSE(value(5, 40));
+  EXPECT_FALSE(value(6, 20));
+  EXPECT_FALSE(value(7, 40));
+  EXPECT_TRUE(value(8, 20));
+}
+
+TEST(RenamedEvents, HaveSeveralSourcesAndRememberOneLastValue) {
+  const Model m = model(
+      kThird, {"bad"},
+      {{.event = "e", .on = {"nav.goto*.request"}, .from = {"GoTo*"}, .data = {{"to", "args.name"}}, .when = "changed"},
+       {.event = "e", .on = {"nav.stop.request", "nav.cancel.request"}, .data = {{"to", "''"}}, .when = "changed"}});
+  EXPECT_TRUE(m.listens_to("nav.gotoA.request"));
+  EXPECT_TRUE(m.listens_to("nav.cancel.request"));
+  EXPECT_FALSE(m.listens_to("nav.gotoA.reply"));
+  State state = start(m, TimePoint{});
+  const auto goes = [&](int time, const char* who, const char* where) {
+    return see(m, state, from(who, message("nav.gotoByName.request", time, Map{{"args", Map{{"name", where}}}})))
+        .has_value();
+  };
+  EXPECT_FALSE(goes(1, "GoToKitchen", "kitchen"));
+  EXPECT_FALSE(goes(2, "Somebody", "station"));
+  EXPECT_FALSE(goes(3, "GoToHall", "kitchen"));
+  EXPECT_FALSE(see(m, state, from("X", message("nav.stop.request", 4))));
+  EXPECT_FALSE(see(m, state, from("X", message("nav.cancel.request", 5))));
+  EXPECT_TRUE(goes(6, "GoToHall", "kitchen"));
+}
+
+TEST(RenamedEvents, WhatWasLastIsPartOfWhatDecides) {
+  const Model m =
+      model(kThird, {"bad"}, {{.event = "e", .on = {"s.get.reply"}, .data = {{"v", "result"}}, .when = "changed"}});
+  const auto encoded = [&](std::vector<int> results) {
+    Core core = begin(m, TimePoint{});
+    int time = 0;
+    for (const int result : results) step(m, core, message("s.get.reply", ++time, Map{{"result", result}}));
+    std::string out;
+    EXPECT_TRUE(encode(m, core, TimePoint(std::chrono::seconds(10)), out));
+    return out;
+  };
+  EXPECT_EQ(encoded({5, 5}), encoded({5}));
+  EXPECT_NE(encoded({5}), encoded({6}));
+}
+
+TEST(RenamedEvents, ThatDoNotParseAreErrorsWithTheirPlace) {
+  const auto made = Model::make(
+      {.name = "m",
+       .chart = chart(kThird),
+       .violated = {"bad"},
+       .renames = {{.event = "good", .on = {"a"}},
+                   {.event = "e", .on = {"a"}, .data = {{"v", "result +"}}, .span = {"sentree.yaml", 7, 3, 0}},
+                   {.event = "f", .on = {"a"}, .when = "value <", .span = {"sentree.yaml", 8, 3, 0}}}});
+  std::vector<std::string> said;
+  for (const Diagnostic& diagnostic : made.diagnostics) said.push_back(to_string(diagnostic));
+  EXPECT_THAT(
+      said,
+      ElementsAre(testing::StartsWith("sentree.yaml:7:3: event \"e\" of monitor \"m\": \"result +\" does not parse"),
+                  testing::StartsWith("sentree.yaml:8:3: event \"f\" of monitor \"m\": \"value <\" does not parse")));
 }
 
 TEST(Monitor, AVetoIsAskedOfACopy) {

@@ -267,6 +267,24 @@ void check_gate(const MonitorEntry& entry, const monitor::Model& model,
       entry.gate_span);
 }
 
+void check_sources(const EventRename& rename, const std::vector<LeafPlan>& leaves,
+                   const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics) {
+  // Without its mission a project has no leaves, which has been said.
+  if (leaves.empty()) return;
+  std::vector<std::string> sources = names_of(services);
+  for (const LeafPlan& leaf : leaves) sources.push_back(leaf.name);
+  sources.insert(sources.end(), std::begin(kReservedNames), std::end(kReservedNames));
+  for (const std::string& pattern : rename.from) {
+    if (std::any_of(sources.begin(), sources.end(),
+                    [&](const std::string& source) { return matches_pattern(pattern, source); }))
+      continue;
+    add(diagnostics, Severity::kError, "check.source",
+        "event \"" + rename.event + "\" is of nobody: \"" + pattern + "\" is no leaf of the mission" +
+            did_you_mean(pattern, sources),
+        rename.from_span);
+  }
+}
+
 void check_locations(const bt::Tree& tree, const std::vector<LeafPlan>& leaves, const sim::World& world,
                      const std::string& world_file, Diagnostics& diagnostics) {
   std::vector<std::string> places;

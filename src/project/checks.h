@@ -30,6 +30,10 @@ void check_tolerances(const std::vector<LeafPlan>& leaves, const sim::World& wor
 void check_gate(const MonitorEntry& entry, const monitor::Model& model,
                 const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics);
 
+/// A source (`from:`) of a monitor's event that nobody in the project is.
+void check_sources(const EventRename& rename, const std::vector<LeafPlan>& leaves,
+                   const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics);
+
 /// Places that the mission names and the world does not have.
 void check_locations(const bt::Tree& tree, const std::vector<LeafPlan>& leaves, const sim::World& world,
                      const std::string& world_file, Diagnostics& diagnostics);

@@ -197,8 +197,10 @@ class Preparation {
     const auto chart = load_chart(entry.file);
     if (!chart) return std::nullopt;
     monitor::Spec spec{.name = entry.name, .chart = *chart, .violated = entry.violated, .span = entry.span};
-    for (const EventRename& rename : entry.events)
-      spec.renames.push_back({rename.event, rename.on, rename.data, rename.span});
+    for (const EventRename& rename : entry.events) {
+      check_sources(rename, leaves_, services_, diagnostics);
+      spec.renames.push_back({rename.event, rename.on, rename.from, rename.data, rename.when, rename.span});
+    }
     auto model = monitor::Model::make(std::move(spec));
     append(diagnostics, model.diagnostics);
     return std::move(model.value);

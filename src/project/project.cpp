@@ -73,19 +73,40 @@ void read_skills(const text::YamlNode& node, Project& project, Diagnostics& diag
   }
 }
 
+void read_rename(const text::YamlNode& name, const text::YamlNode& entry, MonitorEntry& monitor,
+                 Diagnostics& diagnostics) {
+  const std::string what = "event \"" + name.scalar + "\"";
+  YamlReader reader(entry, what, diagnostics);
+  EventRename rename{.event = name.scalar,
+                     .on = reader.strings("on"),
+                     .from = reader.strings("from"),
+                     .data = {},
+                     .when = reader.string("when").value_or(""),
+                     .span = entry.span,
+                     .from_span = reader.span("from")};
+  if (rename.on.empty() && entry.find("on") == nullptr)
+    reader.error(entry.span, "project.missing-key", what + " needs \"on\": the observations that it stands for");
+  if (const auto* data = reader.mapping("data")) {
+    for (const auto& [member, expression] : data->entries) {
+      if (expression.is_scalar())
+        rename.data.emplace_back(member.scalar, expression.scalar);
+      else
+        reader.error(expression.span, "project.type", "data of " + what + " must be expressions");
+    }
+  }
+  if (rename.when == "changed" && rename.data.empty())
+    reader.error(reader.span("when"), "project.when", what + " has no \"data\" that could change");
+  monitor.events.push_back(std::move(rename));
+}
+
+// One source of each event, or a list of them.
 void read_renames(const text::YamlNode& node, MonitorEntry& monitor, Diagnostics& diagnostics) {
   for (const auto& [name, entry] : node.entries) {
-    YamlReader reader(entry, "event \"" + name.scalar + "\"", diagnostics);
-    EventRename rename{.event = name.scalar, .on = reader.required_string("on"), .data = {}, .span = name.span};
-    if (const auto* data = reader.mapping("data")) {
-      for (const auto& [member, expression] : data->entries) {
-        if (expression.is_scalar())
-          rename.data.emplace_back(member.scalar, expression.scalar);
-        else
-          reader.error(expression.span, "project.type", "data of event \"" + name.scalar + "\" must be expressions");
-      }
+    if (entry.is_sequence()) {
+      for (const text::YamlNode& source : entry.items) read_rename(name, source, monitor, diagnostics);
+    } else {
+      read_rename(name, entry, monitor, diagnostics);
     }
-    monitor.events.push_back(std::move(rename));
   }
 }
 
@@ -180,27 +201,6 @@ std::optional<Duration> parse_duration(std::string_view text) {
   else
     return std::nullopt;
   return from_seconds(read->first * unit_s);
-}
-
-bool matches_pattern(std::string_view pattern, std::string_view text) {
-  // Greedy with one point of return: linear for the patterns people write, quadratic at worst.
-  std::size_t p = 0, t = 0, star = std::string_view::npos, resume = 0;
-  while (t < text.size()) {
-    if (p < pattern.size() && pattern[p] == '*') {
-      star = p++;
-      resume = t;
-    } else if (p < pattern.size() && pattern[p] == text[t]) {
-      ++p;
-      ++t;
-    } else if (star != std::string_view::npos) {
-      p = star + 1;
-      t = ++resume;
-    } else {
-      return false;
-    }
-  }
-  while (p < pattern.size() && pattern[p] == '*') ++p;
-  return p == pattern.size();
 }
 
 const ServiceEntry* Project::service(std::string_view name) const {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "sentree/base/pattern.h"
 #include "sentree/base/result.h"
 #include "sentree/base/time.h"
 #include "sentree/base/value.h"
@@ -70,13 +71,16 @@ struct SkillEntry {
   SourceSpan span;
 };
 
-/// Gives a chart written elsewhere the event names it knows: its event `event` is observation `on`.
+/// Gives a chart written elsewhere the event names it knows: a source of its event `event`.
 struct EventRename {
   std::string event;
-  std::string on;
+  std::vector<std::string> on;    ///< Names of observations; '*' stands for any text.
+  std::vector<std::string> from;  ///< Whose they must be, likewise; empty: anybody's.
   /// Members of the event's data and the ECMAScript expression, over the observation's data, of each.
   std::vector<std::pair<std::string, std::string>> data;
+  std::string when;  ///< Empty: always; "changed", or an expression over `value` and `last`.
   SourceSpan span;
+  SourceSpan from_span;
 };
 
 struct MonitorEntry {
@@ -212,7 +216,6 @@ struct Scenario {
 [[nodiscard]] std::optional<Duration> parse_rate(std::string_view text);
 [[nodiscard]] std::optional<Duration> parse_duration(std::string_view text);
 
-/// '*' in `pattern` stands for any text.
-[[nodiscard]] bool matches_pattern(std::string_view pattern, std::string_view text);
+using sentree::matches_pattern;
 
 }  // namespace sentree::project

@@ -65,6 +65,24 @@ TEST(Pattern, StarStandsForAnyText) {
   EXPECT_TRUE(matches_pattern("*", ""));
 }
 
+TEST(Project, AnEventHasSeveralSources) {
+  const Folder folder;
+  folder.write("sentree.yaml",
+               "mission: {file: m.xml}\n"
+               "monitors:\n"
+               "  - file: a.scxml\n"
+               "    events:\n"
+               "      went:\n"
+               "        - {on: [n.goto*.request, n.follow.request], from: Go*, data: {to: args.name}, when: changed}\n"
+               "        - {on: n.stop.request}\n"
+               "      level: {on: b.get.reply, data: {v: result}, when: value < last}\n"
+               "      bad: {when: changed}\n");
+  const auto loaded = load_project(folder.path());
+  EXPECT_THAT(messages(loaded.diagnostics, folder),
+              ElementsAre("sentree.yaml:9:12: event \"bad\" needs \"on\": the observations that it stands for",
+                          "sentree.yaml:9:19: event \"bad\" has no \"data\" that could change"));
+}
+
 TEST(Project, IsReadWhole) {
   const Folder folder;
   folder.write(

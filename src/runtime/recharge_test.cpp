@@ -188,7 +188,7 @@ TEST(ForeignMonitor, RunsUnmodified) {
                                          .file = {"../../tests/projects/foreign-monitor/BatteryLevel.scxml", {}},
                                          .violated = {"failure"},
                                          .events = {{.event = "batteryLevelChanged",
-                                                     .on = "battery.getBatteryState.reply",
+                                                     .on = {"battery.getBatteryState.reply"},
                                                      .data = {{"level", "result.percentage * 100"}},
                                                      .span = {}}},
                                          .span = {}});
