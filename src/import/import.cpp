@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <system_error>
 
+#include "sentree/import/roaml_system.h"
 #include "sentree/import/source_folder.h"
 #include "sentree/import/yarp_system.h"
 #include "sentree/text/file.h"
@@ -20,15 +21,37 @@ std::string_view to_string(Fate fate) {
   return "not needed";
 }
 
-Loaded<Imported> import_system(const path& from, const std::string&) {
-  const auto failed = [](Diagnostic diagnostic) {
-    return Loaded<Imported>{.value = std::nullopt, .diagnostics = {std::move(diagnostic)}};
+Loaded<Imported> import_system(const path& from, const std::string& main) {
+  const auto failed = [](std::string code, std::string message, const path& where) {
+    return Loaded<Imported>{
+        .value = std::nullopt,
+        .diagnostics = {{Severity::kError, std::move(code), std::move(message), SourceSpan{where.string()}}}};
   };
-  const auto folder = SourceFolder::open(from);
-  if (!folder) return failed(folder.error());
+  std::error_code error;
+  const bool is_file = std::filesystem::is_regular_file(from, error);
+  const path above = from.has_parent_path() ? from.parent_path() : path(".");
+  const auto folder = SourceFolder::open(is_file ? above : from);
+  if (!folder) return Loaded<Imported>{.value = std::nullopt, .diagnostics = {folder.error()}};
+  if (is_file) return import_roaml(*folder, from.filename().string());
+  if (!main.empty()) {
+    if (folder->contains(main)) return import_roaml(*folder, main);
+    return failed("file.not-found", "there is no such file in the folder", from / main);
+  }
+  const std::vector<std::string> mains = roaml_mains(*folder);
+  if (mains.size() == 1) return import_roaml(*folder, mains.front());
+  if (mains.size() > 1) {
+    std::string list;
+    for (std::size_t i = 0; i < mains.size() && i < 10; ++i) list += (i == 0 ? "" : ", ") + mains[i];
+    return failed(
+        "import.ambiguous",
+        "the folder holds " + std::to_string(mains.size()) + " AS2FM systems; choose one with --main: " + list, from);
+  }
   if (holds_yarp_skills(*folder)) return import_yarp_skills(*folder);
-  return failed({Severity::kError, "import.unknown-form",
-                 "no system that can be imported: Behavior Trees with Qt SCXML skills", SourceSpan{from.string()}});
+  return failed(
+      "import.unknown-form",
+      "no system that can be imported: neither Behavior Trees with Qt SCXML skills, nor the main file of an AS2FM "
+      "system",
+      from);
 }
 
 Result<void> write_project(const Imported& imported, const path& folder, bool force) {

@@ -49,8 +49,8 @@ struct Imported {
 /// system. What is wrong with one part is a finding, not an error. The same input gives the same files.
 [[nodiscard]] Loaded<Imported> import_system(const std::filesystem::path& path, const std::string& main = {});
 
-/// Writes the files and IMPORT.md below `folder`. Unless `force`, a folder that is not empty is an error, import.exists; with it,
-/// files of the same names are replaced and no other is touched. Error: file.unwritable.
+/// Writes the files and IMPORT.md below `folder`. Unless `force`, a folder that is not empty is an error,
+/// import.exists; with it, files of the same names are replaced and no other is touched. Error: file.unwritable.
 [[nodiscard]] Result<void> write_project(const Imported& imported, const std::filesystem::path& folder, bool force);
 
 /// The text of IMPORT.md: what was made of what, and what is left to do, with places.

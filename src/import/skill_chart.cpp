@@ -206,14 +206,7 @@ class SkillTranslator {
       return comment_of(id + " is the service " + context_.remotes.at(id).service + " of sentree.yaml");
     }
     const std::string type = plain_type(attribute_named(element, "cpp_type").value_or(""));
-    const auto constant = context_.constants.find(id);
-    const bool is_option = attribute_named(element, "init_source") == "parse_as_option";
-    if (is_option && constant == context_.constants.end()) {
-      findings_.push_back({Fate::kByHand, element.span(), id,
-                           "no file of options gives \"" + id + "\" a value; write it in the chart"});
-    }
-    const std::string_view written = constant != context_.constants.end() ? std::string_view(constant->second)
-                                                                          : element.attribute("expr").value_or("");
+    const std::string_view written = element.attribute("expr").value_or("");
     if (written.empty()) return element_text(element, start_tag(element), std::string(element.inner_source()));
     const auto value = initial_value(written, type);
     if (!value) {
@@ -552,7 +545,8 @@ SkillFacts facts_of(const XmlDocument& document) {
       facts.services.push_back(
           {id, std::string(*attribute_named(element, "service_type")), std::string(server), observed, element.span()});
     } else if (attribute_named(element, "init_source") == "parse_as_option") {
-      facts.options.push_back({id, std::string(attribute_named(element, "cpp_type").value_or("")), element.span()});
+      const std::string type = plain_type(attribute_named(element, "cpp_type").value_or(""));
+      facts.options.push_back({id, type == "string" || type == "QString", element.span()});
     }
   });
   return facts;

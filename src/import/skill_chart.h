@@ -23,7 +23,7 @@ struct ServiceUse {
 /// What a skill gets when its program starts.
 struct SkillOption {
   std::string name;
-  std::string type;  ///< As the chart says: "const std::string".
+  bool is_text = false;
   SourceSpan span;
 };
 
@@ -44,7 +44,6 @@ struct SkillContext {
   std::map<std::string, Names::Remote> remotes;  ///< By variable.
   std::set<std::string> enumerators;
   std::map<std::string, const idl::Struct*> structures;  ///< By name, for initial values.
-  std::map<std::string, std::string> constants;          ///< Values of options.
 };
 
 struct TranslatedChart {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <set>
@@ -398,29 +399,37 @@ class YarpSystem {
       write_placeholder(leaf);
       return;
     }
-    used_.insert(skill);
+    const std::string path = "skills/" + safe_name(skill->facts.name) + ".scxml";
+    if (used_.insert(skill).second) write_chart(*skill, path);
+    std::string data;
+    const Options* const options = options_of(leaf);
+    for (const SkillOption& option : skill->facts.options) {
+      const bool given = options != nullptr && options->values.contains(option.name);
+      if (!given) {
+        find(Fate::kByHand, option.span, option.name,
+             "no file of options gives it a value for " + leaf.name + "; write it into data: of that skill");
+        continue;
+      }
+      const std::string& value = options->values.at(option.name);
+      const bool is_plain =
+          !option.is_text && !value.empty() &&
+          (value == "true" || value == "false" || value.find_first_not_of("+-.0123456789eE") == std::string::npos);
+      const std::string text = is_plain ? value : yaml_text(value);
+      data += (data.empty() ? "" : ", ") + option.name + ": " + text;
+    }
+    skill_lines_ += "  " + yaml_text(leaf.name) + ": {file: " + yaml_text(path) +
+                    (data.empty() ? "" : ", data: {" + data + "}") + "}   # from " + skill->file + "\n";
+  }
+
+  void write_chart(const Skill& skill, const std::string& path) {
     SkillContext context = context_;
-    for (const ServiceUse& use : skill->facts.services) {
+    for (const ServiceUse& use : skill.facts.services) {
       const auto& [name, file] = services_.at({use.server, use.interface});
       context.remotes[use.variable] = {name, file != nullptr ? file->schema.service(use.interface) : nullptr};
     }
-    if (const Options* const options = options_of(leaf)) {
-      for (const SkillOption& option : skill->facts.options) {
-        const auto value = options->values.find(option.name);
-        if (value != options->values.end()) context.constants[option.name] = value->second;
-      }
-    }
-    TranslatedChart chart = translate_skill_chart(skill->document, context);
-    for (Finding& finding : chart.findings) {
-      // A chart that serves several leaves says the same of each.
-      if (std::find_if(result_.findings.begin(), result_.findings.end(), [&](const Finding& f) {
-            return f.span == finding.span && f.reason == finding.reason;
-          }) == result_.findings.end())
-        result_.findings.push_back(std::move(finding));
-    }
-    const std::string path = "skills/" + safe_name(leaf.name) + ".scxml";
+    TranslatedChart chart = translate_skill_chart(skill.document, context);
+    std::move(chart.findings.begin(), chart.findings.end(), std::back_inserter(result_.findings));
     result_.files.push_back({path, std::move(chart.source)});
-    skill_lines_ += "  " + yaml_text(leaf.name) + ": {file: " + yaml_text(path) + "}   # from " + skill->file + "\n";
   }
 
   void write_placeholder(const Leaf& leaf) {

@@ -62,7 +62,7 @@ TEST(YarpSystem, ACallWhoseResultIsUsedIsAStateThatWaits) {
 }
 
 TEST(YarpSystem, RaisesTimersAndEnumeratorsAreTranslated) {
-  const std::string chart = file(robot(), "skills/DriveToDock.scxml");
+  const std::string chart = file(robot(), "skills/Drive.scxml");
   EXPECT_THAT(chart, HasSubstr("<param name=\"mode\" expr=\"'CAREFUL'\"/>"));
   EXPECT_THAT(chart, HasSubstr("<assign location=\"tries\" expr=\"tries + 1\"/>"));
   EXPECT_THAT(chart, HasSubstr("cond=\"answer.allowed &amp;&amp; answer.reason == 'NO_REASON'\""));
@@ -76,7 +76,7 @@ TEST(YarpSystem, RaisesTimersAndEnumeratorsAreTranslated) {
 
 TEST(YarpSystem, StatesThatAnswerTheTreeBecomeTheEndsOfTheRun) {
   const Imported imported = robot();
-  const std::string drive = file(imported, "skills/DriveToDock.scxml");
+  const std::string drive = file(imported, "skills/Drive.scxml");
   EXPECT_THAT(drive, HasSubstr("<transition event=\"halt\" target=\"halting\"/>"));
   EXPECT_THAT(drive, HasSubstr("<transition event=\"RESET\" target=\"halted\"/>"));
   EXPECT_THAT(drive, HasSubstr("<final id=\"halted\"/>"));
@@ -88,15 +88,15 @@ TEST(YarpSystem, StatesThatAnswerTheTreeBecomeTheEndsOfTheRun) {
 }
 
 TEST(YarpSystem, OneChartServesLeavesWithOptionsOfTheirOwn) {
-  const Imported imported = robot();
-  EXPECT_THAT(file(imported, "skills/DriveToDock.scxml"), HasSubstr("<data id=\"place\" expr=\"'dock'\""));
+  const std::string yaml = file(robot(), "sentree.yaml");
+  EXPECT_THAT(yaml, HasSubstr("DriveToDock: {file: skills/Drive.scxml, data: {place: dock}}"));
   // "key value", and found by the program that an application starts with the file.
-  EXPECT_THAT(file(imported, "skills/DriveToShelf.scxml"), HasSubstr("<data id=\"place\" expr=\"'shelf 3'\""));
+  EXPECT_THAT(yaml, HasSubstr("DriveToShelf: {file: skills/Drive.scxml, data: {place: \"shelf 3\"}}"));
 }
 
 TEST(YarpSystem, WhatHasNoCounterpartStaysAtItsPlaceAndIsListed) {
   const Imported imported = robot();
-  EXPECT_THAT(file(imported, "skills/DriveToDock.scxml"),
+  EXPECT_THAT(file(imported, "skills/Drive.scxml"),
               HasSubstr("<!-- not translated, see IMPORT.md: telemetry->count(\"stuck\", tries); -->"));
   EXPECT_THAT(imported.findings, Contains(finding(Fate::kByHand, "telemetry->count", "C++ without a counterpart")));
   EXPECT_THAT(imported.findings, Contains(finding(Fate::kByHand, "for (int i = 0", "a loop")));

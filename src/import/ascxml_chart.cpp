@@ -1,0 +1,836 @@
+#include "sentree/import/ascxml_chart.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstdlib>
+#include <filesystem>
+#include <set>
+#include <sstream>
+
+#include "sentree/import/project_writer.h"
+#include "sentree/import/snippet.h"
+#include "sentree/import/xml_rewrite.h"
+#include "sentree/scxml/format.h"
+
+namespace sentree::import {
+
+using text::XmlDocument;
+using text::XmlElement;
+
+namespace {
+
+constexpr std::string_view kNamespace = "http://www.w3.org/2005/07/scxml";
+constexpr std::string_view kRequestData = "_event.data.args.";
+constexpr std::string_view kReplyData = "_event.data.result.";
+
+using FieldValues = std::vector<std::pair<std::string, std::string>>;
+
+bool is_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '$'; }
+
+std::string trimmed(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(" \t\r\n");
+  if (begin == std::string_view::npos) return {};
+  return std::string(text.substr(begin, text.find_last_not_of(" \t\r\n") + 1 - begin));
+}
+
+std::vector<std::string> words(std::string_view text) {
+  std::istringstream stream{std::string(text)};
+  std::vector<std::string> found;
+  for (std::string word; stream >> word;) found.push_back(word);
+  return found;
+}
+
+template <class Visit>
+void for_each_element(const XmlElement& element, const Visit& visit) {
+  visit(element);
+  for (XmlElement child = element.first_child(); child; child = child.next_sibling()) for_each_element(child, visit);
+}
+
+/// The attribute, or what its child of that name says: text, or the input that <bt_get_input> names.
+std::string value_of(const XmlElement& element, std::string_view name) {
+  if (const auto written = element.attribute(name)) return std::string(*written);
+  const XmlElement child = element.child(name);
+  if (!child) return {};
+  if (const XmlElement input = child.child("bt_get_input")) return std::string(input.attribute("key").value_or(""));
+  return trimmed(child.text());
+}
+
+FieldValues fields_of(const XmlElement& element) {
+  FieldValues fields;
+  for (const XmlElement& child : element.children()) {
+    const std::string_view name = child.local_name();
+    if (name == "field" || name == "param")
+      fields.emplace_back(child.attribute("name").value_or(""), value_of(child, "expr"));
+  }
+  return fields;
+}
+
+enum class Group { kTopic, kService, kAction, kRate };
+
+struct Declaration {
+  Group group = Group::kTopic;
+  bool serves = false;  ///< Publisher or server.
+  std::string name;     ///< By which the chart's elements mean it.
+  std::string ros_name;
+  std::string type;
+  std::string key;  ///< Port that gives the ROS name; empty: it is written.
+  double rate_hz = 0;
+  SourceSpan span;
+};
+
+std::optional<Declaration> declaration_of(const XmlElement& element, const std::map<std::string, std::string>& ports) {
+  static const std::map<std::string_view, std::pair<Group, bool>> kKinds = {
+      {"ros_topic_publisher", {Group::kTopic, true}},  {"ros_topic_subscriber", {Group::kTopic, false}},
+      {"ros_service_server", {Group::kService, true}}, {"ros_service_client", {Group::kService, false}},
+      {"ros_action_server", {Group::kAction, true}},   {"ros_action_client", {Group::kAction, false}},
+      {"ros_time_rate", {Group::kRate, true}},
+  };
+  const auto kind = kKinds.find(element.local_name());
+  if (kind == kKinds.end()) return std::nullopt;
+  Declaration made;
+  made.group = kind->second.first;
+  made.serves = kind->second.second;
+  made.span = element.span();
+  made.type = element.attribute("type").value_or("");
+  const std::string attribute = made.group == Group::kTopic     ? "topic"
+                                : made.group == Group::kService ? "service_name"
+                                                                : "action_name";
+  made.ros_name = value_of(element, attribute);
+  if (const XmlElement child = element.child(attribute); child && child.child("bt_get_input")) {
+    made.key = made.ros_name;
+    const auto value = ports.find(made.key);
+    made.ros_name = value == ports.end() ? std::string() : value->second;
+  }
+  made.name = element.attribute("name").value_or(made.ros_name);
+  if (made.group == Group::kRate)
+    made.rate_hz = std::atof(std::string(element.attribute("rate_hz").value_or("1")).c_str());
+  return made;
+}
+
+std::vector<Declaration> declarations_of(const AscxmlChart& chart) {
+  std::vector<Declaration> found;
+  for (const XmlElement& child : chart.document->root().children()) {
+    if (auto declaration = declaration_of(child, chart.ports)) found.push_back(std::move(*declaration));
+  }
+  return found;
+}
+
+const Declaration* find(const std::vector<Declaration>& declarations, Group group, std::string_view name,
+                        std::optional<bool> serves = std::nullopt) {
+  for (const Declaration& declaration : declarations) {
+    if (declaration.group == group && declaration.name == name && (!serves || declaration.serves == *serves))
+      return &declaration;
+  }
+  return nullptr;
+}
+
+std::string zero_of(std::string_view thrift) {
+  if (thrift == "bool") return "false";
+  if (thrift == "string") return "''";
+  return thrift.starts_with("list") ? "[]" : "0";
+}
+
+std::map<std::string, std::string> data_types(const XmlDocument& document) {
+  std::map<std::string, std::string> types;
+  for_each_element(document.root(), [&](const XmlElement& element) {
+    const std::string_view name = element.local_name();
+    const bool is_data = name == "data";
+    if (!is_data && !name.starts_with("bt_declare_port")) return;
+    const std::string id(element.attribute(is_data ? "id" : "key").value_or(""));
+    if (const auto type = thrift_type(element.attribute("type").value_or(""))) types.emplace(id, *type);
+  });
+  return types;
+}
+
+/// The Thrift type that an expression has, as far as it shows.
+std::string type_of(const std::string& expression, const std::map<std::string, std::string>& data) {
+  const std::string text = trimmed(expression);
+  if (text.empty()) return {};
+  if (const auto known = data.find(text); known != data.end()) return known->second;
+  if (text == "true" || text == "false") return "bool";
+  for (const char* sign : {"==", "!=", "<", ">", "&&", "||", "!"}) {
+    if (text.find(sign) != std::string::npos) return "bool";
+  }
+  if (text.front() == '\'' || text.front() == '"') return "string";
+  if (text.find_first_not_of("-0123456789") == std::string::npos) return "i32";
+  if (text.find_first_not_of("-0123456789.") == std::string::npos) return "double";
+  // "count + 1", "places[0]"
+  std::size_t end = 0;
+  while (end < text.size() && is_word(text[end])) ++end;
+  const auto first = data.find(text.substr(0, end));
+  if (first == data.end()) return {};
+  const bool is_list = first->second.starts_with("list<");
+  if (is_list && end < text.size() && text[end] == '[') return first->second.substr(5, first->second.size() - 6);
+  return is_list ? std::string() : first->second;
+}
+
+/// What the words that ASCXML has for the data of an event mean; each is followed by the name of a field.
+struct Source {
+  std::string_view word;
+  Group group;
+  bool is_reply;
+};
+constexpr std::array<Source, 7> kSources{{{"_msg.", Group::kTopic, false},
+                                          {"_req.", Group::kService, false},
+                                          {"_res.", Group::kService, true},
+                                          {"_goal.", Group::kAction, false},
+                                          {"_action.", Group::kAction, false},
+                                          {"_wrapped_result.result.", Group::kAction, false},
+                                          {"_feedback.", Group::kAction, false}}};
+
+std::string replaced(std::string text, std::string_view word, std::string_view with) {
+  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at)) {
+    if (at > 0 && (is_word(text[at - 1]) || text[at - 1] == '.')) {
+      at += word.size();
+      continue;
+    }
+    text.replace(at, word.size(), with);
+    at += with.size();
+  }
+  return text;
+}
+
+/// The fields that an expression reads behind `word`.
+std::vector<std::string> read_fields(const std::string& text, std::string_view word) {
+  std::vector<std::string> names;
+  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) {
+    if (at > 0 && is_word(text[at - 1])) continue;
+    std::size_t end = at + word.size();
+    while (end < text.size() &&
+           (is_word(text[end]) || (text[end] == '.' && end + 1 < text.size() && is_word(text[end + 1]))))
+      ++end;
+    std::string name = text.substr(at + word.size(), end - at - word.size());
+    if (name.ends_with(".length")) name.erase(name.size() - 7);
+    if (!name.empty()) names.push_back(name);
+  }
+  return names;
+}
+
+RosMethod& action_method(RosWorld& world, const RosPlace& place, std::string_view part) {
+  const bool is_goal = part == "_send_goal";
+  RosMethod& method =
+      world.interfaces.method(is_goal ? place.service : std::string(kTopics), place.method + std::string(part));
+  method.arguments.use("goal_id", "i32");
+  if (is_goal) {
+    method.plain_result = "bool";
+    method.comment = "The goal of an action; the result says whether it is accepted.";
+  } else {
+    method.oneway = true;
+    world.has_topics = true;
+    if (part == "_result") method.arguments.use("status", "string");
+  }
+  return method;
+}
+
+RosMethod& topic_method(RosWorld& world, const std::string& ros_name) {
+  RosMethod& method = world.interfaces.method(std::string(kTopics), method_name(ros_name));
+  method.oneway = true;
+  method.comment = "Topic " + ros_name;
+  world.has_topics = true;
+  return method;
+}
+
+void use_known(Fields& fields, const std::vector<std::pair<std::string, std::string>>& known) {
+  for (const auto& [name, type] : known) fields.use(name, type);
+}
+
+bool is_cross(const RosWorld& world, const std::string& event, const std::string&) {
+  const auto handlers = world.handles.find(event);
+  const auto senders = world.handles.find("send " + event);
+  if (handlers == world.handles.end() || senders == world.handles.end()) return false;
+  return std::any_of(handlers->second.begin(), handlers->second.end(), [&](const std::string& handler) {
+    return std::any_of(senders->second.begin(), senders->second.end(),
+                       [&](const std::string& sender) { return sender != handler; });
+  });
+}
+
+class AscxmlTranslator {
+ public:
+  AscxmlTranslator(const AscxmlChart& chart, RosWorld& world)
+      : chart_(chart), document_(*chart.document), world_(world), declarations_(declarations_of(chart)) {
+    for (const PortDeclaration& port : ports_of(document_)) {
+      if (std::none_of(declarations_.begin(), declarations_.end(), [&](const auto& d) { return d.key == port.key; }))
+        ports_.push_back(port);
+    }
+  }
+
+  TranslatedAscxml run() {
+    const XmlElement root = document_.root();
+    const std::string inside =
+        rewritten_inside(document_, root, [&](const XmlElement& child) { return outside(child); });
+    const std::string initial(root.attribute("initial").value_or(""));
+    std::string body = inside;
+    std::string begin = initial;
+    if (!rates_.empty()) {
+      // The clock goes on whatever the chart does, so it is a region beside it.
+      body = "\n<parallel id=\"chart.and.clock\">\n<state id=\"chart\"" +
+             (initial.empty() ? std::string() : attribute_text("initial", initial)) + ">" + inside + "</state>\n" +
+             rates_ + "</parallel>\n";
+      begin = "chart.and.clock";
+    }
+    std::string text(std::string_view(document_.source()).substr(0, root.offset()));
+    text += "<scxml" + attribute_text("xmlns", kNamespace) + " version=\"1.0\" datamodel=\"ecmascript\"" +
+            attribute_text("name", chart_.name) + (begin.empty() ? "" : attribute_text("initial", begin)) + ">\n";
+    text += "<datamodel>\n" + extra_data() + data_ + "</datamodel>\n" + body + "</scxml>\n";
+    if (auto formatted = scxml::format(text, document_.file())) text = std::move(*formatted);
+    return {std::move(text), std::move(findings_)};
+  }
+
+ private:
+  std::string by_hand(const XmlElement& element, std::string reason) {
+    const std::string original(source_of(document_, element));
+    findings_.push_back({Fate::kByHand, element.span(), shortened(original), std::move(reason)});
+    return comment_of("not translated, see IMPORT.md: " + original);
+  }
+
+  std::string extra_data() {
+    std::string text;
+    for (const PortDeclaration& port : ports_) {
+      if (data_.find("<data id=\"" + port.key + "\"") != std::string::npos) continue;
+      text += "<data" + attribute_text("id", port.key) +
+              attribute_text("expr", zero_of(thrift_type(port.type).value_or("double"))) + "/> <!-- " +
+              (port.is_input ? "input" : "output") + " port -->\n";
+    }
+    for (const Declaration& declaration : declarations_) {
+      if (declaration.group == Group::kAction && !declaration.serves)
+        text +=
+            "<data" + attribute_text("id", goal_data(declaration)) + " expr=\"0\"/> <!-- number of the last goal -->\n";
+    }
+    if (draws_ > 0) text += "<data id=\"drawn\" expr=\"0\"/>\n";
+    return text;
+  }
+
+  static std::string goal_data(const Declaration& action) { return method_name(action.name) + "_goal_id"; }
+
+  std::string outside(const XmlElement& element) {
+    const std::string name(element.local_name());
+    if (const auto declaration = declaration_of(element, chart_.ports)) return declared(element, *declaration);
+    if (name == "bt_declare_port_in" || name == "bt_declare_port_out") return {};
+    if (name == "datamodel") {
+      for (const XmlElement& child : element.children()) data_ += data(child) + "\n";
+      return {};
+    }
+    if (name == "state" || name == "parallel" || name == "final") return state(element);
+    if (name == "transition" || name.starts_with("bt_") || name.starts_with("ros_")) return reaction(element);
+    if (name == "onentry" || name == "onexit") return element_text(element, start_tag(element), content(element));
+    if (name == "script") return by_hand(element, "a script of the whole chart; put it into the <onentry> of a state");
+    if (name == "initial" || name == "history" || name == "invoke" || name == "donedata")
+      return std::string(source_of(document_, element));
+    return by_hand(element, "nothing here does what <" + name + "> does");
+  }
+
+  std::string declared(const XmlElement& element, const Declaration& declaration) {
+    if (declaration.group == Group::kRate) {
+      if (declaration.rate_hz <= 0) return by_hand(element, "a rate that is no number above 0");
+      const std::string id = "clock." + method_name(declaration.name);
+      std::ostringstream delay;
+      delay << 1000.0 / declaration.rate_hz << "ms";
+      rates_ += "<state" + attribute_text("id", id) + ">\n<onentry>\n<send" +
+                attribute_text("event", rate_event(declaration)) + attribute_text("delay", delay.str()) +
+                "/>\n</onentry>\n<transition" + attribute_text("event", rate_event(declaration)) +
+                attribute_text("target", id) + "/>\n</state>\n";
+      return {};
+    }
+    if (declaration.ros_name.empty())
+      return by_hand(element, "its name comes from a port whose value the tree does not give as text");
+    return comment_of(std::string(element.local_name()) + " " + declaration.ros_name + " " + declaration.type);
+  }
+
+  static std::string rate_event(const Declaration& rate) { return "rate." + method_name(rate.name); }
+
+  std::string data(const XmlElement& element) {
+    if (element.local_name() != "data") return std::string(source_of(document_, element));
+    const std::string type(element.attribute("type").value_or(""));
+    std::string value = value_of(element, "expr");
+    if (value.empty()) value = trimmed(element.text());
+    if (value.empty()) value = zero_of(thrift_type(type).value_or("double"));
+    std::string text =
+        "<data" + attribute_text("id", element.attribute("id").value_or("")) + attribute_text("expr", value) + "/>";
+    return type.empty() ? text : text + " " + comment_of(type);
+  }
+
+  std::string state(const XmlElement& element) {
+    const std::string id_before = state_id_;
+    std::string behind;
+    behind.swap(behind_);
+    state_id_ = element.attribute("id").value_or("");
+    std::string text =
+        element_text(element, start_tag(element),
+                     rewritten_inside(document_, element, [&](const XmlElement& child) { return outside(child); }));
+    text += behind_;
+    behind_ = std::move(behind);
+    state_id_ = id_before;
+    return text;
+  }
+
+  /// Elements that stand where a transition stands.
+  std::string reaction(const XmlElement& element) {
+    const std::string name(element.local_name());
+    const std::string ref(element.attribute("name").value_or(""));
+    if (name == "transition") {
+      std::vector<std::string> events = words(element.attribute("event").value_or(""));
+      const bool is_event = !events.empty();
+      bool crosses = false;
+      for (std::string& event : events) {
+        if (!is_cross(world_, event, chart_.name)) continue;
+        crosses = true;
+        event = topic_event(event);
+      }
+      std::string joined;
+      for (const std::string& event : events) joined += (joined.empty() ? "" : " ") + event;
+      return transition(element, is_event ? joined : "", crosses ? "crossing" : "", "");
+    }
+    if (name == "bt_tick") return transition(element, "bt_tick", "", refreshed_ports());
+    if (name == "bt_halt") return transition(element, "bt_halt", "", "");
+    if (name == "ros_rate_callback") {
+      const Declaration* const rate = import::find(declarations_, Group::kRate, ref);
+      return rate != nullptr ? transition(element, rate_event(*rate), "", "") : undeclared(element);
+    }
+    if (name == "ros_topic_callback") {
+      const Declaration* const topic = import::find(declarations_, Group::kTopic, ref, false);
+      return known(topic) ? transition(element, topic_event(method_name(topic->ros_name)), "", "")
+                          : undeclared(element);
+    }
+    if (name == "ros_service_handle_request" || name == "ros_service_handle_response") {
+      const bool serves = name.ends_with("request");
+      const Declaration* const service = import::find(declarations_, Group::kService, ref, serves);
+      if (!known(service)) return undeclared(element);
+      const RosPlace& place = world_.services.at(service->ros_name);
+      return transition(element, place.service + "." + place.method + (serves ? ".request" : ".reply"), "", "");
+    }
+    if (name.starts_with("ros_action_handle_")) return action_reaction(element, name, ref);
+    return by_hand(element, "nothing here does what <" + name + "> does");
+  }
+
+  static bool known(const Declaration* declaration) { return declaration != nullptr && !declaration->ros_name.empty(); }
+
+  std::string undeclared(const XmlElement& element) {
+    return by_hand(element,
+                   "the chart does not declare \"" + std::string(element.attribute("name").value_or("")) + "\"");
+  }
+
+  std::string action_reaction(const XmlElement& element, const std::string& name, const std::string& ref) {
+    const bool serves = name == "ros_action_handle_goal";
+    const Declaration* const action = import::find(declarations_, Group::kAction, ref, serves);
+    if (!known(action)) return undeclared(element);
+    const RosPlace& place = world_.actions.at(action->ros_name);
+    const std::string goal = place.service + "." + place.method + "_send_goal";
+    if (serves) return transition(element, goal + ".request", "", "");
+    const std::string mine = std::string(kRequestData) + "goal_id === " + goal_data(*action);
+    if (name == "ros_action_handle_goal_response") {
+      const auto to = [&](std::string_view target, const std::string& accepted) {
+        return "<transition" + attribute_text("event", goal + ".reply") + attribute_text("cond", accepted) +
+               attribute_text("target", element.attribute(target).value_or("")) + "/>\n";
+      };
+      return to("accept", "_event.data.result") + to("reject", "!_event.data.result");
+    }
+    if (name == "ros_action_handle_feedback")
+      return transition(element, topic_event(place.method + "_feedback"), "", "", mine);
+    static const std::map<std::string, std::string> kStatus = {{"ros_action_handle_success_result", "SUCCEEDED"},
+                                                               {"ros_action_handle_aborted_result", "ABORTED"},
+                                                               {"ros_action_handle_canceled_result", "CANCELED"}};
+    const auto status = kStatus.find(name);
+    if (status == kStatus.end()) return by_hand(element, "nothing here does what <" + name + "> does");
+    return transition(element, topic_event(place.method + "_result"), "", "",
+                      mine + " && " + std::string(kRequestData) + "status === '" + status->second + "'");
+  }
+
+  static std::string topic_event(const std::string& method) { return std::string(kTopics) + "." + method; }
+
+  /// The ports' values as this tick has them.
+  std::string refreshed_ports() {
+    std::string text;
+    for (const PortDeclaration& port : ports_) {
+      if (port.is_input)
+        text += "<assign" + attribute_text("location", port.key) + attribute_text("expr", "_event.data." + port.key) +
+                "/>\n";
+    }
+    return text;
+  }
+
+  std::string transition(const XmlElement& element, const std::string& event, const std::string& crossing,
+                         const std::string& first, const std::string& also = "") {
+    crossing_ = !crossing.empty();
+    std::string condition(element.attribute("cond").value_or(""));
+    condition = expression(condition);
+    if (!also.empty()) condition = condition.empty() ? also : also + " && (" + condition + ")";
+    std::string tag = "<transition";
+    if (!event.empty()) tag += attribute_text("event", event);
+    if (!condition.empty()) tag += attribute_text("cond", condition);
+    std::vector<XmlElement> chances;
+    for (const XmlElement& child : element.children()) {
+      if (child.local_name() == "target") chances.push_back(child);
+    }
+    if (!chances.empty()) {
+      const std::string choice = chance(element, chances);
+      crossing_ = false;
+      return tag + attribute_text("target", choice) + (first.empty() ? "/>" : ">\n" + first + "</transition>");
+    }
+    if (const auto target = element.attribute("target")) tag += attribute_text("target", *target);
+    const std::string inside = first + content(element);
+    crossing_ = false;
+    if (inside.find_first_not_of(" \t\r\n") == std::string::npos) return tag + "/>";
+    return tag + ">\n" + inside + "</transition>";
+  }
+
+  /// A state that draws one of the targets; it stands behind the present state. Returns its id.
+  std::string chance(const XmlElement& element, const std::vector<XmlElement>& targets) {
+    const std::string id = state_id_ + ".chance" + std::to_string(++draws_);
+    std::string text = "<state" + attribute_text("id", id) +
+                       ">\n<onentry>\n<assign location=\"drawn\" expr=\"Math.random()\"/>\n</onentry>\n";
+    double sum = 0;
+    std::size_t without = 0;
+    for (const XmlElement& target : targets) without += target.attribute("prob") ? 0 : 1;
+    double given = 0;
+    for (const XmlElement& target : targets)
+      given += std::atof(std::string(target.attribute("prob").value_or("0")).c_str());
+    for (const XmlElement& target : targets) {
+      const auto written = target.attribute("prob");
+      sum += written ? std::atof(std::string(*written).c_str()) : (1.0 - given) / static_cast<double>(without);
+      std::ostringstream below;
+      below << "drawn < " << sum;
+      const bool is_last = &target == &targets.back() && sum > 1.0 - 1e-9;
+      text += "<transition" + (is_last ? std::string() : attribute_text("cond", below.str())) +
+              attribute_text("target", target.attribute("id").value_or("")) + ">" + content(target) + "</transition>\n";
+    }
+    if (sum < 1.0 - 1e-9) {
+      findings_.push_back({Fate::kReview, element.span(), "",
+                           "the probabilities are less than 1 together; the rest goes back to the state"});
+      text += "<transition" + attribute_text("target", state_id_) + "/>\n";
+    }
+    behind_ += "\n" + text + "</state>\n";
+    return id;
+  }
+
+  std::string content(const XmlElement& parent) {
+    return rewritten_inside(document_, parent, [&](const XmlElement& child) { return executable(child); });
+  }
+
+  [[nodiscard]] std::string expression(std::string text) const {
+    text = replaced(std::move(text), "_msg.", kRequestData);
+    text = replaced(std::move(text), "_req.", kRequestData);
+    text = replaced(std::move(text), "_res.", kReplyData);
+    text = replaced(std::move(text), "_goal.", kRequestData);
+    text = replaced(std::move(text), "_action.", kRequestData);
+    text = replaced(std::move(text), "_wrapped_result.result.", kRequestData);
+    text = replaced(std::move(text), "_feedback.", kRequestData);
+    if (crossing_) text = replaced(std::move(text), "_event.data.", kRequestData);
+    return text;
+  }
+
+  std::string executable(const XmlElement& element) {
+    const std::string name(element.local_name());
+    const std::string ref(element.attribute("name").value_or(""));
+    if (name == "bt_return_status") return answer(std::string(element.attribute("status").value_or("")));
+    if (name == "bt_return_halted") return "<send event=\"bt_return_halted\"/>";
+    if (name == "bt_set_output") {
+      return "<assign" + attribute_text("location", element.attribute("key").value_or("")) +
+             attribute_text("expr", expression(value_of(element, "expr"))) + "/>";
+    }
+    if (name == "ros_topic_publish") {
+      const Declaration* const topic = import::find(declarations_, Group::kTopic, ref, true);
+      if (!known(topic)) return undeclared(element);
+      return publish(method_name(topic->ros_name), fields_of(element));
+    }
+    if (name == "ros_service_send_request" || name == "ros_service_send_response") {
+      const bool serves = name.ends_with("response");
+      const Declaration* const service = import::find(declarations_, Group::kService, ref, serves);
+      if (!known(service)) return undeclared(element);
+      const RosPlace& place = world_.services.at(service->ros_name);
+      const RosMethod& method = world_.interfaces.method(place.service, place.method);
+      if (serves) return reply(place.service, place.method, object(completed(method.result, fields_of(element))));
+      return call(place.service, place.method, completed(method.arguments, fields_of(element)));
+    }
+    if (name.starts_with("ros_action_")) return action(element, name, ref);
+    if (name == "send" && element.attribute("event")) {
+      const std::string event(*element.attribute("event"));
+      if (event == "bt_success") return answer("SUCCESS");
+      if (event == "bt_failure") return answer("FAILURE");
+      if (event == "bt_running") return answer("RUNNING");
+      if (is_cross(world_, event, chart_.name) && !element.attribute("target"))
+        return publish(event, fields_of(element));
+    }
+    if (name.starts_with("bt_") || name.starts_with("ros_"))
+      return by_hand(element, "nothing here does what <" + name + "> does");
+    if (!is_content(name)) return by_hand(element, "nothing here does what <" + name + "> does");
+    std::map<std::string, std::optional<std::string>> changes;
+    element.for_each_attribute([&](std::string_view attribute, std::string_view value) {
+      if (attribute == "cond" || attribute == "expr" || attribute == "location")
+        changes[std::string(attribute)] = expression(std::string(value));
+    });
+    if (element.child("expr")) {
+      changes["expr"] = expression(value_of(element, "expr"));
+      return start_tag(element, changes) + "/>";
+    }
+    return element_text(element, start_tag(element, changes), content(element));
+  }
+
+  static bool is_content(std::string_view name) {
+    static constexpr std::array<std::string_view, 12> kContent{
+        "raise", "send", "cancel", "assign", "log", "script", "if", "else", "elseif", "foreach", "param", "content"};
+    return std::find(kContent.begin(), kContent.end(), name) != kContent.end();
+  }
+
+  std::string answer(const std::string& status) {
+    std::string text = "<send event=\"bt_return_status\">\n<param name=\"status\"" +
+                       attribute_text("expr", script_text(status)) + "/>\n";
+    for (const PortDeclaration& port : ports_) {
+      if (!port.is_input)
+        text += "<param" + attribute_text("name", port.key) + attribute_text("expr", port.key) + "/>\n";
+    }
+    return text + "</send>";
+  }
+
+  std::string action(const XmlElement& element, const std::string& name, const std::string& ref) {
+    const bool serves = name != "ros_action_send_goal";
+    const Declaration* const declaration = import::find(declarations_, Group::kAction, ref, serves);
+    if (!known(declaration)) return undeclared(element);
+    const RosPlace& place = world_.actions.at(declaration->ros_name);
+    FieldValues fields = fields_of(element);
+    const std::string goal = place.method + "_send_goal";
+    if (!serves) {
+      const std::string number = goal_data(*declaration);
+      fields.insert(fields.begin(), {"goal_id", number});
+      return "<assign" + attribute_text("location", number) + attribute_text("expr", number + " + 1") + "/>\n" +
+             call(place.service, goal, completed(world_.interfaces.method(place.service, goal).arguments, fields));
+    }
+    const std::string id = expression(std::string(element.attribute("goal_id").value_or("0")));
+    if (name == "ros_action_accept_goal") return reply(place.service, goal, "true");
+    if (name == "ros_action_reject_goal") return reply(place.service, goal, "false");
+    fields.insert(fields.begin(), {"goal_id", id});
+    if (name == "ros_action_feedback") return publish(place.method + "_feedback", fields);
+    static const std::map<std::string, std::string> kStatus = {
+        {"ros_action_succeed", "SUCCEEDED"}, {"ros_action_aborted", "ABORTED"}, {"ros_action_canceled", "CANCELED"}};
+    const auto status = kStatus.find(name);
+    if (status == kStatus.end()) return by_hand(element, "nothing here does what <" + name + "> does");
+    fields.insert(fields.begin() + 1, {"status", "'" + status->second + "'"});
+    return publish(place.method + "_result", fields);
+  }
+
+  // What nobody gives has the value that a new ROS message has.
+  [[nodiscard]] FieldValues completed(const Fields& all, const FieldValues& given) const {
+    FieldValues fields;
+    for (const std::string& name : all.names()) {
+      const auto value =
+          std::find_if(given.begin(), given.end(), [&](const auto& field) { return field.first == name; });
+      fields.emplace_back(name, value == given.end() ? zero_of(all.type(name)) : expression(value->second));
+    }
+    return fields;
+  }
+
+  // {a: …, b: {c: …}}; empty without fields.
+  static std::string object(const FieldValues& fields) {
+    std::string text;
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      const std::size_t dot = fields[i].first.find('.');
+      const std::string head = fields[i].first.substr(0, dot);
+      const bool seen =
+          std::any_of(fields.begin(), fields.begin() + static_cast<std::ptrdiff_t>(i),
+                      [&](const auto& field) { return field.first.substr(0, field.first.find('.')) == head; });
+      if (seen) continue;
+      text += (text.empty() ? "" : ", ") + head + ": " + member(fields, head);
+    }
+    return text.empty() ? "" : "{" + text + "}";
+  }
+
+  static std::string member(const FieldValues& fields, const std::string& head) {
+    FieldValues inside;
+    for (const auto& [name, value] : fields) {
+      if (name == head) return value;
+      if (name.starts_with(head + ".")) inside.emplace_back(name.substr(head.size() + 1), value);
+    }
+    return object(inside);
+  }
+
+  static std::string call(const std::string& service, const std::string& method, const FieldValues& fields) {
+    RemoteCall call{"", service, method, {}, false};
+    for (const auto& [name, value] : fields) {
+      const std::string head = name.substr(0, name.find('.'));
+      if (std::none_of(call.arguments.begin(), call.arguments.end(),
+                       [&](const auto& known) { return known.first == head; }))
+        call.arguments.emplace_back(head, member(fields, head));
+    }
+    return send_of(call, "");
+  }
+
+  std::string publish(const std::string& method, const FieldValues& fields) {
+    return call(std::string(kTopics), method,
+                completed(world_.interfaces.method(std::string(kTopics), method).arguments, fields));
+  }
+
+  static std::string reply(const std::string& service, const std::string& method, const std::string& result) {
+    std::string text =
+        "<send type=\"thrift\"" + attribute_text("target", service) + attribute_text("event", method + ".reply");
+    if (result.empty()) return text + "/>";
+    return text + ">\n<param name=\"result\"" + attribute_text("expr", result) + "/>\n</send>";
+  }
+
+  const AscxmlChart& chart_;
+  const XmlDocument& document_;
+  RosWorld& world_;
+  std::vector<Declaration> declarations_;
+  std::vector<PortDeclaration> ports_;
+  std::vector<Finding> findings_;
+  std::string data_;
+  std::string rates_;
+  std::string state_id_;
+  std::string behind_;
+  int draws_ = 0;
+  bool crossing_ = false;
+};
+
+}  // namespace
+
+std::string method_name(std::string_view ros_name) {
+  std::string name = safe_name(ros_name);
+  std::replace(name.begin(), name.end(), '-', '_');
+  if (std::isdigit(static_cast<unsigned char>(name.front())) != 0) name.insert(0, "n");
+  return name;
+}
+
+std::string chart_name(const XmlDocument& document, const std::string& file) {
+  const std::string name(document.root().attribute("name").value_or(""));
+  return name.empty() ? std::filesystem::path(file).stem().string() : name;
+}
+
+std::vector<PortDeclaration> ports_of(const XmlDocument& document) {
+  std::vector<PortDeclaration> ports;
+  for (const XmlElement& child : document.root().children()) {
+    const std::string_view name = child.local_name();
+    if (name != "bt_declare_port_in" && name != "bt_declare_port_out") continue;
+    ports.push_back({std::string(child.attribute("key").value_or("")),
+                     std::string(child.attribute("type").value_or("")), name.ends_with("in")});
+  }
+  return ports;
+}
+
+std::vector<std::string> naming_ports(const XmlDocument& document) {
+  std::vector<std::string> keys;
+  for (const XmlElement& child : document.root().children()) {
+    const auto declaration = declaration_of(child, {});
+    if (declaration && !declaration->key.empty()) keys.push_back(declaration->key);
+  }
+  return keys;
+}
+
+void declare(const AscxmlChart& chart, RosWorld& world) {
+  std::set<std::string> methods;
+  for (const Declaration& declaration : declarations_of(chart)) {
+    if (declaration.ros_name.empty() || !declaration.serves) continue;
+    if (declaration.group == Group::kService) {
+      std::string method =
+          method_name(std::string_view(declaration.ros_name).substr(declaration.ros_name.rfind('/') + 1));
+      if (!methods.insert(method).second) method = method_name(declaration.ros_name);
+      world.services[declaration.ros_name] = {chart.name, method};
+    } else if (declaration.group == Group::kAction) {
+      world.actions[declaration.ros_name] = {chart.name, method_name(declaration.ros_name)};
+    }
+  }
+  for_each_element(chart.document->root(), [&](const XmlElement& element) {
+    const bool handles = element.local_name() == "transition";
+    if (!handles && element.local_name() != "send") return;
+    if (!handles && (element.attribute("target") || element.attribute("type"))) return;
+    for (const std::string& event : words(element.attribute("event").value_or("")))
+      world.handles[handles ? event : "send " + event].push_back(chart.name);
+  });
+}
+
+void use(const AscxmlChart& chart, RosWorld& world) {
+  const auto types = data_types(*chart.document);
+  const std::vector<Declaration> declarations = declarations_of(chart);
+  // Whom nobody of the system serves is served elsewhere.
+  for (const Declaration& declaration : declarations) {
+    if (declaration.ros_name.empty()) continue;
+    const KnownInterface* const known = known_interface(declaration.type);
+    if (declaration.group == Group::kTopic) {
+      RosMethod& method = topic_method(world, declaration.ros_name);
+      if (known != nullptr) use_known(method.arguments, known->first);
+    } else if (declaration.group == Group::kService) {
+      world.services.try_emplace(declaration.ros_name, RosPlace{"elsewhere", method_name(declaration.ros_name)});
+      const RosPlace& place = world.services.at(declaration.ros_name);
+      RosMethod& method = world.interfaces.method(place.service, place.method);
+      method.comment = "Service " + declaration.ros_name + ", " + declaration.type;
+      if (known != nullptr) {
+        use_known(method.arguments, known->first);
+        use_known(method.result, known->second);
+      }
+    } else if (declaration.group == Group::kAction) {
+      world.actions.try_emplace(declaration.ros_name, RosPlace{"elsewhere", method_name(declaration.ros_name)});
+      const RosPlace& place = world.actions.at(declaration.ros_name);
+      RosMethod& goal = action_method(world, place, "_send_goal");
+      RosMethod& result = action_method(world, place, "_result");
+      if (known != nullptr) {
+        use_known(goal.arguments, known->first);
+        use_known(result.arguments, known->second);
+      }
+    }
+  }
+  const auto fields = [&](const XmlElement& element) -> Fields* {
+    const std::string name(element.local_name());
+    const std::string ref(element.attribute("name").value_or(""));
+    const bool sends_goal = name == "ros_action_send_goal";
+    const bool handles_goal = name == "ros_action_handle_goal";
+    if (name == "ros_topic_publish" || name == "ros_topic_callback") {
+      const auto* topic = find(declarations, Group::kTopic, ref, name.ends_with("publish"));
+      if (topic == nullptr || topic->ros_name.empty()) return nullptr;
+      return &topic_method(world, topic->ros_name).arguments;
+    }
+    if (name.starts_with("ros_service_")) {
+      const bool serves = name == "ros_service_handle_request" || name == "ros_service_send_response";
+      const auto* service = find(declarations, Group::kService, ref, serves);
+      if (service == nullptr || service->ros_name.empty()) return nullptr;
+      const RosPlace& place = world.services.at(service->ros_name);
+      RosMethod& method = world.interfaces.method(place.service, place.method);
+      return name.ends_with("request") ? &method.arguments : &method.result;
+    }
+    if (!name.starts_with("ros_action_")) return nullptr;
+    const bool serves = handles_goal || (!name.starts_with("ros_action_handle") && !sends_goal);
+    const auto* action = find(declarations, Group::kAction, ref, serves);
+    if (action == nullptr || action->ros_name.empty()) return nullptr;
+    const RosPlace& place = world.actions.at(action->ros_name);
+    if (sends_goal || handles_goal) return &action_method(world, place, "_send_goal").arguments;
+    if (name.ends_with("feedback")) return &action_method(world, place, "_feedback").arguments;
+    const bool has_result = name.ends_with("_result") || name == "ros_action_succeed" || name == "ros_action_aborted" ||
+                            name == "ros_action_canceled";
+    return has_result ? &action_method(world, place, "_result").arguments : nullptr;
+  };
+  const auto read = [&](const XmlElement& element, Fields& into, bool crossing) {
+    for_each_element(element, [&](const XmlElement& inner) {
+      inner.for_each_attribute([&](std::string_view attribute, std::string_view value) {
+        if (attribute != "expr" && attribute != "cond") return;
+        const std::string text(value);
+        const auto note = [&](std::string_view word) {
+          for (const std::string& field : read_fields(text, word)) {
+            if (field == "goal_id") continue;
+            const bool whole = text == std::string(word) + field;
+            const auto target = types.find(std::string(inner.attribute("location").value_or("")));
+            into.use(field, whole && target != types.end() ? target->second : "");
+          }
+        };
+        for (const Source& source : kSources) note(source.word);
+        if (crossing) note("_event.data.");
+      });
+    });
+  };
+  for_each_element(chart.document->root(), [&](const XmlElement& element) {
+    Fields* into = fields(element);
+    bool crossing = false;
+    const std::string_view name = element.local_name();
+    if (into == nullptr && (name == "transition" || name == "send")) {
+      for (const std::string& event : words(element.attribute("event").value_or(""))) {
+        if (!is_cross(world, event, chart.name)) continue;
+        into = &topic_method(world, event).arguments;
+        crossing = name == "transition";
+      }
+    }
+    if (into == nullptr) return;
+    for (const auto& [field, value] : fields_of(element)) into->use(field, type_of(value, types));
+    if (name == "transition" || name.find("_handle_") != std::string_view::npos || name.ends_with("_callback"))
+      read(element, *into, crossing);
+  });
+}
+
+TranslatedAscxml translate(const AscxmlChart& chart, RosWorld& world) { return AscxmlTranslator(chart, world).run(); }
+
+}  // namespace sentree::import
