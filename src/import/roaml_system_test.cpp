@@ -170,8 +170,10 @@ TEST(RoamlSystem, SeveralMainFilesMustBeToldApart) {
 
 // Whole systems and single charts that other people wrote, where a copy of them lies beside the sources.
 TEST(RoamlSystem, TranslatesPublicChartsToChartsThatLoad) {
-  const char* const corpus = std::getenv("SENTREE_CORPUS");
-  if (corpus == nullptr) GTEST_SKIP() << "SENTREE_CORPUS names no folder of public charts";
+  const char* const given = std::getenv("SENTREE_CORPUS");
+  const path corpus = given != nullptr ? path(given) : path(SENTREE_SOURCE_DIR) / ".." / "shared" / "corpus";
+  std::error_code error;
+  if (!std::filesystem::is_directory(corpus, error)) GTEST_SKIP() << "there is no " << corpus;
   const auto folder = SourceFolder::open(corpus);
   ASSERT_TRUE(folder) << to_string(folder.error());
   int charts = 0;
