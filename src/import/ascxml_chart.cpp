@@ -235,14 +235,12 @@ void use_known(Fields& fields, const std::vector<std::pair<std::string, std::str
   for (const auto& [name, type] : known) fields.use(name, type);
 }
 
-bool is_cross(const RosWorld& world, const std::string& event, const std::string&) {
-  const auto handlers = world.handles.find(event);
-  const auto senders = world.handles.find("send " + event);
-  if (handlers == world.handles.end() || senders == world.handles.end()) return false;
-  return std::any_of(handlers->second.begin(), handlers->second.end(), [&](const std::string& handler) {
-    return std::any_of(senders->second.begin(), senders->second.end(),
-                       [&](const std::string& sender) { return sender != handler; });
-  });
+/// An event that one chart sends and another one handles.
+bool is_cross(const RosWorld& world, const std::string& event) {
+  const auto handlers = world.handlers.find(event);
+  const auto senders = world.senders.find(event);
+  if (handlers == world.handlers.end() || senders == world.senders.end()) return false;
+  return handlers->second.size() > 1 || senders->second.size() > 1 || handlers->second != senders->second;
 }
 
 class AscxmlTranslator {
@@ -274,7 +272,12 @@ class AscxmlTranslator {
             attribute_text("name", chart_.name) + (begin.empty() ? "" : attribute_text("initial", begin)) + ">\n";
     text += "<datamodel>\n" + extra_data() + data_ + "</datamodel>\n" + body + "</scxml>\n";
     if (auto formatted = scxml::format(text, document_.file())) text = std::move(*formatted);
-    return {std::move(text), std::move(findings_)};
+    TranslatedAscxml made{std::move(text), {}, std::move(findings_)};
+    for (const Declaration& declaration : declarations_) {
+      if (declaration.group == Group::kAction && !declaration.serves)
+        made.goal_counters.push_back(goal_data(declaration));
+    }
+    return made;
   }
 
  private:
@@ -373,7 +376,7 @@ class AscxmlTranslator {
       const bool is_event = !events.empty();
       bool crosses = false;
       for (std::string& event : events) {
-        if (!is_cross(world_, event, chart_.name)) continue;
+        if (!is_cross(world_, event)) continue;
         crosses = true;
         event = topic_event(event);
       }
@@ -442,7 +445,13 @@ class AscxmlTranslator {
   std::string refreshed_ports() {
     std::string text;
     for (const PortDeclaration& port : ports_) {
-      if (port.is_input)
+      if (!port.is_input) continue;
+      if (chart_.sometimes.contains(port.key)) {
+        const std::string value = "_event.data." + port.key;
+        text += "<if" + attribute_text("cond", "_event.data && " + value + " !== undefined") + ">\n<assign" +
+                attribute_text("location", port.key) + attribute_text("expr", value) + "/>\n</if>\n";
+      }
+      if (chart_.given.contains(port.key))
         text += "<assign" + attribute_text("location", port.key) + attribute_text("expr", "_event.data." + port.key) +
                 "/>\n";
     }
@@ -548,8 +557,7 @@ class AscxmlTranslator {
       if (event == "bt_success") return answer("SUCCESS");
       if (event == "bt_failure") return answer("FAILURE");
       if (event == "bt_running") return answer("RUNNING");
-      if (is_cross(world_, event, chart_.name) && !element.attribute("target"))
-        return publish(event, fields_of(element));
+      if (is_cross(world_, event) && !element.attribute("target")) return publish(event, fields_of(element));
     }
     if (name.starts_with("bt_") || name.starts_with("ros_"))
       return by_hand(element, "nothing here does what <" + name + "> does");
@@ -732,7 +740,7 @@ void declare(const AscxmlChart& chart, RosWorld& world) {
     if (!handles && element.local_name() != "send") return;
     if (!handles && (element.attribute("target") || element.attribute("type"))) return;
     for (const std::string& event : words(element.attribute("event").value_or("")))
-      world.handles[handles ? event : "send " + event].push_back(chart.name);
+      (handles ? world.handlers : world.senders)[event].insert(chart.name);
   });
 }
 
@@ -819,7 +827,7 @@ void use(const AscxmlChart& chart, RosWorld& world) {
     const std::string_view name = element.local_name();
     if (into == nullptr && (name == "transition" || name == "send")) {
       for (const std::string& event : words(element.attribute("event").value_or(""))) {
-        if (!is_cross(world, event, chart.name)) continue;
+        if (!is_cross(world, event)) continue;
         into = &topic_method(world, event).arguments;
         crossing = name == "transition";
       }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -18,9 +19,11 @@ struct RosPlace {
 
 /// What the charts of one system call each other, filled by `declare` and read by `translate`.
 struct RosWorld {
-  std::map<std::string, RosPlace> services;                 ///< By ROS name.
-  std::map<std::string, RosPlace> actions;                  ///< `method` is a prefix: _send_goal, _result, _feedback.
-  std::map<std::string, std::vector<std::string>> handles;  ///< Plain events and the charts that handle them.
+  std::map<std::string, RosPlace> services;  ///< By ROS name.
+  std::map<std::string, RosPlace> actions;   ///< `method` is a prefix: _send_goal, _result, _feedback.
+  std::map<std::string, std::set<std::string>>
+      handlers;  ///< Of plain events: the charts that have a transition for them …
+  std::map<std::string, std::set<std::string>> senders;  ///< … and those that send them.
   RosInterfaces interfaces;
   bool has_topics = false;
 };
@@ -30,7 +33,9 @@ struct AscxmlChart {
   const text::XmlDocument* document = nullptr;
   std::string name;
   bool is_plugin = false;
-  std::map<std::string, std::string> ports;  ///< Literal values of one leaf's ports; a plug-in's only.
+  std::map<std::string, std::string> ports;  ///< Values of the ports that name topics, services and actions.
+  std::set<std::string> given;               ///< Input ports that the tree gives to every leaf of a plug-in …
+  std::set<std::string> sometimes;           ///< … and to some only.
 };
 
 /// A top-level declaration of a port.
@@ -56,6 +61,7 @@ void use(const AscxmlChart& chart, RosWorld& world);
 
 struct TranslatedAscxml {
   std::string source;
+  std::vector<std::string> goal_counters;  ///< <data> that number the goals of a client; each leaf needs other numbers.
   std::vector<Finding> findings;
 };
 /// The chart as SCXML for a skill with the protocol `as2fm`, or for the model of a component.

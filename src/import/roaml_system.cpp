@@ -299,6 +299,7 @@ class RoamlSystem {
         find(Fate::kByHand, SourceSpan{folder_.shown(chart.file)}, chart.name,
              "no leaf of the tree uses this plug-in; not imported");
     }
+    for (Instance& instance : instances_) note_ports(instance);
     for (const Instance& instance : instances_) declare(instance.chart, world_);
     for (const Instance& instance : instances_) use(instance.chart, world_);
     int goals = 0;
@@ -311,15 +312,9 @@ class RoamlSystem {
         if (!known) result_.findings.push_back(std::move(finding));
       }
       // Goals of different leaves must have different numbers.
-      std::vector<std::string> counters;
-      for (std::size_t at = made.source.find("_goal_id\" expr=\"0\"/> <!-- number"); at != std::string::npos;
-           at = made.source.find("_goal_id\" expr=\"0\"/> <!-- number", at + 1)) {
-        const std::size_t begin = made.source.rfind("id=\"", at) + 4;
-        counters.push_back(made.source.substr(begin, at + 8 - begin));
-      }
       for (const Leaf* leaf : instance.leaves) {
         std::string data;
-        for (const std::string& counter : counters)
+        for (const std::string& counter : made.goal_counters)
           data += (data.empty() ? "" : ", ") + counter + ": " + std::to_string(1000 * goals++);
         skills_ += "  " + yaml_text(leaf->name) + ": {file: " + yaml_text(instance.path) + ", protocol: as2fm" +
                    (data.empty() ? "" : ", data: {" + data + "}") + "}\n";
@@ -333,6 +328,16 @@ class RoamlSystem {
              "interface at the address in sentree.yaml");
       }
       result_.files.push_back({instance.path, std::move(made.source)});
+    }
+  }
+
+  static void note_ports(Instance& instance) {
+    for (const PortDeclaration& port : ports_of(instance.original->document)) {
+      const auto has = [&](const Leaf* leaf) { return leaf->attributes.contains(port.key); };
+      const auto& leaves = instance.leaves;
+      if (!port.is_input || std::none_of(leaves.begin(), leaves.end(), has)) continue;
+      const bool all = std::all_of(leaves.begin(), leaves.end(), has);
+      (all ? instance.chart.given : instance.chart.sometimes).insert(port.key);
     }
   }
 

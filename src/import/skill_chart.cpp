@@ -147,6 +147,7 @@ class SkillTranslator {
 
   std::string whole() {
     needs_halted_ = false;
+    needs_failure_ = false;
     new_data_.clear();
     const XmlElement root = document_.root();
     std::string inside = rewritten_inside(document_, root, [&](const XmlElement& child) { return outside(child); });
@@ -166,6 +167,7 @@ class SkillTranslator {
            "no state tells SUCCESS or FAILURE, so the skill never ends; add <final id=\"success\"/> and "
            "<final id=\"failure\"/>"});
     }
+    if (needs_failure_) inside += "<final id=\"failure\"/>\n";
     if (needs_halted_) inside += "<final id=\"halted\"/>\n";
     std::map<std::string, std::optional<std::string>> changes{{"datamodel", "ecmascript"}};
     if (const auto initial = root.attribute("initial")) changes["initial"] = renamed_list(*initial);
@@ -486,10 +488,9 @@ class SkillTranslator {
       text += ">\n<assign" + attribute_text("location", result) + " expr=\"_event.data.result\"/>\n</transition>\n";
     }
     // A stub that gets no answer goes on with a default value; here the call's failure is the skill's.
-    if (failure_) {
-      text += "<transition" + attribute_text("event", "error " + name + ".error") + attribute_text("cond", mine) +
-              " target=\"failure\"/>\n";
-    }
+    needs_failure_ = needs_failure_ || !failure_;
+    text += "<transition" + attribute_text("event", "error " + name + ".error") + attribute_text("cond", mine) +
+            " target=\"failure\"/>\n";
     return text;
   }
 
@@ -507,6 +508,7 @@ class SkillTranslator {
   bool says_status_ = false;
   bool has_datamodel_ = false;
   bool needs_halted_ = false;
+  bool needs_failure_ = false;
 };
 
 }  // namespace
