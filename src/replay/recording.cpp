@@ -180,8 +180,7 @@ struct RunRecorder::Impl {
         break;
       }
       case What::kInjection:
-        // What was done is seen at once, also where no time passes.
-        if (inside != nullptr) inside->scheduler().post(inside->director(), [this] { sample_robots(); });
+        if (inside != nullptr) sample_after_command();
         break;
       case What::kOther: break;
     }
@@ -331,6 +330,15 @@ struct RunRecorder::Impl {
   void sample_robots() {
     const TimePoint now = inside->scheduler().now();
     if (robots) inside->sim()->inspect([&](const sim::State& state) { robots->sample(state, now); });
+  }
+
+  // What was done is seen at once, also where no time passes: a run in virtual time that stands executes commands only.
+  void sample_after_command() {
+    runtime::Scheduler& scheduler = inside->scheduler();
+    if (scheduler.is_virtual())
+      scheduler.at(inside->director(), scheduler.now(), mission::Rank::kInjection, [this] { sample_robots(); });
+    else
+      scheduler.post(inside->director(), [this] { sample_robots(); });
   }
 
   // In the mission's actor. The blackboard, if it is not as it was written last.

@@ -14,11 +14,11 @@ for (const theme of ["light", "dark"]) {
     const program = await serve_run(example("recharge"), { scenario: "experiment1", args: ["--clock", "virtual", "--factor", "1000"] });
     const { page, close } = await open_page(program.url, { theme, width: 1440, height: 960 });
     await until(async () => (await text(page, "presence")) === "■ Ended", "the run has ended");
-    await page.keyboard.press("n");
-    await page.getByTestId("past-strip").waitFor();
-    await page.getByTestId("violation-banner").waitFor();
     await page.getByTestId("violation-banner").getByRole("button", { name: "never_empty" }).click();
-    await page.locator("#panel-messages .message").first().waitFor();
+    await page.getByTestId("violation-moment").click();
+    await page.getByTestId("past-strip").waitFor();
+    await page.keyboard.press("v");
+    await page.getByTestId("violation-story").waitFor();
     await page.evaluate(() => new Promise((settle) => requestAnimationFrame(() => requestAnimationFrame(settle))));
     await page.screenshot({ path: join(folder, `studio-${theme}.png`) });
     await close();

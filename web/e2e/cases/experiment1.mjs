@@ -21,7 +21,8 @@ test("a battery forced to 10 % is a violation that no one can miss", async () =>
   await until(async () => (await verdicts(page)).never_empty === "violated" && (await verdicts(page)).battery === "violated", "both monitors are violated");
 
   // The witness: a click on an observation goes to its moment, in every panel.
-  const line = banner.locator(".witness-line").last();
+  await page.getByTestId("violation-why").click();
+  const line = page.getByTestId("violation-story").locator(".witness-line").last();
   const moment = await line.locator("time").innerText();
   await line.click();
   await page.getByTestId("past-strip").waitFor();

@@ -38,7 +38,7 @@ test("the particles of a robot that is lost are drawn, and can be left out", asy
   await until(async () => /Paused/.test(await text(page, "presence")), "the page has seen the pause");
   await until(async () => (await picture(page, "shown", "shown")) === 0, "the map of a paused run stands still");
   const layers = async () => {
-    await page.getByRole("button", { name: "Layers of the map" }).click();
+    await page.getByRole("button", { name: "View of the map" }).click();
     await page.getByRole("menuitemcheckbox", { name: /Particles/ }).click();
   };
   await layers();
@@ -54,7 +54,9 @@ test("following keeps the robot in the middle until somebody shows all", async (
   const { page, close } = await open_page(program.url);
   await until(async () => (await state_of(page)).robots.robot?.pose, "the robot is somewhere");
   const [whole] = await view_of(page);
-  await page.getByRole("button", { name: "Follow the robot" }).click();
+  const follow = () => page.getByRole("menuitemcheckbox", { name: "Follow the robot" });
+  await page.getByRole("button", { name: "View of the map" }).click();
+  await follow().click();
   await until(async () => (await view_of(page))[0] > whole, "the map is nearer");
   await operate(page, "pause");
   const box = await page.getByTestId("map").boundingBox();
@@ -66,7 +68,8 @@ test("following keeps the robot in the middle until somebody shows all", async (
   await page.getByTestId("map").focus();
   await page.keyboard.press("0");
   await until(async () => (await view_of(page))[0] === whole, "all is shown again");
-  assert.equal(await page.getByRole("button", { name: "Follow the robot" }).getAttribute("aria-pressed"), "false");
+  await page.getByRole("button", { name: "View of the map" }).click();
+  assert.equal(await follow().getAttribute("aria-checked"), "false");
   await close();
   await program.stop();
 });
@@ -105,8 +108,8 @@ test("of several robots each is followed, put and sent by itself", async () => {
   await until(async () => Math.abs((await state_of(page)).robots.left.pose[0] - 4) < 0.2, "the left one was put there");
 
   for (const name of ["left", "right"]) {
-    await page.locator("#panel-map").getByRole("button", { name: /^Follow/ }).click();
-    await page.getByRole("button", { name: `Following ${name}` }).waitFor();
+    await page.getByRole("button", { name: "View of the map" }).click();
+    await page.getByRole("menuitemcheckbox", { name: `Follow ${name}` }).click();
   }
   // With the tool, the followed one is sent.
   await page.getByTestId("tool-goal").click();

@@ -22,7 +22,7 @@ test("the tree folds, finds and leads to what is at work", async () => {
   await page.keyboard.press("ArrowLeft");
   const first = page.locator(`#node-${id("EnergyOk")}`);
   assert.equal(await first.getAttribute("aria-selected"), "true");
-  await page.keyboard.press("Space");
+  await page.keyboard.press("Enter");
   await until(async () => (await shown(page)) < nodes.length, "its children are hidden");
   assert.equal(await first.getAttribute("aria-expanded"), "false");
   assert.equal(await page.locator(`#node-${id("GoToStation")}`).count(), 0);

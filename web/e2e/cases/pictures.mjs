@@ -7,7 +7,7 @@ import { open_page } from "../harness/browser.mjs";
 import { example, serve_run } from "../harness/program.mjs";
 
 async function save(page, id, item) {
-  await page.locator(`[data-save="${id}"]`).click();
+  await page.locator(`[data-view-of="${id}"]`).click();
   const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("menuitem", { name: item }).click()]);
   return { name: download.suggestedFilename(), bytes: readFileSync(await download.path()) };
 }
@@ -32,7 +32,7 @@ test("tree, chart and map are saved as SVG in which text is text", async () => {
   const program = await serve_run(example("recharge"), { scenario: "normal" });
   const { page, close } = await open_page(program.url);
   await page.locator("[data-node]", { hasText: "GoToKitchen" }).click();
-  const wanted = { mission: "GoToKitchen", "chart:skill:GoToKitchen": "moving", map: "kitchen" };
+  const wanted = { mission: "GoToKitchen", charts: "moving", map: "kitchen" };
   for (const [id, word] of Object.entries(wanted)) {
     const { name, bytes } = await save(page, id, /SVG/);
     assert.match(name, /^normal-.*\.svg$/);

@@ -72,19 +72,6 @@ test("a robot is plugged in at a station, and on its way the page says why not",
   await program.stop();
 });
 
-test("what is done to the world while the run is paused is seen once it goes on, and the page says so", async () => {
-  const program = await serve_run(example("recharge"), { scenario: "normal" });
-  const { page, close } = await open_page(program.url);
-  await operate(page, "pause");
-  await until(async () => /Paused/.test(await text(page, "presence")), "the run is paused");
-  await page.getByTestId("battery-robot").fill("60");
-  await page.getByText("the page shows it once the run goes on").waitFor();
-  await operate(page, "resume");
-  await until(async () => (await state_of(page)).robots.robot.battery.percentage <= 0.6, "the battery has that charge");
-  await close();
-  await program.stop();
-});
-
 test("a service is called with a form made from its interface", async () => {
   const program = await serve_run(example("recharge"), { scenario: "normal" });
   const { page, close } = await open_page(program.url);

@@ -30,7 +30,7 @@ test("the timeline goes to any moment, and back", async () => {
 });
 
 test("the replay plays on by itself, and stops at the end", async () => {
-  const { program, page, close } = await ended_run("no-path");
+  const { program, page, close } = await ended_run("experiment1");
   const end = await shown_time(page);
   await page.getByTestId("replay").click();
   await until(async () => (await shown_time(page)) < end, "it begins at the beginning");
@@ -45,6 +45,7 @@ test("the replay plays on by itself, and stops at the end", async () => {
 
 test("a click on a message goes to its moment; search finds it", async () => {
   const { program, page, close } = await ended_run("experiment1");
+  await page.keyboard.press("m");
   await page.locator("#panel-messages .message").first().waitFor();
   await page.getByLabel("Text").fill("setBatteryCharge");
   await page.getByRole("button", { name: "Look further back" }).click();
@@ -61,8 +62,9 @@ test("a click on a message goes to its moment; search finds it", async () => {
 
 test("a long witness can be read to its end", async () => {
   const { program, page, close } = await ended_run("experiment2");
-  const details = await page.locator(".banner-details").evaluate((all) => [all, ...all.children].map((element) => element.clientHeight));
-  assert.ok(Math.max(...details) === details[0], "story and witness stay within the banner");
+  await page.keyboard.press("v");
+  const details = await page.getByTestId("violation-story").evaluate((all) => [all, ...all.children].map((element) => element.clientHeight));
+  assert.ok(Math.max(...details) === details[0], "story and witness stay within their frame");
   await page.locator(".witness-line").last().click();
   await until(async () => (await shown_time(page)) === 53.1e9, "its last observation was at 53.1 s");
   await close();

@@ -4,7 +4,6 @@ import "../styles/charts.css";
 import { useEffect, useRef } from "react";
 
 import { PictureTools } from "../picture/PictureTools";
-import { Icon } from "../widgets/Icon";
 import { PanelTools } from "../widgets/PanelTools";
 import { useCommand } from "../widgets/commands";
 import { go_to_panel, useLayout } from "../widgets/layout";
@@ -50,8 +49,11 @@ export function ChartsPanel() {
   const leaf = node === null ? null : (index?.model.tree.nodes[node]?.leaf ?? null);
   const at_work = useStudio((studio) => (follow && studio.index ? chart_to_follow(studio.index, studio.state, studio.selection.chart) : null));
   useEffect(() => {
-    if (leaf) select({ chart: leaf });
-  }, [leaf]);
+    const { selection } = useStudio.getState();
+    // A violation brings its leaf and its own chart.
+    const of_monitor = selection.monitor !== null && selection.chart === index?.model.monitors.find(({ name }) => name === selection.monitor)?.chart;
+    if (leaf && !of_monitor) select({ chart: leaf });
+  }, [leaf, index]);
   const followed = useRef(at_work);
   useEffect(() => {
     followed.current = at_work;
@@ -68,18 +70,23 @@ export function ChartsPanel() {
     <div className="charts">
       <PanelTools>
         {!grid && <Pick charts={charts} chart={chart} />}
-        <button className="icon-button" aria-pressed={follow} aria-label="Follow the leaf at work" title="Follow the leaf at work" onClick={() => useCharts.setState({ follow: !follow })}>
-          <Icon name="follow" />
-        </button>
         <button className="button small" aria-pressed={grid} title="All charts side by side (G)" onClick={() => useCharts.setState({ grid: !grid })}>
           All
         </button>
-        {!grid && (
-          <button className="button small" aria-pressed={values} title="Event and data beside the chart" onClick={() => useCharts.setState({ values: !values })}>
-            Values
-          </button>
-        )}
-        {!grid && <PictureTools id={`chart:${chart.id}`} name="chart" fit={() => picture.current?.fit()} zoom={(factor) => picture.current?.zoom(factor)} />}
+        <PictureTools
+          panel="charts"
+          id={grid ? null : `chart:${chart.id}`}
+          name="chart"
+          fit={() => picture.current?.fit()}
+          zoom={(factor) => picture.current?.zoom(factor)}
+          more={[
+            { label: "Follow the leaf at work", checked: follow, run: () => useCharts.setState({ follow: !follow }) },
+            { label: "Values beside the chart", checked: values, run: () => useCharts.setState({ values: !values }) },
+          ]}
+        />
+        <button className="button small" title="The chart goes; choosing a leaf, monitor or state brings it back" onClick={() => useLayout.setState({ charts_open: false })}>
+          Close
+        </button>
       </PanelTools>
       {grid ? (
         <Grid charts={tiles.length > 0 ? tiles : charts.slice(0, kTilesMax)} all={charts} pinned={pinned} open={open_chart} />
@@ -96,7 +103,7 @@ export function ChartsPanel() {
 function open_chart(id: string): void {
   select({ chart: id });
   useCharts.setState({ grid: false, follow: false });
-  if (useLayout.getState().collapsed.includes("charts")) go_to_panel("charts");
+  useLayout.setState({ charts_open: true });
 }
 
 function step(charts: readonly ChartModel[], chart: ChartModel | undefined, by: number): void {

@@ -1,11 +1,9 @@
 import "../styles/picture.css";
 import "../styles/map.css";
 
-import { useRef, useState } from "react";
+import { useRef } from "react";
 
 import { PictureTools } from "../picture/PictureTools";
-import { Icon } from "../widgets/Icon";
-import { Menu } from "../widgets/Menu";
 import { PanelTools } from "../widgets/PanelTools";
 import { useCommand } from "../widgets/commands";
 import { useStudio } from "../store/store";
@@ -33,7 +31,6 @@ export function MapPanel() {
   const why_not = useWhyNot();
   const { follow, layers, tool } = useMap();
   const picture = useRef<MapHandle>(null);
-  const [menu, set_menu] = useState<{ x: number; y: number } | null>(null);
 
   const robots = world?.robots ?? [];
   const next_robot = () => {
@@ -63,31 +60,24 @@ export function MapPanel() {
         <button className="button small" aria-pressed={tool === "obstacle"} aria-disabled={no_obstacle !== null} title={no_obstacle ?? "Add an obstacle: click where, or drag its size (O)"} onClick={tool_of("obstacle", no_obstacle)} data-testid="tool-obstacle">
           Obstacle
         </button>
-        <button className="icon-button" aria-pressed={follow !== null} aria-label={follow ? `Following ${follow}` : "Follow the robot"} title="Follow the robot (R)" onClick={next_robot}>
-          <Icon name="follow" />
-        </button>
-        <button
-          className="icon-button"
-          aria-label="Layers of the map"
-          aria-haspopup="menu"
-          title="Layers"
-          onClick={(event) => {
-            const box = event.currentTarget.getBoundingClientRect();
-            set_menu({ x: box.left, y: box.bottom + 2 });
-          }}
-        >
-          <Icon name="filter" />
-        </button>
-        <PictureTools id="map" name="map" fit={() => picture.current?.fit()} zoom={(factor) => picture.current?.zoom(factor)} />
+        <PictureTools
+          panel="map"
+          id="map"
+          name="map"
+          fit={() => picture.current?.fit()}
+          zoom={(factor) => picture.current?.zoom(factor)}
+          more={[
+            ...robots.map(({ name }) => ({ label: robots.length > 1 ? `Follow ${name}` : "Follow the robot", hint: "R", checked: follow === name, run: () => useMap.setState({ follow: follow === name ? null : name }) })),
+            { heading: "Layers" },
+            ...kLayers.map((layer) => ({ label: kLayerTitles[layer], checked: layers.has(layer), run: () => toggle_layer(layer) })),
+          ]}
+        />
       </PanelTools>
       <MapCanvas world={world} handle={picture} />
-      {menu && (
-        <Menu
-          {...menu}
-          label="Layers of the map"
-          close={() => set_menu(null)}
-          entries={kLayers.map((layer) => ({ label: kLayerTitles[layer], checked: layers.has(layer), run: () => toggle_layer(layer) }))}
-        />
+      {tool === "goal" && (
+        <p className="map-hint" role="status" data-testid="goal-hint">
+          Press where, drag which way. This replaces the goal that the mission has set; it is not told. Escape: no goal.
+        </p>
       )}
     </div>
   );

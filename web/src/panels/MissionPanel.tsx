@@ -39,19 +39,21 @@ export function MissionPanel() {
     <div className="mission">
       <PanelTools>
         <Search />
-        <button className="icon-button" aria-pressed={follow} aria-label="Follow what is at work" title="Follow what is at work (F)" onClick={() => useMission.setState({ follow: !follow })}>
-          <Icon name="follow" />
-        </button>
-        <button className="button small" title={folded ? "Show all nodes" : "Hide everything below the first level"} onClick={folded ? expand_all : collapse_all}>
-          {folded ? "Expand" : "Collapse"}
-        </button>
-        <button className="button small" aria-pressed={ages} title="When each status changed last" onClick={() => useMission.setState({ ages: !ages })}>
-          Ages
-        </button>
         <button className="button small" aria-pressed={inspecting} title="Ports and blackboard of the chosen node (P)" onClick={() => useMission.setState({ inspecting: !inspecting })}>
           Inspect
         </button>
-        <PictureTools id="mission" name="tree" fit={() => picture.current?.fit()} zoom={(factor) => picture.current?.zoom(factor)} />
+        <PictureTools
+          panel="mission"
+          id="mission"
+          name="tree"
+          fit={() => picture.current?.fit()}
+          zoom={(factor) => picture.current?.zoom(factor)}
+          more={[
+            { label: "Follow what is at work", hint: "F", checked: follow, run: () => useMission.setState({ follow: !follow }) },
+            { label: "Ages of statuses", checked: ages, run: () => useMission.setState({ ages: !ages }) },
+            { label: folded ? "Show all nodes" : "Hide everything below the first level", run: folded ? expand_all : collapse_all },
+          ]}
+        />
       </PanelTools>
       <div className="mission-body">
         <div className="mission-picture">

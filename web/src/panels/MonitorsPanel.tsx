@@ -3,8 +3,7 @@ import { useMemo } from "react";
 import { clock_text, duration_text } from "../draw/format";
 import type { MonitorModel, MonitorState, Verdict } from "../protocol/types";
 import { Icon } from "../widgets/Icon";
-import { PanelTools } from "../widgets/PanelTools";
-import { open_monitor_chart, useBanner } from "./violation/ViolationBanner";
+import { open_monitor_chart, useViolations } from "./violation/violations";
 import { select, useStudio } from "../store/store";
 import { seek, stop_replay } from "../store/time_travel";
 import { split_standing } from "./monitors/standing";
@@ -58,7 +57,7 @@ function Monitor({ model, state, chosen, times }: { model: MonitorModel; state: 
     if (time === undefined) return;
     stop_replay();
     seek(time);
-    useBanner.setState({ shown: true });
+    useViolations.setState({ shown: true });
   };
   return (
     <li className={`monitor ${verdict}${chosen ? " chosen" : ""}`} data-monitor={model.name} data-verdict={verdict} onClick={() => select({ monitor: model.name, chart: model.chart })}>
@@ -91,8 +90,8 @@ function Monitor({ model, state, chosen, times }: { model: MonitorModel; state: 
             {clock_text(times[0] ?? 0, 1)}
           </button>
         )}
-        <button className="icon-button" onClick={() => open_monitor_chart(model.name)} aria-label={`Chart of ${model.name}`} title="Show its chart">
-          <Icon name="chart" />
+        <button className="button small" onClick={() => open_monitor_chart(model.name)} aria-label={`Chart of ${model.name}`} title="Show its chart">
+          Chart
         </button>
       </div>
     </li>
@@ -111,14 +110,8 @@ export function MonitorsPanel() {
   }, [violations]);
   if (!models) return null;
   if (models.length === 0) return <p className="empty">This project has no monitors; sentree.yaml lists them under “monitors”.</p>;
-  const violated = models.filter((model) => states?.[model.name]?.verdict === "violated").length;
   return (
     <>
-      <PanelTools>
-        <span className={violated > 0 ? "badge violated" : "badge"}>
-          {violated} of {models.length} violated
-        </span>
-      </PanelTools>
       <ul className="scroll monitors">
         {models.map((model) => (
           <Monitor key={model.name} model={model} state={states?.[model.name]} chosen={chosen === model.name} times={times.get(model.name) ?? kNoTimes} />

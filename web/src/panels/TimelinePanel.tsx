@@ -2,6 +2,7 @@ import { useEffect, useRef, useState } from "react";
 
 import { clock_text } from "../draw/format";
 import { useCommand } from "../widgets/commands";
+import { MenuButton } from "../picture/PictureTools";
 import { Icon } from "../widgets/Icon";
 import { PanelTools } from "../widgets/PanelTools";
 import { kSpeeds, next_tick, previous_tick, violation } from "../widgets/run_commands";
@@ -22,13 +23,11 @@ function Tools({ timeline, shown, hide_idle, set_hide_idle }: { timeline: Timeli
   return (
     <>
       <div className="tool-group" role="group" aria-label="Replay">
-        <button className="icon-button" onClick={() => violation(-1)} disabled={violations === 0} aria-label="Previous violation" title="Previous violation (Shift+N)">
-          <Icon name="previous" />
+        <button className="button small" onClick={() => violation(-1)} disabled={violations === 0} aria-label="Previous violation" title="Previous violation (Shift+N)">
+          ‹ Violation
         </button>
-        <button className="icon-button" onClick={previous_tick} aria-label="One tick back" title="One tick back (,)">
-          <span className="flip">
-            <Icon name="step" />
-          </span>
+        <button className="button small" onClick={previous_tick} aria-label="One tick back" title="One tick back (,)">
+          −1 tick
         </button>
         <button className="button small" onClick={() => (replay > 0 ? stop_replay() : start_replay(speed))} aria-pressed={replay > 0} title="Replay from the moment shown (Space, in the past)" data-testid="replay">
           <Icon name={replay > 0 ? "pause" : "play"} />
@@ -47,12 +46,12 @@ function Tools({ timeline, shown, hide_idle, set_hide_idle }: { timeline: Timeli
           ))}
         </select>
         {!live && (
-          <button className="icon-button" onClick={next_tick} aria-label="One tick on" title="One tick on (.)">
-            <Icon name="step" />
-          </button>
+          <button className="button small" onClick={next_tick} aria-label="One tick on" title="One tick on (.)">
+          +1 tick
+        </button>
         )}
-        <button className="icon-button" onClick={() => violation(1)} disabled={violations === 0} aria-label="Next violation" title="Next violation (N)">
-          <Icon name="next" />
+        <button className="button small" onClick={() => violation(1)} disabled={violations === 0} aria-label="Next violation" title="Next violation (N)">
+          Violation ›
         </button>
         {!recording && (
           <button className="button small" onClick={go_live} disabled={live} title="Follow the present (L)">
@@ -63,23 +62,18 @@ function Tools({ timeline, shown, hide_idle, set_hide_idle }: { timeline: Timeli
       </div>
       <span className="tool-space" />
       <Readout />
-      <button className="button small" aria-pressed={hide_idle} onClick={() => set_hide_idle(!hide_idle)} title="Leave out lanes in which nothing happens">
-        Hide idle
-      </button>
-      <div className="tool-group" role="group" aria-label="Zoom">
-        <button className="icon-button" onClick={() => timeline?.zoom_by(1 / 0.7)} aria-label="Show more time" title="Show more time (−)">
-          <Icon name="minus" />
-        </button>
-        <button className="icon-button" onClick={() => timeline?.zoom_by(0.7)} aria-label="Show less time" title="Show less time (+)">
-          <Icon name="plus" />
-        </button>
-        <button className="button small" aria-pressed={shown.following === "all"} onClick={() => timeline?.set_following(shown.following === "all" ? "newest" : "all")} title="Everything (0)">
-          All
-        </button>
-        <button className="icon-button" aria-pressed={shown.following === "newest"} onClick={() => timeline?.set_following("newest")} aria-label="Follow the newest" title="Follow the newest">
-          <Icon name="follow" />
-        </button>
-      </div>
+      <MenuButton
+        label="View of the timeline"
+        data_view="timeline"
+        entries={[
+          { label: "Show all", hint: "0", checked: shown.following === "all", run: () => timeline?.set_following(shown.following === "all" ? "newest" : "all") },
+          { label: "Follow the newest", checked: shown.following === "newest", run: () => timeline?.set_following("newest") },
+          { label: "Show less time", hint: "+", run: () => timeline?.zoom_by(0.7) },
+          { label: "Show more time", hint: "−", run: () => timeline?.zoom_by(1 / 0.7) },
+          "line",
+          { label: "Hide idle lanes", hint: "H", checked: hide_idle, run: () => set_hide_idle(!hide_idle) },
+        ]}
+      />
     </>
   );
 }

@@ -6,7 +6,6 @@ import { MapPanel } from "./MapPanel";
 import { MessagesPanel } from "./MessagesPanel";
 import { MissionPanel } from "./MissionPanel";
 import { MonitorsPanel } from "./MonitorsPanel";
-import { SteerPanel } from "./SteerPanel";
 import { TimelinePanel } from "./TimelinePanel";
 
 /** A panel draws its own tools into the bar with <PanelTools>; the shell draws title, bar and borders. */
@@ -25,5 +24,4 @@ export const panels: readonly Panel[] = [
   { id: "monitors", title: "Monitors", key: "4", Content: MonitorsPanel },
   { id: "messages", title: "Messages", key: "5", Content: MessagesPanel },
   { id: "timeline", title: "Timeline", key: "6", Content: TimelinePanel },
-  { id: "steer", title: "Steer", key: "7", Content: SteerPanel },
 ];

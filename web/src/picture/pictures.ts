@@ -6,8 +6,13 @@ import { useCommands } from "../widgets/commands";
 import { useStudio } from "../store/store";
 import { save_picture, type Picture } from "./export";
 
-/** Pictures that can be saved now, by the panel or chart that draws them. Null: nothing is drawn there yet. */
-export const usePictures = create<{ makers: ReadonlyMap<string, () => Picture | null> }>()(() => ({ makers: new Map() }));
+interface Pictures {
+  /** Pictures that can be saved now, by the panel or chart that draws them. Null: nothing is drawn there yet. */
+  makers: ReadonlyMap<string, () => Picture | null>;
+  /** The panel whose picture somebody is about to save, and where the choice of files opens. */
+  choosing: { panel: string; x: number; y: number } | null;
+}
+export const usePictures = create<Pictures>()(() => ({ makers: new Map(), choosing: null }));
 
 /** Offers a picture for saving while the calling component is shown. */
 export function usePicture(id: string, make: () => Picture | null): void {
@@ -36,8 +41,9 @@ export function save_picture_of(id: string, ending: "svg" | "png"): void {
 
 /** Opens the choice of files for the picture of the panel that has the focus, else of the map. */
 function save_focused(): void {
-  const panel = document.activeElement?.closest(".panel") ?? document;
-  panel.querySelector<HTMLElement>("[data-save]")?.click();
+  const panel = document.activeElement?.closest(".panel")?.id.replace("panel-", "") ?? "map";
+  const box = document.querySelector(`[data-view-of="${panel}"][data-saves]`)?.getBoundingClientRect();
+  if (box) usePictures.setState({ choosing: { panel, x: box.left, y: box.bottom + 2 } });
 }
 
 const kSave = { id: "save", title: "Save the panel's picture as SVG or PNG", group: "Export", keys: ["E"], run: save_focused };

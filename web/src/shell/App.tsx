@@ -7,10 +7,11 @@ import { Header, TravelStrip } from "./Header";
 import { Help } from "./Help";
 import { go_to_panel, reset_layout, toggle_maximised, useLayout } from "../widgets/layout";
 import { Notes } from "./Notes";
+import { Confirm } from "../widgets/Confirm";
 import { Palette } from "./Palette";
 import { useRunCommands } from "../widgets/run_commands";
 import { toggle_theme } from "../widgets/theme";
-import { ViolationBanner } from "../panels/violation/ViolationBanner";
+import { ViolationStrip } from "../panels/violation/ViolationStrip";
 import { Work } from "./Work";
 
 /** The panel that has the focus. */
@@ -55,11 +56,12 @@ export function App() {
     <div className="studio">
       <Header />
       <TravelStrip />
-      <ViolationBanner />
+      <ViolationStrip />
       {known ? <Work /> : <p className="empty waiting">Waiting for the run …</p>}
       <Notes />
       <Palette />
       <Help />
+      <Confirm />
     </div>
   );
 }

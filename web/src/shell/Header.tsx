@@ -3,11 +3,12 @@ import { go_live } from "../store/time_travel";
 import { ask, retry } from "../store/store";
 import { clock_text, duration_text } from "../draw/format";
 import { Icon, type IconName } from "../widgets/Icon";
+import { MenuButton } from "../picture/PictureTools";
 import { open_help } from "./Help";
 import { open_palette } from "./Palette";
-import { kSpeeds, next_tick, toggle_running } from "../widgets/run_commands";
+import { kSpeeds, next_tick, run_again, stop_run, toggle_running } from "../widgets/run_commands";
 import { toggle_theme, useTheme } from "../widgets/theme";
-import { useBanner } from "../panels/violation/ViolationBanner";
+import { useViolations } from "../panels/violation/violations";
 
 const kMissionClass: Record<string, string> = { RUNNING: "running", SUCCESS: "success", FAILURE: "failure", HALTING: "halting" };
 const kMissionIcon: Record<string, IconName> = { RUNNING: "play", SUCCESS: "check", FAILURE: "cross" };
@@ -70,8 +71,8 @@ function RunControls() {
         <Icon name={run === "paused" ? "play" : "pause"} />
         {run === "paused" ? "Resume" : "Pause"}
       </button>
-      <button className="icon-button" disabled={!enabled} onClick={next_tick} aria-label="One tick" title="One tick (.)" data-testid="step">
-        <Icon name="step" />
+      <button className="button" disabled={!enabled} onClick={next_tick} title="Pause, and go on for one tick (.)" data-testid="step">
+        Step
       </button>
       <select className="field" aria-label="Speed of the run" title="Run time per wall time ([ and ])" value={factor} disabled={!enabled} onChange={(event) => void ask("factor", { value: Number(event.target.value) })}>
         {speeds.map((speed) => (
@@ -80,19 +81,42 @@ function RunControls() {
           </option>
         ))}
       </select>
-      <button className="icon-button" disabled={!enabled} onClick={() => void ask("stop", {})} aria-label="Stop the mission" title="Stop the mission: all skills are halted">
-        <Icon name="stop" />
+      <button className="button" disabled={!enabled} onClick={stop_run} title="Halts all skills and ends the run">
+        Stop
       </button>
     </div>
   );
 }
 
+/** The same run once more, or with another seed or scenario; one that goes on is ended first. */
+function RunAgain() {
+  const repeatable = useStudio((studio) => studio.hello?.repeatable ?? false);
+  const connected = useStudio((studio) => studio.phase === "open");
+  const seed = useStudio((studio) => studio.hello?.seed ?? 0);
+  const scenarios = useStudio((studio) => studio.index?.model.scenarios);
+  const present = useStudio((studio) => studio.index?.model.scenario?.name);
+  if (!repeatable || !connected) return null;
+  return (
+    <MenuButton
+      label="Run again"
+      text="Run again"
+      data_view="run"
+      entries={[
+        { label: "The same once more", hint: `seed ${seed}`, run: () => run_again({}) },
+        { label: "With another seed", run: () => run_again({ seed: Math.floor(Math.random() * 1e6) }) },
+        ...(scenarios && scenarios.length > 0 ? [{ heading: "Scenario" }] : []),
+        ...(scenarios ?? []).map((scenario) => ({ label: scenario, checked: scenario === present, run: () => run_again({ scenario }) })),
+      ]}
+    />
+  );
+}
+
 function Violations() {
   const count = useStudio((studio) => studio.violations.length);
-  const shown = useBanner((banner) => banner.shown);
+  const shown = useViolations((state) => state.shown);
   if (count === 0 || shown) return null;
   return (
-    <button className="violation-chip" onClick={() => useBanner.setState({ shown: true, details: true })}>
+    <button className="violation-chip" onClick={() => useViolations.setState({ shown: true })}>
       <Icon name="alarm" />
       {count} {count === 1 ? "violation" : "violations"}
     </button>
@@ -102,9 +126,10 @@ function Violations() {
 export function Header() {
   const title = useStudio((studio) => studio.hello?.title ?? "Sentree Studio");
   const description = useStudio((studio) => studio.hello?.description ?? "");
+  const boot = useStudio((studio) => studio.hello?.boot);
   const dark = useTheme(({ theme }) => theme === "dark");
   return (
-    <header className="header">
+    <header className="header" data-boot={boot}>
       <img className="logo" src="./icon.svg" alt="" width="22" height="22" />
       <h1 className="title ellipsis" title={description}>
         {title}
@@ -116,16 +141,17 @@ export function Header() {
       <Presence />
       <Clock />
       <RunControls />
+      <RunAgain />
       <span className="header-space short" />
       <button className="button find" onClick={open_palette} title="Find a command, a node, a chart (Ctrl+K)">
         <Icon name="search" />
         Find <kbd className="kbd">Ctrl K</kbd>
       </button>
-      <button className="icon-button" onClick={toggle_theme} aria-label={dark ? "Light colours" : "Dark colours"} title="Light or dark (D)">
-        <Icon name={dark ? "sun" : "moon"} />
+      <button className="button" onClick={toggle_theme} title="Light or dark (D)">
+        {dark ? "Light" : "Dark"}
       </button>
-      <button className="icon-button" onClick={open_help} aria-label="Help and keys" title="Help and keys (?)">
-        <Icon name="help" />
+      <button className="button" onClick={open_help} title="Help and keys (?)">
+        Help
       </button>
     </header>
   );

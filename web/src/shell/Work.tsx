@@ -1,62 +1,161 @@
-import { Fragment, useRef } from "react";
+import { useEffect, useRef, useState, type ReactNode } from "react";
 
 import { panels } from "../panels/registry";
-import type { PanelId } from "../widgets/arrangement";
-import { kTimelineMin_px, move_border } from "../widgets/arrangement";
-import { useLayout } from "../widgets/layout";
-import { PanelFrame } from "./PanelFrame";
+import { SteerBar } from "../panels/steer/SteerBar";
+import { Story } from "../panels/violation/Story";
+import { useStudio } from "../store/store";
+import { default_sizes, is_stacked, kSideMin_px, kTimelineMin_px, move_share, type PanelId, type SideId } from "../widgets/arrangement";
+import { Icon } from "../widgets/Icon";
+import { show_side, useDrawers, useLayout, useWindow } from "../widgets/layout";
 import { Splitter } from "../widgets/Splitter";
+import { PanelFrame } from "./PanelFrame";
 
-const find = (id: PanelId) => panels.find((panel) => panel.id === id);
+const panel_of = (id: PanelId) => panels.find((panel) => panel.id === id)!;
 
-/** All panels: columns above, the timeline below, with borders that can be moved. */
+/** The stage, the column at its side and the timeline, with borders that can be moved. */
 export function Work() {
   const layout = useLayout();
-  const place = useRef<HTMLDivElement>(null);
-  const timeline = find("timeline");
-
-  const move_columns = (index: number, pixels: number) => {
-    const width = place.current?.clientWidth || 1;
-    const weights = move_border(layout.columns.map((column) => column.weight), index, pixels / width);
-    useLayout.setState({ columns: layout.columns.map((column, i) => ({ ...column, weight: weights[i] ?? column.weight })) });
-  };
-  const move_panels = (column_index: number, index: number, pixels: number) => {
-    const height = place.current?.clientHeight || 1;
-    useLayout.setState({
-      columns: layout.columns.map((column, i) => {
-        if (i !== column_index) return column;
-        const weights = move_border(column.panels.map((panel) => panel.weight), index, pixels / height);
-        return { ...column, panels: column.panels.map((panel, j) => ({ ...panel, weight: weights[j] ?? panel.weight })) };
-      }),
-    });
-  };
-  const move_timeline = (pixels: number) => {
-    const available = (place.current?.clientHeight ?? 0) + layout.timeline_px - 160;
-    useLayout.setState({ timeline_px: Math.max(kTimelineMin_px, Math.min(layout.timeline_px - pixels, available)) });
-  };
-
+  const { narrow, ...size } = useWindow();
+  const auto = default_sizes(size);
+  const side_px = Math.min(layout.side_px ?? auto.side_px, size.width / 2);
+  const timeline_px = Math.min(layout.timeline_px ?? auto.timeline_px, size.height * 0.6);
   return (
     <main className="work">
-      <div className="columns" ref={place}>
-        {layout.columns.map((column, c) => (
-          <Fragment key={column.panels.map((panel) => panel.id).join()}>
-            {c > 0 && <Splitter direction="vertical" label="Width of the columns" move={(pixels) => move_columns(c - 1, pixels)} />}
-            <div className="column" style={{ flex: `${column.weight} 1 0` }}>
-              {column.panels.map(({ id, weight }, p) => {
-                const panel = find(id);
-                return panel ? (
-                  <Fragment key={id}>
-                    {p > 0 && <Splitter direction="horizontal" label={`Height of ${panel.title}`} move={(pixels) => move_panels(c, p - 1, pixels)} />}
-                    <PanelFrame panel={panel} weight={weight} />
-                  </Fragment>
-                ) : null;
-              })}
-            </div>
-          </Fragment>
-        ))}
+      <div className="upper">
+        <Stage />
+        {narrow ? (
+          <Rail />
+        ) : (
+          <>
+            <Splitter direction="vertical" label="Width of the column" move={(pixels) => useLayout.setState({ side_px: Math.max(side_px - pixels, kSideMin_px) })} />
+            <Side width={side_px} />
+          </>
+        )}
       </div>
-      <Splitter direction="horizontal" label="Height of the timeline" move={move_timeline} />
-      {timeline && <PanelFrame panel={timeline} height_px={layout.timeline_px} />}
+      <Splitter direction="horizontal" label="Height of the timeline" move={(pixels) => useLayout.setState({ timeline_px: Math.max(timeline_px - pixels, kTimelineMin_px) })} />
+      <div className="lower" style={{ flex: `0 0 ${timeline_px}px` }}>
+        <PanelFrame panel={panel_of("timeline")} flex="1 1 0" />
+        <Story />
+      </div>
     </main>
+  );
+}
+
+/** Mission, map, and the chart of what is chosen. */
+function Stage() {
+  const place = useRef<HTMLDivElement>(null);
+  const [size, set_size] = useState({ width: 1, height: 1 });
+  const mission = useLayout((layout) => layout.mission);
+  const chart = useLayout((layout) => layout.chart);
+  const charts_open = useLayout((layout) => layout.charts_open);
+  const picture = useStudio((studio) => studio.index?.model.tree.layout.size);
+  const has_world = useStudio((studio) => (studio.index?.model.world ?? null) !== null);
+  const has_charts = useStudio((studio) => (studio.index?.model.charts.length ?? 0) > 0);
+  const live = useStudio((studio) => studio.hello?.mode === "live");
+  useEffect(() => {
+    const element = place.current;
+    if (!element) return;
+    const observer = new ResizeObserver(() => set_size({ width: element.clientWidth, height: element.clientHeight }));
+    observer.observe(element);
+    return () => observer.disconnect();
+  }, []);
+  const with_chart = charts_open && has_charts;
+  const stacked = is_stacked(size, picture ?? size, mission);
+  const rest = with_chart || has_world;
+  return (
+    <div className="stage" data-testid="stage">
+      <div className={`stage-panels ${stacked ? "stacked" : "beside"}`} ref={place}>
+        <PanelFrame panel={panel_of("mission")} flex={rest ? `${mission} 1 0` : "1 1 0"} />
+        {rest && (
+          <Splitter
+            direction={stacked ? "horizontal" : "vertical"}
+            label="Share of the mission"
+            move={(pixels) => useLayout.setState({ mission: move_share(mission, pixels, stacked ? size.height : size.width) })}
+          />
+        )}
+        {rest && (
+          <div className={`stage-rest ${stacked ? "beside" : "stacked"}`} style={{ flex: `${1 - mission} 1 0` }}>
+            {with_chart && <PanelFrame panel={panel_of("charts")} flex={has_world ? `${chart} 1 0` : "1 1 0"} />}
+            {with_chart && has_world && (
+              <Splitter
+                direction={stacked ? "vertical" : "horizontal"}
+                label="Share of the chart"
+                move={(pixels) => useLayout.setState({ chart: move_share(chart, pixels, stacked ? size.width : size.height) })}
+              />
+            )}
+            {has_world && <PanelFrame panel={panel_of("map")} flex={with_chart ? `${1 - chart} 1 0` : "1 1 0"} />}
+          </div>
+        )}
+      </div>
+      {live && <SteerBar />}
+    </div>
+  );
+}
+
+const kSides: readonly SideId[] = ["monitors", "messages"];
+
+function Tabs() {
+  const side = useLayout((layout) => layout.side);
+  return (
+    <div className="side-tabs" role="tablist" aria-label="Monitors and messages" onKeyDown={walk}>
+      {kSides.map((id) => (
+        <button key={id} className="tab" role="tab" aria-selected={side === id} tabIndex={side === id ? 0 : -1} onClick={() => show_side(id)}>
+          {panel_of(id).title}
+          {id === "monitors" && <Violated />}
+        </button>
+      ))}
+    </div>
+  );
+}
+
+/** Arrows go from tab to tab. */
+function walk(event: React.KeyboardEvent): void {
+  if (event.key !== "ArrowRight" && event.key !== "ArrowLeft") return;
+  const tabs = [...event.currentTarget.querySelectorAll<HTMLElement>("[role=tab]")];
+  const next = tabs.find((tab) => tab.getAttribute("aria-selected") === "false");
+  next?.click();
+  // The tab that was clicked is in the bar of another panel.
+  requestAnimationFrame(() => document.querySelector<HTMLElement>(".side .panel:not([hidden]) [role=tab][aria-selected=true]")?.focus());
+  event.preventDefault();
+}
+
+function Violated() {
+  const count = useStudio((studio) => Object.values(studio.state?.monitors ?? {}).filter(({ verdict }) => verdict === "violated").length);
+  return count === 0 ? null : <span className="count alarm number" title={`${count} violated`}>✗ {count}</span>;
+}
+
+/** Monitors and messages; both are there, one is shown. */
+function Side({ width, children }: { width: number; children?: ReactNode }) {
+  const side = useLayout((layout) => layout.side);
+  return (
+    <div className="side" style={{ flex: `0 0 ${width}px`, width }}>
+      {kSides.map((id) => (
+        <PanelFrame key={id} panel={panel_of(id)} flex="1 1 0" hidden={side !== id} head={<Tabs />} />
+      ))}
+      {children}
+    </div>
+  );
+}
+
+/** In a narrow window: the column is opened over the stage. */
+function Rail() {
+  const open = useDrawers((drawers) => drawers.side);
+  return (
+    <div className="rail">
+      {kSides.map((id) => (
+        <button key={id} className="rail-button" aria-expanded={open} onClick={() => show_side(id)}>
+          {panel_of(id).title}
+          {id === "monitors" && <Violated />}
+        </button>
+      ))}
+      <div className="side-drawer" hidden={!open}>
+        <Side width={300}>
+          <button className="button small drawer-close" onClick={() => useDrawers.setState({ side: false })}>
+            <Icon name="right" />
+            Close
+          </button>
+        </Side>
+      </div>
+    </div>
   );
 }

@@ -1,24 +1,36 @@
 export type PanelId = "map" | "mission" | "charts" | "monitors" | "messages" | "timeline" | "steer";
+/** Panels that share the column at the side. */
+export type SideId = "monitors" | "messages";
 
-/** Sizes are weights within a column or a row; the timeline's height is in pixels. */
+/**
+ * The page: the stage (mission above or beside map and chart), a column at its side, the timeline below. Shares are of
+ * the stage; sizes in pixels that nobody chose follow the window.
+ */
 export interface Layout {
-  columns: { weight: number; panels: { id: PanelId; weight: number }[] }[];
-  timeline_px: number;
-  collapsed: PanelId[];
+  /** What the mission has of the stage. */
+  mission: number;
+  /** What the chart has of the rest, beside the map. */
+  chart: number;
+  side_px: number | null;
+  timeline_px: number | null;
+  side: SideId;
+  charts_open: boolean;
   maximised: PanelId | null;
 }
 
-export const kTimelineMin_px = 90;
-export const kWeightMin = 0.12;
+export const kTimelineMin_px = 84;
+export const kSideMin_px = 200;
+export const kShareMin = 0.15;
+/** Below this width the side is a rail, and opens over the stage. */
+export const kNarrow_px = 1180;
 
 export const kDefaultLayout: Layout = {
-  columns: [
-    { weight: 0.95, panels: [{ id: "map", weight: 1.1 }, { id: "steer", weight: 0.9 }] },
-    { weight: 1.75, panels: [{ id: "mission", weight: 1.15 }, { id: "charts", weight: 0.9 }] },
-    { weight: 0.95, panels: [{ id: "monitors", weight: 1 }, { id: "messages", weight: 1 }] },
-  ],
-  timeline_px: 250,
-  collapsed: [],
+  mission: 0.6,
+  chart: 0.5,
+  side_px: null,
+  timeline_px: null,
+  side: "monitors",
+  charts_open: true,
   maximised: null,
 };
 
@@ -26,25 +38,31 @@ export const kDefaultLayout: Layout = {
 export function parse_layout(text: string | null): Layout {
   if (text === null) return kDefaultLayout;
   try {
-    const layout = JSON.parse(text) as Layout;
-    const shown = layout.columns.flatMap((column) => column.panels.map((panel) => panel.id)).sort();
-    const known = kDefaultLayout.columns.flatMap((column) => column.panels.map((panel) => panel.id)).sort();
-    const weights = layout.columns.flatMap((column) => [column.weight, ...column.panels.map((panel) => panel.weight)]);
-    const sane = weights.every((weight) => Number.isFinite(weight) && weight > 0) && Number.isFinite(layout.timeline_px);
-    if (shown.join() !== known.join() || !sane || !Array.isArray(layout.collapsed)) return kDefaultLayout;
-    return { ...layout, maximised: null };
+    const stored = JSON.parse(text) as Layout;
+    const is_share = (value: unknown) => typeof value === "number" && value >= kShareMin && value <= 1 - kShareMin;
+    const is_size = (value: unknown) => value === null || (typeof value === "number" && Number.isFinite(value) && value > 0);
+    const sane = is_share(stored.mission) && is_share(stored.chart) && is_size(stored.side_px) && is_size(stored.timeline_px);
+    if (!sane || (stored.side !== "monitors" && stored.side !== "messages") || typeof stored.charts_open !== "boolean") return kDefaultLayout;
+    const { mission, chart, side_px, timeline_px, side, charts_open } = stored;
+    return { mission, chart, side_px, timeline_px, side, charts_open, maximised: null };
   } catch {
     return kDefaultLayout;
   }
 }
 
-/** The weights after the border between `index` and `index + 1` moved by `delta` of the whole. */
-export function move_border(weights: readonly number[], index: number, delta: number): number[] {
-  const total = weights.reduce((sum, weight) => sum + weight, 0);
-  const first = weights[index];
-  const second = weights[index + 1];
-  if (first === undefined || second === undefined) return [...weights];
-  const min = Math.min(kWeightMin * total, (first + second) / 2);
-  const moved = Math.min(Math.max(first + delta * total, min), first + second - min);
-  return weights.map((weight, i) => (i === index ? moved : i === index + 1 ? first + second - moved : weight));
+/** A share after its border moved by `pixels` of `whole`; each side keeps something. */
+export function move_share(share: number, pixels: number, whole: number): number {
+  return Math.min(Math.max(share + pixels / Math.max(whole, 1), kShareMin), 1 - kShareMin);
+}
+
+/** Sizes that nobody chose: the stage keeps three fifths of the window, with a violation's strip above it. */
+export function default_sizes(window: { width: number; height: number }): { side_px: number; timeline_px: number } {
+  const within = (value: number, min: number, max: number) => Math.round(Math.min(Math.max(value, min), max));
+  return { side_px: within(window.width * 0.168, kSideMin_px, 380), timeline_px: within(window.height * 0.137, 96, 220) };
+}
+
+/** Whether the mission stands above map and chart, rather than beside them: whichever shows its picture larger. */
+export function is_stacked(stage: { width: number; height: number }, picture: { width: number; height: number }, share: number): boolean {
+  const scale = (width: number, height: number) => Math.min(width / Math.max(picture.width, 1), height / Math.max(picture.height, 1));
+  return scale(stage.width, stage.height * share) >= scale(stage.width * share, stage.height);
 }

@@ -54,19 +54,26 @@ export function key_text(event: KeyLike): string {
 export function is_typing(target: EventTarget | null): boolean {
   if (!(target instanceof HTMLElement)) return false;
   if (target.isContentEditable || target instanceof HTMLTextAreaElement || target instanceof HTMLSelectElement) return true;
-  return target instanceof HTMLInputElement && !["button", "checkbox", "radio"].includes(target.type);
+  return target instanceof HTMLInputElement && !["button", "checkbox", "radio", "range"].includes(target.type);
 }
 
-/** Space and Enter press the button that has the focus. */
+/** Where Space writes a blank. */
+function is_text(target: EventTarget | null): boolean {
+  return is_typing(target) && !(target instanceof HTMLSelectElement);
+}
+
+/** Enter presses the button that has the focus; Space, which pauses, only what it alone can press. */
 function presses(event: KeyboardEvent): boolean {
-  const pressing = event.key === " " || event.key === "Enter";
-  return pressing && event.target instanceof HTMLElement && event.target.closest("button, a, summary, [role=button], [role=option], [role=treeitem], input") !== null;
+  if (!(event.target instanceof HTMLElement)) return false;
+  if (event.target.closest("dialog, [role=menu]")) return event.key === " " || event.key === "Enter";
+  if (event.key === " ") return event.target instanceof HTMLInputElement && ["checkbox", "radio"].includes(event.target.type);
+  return event.key === "Enter" && event.target.closest("button, a, summary, [role=button], [role=option], [role=treeitem], input") !== null;
 }
 
 export function handle_key(event: KeyboardEvent): void {
   if (event.defaultPrevented) return;
   const keys = key_text(event);
-  if (is_typing(event.target) && !keys.startsWith("Ctrl+")) return;
+  if (keys === "Space" ? is_text(event.target) : is_typing(event.target) && !keys.startsWith("Ctrl+")) return;
   if (presses(event)) return;
   for (const command of useCommands.getState().commands.values()) {
     if (!command.keys?.includes(keys)) continue;

@@ -2,6 +2,7 @@ import type { Time } from "../protocol/types";
 import { ask, useStudio } from "../store/store";
 import { go_live, jump_to_violation, seek, start_replay, stop_replay } from "../store/time_travel";
 import { useCommand } from "./commands";
+import { confirm } from "./Confirm";
 import { note } from "../store/store";
 
 export const kSpeeds = [0.1, 0.25, 0.5, 1, 2, 4, 8, 16] as const;
@@ -61,6 +62,18 @@ export function change_speed(direction: 1 | -1): void {
   useStudio.setState({ replay_speed: speed, ...(replay > 0 ? { replay: speed } : {}) });
 }
 
+/** Ends the run, once the person has said so. */
+export function stop_run(): void {
+  confirm({ text: "Stop the mission? All skills are halted, and the run cannot go on afterwards.", yes: "Stop", run: () => void ask("stop", {}) });
+}
+
+export function run_again(how: { seed?: number; scenario?: string }): void {
+  const begin = () => void ask("run_again", how);
+  const state = useStudio.getState().state?.run.state;
+  if (state === undefined || state === "ended") begin();
+  else confirm({ text: "Begin again? The run that goes on is ended.", yes: "Begin again", run: begin });
+}
+
 export function violation(direction: 1 | -1): void {
   if (!jump_to_violation(direction)) note("info", "No requirement has been violated in this run.");
 }
@@ -68,6 +81,7 @@ export function violation(direction: 1 | -1): void {
 /** What the page offers everywhere about run and time. */
 export function useRunCommands(): void {
   const steerable = useStudio((studio) => studio.hello?.steerable ?? false);
+  const repeatable = useStudio((studio) => studio.hello?.repeatable ?? false);
   useCommand(
     { id: "run.toggle", title: "Pause or resume the run; in the past, play or pause the replay", group: "Run and time", keys: ["Space"], run: toggle_running },
     { id: "run.step", title: "One tick on", group: "Run and time", keys: ["."], run: next_tick },
@@ -78,6 +92,7 @@ export function useRunCommands(): void {
     { id: "run.faster", title: "Faster", group: "Run and time", keys: ["]"], run: () => change_speed(1) },
     { id: "run.slower", title: "Slower", group: "Run and time", keys: ["["], run: () => change_speed(-1) },
     { id: "time.begin", title: "Go to the beginning", group: "Run and time", keys: ["Home"], run: () => seek(useStudio.getState().state?.begin ?? 0) },
-    ...(steerable ? [{ id: "run.stop", title: "Stop the mission (halts all skills)", group: "Run and time", run: () => void ask("stop", {}) }] : []),
+    ...(steerable ? [{ id: "run.stop", title: "Stop the mission (halts all skills)", group: "Run and time", run: stop_run }] : []),
+    ...(repeatable ? [{ id: "run.again", title: "Run again", group: "Run and time", run: () => run_again({}) }] : []),
   );
 }

@@ -133,7 +133,8 @@ const StateView = memo(function StateView({ chart, s, nest }: { chart: ChartMode
   const id = chart.states[s]?.id ?? "";
   const stops = useSteering((steering) => steering.standing.some((entry) => entry.kind === "breakpoint" && entry.chart === chart.id && entry.state === id));
   const [middle, centre] = [drawn.x + drawn.width / 2, drawn.y + drawn.height / 2];
-  const lit = active ? " active" : "";
+  const violated = useStudio((studio) => chart.kind === "monitor" && studio.state?.monitors[chart.name]?.verdict === "violated");
+  const lit = active ? (violated ? " active violated" : " active") : "";
   const region = drawn.parent >= 0 && chart.layout.states[drawn.parent]?.kind === "parallel";
   const name = drawn.name.join(" ") || drawn.kind;
   const outline = () => {
@@ -174,9 +175,9 @@ const StateView = memo(function StateView({ chart, s, nest }: { chart: ChartMode
       {outline()}
       <StateTexts drawn={drawn} nest={nest} />
       {active && !nest && (
-        <g className="running" transform={`translate(${drawn.x + drawn.width - 2} ${drawn.y + 2})`}>
+        <g className={violated ? "violated" : "running"} transform={`translate(${drawn.x + drawn.width - 2} ${drawn.y + 2})`}>
           <circle className="badge-disc" r={8} />
-          <path className="badge-solid" d="M-2.5 -4L4.2 0L-2.5 4Z" />
+          {violated ? <path className="badge-cross" d="M-3 -3L3 3M3 -3L-3 3" /> : <path className="badge-solid" d="M-2.5 -4L4.2 0L-2.5 4Z" />}
         </g>
       )}
       {stops && (

@@ -1,8 +1,8 @@
 import { memo, useRef } from "react";
 
 import { svg_of_group } from "../../picture/export";
-import { usePicture } from "../../picture/pictures";
-import { SaveButton } from "../../picture/PictureTools";
+import { save_picture_of, usePicture } from "../../picture/pictures";
+import { MenuButton } from "../../picture/PictureTools";
 import type { ChartModel } from "../../protocol/types";
 import { color } from "../../widgets/theme";
 import { useStudio } from "../../store/store";
@@ -53,7 +53,15 @@ const Tile = memo(function Tile({ chart, open }: { chart: ChartModel; open(id: s
           {chart.name}
         </button>
         {said && <span className={`badge ${word}`}>{said}</span>}
-        <SaveButton id={`tile:${chart.id}`} name={`chart of ${chart.name}`} />
+        <MenuButton
+          label={`Save the chart of ${chart.name}`}
+          text="Save"
+          data_view={`tile:${chart.id}`}
+          entries={[
+            { label: "Save as SVG", hint: "for documents", run: () => save_picture_of(`tile:${chart.id}`, "svg") },
+            { label: "Save as PNG", hint: "2× pixels", run: () => save_picture_of(`tile:${chart.id}`, "png") },
+          ]}
+        />
       </figcaption>
       <svg className="tile-picture chart-picture picture" viewBox={`0 0 ${width} ${height}`} preserveAspectRatio="xMidYMid meet" role="img" aria-label={`Chart of ${chart.kind} ${chart.name}`} onDoubleClick={() => open(chart.id)}>
         <g ref={group}>

@@ -14,7 +14,7 @@ export function NodeMenu({ index, node: id, x, y, close }: { index: Index; node:
   const entries: MenuEntry[] = [];
   if (node.leaf) entries.push({ label: "Open its skill's chart", hint: "Enter", run: () => open_skill(node.leaf!, id) });
   if ((index.children[id]?.length ?? 0) > 0) {
-    entries.push({ label: folded ? "Show what is below" : "Hide what is below", hint: "Space", run: () => toggle(id) });
+    entries.push({ label: folded ? "Show what is below" : "Hide what is below", hint: "Enter", run: () => toggle(id) });
   }
   entries.push({ label: "Copy its path", run: () => void navigator.clipboard?.writeText(node.path) });
   entries.push({ heading: "Stop the run when it becomes" });

@@ -20,6 +20,9 @@ export interface TreeHandle {
 
 type Drawn = TreeLayout["nodes"][number];
 const kAges_ms = 250;
+/** Of a node's name in the drawing, and of the chosen node's on the screen at least. */
+const kName_px = 13;
+const kReadable_px = 11.5;
 
 /** The tree as the program lays it out; only nodes whose status changed are drawn anew. */
 export function TreePicture({ index, handle }: { index: Index; handle: Ref<TreeHandle> }) {
@@ -42,8 +45,12 @@ export function TreePicture({ index, handle }: { index: Index; handle: Ref<TreeH
         limits: { min: 0.05, max: 4 },
         margin: 8,
         fit_max: 1.15,
-        readable: { from: 0.4, scale: 0.55 },
-        change: ({ scale, x, y }) => group.current?.setAttribute("transform", `translate(${x} ${y}) scale(${scale})`),
+        readable: { from: 0, scale: 0.55 },
+        change: ({ scale, x, y }) => {
+          group.current?.setAttribute("transform", `translate(${x} ${y}) scale(${scale})`);
+          // What is chosen can be read, however small the rest is.
+          group.current?.style.setProperty("--lens", String(Math.max(1, kReadable_px / (kName_px * scale))));
+        },
       }),
   );
   useEffect(() => {
@@ -87,7 +94,6 @@ export function TreePicture({ index, handle }: { index: Index; handle: Ref<TreeH
       const next = chosen === null ? at : neighbour(rects, (id) => nodes[id]?.parent ?? -1, shown, event.key as Arrow);
       if (next !== null) choose(next, true);
     } else if (event.key === "Enter") open_chart(shown);
-    else if (event.key === " ") toggle(shown);
     else if (event.key === "Home") choose(nodes[0]?.id ?? 0, true);
     else if (event.key === "Escape") select({ node: null });
     else if (event.key === "ContextMenu" || (event.key === "F10" && event.shiftKey)) {
@@ -130,12 +136,11 @@ export function TreePicture({ index, handle }: { index: Index; handle: Ref<TreeH
       >
         <g ref={group}>
           <Links layout={layout} />
-          {ids.map((id, i) => (
+          {in_front(ids, chosen).map((id) => (
             <NodeView
               key={id}
               node={nodes[id]!}
-              drawn={layout.nodes[i]!}
-              level={i === 0 ? 1 : 0}
+              drawn={rects.get(id)!}
               folded={collapsed.has(id)}
               hidden={collapsed.has(id) ? descendants(index.children, id) : 0}
               parent_of_some={(index.children[id]?.length ?? 0) > 0}
@@ -173,10 +178,14 @@ const kLineHeight = 14.5;
 const kPoint = 12;
 const kDoubleSide = 5;
 
+/** The chosen node is drawn last, over its neighbours. */
+function in_front(ids: readonly number[], chosen: number | null): readonly number[] {
+  return chosen === null || !ids.includes(chosen) ? ids : [...ids.filter((id) => id !== chosen), chosen];
+}
+
 interface NodeProps {
   node: TreeNode;
   drawn: Drawn;
-  level: number;
   folded: boolean;
   hidden: number;
   parent_of_some: boolean;
@@ -194,7 +203,9 @@ const NodeView = memo(function NodeView({ node, drawn, folded, hidden, parent_of
   const inset = drawn.shape === "condition" ? drawn.width * 0.25 : drawn.shape === "decorator" ? kPoint : 0;
   const drop = drawn.shape === "condition" ? drawn.height * 0.067 : 0;
   const badge = `translate(${round(drawn.x + drawn.width - inset)} ${round(drawn.y + drop)})`;
-  const classes = ["node", word, chosen ? "chosen" : "", found ? "found" : ""].filter(Boolean).join(" ");
+  // That a condition does not hold is an answer like any other.
+  const no = node.kind === "condition" && word === "failure";
+  const classes = ["node", no ? "no" : word, chosen ? "chosen" : "", found ? "found" : ""].filter(Boolean).join(" ");
   const said = `${drawn.title.join(" ") || node.name}, ${node.type}: ${word}${status === 0 && last > 0 ? `, last ${(kStatuses[last] ?? "").toLowerCase()}` : ""}`;
   return (
     <g

@@ -1,5 +1,5 @@
 import type { Data } from "../../protocol/types";
-import { note, useStudio } from "../../store/store";
+import { note } from "../../store/store";
 import { steer } from "./steering";
 
 /** The return code in an answer of a service of the robot; null: it has none. */
@@ -12,16 +12,12 @@ export function code_of(result: Data | undefined): string | null {
   return null;
 }
 
-/** Calls a service; a refusal, a return code other than OK, and what cannot be seen yet, are shown to the person. */
+/** Calls a service; a refusal, and a return code other than OK, are shown to the person. */
 export async function call_service(service: string, method: string, args: Record<string, Data>): Promise<boolean> {
   const answer = await steer("call", { service, method, args });
   if (!answer) return false;
   const code = code_of(answer.result);
-  if (code === null || code === "OK") {
-    // The simulated world is looked at as run time passes.
-    if (useStudio.getState().state?.run.state === "paused") note("info", "Done; the page shows it once the run goes on");
-    return true;
-  }
+  if (code === null || code === "OK") return true;
   note("error", `${service}.${method}: ${code.toLowerCase().replaceAll("_", " ")}`);
   return false;
 }

@@ -1,5 +1,5 @@
 import type { Lane, Mark, Time } from "../../protocol/types";
-import { request, select, useStudio } from "../../store/store";
+import { request, select, useStudio, type Index } from "../../store/store";
 import { seek, stop_replay } from "../../store/time_travel";
 import { lane_at, lane_title, mark_at, merge_close, place, span_at, value_at, value_text, type Placed } from "./lanes";
 import { kRuler_px, paint_lanes, paint_ruler, type Picture } from "./paint";
@@ -242,14 +242,22 @@ export class Timeline {
 
   // ---- drawing ----
 
+  /** Leaves that are conditions, as lanes call them. */
+  private conditions: ReadonlySet<string> = new Set();
+  private conditions_of: Index | null = null;
+
   private draw(): void {
     this.frame = 0;
-    const { state, violations } = useStudio.getState();
+    const { state, violations, index } = useStudio.getState();
     if (!state || !this.dirty || this.width < 1) return;
     this.dirty = false;
+    if (index !== this.conditions_of) {
+      this.conditions_of = index;
+      this.conditions = new Set(index?.model.tree.nodes.flatMap(({ kind, message_name }) => (kind === "condition" && message_name !== null ? [message_name] : [])));
+    }
     const violated = new Map<string, Time>();
     for (const { monitor, time } of violations) if (!violated.has(monitor)) violated.set(monitor, time);
-    const picture: Picture = { view: this.view, time: state.time, end: state.end, live: state.live, marks: this.marks, violated, hover: this.hover };
+    const picture: Picture = { view: this.view, time: state.time, end: state.end, live: state.live, marks: this.marks, violated, conditions: this.conditions, hover: this.hover };
     paint_ruler(this.parts.ruler, this.width, picture);
     const size = { width: this.width, height: this.height };
     paint_lanes(this.parts.lanes, size, this.placed, this.lanes, this.parts.scroll.scrollTop, picture);

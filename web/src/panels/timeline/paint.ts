@@ -13,6 +13,8 @@ export interface Picture {
   marks: readonly Mark[];
   /** By monitor: when it was violated first. */
   violated: ReadonlyMap<string, Time>;
+  /** Leaves that are conditions. */
+  conditions: ReadonlySet<string>;
   hover: Time | null;
 }
 
@@ -41,15 +43,15 @@ interface Look {
   hatched: boolean;
 }
 
-function look(name: "running" | "success" | "failure" | "quiet", hatched = false): Look {
+function look(name: "running" | "success" | "failure" | "quiet" | "alarm", hatched = false): Look {
   return { fill: color(`${name}-fill`), line: color(name), text: color(name), hatched };
 }
 const plain = (): Look => ({ fill: color("nested"), line: color("line-strong"), text: color("ink"), hatched: false });
 
-function look_of(lane: Lane, from: Time, label: string, violated: ReadonlyMap<string, Time>): Look {
+function look_of(lane: Lane, from: Time, label: string, violated: ReadonlyMap<string, Time>, quiet_no: boolean): Look {
   if (lane.kind === "monitor") {
     const since = violated.get(lane.name);
-    if (label === "violated" || (since !== undefined && from >= since)) return look("failure", true);
+    if (label === "violated" || (since !== undefined && from >= since)) return look("alarm", true);
     if (label === "satisfied") return look("success");
     return plain();
   }
@@ -59,7 +61,8 @@ function look_of(lane: Lane, from: Time, label: string, violated: ReadonlyMap<st
     case "SUCCESS":
       return look("success");
     case "FAILURE":
-      return look("failure", true);
+      // A condition's no is an answer like any other.
+      return quiet_no ? plain() : look("failure", true);
     case "SKIPPED":
     case "HALTING":
     case "HALTED":
@@ -98,7 +101,7 @@ function paint_spans(context: CanvasRenderingContext2D, placed: Placed, y: numbe
     if (x_to < 0 || x_from > width) continue;
     const left = Math.max(x_from, -2);
     const right = Math.min(Math.max(x_to, x_from + 1), width + 2);
-    const { fill, line, text, hatched } = look_of(lane, from, label, picture.violated);
+    const { fill, line, text, hatched } = look_of(lane, from, label, picture.violated, lane.kind === "leaf" && picture.conditions.has(lane.name));
     const wide = right - left;
     if (wide < 3) {
       context.fillStyle = line;

@@ -1,0 +1,65 @@
+// The run once more from its page; and what asks before it does something.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { first_message, open_page, operate, state_of, text, until } from "../harness/browser.mjs";
+import { example, serve_run } from "../harness/program.mjs";
+
+const hello_of = (page) => first_message(page, "hello");
+
+test("a run that has ended begins again, with the same seed, and then as another scenario", async () => {
+  const program = await serve_run(example("recharge"), { scenario: "experiment1", args: ["--clock", "virtual", "--factor", "1000"] });
+  const { page, close } = await open_page(program.url, { lost_connections: true });
+  await until(async () => (await text(page, "presence")) === "■ Ended", "the run has ended");
+  const before = await hello_of(page);
+  await page.getByRole("button", { name: "Run again" }).click();
+  await page.getByRole("menuitem", { name: "The same once more" }).click();
+  const after = await until(async () => {
+    const now = await hello_of(page).catch(() => null);
+    return now && now.boot !== before.boot ? now : null;
+  }, "there is another run at the same address");
+  assert.equal(after.seed, before.seed);
+  assert.equal(after.title, before.title);
+  // Until then the page shows the end of the run before.
+  await page.locator(`header[data-boot="${after.boot}"]`).waitFor();
+  await until(async () => (await text(page, "presence")) === "■ Ended", "the page shows it, to its end");
+  await page.getByRole("button", { name: "Run again" }).click();
+  await page.getByRole("menuitemcheckbox", { name: "normal" }).click();
+  await until(async () => (await hello_of(page).catch(() => null))?.title === "normal", "the other scenario runs");
+  await until(async () => (await page.locator("h1").innerText()).includes("normal"), "the page shows it");
+  await close();
+  await program.stop();
+});
+
+test("stopping asks; Space pauses wherever the focus is; a goal by hand says what it replaces", async () => {
+  const program = await serve_run(example("recharge"), { scenario: "normal" });
+  const { page, close } = await open_page(program.url);
+  await page.getByRole("button", { name: "Stop", exact: true }).click();
+  await page.getByRole("dialog").getByRole("button", { name: "Cancel" }).click();
+  assert.equal((await state_of(page)).run.state, "running");
+
+  // The focus is on a button now; then on the tree.
+  await page.getByTestId("tool-goal").focus();
+  await page.keyboard.press("Space");
+  await until(async () => (await state_of(page)).run.state === "paused", "Space pauses, and does not press the button");
+  assert.equal(await page.getByTestId("goal-hint").count(), 0);
+  await page.getByTestId("tree").focus();
+  await page.keyboard.press("Space");
+  await until(async () => (await state_of(page)).run.state === "running", "Space resumes");
+  await page.keyboard.press("Control+f");
+  await page.keyboard.type("go to");
+  assert.equal(await page.locator("#mission-search").inputValue(), "go to");
+
+  await page.getByTestId("tool-goal").click();
+  assert.match(await page.getByTestId("goal-hint").innerText(), /replaces the goal/);
+  await page.getByTestId("tool-goal").click();
+
+  // What is done to a paused world is seen at once.
+  await operate(page, "pause");
+  await until(async () => /Paused/.test(await text(page, "presence")), "the run is paused");
+  await page.getByTestId("battery-robot").fill("60");
+  await until(async () => (await page.locator(".charge-value").innerText()).startsWith("60"), "the page shows the charge while the run is paused");
+  assert.equal((await state_of(page)).run.state, "paused");
+  await close();
+  await program.stop();
+});

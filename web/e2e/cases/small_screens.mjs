@@ -1,0 +1,73 @@
+// At a violation the whole tree stays in sight, on every screen, and the strip is no more than a strip.
+import assert from "node:assert/strict";
+import { mkdirSync } from "node:fs";
+import { join } from "node:path";
+import { test } from "node:test";
+
+import { first_message, open_page, text, until } from "../harness/browser.mjs";
+import { example, serve_run } from "../harness/program.mjs";
+
+const kScreens = [[1920, 1080], [1440, 900], [1366, 768], [1024, 700]];
+/** The stage's share of the window; the side opens over it where the window is narrow. */
+const kStageMin = 0.6;
+const kReadable_px = 11;
+const pictures = process.env.SENTREE_PICTURES;
+if (pictures) mkdirSync(pictures, { recursive: true });
+
+/** Nodes that lie in the tree's panel as a whole. */
+const nodes_in_sight = (page) =>
+  page.evaluate(() => {
+    const frame = document.querySelector("[data-testid=tree]").getBoundingClientRect();
+    const inside = ({ left, right, top, bottom }) => left >= frame.left - 1 && right <= frame.right + 1 && top >= frame.top - 1 && bottom <= frame.bottom + 1;
+    return [...document.querySelectorAll("[data-testid=tree] [data-node] > .shape")].filter((shape) => inside(shape.getBoundingClientRect())).length;
+  });
+
+test("at a violation the tree, the stage and the chosen text keep their size on every screen", async () => {
+  const program = await serve_run(example("recharge"), { scenario: "experiment1", args: ["--clock", "virtual", "--factor", "1000"] });
+  const { page, close } = await open_page(program.url, { width: kScreens[0][0], height: kScreens[0][1] });
+  const wanted = (await first_message(page, "model")).tree.nodes.length;
+  assert.equal(wanted, 13);
+  await until(async () => (await text(page, "presence")) === "■ Ended", "the run has ended");
+  await page.getByTestId("violation-moment").click();
+  await page.getByTestId("past-strip").waitFor();
+  // The leaf that was at work is chosen, and its monitor's chart is open.
+  await page.locator("[data-testid=tree] [aria-selected=true]").waitFor();
+  for (const [width, height] of kScreens) {
+    await page.setViewportSize({ width, height });
+    await until(async () => (await nodes_in_sight(page)) === wanted, `all nodes are in sight at ${width}×${height}`);
+    const strip = await page.getByTestId("violation-banner").boundingBox();
+    assert.equal(strip.height, 40);
+    // One may go back to the present; then the strip of the past is gone as well.
+    const stage = await page.getByTestId("stage").boundingBox();
+    const past = await page.getByTestId("past-strip").boundingBox();
+    const share = (stage.width * (stage.height + past.height)) / (width * height);
+    assert.ok(share >= kStageMin, `the stage has ${share.toFixed(3)} of ${width}×${height}`);
+    const name = await page.locator("[data-testid=tree] [aria-selected=true] text.name").first().evaluate((element) => {
+      const { a, b } = element.getScreenCTM();
+      return parseFloat(getComputedStyle(element).fontSize) * Math.hypot(a, b);
+    });
+    assert.ok(name >= kReadable_px, `the chosen name has ${name.toFixed(1)} px at ${width}×${height}`);
+    if (pictures) await page.screenshot({ path: join(pictures, `violation-${width}.png`) });
+  }
+  // The story lies over the timeline and hides no node.
+  await page.keyboard.press("v");
+  await page.getByTestId("violation-story").waitFor();
+  assert.equal(await nodes_in_sight(page), wanted);
+  const story = await page.getByTestId("violation-story").boundingBox();
+  const tree = await page.getByTestId("tree").boundingBox();
+  assert.ok(story.y >= tree.y + tree.height, "the story begins below the tree");
+  if (pictures) await page.screenshot({ path: join(pictures, "story-1024.png") });
+  await close();
+  await program.stop();
+});
+
+test("few buttons, and each says what it does", async () => {
+  const program = await serve_run(example("recharge"), { scenario: "normal" });
+  const { page, close } = await open_page(program.url);
+  const buttons = await page.evaluate(() => [...document.querySelectorAll("button")].filter((button) => button.checkVisibility() && !button.closest(".lane-names")).map((button) => button.innerText.trim()));
+  assert.ok(buttons.length <= 42, `${buttons.length} buttons: ${buttons.join(" | ")}`);
+  assert.deepEqual(buttons.filter((said) => said === ""), [], "no button is a bare icon");
+  if (pictures) await page.screenshot({ path: join(pictures, "live-1440.png") });
+  await close();
+  await program.stop();
+});

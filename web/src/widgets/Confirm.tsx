@@ -1,0 +1,42 @@
+import { create } from "zustand";
+
+import { Dialog } from "./Dialog";
+
+interface Question {
+  text: string;
+  /** What the button says that does it. */
+  yes: string;
+  run(): void;
+}
+const useQuestion = create<{ question: Question | null }>()(() => ({ question: null }));
+
+/** Asks before something that cannot be taken back. */
+export function confirm(question: Question): void {
+  useQuestion.setState({ question });
+}
+
+export function Confirm() {
+  const question = useQuestion((state) => state.question);
+  if (!question) return null;
+  const close = () => useQuestion.setState({ question: null });
+  return (
+    <Dialog label={question.text} className="confirm" close={close}>
+      <p>{question.text}</p>
+      <div className="row end">
+        <button className="button" onClick={close} autoFocus>
+          Cancel
+        </button>
+        <button
+          className="button primary"
+          data-testid="confirm"
+          onClick={() => {
+            close();
+            question.run();
+          }}
+        >
+          {question.yes}
+        </button>
+      </div>
+    </Dialog>
+  );
+}
