@@ -71,6 +71,21 @@ TEST(RoamlSystem, BecomesAProjectThatCheckAccepts) {
     EXPECT_NE(problem.severity, Severity::kError) << to_string(problem);
 }
 
+TEST(RoamlSystem, ASystemWithoutNodesIsReadyToRunInVirtualTime) {
+  const TemporaryFolder folder("import");
+  const path target = folder.path() / "ticks";
+  const auto imported = import_system(path(SENTREE_SOURCE_DIR) / "src/import/testdata/ticks");
+  ASSERT_TRUE(imported.ok());
+  EXPECT_THAT(imported.value->findings, ::testing::IsEmpty());
+  ASSERT_TRUE(write_project(*imported.value, target, false));
+  auto scenario = project::load_scenario(target / "scenarios/run.yaml");
+  ASSERT_TRUE(scenario.ok()) << to_string(scenario.diagnostics.at(0));
+  EXPECT_TRUE(scenario.value->virtual_time);
+  const auto plan = project::prepare(std::move(*scenario.value));
+  for (const Diagnostic& problem : plan.diagnostics)
+    EXPECT_NE(problem.severity, Severity::kError) << to_string(problem);
+}
+
 TEST(RoamlSystem, PluginsAnswerByTheirProtocol) {
   const Imported imported = museum();
   const std::string chart = file(imported, "skills/LevelAbove.scxml");
