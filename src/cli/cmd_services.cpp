@@ -162,8 +162,9 @@ int ping(const PingCommand& command) {
   for (const Offered& service : *all) {
     names.push_back(service.name);
     // What is in the run answers with it.
-    if (service.at == "sim" && service.name == command.target) return report(pings, command.json);
-    if (service.at == "sim" || (!command.target.empty() && service.name != command.target)) continue;
+    const bool is_inside = service.at == "sim" || service.at == "model";
+    if (is_inside && service.name == command.target) return report(pings, command.json);
+    if (is_inside || (!command.target.empty() && service.name != command.target)) continue;
     auto address = rpc::Address::parse(service.at);
     if (address && address->service.empty()) address->service = service.name;
     pings.push_back(ping_address(service.name, address ? to_string(*address) : service.at));

@@ -35,9 +35,9 @@ int skill(const SkillCommand& command) {
     });
   });
   for (const auto& [name, service] : plan.value->services) {
-    if (service.at != "sim") continue;
-    say("service \"" + name + "\" is at: sim, which is inside another process; give its address with --at " + name +
-        "=ADDRESS");
+    if (service.at != "sim" && service.at != "model") continue;
+    say("service \"" + name + "\" is at: " + service.at +
+        ", which is inside another process; give its address with --at " + name + "=ADDRESS");
     return kInvalidInput;
   }
   const auto interface = runtime::skill_interface();

@@ -143,12 +143,35 @@ struct Finish {
 using SkillDelivery = std::variant<TickSkill, HaltSkill, CancelSkill, KillSkill, RestartSkill, SkillTimer, Admitted,
                                    Send, Outcome, Finish>;
 
+// What is on its way to a model of components.
+
+/// Its chart begins.
+struct StartModel {
+  friend bool operator==(const StartModel&, const StartModel&) = default;
+};
+/// A service that it serves is called.
+struct ServeCall {
+  static constexpr std::size_t kOutside = static_cast<std::size_t>(-1);
+
+  std::size_t leaf = kOutside;  ///< Whose skill calls; kOutside: none, somebody steers the run.
+  std::string source;           ///< Its name.
+  Shared<Call> call;
+  friend bool operator==(const ServeCall&, const ServeCall&) = default;
+};
+/// A timer of its chart may be due, or a call late.
+struct ModelTimer {
+  TimePoint when{};
+  friend bool operator==(const ModelTimer&, const ModelTimer&) = default;
+};
+using ModelDelivery = std::variant<StartModel, ServeCall, ModelTimer>;
+
 /// Something on its way to a part of the run.
 struct Delivery {
   static constexpr std::size_t kTree = static_cast<std::size_t>(-1);
 
-  std::size_t leaf = kTree;  ///< To the skill of that leaf, by its index in the plan; kTree: to the tree.
-  std::variant<TreeDelivery, SkillDelivery> what;
+  /// To the skill of that leaf, or to that model, by its index in the plan; kTree: to the tree.
+  std::size_t leaf = kTree;
+  std::variant<TreeDelivery, SkillDelivery, ModelDelivery> what;
   friend bool operator==(const Delivery&, const Delivery&) = default;
 };
 

@@ -8,6 +8,7 @@
 
 #include "sentree/mission/delivery.h"
 #include "sentree/mission/faults.h"
+#include "sentree/mission/model.h"
 #include "sentree/mission/skill.h"
 #include "sentree/mission/tree.h"
 #include "sentree/monitor/monitor_set.h"
@@ -34,6 +35,7 @@ struct State {
   std::vector<Waiting> queue;  ///< By time, rank and order.
   TreeState tree;
   std::vector<SkillState> skills;  ///< By leaf.
+  std::vector<ModelState> models;  ///< As in the plan.
   Faults faults;
   std::set<std::string> down;  ///< Services of the simulator that are killed, and "sim".
   // What the stream has numbered so far.

@@ -252,8 +252,8 @@ std::vector<SteeredPart> parts_of(const InterventionScope& scope) {
   }
   bool simulates = false;
   for (const auto& [name, service] : *scope.services) {
-    if (service.at != "sim") continue;
-    simulates = true;
+    if (service.at != "sim" && service.at != "model") continue;
+    simulates = simulates || service.at == "sim";
     add(name, "component");
   }
   if (simulates) add(std::string(kSimulatorPart), "component");

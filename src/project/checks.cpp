@@ -173,6 +173,19 @@ void check_names(const bt::Tree& tree, const std::vector<LeafPlan>& leaves,
           "leaf name \"" + leaf.name + "\" is reserved; choose another name", tree.span(leaf.node));
     }
   }
+  for (const ModelEntry& model : project.models) {
+    const bool is_leaf =
+        std::any_of(leaves.begin(), leaves.end(), [&](const LeafPlan& leaf) { return leaf.name == model.name; });
+    if (is_leaf || services.contains(model.name)) {
+      add(diagnostics, Severity::kError, "check.name-clash",
+          "model \"" + model.name + "\" and a " + (is_leaf ? "leaf" : "service") +
+              " have the same name, so their messages would look alike; give it another with \"name\"",
+          model.span);
+    } else if (reserved(model.name)) {
+      add(diagnostics, Severity::kError, "check.reserved-name",
+          "model name \"" + model.name + "\" is reserved; give it another with \"name\"", model.span);
+    }
+  }
   for (const ServiceEntry& service : project.services) {
     if (!reserved(service.name)) continue;
     add(diagnostics, Severity::kError, "check.reserved-name",

@@ -8,6 +8,7 @@
 #include "sentree/bt/load.h"
 #include "sentree/idl/conform.h"
 #include "sentree/project/check_intervention.h"
+#include "sentree/project/check_model.h"
 #include "sentree/project/checks.h"
 #include "sentree/project/interface_file.h"
 #include "sentree/project/requirements.h"
@@ -41,7 +42,8 @@ class Preparation {
 
   void services() {
     for (const ServiceEntry& entry : project_.services) {
-      if (entry.at != "sim") check_address("service \"" + entry.name + "\"", entry.at, entry.span);
+      if (entry.at != "sim" && entry.at != "model")
+        check_address("service \"" + entry.name + "\"", entry.at, entry.span);
       const idl::Schema* schema = interface(entry.idl, entry.span);
       if (schema == nullptr) continue;
       const auto service = idl::find_service(*schema, entry.interface, entry.span);
@@ -62,6 +64,47 @@ class Preparation {
             "the simulator does not serve \"" + entry.interface + "\"; give the service an address (at: tcp://…)",
             entry.span);
       }
+    }
+  }
+
+  // After the leaves: what their skills call must be answered.
+  void models() {
+    std::map<std::string, std::string> served;  // and by which model
+    std::vector<std::string> names;
+    for (const ServiceEntry& entry : project_.services) names.push_back(entry.name);
+    for (const ModelEntry& entry : project_.models) {
+      std::vector<std::string> serves;
+      bool are_known = true;
+      for (const std::string& name : entry.serves) {
+        const ServiceEntry* service = project_.service(name);
+        are_known = are_known && service != nullptr;
+        if (service == nullptr) {
+          add("check.unknown-service",
+              "model \"" + entry.name + "\" serves \"" + name + "\", which is no service of the project" +
+                  did_you_mean(name, names),
+              entry.serves_span);
+        } else if (const auto other = served.emplace(name, entry.name); !other.second) {
+          add("check.model",
+              "service \"" + name + "\" is served by two models, " + other.first->second + " and " + entry.name,
+              entry.serves_span);
+        } else if (service->at == "model") {
+          serves.push_back(name);
+        }
+      }
+      const auto chart = load_chart(entry.file);
+      if (!chart) continue;
+      // Of what it does not serve by mistake nothing more need be said.
+      if (are_known) check_model(entry, *chart, services_, leaves_, diagnostics);
+      if (!serves.empty()) models_.push_back({entry.name, *chart, std::move(serves)});
+    }
+    for (const ServiceEntry& entry : project_.services) {
+      if (entry.at != "model" || served.contains(entry.name)) continue;
+      add("check.model",
+          "service \"" + entry.name +
+              "\" is at: model, but no entry of \"models\" serves it; write models: [{file: "
+              "models/X.scxml, serves: [" +
+              entry.name + "]}]",
+          entry.span);
     }
   }
 
@@ -248,6 +291,7 @@ class Preparation {
   Diagnostics diagnostics;
   std::map<std::string, ServicePlan> services_;
   std::vector<LeafPlan> leaves_;
+  std::vector<ModelPlan> models_;
   std::vector<monitor::Model> monitors_;
   std::vector<GatePlan> gates_;
   std::vector<ObserverPlan> observers_;
@@ -355,7 +399,8 @@ void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
   bool remote_parts = !scenario.processes.empty() || !scenario.project.observers.empty();
   for (const MonitorEntry& monitor : scenario.project.monitors) remote_parts = remote_parts || !monitor.at.empty();
   for (const SkillEntry& skill : scenario.project.skills) remote_parts = remote_parts || !skill.at.empty();
-  for (const ServiceEntry& service : scenario.project.services) remote_parts = remote_parts || service.at != "sim";
+  const auto is_here = [](const ServiceEntry& service) { return service.at == "sim" || service.at == "model"; };
+  for (const ServiceEntry& service : scenario.project.services) remote_parts = remote_parts || !is_here(service);
   if (remote_parts && scenario.virtual_time) {
     diagnostics.push_back(
         {Severity::kError, "scenario.clock",
@@ -365,10 +410,12 @@ void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
   for (const ProcessEntry& process : scenario.processes) {
     if (process.skill.empty()) continue;
     for (const ServiceEntry& service : scenario.project.services) {
-      if (service.at != "sim") continue;
+      if (!is_here(service)) continue;
       diagnostics.push_back({Severity::kError, "scenario.process",
                              "skill \"" + process.skill + "\" runs in another process and cannot reach service \"" +
-                                 service.name + "\", which is at: sim in this one; run the simulator in a process too",
+                                 service.name + "\", which is at: " + service.at + " in this one; " +
+                                 (service.at == "sim" ? "run the simulator in a process too"
+                                                      : "models serve skills of their own process only"),
                              process.span});
     }
   }
@@ -456,6 +503,7 @@ Loaded<Plan> prepare(Scenario scenario) {
   preparation.world();
   auto tree = preparation.tree();
   if (tree) preparation.leaves(*tree);
+  preparation.models();
   preparation.monitors(tree ? &*tree : nullptr);
   check_processes(scenario, preparation.diagnostics);
   const InterventionScope scope{.scenario = &scenario,
@@ -476,6 +524,7 @@ Loaded<Plan> prepare(Scenario scenario) {
                         .tree = std::move(*tree),
                         .leaves = std::move(preparation.leaves_),
                         .services = std::move(preparation.services_),
+                        .models = std::move(preparation.models_),
                         .test_control = std::move(preparation.test_control_),
                         .monitors = std::move(preparation.monitors_),
                         .gates = std::move(preparation.gates_),

@@ -43,8 +43,15 @@ struct ServicePlan {
   std::string name;
   idl::ServicePtr service;
   std::string interface;
-  std::string at;     ///< "sim" or an address.
+  std::string at;     ///< "sim", "model" or an address.
   std::string robot;  ///< Of the simulated world; empty: the first.
+};
+
+/// A chart that serves services of the run.
+struct ModelPlan {
+  std::string name;
+  scxml::Chart chart;
+  std::vector<std::string> serves;  ///< Those of its services that are at: model.
 };
 
 /// A monitor that is asked before requests are sent.
@@ -66,7 +73,8 @@ struct Plan {
   bt::Tree tree;
   std::vector<LeafPlan> leaves;  ///< External leaves, in the order of the tree.
   std::map<std::string, ServicePlan> services;
-  idl::ServicePtr test_control;  ///< The Simulation interface; null without a world.
+  std::vector<ModelPlan> models;  ///< Those that serve something.
+  idl::ServicePtr test_control;   ///< The Simulation interface; null without a world.
   std::vector<monitor::Model> monitors;
   std::vector<GatePlan> gates;
   std::vector<ObserverPlan> observers;

@@ -64,6 +64,21 @@ void read_services(const text::YamlNode& node, Project& project, Diagnostics& di
   }
 }
 
+void read_models(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
+  for (const text::YamlNode& entry : node.items) {
+    YamlReader reader(entry, "model", diagnostics);
+    ModelEntry model;
+    model.file = file_ref(reader, "file");
+    model.name = reader.string("name").value_or(stem(model.file.path));
+    model.serves = reader.strings("serves");
+    model.serves_span = reader.span("serves");
+    model.span = entry.span;
+    if (model.serves.empty())
+      reader.error(entry.span, "project.missing-key", "model needs \"serves\": the services that it stands for");
+    project.models.push_back(std::move(model));
+  }
+}
+
 void read_skills(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
   for (const auto& [name, entry] : node.entries) {
     YamlReader reader(entry, "skill \"" + name.scalar + "\"", diagnostics);
@@ -248,6 +263,7 @@ Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {
     else
       reader.error(yaml->span, "project.missing-key", "the project needs \"mission\": {file: mission.xml}");
     if (const auto* services = reader.mapping("services")) read_services(*services, project, loaded.diagnostics);
+    if (const auto* models = reader.sequence("models")) read_models(*models, project, loaded.diagnostics);
     if (const auto* protocols = reader.mapping("protocols")) read_protocols(*protocols, project, loaded.diagnostics);
     if (const auto* skills = reader.mapping("skills")) read_skills(*skills, project, loaded.diagnostics);
     if (const auto* monitors = reader.sequence("monitors"))

@@ -26,8 +26,17 @@ struct ServiceEntry {
   std::string name;
   std::string idl;        ///< Interface file: in the project's interfaces/, or one that Sentree ships.
   std::string interface;  ///< Name of the Thrift service in it.
-  std::string at;         ///< "sim", or an address.
+  std::string at;         ///< "sim", "model", or an address.
   std::string robot;      ///< Of the world, for a service of the simulator; empty: the first.
+  SourceSpan span;
+};
+
+/// A chart that stands for components: it serves services that are at: model.
+struct ModelEntry {
+  std::string name;  ///< Default: the file's stem.
+  FileRef file;
+  std::vector<std::string> serves;  ///< Names of services.
+  SourceSpan serves_span;
   SourceSpan span;
 };
 
@@ -124,6 +133,7 @@ struct Project {
   Duration period = std::chrono::milliseconds(100);
   bool repeat = false;
   std::vector<ServiceEntry> services;
+  std::vector<ModelEntry> models;
   std::vector<SkillEntry> skills;
   std::map<std::string, SkillProtocol> protocols;  ///< Those that several skills share, by name.
   std::vector<MonitorEntry> monitors;

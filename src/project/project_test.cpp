@@ -83,6 +83,19 @@ TEST(Project, AnEventHasSeveralSources) {
                           "sentree.yaml:9:19: event \"bad\" has no \"data\" that could change"));
 }
 
+TEST(Project, AModelNeedsAFileAndServices) {
+  const Folder folder;
+  folder.write("sentree.yaml",
+               "mission: {file: m.xml}\n"
+               "models:\n"
+               "  - {file: models/hall.scxml, serves: [door, lamp]}\n"
+               "  - {file: models/x.scxml, serve: door}\n");
+  const auto loaded = load_project(folder.path());
+  EXPECT_THAT(messages(loaded.diagnostics, folder),
+              ElementsAre("sentree.yaml:4:5: model needs \"serves\": the services that it stands for",
+                          "sentree.yaml:4:28: model has no key \"serve\"; did you mean \"serves\"?"));
+}
+
 TEST(Project, IsReadWhole) {
   const Folder folder;
   folder.write(

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <deque>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "sentree/idl/conform.h"
@@ -157,6 +158,9 @@ class Replay {
       }
       leaf.at.clear();
     }
+    // What models answered is known, and what they said is said again.
+    for (const project::ModelPlan& model : plan_.models) models_.insert(model.name);
+    plan_.models.clear();
     for (auto& [name, service] : plan_.services) {
       if (plan_.world && sim::find_service(service.interface) != nullptr) service.at = "sim";
     }
@@ -170,7 +174,8 @@ class Replay {
     for (std::size_t i = 0; i < plan_.leaves.size(); ++i) leaves[plan_.leaves[i].name] = i;
     for (const Message& message : messages) {
       then_behaviour_.observe(message);
-      if (message.name == "scenario.injection" || message.name == "process.restarted") {
+      if (message.name == "scenario.injection" || message.name == "process.restarted" ||
+          models_.contains(message.source)) {
         injections_.push_back(message);
         continue;
       }
@@ -500,6 +505,7 @@ class Replay {
   runtime::RunInside* inside_ = nullptr;
   std::map<std::string, std::deque<Exchange>> exchanges_;
   std::vector<Message> injections_;
+  std::set<std::string> models_;                       // names of those of the recorded run
   std::map<std::string, std::string> process_skills_;  // what each recorded process ran
   std::vector<Act> acts_;
   Errands ticks_;

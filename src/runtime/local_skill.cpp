@@ -102,6 +102,7 @@ std::optional<mission::Admission> SkillActor::request(Message message, const mis
 void SkillActor::send(const mission::Shared<mission::Call>& call, const idl::Method& method) {
   auto& port = ports_[call->service];
   if (!port) port = make_port_(machine_.model().services->at(call->service));
+  if (port->take(leaf_, call)) return;
   port->call(method, call->args, [this, call](mission::CallOutcome outcome) {
     // Often from a thread that waited for the reply and has nothing else to do.
     scheduler_.hand_over(actor_, addressed(mission::Outcome{call, std::move(outcome)}));

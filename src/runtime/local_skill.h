@@ -51,6 +51,8 @@ class SkillActor final : private mission::SkillHost {
   void cancel();
   /// Ends it as if its process had been killed: nothing of its chart runs any more, what is asked of it fails.
   void kill() { post(mission::KillSkill{}); }
+  /// The outcome of one of its calls.
+  void take_outcome(mission::Outcome outcome) { post(std::move(outcome)); }
   /// It can be ticked again; what it did before is lost.
   void restart() { post(mission::RestartSkill{}); }
   /// Shows the skill in its actor; null if it has been given up.

@@ -14,6 +14,7 @@
 #include "sentree/runtime/control.h"
 #include "sentree/runtime/environment.h"
 #include "sentree/runtime/local_skill.h"
+#include "sentree/runtime/model_actor.h"
 #include "sentree/runtime/monitors.h"
 #include "sentree/runtime/observation_socket.h"
 #include "sentree/runtime/remote_observer.h"
@@ -33,6 +34,8 @@ namespace {
 
 // What a run's processes get to end in order.
 constexpr std::chrono::seconds kEndPatience{2};
+// What a call of somebody who steers the run gets.
+constexpr std::chrono::seconds kCallPatience{1};
 
 void replace_all(std::string& text, const std::string& what, const std::string& with) {
   for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + with.size())) {
@@ -111,7 +114,10 @@ class Run::Impl final : public RunView, private RunInside {
       mission_->stop();
     });
     if (options_.inject) schedule_timeline();
-    if (options_.from == nullptr) mission_->start();
+    if (options_.from == nullptr) {
+      for (const auto& model : models_) model->start();
+      mission_->start();
+    }
     if (options_.on_begin) options_.on_begin(*this);
     ready_ = mission_.get();
     if (interrupted_) steering_.ask_to_stop("interrupt");  // while the parts were started
@@ -213,18 +219,22 @@ class Run::Impl final : public RunView, private RunInside {
     steering_.save(state);
     state.tree = mission_->state();
     for (SkillActor* skill : skills_) state.skills.push_back(skill->state());
+    for (const auto& model : models_) state.models.push_back(model->state());
     if (sim_) state.world = sim_->snapshot();
     state.monitors = monitors_.memory();
     return state;
   }
   void go_on_from(const mission::State& state) {
     scheduler_->load(state, [this](const mission::Delivery& what) {
-      return what.leaf == mission::Delivery::kTree ? mission_->actor() : skills_[what.leaf]->actor();
+      if (what.leaf == mission::Delivery::kTree) return mission_->actor();
+      const bool to_model = std::holds_alternative<mission::ModelDelivery>(what.what);
+      return to_model ? models_[what.leaf]->actor() : skills_[what.leaf]->actor();
     });
     stream_.load(state);
     steering_.load(state);
     mission_->state() = state.tree;
     for (std::size_t leaf = 0; leaf < skills_.size(); ++leaf) skills_[leaf]->state() = state.skills[leaf];
+    for (std::size_t i = 0; i < models_.size(); ++i) models_[i]->state() = state.models[i];
     if (sim_ && state.world) sim_->restore(*state.world);
     monitors_.recall(state.monitors);
   }
@@ -241,6 +251,7 @@ class Run::Impl final : public RunView, private RunInside {
     if (auto error = start_components()) return error;
     if (auto error = start_skills()) return error;
     if (auto error = connect_observers()) return error;
+    make_models();
     return make_mission();
   }
 
@@ -415,14 +426,45 @@ class Run::Impl final : public RunView, private RunInside {
     }
     if (service.at == "sim") {
       SENTREE_ASSERT(sim_ != nullptr);  // checked when the plan was prepared
-      return steering_.guard(service.name, make_sim_port(*sim_, service.interface, service.robot));
+      return steering_.guard(service.name, project::kSimulatorPart,
+                             make_sim_port(*sim_, service.interface, service.robot));
     }
+    if (service.at == "model") return steering_.guard(service.name, "", make_model_port(*model_of(service.name), leaf));
     auto address = rpc::Address::parse(service.at);
     SENTREE_ASSERT(address.has_value());
     if (address->service.empty()) address->service = service.name;
     auto port = make_remote_port(*address, service.service, service.name, scenario_.project.deadlines.call);
     SENTREE_ASSERT(port.has_value());
     return std::move(*port);
+  }
+
+  void make_models() {
+    for (const project::ModelPlan& plan : plan_.models) {
+      mission::ComponentModel model{.name = plan.name,
+                                    .seed = hash_combine(scenario_.seed, hash_bytes(plan.name)),
+                                    .patience = stretched(scenario_.project.deadlines.call),
+                                    .chart = plan.chart};
+      for (const std::string& service : plan.serves) model.serves[service] = services_.at(service).service;
+      models_.push_back(std::make_unique<ModelActor>(
+          std::move(model), models_.size(),
+          ModelActor::Surroundings{
+              .publisher = publisher_,
+              .scheduler = *scheduler_,
+              .watchdog = &watchdog_,
+              .answer = [this](std::size_t leaf,
+                               mission::Outcome outcome) { skills_[leaf]->take_outcome(std::move(outcome)); },
+              .problem = [this](const std::string& what) { problem(what); },
+              .given_up = [this](const std::string& why) { given_up(why); }}));
+    }
+  }
+
+  ModelActor* model_of(const std::string& service) const {
+    for (std::size_t i = 0; i < plan_.models.size(); ++i) {
+      const auto& serves = plan_.models[i].serves;
+      if (std::find(serves.begin(), serves.end(), service) != serves.end()) return models_[i].get();
+    }
+    SENTREE_ASSERT(false);  // checked when the plan was prepared
+    return nullptr;
   }
 
   std::optional<std::string> make_mission() {
@@ -599,7 +641,16 @@ class Run::Impl final : public RunView, private RunInside {
     const std::string at = controlled ? simulator_address() : service->second.at;
     if (at == "sim")
       return sim_->call(interface->name, method, *args, controlled ? *controlled : service->second.robot);
-    return call_once(*rpc::Address::parse(at), interface, name, method, *args, std::chrono::seconds(1));
+    if (at == "model") {
+      mission::Call call{
+          .run = 0, .id = publisher_.next_call(), .service = name, .method = method, .args = *args, .sendid = {}};
+      return model_of(name)->call(std::move(call), "scenario", kCallPatience);
+    }
+    const auto address = rpc::Address::parse(at);
+    if (!address)
+      return {
+          .ok = false, .result = {}, .kind = "unreachable", .message = "nothing in the run serves \"" + name + "\""};
+    return call_once(*address, interface, name, method, *args, kCallPatience);
   }
 
   void start_control_socket() {
@@ -689,8 +740,9 @@ class Run::Impl final : public RunView, private RunInside {
   std::vector<std::unique_ptr<rpc::Server>> observer_servers_;
   Tap tap_;
   std::unique_ptr<rpc::Server> control_server_;
-  std::vector<SkillActor*> skills_;        // by leaf; null: it runs elsewhere
-  std::vector<RemoteLeafDriver*> remote_;  // of the leaves whose skills do
+  std::vector<std::unique_ptr<ModelActor>> models_;  // as in the plan
+  std::vector<SkillActor*> skills_;                  // by leaf; null: it runs elsewhere
+  std::vector<RemoteLeafDriver*> remote_;            // of the leaves whose skills do
   std::unique_ptr<Mission> mission_;
   std::atomic<Mission*> ready_ = nullptr;  // the mission, once it can be interrupted
   std::mutex problems_mutex_;

@@ -25,6 +25,9 @@ class RunSteering::GuardedPort final : public ServicePort {
     else
       port_->call(method, std::move(args), std::move(done));
   }
+  bool take(std::size_t leaf, const mission::Shared<mission::Call>& call) override {
+    return !service_down_.killed && !all_down_.killed && port_->take(leaf, call);
+  }
   static mission::CallOutcome killed(const std::string& service) {
     return {.ok = false, .result = {}, .kind = "unreachable", .message = "service " + service + " was killed"};
   }
@@ -350,9 +353,10 @@ void RunSteering::prime(const project::Intervention& breakpoint) {
   }
 }
 
-std::unique_ptr<ServicePort> RunSteering::guard(const std::string& service, std::unique_ptr<ServicePort> port) {
-  return std::make_unique<GuardedPort>(service, down_.find(service)->second,
-                                       down_.find(project::kSimulatorPart)->second, std::move(port));
+std::unique_ptr<ServicePort> RunSteering::guard(const std::string& service, std::string_view part,
+                                                std::unique_ptr<ServicePort> port) {
+  const Down& own = down_.find(service)->second;
+  return std::make_unique<GuardedPort>(service, own, part.empty() ? own : down_.find(part)->second, std::move(port));
 }
 
 void RunSteering::save(mission::State& state) const {

@@ -59,8 +59,10 @@ class RunSteering final : public Steering {
   void save(mission::State& state) const;
   void load(const mission::State& state);
 
-  /// The port of a simulated service that is unreachable while the service is killed.
-  [[nodiscard]] std::unique_ptr<ServicePort> guard(const std::string& service, std::unique_ptr<ServicePort> port);
+  /// The port of a service of this process that is unreachable while it is killed.
+  /// @param part  That it is part of, and that can be killed too; empty: none.
+  [[nodiscard]] std::unique_ptr<ServicePort> guard(const std::string& service, std::string_view part,
+                                                   std::unique_ptr<ServicePort> port);
 
   // Breakpoints: a listener of the stream; in a skill's actor after each of its steps; where `monitors` are.
   void observed(const Message& message);

@@ -21,6 +21,9 @@ class ServicePort {
  public:
   using Done = std::function<void(mission::CallOutcome)>;
   virtual ~ServicePort() = default;
+  /// Whether the call goes to a part of the run as data, whose outcome comes back to the skill of `leaf` as data too;
+  /// else `call` makes it.
+  virtual bool take(std::size_t /*leaf*/, const mission::Shared<mission::Call>& /*call*/) { return false; }
   /// `args` conform to the method. `done` is called once: before this returns, or later from another thread.
   virtual void call(const idl::Method& method, Value args, Done done) = 0;
 };

@@ -1,0 +1,265 @@
+#include "sentree/mission/model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "sentree/base/diagnostic.h"
+#include "sentree/idl/conform.h"
+#include "sentree/scxml/step.h"
+
+namespace sentree::mission {
+
+namespace {
+
+using Arguments = std::span<const Value>;
+
+// Steps of between(); more are refused.
+constexpr double kStepsMax = 1e9;
+
+const Value* param(const scxml::OutgoingSend& send, std::string_view name) {
+  return send.data ? send.data->find(name) : nullptr;
+}
+
+std::vector<std::string> names_of(const std::map<std::string, idl::ServicePtr>& services) {
+  std::vector<std::string> names;
+  for (const auto& [name, service] : services) names.push_back(name);
+  return names;
+}
+
+CallOutcome failed(std::string kind, std::string message) {
+  return {.ok = false, .result = {}, .kind = std::move(kind), .message = std::move(message)};
+}
+
+}  // namespace
+
+ModelMachine::ModelMachine(ComponentModel model, scxml::ExecutionWatch* watch) : model_(std::move(model)) {
+  host_.processors.push_back({"thrift", ""});
+  host_.on_send = [this](const scxml::OutgoingSend& send) -> Result<void> {
+    if (send.type != "thrift") return {};
+    const auto answer = answer_of(send);
+    if (!answer) return tl::unexpected(answer.error());
+    return {};
+  };
+  host_.watch = watch;
+  add_choices();
+}
+
+Result<Value> ModelMachine::chosen(const char* function, std::string name, Value value) {
+  Map choice{{"function", function}};
+  if (!name.empty()) choice["name"] = std::move(name);
+  choice["value"] = value;
+  choices_.push_back(std::move(choice));
+  return value;
+}
+
+void ModelMachine::add_choices() {
+  const auto add = [this](const char* name, std::function<Result<Value>(Arguments)> call) {
+    host_.functions.push_back({name, std::move(call)});
+  };
+  add("choose", [this](Arguments of) -> Result<Value> {
+    if (of.empty()) return fail("model.choice", "choose() needs something to choose from");
+    return chosen("choose", "", of[stepped_->rng.below(of.size())]);
+  });
+  add("pick", [this](Arguments of) -> Result<Value> {
+    if (of.size() < 2 || of[0].as_string() == nullptr)
+      return fail("model.choice", "pick('NAME', a, …) needs a name and something to pick");
+    return chosen("pick", *of[0].as_string(), of[1 + stepped_->rng.below(of.size() - 1)]);
+  });
+  add("between", [this](Arguments of) -> Result<Value> {
+    const bool are_numbers = std::all_of(of.begin(), of.end(), [](const Value& v) { return v.is_number(); });
+    if (of.size() < 2 || of.size() > 3 || !are_numbers)
+      return fail("model.choice", "between(low, high, step) needs two or three numbers");
+    const double low = of[0].number();
+    const double step = of.size() == 3 ? of[2].number() : 1.0;
+    // A step that ends at `high` but for rounding belongs to it.
+    const double steps = std::floor((of[1].number() - low) / step + 1e-9);
+    if (!(step > 0) || !(steps >= 0) || steps > kStepsMax)
+      return fail("model.choice", "between(low, high, step) needs low ≤ high and a step above 0");
+    const double value = low + step * static_cast<double>(stepped_->rng.below(static_cast<std::uint64_t>(steps) + 1));
+    return chosen("between", "", Value(value));
+  });
+  add("chance", [this](Arguments of) -> Result<Value> {
+    if (of.size() != 1 || !of[0].is_number() || !(of[0].number() >= 0 && of[0].number() <= 1))
+      return fail("model.choice", "chance(p) needs a probability from 0 to 1");
+    return chosen("chance", "", Value(stepped_->rng.uniform() < of[0].number()));
+  });
+  add("draw", [this](Arguments of) -> Result<Value> {
+    const List* list = of.size() == 1 ? of[0].as_list() : nullptr;
+    double sum = 0;
+    for (std::size_t i = 0; list != nullptr && i < list->size(); ++i) {
+      const List* pair = (*list)[i].as_list();
+      const bool is_pair = pair != nullptr && pair->size() == 2 && (*pair)[0].is_number() && (*pair)[0].number() >= 0;
+      if (!is_pair) list = nullptr;
+      if (is_pair) sum += (*pair)[0].number();
+    }
+    if (list == nullptr || std::abs(sum - 1) > 1e-9)
+      return fail("model.choice", "draw([[p, a], …]) needs pairs whose probabilities add up to 1");
+    double left = stepped_->rng.uniform();
+    const Value* value = nullptr;
+    for (const Value& pair : *list) {
+      const double p = (*pair.as_list())[0].number();
+      if (p > 0) value = &(*pair.as_list())[1];
+      if ((left -= p) < 0) break;
+    }
+    return chosen("draw", "", *value);
+  });
+  add("fresh", [this](Arguments of) -> Result<Value> {
+    if (!of.empty()) return fail("model.choice", "fresh() takes nothing");
+    return Value(static_cast<std::int64_t>(++stepped_->fresh));
+  });
+}
+
+// "METHOD.reply" or "METHOD.error" to a service that it serves, with a result that the interface has.
+Result<ModelMachine::Answer> ModelMachine::answer_of(const scxml::OutgoingSend& send) const {
+  const auto service = model_.serves.find(send.target);
+  if (service == model_.serves.end()) {
+    return fail("model.answer",
+                "the model does not serve \"" + send.target + "\"" + did_you_mean(send.target, names_of(model_.serves)),
+                send.span);
+  }
+  const std::size_t dot = send.event.rfind('.');
+  const std::string method = send.event.substr(0, dot);
+  const std::string what = dot == std::string::npos ? "" : send.event.substr(dot + 1);
+  if (what != "reply" && what != "error")
+    return fail("model.answer", "\"" + send.event + "\" is no answer; send METHOD.reply or METHOD.error", send.span);
+  const auto found = idl::find_method(*service->second, method, send.target, send.span);
+  if (!found) return tl::unexpected(found.error());
+  Answer answer{.service = send.target, .method = method, .outcome = {}, .id = 0};
+  if (const Value* id = param(send, "id")) {
+    if (!id->is_number() || id->number() < 1)
+      return fail("model.answer", "the id of an answer is the number of the call, _event.data.id", send.span);
+    answer.id = static_cast<std::uint64_t>(id->number());
+  }
+  if (what == "error") {
+    const Value* kind = param(send, "kind");
+    const Value* message = param(send, "message");
+    answer.outcome = failed(kind != nullptr ? std::string(kind->text()) : "exception",
+                            message != nullptr ? std::string(message->text()) : "");
+    return answer;
+  }
+  answer.outcome.ok = true;
+  if ((*found)->result->kind == idl::Kind::kVoid) return answer;
+  const Value* result = param(send, "result");
+  auto conforming = idl::conform(*(*found)->result, result != nullptr ? *result : Value(), "result");
+  if (!conforming) return tl::unexpected(conforming.error());
+  answer.outcome.result = *std::move(conforming);
+  return answer;
+}
+
+/// One delivery to one model.
+class ModelMachine::Step {
+ public:
+  Step(ModelMachine& machine, ModelState& state, ModelHost& host)
+      : machine_(machine), model_(machine.model_), state_(state), host_(host) {
+    machine_.stepped_ = &state;
+  }
+
+  void operator()(const StartModel&) {
+    state_.rng = Rng(model_.seed);
+    scxml::start(model_.chart, state_.session, {.data = {}, .session_id = model_.name, .seed = model_.seed},
+                 host_.now(), machine_.effects_, machine_.host_);
+    follow();
+  }
+
+  void operator()(const ServeCall& serve) {
+    if (!state_.session.running())
+      return host_.answer(serve.leaf, serve.call, failed("unreachable", "the model " + model_.name + " has ended"));
+    if (state_.open.size() >= kOpenCallsMax) {
+      return host_.answer(serve.leaf, serve.call,
+                          failed("unreachable", std::to_string(kOpenCallsMax) + " calls are open already"));
+    }
+    const Call& call = *serve.call;
+    state_.open.push_back({serve.leaf, serve.call, add_saturating(host_.now(), model_.patience)});
+    scxml::Event event;
+    event.name = call.service + "." + call.method + ".request";
+    event.origintype = "thrift";
+    Map data{{"args", call.args}, {"source", serve.source}, {"id", static_cast<std::int64_t>(call.id)}};
+    event.data = idl::for_script(std::move(data));
+    scxml::step(model_.chart, state_.session, event, host_.now(), machine_.effects_, machine_.host_);
+    follow();
+  }
+
+  void operator()(const ModelTimer& timer) {
+    if (state_.wake != timer.when) return;
+    state_.wake = kNever;
+    if (state_.session.running() && state_.session.next_timer() <= host_.now()) {
+      scxml::step_timers(model_.chart, state_.session, host_.now(), machine_.effects_, machine_.host_);
+      follow();
+    }
+    // An answer of the same instant is in time.
+    while (!state_.open.empty() && state_.open.front().due <= host_.now()) {
+      const ModelState::OpenCall late = state_.open.front();
+      state_.open.erase(state_.open.begin());
+      host_.answer(late.leaf, late.call, failed("late", "the model " + model_.name + " has not answered in time"));
+    }
+  }
+
+  void schedule() {
+    TimePoint next = state_.session.running() ? state_.session.next_timer() : kNever;
+    if (!state_.open.empty()) next = std::min(next, state_.open.front().due);
+    if (next == kNever || next == state_.wake) return;
+    state_.wake = next;
+    host_.deliver_at(next, Rank::kSimulator, ModelTimer{next});
+  }
+
+ private:
+  void say(const std::string& what, Map data) {
+    Message message;
+    message.source = model_.name;
+    message.name = model_.name + "." + what;
+    message.data = std::move(data);
+    host_.publish(std::move(message));
+  }
+
+  void follow() {
+    for (Map& choice : std::exchange(machine_.choices_, {})) say("choice", std::move(choice));
+    for (scxml::Effect& effect : machine_.effects_) {
+      if (auto* send = std::get_if<scxml::OutgoingSend>(&effect)) {
+        // It has been looked at when it was sent.
+        if (auto found = machine_.answer_of(*send)) answer(std::move(*found));
+      } else if (const auto* line = std::get_if<scxml::LogLine>(&effect)) {
+        say("log", Map{{"label", line->label}, {"text", line->text}});
+      }
+    }
+    machine_.effects_.clear();
+    if (state_.session.status() != scxml::SessionStatus::kFailed || told_) return;
+    told_ = true;
+    const auto& failure = state_.session.failure();
+    host_.problem("the model " + model_.name +
+                  " was given up: " + (failure ? to_string(*failure) : "its chart failed"));
+  }
+
+  // An answer to a call that is late, or that nobody made, reaches nobody.
+  void answer(Answer&& answer) {
+    const auto open = std::find_if(state_.open.begin(), state_.open.end(), [&](const ModelState::OpenCall& one) {
+      return one.call->service == answer.service && one.call->method == answer.method &&
+             (answer.id == 0 || one.call->id == answer.id);
+    });
+    if (open == state_.open.end()) return;
+    const ModelState::OpenCall answered = *open;
+    state_.open.erase(open);
+    host_.answer(answered.leaf, answered.call, std::move(answer.outcome));
+  }
+
+  ModelMachine& machine_;
+  const ComponentModel& model_;
+  ModelState& state_;
+  ModelHost& host_;
+  bool told_ = false;
+};
+
+void ModelMachine::step(ModelState& state, ModelDelivery delivery, ModelHost& host) {
+  Step step(*this, state, host);
+  std::visit([&](auto&& what) { step(what); }, delivery);
+  step.schedule();
+}
+
+void ModelMachine::refuse(ModelState& state, const ModelDelivery& delivery, const std::string& why, ModelHost& host) {
+  for (const ModelState::OpenCall& open : std::exchange(state.open, {}))
+    host.answer(open.leaf, open.call, failed("unreachable", why));
+  if (const auto* serve = std::get_if<ServeCall>(&delivery))
+    host.answer(serve->leaf, serve->call, failed("unreachable", why));
+}
+
+}  // namespace sentree::mission

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sentree/base/message.h"
+#include "sentree/base/result.h"
+#include "sentree/base/rng.h"
+#include "sentree/base/time.h"
+#include "sentree/base/value.h"
+#include "sentree/idl/schema.h"
+#include "sentree/mission/delivery.h"
+#include "sentree/scxml/chart.h"
+#include "sentree/scxml/host.h"
+#include "sentree/scxml/session.h"
+
+namespace sentree::mission {
+
+/// Calls that one model may have open; one more is answered as unreachable.
+inline constexpr std::size_t kOpenCallsMax = 256;
+
+/// What a model of components is made of: one chart, one session for the whole run. Never changes.
+struct ComponentModel {
+  std::string name;  ///< In messages.
+  std::uint64_t seed = 1;
+  Duration patience = std::chrono::milliseconds(40);  ///< A call that is open longer is late. Run time.
+  scxml::Chart chart;
+  std::map<std::string, idl::ServicePtr> serves;
+};
+
+/// What a model remembers between deliveries. A plain value: a copy goes on alike.
+struct ModelState {
+  struct OpenCall {
+    std::size_t leaf = 0;  ///< As `ServeCall::leaf`.
+    Shared<Call> call;
+    TimePoint due{};  ///< When it is late.
+    friend bool operator==(const OpenCall&, const OpenCall&) = default;
+  };
+
+  scxml::Session session;
+  std::vector<OpenCall> open;  ///< The oldest first.
+  Rng rng{1};                  ///< Of its choices.
+  std::uint64_t fresh = 0;     ///< Numbers given out by fresh().
+  TimePoint wake = kNever;     ///< When its timer rings.
+  friend bool operator==(const ModelState&, const ModelState&) = default;
+};
+
+/// What a model does to the world around it, in order.
+class ModelHost {
+ public:
+  virtual ~ModelHost() = default;
+  [[nodiscard]] virtual TimePoint now() const = 0;
+  virtual void publish(Message message) = 0;
+  virtual void deliver_at(TimePoint when, Rank rank, ModelDelivery what) = 0;
+  /// The outcome of a call that came from `leaf`.
+  virtual void answer(std::size_t leaf, const Shared<Call>& call, CallOutcome outcome) = 0;
+  /// Something a person should know; the run goes on.
+  virtual void problem(const std::string& what) = 0;
+};
+
+/// Serves calls by a chart. A call is the event SERVICE.METHOD.request, with `args`, `source` and `id` as data; what
+/// answers it is <send type="thrift" target="SERVICE" event="METHOD.reply"> with the param `result`, or METHOD.error
+/// with `kind` and `message`. The oldest open call of the method is meant, or the one that the param `id` names. A call
+/// that is not answered within the patience is late.
+///
+/// Its scripts can call choose(a, …), pick('NAME', a, …), between(low, high [, step]), chance(p), draw([[p, a], …]) and
+/// fresh(): drawn from the state's generator, but for fresh(), which counts. Each choice is the observation
+/// NAME.choice: `function`, `value`, and `name` where it has one. Owns no thread and no clock. Deterministic: equal
+/// states, deliveries and times give equal effects.
+class ModelMachine {
+ public:
+  /// @param watch  Sees the chart's scripts; borrowed; null: nobody looks on.
+  explicit ModelMachine(ComponentModel model, scxml::ExecutionWatch* watch = nullptr);
+  ModelMachine(const ModelMachine&) = delete;
+  ModelMachine& operator=(const ModelMachine&) = delete;
+
+  [[nodiscard]] const ComponentModel& model() const { return model_; }
+  void step(ModelState& state, ModelDelivery delivery, ModelHost& host);
+  /// What a model does that can do nothing any more, instead of `step`: calls are unreachable, open ones too.
+  static void refuse(ModelState& state, const ModelDelivery& delivery, const std::string& why, ModelHost& host);
+
+ private:
+  class Step;
+  struct Answer {
+    std::string service;
+    std::string method;
+    CallOutcome outcome;
+    std::uint64_t id = 0;  // 0: the oldest
+  };
+  [[nodiscard]] Result<Answer> answer_of(const scxml::OutgoingSend& send) const;
+  Result<Value> chosen(const char* function, std::string name, Value value);
+  void add_choices();
+
+  ComponentModel model_;
+  scxml::Host host_;
+  ModelState* stepped_ = nullptr;  // whose chart executes
+  std::vector<Map> choices_;       // made in this step
+  scxml::Effects effects_;
+};
+
+}  // namespace sentree::mission

@@ -1,0 +1,203 @@
+#include "sentree/mission/model.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sentree/idl/conform.h"
+
+namespace sentree::mission {
+namespace {
+
+using std::chrono::milliseconds;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+// A model in the hands of a test: what it does is written down as text.
+class Player final : public ModelHost {
+ public:
+  explicit Player(const std::string& states, std::uint64_t seed = 1)
+      : machine_({.name = "robot",
+                  .seed = seed,
+                  .patience = milliseconds(40),
+                  .chart = load(states),
+                  .serves = services()}) {
+    machine_.step(state, StartModel{}, *this);
+  }
+
+  void call(const std::string& method, std::uint64_t id) {
+    Call call{.run = 1, .id = id, .service = "s", .method = method, .args = Map{{"n", 1.5}}, .sendid = {}};
+    machine_.step(state, ServeCall{0, "Leaf", Shared<Call>(std::move(call))}, *this);
+  }
+  void pass(Duration duration) {
+    time += duration;
+    while (wake <= time) machine_.step(state, ModelTimer{std::exchange(wake, kNever)}, *this);
+  }
+  std::vector<std::string> done() { return std::exchange(done_, {}); }
+
+  ModelState state;
+  TimePoint time{};
+  TimePoint wake = kNever;
+
+ private:
+  static scxml::Chart load(const std::string& states) {
+    auto chart = scxml::load(
+        "<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0' datamodel='ecmascript'>" + states + "</scxml>",
+        "robot.scxml");
+    EXPECT_TRUE(chart.ok()) << (chart.ok() ? "" : to_string(chart.diagnostics.front()));
+    return *chart.value;
+  }
+  static std::map<std::string, idl::ServicePtr> services() {
+    const auto schema = idl::Schema::load("service S { i32 ask(1: double n = 0)  void stop() }", "s.thrift");
+    return {{"s", *idl::find_service(*schema.value, "S")}};
+  }
+
+  TimePoint now() const override { return time; }
+  void publish(Message message) override { done_.push_back(message.name + " " + to_json(message.data)); }
+  void deliver_at(TimePoint when, Rank rank, ModelDelivery) override {
+    EXPECT_EQ(rank, Rank::kSimulator);
+    wake = when;
+  }
+  void answer(std::size_t leaf, const Shared<Call>& call, CallOutcome outcome) override {
+    EXPECT_EQ(leaf, 0U);
+    done_.push_back(std::to_string(call->id) + " " + call->method + ": " +
+                    (outcome.ok ? to_json(outcome.result) : outcome.kind + " " + outcome.message));
+  }
+  void problem(const std::string& what) override { done_.push_back("! " + what); }
+
+  ModelMachine machine_;
+  std::vector<std::string> done_;
+};
+
+constexpr const char* kAnswers = R"(
+  <state id="a">
+    <transition event="s.ask.request">
+      <send type="thrift" target="s" event="ask.reply"><param name="result" expr="_event.data.args.n * 2"/></send>
+    </transition>
+    <transition event="s.stop.request">
+      <send type="thrift" target="s" event="stop.error"><param name="kind" expr="'exception'"/><param name="message" expr="'of ' + _event.data.source"/></send>
+    </transition>
+  </state>)";
+
+TEST(Model, AnswersACallAtOnceWithAResultOrAnError) {
+  Player p(kAnswers);
+  p.call("ask", 1);
+  p.call("stop", 2);
+  EXPECT_THAT(p.done(), ElementsAre("1 ask: 3", "2 stop: exception of Leaf"));
+  EXPECT_THAT(p.state.open, IsEmpty());
+}
+
+TEST(Model, AnswersTheOldestOpenCallOrTheOneThatIdNames) {
+  Player p(R"(
+    <datamodel><data id="second" expr="0"/></datamodel>
+    <state id="a"><transition event="s.ask.request" target="b"/></state>
+    <state id="b"><transition event="s.ask.request" target="c"><assign location="second" expr="_event.data.id"/></transition></state>
+    <state id="c"><transition event="s.ask.request" target="a">
+      <send type="thrift" target="s" event="ask.reply"><param name="result" expr="20"/><param name="id" expr="second"/></send>
+      <send type="thrift" target="s" event="ask.reply"><param name="result" expr="10"/></send>
+      <send type="thrift" target="s" event="ask.reply" delay="10ms"><param name="result" expr="30"/></send>
+    </transition></state>)");
+  for (const std::uint64_t id : {7, 8, 9}) p.call("ask", id);
+  EXPECT_THAT(p.done(), ElementsAre("8 ask: 20", "7 ask: 10"));
+  p.pass(milliseconds(10));
+  EXPECT_THAT(p.done(), ElementsAre("9 ask: 30"));
+}
+
+TEST(Model, ACallThatItDoesNotAnswerIsLateAndAnAnswerAfterThatReachesNobody) {
+  Player p(R"(<state id="a"><transition event="s.ask.request">
+      <send type="thrift" target="s" event="ask.reply" delay="50ms"><param name="result" expr="1"/></send>
+    </transition></state>)");
+  p.call("ask", 1);
+  p.pass(milliseconds(39));
+  EXPECT_THAT(p.done(), IsEmpty());
+  p.pass(milliseconds(1));
+  EXPECT_THAT(p.done(), ElementsAre("1 ask: late the model robot has not answered in time"));
+  p.pass(milliseconds(100));
+  EXPECT_THAT(p.done(), IsEmpty());
+}
+
+TEST(Model, AnAnswerAtTheVeryEndOfThePatienceIsInTime) {
+  Player p(R"(<state id="a"><transition event="s.ask.request">
+      <send type="thrift" target="s" event="ask.reply" delay="40ms"><param name="result" expr="1"/></send>
+    </transition></state>)");
+  p.call("ask", 1);
+  p.pass(milliseconds(40));
+  EXPECT_THAT(p.done(), ElementsAre("1 ask: 1"));
+}
+
+TEST(Model, AnAnswerThatTheInterfaceDoesNotHaveIsAnErrorOfTheChart) {
+  Player p(R"(<state id="a">
+    <transition event="s.ask.request"><send type="thrift" target="s" event="ask.reply"><param name="result" expr="'x'"/></send></transition>
+    <transition event="error.execution"><log label="error" expr="_event.data.message"/></transition></state>)");
+  p.call("ask", 1);
+  EXPECT_THAT(p.done(),
+              ElementsAre("robot.log {\"label\":\"error\",\"text\":\"result: expected i32, got string \\\"x\\\"\"}"));
+}
+
+TEST(Model, ThatHasEndedIsUnreachable) {
+  Player p("<final id='f'/>");
+  p.call("ask", 1);
+  EXPECT_THAT(p.done(), ElementsAre("1 ask: unreachable the model robot has ended"));
+}
+
+TEST(Model, TakesABoundedNumberOfCalls) {
+  Player p("<state id='a'/>");
+  for (std::uint64_t id = 1; id <= kOpenCallsMax; ++id) p.call("ask", id);
+  EXPECT_THAT(p.done(), IsEmpty());
+  p.call("ask", 999);
+  EXPECT_THAT(p.done(), ElementsAre("999 ask: unreachable 256 calls are open already"));
+}
+
+constexpr const char* kChooses = R"(
+  <datamodel><data id="v" expr="0"/></datamodel>
+  <state id="a"><transition event="s.ask.request">
+    <assign location="v" expr="[choose(1, 2), pick('N', 'a', 'b'), between(0, 1, 0.25), chance(0.5), draw([[0.25, 'x'], [0.75, 'y'], [0, 'z']]), fresh()]"/>
+    <send type="thrift" target="s" event="ask.reply"><param name="result" expr="v[5]"/></send>
+  </transition></state>)";
+
+TEST(Model, ChoosesByItsSeedAndSaysWhat) {
+  const auto said = [](std::uint64_t seed) {
+    Player p(kChooses, seed);
+    for (std::uint64_t id = 1; id <= 20; ++id) p.call("ask", id);
+    return p.done();
+  };
+  const auto once = said(3);
+  EXPECT_EQ(once, said(3));
+  EXPECT_NE(once, said(4));
+  ASSERT_EQ(once.size(), 20U * 6);  // five choices that are observed, and the answer
+  EXPECT_THAT(once[1], testing::StartsWith("robot.choice {\"function\":\"pick\",\"name\":\"N\",\"value\":\""));
+  EXPECT_EQ(once[5], "1 ask: 1");
+  EXPECT_EQ(once[11], "2 ask: 2");
+  for (const std::string& one : once) EXPECT_EQ(one.find("\"z\""), std::string::npos) << "has no chance";
+}
+
+TEST(Model, ACopyGoesOnAlike) {
+  Player p(kChooses);
+  p.call("ask", 1);
+  p.done();
+  Player q(kChooses);
+  q.done();
+  q.state = p.state;
+  EXPECT_TRUE(q.state == p.state);
+  p.call("ask", 2);
+  q.call("ask", 2);
+  EXPECT_EQ(p.done(), q.done());
+  EXPECT_TRUE(q.state == p.state);
+}
+
+TEST(Model, AWrongChoiceIsAnErrorOfTheChart) {
+  for (const char* wrong : {"choose()", "pick(1, 2)", "between(2, 1)", "chance(2)", "draw([[0.5, 1]])", "fresh(1)"}) {
+    Player p(std::string(R"(<state id="a">
+      <transition event="s.ask.request"><log expr=")") +
+             wrong + R"("/></transition>
+      <transition event="error.execution"><log label="error"/></transition></state>)");
+    p.call("ask", 1);
+    EXPECT_THAT(p.done(), ElementsAre("robot.log {\"label\":\"error\",\"text\":\"\"}")) << wrong;
+  }
+}
+
+}  // namespace
+}  // namespace sentree::mission

@@ -1,0 +1,171 @@
+#include "sentree/project/check_model.h"
+
+#include <algorithm>
+#include <cctype>
+#include <set>
+
+#include "sentree/idl/conform.h"
+#include "sentree/scxml/event.h"
+
+namespace sentree::project {
+
+namespace {
+
+constexpr std::string_view kChoices[] = {"choose", "pick", "between", "chance", "draw", "fresh"};
+
+class ModelCheck {
+ public:
+  ModelCheck(const ModelEntry& entry, const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,
+             Diagnostics& diagnostics)
+      : entry_(entry), chart_(chart), services_(services), diagnostics_(diagnostics) {}
+
+  void run(const std::vector<LeafPlan>& leaves) {
+    for (const scxml::SendInfo& send : chart_.sends()) {
+      if (send.type == "thrift") answer(send);
+    }
+    for (const scxml::Transition& transition : chart_.transitions()) {
+      choice(transition);
+      for (const std::string& event : transition.events) request(event, transition);
+    }
+    calls(leaves);
+  }
+
+ private:
+  void error(std::string code, std::string message, const SourceSpan& span) {
+    diagnostics_.push_back({Severity::kError, std::move(code), std::move(message), span});
+  }
+
+  [[nodiscard]] bool serves(const std::string& service) const {
+    return std::find(entry_.serves.begin(), entry_.serves.end(), service) != entry_.serves.end();
+  }
+
+  void answer(const scxml::SendInfo& send) {
+    if (!send.target) return;
+    if (!serves(*send.target)) {
+      error("check.model-answer",
+            "the model does not serve \"" + *send.target + "\"" + did_you_mean(*send.target, entry_.serves),
+            chart_.span(send.target_place));
+      return;
+    }
+    const auto service = services_.find(*send.target);
+    if (!send.event || service == services_.end()) return;
+    const std::size_t dot = send.event->rfind('.');
+    const std::string what = dot == std::string::npos ? "" : send.event->substr(dot + 1);
+    if (what != "reply" && what != "error") {
+      error("check.model-answer", "\"" + *send.event + "\" is no answer; send METHOD.reply or METHOD.error",
+            chart_.span(send.event_place));
+      return;
+    }
+    const auto method = idl::find_method(*service->second.service, send.event->substr(0, dot), *send.target,
+                                         chart_.span(send.event_place));
+    if (!method) {
+      diagnostics_.push_back(method.error());
+      return;
+    }
+    if (!send.has_content) params(send, **method, what == "reply");
+  }
+
+  void params(const scxml::SendInfo& send, const idl::Method& method, bool is_reply) {
+    const std::vector<std::string> known =
+        is_reply ? std::vector<std::string>{"result", "id"} : std::vector<std::string>{"kind", "message", "id"};
+    bool has_result = false;
+    for (const scxml::SendParam& param : send.params) {
+      has_result = has_result || param.name == "result";
+      if (std::find(known.begin(), known.end(), param.name) == known.end()) {
+        error("check.model-answer", "an answer has no param \"" + param.name + "\"" + did_you_mean(param.name, known),
+              chart_.span(param.place));
+      } else if (param.name == "result" && param.constant && method.result->kind != idl::Kind::kVoid) {
+        const auto conforming = idl::conform(*method.result, *param.constant, "result");
+        if (!conforming) error(conforming.error().code, conforming.error().message, chart_.span(param.place));
+      }
+    }
+    if (is_reply && !has_result && method.result->kind != idl::Kind::kVoid) {
+      error("check.model-answer",
+            "the reply of " + *send.target + "." + method.name + " needs a param \"result\": a " + method.result->name,
+            chart_.span(send.place));
+    }
+  }
+
+  // "battery.getBateryState.request" never comes.
+  void request(const std::string& event, const scxml::Transition& transition) {
+    const std::size_t dot = event.find('.');
+    if (dot == std::string::npos) return;
+    const auto service = services_.find(event.substr(0, dot));
+    if (service == services_.end()) return;
+    std::vector<std::string> known;
+    for (const std::string& name : entry_.serves) {
+      const auto served = services_.find(name);
+      if (served == services_.end()) continue;
+      for (const std::string& method : served->second.service->method_names())
+        known.push_back(name + "." + method + ".request");
+    }
+    if (std::any_of(known.begin(), known.end(),
+                    [&](const std::string& request) { return scxml::event_matches(event, request); }))
+      return;
+    error("check.model",
+          "event \"" + event + "\" never comes: no call of what the model serves is named so" +
+              did_you_mean(event, known),
+          chart_.span(transition.place));
+  }
+
+  void choice(const scxml::Transition& transition) {
+    const std::string& condition = transition.condition;
+    const auto is_letter = [&](std::size_t i) {
+      const char c = i < condition.size() ? condition[i] : ' ';
+      return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '$' || c == '.';
+    };
+    for (const std::string_view name : kChoices) {
+      const std::string call = std::string(name) + "(";
+      for (std::size_t at = condition.find(call); at != std::string::npos; at = condition.find(call, at + 1)) {
+        if (at > 0 && is_letter(at - 1)) continue;
+        error("check.choice",
+              std::string(name) +
+                  "() in the condition of a transition, which is evaluated as often as the engine needs to; " +
+                  "choose in an <assign> or an <if> before",
+              chart_.span(transition.place));
+        return;
+      }
+    }
+  }
+
+  // Calls of the skills that no transition takes would all be late.
+  void calls(const std::vector<LeafPlan>& leaves) {
+    std::map<std::string, SourceSpan> called;
+    for (const LeafPlan& leaf : leaves) {
+      if (!leaf.chart) continue;
+      for (const scxml::SendInfo& send : leaf.chart->sends()) {
+        if (send.type == "thrift" && send.target && send.event && serves(*send.target))
+          called.emplace(*send.target + "." + *send.event, leaf.chart->span(send.place));
+      }
+    }
+    std::size_t answered = 0;
+    const std::vector<std::string> handled = chart_.events_handled();
+    const auto takes = [&](const std::string& request) {
+      return std::any_of(handled.begin(), handled.end(),
+                         [&](const std::string& event) { return scxml::event_matches(event, request); });
+    };
+    for (const auto& [name, span] : called) answered += takes(name + ".request") ? 1U : 0U;
+    for (const auto& [name, span] : called) {
+      if (takes(name + ".request")) continue;
+      error("check.unanswered",
+            "no transition of " + chart_.file() + " takes " + name +
+                ".request, so this call is always late; it answers " + std::to_string(answered) + " of the " +
+                std::to_string(called.size()) + " methods that skills call",
+            span);
+    }
+  }
+
+  const ModelEntry& entry_;
+  const scxml::Chart& chart_;
+  const std::map<std::string, ServicePlan>& services_;
+  Diagnostics& diagnostics_;
+};
+
+}  // namespace
+
+void check_model(const ModelEntry& entry, const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,
+                 const std::vector<LeafPlan>& leaves, Diagnostics& diagnostics) {
+  ModelCheck(entry, chart, services, diagnostics).run(leaves);
+}
+
+}  // namespace sentree::project

@@ -1,0 +1,85 @@
+#include "sentree/project/check_model.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace sentree::project {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Case {
+  const char* file;
+  const char* before;
+  const char* after;
+  const char* message;
+};
+
+std::vector<std::string> messages_of(const Case& one) {
+  const fs::path folder = fs::path(testing::TempDir()) / "check-model";
+  fs::remove_all(folder);
+  fs::copy(fs::path(SENTREE_SOURCE_DIR) / "examples/modelled", folder, fs::copy_options::recursive);
+  std::stringstream text;
+  text << std::ifstream(folder / one.file).rdbuf();
+  std::string content = text.str();
+  const auto at = content.find(one.before);
+  EXPECT_NE(at, std::string::npos) << "the example no longer has " << one.before;
+  content.replace(at, std::string(one.before).size(), one.after);
+  std::ofstream(folder / one.file) << content;
+  auto project = load_project(folder);
+  Diagnostics diagnostics = project.diagnostics;
+  if (project.ok()) diagnostics = prepare(plain_scenario(std::move(*project.value))).diagnostics;
+  std::vector<std::string> messages;
+  for (const Diagnostic& diagnostic : diagnostics) {
+    std::string said = to_string(diagnostic);
+    const std::string prefix = folder.string() + "/";
+    for (auto place = said.find(prefix); place != std::string::npos; place = said.find(prefix))
+      said.erase(place, prefix.size());
+    messages.push_back(said);
+  }
+  fs::remove_all(folder);
+  return messages;
+}
+
+TEST(CheckModel, ASoundOneHasNothingToComplainAbout) {
+  EXPECT_THAT(messages_of({"sentree.yaml", "models/hall", "models/hall", ""}), testing::IsEmpty());
+}
+
+TEST(CheckModel, TellsWhatIsWrongWithItsPlace) {
+  const Case cases[] = {
+      {"sentree.yaml", "serves: [door, lamp]", "serves: [dor, lamp]",
+       "sentree.yaml:9:39: model \"hall\" serves \"dor\", which is no service of the project; did you mean \"door\"?"},
+      {"sentree.yaml", "serves: [door, lamp]", "serves: [lamp]",
+       "sentree.yaml:5:3: service \"door\" is at: model, but no entry of \"models\" serves it; write models: [{file: "
+       "models/X.scxml, serves: [door]}]"},
+      {"models/hall.scxml", "event=\"door.open.request\" target", "event=\"door.opn.request\" target",
+       "models/hall.scxml:13:9: event \"door.opn.request\" never comes: no call of what the model serves is named so; "
+       "did "
+       "you mean \"door.open.request\"?"},
+      {"models/hall.scxml", "event=\"getState.reply\"", "event=\"getStat.reply\"",
+       "models/hall.scxml:15:52: service \"door\" (Door) has no method \"getStat\"; did you mean \"getState\"?"},
+      {"models/hall.scxml", "event=\"getState.reply\"", "event=\"getState.repl\"",
+       "models/hall.scxml:15:52: \"getState.repl\" is no answer; send METHOD.reply or METHOD.error"},
+      {"models/hall.scxml", "expr=\"'CLOSED'\"", "expr=\"'CLOSE'\"",
+       "models/hall.scxml:15:68: result: enum DoorState has no \"CLOSE\"; did you mean \"CLOSED\"?"},
+      {"models/hall.scxml", "cond=\"!lit\"", "cond=\"chance(0.5)\"",
+       "models/hall.scxml:42:7: chance() in the condition of a transition, which is evaluated as often as the engine "
+       "needs "
+       "to; choose in an <assign> or an <if> before"},
+      {"models/hall.scxml", "event=\"lamp.brightness.request\"", "event=\"lamp.unknown\"",
+       "skills/SwitchOn.scxml:14:14: no transition of models/hall.scxml takes lamp.brightness.request, so this call is "
+       "always "
+       "late; it answers 3 of the 4 methods that skills call"},
+      {"sentree.yaml", "serves: [door, lamp]", "name: door, serves: [door, lamp]",
+       "sentree.yaml:9:5: model \"door\" and a service have the same name, so their messages would look alike; give it "
+       "another with \"name\""},
+  };
+  for (const Case& one : cases) EXPECT_THAT(messages_of(one), testing::Contains(std::string(one.message))) << one.after;
+}
+
+}  // namespace
+}  // namespace sentree::project
