@@ -8,13 +8,17 @@
 #include "sentree/bt/write.h"
 #include "sentree/graph/tree.h"
 
-// A file loads or is refused with a message; what loads can be ticked, halted, saved, restored and drawn, and stays the
-// same when it is formatted.
+// A file loads or is refused with a message, as a tree to run and as one to look at; what loads can be ticked, halted,
+// saved, restored and drawn, and stays the same when it is formatted.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace sentree;
   const std::string xml(reinterpret_cast<const char*>(data), size);
   bt::LoadOptions options;
   options.read_file = [&xml](const std::filesystem::path&) -> Result<std::string> { return xml; };
+  options.partial = true;
+  if (const auto part = bt::load(xml, options, "fuzz.xml"); part.ok() && part.value->size() <= 2000)
+    static_cast<void>(graph::drawing_of(*part.value));
+  options.partial = false;
   auto loaded = bt::load(xml, options, "fuzz.xml");
   const auto formatted = bt::format(xml);
   if (!loaded.ok()) {

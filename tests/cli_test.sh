@@ -132,6 +132,46 @@ silent() {
   echo "✗ $* was to succeed in silence:" && tail -5 "$work/out" && failures=$((failures + 1))
 }
 
+# Trees of others: what they lack is told and drawn, in several files and with palettes.
+mkdir -p "$work/others/nested" "$work/share/far"
+cat >"$work/others/main.xml" <<'XML'
+
+<?xml version="1.0"?>
+<root BTCPP_format="4" main_tree_to_execute="Main">
+  <include ros_pkg="far" path="far.xml"/>
+  <BehaviorTree ID="Main">
+    <RecoveryNode number_of_retries="2">
+      <Sequence><SubTree ID="Near"/><SubTree ID="Far"/><Spin/><Spin/></Sequence>
+      <Wait seconds="1"/>
+    </RecoveryNode>
+  </BehaviorTree>
+</root>
+XML
+echo '<root BTCPP_format="4"><BehaviorTree ID="Near"><GoTo/></BehaviorTree></root>' >"$work/others/nested/near.xml"
+echo '<root BTCPP_format="4"><BehaviorTree ID="Far"><AlwaysSuccess/></BehaviorTree></root>' >"$work/share/far/far.xml"
+echo '<package/>' >"$work/others/package.xml"
+cat >"$work/nodes.xml" <<'XML'
+<root><TreeNodesModel><Action ID="GoTo"/><Action ID="Spin"/><Action ID="Wait"><input_port name="seconds" type="double" default="a while"/></Action></TreeNodesModel></root>
+XML
+expect 1 'there is no BehaviorTree "Near"; it is a closed box here' "$sentree" check "$work/others/main.xml"
+expect 1 'there is no ROS package "far"; tried .*/nowhere/share/far' "$sentree" check "$work/others/main.xml" --packages "$work/nowhere"
+expect 1 'there is no node "Wait"; it is taken for a leaf' "$sentree" check "$work/others" --packages "$work"
+expect 1 '^0 errors, 1 warnings' "$sentree" check "$work/others" --packages "$work" --palette "$work/nodes.xml" --palette nav2
+expect 0 'note: a palette of 3 nodes' "$sentree" check "$work/nodes.xml"
+expect 0 'palette of 3 nodes' "$sentree" graph "$work/nodes.xml" --to dot
+expect 0 'not here' "$sentree" graph "$work/others/main.xml" --to dot
+expect 0 'AlwaysSuccess' "$sentree" graph "$work/others" --packages "$work" --to dot
+expect 0 'GoTo' "$sentree" graph "$work/others" --tree Near --to dot
+expect 3 'no such file' "$sentree" check --palette "$work/gone.xml" "$work/others"
+expect 0 '<Control ID="RecoveryNode">|<Control ID="RecoveryNode"/>' "$sentree" model "$work/others" --packages "$work"
+cp -r "$work/others" "$work/changed"
+sed -i 's/seconds="1"/seconds="2"/' "$work/changed/main.xml" && rm "$work/changed/nested/near.xml"
+expect 1 'main.xml: Main/RecoveryNode/Wait' "$sentree" diff "$work/others" "$work/changed"
+expect 1 '^2 differences' "$sentree" diff "$work/others" "$work/changed"
+expect 2 'a folder can only be compared with a folder' "$sentree" diff "$work/others" "$work/changed/main.xml"
+expect 0 'main.xml' "$sentree" fmt "$work/others" --palette nav2
+expect 0 '^<\?xml version' head -1 "$work/others/main.xml"
+
 # Trees as text: form, differences, models.
 mkdir -p "$work/text/skills" && cp examples/recharge/mission.xml "$work/text/"
 sed 's/threshold="30"/threshold  = "40"/' examples/recharge/mission.xml >"$work/text/other.xml"

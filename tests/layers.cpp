@@ -140,6 +140,7 @@ const std::vector<LibraryRule>& library_rules() {
       {"idl", {"base", "text"}},
       {"draw", {"base"}},
       {"bt", {"base", "text"}},
+      {"nav2", {"base", "bt"}},
       {"exec", {"base", "bt"}},
       {"scxml", {"base", "text"}},
       {"graph", {"base", "text", "draw", "bt", "scxml"}},
@@ -148,7 +149,7 @@ const std::vector<LibraryRule>& library_rules() {
       {"rpc", {"base", "text", "idl"}},
       {"sim", {"base", "text"}},
       {"record", {"base", "text", "idl"}},
-      {"project", {"base", "text", "idl", "bt", "scxml", "monitor", "rpc", "sim"}},
+      {"project", {"base", "text", "idl", "bt", "nav2", "scxml", "monitor", "rpc", "sim"}},
       {"import", {"base", "text", "idl", "bt", "scxml", "project"}},
       {"mission", {"base", "text", "idl", "bt", "scxml", "monitor", "sim", "project"}},
       {"runtime", {"base", "text", "idl", "bt", "scxml", "monitor", "rpc", "sim", "project", "mission"}},
@@ -158,8 +159,8 @@ const std::vector<LibraryRule>& library_rules() {
        {"base", "text", "idl", "draw", "bt", "scxml", "graph", "monitor", "http", "rpc", "sim", "record", "project",
         "mission", "runtime", "replay"}},
       {"cli",
-       {"base", "text", "idl", "draw", "bt", "exec", "scxml", "graph", "monitor", "http", "rpc", "sim", "record",
-        "project", "import", "mission", "runtime", "replay", "studio"}},
+       {"base", "text", "idl", "draw", "bt", "nav2", "exec", "scxml", "graph", "monitor", "http", "rpc", "sim",
+        "record", "project", "import", "mission", "runtime", "replay", "studio"}},
   };
   return kRules;
 }

@@ -9,8 +9,11 @@ namespace sentree::bt {
 
 void Loader::check_definitions() {
   lenient_ = true;
-  for (Definition& definition : definitions_) {
-    if (!definition.reached) {
+  // More may come while they are defined.
+  for (std::size_t i = 0; i < definitions_.size(); ++i) {
+    Definition& definition = definitions_[i];
+    // Those that came along with a tree of another file are that file's business.
+    if (!definition.reached && !documents_[definition.document]->found) {
       define(definition);
       warn("bt.unused-tree", "BehaviorTree \"" + definition.id + "\" is not part of the main tree",
            definition.element.span());
@@ -22,7 +25,7 @@ void Loader::check_definitions() {
     if (!definitions_[i].nodes.empty()) check_corners(i);
   }
   for (const auto& [id, ports] : subtree_ports_) {
-    if (!definition_index_.contains(id)) {
+    if (!definition_index_.contains(id) && !options_.partial) {
       warn("bt.unused-model", "the TreeNodesModel declares SubTree \"" + id + "\", and there is no such BehaviorTree",
            ports.span);
     }

@@ -159,6 +159,7 @@ std::uint8_t Loader::result_of(const Definition& definition, const DefinedNode& 
     case Kind::kTestNode:
     case Kind::kExternalAction: return kLeaf | kRunning;
     case Kind::kUser: return own.synchronous ? kLeaf : kLeaf | kRunning;
+    case Kind::kUnknown: return kLeaf | kRunning;
   }
   return kLeaf | kRunning;
 }

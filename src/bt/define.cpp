@@ -21,7 +21,25 @@ std::string_view trimmed(std::string_view text) {
 
 bool is_subtree_tag(std::string_view tag) { return tag == "SubTree" || tag == "SubTreePlus"; }
 
+/// The children that are nodes.
+std::size_t children_of(const XmlElement& element) {
+  std::size_t count = 0;
+  for (XmlElement e = element.first_child(); e; e = e.next_sibling()) count += is_metadata(e.name()) ? 0U : 1U;
+  return count;
+}
+
+/// Ports that built-in nodes had in early releases of format 3.
+bool was_port(std::string_view id, std::string_view port) {
+  return (id == "Parallel" && port == "threshold") || (id == "SequenceStar" && port == "reset_on_failure");
+}
+
+bool has_port(const Ports& ports, std::string_view name) {
+  return std::any_of(ports.begin(), ports.end(), [name](const PortInfo& port) { return port.name == name; });
+}
+
 }  // namespace
+
+bool is_metadata(std::string_view tag) { return tag == "Metadata" || tag == "MetadataFields"; }
 
 std::optional<std::string_view> entry_name(std::string_view text) {
   text = trimmed(text);
@@ -42,6 +60,9 @@ std::vector<std::string> Loader::known_ids() const {
   std::vector<std::string> ids = options_.skills;
   for (const Manifest& manifest : builtins(model_->format)) ids.push_back(manifest.id);
   for (const auto& [id, manifest] : declared_) ids.push_back(id);
+  if (options_.palette != nullptr) {
+    for (const auto& [id, model] : options_.palette->nodes()) ids.push_back(id);
+  }
   if (options_.registry != nullptr) {
     for (const auto& [id, entry] : options_.registry->entries()) ids.push_back(id);
   }
@@ -56,7 +77,48 @@ std::vector<std::string> Loader::tree_ids() const {
 }
 
 std::string Loader::hint(std::string_view name, const std::vector<std::string>& candidates) const {
-  return diagnostics_.size() < kHintsMax ? did_you_mean(name, candidates) : std::string();
+  if (diagnostics_.size() >= kHintsMax) return {};
+  // Where the very name is known, it is not a slip of the pen.
+  if (std::find(candidates.begin(), candidates.end(), name) != candidates.end()) return {};
+  return did_you_mean(name, candidates);
+}
+
+Manifest Loader::unknown_manifest(const XmlElement& element, std::string_view id, const SourceSpan& place) {
+  const std::string_view tag = element.name();
+  const std::size_t children = children_of(element);
+  Manifest made;
+  made.id = std::string(id);
+  made.external = true;
+  made.declared = false;
+  const auto declared = declared_.find(id);
+  if (declared != declared_.end()) made = declared->second;
+  if (declared == declared_.end()) {
+    made.category = tag == "Control" || (tag != "Decorator" && children > 1) ? Category::kControl
+                    : tag == "Decorator" || children == 1                    ? Category::kDecorator
+                                                                             : Category::kAction;
+  }
+  const bool leaf = made.category == Category::kAction;
+  made.kind = leaf ? Kind::kExternalAction : Kind::kUnknown;
+  made.children_min = leaf ? 0 : 1;
+  made.children_max = made.category == Category::kControl ? 0xFFFFFFFFU : made.children_min;
+  const bool is_new = std::none_of(model_->manifests.begin(), model_->manifests.end(), [&](const Manifest& known) {
+    return known.id == id && known.kind == made.kind && known.category == made.category;
+  });
+  if (!is_new) return made;
+  const std::string what = made.category == Category::kControl ? "control node" : "decorator";
+  if (declared != declared_.end()) {
+    warn("bt.unknown-node",
+         "\"" + made.id + "\" is declared as " + std::string(to_string(made.category)) +
+             ", and no C++ node of that ID is registered: it can be drawn, not run",
+         place);
+  } else {
+    warn("bt.unknown-node",
+         "there is no node \"" + made.id + "\"" + hint(id, known_ids()) + "; it is taken for a " +
+             (leaf ? "leaf" : what + " of unknown kind") +
+             ", since nothing declares it: a TreeNodesModel or a palette can",
+         place);
+  }
+  return made;
 }
 
 std::uint32_t Loader::find_manifest(const XmlElement& element, bool& is_explicit) {
@@ -106,6 +168,19 @@ std::uint32_t Loader::find_manifest(const XmlElement& element, bool& is_explicit
     made = declared->second;
     found = &made;
   }
+  if (found == nullptr && declared == declared_.end() && options_.palette != nullptr) {
+    if (const NodeModel* model = options_.palette->find(id)) {
+      // From now on the same as if the file had declared it.
+      Manifest& fresh = declared_[model->id];
+      fresh.id = model->id;
+      fresh.category = model->category;
+      fresh.ports = model->ports;
+      for (PortInfo& port : fresh.ports) settle_port(port);
+      fresh.external = model->category == Category::kAction || model->category == Category::kCondition;
+      fresh.kind = model->category == Category::kCondition ? Kind::kExternalCondition : Kind::kExternalAction;
+      return find_manifest(element, is_explicit);
+    }
+  }
   if (found == nullptr && (tag == "Action" || tag == "Condition")) {
     made.id = std::string(id);
     made.category = tag == "Action" ? Category::kAction : Category::kCondition;
@@ -117,7 +192,34 @@ std::uint32_t Loader::find_manifest(const XmlElement& element, bool& is_explicit
   if (found == nullptr) {
     const SourceSpan place = is_explicit ? element.attribute_value_span("ID") : element.span();
     const std::string shown(id);
-    if (definition_index_.contains(id)) {
+    const Manifest* const other = find_builtin(id, 7 - model_->format);
+    std::optional<Category> kind;
+    if (options_.skill_kind && declared == declared_.end())
+      kind = options_.skill_kind(id, element.attribute("name").value_or(id));
+    if (!is_explicit && definition_index_.contains(id) && (model_->format == 3 || options_.partial)) {
+      // Format 3 lets a SubTree be written as a node of its ID.
+      if (model_->format != 3) {
+        warn("bt.unknown-node", "\"" + shown + "\" is a BehaviorTree; write <SubTree ID=\"" + shown + "\"/>", place);
+      }
+      found = find_builtin("SubTree", model_->format);
+    } else if (kind) {
+      made.id = shown;
+      made.category = kind.value();
+      made.kind = made.category == Category::kCondition ? Kind::kExternalCondition : Kind::kExternalAction;
+      made.external = true;
+      made.declared = false;
+      found = &made;
+    } else if (options_.partial && other != nullptr) {
+      warn("bt.other-format",
+           "\"" + shown + "\" is a node of format " + std::to_string(7 - model_->format) +
+               ", and the file is of format " + std::to_string(model_->format) +
+               (model_->format == 3 ? "; write BTCPP_format=\"4\"" : ""),
+           place);
+      found = other;
+    } else if (options_.partial) {
+      made = unknown_manifest(element, id, place);
+      found = &made;
+    } else if (definition_index_.contains(id)) {
       error("bt.unknown-node", "\"" + shown + "\" is a BehaviorTree; write <SubTree ID=\"" + shown + "\"/>", place);
     } else if (declared != declared_.end()) {
       error("bt.unknown-node",
@@ -132,21 +234,20 @@ std::uint32_t Loader::find_manifest(const XmlElement& element, bool& is_explicit
     } else {
       error("bt.unknown-node",
             "there is no node \"" + shown + "\"" + hint(id, known_ids()) +
-                (find_builtin(id, 7 - model_->format) != nullptr
-                     ? " (it exists in format " + std::to_string(7 - model_->format) + ")"
-                     : ""),
+                (other != nullptr ? " (it exists in format " + std::to_string(7 - model_->format) + ")" : ""),
             place);
     }
-    return kNone;
+    if (found == nullptr) return kNone;
   }
-  if (found->external || is_explicit) {
+  if (found->external || is_explicit || found->id != id) {
     // Look for the same one again, of the same kind.
     for (std::uint32_t i = 0; i < model_->manifests.size(); ++i) {
-      if (model_->manifests[i].id == id && model_->manifests[i].kind == found->kind) return i;
+      const Manifest& known = model_->manifests[i];
+      if (known.id == found->id && known.kind == found->kind && known.category == found->category) return i;
     }
   }
   const std::uint32_t index = add_manifest(*found);
-  if (found->declared) manifest_index_.emplace(model_->strings[string(id)], index);
+  if (found->declared && found->id == id) manifest_index_.emplace(model_->strings[string(id)], index);
   return index;
 }
 
@@ -221,14 +322,14 @@ void Loader::define_port(DefinedPort& port, const Manifest& manifest, const XmlE
     std::optional<Value> parsed = value_of_text(*model_, *port.type, text);
     // Format 3 finds it out when the port is read.
     if (!parsed && model_->format != 3) {
-      report(lenient_ ? Severity::kWarning : Severity::kError, "bt.bad-value",
+      report(severity_of(manifest), "bt.bad-value",
              "port \"" + model_->strings[name] + "\" of " + manifest.id + ": \"" + std::string(text) + "\" is no " +
                  port.type->name +
                  (port.type->parse != nullptr                   ? ""
                   : port.type->kind == PortType::Class::kObject ? "; only an entry {…} can hold one"
                                                                 : "; write json:… or an entry {…}"),
              element.attribute_value_span(model_->strings[name]));
-      return;
+      if (severity_of(manifest) == Severity::kError) return;
     }
     if (parsed) literal.value = std::move(*parsed);
   }
@@ -249,10 +350,20 @@ void Loader::unknown_attribute(const XmlElement& element, const Manifest& manife
     warn("bt.unknown-attribute", "attribute " + shown + " of " + manifest.id + " means nothing and is kept" + hint,
          place);
   } else if (!manifest.external) {
+    const Manifest* const other = find_builtin(manifest.id, 7 - model_->format);
+    const auto declared = declared_.find(manifest.id);
+    if (options_.partial && (was_port(manifest.id, name) || (other != nullptr && has_port(other->ports, name)) ||
+                             (declared != declared_.end() && has_port(declared->second.ports, name)))) {
+      warn("bt.unknown-port",
+           manifest.id + " has no port " + shown + " in format " + std::to_string(model_->format) +
+               (was_port(manifest.id, name) ? " any more" : "") + hint,
+           place);
+      return;
+    }
     report(lenient_ ? Severity::kWarning : Severity::kError, "bt.unknown-port",
            manifest.id + " has no port " + shown + hint, place);
   } else if (manifest.declared && !hint.empty()) {
-    report(lenient_ ? Severity::kWarning : Severity::kError, "bt.unknown-port",
+    report(severity_of(manifest), "bt.unknown-port",
            manifest.id + " has no port " + shown + " in the TreeNodesModel" + hint, place);
   } else if (manifest.declared) {
     warn("bt.undeclared-attribute", "attribute " + shown + " of " + manifest.id + " is declared nowhere and is kept",
@@ -295,22 +406,49 @@ void Loader::define_ports(Definition& definition, DefinedNode& node, const Manif
   node.port_count = static_cast<std::uint16_t>(definition.ports.size() - node.first_port);
 }
 
+void Loader::define_closed(Definition& definition, DefinedNode& node, std::string_view id) {
+  Manifest closed;
+  closed.id = "SubTree";
+  closed.category = Category::kSubTree;
+  closed.kind = Kind::kUnknown;
+  closed.external = true;
+  closed.declared = false;
+  const auto known = std::find_if(model_->manifests.begin(), model_->manifests.end(), [](const Manifest& m) {
+    return m.kind == Kind::kUnknown && m.category == Category::kSubTree;
+  });
+  node.manifest = known != model_->manifests.end() ? static_cast<std::uint32_t>(known - model_->manifests.begin())
+                                                   : add_manifest(closed);
+  node.data = string(id);
+  node.first_port = static_cast<std::uint32_t>(definition.ports.size());
+  for (const XmlAttribute& attribute : given_) {
+    if (attribute.name.starts_with('_')) continue;
+    DefinedPort port;
+    define_port(port, closed, node.element, string(attribute.name), attribute.value, nullptr);
+    definition.ports.push_back(port);
+  }
+  node.port_count = static_cast<std::uint16_t>(definition.ports.size() - node.first_port);
+}
+
 void Loader::define_subtree(Definition& definition, DefinedNode& node, const std::vector<XmlAttribute>& given) {
-  const auto id = node.element.attribute("ID");
+  const auto id = is_subtree_tag(node.element.name()) ? node.element.attribute("ID") : node.element.name();
   if (!id || id->empty()) {
     error("bt.missing-id", "<SubTree> needs an ID, the name of a BehaviorTree", node.element.span());
     return;
   }
-  const auto target = definition_index_.find(*id);
-  if (target == definition_index_.end()) {
-    error("bt.unknown-tree", "there is no BehaviorTree \"" + std::string(*id) + "\"" + hint(*id, tree_ids()),
-          node.element.attribute_value_span("ID"));
+  const SourceSpan place = node.element.attribute_value_span("ID");
+  const std::uint32_t target = find_definition(*id, place);
+  if (target == kNone) {
+    missing("bt.unknown-tree",
+            "there is no BehaviorTree \"" + std::string(*id) + "\"" + hint(*id, tree_ids()) +
+                (options_.partial ? "; it is a closed box here, unless a file that has it is given too" : ""),
+            place);
+    if (options_.partial) define_closed(definition, node, *id);
     return;
   }
-  node.data = target->second;
+  node.data = target;
   const bool format3 = model_->format == 3;
   // Format 3's plain SubTree gives names of entries, not values; SubTreePlus is what format 4 calls SubTree.
-  node.plain_names = format3 && node.element.name() == "SubTree";
+  node.plain_names = format3 && node.element.name() != "SubTreePlus";
   node.first_port = static_cast<std::uint32_t>(definition.ports.size());
   const auto flag = [&](const XmlAttribute& attribute) {
     const auto value = detail::parse_bool(attribute.value);
@@ -348,7 +486,7 @@ void Loader::define_subtree(Definition& definition, DefinedNode& node, const std
           std::any_of(given.begin(), given.end(), [&](const XmlAttribute& a) { return a.name == info.name; });
       if (present) continue;
       if (!info.default_text || info.default_text->empty()) {
-        report(lenient_ ? Severity::kWarning : Severity::kError, "bt.missing-port",
+        report(lenient_ || options_.partial ? Severity::kWarning : Severity::kError, "bt.missing-port",
                "SubTree \"" + std::string(*id) + "\" needs port \"" + info.name +
                    "\": the TreeNodesModel gives no default",
                node.element.span());
@@ -430,7 +568,7 @@ void Loader::check_children(const Definition& definition, std::uint32_t index) {
   if (node.child_count >= manifest.children_min && node.child_count <= manifest.children_max) return;
   std::string wanted;
   if (manifest.children_max == 0) {
-    wanted = manifest.kind == Kind::kSubTree
+    wanted = manifest.category == Category::kSubTree
                  ? "a SubTree has no children here: its content is the BehaviorTree of that ID"
                  : "a leaf has no children";
   } else if (manifest.children_max == 1) {
@@ -457,9 +595,17 @@ bool Loader::define_node(Definition& definition, const XmlElement& element, std:
     if (parent != kNone) ++definition.nodes[parent].child_count;
     definition.nodes.push_back(node);
   }
+  // It is a child all the same.
+  if (!known && parent != kNone) ++definition.nodes[parent].child_count;
   // Below an unknown node the check goes on; the definition is not used then.
   bool complete = known;
   for (XmlElement child = element.first_child(); child; child = child.next_sibling()) {
+    if (is_metadata(child.name())) continue;
+    if (is_subtree_tag(element.name()) && child.name() == "remap" && options_.partial) {
+      warn("bt.other-format", "<remap> inside a SubTree is of an older format; ports are attributes of the SubTree",
+           child.span());
+      continue;
+    }
     complete = define_node(definition, child, known ? index : kNone, depth + 1) && complete;
   }
   if (known) check_children(definition, index);
@@ -470,13 +616,16 @@ void Loader::define(Definition& definition) {
   if (definition.defined) return;
   definition.defined = true;
   document_ = definition.document;
-  const XmlElement first = definition.element.first_child();
+  XmlElement first = definition.element.first_child();
+  while (first && is_metadata(first.name())) first = first.next_sibling();
   if (!first) {
     error("bt.child-count", "BehaviorTree \"" + definition.id + "\" is empty; it needs one node",
           definition.element.span());
     return;
   }
-  if (const XmlElement second = first.next_sibling()) {
+  XmlElement second = first.next_sibling();
+  while (second && is_metadata(second.name())) second = second.next_sibling();
+  if (second) {
     error("bt.child-count",
           "BehaviorTree \"" + definition.id + "\" has a second root node; put both under a control node",
           second.span());

@@ -32,8 +32,7 @@ std::string attribute(std::string_view name, std::string_view value) {
 
 // What a node is called by where it is registered; a SubTree, by its definition.
 std::string id_of(const Tree& tree, NodeId node) {
-  return std::string(tree.category(node) == Category::kSubTree ? tree.definition(tree.children(node)[0])
-                                                               : tree.registration(node));
+  return std::string(tree.category(node) == Category::kSubTree ? tree.subtree_id(node) : tree.registration(node));
 }
 
 void write_node(std::string& out, const Tree& tree, NodeId node, const std::string& indent) {
@@ -192,7 +191,7 @@ std::string write_groot2_xml(const Tree& tree) {
                     attribute("main_tree_to_execute", tree.id()) + ">\n";
   write_tree(out, tree, tree.id(), "", 0);
   for (NodeId node = 0; node < tree.size(); ++node) {
-    if (tree.category(node) == Category::kSubTree)
+    if (tree.category(node) == Category::kSubTree && !tree.is_unknown(node))
       write_tree(out, tree, id_of(tree, node), tree.path(node), tree.children(node)[0]);
   }
   std::vector<NodeModel> all = models(Registry(), true);

@@ -127,8 +127,9 @@ void Loader::declare_entry(std::uint32_t cell, const PortType* type, const Defin
   }
   const bool hidden = use.type == nullptr || !use.type->strong();
   // BehaviorTree.CPP does not see the clash where an untyped port comes first in the file.
-  report(hidden ? Severity::kWarning : Severity::kError, "bt.type-clash", about() + "a " + type->name + " for " + self,
-         defined.element.span());
+  // Whoever only looks has nobody's types but those of a palette.
+  report(hidden || options_.partial ? Severity::kWarning : Severity::kError, "bt.type-clash",
+         about() + "a " + type->name + " for " + self, defined.element.span());
 }
 
 std::uint32_t Loader::bind_script(std::uint32_t script, std::uint32_t scope) {
@@ -203,7 +204,8 @@ void Loader::bind_special(const DefinedNode& defined, NodeId id, std::uint32_t s
     case Kind::kScript:
     case Kind::kScriptCondition:
     case Kind::kPrecondition: node.data = bind_script(defined.data, scope); break;
-    case Kind::kLoop: node.data = defined.data; break;
+    case Kind::kLoop:
+    case Kind::kUnknown: node.data = defined.data; break;
     case Kind::kParallel: bind_thresholds(node); break;
     case Kind::kSkipUnlessUpdated:
     case Kind::kWaitValueUpdate:
@@ -449,25 +451,44 @@ SourceSpan Loader::span_of(NodeId id) const {
   return {model_->files[info.file], line, column, 0};
 }
 
+std::string Loader::path_of(NodeId id, bool numbered) const {
+  std::string path;
+  for (NodeId at = id; at != kNoNode; at = model_->trees[model_->infos[at].tree].subtree) {
+    const std::string& kind = model_->manifest(at).id;
+    std::string part(model_->name(at));
+    if (numbered && part == kind) {
+      // A SubTree's ID is that of its BehaviorTree.
+      const NodeId child =
+          model_->nodes[at].child_count > 0 ? model_->children[model_->nodes[at].first_child] : kNoNode;
+      if (model_->nodes[at].kind == Kind::kSubTree) part = model_->strings[model_->trees[model_->infos[child].tree].id];
+      part += "::" + std::to_string(at + 1);
+    }
+    path = path.empty() ? part : part + "." + path;
+  }
+  return path;
+}
+
 void Loader::check_leaf_names() {
+  std::unordered_map<std::string, std::size_t> uses;
+  for (const NodeId id : model_->externals) ++uses[event_name(path_of(id, false))];
   std::unordered_map<std::string, NodeId> seen;
   for (const NodeId id : model_->externals) {
-    std::string path(model_->name(id));
-    for (NodeId at = model_->trees[model_->infos[id].tree].subtree; at != kNoNode;
-         at = model_->trees[model_->infos[at].tree].subtree) {
-      path = std::string(model_->name(at)) + "." + path;
-    }
+    std::string path = path_of(id, false);
     const std::string& kind = model_->manifest(id).id;
     if (options_.has_skill && !options_.has_skill(kind, model_->name(id))) {
       error("bt.unknown-node", "leaf \"" + path + "\": there is no skill \"" + kind + "\"" + hint(kind, known_skills()),
             span_of(id));
     }
+    if (uses[event_name(path)] > 1) {
+      std::string numbered = path_of(id, true);
+      if (numbered != path) path = model_->numbered[id] = std::move(numbered);
+    }
     const auto [place, fresh] = seen.try_emplace(event_name(path), id);
     if (!fresh) {
-      error("bt.duplicate-leaf",
-            "there are two leaves \"" + place->first + "\" in messages; the other is at " +
-                to_string(span_of(place->second)) + ". Give one of them, or its SubTree, another name",
-            span_of(id));
+      missing("bt.duplicate-leaf",
+              "there are two leaves \"" + place->first + "\" in messages; the other is at " +
+                  to_string(span_of(place->second)) + ". Give one of them, or its SubTree, another name",
+              span_of(id));
     }
   }
 }

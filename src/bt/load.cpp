@@ -1,9 +1,11 @@
 #include "sentree/bt/load.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <utility>
 
 #include "sentree/bt/loader.h"
+#include "sentree/bt/values.h"
 #include "sentree/text/file.h"
 
 namespace sentree::bt {
@@ -21,6 +23,13 @@ void Loader::report(Severity severity, std::string code, std::string message, So
   diagnostics_.push_back({severity, std::move(code), std::move(message), std::move(span)});
 }
 
+void Loader::settle_port(PortInfo& info) const {
+  if (info.type != nullptr && !info.type->strong()) info.type = nullptr;
+  if (info.type == nullptr || info.type->kind == PortType::Class::kString || !info.default_text) return;
+  if (!entry_name(*info.default_text) && !value_of_text(*model_, *info.type, *info.default_text))
+    info.default_text.reset();
+}
+
 std::uint32_t Loader::string(std::string_view text) {
   const auto found = model_->string_index.find(text);
   if (found != model_->string_index.end()) return found->second;
@@ -30,7 +39,7 @@ std::uint32_t Loader::string(std::string_view text) {
   return index;
 }
 
-bool Loader::read_document(std::string xml, std::string file, const std::filesystem::path& path) {
+bool Loader::read_document(std::string xml, std::string file, const std::filesystem::path& path, bool found) {
   if (xml.size() > kIncludeBytesMax) {
     error("bt.too-large", "the file has more than " + std::to_string(kIncludeBytesMax) + " bytes", {file, 0, 0, 0});
     return false;
@@ -44,7 +53,7 @@ bool Loader::read_document(std::string xml, std::string file, const std::filesys
   model_->files.push_back(std::move(file));
   model_->lines.push_back(parsed->lines());
   const auto index = static_cast<std::uint32_t>(documents_.size());
-  documents_.push_back(std::make_unique<Document>(Document{std::move(*parsed), path, index}));
+  documents_.push_back(std::make_unique<Document>(Document{std::move(*parsed), path, index, found}));
   read_root(index);
   return true;
 }
@@ -53,8 +62,8 @@ int Loader::detect_format(const XmlElement& root) {
   const auto format = root.attribute("BTCPP_format");
   if (!format) return 3;
   if (*format == "3" || *format == "4") return *format == "3" ? 3 : 4;
-  error("bt.bad-format", "BTCPP_format is \"" + std::string(*format) + "\"; 3 and 4 are known",
-        root.attribute_value_span("BTCPP_format"));
+  missing("bt.bad-format", "BTCPP_format is \"" + std::string(*format) + "\"; 3 and 4 are known",
+          root.attribute_value_span("BTCPP_format"));
   return 4;
 }
 
@@ -83,7 +92,7 @@ void Loader::read_root(std::uint32_t document) {
       read_tree(document, child);
     } else if (name == "include") {
       read_include(document, child);
-    } else if (name != "TreeNodesModel" && name != "Metadata" && name.find(":") == std::string_view::npos) {
+    } else if (name != "TreeNodesModel" && !is_metadata(name) && name.find(":") == std::string_view::npos) {
       static const std::vector<std::string> kKnown = {"BehaviorTree", "TreeNodesModel", "include"};
       warn("bt.unknown-element",
            "<" + std::string(name) + "> inside <root> is kept and means nothing" + did_you_mean(name, kKnown),
@@ -176,8 +185,8 @@ void Loader::read_models(const XmlElement& models) {
       const std::string_view type = port.attribute("type").value_or("");
       info.type = type_named(type);
       info.declared_type = std::string(type);
-      if (info.type != nullptr && !info.type->strong()) info.type = nullptr;
       if (const auto value = port.attribute("default")) info.default_text = std::string(*value);
+      settle_port(info);
       info.description = port.text();
       manifest.ports.push_back(std::move(info));
     }
@@ -203,26 +212,27 @@ void Loader::read_include(std::uint32_t document, const XmlElement& element) {
   }
   const SourceSpan place = element.attribute_value_span("path");
   if (!options_.read_file) {
-    error("bt.include-refused", "<include path=\"" + std::string(*given) + "\">: files cannot be read here", place);
+    missing_files_ = true;
+    missing("bt.include-refused", "<include path=\"" + std::string(*given) + "\">: files cannot be read here", place);
     return;
   }
   std::filesystem::path path = documents_[document]->path.parent_path() / std::string(*given);
   if (const auto package = element.attribute("ros_pkg")) {
     if (!options_.find_package) {
-      error("bt.include-refused", "ROS package \"" + std::string(*package) + "\" cannot be looked up here", place);
+      missing_files_ = true;
+      missing("bt.include-refused", "ROS package \"" + std::string(*package) + "\" cannot be looked up here", place);
       return;
     }
     auto folder = options_.find_package(*package);
     if (!folder) {
-      error(folder.error().code, folder.error().message, place);
+      missing_files_ = true;
+      missing(folder.error().code, folder.error().message, place);
       return;
     }
     path = *folder / std::string(*given);
   }
-  path = path.lexically_normal();
-  const std::string key = path.string();
-  if (open_files_.contains(key)) {
-    error("bt.include-cycle", "\"" + key + "\" includes itself", place);
+  if (open_files_.contains(path.lexically_normal().string())) {
+    error("bt.include-cycle", "\"" + path.lexically_normal().string() + "\" includes itself", place);
     return;
   }
   if (open_files_.size() > kIncludeDepthMax) {
@@ -230,46 +240,79 @@ void Loader::read_include(std::uint32_t document, const XmlElement& element) {
           place);
     return;
   }
-  // A file that several others include is read once.
-  if (!read_files_.insert(key).second) return;
+  if (const auto read = read_other(path, place, false); !read) {
+    missing_files_ = true;
+    missing(read.error().code, read.error().message, place);
+  }
+}
+
+Result<void> Loader::read_other(const std::filesystem::path& given, const SourceSpan& place, bool found) {
+  const std::filesystem::path path = given.lexically_normal();
+  const std::string key = path.string();
+  // A file that several others name is read once.
+  if (open_files_.contains(key) || !read_files_.insert(key).second) return {};
   if (read_files_.size() > kIncludesMax) {
     error("bt.too-large", "more than " + std::to_string(kIncludesMax) + " files are included", place);
-    return;
+    return {};
   }
   auto content = options_.read_file(path);
-  if (!content) {
-    error(content.error().code, content.error().message, place);
-    return;
-  }
+  if (!content) return fail(content.error().code, "\"" + key + "\": " + content.error().message, place);
   include_bytes_ += content->size();
   if (include_bytes_ > kIncludeBytesMax) {
     error("bt.too-large", "the included files have more than " + std::to_string(kIncludeBytesMax) + " bytes together",
           place);
-    return;
+    return {};
   }
   open_files_.insert(key);
-  read_document(std::move(*content), key, path);
+  read_document(std::move(*content), key, path, found);
   open_files_.erase(key);
+  return {};
+}
+
+std::uint32_t Loader::find_definition(std::string_view id, const SourceSpan& place) {
+  if (const auto known = definition_index_.find(id); known != definition_index_.end()) return known->second;
+  if (!options_.find_tree || !options_.read_file) return kNone;
+  const auto path = options_.find_tree(id);
+  if (!path) return kNone;
+  if (const auto read = read_other(*path, place, true); !read) missing(read.error().code, read.error().message, place);
+  const auto now = definition_index_.find(id);
+  return now != definition_index_.end() ? now->second : kNone;
+}
+
+std::uint32_t Loader::likely_main() const {
+  std::set<std::string, std::less<>> used;
+  const auto visit = [&](const XmlElement& element, const auto& self) -> void {
+    for (XmlElement e = element.first_child(); e; e = e.next_sibling()) {
+      used.emplace(e.name().starts_with("SubTree") ? e.attribute("ID").value_or("") : e.name());
+      self(e, self);  // The parser bounds nesting.
+    }
+  };
+  for (const Definition& definition : definitions_) visit(definition.element, visit);
+  for (std::uint32_t i = 0; i < definitions_.size(); ++i) {
+    if (definitions_[i].document == 0 && !used.contains(definitions_[i].id)) return i;
+  }
+  return 0;
 }
 
 std::uint32_t Loader::main_definition(const XmlElement& root) {
   std::vector<std::string> ids;
   for (const Definition& definition : definitions_) ids.push_back(definition.id);
   if (!options_.main_tree.empty()) {
-    if (const auto found = definition_index_.find(options_.main_tree); found != definition_index_.end())
-      return found->second;
+    if (const auto found = find_definition(options_.main_tree, root.span()); found != kNone) return found;
     error("bt.unknown-tree",
           "there is no BehaviorTree \"" + options_.main_tree + "\"" + did_you_mean(options_.main_tree, ids),
           root.span());
     return kNone;
   }
   if (const auto wanted = root.attribute("main_tree_to_execute")) {
-    if (const auto found = definition_index_.find(*wanted); found != definition_index_.end()) return found->second;
-    error("bt.unknown-tree",
-          "main_tree_to_execute is \"" + std::string(*wanted) + "\", and there is no such BehaviorTree" +
-              did_you_mean(*wanted, ids),
-          root.attribute_value_span("main_tree_to_execute"));
-    return kNone;
+    const SourceSpan place = root.attribute_value_span("main_tree_to_execute");
+    if (const auto found = find_definition(*wanted, place); found != kNone) return found;
+    const bool elsewhere = options_.partial && missing_files_;
+    report(elsewhere ? Severity::kWarning : Severity::kError, "bt.unknown-tree",
+           "main_tree_to_execute is \"" + std::string(*wanted) + "\", and there is no such BehaviorTree" +
+               did_you_mean(*wanted, ids),
+           place);
+    return elsewhere && !definitions_.empty() ? likely_main() : kNone;
   }
   std::vector<std::uint32_t> own;
   for (std::uint32_t i = 0; i < definitions_.size(); ++i) {
@@ -277,12 +320,39 @@ std::uint32_t Loader::main_definition(const XmlElement& root) {
   }
   if (own.size() == 1) return own.front();
   if (definitions_.size() == 1) return 0;
-  error(definitions_.empty() ? "bt.no-tree" : "bt.no-main-tree",
-        definitions_.empty() ? "there is no <BehaviorTree>"
-                             : "which of the " + std::to_string(definitions_.size()) +
-                                   " BehaviorTrees is the main one? Say so by main_tree_to_execute",
-        root.span());
+  if (options_.partial && !definitions_.empty()) {
+    const std::uint32_t likely = likely_main();
+    warn("bt.no-main-tree",
+         "which of the " + std::to_string(definitions_.size()) +
+             " BehaviorTrees is the main one? Say so by main_tree_to_execute; here it is \"" + definitions_[likely].id +
+             "\"",
+         root.span());
+    return likely;
+  }
+  if (const auto nodes = declared_.size(); options_.partial && nodes > 0 && definitions_.empty()) {
+    report(Severity::kNote, "bt.palette", "a palette of " + std::to_string(nodes) + (nodes == 1 ? " node" : " nodes"),
+           root.span());
+    return kNone;
+  }
+  report(options_.partial && missing_files_ ? Severity::kWarning : Severity::kError,
+         definitions_.empty() ? "bt.no-tree" : "bt.no-main-tree",
+         definitions_.empty() ? "there is no <BehaviorTree>"
+                              : "which of the " + std::to_string(definitions_.size()) +
+                                    " BehaviorTrees is the main one? Say so by main_tree_to_execute",
+         root.span());
   return kNone;
+}
+
+void Loader::box_main(const XmlElement& root) {
+  model_->id = root.attribute("main_tree_to_execute").value_or("");
+  model_->scopes.emplace_back();
+  Definition none;
+  DefinedNode box;
+  box.element = root;
+  given_.clear();
+  define_closed(none, box, model_->id);
+  model_->trees.push_back({kNoNode, 0, box.data});
+  bind_special(box, add_node(none, box, kNoNode, 0), 0);
 }
 
 Loaded<Tree> Loader::load(std::string xml, std::string file) {
@@ -303,12 +373,13 @@ Loaded<Tree> Loader::load(std::string xml, std::string file) {
       const bool complete = instantiate(main, kNoNode, 0, 0);
       if (complete) check_leaf_names();
     }
+    if (main == kNone && missing_files_ && !has_errors(diagnostics_)) box_main(root);
     if (root.name() == "root") check_definitions();
     if (main != kNone && !has_errors(diagnostics_)) check_entries();
   }
   sort_by_place(diagnostics_);
   loaded.diagnostics = std::move(diagnostics_);
-  if (!has_errors(loaded.diagnostics)) {
+  if (!has_errors(loaded.diagnostics) && !model_->nodes.empty()) {
     note_leaves();
     model_->nodes.shrink_to_fit();
     model_->infos.shrink_to_fit();
@@ -320,6 +391,32 @@ Loaded<Tree> Loader::load(std::string xml, std::string file) {
   return loaded;
 }
 
+Result<std::filesystem::path> find_ros_package(std::string_view package,
+                                               const std::vector<std::filesystem::path>& folders) {
+  std::vector<std::filesystem::path> all = folders;
+  for (const char* const variable : {"AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH"}) {
+    const char* const value = std::getenv(variable);
+    std::string_view rest = value != nullptr ? value : "";
+    while (!rest.empty()) {
+      const std::size_t end = std::min(rest.find(':'), rest.size());
+      if (end > 0) all.emplace_back(rest.substr(0, end));
+      rest.remove_prefix(std::min(end + 1, rest.size()));
+    }
+  }
+  std::string tried;
+  const bool is_name = !package.empty() && package.find_first_of("/\\") == std::string_view::npos && package != "..";
+  for (const std::filesystem::path& folder : all) {
+    for (const std::filesystem::path& place : {folder / "share" / package, folder / package}) {
+      std::error_code error;
+      if (is_name && std::filesystem::is_directory(place, error)) return place;
+      tried += (tried.empty() ? "" : ", ") + place.string();
+    }
+  }
+  return fail("bt.no-package",
+              "there is no ROS package \"" + std::string(package) + "\"" +
+                  (all.empty() ? "; AMENT_PREFIX_PATH says where packages are, and is empty" : "; tried " + tried));
+}
+
 Loaded<Tree> load(std::string xml, const LoadOptions& options, std::string file) {
   return Loader(options).load(std::move(xml), std::move(file));
 }
@@ -329,6 +426,9 @@ Loaded<Tree> load_file(const std::filesystem::path& path, LoadOptions options) {
   if (!content) return {std::nullopt, {std::move(content.error())}};
   if (!options.read_file) {
     options.read_file = [](const std::filesystem::path& included) { return text::read_file(included); };
+  }
+  if (!options.find_package) {
+    options.find_package = [](std::string_view package) { return find_ros_package(package); };
   }
   return load(std::move(*content), options, path.string());
 }

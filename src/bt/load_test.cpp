@@ -7,6 +7,7 @@
 #include <ostream>
 #include <string>
 
+#include "sentree/base/temporary_folder.h"
 #include "sentree/bt/runner.h"
 #include "sentree/bt/script.h"
 
@@ -66,8 +67,8 @@ INSTANTIATE_TEST_SUITE_P(
         Broken{in_tree("<SubTree ID=\"Main\"/>"), "BehaviorTree \"Main\" contains itself"},
         Broken{in_tree("<AlwaysSuccess/>", "<BehaviorTree ID=\"Main\"><AlwaysSuccess/></BehaviorTree>"),
                "there are two BehaviorTrees \"Main\"; the other is at m.xml:2:1"},
-        Broken{in_tree("<Sequence><Action ID=\"Go\"/><Action ID=\"Go\"/></Sequence>"),
-               "there are two leaves \"Go\" in messages; the other is at m.xml:2:35"},
+        Broken{in_tree("<Sequence><Action ID=\"Go\" name=\"g\"/><Action ID=\"Go\" name=\"g\"/></Sequence>"),
+               "there are two leaves \"g\" in messages; the other is at m.xml:2:35"},
         Broken{in_tree("<Script code=\"n = 1\"/>"), "code uses entry \"n\", which nothing in the tree creates"},
         Broken{in_tree("<Sequence><AlwaysFailure/><AlwaysSuccess/></Sequence>"), "AlwaysSuccess is never reached"},
         Broken{in_tree("<Sequence><Repeat num_cycles=\"{n}\"><AlwaysSuccess/></Repeat><LoopDouble queue=\"1;2\" "
@@ -199,6 +200,186 @@ TEST(Substitution, RefusesWhatItDoesNotKnow) {
                   .error()
                   .message,
               HasSubstr("did you mean \"async_delay\"?"));
+}
+
+Loaded<Tree> look(const std::string& xml, LoadOptions options = {}) {
+  options.partial = true;
+  return load(xml, options, "m.xml");
+}
+
+std::string told(const Loaded<Tree>& loaded) {
+  std::string all;
+  for (const Diagnostic& d : loaded.diagnostics) all += to_string(d) + "\n";
+  return all;
+}
+
+TEST(Partial, TakesWhatNobodyDeclaresForALeafADecoratorOrAControlNode) {
+  const auto tree =
+      look(in_tree("<RecoveryNode><Inverter><GoTo x=\"{y}\"/></Inverter><Rate hz=\"1\"><Spin/></Rate></RecoveryNode>"));
+  ASSERT_TRUE(tree.ok()) << told(tree);
+  const Tree& t = *tree.value;
+  EXPECT_EQ(t.category(0), Category::kControl);
+  EXPECT_TRUE(t.is_unknown(0));
+  const NodeId rate = t.find("Rate");
+  EXPECT_EQ(t.category(rate), Category::kDecorator);
+  EXPECT_EQ(t.ports(rate).front().text, "1");
+  EXPECT_TRUE(t.is_external(t.find("GoTo")));
+  EXPECT_FALSE(t.is_unknown(t.find("GoTo")));
+  EXPECT_THAT(told(tree), HasSubstr("m.xml:2:25: warning: there is no node \"RecoveryNode\"; it is taken for a control "
+                                    "node of unknown kind"));
+  EXPECT_THAT(told(tree), ::testing::Not(HasSubstr("children")));
+}
+
+TEST(Partial, CannotRunWhatIsKnownByNameOnly) {
+  auto tree = look(in_tree("<Fallback><Twist><AlwaysSuccess/></Twist></Fallback>"));
+  ASSERT_TRUE(tree.ok());
+  Runner runner(std::move(*tree.value));
+  EXPECT_EQ(runner.tick(), Status::kFailure);
+  ASSERT_TRUE(runner.error());
+  EXPECT_EQ(runner.error()->code, "bt.unknown-node");
+}
+
+TEST(Partial, MakesAClosedBoxOfASubTreeThatIsNotThere) {
+  const auto tree = look(in_tree("<Sequence><SubTree ID=\"Dock\" where=\"{here}\"/><AlwaysSuccess/></Sequence>"));
+  ASSERT_TRUE(tree.ok()) << told(tree);
+  EXPECT_TRUE(tree.value->is_unknown(1));
+  EXPECT_EQ(tree.value->category(1), Category::kSubTree);
+  EXPECT_EQ(tree.value->subtree_id(1), "Dock");
+  EXPECT_EQ(tree.value->ports(1).front().name, "where");
+  EXPECT_TRUE(tree.value->children(1).empty());
+  EXPECT_THAT(told(tree), HasSubstr("warning: there is no BehaviorTree \"Dock\""));
+}
+
+TEST(Partial, StillRefusesWhatIsWrong) {
+  for (const std::string body :
+       {"<Sequence/>", "<Inverter><Go/><Go/></Inverter>", "<Twist/><Twist/>", "<Repeat num=\"1\"><A/></Repeat>",
+        "<Repeat num_cycles=\"two\"><A/></Repeat>", "<SubTree ID=\"Main\"/>", "<A _skipIf=\"n >\"/>", "<Action/>",
+        "<AlwaysSuccess><A/></AlwaysSuccess>"}) {
+    EXPECT_FALSE(look(in_tree(body)).ok()) << body;
+  }
+}
+
+TEST(Partial, TellsAPaletteFromATree) {
+  const auto loaded = look("<root><TreeNodesModel><Action ID=\"A\"/><Control ID=\"B\"/></TreeNodesModel></root>");
+  EXPECT_FALSE(loaded.ok());
+  EXPECT_FALSE(has_errors(loaded.diagnostics)) << told(loaded);
+  EXPECT_THAT(told(loaded), HasSubstr("note: a palette of 2 nodes"));
+}
+
+TEST(Partial, ChoosesAMainTreeThatNoOtherOneUses) {
+  const auto tree = look(
+      "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Sub\"><AlwaysSuccess/></BehaviorTree>"
+      "<BehaviorTree ID=\"Top\"><SubTree ID=\"Sub\"/></BehaviorTree></root>");
+  ASSERT_TRUE(tree.ok()) << told(tree);
+  EXPECT_EQ(tree.value->id(), "Top");
+}
+
+TEST(Partial, WarnsOfAnIncludeThatIsNotThereWithThePathThatWasTried) {
+  LoadOptions options;
+  options.read_file = [](const std::filesystem::path&) {
+    return Result<std::string>(fail("file.not-found", "no such file"));
+  };
+  options.find_package = [](std::string_view) { return Result<std::filesystem::path>("/opt/nav"); };
+  const auto tree = look(
+      "<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\">\n<include ros_pkg=\"nav\" path=\"t/a.xml\"/></root>",
+      options);
+  ASSERT_TRUE(tree.ok()) << told(tree);
+  EXPECT_TRUE(tree.value->is_unknown(0));
+  EXPECT_EQ(tree.value->subtree_id(0), "Main");
+  EXPECT_THAT(told(tree), HasSubstr("m.xml:2:30: warning: \"/opt/nav/t/a.xml\": no such file"));
+}
+
+TEST(Partial, TakesNodesOfTheOtherFormatWithAWarning) {
+  const auto old = look(
+      "<root><BehaviorTree ID=\"M\"><Sequence><Script code=\"n := 1\"/><Parallel success_count=\"1\">"
+      "<A/><B/></Parallel></Sequence></BehaviorTree></root>");
+  ASSERT_TRUE(old.ok()) << told(old);
+  EXPECT_THAT(told(old),
+              HasSubstr("\"Script\" is a node of format 4, and the file is of format 3; write BTCPP_format=\"4\""));
+  EXPECT_THAT(told(old), HasSubstr("Parallel has no port \"success_count\" in format 3"));
+  EXPECT_TRUE(look(in_tree("<SequenceStar><A/></SequenceStar>")).ok());
+}
+
+TEST(Load, FindsTreesAndNodesInOtherFiles) {
+  std::map<std::string, std::string> files = {
+      {"b.xml",
+       "<root BTCPP_format=\"4\"><BehaviorTree ID=\"B\"><Leaf/></BehaviorTree><BehaviorTree ID=\"Other\">"
+       "<Nonsense/></BehaviorTree><TreeNodesModel><Action ID=\"Leaf\"/></TreeNodesModel></root>"}};
+  Palette palette;
+  palette.add({{"Go", Category::kAction, {input<std::string>("where")}, {}}});
+  LoadOptions options;
+  options.palette = &palette;
+  options.find_tree = [](std::string_view id) {
+    return id == "B" ? std::optional<std::filesystem::path>("b.xml") : std::nullopt;
+  };
+  options.read_file = [&](const std::filesystem::path& path) { return Result<std::string>(files.at(path.string())); };
+  const auto tree =
+      load(in_tree("<Sequence><SubTree ID=\"B\"/><Go where=\"x\"/><SubTree ID=\"B\" name=\"again\"/></Sequence>"),
+           options, "a.xml");
+  ASSERT_TRUE(tree.ok()) << told(tree);
+  EXPECT_EQ(told(tree), "") << "the other tree of b.xml is not this tree's business";
+  EXPECT_EQ(tree.value->span(2).file, "b.xml");
+  EXPECT_TRUE(tree.value->ports(3).front().declared);
+}
+
+TEST(Load, NumbersLeavesWithoutNamesAsBehaviorTreeCppDoes) {
+  const std::string sub =
+      "<BehaviorTree ID=\"S\"><Sequence><Action ID=\"Go\"/><Action ID=\"Go\"/><Action "
+      "ID=\"At\"/></Sequence></BehaviorTree>";
+  const auto tree =
+      load(in_tree("<Sequence><SubTree ID=\"S\"/><Action ID=\"Go\"/><SubTree ID=\"S\" name=\"s\"/></Sequence>", sub),
+           {}, "m.xml");
+  ASSERT_TRUE(tree.ok()) << told(tree);
+  std::vector<std::string> paths;
+  for (const NodeId leaf : tree.value->external_leaves()) paths.push_back(tree.value->path(leaf));
+  EXPECT_THAT(paths,
+              ::testing::ElementsAre("S::2.Go::4", "S::2.Go::5", "SubTree.At", "Go", "s.Go::10", "s.Go::11", "s.At"));
+  EXPECT_EQ(tree.value->event_name(tree.value->find("s.Go::10")), "s.Go__10");
+}
+
+TEST(Load, KnowsALeafByItsSkill) {
+  LoadOptions options;
+  options.skill_kind = [](std::string_view id, std::string_view) {
+    return id == "IsAt" ? std::optional(Category::kCondition) : std::nullopt;
+  };
+  const auto tree = load(in_tree("<IsAt where=\"kitchen\"/>"), options, "m.xml");
+  ASSERT_TRUE(tree.ok()) << told(tree);
+  EXPECT_EQ(tree.value->category(0), Category::kCondition);
+  EXPECT_TRUE(tree.value->is_external(0));
+}
+
+TEST(Load, TakesADefaultThatIsNoValueForDocumentation) {
+  const std::string model =
+      "<TreeNodesModel><Action ID=\"Go\"><input_port name=\"speed\" type=\"double\" default=\"1.0 m/s\"/>"
+      "<input_port name=\"n\" type=\"int\" default=\"3\"/></Action></TreeNodesModel>";
+  const auto tree = load(in_tree("<Go/>", model), {}, "m.xml");
+  ASSERT_TRUE(tree.ok()) << told(tree);
+  ASSERT_EQ(tree.value->ports(0).size(), 1U);
+  EXPECT_EQ(tree.value->ports(0).front().text, "3");
+}
+
+TEST(Load, CountsAChildThatItDoesNotKnow) {
+  EXPECT_THAT(messages(in_tree("<Inverter><Gone/></Inverter>")), ::testing::Not(HasSubstr("children")));
+}
+
+TEST(Load, LeavesMetadataAlone) {
+  const auto tree =
+      load(in_tree("<MetadataFields><Metadata runnable=\"true\"/></MetadataFields><AlwaysSuccess/>"), {}, "m.xml");
+  EXPECT_TRUE(tree.ok()) << told(tree);
+  EXPECT_EQ(told(tree), "");
+}
+
+TEST(RosPackages, AreLookedUpInFoldersWithOrWithoutShare) {
+  const TemporaryFolder folder("packages");
+  std::filesystem::create_directories(folder.path() / "share" / "nav");
+  std::filesystem::create_directories(folder.path() / "arm");
+  EXPECT_EQ(*find_ros_package("nav", {folder.path()}), folder.path() / "share" / "nav");
+  EXPECT_EQ(*find_ros_package("arm", {folder.path()}), folder.path() / "arm");
+  const auto none = find_ros_package("../arm", {folder.path()});
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().code, "bt.no-package");
+  EXPECT_THAT(find_ros_package("gone", {folder.path()}).error().message,
+              HasSubstr((folder.path() / "share" / "gone").string()));
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -34,6 +35,7 @@ class Loader {
     text::XmlDocument xml;
     std::filesystem::path path;
     std::uint32_t file = 0;  ///< In Model::files.
+    bool found = false;      ///< Not included: it has a SubTree that another file names.
   };
   struct DefinedPort {
     std::uint32_t name = 0, text = 0;  ///< In Model::strings.
@@ -92,13 +94,21 @@ class Loader {
   };
 
   // load.cpp: files, the root element, models.
-  bool read_document(std::string xml, std::string file, const std::filesystem::path& path);
+  bool read_document(std::string xml, std::string file, const std::filesystem::path& path, bool found = false);
   void read_root(std::uint32_t document);
   void read_include(std::uint32_t document, const text::XmlElement& element);
+  /// Reads a file that others name, unless that has been done. The error says why it cannot be had.
+  Result<void> read_other(const std::filesystem::path& path, const SourceSpan& place, bool found);
+  /// The definition of that ID, which may lie in another file.
+  [[nodiscard]] std::uint32_t find_definition(std::string_view id, const SourceSpan& place);
   void read_models(const text::XmlElement& models);
+  /// A type that takes part in no check counts as none; a default that the port's type cannot read is documentation.
+  void settle_port(PortInfo& info) const;
   void read_tree(std::uint32_t document, const text::XmlElement& element);
   [[nodiscard]] int detect_format(const text::XmlElement& root);
   [[nodiscard]] std::uint32_t main_definition(const text::XmlElement& root);
+  /// Of several trees none of which is said to be the main one: the first that no other uses.
+  [[nodiscard]] std::uint32_t likely_main() const;
 
   // define.cpp: elements to definitions.
   void define(Definition& definition);
@@ -118,6 +128,11 @@ class Loader {
                                         std::string_view attribute, std::size_t offset) const;
   void check_children(const Definition& definition, std::uint32_t index);
   [[nodiscard]] std::uint32_t find_manifest(const text::XmlElement& element, bool& is_explicit);
+  /// A node that nobody declares, as far as its element tells what it is.
+  [[nodiscard]] Manifest unknown_manifest(const text::XmlElement& element, std::string_view id,
+                                          const SourceSpan& place);
+  /// Makes the SubTree a closed box, since its BehaviorTree is not there.
+  void define_closed(Definition& definition, DefinedNode& node, std::string_view id);
   std::uint32_t add_manifest(const Manifest& manifest);
   [[nodiscard]] std::vector<std::string> known_ids() const;
   [[nodiscard]] std::vector<std::string> tree_ids() const;
@@ -126,6 +141,8 @@ class Loader {
   void unknown_attribute(const text::XmlElement& element, const Manifest& manifest, std::string_view name);
 
   // instantiate.cpp: definitions to the model.
+  /// The main tree is in a file that is not here: a closed box stands for it.
+  void box_main(const text::XmlElement& root);
   bool instantiate(std::uint32_t definition, NodeId subtree, std::uint32_t scope, std::size_t depth);
   NodeId add_node(const Definition& definition, const DefinedNode& defined, NodeId parent, std::uint32_t tree);
   void bind_ports(const Definition& definition, const DefinedNode& defined, NodeId id, std::uint32_t scope);
@@ -150,6 +167,9 @@ class Loader {
   [[nodiscard]] bool is_constant(std::uint32_t cell) const {
     return cell < entry_uses_.size() && entry_uses_[cell].constant_of != kNoNode;
   }
+  /// Names of the enclosing SubTrees and of the node; with the node's number where the name is the ID alone.
+  [[nodiscard]] std::string path_of(NodeId id, bool numbered) const;
+  /// Gives leaves that are called alike their numbers, and finds those that stay alike.
   void check_leaf_names();
 
   // check.cpp: what loads, and still deserves a word.
@@ -168,6 +188,15 @@ class Loader {
 
   std::uint32_t string(std::string_view text);
   void report(Severity severity, std::string code, std::string message, SourceSpan span);
+  /// An error, or a warning where the tree is only looked at.
+  void missing(std::string code, std::string message, SourceSpan span) {
+    report(options_.partial ? Severity::kWarning : Severity::kError, std::move(code), std::move(message),
+           std::move(span));
+  }
+  /// How bad a wrong port is: what a palette says of somebody's node may be out of date.
+  [[nodiscard]] Severity severity_of(const Manifest& manifest) const {
+    return lenient_ || (options_.partial && manifest.external) ? Severity::kWarning : Severity::kError;
+  }
   void error(std::string code, std::string message, SourceSpan span) {
     report(Severity::kError, std::move(code), std::move(message), std::move(span));
   }
@@ -183,7 +212,7 @@ class Loader {
   std::set<std::string> open_files_;  ///< Being read: an include of one is a cycle.
   std::set<std::string> read_files_;
   std::size_t include_bytes_ = 0;
-  std::vector<Definition> definitions_;
+  std::deque<Definition> definitions_;  ///< A deque: files are read while one is in hand.
   std::map<std::string, std::uint32_t, std::less<>> definition_index_;
   std::map<std::string, Manifest, std::less<>> declared_;  ///< Action, Condition … of the TreeNodesModel.
   std::map<std::string, SubTreePorts, std::less<>> subtree_ports_;
@@ -199,8 +228,12 @@ class Loader {
   std::string_view last_tag_;   ///< Nodes of one kind stand together.
   std::uint32_t last_manifest_ = kNone;
   std::unordered_map<std::string, std::uint32_t> script_index_;
-  bool lenient_ = false;  ///< In a tree that is not reached, findings about ports and scripts are warnings.
+  bool missing_files_ = false;  ///< An include is not there, or what another file has.
+  bool lenient_ = false;        ///< In a tree that is not reached, findings about ports and scripts are warnings.
 };
+
+/// What editors keep in a file for themselves; no node.
+[[nodiscard]] bool is_metadata(std::string_view tag);
 
 /// The name inside "{entry}"; nothing if the text is a literal. Spaces around and inside the braces do not count.
 [[nodiscard]] std::optional<std::string_view> entry_name(std::string_view text);

@@ -63,6 +63,7 @@ namespace sentree::bt {
     case Kind::kExternalAction:
     case Kind::kExternalCondition: return enter_external(n, id);
     case Kind::kUser: return nodes::User::enter(*this, n, id);
+    case Kind::kUnknown: return fail(id, "bt.unknown-node", "is known by name only and cannot run");
   }
   return Next::done(Status::kFailure);
 }

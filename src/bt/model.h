@@ -67,6 +67,7 @@ enum class Kind : std::uint8_t {
   kExternalAction,
   kExternalCondition,
   kUser,
+  kUnknown,  ///< Nobody says what it does: `Tree::is_unknown`. A SubTree's `Node::data`: its ID, in Model::strings.
 };
 
 inline constexpr std::uint32_t kNone = 0xFFFFFFFFU;
@@ -219,6 +220,7 @@ struct Model {
   std::vector<ParallelLimits> parallels;
   std::vector<std::vector<Value>> queues;  ///< Literal queues of Loop nodes.
   std::vector<NodeId> externals;
+  std::map<NodeId, std::string> numbered;  ///< Paths of leaves whose names alone do not tell them apart.
   std::vector<InitialEntry> initial;
   std::vector<std::pair<std::string, std::int64_t>> enums;
   std::vector<PolymorphicCast> casts;

@@ -36,6 +36,7 @@ std::string_view Tree::name(NodeId node) const { return model_->name(node); }
 NodeId Tree::parent(NodeId node) const { return model_->nodes[node].parent; }
 
 std::string Tree::path(NodeId node) const {
+  if (const auto own = model_->numbered.find(node); own != model_->numbered.end()) return own->second;
   std::vector<NodeId> parts{node};
   for (NodeId at = enclosing_subtree(node); at != kNoNode; at = enclosing_subtree(at)) parts.push_back(at);
   std::string path;
@@ -104,6 +105,14 @@ std::vector<std::pair<std::string_view, std::string_view>> Tree::conditions(Node
   return out;
 }
 
+bool Tree::is_unknown(NodeId node) const { return model_->nodes[node].kind == Kind::kUnknown; }
+
+std::string_view Tree::subtree_id(NodeId node) const {
+  if (category(node) != Category::kSubTree) return {};
+  if (is_unknown(node)) return model_->strings[model_->nodes[node].data];
+  return definition(children(node).front());
+}
+
 bool Tree::is_external(NodeId node) const {
   const Kind kind = model_->nodes[node].kind;
   return kind == Kind::kExternalAction || kind == Kind::kExternalCondition;
@@ -116,7 +125,8 @@ std::string Tree::event_name(NodeId leaf) const { return bt::event_name(path(lea
 NodeId Tree::find(std::string_view wanted) const {
   for (NodeId node = 0; node < size(); ++node) {
     // The name is the end of the path: most nodes need no path made.
-    if (wanted.ends_with(name(node)) && path(node) == wanted) return node;
+    if (!wanted.ends_with(name(node)) && !model_->numbered.contains(node)) continue;
+    if (path(node) == wanted) return node;
   }
   return kNoNode;
 }

@@ -48,7 +48,9 @@ class Tree {
   [[nodiscard]] Category category(NodeId node) const;
   [[nodiscard]] std::string_view registration(NodeId node) const;  ///< ID, e.g. "Sequence", "GoToLocation".
   [[nodiscard]] std::string_view name(NodeId node) const;          ///< The attribute `name`, else the ID.
-  /// Names of the enclosing SubTrees and of the node, joined with '.', e.g. "Sub.GoToStation".
+  /// Names of the enclosing SubTrees and of the node, joined with '.', e.g. "Sub.GoToStation". Where that is the path
+  /// of several external leaves, those without a name of their own have their number behind the ID, counted from 1 in
+  /// the order of the file, as BehaviorTree.CPP does it: "Sub.GoTo::7"; and so have SubTrees without a name above them.
   [[nodiscard]] std::string path(NodeId node) const;
   [[nodiscard]] NodeId parent(NodeId node) const;  ///< kNoNode for the root.
   [[nodiscard]] std::span<const NodeId> children(NodeId node) const;
@@ -61,6 +63,12 @@ class Tree {
   [[nodiscard]] std::vector<PortFact> ports(NodeId node) const;  ///< Also those of SubTrees.
   /// Pre- and post-conditions as written: {"_skipIf", "n > 3"} …
   [[nodiscard]] std::vector<std::pair<std::string_view, std::string_view>> conditions(NodeId node) const;
+
+  /// True for a node that can be looked at but not run: a SubTree whose BehaviorTree is not there, or a control node or
+  /// decorator of which nobody says what it does. Only with `LoadOptions::partial`.
+  [[nodiscard]] bool is_unknown(NodeId node) const;
+  /// ID of the BehaviorTree that a SubTree stands for, also where that is not there; empty for other nodes.
+  [[nodiscard]] std::string_view subtree_id(NodeId node) const;
 
   /// True for a leaf that is neither built in nor a registered C++ node: a skill runs it.
   [[nodiscard]] bool is_external(NodeId node) const;

@@ -31,9 +31,10 @@ std::string attribute(std::string_view name, std::string_view value) {
   return " " + std::string(name) + "=\"" + text::xml_escape(value) + "\"";
 }
 
-std::string write_model(const NodeModel& model, const std::string& indent) {
+/// @param kept  Elements that are no ports, as they are written behind them.
+std::string write_model(const NodeModel& model, const std::string& indent, std::string_view kept = {}) {
   std::string out = indent + "<" + std::string(to_string(model.category)) + attribute("ID", model.id);
-  if (model.ports.empty()) return out + "/>\n";
+  if (model.ports.empty() && kept.empty()) return out + "/>\n";
   out += ">\n";
   for (const PortInfo& port : model.ports) {
     const std::string tag(to_string(port.direction));
@@ -45,40 +46,18 @@ std::string write_model(const NodeModel& model, const std::string& indent) {
     if (port.default_text) out += attribute("default", *port.default_text);
     out += port.description.empty() ? "/>\n" : ">" + text::xml_escape(port.description) + "</" + tag + ">\n";
   }
+  out += kept;
   return out + indent + "</" + std::string(to_string(model.category)) + ">\n";
 }
 
-std::optional<Category> category_of(std::string_view tag) {
-  for (const Category category :
-       {Category::kControl, Category::kDecorator, Category::kAction, Category::kCondition, Category::kSubTree}) {
-    if (tag == to_string(category)) return category;
+/// What a model has beside its ports: MetadataFields, descriptions. Byte for byte, each on a line of its own.
+std::string kept_of(const text::XmlDocument& document, const XmlElement& model, const std::string& indent) {
+  std::string kept;
+  for (XmlElement e = model.first_child(); e; e = e.next_sibling()) {
+    if (e.name().ends_with("_port")) continue;
+    kept += indent + document.source().substr(e.offset(), e.end_offset() - e.offset()) + "\n";
   }
-  return std::nullopt;
-}
-
-/// Nothing for an element that describes no node; the loader says why.
-std::optional<NodeModel> read_model(const XmlElement& element) {
-  const auto category = category_of(element.name());
-  const auto id = element.attribute("ID");
-  if (!category || !id) return std::nullopt;
-  NodeModel model{std::string(*id), *category, {}, {}};
-  for (XmlElement port = element.first_child(); port; port = port.next_sibling()) {
-    PortInfo info;
-    if (port.name() == to_string(PortDirection::kOutput)) {
-      info.direction = PortDirection::kOutput;
-    } else if (port.name() == to_string(PortDirection::kInOut)) {
-      info.direction = PortDirection::kInOut;
-    } else if (port.name() != to_string(PortDirection::kInput)) {
-      continue;
-    }
-    info.name = port.attribute("name").value_or("");
-    info.declared_type = port.attribute("type").value_or("");
-    info.type = type_named(info.declared_type);
-    if (const auto value = port.attribute("default")) info.default_text = std::string(*value);
-    info.description = port.text();
-    model.ports.push_back(std::move(info));
-  }
-  return model;
+  return kept;
 }
 
 std::string trimmed_end(std::string text) {
@@ -91,19 +70,6 @@ std::string trimmed_start(std::string text) {
 }
 
 }  // namespace
-
-Result<std::vector<NodeModel>> read_models(std::string_view xml, std::string file) {
-  const auto document = text::XmlDocument::parse(std::string(xml), std::move(file), {.lenient = true});
-  if (!document) return tl::unexpected(document.error());
-  const XmlElement root = document->root();
-  if (root.name() != "root") return fail("bt.not-a-tree", "the root element is no <root>", root.span());
-  std::vector<NodeModel> all;
-  const XmlElement models = root.child("TreeNodesModel");
-  for (XmlElement e = models ? models.first_child() : XmlElement(); e; e = e.next_sibling()) {
-    if (auto model = read_model(e)) all.push_back(std::move(*model));
-  }
-  return all;
-}
 
 std::string write_models(const std::vector<NodeModel>& models) {
   std::string out = "  <TreeNodesModel>\n";
@@ -131,7 +97,8 @@ Result<std::string> with_models(std::string_view xml, const std::vector<NodeMode
     written.insert(model->id);
     const auto present = read_model(element);
     if (present && write_model(*present, "") == write_model(*model, "")) continue;
-    edit.replace(element, trimmed_end(trimmed_start(write_model(*model, "    "))));
+    const std::string kept = kept_of(*document, element, "      ");
+    edit.replace(element, trimmed_end(trimmed_start(write_model(*model, "    ", kept))));
   }
   for (const NodeModel& model : models) {
     if (!written.contains(model.id)) edit.append_child(old, trimmed_end(trimmed_start(write_model(model, "    "))));

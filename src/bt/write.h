@@ -5,25 +5,15 @@
 #include <vector>
 
 #include "sentree/base/result.h"
+#include "sentree/bt/palette.h"
 #include "sentree/bt/registry.h"
 #include "sentree/bt/tree.h"
 #include "sentree/bt/types.h"
 
 namespace sentree::bt {
 
-/// What a palette (Groot's, the studio's) must know of a node.
-struct NodeModel {
-  std::string id;
-  Category category = Category::kAction;
-  Ports ports;
-  std::string description;
-};
-
 /// The C++ nodes of a registry as models, by ID; with the built-in ones of format 4 if asked for.
 [[nodiscard]] std::vector<NodeModel> models(const Registry& registry, bool with_builtins = false);
-
-/// The nodes that the file's own TreeNodesModel describes, in its order. Errors: xml.*, bt.not-a-tree.
-[[nodiscard]] Result<std::vector<NodeModel>> read_models(std::string_view xml, std::string file = {});
 
 /// A `<TreeNodesModel>` element with those nodes, indented by two spaces, ending in a line break.
 [[nodiscard]] std::string write_models(const std::vector<NodeModel>& models);

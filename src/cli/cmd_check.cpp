@@ -1,10 +1,11 @@
 #include <algorithm>
 #include <filesystem>
+#include <set>
 
-#include "sentree/bt/load.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/requirement_file.h"
+#include "sentree/cli/tree_files.h"
 #include "sentree/project/interface_file.h"
 #include "sentree/project/plan.h"
 #include "sentree/scxml/chart.h"
@@ -24,7 +25,7 @@ void add_new(Diagnostics& all, const Diagnostics& found) {
   }
 }
 
-// A tree or a chart that stands alone; its leaves and services are taken on trust.
+// A chart that stands alone; its services are taken on trust.
 Diagnostics check_chart(const std::filesystem::path& path) {
   const auto source = text::read_file(path);
   if (!source) return {source.error()};
@@ -67,12 +68,11 @@ Diagnostics check_scenario(const std::filesystem::path& path) {
   return all;
 }
 
-Diagnostics check_all(const std::string& path) {
+// A project, or a file that is neither a tree nor a chart.
+Diagnostics check_one(const std::string& path) {
   Diagnostics all;
   if (is_world(path)) return sim::load_world(path).diagnostics;
   const std::filesystem::path file(path);
-  if (file.extension() == ".xml") return bt::load_file(file).diagnostics;
-  if (file.extension() == ".scxml") return check_chart(file);
   if (file.extension() == ".req") return check_requirements(file);
   if (file.extension() == ".thrift") return project::load_interface(file, path).diagnostics;
   if (is_scenario(file)) return check_scenario(file);
@@ -87,10 +87,61 @@ Diagnostics check_all(const std::string& path) {
   return all;
 }
 
+// Whether that is a project, and not just a folder with trees and charts in it.
+bool is_project(const std::filesystem::path& path) {
+  std::error_code error;
+  return !std::filesystem::is_directory(path, error) || std::filesystem::exists(path / "sentree.yaml", error);
+}
+
+// A finding in a file that several others use is told once.
+class Findings {
+ public:
+  void add(const Diagnostics& found) {
+    for (const Diagnostic& diagnostic : found) {
+      if (told_.insert(to_string(diagnostic)).second) all.push_back(diagnostic);
+    }
+  }
+  Diagnostics all;
+
+ private:
+  std::set<std::string> told_;
+};
+
+Diagnostics check_all(const CheckCommand& command) {
+  Findings findings;
+  std::vector<std::string> trees_and_charts;
+  for (const std::string& name : command.files.empty() ? std::vector<std::string>{"."} : command.files) {
+    const auto ending = std::filesystem::path(name).extension();
+    if (ending == ".xml" || ending == ".scxml" || !is_project(name))
+      trees_and_charts.push_back(name);
+    else
+      findings.add(check_one(name));
+  }
+  Diagnostics problems;
+  const std::vector<GivenFile> files = given_files(trees_and_charts, problems);
+  // The hint that a project is a folder with a sentree.yaml.
+  if (files.empty() && !trees_and_charts.empty() && problems.empty()) problems = check_one(trees_and_charts.front());
+  const TreeFiles trees(files, command.trees, problems);
+  findings.add(problems);
+  for (const GivenFile& file : files) {
+    if (file.path.extension() == ".scxml") {
+      findings.add(check_chart(file.path));
+      continue;
+    }
+    const auto source = text::read_file(file.path);
+    const std::string kind = source ? document_kind(*source) : "";
+    if (kind == "chart")
+      findings.add(check_chart(file.path));
+    else if (kind == "tree" || file.named)
+      findings.add(trees.load(file.path).diagnostics);
+  }
+  return findings.all;
+}
+
 }  // namespace
 
 int check(const CheckCommand& command) {
-  const Diagnostics found = check_all(command.project);
+  const Diagnostics found = check_all(command);
   const auto errors =
       std::count_if(found.begin(), found.end(), [](const Diagnostic& d) { return d.severity == Severity::kError; });
   const auto warnings =

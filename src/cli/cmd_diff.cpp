@@ -1,8 +1,11 @@
 #include <algorithm>
+#include <filesystem>
+#include <map>
 
 #include "sentree/bt/write.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
+#include "sentree/cli/tree_files.h"
 #include "sentree/text/file.h"
 
 namespace sentree::cli {
@@ -50,20 +53,75 @@ void tell(const std::vector<bt::Difference>& differences, bool colour) {
 
 }  // namespace
 
-int diff(const DiffCommand& command) {
-  std::string sources[2];
-  const std::string* names[2] = {&command.before, &command.after};
-  for (int i = 0; i < 2; ++i) {
-    auto source = read_named(*names[i]);
-    if (!source) {
-      say(to_string(source.error()));
-      return kInvalidInput;
-    }
-    sources[i] = std::move(*source);
+namespace {
+
+// What differs between two files; those of trees only that have one.
+Result<std::vector<bt::Difference>> diff_files(const std::string& before, const std::string& after) {
+  const auto first = read_named(before);
+  if (!first) return tl::unexpected(first.error());
+  const auto second = read_named(after);
+  if (!second) return tl::unexpected(second.error());
+  return bt::diff(*first, *second, before, after);
+}
+
+using Files = std::map<std::string, std::filesystem::path>;  // By the path below the folder.
+
+Files trees_below(const std::string& folder, Diagnostics& problems) {
+  Files files;
+  for (const GivenFile& file : given_files({folder}, problems)) {
+    const auto source = text::read_file(file.path);
+    if (!source)
+      problems.push_back(source.error());
+    else if (document_kind(*source) == "tree")
+      files.emplace(file.path.lexically_relative(folder).generic_string(), file.path);
   }
-  auto differences = bt::diff(sources[0], sources[1], command.before, command.after);
-  if (!differences) {
-    say(to_string(differences.error()));
+  return files;
+}
+
+// Files of the same path below the two folders are compared; of the others it is told that they came or went.
+std::vector<bt::Difference> diff_folders(const DiffCommand& command, Diagnostics& problems) {
+  const Files before = trees_below(command.before, problems);
+  const Files after = trees_below(command.after, problems);
+  std::vector<bt::Difference> all;
+  for (const auto& [name, file] : before) {
+    const auto other = after.find(name);
+    if (other == after.end()) {
+      all.push_back({Kind::kRemoved, name, "file removed", SourceSpan{file.string(), 1, 1, 0}, {}});
+      continue;
+    }
+    auto found = diff_files(file.string(), other->second.string());
+    if (!found) {
+      problems.push_back(found.error());
+      continue;
+    }
+    for (bt::Difference& difference : *found) {
+      difference.path = name + ": " + difference.path;
+      all.push_back(std::move(difference));
+    }
+  }
+  for (const auto& [name, file] : after) {
+    if (!before.contains(name))
+      all.push_back({Kind::kAdded, name, "file added", {}, SourceSpan{file.string(), 1, 1, 0}});
+  }
+  return all;
+}
+
+}  // namespace
+
+int diff(const DiffCommand& command) {
+  std::error_code error;
+  const bool is_folder = std::filesystem::is_directory(command.before, error);
+  if (is_folder != std::filesystem::is_directory(command.after, error)) {
+    say("a folder can only be compared with a folder");
+    return kUsage;
+  }
+  Diagnostics problems;
+  const TreeFiles palettes({}, command.trees, problems);
+  Result<std::vector<bt::Difference>> differences =
+      is_folder ? diff_folders(command, problems) : diff_files(command.before, command.after);
+  if (!differences) problems.push_back(differences.error());
+  if (has_errors(problems)) {
+    say(problems);
     return kInvalidInput;
   }
   if (command.json) {

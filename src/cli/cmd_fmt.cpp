@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <iterator>
@@ -6,6 +5,7 @@
 #include "sentree/bt/write.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
+#include "sentree/cli/tree_files.h"
 #include "sentree/scxml/format.h"
 #include "sentree/text/file.h"
 #include "sentree/text/xml.h"
@@ -40,24 +40,6 @@ class FileFormatter {
     note(kStandardInput, *result != source);
   }
 
-  /// A folder stands for the trees and charts in it.
-  void folder(const path& folder) {
-    std::vector<path> files;
-    std::error_code error;
-    for (auto at = std::filesystem::recursive_directory_iterator(folder, error); at != decltype(at)();
-         at.increment(error)) {
-      if (at->path().filename().string().starts_with('.')) {
-        at.disable_recursion_pending();
-      } else if (at->is_regular_file(error) &&
-                 (at->path().extension() == ".xml" || at->path().extension() == ".scxml")) {
-        files.push_back(at->path());
-      }
-    }
-    if (error) complain({Severity::kError, "file.unreadable", error.message(), SourceSpan{folder.string()}});
-    std::sort(files.begin(), files.end());
-    for (const path& file : files) this->file(file, false);
-  }
-
   void file(const path& file, bool named) {
     const auto source = text::read_file(file);
     if (!source) return complain(source.error());
@@ -66,6 +48,11 @@ class FileFormatter {
     const bool changes = *result != *source;
     if (changes && !command_.check && !replace(file, *result)) return;
     note(file.string(), changes);
+  }
+
+  void complain(const Diagnostic& diagnostic) {
+    problems_.push_back(diagnostic);
+    if (!command_.json) say(to_string(diagnostic));
   }
 
   int finish() {
@@ -115,11 +102,6 @@ class FileFormatter {
     }
   }
 
-  void complain(const Diagnostic& diagnostic) {
-    problems_.push_back(diagnostic);
-    if (!command_.json) say(to_string(diagnostic));
-  }
-
   const FmtCommand& command_;
   List files_;
   Diagnostics problems_;
@@ -131,16 +113,19 @@ class FileFormatter {
 
 int fmt(const FmtCommand& command) {
   FileFormatter formatter(command);
+  Diagnostics problems;
+  std::vector<std::string> names;
   for (const std::string& name : command.files) {
-    std::error_code error;
-    if (name == "-") {
+    if (name == "-")
       formatter.input();
-    } else if (std::filesystem::is_directory(name, error)) {
-      formatter.folder(name);
-    } else {
-      formatter.file(name, true);
-    }
+    else
+      names.push_back(name);
   }
+  // The form of a tree does not depend on what its nodes are; a palette that cannot be read is told all the same.
+  const TreeFiles palettes({}, command.trees, problems);
+  const std::vector<GivenFile> files = given_files(names, problems);
+  for (const Diagnostic& problem : problems) formatter.complain(problem);
+  for (const GivenFile& file : files) formatter.file(file.path, file.named);
   return formatter.finish();
 }
 

@@ -1,19 +1,22 @@
-#include "sentree/bt/load.h"
+#include <algorithm>
+#include <filesystem>
+
+#include "sentree/bt/palette.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/png.h"
 #include "sentree/cli/tour.h"
+#include "sentree/cli/tree_files.h"
 #include "sentree/draw/chart.h"
 #include "sentree/draw/tree.h"
 #include "sentree/graph/chart.h"
 #include "sentree/graph/tree.h"
-#include "sentree/project/plan.h"
+#include "sentree/project/mission_tree.h"
 #include "sentree/project/project.h"
 #include "sentree/sim/drawing.h"
 #include "sentree/sim/services.h"
 #include "sentree/sim/simulation.h"
 #include "sentree/text/file.h"
-#include "sentree/text/xml.h"
 
 namespace sentree::cli {
 
@@ -29,47 +32,63 @@ std::string format_of(const GraphCommand& command) {
   return "svg";
 }
 
-/// What to draw, and the C++ nodes that a tree of a project may have.
-struct Drawn {
-  std::string file;
-  std::string tree;
-  bt::Registry registry;
-};
-
-// A project stands for its mission.
-std::optional<Drawn> drawn(const GraphCommand& command) {
-  std::error_code error;
-  const std::filesystem::path path(command.file);
-  if (!std::filesystem::is_directory(path, error) && path.filename() != "sentree.yaml")
-    return Drawn{command.file, command.tree, {}};
-  const auto project = project::load_project(path);
-  say(project.diagnostics);
-  if (!project.ok()) return std::nullopt;
-  Drawn found{(project.value->folder / project.value->mission.path).string(),
-              command.tree.empty() ? project.value->tree : command.tree,
-              {}};
-  Diagnostics problems;
-  if (project::load_plugins(*project.value, found.registry, problems)) return found;
-  say(problems);
-  return std::nullopt;
+draw::Direction direction_of(const draw::Tree& picture, const std::string& wanted) {
+  if (wanted == "auto") return draw::best_direction(picture);
+  return wanted == "right" ? draw::Direction::kRight : draw::Direction::kDown;
 }
 
-std::optional<std::string> draw_tree(std::string source, const Drawn& what, const GraphCommand& command,
-                                     const std::string& format) {
-  bt::LoadOptions options;
-  options.registry = &what.registry;
-  options.main_tree = what.tree;
-  options.read_file = [](const std::filesystem::path& path) { return text::read_file(path); };
-  const auto tree = bt::load(std::move(source), options, what.file);
+std::string written(draw::Tree picture, const GraphCommand& command, const std::string& format) {
+  picture.direction = direction_of(picture, command.direction);
+  if (format == "svg" || format == "png") return draw::to_svg(picture);
+  return format == "dot" ? draw::to_dot(picture) : draw::to_mermaid(picture);
+}
+
+// A project stands for its mission.
+std::optional<std::string> draw_project(const GraphCommand& command, const std::string& format) {
+  auto project = project::load_project(command.files.front());
+  say(project.diagnostics);
+  if (!project.ok()) return std::nullopt;
+  if (!command.tree.empty()) project.value->tree = command.tree;
+  for (const std::string& palette : command.trees.palettes) project.value->palettes.push_back(palette_file(palette));
+  for (const std::string& folder : command.trees.packages)
+    project.value->packages.push_back({std::filesystem::absolute(folder).string(), {}});
+  bt::Registry registry;
+  const auto tree = project::load_mission(*project.value, registry, true);
   say(tree.diagnostics);
   if (!tree.ok()) return std::nullopt;
-  draw::Tree picture = graph::drawing_of(*tree.value);
-  picture.direction = command.direction == "auto"    ? draw::best_direction(picture)
-                      : command.direction == "right" ? draw::Direction::kRight
-                                                     : draw::Direction::kDown;
-  if (format == "svg" || format == "png") return draw::to_svg(picture);
-  if (format == "dot") return draw::to_dot(picture);
-  return draw::to_mermaid(picture);
+  return written(graph::drawing_of(*tree.value), command, format);
+}
+
+// Of several trees the one that the user asks for, else the one that they begin with.
+std::optional<std::string> draw_trees(const std::vector<GivenFile>& files, const GraphCommand& command,
+                                      const std::string& format) {
+  Diagnostics problems;
+  const TreeFiles trees(files, command.trees, problems);
+  say(problems);
+  if (has_errors(problems)) return std::nullopt;
+  const bt::TreeFile* const main = trees.library().main_file(command.tree);
+  // A file alone says itself what is wrong with it.
+  const std::filesystem::path file = files.size() == 1 || main == nullptr ? files.front().path : main->path;
+  std::string tree = command.tree;
+  if (files.size() > 1 && tree.empty() && main != nullptr && main->main_tree.empty() && !main->trees.empty()) {
+    const auto roots = trees.library().roots();
+    const auto root = std::find_if(main->trees.begin(), main->trees.end(), [&](const std::string& id) {
+      return std::find(roots.begin(), roots.end(), id) != roots.end();
+    });
+    tree = root != main->trees.end() ? *root : main->trees.front();
+    if (roots.size() > 1) {
+      std::string others;
+      for (const std::string& id : roots) others += (others.empty() ? "" : ", ") + id;
+      say("drawn is " + tree + " of " + file.string() + "; --tree draws another one of " + others);
+    }
+  }
+  const auto loaded = trees.load(file, tree);
+  say(loaded.diagnostics);
+  if (loaded.ok()) return written(graph::drawing_of(*loaded.value), command, format);
+  if (has_errors(loaded.diagnostics)) return std::nullopt;
+  const auto source = text::read_file(file);
+  const auto models = source ? bt::read_models(*source, file.string()) : tl::unexpected(source.error());
+  return models ? std::optional(written(graph::drawing_of(*models), command, format)) : std::nullopt;
 }
 
 std::optional<std::string> draw_chart(const std::string& source, const std::string& file, const std::string& format) {
@@ -85,7 +104,7 @@ std::optional<std::string> draw_chart(const std::string& source, const std::stri
 
 // The world at its start, or on the way of a tour.
 int draw_world(const GraphCommand& command, std::string& picture) {
-  const auto world = sim::load_world(command.file);
+  const auto world = sim::load_world(command.files.front());
   say(world.diagnostics);
   if (!world.ok()) return kInvalidInput;
   auto tour = Tour::parse(*world.value, command.stops);
@@ -139,7 +158,7 @@ int deliver(const GraphCommand& command, const std::string& format, const std::s
 
 int graph(const GraphCommand& command) {
   const std::string format = format_of(command);
-  if (is_world(command.file)) {
+  if (command.files.size() == 1 && is_world(command.files.front())) {
     if (format != "svg" && format != "png") {
       say("a world can be drawn as svg or png");
       return kUsage;
@@ -148,24 +167,36 @@ int graph(const GraphCommand& command) {
     const int code = draw_world(command, picture);
     return code == kOk ? deliver(command, format, picture) : code;
   }
-  const auto what = drawn(command);
-  if (!what) return kInvalidInput;
-  auto source = text::read_file(what->file);
-  if (!source) {
-    say(to_string(source.error()));
+  std::error_code error;
+  const std::filesystem::path first(command.files.front());
+  const bool is_project = first.filename() == "sentree.yaml" || std::filesystem::exists(first / "sentree.yaml", error);
+  std::optional<std::string> picture;
+  bool is_chart = false;
+  std::string source;
+  Diagnostics problems;
+  const std::vector<GivenFile> files = is_project ? std::vector<GivenFile>() : given_files(command.files, problems);
+  say(problems);
+  if (has_errors(problems)) return kInvalidInput;
+  if (!is_project && files.empty()) {
+    say(first.string() + ": neither a tree nor a chart is in this folder");
     return kInvalidInput;
   }
-  const auto document = text::XmlDocument::parse(*source, what->file, {.lenient = true});
-  if (!document) {
-    say(to_string(document.error()));
-    return kInvalidInput;
+  if (!is_project && files.size() == 1) {
+    auto read = text::read_file(files.front().path);
+    if (!read) {
+      say(to_string(read.error()));
+      return kInvalidInput;
+    }
+    source = std::move(*read);
+    is_chart = document_kind(source) == "chart";
   }
-  const bool is_chart = document->root().local_name() == "scxml";
   if (!is_chart && format == "plantuml") {
     say("PlantUML is for state charts; a tree can be drawn as svg, png, dot or mermaid");
     return kUsage;
   }
-  const auto picture = is_chart ? draw_chart(*source, what->file, format) : draw_tree(*source, *what, command, format);
+  picture = is_project ? draw_project(command, format)
+            : is_chart ? draw_chart(source, files.front().path.string(), format)
+                       : draw_trees(files, command, format);
   if (!picture) return kInvalidInput;
   return deliver(command, format, *picture);
 }

@@ -1,5 +1,10 @@
+#include <algorithm>
+#include <filesystem>
+
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
+#include "sentree/cli/tree_files.h"
+#include "sentree/project/mission_tree.h"
 #include "sentree/project/skill_models.h"
 #include "sentree/text/file.h"
 
@@ -9,26 +14,41 @@ namespace {
 
 using std::filesystem::path;
 
-// A tree stands for the project that it is the mission of, else for itself and the skills/ beside it.
-std::optional<project::Project> project_of(const std::string& name) {
+// A tree stands for the project that it is the mission of, else for itself and the skills/ beside it. So do several
+// trees, and folders of trees.
+std::optional<project::Project> project_of(const ModelCommand& command) {
+  const std::vector<std::string> names = command.files.empty() ? std::vector<std::string>{"."} : command.files;
   std::error_code error;
-  const path file(name);
-  const bool is_project = std::filesystem::is_directory(file, error) || file.filename() == "sentree.yaml";
+  const path file(names.front());
   const path folder = file.parent_path().empty() ? path(".") : file.parent_path();
-  if (is_project || !std::filesystem::exists(file, error)) {
+  const bool is_folder = std::filesystem::is_directory(file, error);
+  Diagnostics problems;
+  const auto files = given_files(names, problems);
+  const bool has_trees =
+      std::any_of(files.begin(), files.end(), [](const GivenFile& f) { return f.path.extension() == ".xml"; });
+  if (std::filesystem::exists(file / "sentree.yaml", error) || file.filename() == "sentree.yaml" ||
+      (is_folder ? !has_trees : !std::filesystem::exists(file, error))) {
     auto project = project::load_project(file);
     say(project.diagnostics);
     return std::move(project.value);
   }
-  if (std::filesystem::exists(folder / "sentree.yaml", error)) {
+  if (names.size() == 1 && std::filesystem::exists(folder / "sentree.yaml", error)) {
     auto project = project::load_project(folder);
     if (project.ok() && std::filesystem::equivalent(folder / project.value->mission.path, file, error))
       return std::move(project.value);
   }
+  say(problems);
   project::Project alone;
-  alone.folder = folder;
-  alone.file = file.string();
-  alone.mission.path = file.filename().string();
+  alone.folder = is_folder ? file : folder;
+  alone.file = (alone.folder / "sentree.yaml").lexically_normal().string();
+  for (const GivenFile& given : files) {
+    const auto source = text::read_file(given.path);
+    if (given.path.extension() == ".scxml" || (!given.named && (!source || document_kind(*source) != "tree"))) continue;
+    alone.mission_files.push_back({std::filesystem::proximate(given.path, alone.folder, error).string(), {}});
+  }
+  if (alone.mission_files.empty()) return alone;
+  alone.mission = alone.mission_files.front();
+  project::find_mission(alone, {}, problems);
   return alone;
 }
 
@@ -76,8 +96,11 @@ int insert_into(const path& file, const std::vector<bt::NodeModel>& models) {
 }  // namespace
 
 int model(const ModelCommand& command) {
-  const auto project = project_of(command.project);
+  auto project = project_of(command);
   if (!project) return kInvalidInput;
+  for (const std::string& palette : command.trees.palettes) project->palettes.push_back(palette_file(palette));
+  for (const std::string& folder : command.trees.packages)
+    project->packages.push_back({std::filesystem::absolute(folder).string(), {}});
   const auto models = project::skill_models(*project);
   say(models.diagnostics);
   if (!models.ok()) return kInvalidInput;

@@ -102,14 +102,22 @@ struct TestCommand {
 };
 int test(const TestCommand& command);
 
+/// What trees are looked at with, beside the files themselves.
+struct TreeOptions {
+  std::vector<std::string> palettes;  ///< Files whose TreeNodesModel says what nodes are.
+  std::vector<std::string> packages;  ///< Folders with ROS packages, for `<include ros_pkg=…>`.
+};
+
 struct CheckCommand {
-  std::string project = ".";
+  std::vector<std::string> files;  ///< Projects, files of any kind, folders; none: the project here.
+  TreeOptions trees;
   bool json = false;
 };
 int check(const CheckCommand& command);
 
 struct GraphCommand {
-  std::string file;
+  std::vector<std::string> files;  ///< A project, world or chart; or trees, which are drawn together.
+  TreeOptions trees;
   std::string format;  ///< svg, png, dot, mermaid or plantuml; empty: by the output's ending, else svg.
   std::string output;  ///< Empty: standard output.
   std::string tree;
@@ -122,20 +130,23 @@ int graph(const GraphCommand& command);
 
 struct FmtCommand {
   std::vector<std::string> files;  ///< Files, folders, or "-" for standard input.
+  TreeOptions trees;
   bool check = false;
   bool json = false;
 };
 int fmt(const FmtCommand& command);
 
 struct DiffCommand {
-  std::string before;
+  std::string before;  ///< A file, a folder, or "-" for standard input.
   std::string after;
+  TreeOptions trees;
   bool json = false;
 };
 int diff(const DiffCommand& command);
 
 struct ModelCommand {
-  std::string project = ".";
+  std::vector<std::string> files;  ///< A project; or trees, folders of trees. None: the project here.
+  TreeOptions trees;
   std::string output;  ///< Empty: standard output.
   std::string into;    ///< A tree whose TreeNodesModel is brought up to date.
   bool json = false;

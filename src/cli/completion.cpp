@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "sentree/bt/load.h"
+#include "sentree/project/mission_tree.h"
 #include "sentree/project/plan.h"
 #include "sentree/project/project.h"
 #include "sentree/runtime/control.h"
@@ -125,9 +126,7 @@ Candidates scenarios(const Line& line) {
 
 std::optional<bt::Tree> mission(const project::Project& project) {
   bt::Registry registry;
-  Diagnostics problems;
-  project::load_plugins(project, registry, problems);
-  return bt::load_file(project.folder / project.mission.path, {.registry = &registry, .main_tree = project.tree}).value;
+  return project::load_mission(project, registry, true).value;
 }
 
 Candidates leaves(const Line& line) {

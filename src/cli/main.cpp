@@ -183,21 +183,38 @@ void add_test(CLI::App& app, TestCommand& command) {
   sub->add_flag("--json", command.json, "Print the results as JSON");
 }
 
+void add_trees(CLI::App& sub, TreeOptions& options) {
+  sub.add_option("--palette", options.palettes, "Trees: a file whose TreeNodesModel says what nodes are; several times")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  sub.add_option("--packages", options.packages,
+                 "Trees: a folder with ROS packages, for <include ros_pkg=…>; beside $AMENT_PREFIX_PATH")
+      ->type_name("FOLDER")
+      ->allow_extra_args(false);
+}
+
 void add_check(CLI::App& app, CheckCommand& command) {
-  auto* sub = app.add_subcommand(
-      "check", "Find everything that is wrong with a project or one of its files, without running it");
+  auto* sub =
+      app.add_subcommand("check", "Find everything that is wrong with a project or with files, without running them");
   sub->footer(
       "Examples:\n"
       "  sentree check examples/recharge                     the project and all its scenarios\n"
       "  sentree check examples/recharge/mission.xml         a tree, as far as it stands alone\n"
+      "  sentree check trees/ vendor/docking.xml             trees and charts; SubTrees are found in each other's "
+      "files\n"
+      "  sentree check --palette nodes.xml trees/            what nodes are that the trees do not declare\n"
       "  sentree check examples/recharge/skills/WaitForUser.scxml\n"
       "  sentree check examples/recharge/world/world.yaml\n"
       "  sentree check interfaces/robot.thrift               an interface with what it includes\n"
       "  sentree check examples/recharge/requirements/recharge.req    against the project that it lies in\n"
-      "Exit code: 0 nothing, 1 warnings, 3 errors.");
-  sub->add_option("project", command.project,
-                  "Folder with a sentree.yaml, or a tree, chart, requirement, interface, scenario or world file")
-      ->capture_default_str();
+      "What a tree alone lacks (a SubTree, an <include>, a node that nobody declares) is a warning; in a project, "
+      "which\n"
+      "must run, an error. Exit code: 0 nothing, 1 warnings, 3 errors.");
+  sub->add_option(
+      "project", command.files,
+      "Folder with a sentree.yaml; tree, chart, requirement, interface, scenario or world files; folders of "
+      "trees and charts. Default: .");
+  add_trees(*sub, command.trees);
   sub->add_flag("--json", command.json, "Print the findings as JSON");
 }
 
@@ -207,13 +224,18 @@ void add_graph(CLI::App& app, GraphCommand& command) {
       "Examples:\n"
       "  sentree graph examples/recharge -o mission.svg\n"
       "  sentree graph examples/recharge/skills/GoToLocation.scxml --to mermaid\n"
+      "  sentree graph trees/ --tree Docking -o docking.svg       SubTrees of all files below the folder\n"
       "  sentree graph examples/recharge/world/world.yaml -o house.png\n"
       "  sentree graph examples/recharge/world/world.yaml --goto kitchen --after '20 s' -o on-its-way.svg");
-  sub->add_option("file", command.file, "Tree (.xml), state chart (.scxml), world (.yaml) or project")->required();
+  sub->add_option(
+         "file", command.files,
+         "Project, state chart (.scxml), world (.yaml), or trees (.xml) and folders of trees that belong together")
+      ->required();
+  add_trees(*sub, command.trees);
   sub->add_option("--to", command.format, "Default: by the ending of the output, else svg")
       ->check(CLI::IsMember({"svg", "png", "dot", "mermaid", "plantuml"}));
   sub->add_option("--output,-o", command.output, "Default: standard output");
-  sub->add_option("--tree", command.tree, "Which BehaviorTree of the file");
+  sub->add_option("--tree", command.tree, "Which BehaviorTree");
   sub->add_option("--direction", command.direction, "Of a tree: down, or right, which suits wide ones; auto chooses")
       ->check(CLI::IsMember({"auto", "down", "right"}))
       ->capture_default_str();
@@ -233,6 +255,7 @@ void add_fmt(CLI::App& app, FmtCommand& command) {
       "Comments, unknown attributes and the order of nodes stay. Exit code: 0, with --check 1 if a file would change,\n"
       "3 a file is not readable as XML, 4 one cannot be written.");
   sub->add_option("file", command.files, "Trees (.xml), charts (.scxml), folders; - for standard input")->required();
+  add_trees(*sub, command.trees);
   sub->add_flag("--check", command.check, "Change nothing, list what is not in canonical form");
   sub->add_flag("--json", command.json, "Print which files change (with -, instead of the formatted text)");
 }
@@ -242,12 +265,14 @@ void add_diff(CLI::App& app, DiffCommand& command) {
   sub->footer(
       "Examples:\n"
       "  sentree diff old.xml new.xml\n"
+      "  sentree diff release/trees trees          folders: file by file\n"
       "  git show HEAD:mission.xml | sentree diff - mission.xml\n"
       "  git difftool --no-prompt --extcmd 'sentree diff' -- mission.xml\n"
       "Nodes added, removed, moved and changed; white space, comments and the order of attributes do not count.\n"
       "Exit code: 0 the same, 1 different, 3 not readable.");
-  sub->add_option("before", command.before, "Tree (.xml), or - for standard input")->required();
-  sub->add_option("after", command.after, "Tree (.xml), or - for standard input")->required();
+  sub->add_option("before", command.before, "Tree (.xml), folder, or - for standard input")->required();
+  sub->add_option("after", command.after, "Tree (.xml), folder, or - for standard input")->required();
+  add_trees(*sub, command.trees);
   sub->add_flag("--json", command.json, "Print the differences as JSON");
 }
 
@@ -257,9 +282,12 @@ void add_model(CLI::App& app, ModelCommand& command) {
       "Examples:\n"
       "  sentree model my_robot -o skills_model.xml               to be imported in Groot\n"
       "  sentree model my_robot --into my_robot/mission.xml       the TreeNodesModel that the mission itself has\n"
+      "  sentree model trees/ --palette nodes.xml                 what nodes the trees of somebody else use\n"
       "Ports come from the charts: top-level <data> without a value are inputs, <donedata> are outputs.");
-  sub->add_option("project", command.project, "Folder with a sentree.yaml, or a tree with skills/ beside it")
-      ->capture_default_str();
+  sub->add_option(
+      "project", command.files,
+      "Folder with a sentree.yaml; or trees, and folders of trees, with skills/ beside the first. Default: .");
+  add_trees(*sub, command.trees);
   auto* output = sub->add_option("--output,-o", command.output, "Default: standard output");
   sub->add_option("--into", command.into, "Bring the TreeNodesModel of this tree up to date; all else stays")
       ->excludes(output);

@@ -59,9 +59,14 @@ draw::Tree drawing_of(const bt::Tree& tree, const bt::State* state, const TreeOp
     if (category == bt::Category::kControl || category == bt::Category::kDecorator) {
       node.symbol = symbol(registration);
       if (name != registration) node.title = name;
+      if (tree.is_unknown(id)) node.lines.emplace_back("of unknown kind");
+    } else if (category == bt::Category::kSubTree) {
+      // Without a name of its own it is called "SubTree", which says nothing.
+      node.title = name != registration ? name : tree.subtree_id(id);
+      if (tree.is_unknown(id)) node.lines.emplace_back("not here");
     } else {
       node.title = name;
-      if (name != registration && category != bt::Category::kSubTree) node.lines.emplace_back(registration);
+      if (name != registration) node.lines.emplace_back(registration);
     }
     if (options.ports) {
       for (const bt::PortFact& port : tree.ports(id)) {
@@ -78,6 +83,32 @@ draw::Tree drawing_of(const bt::Tree& tree, const bt::State* state, const TreeOp
       const auto halting = state->outstanding_halts();
       node.status = std::find(halting.begin(), halting.end(), id) != halting.end() ? draw::TreeStatus::kHalting
                                                                                    : status_of(state->status(id));
+    }
+    graph.nodes.push_back(std::move(node));
+  }
+  return graph;
+}
+
+draw::Tree drawing_of(const std::vector<bt::NodeModel>& models) {
+  draw::Tree graph;
+  const std::size_t count = bt::node_count(models);
+  draw::TreeNode root;
+  root.shape = draw::TreeShape::kControl;
+  root.symbol = "palette of " + std::to_string(count) + (count == 1 ? " node" : " nodes");
+  graph.nodes.push_back(std::move(root));
+  for (const bt::NodeModel& model : models) {
+    if (model.category == bt::Category::kSubTree) continue;
+    draw::TreeNode node;
+    node.parent = 0;
+    node.shape = shape(model.category);
+    const bool has_symbol = model.category == bt::Category::kControl || model.category == bt::Category::kDecorator;
+    (has_symbol ? node.symbol : node.title) = model.id;
+    for (const bt::PortInfo& port : model.ports) {
+      const std::string arrow = port.direction == bt::PortDirection::kOutput  ? " →"
+                                : port.direction == bt::PortDirection::kInOut ? " ↔"
+                                                                              : "";
+      const std::string value = port.default_text ? ": " + *port.default_text : "";
+      node.lines.push_back(port.name + arrow + value);
     }
     graph.nodes.push_back(std::move(node));
   }

@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <set>
 
-#include "sentree/bt/load.h"
 #include "sentree/idl/conform.h"
 #include "sentree/project/check_intervention.h"
 #include "sentree/project/check_model.h"
 #include "sentree/project/checks.h"
 #include "sentree/project/interface_file.h"
+#include "sentree/project/mission_tree.h"
 #include "sentree/project/requirements.h"
 #include "sentree/project/skill_protocol.h"
 #include "sentree/rpc/address.h"
@@ -129,23 +129,8 @@ class Preparation {
   }
 
   std::optional<bt::Tree> tree() {
-    const path file = project_.folder / project_.mission.path;
-    const std::string shown = project_.shown(project_.mission.path);
-    auto source = text::read_file(file, shown);
-    if (!source) {
-      diagnostics.push_back(missing(project_, project_.mission, source.error()));
-      return std::nullopt;
-    }
     bt::Registry registry;
-    const bool registered = load_plugins(project_, registry, diagnostics);
-    bt::LoadOptions options;
-    options.registry = &registry;
-    options.main_tree = project_.tree;
-    options.skills = skill_names();
-    options.read_file = [this](const path& included) { return text::read_file(absolute(included), included.string()); };
-    // Without its plug-ins the tree would be full of unknown nodes, which is not what is wrong.
-    if (!registered) return std::nullopt;
-    auto loaded = bt::load(std::move(*source), options, shown);
+    auto loaded = load_mission(project_, registry);
     append(diagnostics, loaded.diagnostics);
     return std::move(loaded.value);
   }
@@ -154,7 +139,7 @@ class Preparation {
     for (const bt::NodeId node : tree.external_leaves()) {
       const std::string id(tree.registration(node));
       const SkillEntry* entry = project_.skill(tree.name(node), id);
-      FileRef file = file_of(entry, id);
+      FileRef file = skill_file(entry, id);
       if (file.span.line == 0) file.span = tree.span(node);  // nobody else names it
       std::error_code error;
       const bool is_foreign = entry != nullptr && !entry->at.empty() && entry->file.path.empty() &&
@@ -278,12 +263,6 @@ class Preparation {
     return std::nullopt;
   }
 
-  FileRef file_of(const SkillEntry* entry, const std::string& id) const {
-    if (entry != nullptr && !entry->file.path.empty()) return entry->file;
-    return {"skills/" + (entry != nullptr ? entry->leaf : id) + ".scxml",
-            entry != nullptr ? entry->span : SourceSpan{}};
-  }
-
   void add(std::string code, std::string message, SourceSpan span) {
     diagnostics.push_back({Severity::kError, std::move(code), std::move(message), std::move(span)});
   }
@@ -299,12 +278,6 @@ class Preparation {
   idl::ServicePtr test_control_;
 
  private:
-  path absolute(const path& shown) const {
-    if (shown.is_absolute()) return shown;
-    const path above = path(project_.file).parent_path();
-    return project_.folder / shown.lexically_relative(above.empty() ? path(".") : above);
-  }
-
   void check_address(const std::string& what, const std::string& at, const SourceSpan& span) {
     // "{name}" is the address of a process that the scenario starts.
     if (at.starts_with('{')) return;
@@ -339,17 +312,6 @@ class Preparation {
     append(diagnostics, loaded.diagnostics);
     slot = std::move(loaded.value);
     return slot ? &*slot : nullptr;
-  }
-
-  std::vector<std::string> skill_names() const {
-    std::vector<std::string> names;
-    for (const SkillEntry& entry : project_.skills) names.push_back(entry.leaf);
-    std::error_code error;
-    for (const auto& file : std::filesystem::directory_iterator(project_.folder / "skills", error)) {
-      if (file.path().extension() == ".scxml") names.push_back(file.path().stem().string());
-    }
-    std::sort(names.begin(), names.end());
-    return names;
   }
 
   std::optional<scxml::Chart> load_chart(const FileRef& file, const scxml::CheckOptions& checked = {}) {
@@ -561,7 +523,7 @@ Loaded<SkillPlan> prepare_skill(const Project& project, const std::string& leaf)
       names.push_back(id);
       if (plan || (names.end()[-2] != leaf && id != leaf)) continue;
       const SkillEntry* entry = project.skill(leaf, id);
-      const auto chart = preparation.skill_chart(preparation.file_of(entry, id), entry);
+      const auto chart = preparation.skill_chart(skill_file(entry, id), entry);
       if (chart)
         plan = SkillPlan{.chart = *chart,
                          .services = {},

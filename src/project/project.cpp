@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "sentree/project/mission_tree.h"
 #include "sentree/project/requirements.h"
 #include "sentree/project/yaml_reader.h"
 #include "sentree/text/file.h"
@@ -10,6 +11,8 @@
 namespace sentree::project {
 
 namespace {
+
+using std::filesystem::path;
 
 // "12.5 ms" → 12.5 and "ms".
 std::optional<std::pair<double, std::string_view>> number_and_unit(std::string_view text) {
@@ -29,10 +32,69 @@ FileRef file_ref(YamlReader& reader, const std::string& key) { return {reader.re
 
 }  // namespace
 
+namespace {
+
+// Paths below the folder that a pattern with '*' names, sorted; '*' stands for text without a slash.
+void expand(const path& folder, const path& done, const std::vector<std::string>& parts, std::size_t at,
+            std::vector<std::string>& found) {
+  if (found.size() > kMissionFilesMax) return;
+  if (at == parts.size()) {
+    found.push_back(done.generic_string());
+    return;
+  }
+  if (parts[at].find('*') == std::string::npos) {
+    expand(folder, done / parts[at], parts, at + 1, found);
+    return;
+  }
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / done, error)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with('.') && matches_pattern(parts[at], name)) names.push_back(name);
+  }
+  std::sort(names.begin(), names.end());
+  for (const std::string& name : names) {
+    const bool is_last = at + 1 == parts.size();
+    if (is_last ? std::filesystem::is_regular_file(folder / done / name, error)
+                : std::filesystem::is_directory(folder / done / name, error))
+      expand(folder, done / name, parts, at + 1, found);
+  }
+}
+
+void read_mission_files(YamlReader& reader, Project& project) {
+  project.mission_files.clear();
+  for (const std::string& pattern : reader.strings("files")) {
+    std::vector<std::string> parts;
+    for (const path& part : path(pattern)) parts.push_back(part.string());
+    std::vector<std::string> found;
+    expand(project.folder, {}, parts, 0, found);
+    if (found.size() > kMissionFilesMax || project.mission_files.size() + found.size() > kMissionFilesMax) {
+      reader.error(reader.span("files"), "project.too-many-files",
+                   "\"" + pattern + "\": a mission has at most " + std::to_string(kMissionFilesMax) + " files");
+      return;
+    }
+    if (found.empty())
+      reader.error(reader.span("files"), "project.no-file",
+                   "\"" + pattern + "\" matches no file in " + project.folder.string());
+    for (std::string& file : found) {
+      const auto same = [&](const FileRef& known) { return known.path == file; };
+      if (std::none_of(project.mission_files.begin(), project.mission_files.end(), same))
+        project.mission_files.push_back({std::move(file), reader.span("files")});
+    }
+  }
+}
+
+}  // namespace
+
 void read_mission(const text::YamlNode& node, bool replaces, Project& project, Diagnostics& diagnostics) {
   YamlReader reader(node, "mission", diagnostics);
-  if (!replaces || reader.node("file") != nullptr) project.mission = file_ref(reader, "file");
+  const bool has_files = reader.node("files") != nullptr;
+  const bool has_file = reader.node("file") != nullptr;
+  if (has_file || (!has_files && !replaces)) project.mission = file_ref(reader, "file");
   project.tree = reader.string("tree").value_or(project.tree);
+  if (has_files) read_mission_files(reader, project);
+  if (!has_file && (has_files || reader.node("tree") != nullptr))
+    find_mission(project, has_files ? reader.span("files") : reader.span("tree"), diagnostics);
   project.repeat = reader.boolean("repeat").value_or(project.repeat);
   if (const auto rate = reader.string("rate")) {
     if (const auto period = parse_rate(*rate))
@@ -137,6 +199,17 @@ void read_plugins(const text::YamlNode& node, Project& project, Diagnostics& dia
   }
 }
 
+namespace {
+
+// Files and folders that `key` lists; one alone may stand without a list.
+std::vector<FileRef> file_refs(YamlReader& reader, const std::string& key) {
+  std::vector<FileRef> all;
+  for (std::string& file : reader.strings(key)) all.push_back({std::move(file), reader.span(key)});
+  return all;
+}
+
+}  // namespace
+
 void read_monitors(const text::YamlNode& node, bool replaces, Project& project, Diagnostics& diagnostics) {
   for (const text::YamlNode& entry : node.items) {
     YamlReader reader(entry, "monitor", diagnostics);
@@ -238,24 +311,24 @@ std::string Project::shown(std::string_view path) const {
 
 Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {
   Loaded<Project> loaded;
-  std::filesystem::path path = folder_or_file;
+  std::filesystem::path file = folder_or_file;
   std::error_code error;
-  if (std::filesystem::is_directory(path, error)) path /= "sentree.yaml";
-  const auto source = text::read_file(path);
+  if (std::filesystem::is_directory(file, error)) file /= "sentree.yaml";
+  const auto source = text::read_file(file);
   if (!source) {
     loaded.diagnostics.push_back(source.error());
     loaded.diagnostics.back().message += "; a project is a folder with a sentree.yaml (sentree init makes one)";
     return loaded;
   }
-  const auto yaml = text::parse_yaml(*source, path.string());
+  const auto yaml = text::parse_yaml(*source, file.string());
   if (!yaml) {
     loaded.diagnostics.push_back(yaml.error());
     return loaded;
   }
   Project project;
-  project.folder = path.parent_path();
+  project.folder = file.parent_path();
   if (project.folder.empty()) project.folder = ".";
-  project.file = path.string();
+  project.file = file.string();
   {
     YamlReader reader(*yaml, "the project", loaded.diagnostics);
     if (const auto* mission = reader.node("mission"))
@@ -269,6 +342,8 @@ Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {
     if (const auto* monitors = reader.sequence("monitors"))
       read_monitors(*monitors, false, project, loaded.diagnostics);
     if (const auto* observers = reader.mapping("observers")) read_observers(*observers, project, loaded.diagnostics);
+    project.palettes = file_refs(reader, "palettes");
+    project.packages = file_refs(reader, "packages");
     if (const auto* plugins = reader.sequence("plugins")) read_plugins(*plugins, project, loaded.diagnostics);
     read_deadlines(reader.mapping("deadlines"), project, loaded.diagnostics);
     if (const auto world = reader.string("world")) project.world = FileRef{*world, reader.span("world")};

@@ -129,6 +129,9 @@ struct Project {
   std::string file;  ///< As shown in messages: "examples/recharge/sentree.yaml".
 
   FileRef mission;
+  /// All files with trees of the mission, `mission` among them, if `mission: {files: …}` gives several: SubTrees are
+  /// found in each of them.
+  std::vector<FileRef> mission_files;
   std::string tree;  ///< Tree to execute; empty: the file's main_tree_to_execute.
   Duration period = std::chrono::milliseconds(100);
   bool repeat = false;
@@ -138,6 +141,8 @@ struct Project {
   std::map<std::string, SkillProtocol> protocols;  ///< Those that several skills share, by name.
   std::vector<MonitorEntry> monitors;
   std::vector<ObserverEntry> observers;
+  std::vector<FileRef> palettes;  ///< Files whose TreeNodesModel says what nodes are.
+  std::vector<FileRef> packages;  ///< Folders with ROS packages, for `<include ros_pkg=…>`; beside those of ROS itself.
   std::vector<FileRef> plugins;  ///< Shared libraries with C++ nodes for the tree.
   Deadlines deadlines;
   std::optional<FileRef> world;
@@ -166,6 +171,8 @@ struct DelayFault {
   SourceSpan span;
 };
 
+/// Files that the patterns of `mission: {files: …}` may name together.
+inline constexpr std::size_t kMissionFilesMax = 1'000;
 /// Most restarts of one process within a minute that a scenario may allow.
 inline constexpr int kRestartsMax = 100;
 

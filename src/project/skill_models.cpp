@@ -5,7 +5,7 @@
 #include <map>
 #include <set>
 
-#include "sentree/bt/load.h"
+#include "sentree/project/mission_tree.h"
 #include "sentree/project/plan.h"
 #include "sentree/scxml/chart.h"
 #include "sentree/text/file.h"
@@ -100,14 +100,6 @@ bt::Ports ports_of(const scxml::Chart& chart) {
   return ports;
 }
 
-bool looks_like_an_action(const scxml::Chart& chart) {
-  for (const std::string& event : chart.events_handled()) {
-    if (event == "tick" || event == "halt") return true;
-  }
-  const auto halted = chart.find("halted");
-  return halted && chart.states()[*halted].parent == 0;
-}
-
 class Collection {
  public:
   explicit Collection(const Project& project) : project_(project) {}
@@ -132,25 +124,29 @@ class Collection {
  private:
   /// What the mission's own model says, and which leaves it has. A mission that does not load says nothing here.
   void read_mission() {
-    const path file = project_.folder / project_.mission.path;
-    const std::string shown = project_.shown(project_.mission.path);
-    const auto source = text::read_file(file, shown);
-    if (!source) return;
-    if (const auto models = bt::read_models(*source, shown)) {
-      for (const bt::NodeModel& known : *models) known_.emplace(known.id, known);
+    std::vector<FileRef> files{project_.mission};
+    files.insert(files.end(), project_.mission_files.begin(), project_.mission_files.end());
+    files.insert(files.end(), project_.palettes.begin(), project_.palettes.end());
+    for (const FileRef& file : files) {
+      const auto source = text::read_file(project_.folder / file.path, project_.shown(file.path));
+      if (!source) continue;
+      if (const auto models = bt::read_models(*source, project_.shown(file.path))) {
+        for (const bt::NodeModel& known : *models) known_.emplace(known.id, known);
+      }
     }
     bt::Registry registry;
-    Diagnostics problems;  // `check` tells them
-    load_plugins(project_, registry, problems);
+    const auto tree = load_mission(project_, registry, true);  // `check` tells what is wrong with it
     // C++ nodes are for the palette too.
     models_ = bt::models(registry);
-    const auto tree = bt::load_file(file, {.registry = &registry, .main_tree = project_.tree});
     if (!tree.ok()) return;
-    for (const bt::NodeId node : tree.value->external_leaves()) {
+    for (bt::NodeId node = 0; node < tree.value->size(); ++node) {
+      const bool leaf = tree.value->is_external(node);
+      const bt::Category category = tree.value->category(node);
+      if (!leaf && (!tree.value->is_unknown(node) || category == bt::Category::kSubTree)) continue;
       const std::string id(tree.value->registration(node));
       used_.insert(id);
-      names_.insert(std::string(tree.value->name(node)));
-      known_.try_emplace(id, bt::NodeModel{id, tree.value->category(node), {}, {}});
+      if (leaf) names_.insert(std::string(tree.value->name(node)));
+      known_.try_emplace(id, bt::NodeModel{id, category, {}, {}});
     }
   }
 
@@ -192,10 +188,7 @@ class Collection {
   [[nodiscard]] bt::NodeModel model(const std::string& id, const scxml::Chart& chart) const {
     const auto known = known_.find(id);
     const auto entry = entries_.find(id);
-    const SkillProtocol* protocol =
-        entry != entries_.end() && entry->second->protocol ? &*entry->second->protocol : nullptr;
-    const bool is_action = protocol != nullptr ? !protocol->halt.empty() : looks_like_an_action(chart);
-    bt::NodeModel model{id, is_action ? bt::Category::kAction : bt::Category::kCondition, ports_of(chart), {}};
+    bt::NodeModel model{id, category_of(chart, entry != entries_.end() ? entry->second : nullptr), ports_of(chart), {}};
     if (entry != entries_.end()) {
       // What sentree.yaml sets is no port.
       std::erase_if(model.ports, [&](const bt::PortInfo& port) {

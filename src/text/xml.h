@@ -106,7 +106,7 @@ class XmlElement {
 
 struct XmlOptions {
   /// Accept what other readers of Behavior Trees accept, with a warning each: '<' and a bare '&' in attribute
-  /// values, prefixes that no xmlns declares.
+  /// values, prefixes that no xmlns declares, blank lines and comments before the XML declaration.
   bool lenient = false;
 };
 

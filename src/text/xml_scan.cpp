@@ -278,7 +278,11 @@ class Scanner {
     const std::size_t end = source_.find("?>", at_ + 2);
     if (end == std::string_view::npos) return error(at_, "the processing instruction does not end with \"?>\""), false;
     if (starts("<?xml") && (is_space(source_[at_ + 5]) || at_ + 5 == end)) {
-      return error(at_, "the XML declaration must stand at the very start"), false;
+      const bool before_root = scan_.elements.empty();
+      if (!before_root) return error(at_, "the XML declaration must stand at the very start"), false;
+      lenient(at_, "the XML declaration must stand at the very start, before any blank line or comment");
+      if (!scan_.error) xml_declaration();
+      return !scan_.error;
     }
     if (!is_name_start(source_[at_ + 2])) return error(at_, "the processing instruction has no name"), false;
     std::size_t name_end = at_ + 2;

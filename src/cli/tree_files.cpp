@@ -1,0 +1,99 @@
+#include "sentree/cli/tree_files.h"
+
+#include <algorithm>
+
+#include "sentree/bt/load.h"
+#include "sentree/nav2/nav2.h"
+#include "sentree/text/file.h"
+#include "sentree/text/xml.h"
+
+namespace sentree::cli {
+
+namespace {
+
+using std::filesystem::path;
+
+void files_below(const path& folder, std::vector<GivenFile>& all, Diagnostics& problems) {
+  std::vector<path> found;
+  std::error_code error;
+  for (auto at = std::filesystem::recursive_directory_iterator(folder, error); at != decltype(at)();
+       at.increment(error)) {
+    if (at->path().filename().string().starts_with('.')) {
+      at.disable_recursion_pending();
+    } else if (at->is_regular_file(error) && (at->path().extension() == ".xml" || at->path().extension() == ".scxml")) {
+      found.push_back(at->path());
+    }
+    if (found.size() > kGivenFilesMax) {
+      problems.push_back({Severity::kError, "cli.too-many-files",
+                          "more than " + std::to_string(kGivenFilesMax) + " files; name folders below it",
+                          SourceSpan{folder.string()}});
+      return;
+    }
+  }
+  if (error) problems.push_back({Severity::kError, "file.unreadable", error.message(), SourceSpan{folder.string()}});
+  std::sort(found.begin(), found.end());
+  for (path& file : found) all.push_back({std::move(file), false});
+}
+
+}  // namespace
+
+std::vector<GivenFile> given_files(const std::vector<std::string>& names, Diagnostics& problems) {
+  std::vector<GivenFile> all;
+  for (const std::string& name : names) {
+    std::error_code error;
+    if (std::filesystem::is_directory(name, error))
+      files_below(name, all, problems);
+    else
+      all.push_back({name, true});
+  }
+  return all;
+}
+
+std::string document_kind(const std::string& xml) {
+  const auto document = text::XmlDocument::parse(xml, {}, {.lenient = true});
+  if (!document) return {};
+  const std::string_view root = document->root().local_name();
+  return root == "root" ? "tree" : root == "scxml" ? "chart" : "";
+}
+
+project::FileRef palette_file(const std::string& palette) {
+  std::error_code error;
+  if (palette == nav2::kPalette && !std::filesystem::exists(palette, error)) return {palette, {}};
+  return {std::filesystem::absolute(palette).string(), {}};
+}
+
+TreeFiles::TreeFiles(const std::vector<GivenFile>& files, const TreeOptions& options, Diagnostics& problems)
+    : packages_(options.packages.begin(), options.packages.end()) {
+  for (const std::string& palette : options.palettes) {
+    std::error_code error;
+    if (palette == nav2::kPalette && !std::filesystem::exists(palette, error)) {
+      nav2::add_nodes(registry_);
+      library_.add(nav2::models());
+      continue;
+    }
+    const auto source = text::read_file(palette);
+    const auto added = source ? library_.add(palette, *source) : tl::unexpected(source.error());
+    if (!added) {
+      problems.push_back(added.error());
+    } else if (library_.files().back().models == 0) {
+      problems.push_back({Severity::kError, "bt.no-palette", "there is no <TreeNodesModel> with nodes in this palette",
+                          SourceSpan{palette}});
+    }
+  }
+  for (const GivenFile& file : files) {
+    if (file.path.extension() == ".scxml") continue;
+    if (const auto source = text::read_file(file.path)) (void)library_.add(file.path, *source);
+  }
+}
+
+Loaded<bt::Tree> TreeFiles::load(const path& file, const std::string& tree) const {
+  bt::LoadOptions options;
+  options.registry = &registry_;
+  options.partial = true;
+  options.main_tree = tree;
+  options.find_package = [this](std::string_view package) { return bt::find_ros_package(package, packages_); };
+  library_.serve(options);
+  return bt::load_file(file, std::move(options));
+}
+
+}  // namespace sentree::cli

@@ -1,0 +1,284 @@
+#include "sentree/nav2/nav2.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "sentree/bt/load.h"
+#include "sentree/bt/runner.h"
+#include "sentree/bt/state.h"
+
+namespace sentree::nav2 {
+namespace {
+
+using bt::Status;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/// A tree of these nodes whose leaves, <Leaf name="a"/>, return what the test says; a leaf that nobody asked says so.
+class Player {
+ public:
+  explicit Player(const std::string& body) {
+    add_nodes(registry_);
+    registry_.add<Leaf>("Leaf", bt::Category::kCondition, Leaf{this});
+    auto loaded = bt::load("<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\">" + body + "</BehaviorTree></root>",
+                           {.registry = &registry_}, "nav2.xml");
+    std::string problems;
+    for (const Diagnostic& d : loaded.diagnostics) problems += to_string(d) + "\n";
+    EXPECT_TRUE(loaded.ok()) << problems;
+    if (loaded.ok()) runner_.emplace(std::move(*loaded.value));
+  }
+
+  /// The status of the tree; `asked` then says which leaves were ticked, in their order.
+  Status tick() {
+    asked.clear();
+    return runner_->tick(now);
+  }
+  Status tick(std::map<std::string, Status> answers) {
+    says = std::move(answers);
+    return tick();
+  }
+  void halt() { runner_->halt(); }
+  [[nodiscard]] std::string error() const { return runner_->error() ? runner_->error()->message : ""; }
+  bt::Runner& runner() { return *runner_; }
+
+  std::map<std::string, Status> says;
+  std::vector<std::string> asked;
+  TimePoint now{};
+
+ private:
+  struct Leaf {
+    Player* player;
+    Status tick(bt::Context& self) {
+      player->asked.emplace_back(self.name());
+      return player->says.at(player->asked.back());
+    }
+    [[nodiscard]] Value save() const { return true; }
+    [[nodiscard]] bool restore(const Value& /*saved*/) { return true; }
+    friend bool operator==(const Leaf&, const Leaf&) = default;
+  };
+  bt::Registry registry_;
+  std::optional<bt::Runner> runner_;
+};
+
+constexpr Status kS = Status::kSuccess, kF = Status::kFailure, kR = Status::kRunning, kSkip = Status::kSkipped;
+
+std::string abc(const std::string& tag, const std::string& attributes = {}) {
+  return "<" + tag + attributes + "><Leaf name=\"a\"/><Leaf name=\"b\"/><Leaf name=\"c\"/></" + tag + ">";
+}
+
+TEST(PipelineSequence, TicksAgainWhatStandsBeforeTheChildItHasReached) {
+  // The example of Nav2's documentation, step by step.
+  Player p(abc("PipelineSequence"));
+  EXPECT_EQ(p.tick({{"a", kR}}), kR);
+  EXPECT_THAT(p.asked, ElementsAre("a"));
+  EXPECT_EQ(p.tick({{"a", kS}, {"b", kR}}), kR);
+  EXPECT_THAT(p.asked, ElementsAre("a", "b"));
+  EXPECT_EQ(p.tick({{"a", kR}, {"b", kS}, {"c", kR}}), kR);
+  EXPECT_THAT(p.asked, ElementsAre("a", "b", "c"));
+  EXPECT_EQ(p.tick({{"a", kR}, {"b", kS}, {"c", kS}}), kS);
+  // Then it begins anew.
+  EXPECT_EQ(p.tick({{"a", kR}}), kR);
+  EXPECT_THAT(p.asked, ElementsAre("a"));
+}
+
+TEST(PipelineSequence, FailsWithAnyChild) {
+  Player p(abc("PipelineSequence"));
+  EXPECT_EQ(p.tick({{"a", kS}, {"b", kR}}), kR);
+  EXPECT_EQ(p.tick({{"a", kF}}), kF);
+  EXPECT_THAT(p.asked, ElementsAre("a"));
+  EXPECT_EQ(p.tick({{"a", kR}, {"b", kR}}), kR);
+  EXPECT_THAT(p.asked, ElementsAre("a")) << "it has not reached b any more";
+}
+
+TEST(PipelineSequence, IsSkippedWithAllOfItsChildren) {
+  Player p("<ForceSuccess>" + abc("PipelineSequence") + "</ForceSuccess>");
+  EXPECT_EQ(p.tick({{"a", kSkip}, {"b", kSkip}, {"c", kSkip}}), kSkip);
+  EXPECT_EQ(p.tick({{"a", kSkip}, {"b", kS}, {"c", kSkip}}), kS);
+}
+
+TEST(NonblockingSequence, TicksEveryChildUntilAllSucceedAtOnce) {
+  Player p(abc("NonblockingSequence"));
+  EXPECT_EQ(p.tick({{"a", kR}, {"b", kS}, {"c", kR}}), kR);
+  EXPECT_THAT(p.asked, ElementsAre("a", "b", "c"));
+  EXPECT_EQ(p.tick({{"a", kS}, {"b", kS}, {"c", kR}}), kR);
+  EXPECT_EQ(p.tick({{"a", kS}, {"b", kS}, {"c", kS}}), kS);
+  EXPECT_EQ(p.tick({{"a", kR}, {"b", kF}}), kF);
+  EXPECT_THAT(p.asked, ElementsAre("a", "b"));
+}
+
+std::string recovery(const std::string& attributes) {
+  return "<RecoveryNode" + attributes + "><Leaf name=\"go\"/><Leaf name=\"mend\"/></RecoveryNode>";
+}
+
+TEST(RecoveryNode, TriesAgainAsOftenAsItIsTold) {
+  Player p(recovery(" number_of_retries=\"2\""));
+  EXPECT_EQ(p.tick({{"go", kF}, {"mend", kS}}), kF);
+  EXPECT_THAT(p.asked, ElementsAre("go", "mend", "go", "mend", "go"));
+  EXPECT_EQ(p.tick({{"go", kF}, {"mend", kS}}), kF);
+  EXPECT_EQ(p.asked.size(), 5U) << "it counts anew after it has ended";
+}
+
+TEST(RecoveryNode, SucceedsWithItsFirstChildAndFailsWithItsSecond) {
+  Player p(recovery(""));
+  EXPECT_EQ(p.tick({{"go", kS}}), kS);
+  EXPECT_EQ(p.tick({{"go", kF}, {"mend", kF}}), kF);
+  EXPECT_THAT(p.asked, ElementsAre("go", "mend"));
+  EXPECT_EQ(p.tick({{"go", kF}, {"mend", kSkip}}), kF);
+}
+
+TEST(RecoveryNode, GoesOnWithTheChildThatRunsAndForgetsItWhenHalted) {
+  Player p(recovery(""));
+  EXPECT_EQ(p.tick({{"go", kF}, {"mend", kR}}), kR);
+  EXPECT_EQ(p.tick({{"go", kR}, {"mend", kS}}), kR);
+  EXPECT_THAT(p.asked, ElementsAre("mend", "go"));
+  EXPECT_EQ(p.tick({{"go", kF}}), kF) << "its only retry is spent";
+  EXPECT_EQ(p.tick({{"go", kF}, {"mend", kR}}), kR);
+  p.halt();
+  EXPECT_EQ(p.tick({{"go", kR}}), kR);
+  EXPECT_THAT(p.asked, ElementsAre("go"));
+}
+
+TEST(RecoveryNode, SaysThatItNeedsTwoChildren) {
+  Player p("<RecoveryNode><Leaf name=\"a\"/></RecoveryNode>");
+  EXPECT_EQ(p.tick({{"a", kS}}), kF);
+  EXPECT_THAT(p.error(), HasSubstr("must have 2 children"));
+}
+
+TEST(RoundRobin, GoesOnBehindTheChildThatSucceeded) {
+  Player p("<KeepRunningUntilFailure>" + abc("RoundRobin") + "</KeepRunningUntilFailure>");
+  p.tick({{"a", kF}, {"b", kR}});
+  EXPECT_THAT(p.asked, ElementsAre("a", "b"));
+  p.tick({{"b", kS}});
+  EXPECT_THAT(p.asked, ElementsAre("b"));
+  p.tick({{"c", kR}});
+  EXPECT_THAT(p.asked, ElementsAre("c"));
+  p.tick({{"c", kF}, {"a", kR}});
+  EXPECT_THAT(p.asked, ElementsAre("c", "a"));
+  EXPECT_EQ(p.tick({{"a", kF}, {"b", kF}, {"c", kF}}), kF) << "all have failed";
+  EXPECT_THAT(p.asked, ElementsAre("a", "b"));
+}
+
+TEST(RoundRobin, FailsAfterOneRoundAndBeginsWithTheFirstWhenHalted) {
+  Player p(abc("RoundRobin"));
+  EXPECT_EQ(p.tick({{"a", kF}, {"b", kF}, {"c", kF}}), kF);
+  EXPECT_THAT(p.asked, ElementsAre("a", "b", "c"));
+  EXPECT_EQ(p.tick({{"a", kF}, {"b", kR}}), kR);
+  p.halt();
+  EXPECT_EQ(p.tick({{"a", kS}}), kS);
+  EXPECT_EQ(p.tick({{"b", kSkip}, {"c", kSkip}, {"a", kSkip}}), kSkip);
+}
+
+TEST(PersistentSequence, KeepsItsPlaceOnTheBlackboardWhenItFailsOrIsHalted) {
+  Player q("<Sequence><Leaf name=\"first\" _onSuccess=\"i := 0\"/><KeepRunningUntilFailure>" +
+           abc("PersistentSequence", " current_child_idx=\"{i}\"") + "</KeepRunningUntilFailure></Sequence>");
+  EXPECT_EQ(q.tick({{"first", kS}, {"a", kS}, {"b", kR}}), kR);
+  EXPECT_EQ(q.tick({{"b", kS}, {"c", kS}}), kR);
+  EXPECT_THAT(q.asked, ElementsAre("b", "c"));
+  EXPECT_EQ(q.tick({{"a", kS}, {"b", kF}}), kF);
+  EXPECT_EQ(q.tick({{"first", kSkip}, {"b", kR}}), kR);
+  EXPECT_THAT(q.asked, ElementsAre("first", "b"));
+}
+
+TEST(PersistentSequence, NeedsAPlaceThatIsThere) {
+  Player p("<Sequence><Script code=\"i := 3\"/>" + abc("PersistentSequence", " current_child_idx=\"{i}\"") +
+           "</Sequence>");
+  EXPECT_EQ(p.tick(), kF);
+  EXPECT_THAT(p.error(), HasSubstr("current_child_idx is 3; it has 3 children"));
+}
+
+TEST(RateController, TicksItsChildAtMostSoOften) {
+  Player p(
+      "<KeepRunningUntilFailure><NonblockingSequence><RateController hz=\"2\"><Leaf name=\"a\"/></RateController>"
+      "<Leaf name=\"b\"/></NonblockingSequence></KeepRunningUntilFailure>");
+  p.says = {{"a", kS}, {"b", kR}};
+  std::string ticks;
+  for (int i = 0; i <= 12; ++i) {
+    p.tick();
+    ticks += p.asked.front() == "a" ? 'a' : '.';
+    p.now += std::chrono::milliseconds(100);
+  }
+  EXPECT_EQ(ticks, "a....a....a..");
+}
+
+TEST(RateController, TicksAChildThatRunsOn) {
+  Player p("<RateController hz=\"0.1\"><Leaf name=\"a\"/></RateController>");
+  EXPECT_EQ(p.tick({{"a", kR}}), kR);
+  EXPECT_EQ(p.tick({{"a", kS}}), kS);
+  EXPECT_THAT(p.asked, ElementsAre("a"));
+}
+
+TEST(RateController, RefusesARateOfNothing) {
+  Player p("<RateController hz=\"0\"><Leaf name=\"a\"/></RateController>");
+  EXPECT_EQ(p.tick({{"a", kS}}), kF);
+  EXPECT_THAT(p.error(), HasSubstr("hz must be greater than 0"));
+}
+
+TEST(SingleTrigger, TicksItsChildOnceAndFailsUntilItIsReset) {
+  // NonblockingSequence ticks it again without a reset, and resets it when it fails.
+  Player p(
+      "<NonblockingSequence><SingleTrigger><Leaf name=\"a\"/></SingleTrigger><Leaf name=\"b\"/></NonblockingSequence>");
+  EXPECT_EQ(p.tick({{"a", kR}, {"b", kR}}), kR);
+  EXPECT_EQ(p.tick({{"a", kS}, {"b", kR}}), kR);
+  EXPECT_EQ(p.tick({{"a", kS}, {"b", kR}}), kF);
+  EXPECT_THAT(p.asked, IsEmpty());
+  EXPECT_EQ(p.tick({{"a", kS}, {"b", kS}}), kS);
+  EXPECT_THAT(p.asked, ElementsAre("a", "b"));
+}
+
+TEST(GoalUpdatedController, TicksItsChildWhenTheGoalChanges) {
+  Player p(
+      "<NonblockingSequence><Leaf name=\"set\" _onSuccess=\"goal := 1\"/>"
+      "<Leaf name=\"change\" _onSuccess=\"goal := 2\"/>"
+      "<GoalUpdatedController goal=\"{goal}\"><Leaf name=\"a\"/></GoalUpdatedController><Leaf name=\"b\"/>"
+      "</NonblockingSequence>");
+  p.says = {{"set", kS}, {"change", kSkip}, {"a", kS}, {"b", kR}};
+  p.tick();
+  EXPECT_THAT(p.asked, ElementsAre("set", "change", "a", "b"));
+  p.tick();
+  EXPECT_THAT(p.asked, ElementsAre("set", "change", "b")) << "the same goal";
+  p.says["change"] = kS;
+  p.tick();
+  EXPECT_THAT(p.asked, ElementsAre("set", "change", "a", "b"));
+}
+
+TEST(Nav2, NodesCanBeSavedInTheMiddle) {
+  const std::string body = recovery("");
+  Player p(body);
+  p.tick({{"go", kF}, {"mend", kR}});
+  const auto saved = bt::save(p.runner().tree(), p.runner().state());
+  ASSERT_TRUE(saved.has_value()) << saved.error().message;
+  Player q(body);
+  auto restored = bt::restore(q.runner().tree(), *saved);
+  ASSERT_TRUE(restored.has_value()) << restored.error().message;
+  q.runner().state() = std::move(*restored);
+  q.tick({{"go", kR}, {"mend", kS}});
+  EXPECT_THAT(q.asked, ElementsAre("mend", "go"));
+}
+
+TEST(Nav2, ModelsWhatNeedsRos) {
+  bt::Registry registry;
+  add_nodes(registry);
+  EXPECT_THAT(registry.problems(), IsEmpty());
+  for (const bt::NodeModel& model : models()) {
+    EXPECT_EQ(registry.find(model.id), nullptr) << model.id;
+    EXPECT_TRUE(model.category == bt::Category::kControl || model.category == bt::Category::kDecorator) << model.id;
+  }
+  bt::Palette palette;
+  palette.add(models());
+  const auto tree = bt::load(
+      "<root BTCPP_format=\"4\"><BehaviorTree ID=\"M\"><DistanceController distance=\"1.0\"><GoalUpdater "
+      "input_goal=\"{g}\" "
+      "output_goal=\"{h}\"><AlwaysSuccess/></GoalUpdater></DistanceController></BehaviorTree></root>",
+      {.registry = &registry, .palette = &palette, .partial = true});
+  ASSERT_TRUE(tree.ok());
+  EXPECT_TRUE(tree.value->is_unknown(0));
+  EXPECT_EQ(tree.value->category(0), bt::Category::kDecorator);
+}
+
+}  // namespace
+}  // namespace sentree::nav2

@@ -1,0 +1,182 @@
+#include "sentree/project/mission_tree.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "sentree/bt/library.h"
+#include "sentree/bt/load.h"
+#include "sentree/nav2/nav2.h"
+#include "sentree/project/plan.h"
+#include "sentree/text/file.h"
+
+namespace sentree::project {
+
+namespace {
+
+using std::filesystem::path;
+
+class MissionLoader {
+ public:
+  MissionLoader(const Project& project, bt::Registry& registry) : project_(project), registry_(registry) {}
+
+  Loaded<bt::Tree> load(bool partial) {
+    auto source = read(project_.mission);
+    if (!source) return {std::nullopt, std::move(diagnostics_)};
+    // Without its plug-ins the tree would be full of unknown nodes, which is not what is wrong.
+    if (!load_plugins(project_, registry_, diagnostics_)) return {std::nullopt, std::move(diagnostics_)};
+    if (!palettes()) return {std::nullopt, std::move(diagnostics_)};
+    for (const FileRef& file : project_.mission_files) add(file);
+    bt::LoadOptions options;
+    options.registry = &registry_;
+    options.partial = partial;
+    options.main_tree = project_.tree;
+    options.skills = skill_names();
+    options.skill_kind = [this](std::string_view id, std::string_view name) { return skill_kind(id, name); };
+    options.read_file = [this](const path& file) { return text::read_file(absolute(file), file.string()); };
+    options.find_package = [this](std::string_view package) {
+      std::vector<path> folders;
+      for (const FileRef& folder : project_.packages) folders.push_back(project_.shown(folder.path));
+      return bt::find_ros_package(package, folders);
+    };
+    library_.serve(options);
+    auto loaded = bt::load(std::move(*source), options, project_.shown(project_.mission.path));
+    loaded.diagnostics.insert(loaded.diagnostics.begin(), diagnostics_.begin(), diagnostics_.end());
+    if (has_errors(diagnostics_)) loaded.value.reset();
+    return loaded;
+  }
+
+ private:
+  // The message stands where the file is named.
+  std::optional<std::string> read(const FileRef& file) {
+    auto source = text::read_file(project_.folder / file.path, project_.shown(file.path));
+    if (source) return std::move(*source);
+    Diagnostic why = std::move(source.error());
+    if (file.span.line > 0) {
+      why.message = "file \"" + project_.shown(file.path) + "\": " + why.message;
+      why.span = file.span;
+    }
+    diagnostics_.push_back(std::move(why));
+    return std::nullopt;
+  }
+
+  bool add(const FileRef& file) {
+    const auto source = read(file);
+    if (!source) return false;
+    const auto added = library_.add(project_.shown(file.path), *source);
+    // The mission's own file tells that itself.
+    if (!added && file.path != project_.mission.path) diagnostics_.push_back(added.error());
+    return added.has_value();
+  }
+
+  bool palettes() {
+    bool all = true;
+    for (const FileRef& palette : project_.palettes) {
+      std::error_code error;
+      if (palette.path == nav2::kPalette && !std::filesystem::exists(project_.folder / palette.path, error)) {
+        nav2::add_nodes(registry_);
+        library_.add(nav2::models());
+      } else {
+        all = add(palette) && all;
+      }
+    }
+    return all;
+  }
+
+  path absolute(const path& shown) const {
+    if (shown.is_absolute()) return shown;
+    const path above = path(project_.file).parent_path();
+    return project_.folder / shown.lexically_relative(above.empty() ? path(".") : above);
+  }
+
+  std::vector<std::string> skill_names() const {
+    std::vector<std::string> names;
+    for (const SkillEntry& entry : project_.skills) names.push_back(entry.leaf);
+    std::error_code error;
+    for (const auto& file : std::filesystem::directory_iterator(project_.folder / "skills", error)) {
+      if (file.path().extension() == ".scxml") names.push_back(file.path().stem().string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+  }
+
+  // A chart that does not load says so when the leaf is planned.
+  std::optional<bt::Category> skill_kind(std::string_view id, std::string_view name) {
+    const SkillEntry* const entry = project_.skill(name, id);
+    const FileRef file = skill_file(entry, id);
+    if (const auto known = kinds_.find(file.path); known != kinds_.end()) return known->second;
+    auto& kind = kinds_[file.path];
+    std::error_code error;
+    if (std::filesystem::exists(project_.folder / file.path, error)) {
+      kind = bt::Category::kAction;
+      const path full = project_.folder / file.path;
+      scxml::LoadOptions options;
+      options.read = [&](std::string_view uri) { return text::read_file(full.parent_path() / std::string(uri)); };
+      const auto source = text::read_file(full);
+      const auto chart = source ? scxml::load(*source, file.path, options) : Loaded<scxml::Chart>();
+      if (chart.ok()) kind = category_of(*chart.value, entry);
+    } else if (entry != nullptr && !entry->at.empty()) {
+      kind = bt::Category::kAction;
+    }
+    return kind;
+  }
+
+  const Project& project_;
+  bt::Registry& registry_;
+  bt::Library library_;
+  Diagnostics diagnostics_;
+  std::map<std::string, std::optional<bt::Category>, std::less<>> kinds_;
+};
+
+}  // namespace
+
+Loaded<bt::Tree> load_mission(const Project& project, bt::Registry& registry, bool partial) {
+  return MissionLoader(project, registry).load(partial);
+}
+
+bt::Category category_of(const scxml::Chart& chart, const SkillEntry* entry) {
+  if (entry != nullptr && entry->protocol)
+    return entry->protocol->halt.empty() ? bt::Category::kCondition : bt::Category::kAction;
+  for (const std::string& event : chart.events_handled()) {
+    if (event == "tick" || event == "halt") return bt::Category::kAction;
+  }
+  const auto halted = chart.find("halted");
+  const bool can_be_halted = halted && chart.states()[*halted].parent == 0;
+  return can_be_halted ? bt::Category::kAction : bt::Category::kCondition;
+}
+
+FileRef skill_file(const SkillEntry* entry, std::string_view leaf_id) {
+  if (entry != nullptr && !entry->file.path.empty()) return entry->file;
+  return {"skills/" + (entry != nullptr ? entry->leaf : std::string(leaf_id)) + ".scxml",
+          entry != nullptr ? entry->span : SourceSpan{}};
+}
+
+void find_mission(Project& project, const SourceSpan& place, Diagnostics& diagnostics) {
+  if (project.mission_files.empty()) return;
+  bt::Library library;
+  std::vector<std::string> ids;
+  for (const FileRef& file : project.mission_files) {
+    const auto source = text::read_file(project.folder / file.path, project.shown(file.path));
+    // What is wrong with a file is told when the tree is loaded.
+    if (source) (void)library.add(file.path, *source);
+  }
+  const bt::TreeFile* const found = library.main_file(project.tree);
+  const auto is_found = [&](const FileRef& file) { return found != nullptr && path(file.path) == found->path; };
+  const auto main = std::find_if(project.mission_files.begin(), project.mission_files.end(), is_found);
+  project.mission = main != project.mission_files.end() ? *main : project.mission_files.front();
+  if (main != project.mission_files.end()) {
+    // Between several files main_tree_to_execute of one need not be there.
+    if (project.tree.empty() && found->main_tree.empty() && found->trees.size() == 1)
+      project.tree = found->trees.front();
+    return;
+  }
+  if (library.files().size() < project.mission_files.size()) return;
+  for (const bt::TreeFile& file : library.files()) ids.insert(ids.end(), file.trees.begin(), file.trees.end());
+  diagnostics.push_back({Severity::kError, "project.no-tree",
+                         "none of the mission's files has a BehaviorTree" +
+                             (project.tree.empty() ? std::string() : " \"" + project.tree + "\"") +
+                             did_you_mean(project.tree, ids),
+                         place});
+}
+
+}  // namespace sentree::project

@@ -1,0 +1,149 @@
+#include "sentree/project/mission_tree.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "sentree/base/temporary_folder.h"
+#include "sentree/project/plan.h"
+
+namespace sentree::project {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+namespace fs = std::filesystem;
+
+/// A project in a folder of its own.
+class Folder {
+ public:
+  Folder& file(const std::string& name, const std::string& content) {
+    fs::create_directories((folder_.path() / name).parent_path());
+    std::ofstream(folder_.path() / name) << content;
+    return *this;
+  }
+  Folder& tree(const std::string& name, const std::string& id, const std::string& body, const std::string& more = {}) {
+    return file(name, "<root BTCPP_format=\"4\"><BehaviorTree ID=\"" + id + "\">" + body + "</BehaviorTree>" + more +
+                          "</root>\n");
+  }
+  Folder& yaml(const std::string& text) { return file("sentree.yaml", text); }
+
+  [[nodiscard]] Loaded<Project> project() const { return load_project(folder_.path()); }
+  /// What is said of the mission, or of the project that does not load.
+  [[nodiscard]] std::string told(bool partial = false) const {
+    const auto loaded = project();
+    std::string all = text(loaded.diagnostics);
+    if (!loaded.ok()) return all;
+    bt::Registry registry;
+    const auto tree = load_mission(*loaded.value, registry, partial);
+    return all + text(tree.diagnostics) + (tree.ok() ? "loaded" : "");
+  }
+
+ private:
+  [[nodiscard]] std::string text(const Diagnostics& diagnostics) const {
+    std::string all;
+    for (const Diagnostic& d : diagnostics) all += to_string(d) + "\n";
+    // Paths without the folder's changing name.
+    const std::string here = folder_.path().string() + "/";
+    for (std::size_t at = 0; (at = all.find(here, at)) != std::string::npos;) all.erase(at, here.size());
+    return all;
+  }
+  TemporaryFolder folder_{"mission-tree"};
+};
+
+constexpr const char* kSkill =
+    "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" initial=\"s\"><state "
+    "id=\"s\">"
+    "<transition event=\"halt\" target=\"halted\"/></state><final id=\"success\"/><final id=\"halted\"/></scxml>";
+
+TEST(MissionFiles, AreFoundByPatternsAndLendEachOtherTheirTrees) {
+  Folder folder;
+  folder.yaml("mission: {files: [trees/*.xml, more/dock.xml], tree: Main}\n")
+      .tree("trees/b_main.xml", "Main", "<Sequence><SubTree ID=\"Drive\"/><SubTree ID=\"Dock\"/></Sequence>")
+      .tree("trees/a_drive.xml", "Drive", "<AlwaysSuccess/>")
+      .tree("more/dock.xml", "Dock", "<AlwaysSuccess/>");
+  EXPECT_EQ(folder.told(), "loaded");
+  const auto project = folder.project();
+  ASSERT_TRUE(project.ok());
+  EXPECT_EQ(project.value->mission.path, "trees/b_main.xml");
+  EXPECT_EQ(project.value->mission_files.size(), 3U);
+}
+
+TEST(MissionFiles, NeedNoNameOfTheMainTreeWhereOneFileNamesIt) {
+  Folder folder;
+  folder.yaml("mission: {files: \"*.xml\"}\n")
+      .tree("a.xml", "A", "<AlwaysSuccess/>")
+      .file("b.xml",
+            "<root BTCPP_format=\"4\" main_tree_to_execute=\"B\"><BehaviorTree ID=\"B\"><SubTree "
+            "ID=\"A\"/></BehaviorTree></root>");
+  EXPECT_EQ(folder.told(), "loaded");
+  EXPECT_EQ(folder.project().value->mission.path, "b.xml");
+}
+
+TEST(MissionFiles, SayWhatIsMissing) {
+  Folder folder;
+  folder.yaml("mission: {files: [trees/*.xml], tree: Mian}\n").tree("trees/a.xml", "Main", "<AlwaysSuccess/>");
+  EXPECT_THAT(
+      folder.told(),
+      HasSubstr("sentree.yaml:1:18: none of the mission's files has a BehaviorTree \"Mian\"; did you mean \"Main\"?"));
+  folder.yaml("mission: {files: [tree/*.xml], tree: Main}\n");
+  EXPECT_THAT(folder.told(), HasSubstr("sentree.yaml:1:18: \"tree/*.xml\" matches no file"));
+  folder.yaml("mission: {files: [trees/*.xml], tree: Main}\n").tree("trees/a.xml", "Main", "<SubTree ID=\"Gone\"/>");
+  EXPECT_THAT(folder.told(), HasSubstr("trees/a.xml:1:63: there is no BehaviorTree \"Gone\""));
+  EXPECT_THAT(folder.told(true), HasSubstr("warning: there is no BehaviorTree \"Gone\""));
+}
+
+TEST(Palettes, SayWhatNodesAreAndAreToldWhereTheyAreNamed) {
+  Folder folder;
+  folder.yaml("mission: {file: m.xml}\npalettes: [nodes.xml]\n")
+      .tree("m.xml", "M", "<Sequence><GoTo/><Twice><AlwaysSuccess/></Twice></Sequence>");
+  EXPECT_THAT(folder.told(), HasSubstr("sentree.yaml:2:12: file \"nodes.xml\": no such file"));
+  folder.file("nodes.xml",
+              "<root><TreeNodesModel><Action ID=\"GoTo\"/><Decorator ID=\"Twice\"/></TreeNodesModel></root>");
+  EXPECT_EQ(folder.told(), "m.xml:1:68: \"Twice\" is declared as Decorator, and no C++ node of that ID is registered\n")
+      << "a project must run";
+  EXPECT_THAT(folder.told(true), HasSubstr("loaded"));
+}
+
+TEST(Palettes, OfNav2BringItsNodes) {
+  Folder folder;
+  folder.yaml("mission: {file: m.xml}\npalettes: nav2\n")
+      .tree("m.xml", "M",
+            "<RecoveryNode><RateController hz=\"2\"><AlwaysSuccess/></RateController><AlwaysSuccess/></RecoveryNode>");
+  EXPECT_EQ(folder.told(), "loaded");
+  folder.tree("m.xml", "M", "<SpeedController><AlwaysSuccess/></SpeedController>");
+  EXPECT_THAT(folder.told(), HasSubstr("\"SpeedController\" is declared as Decorator, and no C++ node"));
+}
+
+TEST(Packages, AreLookedForInTheProjectsFolders) {
+  Folder folder;
+  const std::string include =
+      "<root BTCPP_format=\"4\" main_tree_to_execute=\"M\"><include ros_pkg=\"nav\" path=\"t.xml\"/></root>";
+  folder.yaml("mission: {file: m.xml}\npackages: [vendor]\n").file("m.xml", include);
+  EXPECT_THAT(folder.told(), HasSubstr("there is no ROS package \"nav\"; tried vendor/share/nav, vendor/nav"));
+  folder.tree("vendor/nav/t.xml", "M", "<AlwaysSuccess/>");
+  EXPECT_EQ(folder.told(), "loaded");
+}
+
+TEST(Skills, MakeTheirLeavesKnown) {
+  Folder folder;
+  folder.yaml("mission: {file: m.xml}\n")
+      .tree("m.xml", "M", "<Sequence><GoTo place=\"hall\"/><GoTo place=\"door\"/></Sequence>");
+  EXPECT_THAT(folder.told(), HasSubstr("there is no node \"GoTo\""));
+  EXPECT_THAT(folder.told(), Not(HasSubstr("did you mean \"GoTo\"")));
+  folder.file("skills/GoTo.scxml", kSkill);
+  EXPECT_EQ(folder.told(), "loaded");
+  const auto project = folder.project();
+  const auto plan = prepare(plain_scenario(*project.value));
+  ASSERT_TRUE(plan.ok());
+  ASSERT_EQ(plan.value->leaves.size(), 2U);
+  EXPECT_FALSE(plan.value->leaves[0].condition);
+  EXPECT_EQ(plan.value->leaves[0].name, "GoTo__2");
+  EXPECT_EQ(plan.value->leaves[1].name, "GoTo__3");
+}
+
+}  // namespace
+}  // namespace sentree::project
