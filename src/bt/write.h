@@ -9,6 +9,7 @@
 #include "sentree/bt/registry.h"
 #include "sentree/bt/tree.h"
 #include "sentree/bt/types.h"
+#include "sentree/text/xml_diff.h"
 
 namespace sentree::bt {
 
@@ -34,15 +35,7 @@ namespace sentree::bt {
 /// Errors: xml.*.
 [[nodiscard]] Result<std::string> format(std::string_view xml, std::string file = {});
 
-/// One difference in meaning between two files.
-struct Difference {
-  enum class Kind { kAdded, kRemoved, kChanged, kMoved };
-  Kind kind = Kind::kChanged;
-  std::string path;   ///< Tree, then names or IDs: "Main/Root/GoToKitchen".
-  std::string what;   ///< For people: `destination: "kitchen" → "hall"`.
-  SourceSpan before;  ///< In the first file; no line for kAdded.
-  SourceSpan after;   ///< In the second; no line for kRemoved.
-};
+using text::Difference;
 
 /// What differs in meaning: trees, nodes, ports, conditions. White space, comments, the order of attributes and whether
 /// a node is written explicitly or compactly do not count. A node that went to another parent has moved, with all that
