@@ -315,6 +315,57 @@ std::optional<std::string> veto(const Model& model, const Core& core, const Mess
   return std::nullopt;
 }
 
+namespace {
+
+// Whether something inside a state decides, or leads to what does.
+bool matters(const Model& model, scxml::StateIndex region) {
+  const scxml::Chart& chart = model.chart();
+  const auto decides = [&](scxml::StateIndex s) { return Access::parts(model).decides[s] != Verdict::kUndecided; };
+  for (scxml::StateIndex s = region; s < chart.states()[region].end; ++s) {
+    if (decides(s)) return true;
+    for (const scxml::TransitionIndex t : chart.states()[s].transitions) {
+      const auto& targets = chart.transitions()[t].targets;
+      if (std::any_of(targets.begin(), targets.end(), decides)) return true;
+    }
+  }
+  return false;
+}
+
+// The innermost active states; of a <parallel>, of the regions that matter, with the region.
+std::string active_in(const Model& model, const scxml::Session& session) {
+  constexpr std::size_t kNamedMax = 4;
+  const auto states = model.chart().states();
+  struct Place {
+    std::string text;
+    bool matters = true;
+  };
+  std::vector<Place> places;
+  session.configuration().for_each([&](scxml::StateIndex active) {
+    if (!states[active].is_atomic()) return;
+    Place place;
+    scxml::StateIndex region = active;
+    for (; region != 0 && states[states[region].parent].kind != scxml::StateKind::kParallel;
+         region = states[region].parent) {
+      if (place.text.empty()) place.text = states[region].id;
+    }
+    if (region != 0) {
+      place.matters = matters(model, region);
+      const std::string& id = states[region].id;
+      if (!id.empty()) place.text += place.text.empty() ? id : " of " + id;
+    }
+    if (place.text.empty()) place.text = "?";
+    places.push_back(std::move(place));
+  });
+  const auto is_quiet = [](const Place& place) { return !place.matters; };
+  if (!std::all_of(places.begin(), places.end(), is_quiet)) std::erase_if(places, is_quiet);
+  std::string text;
+  for (std::size_t i = 0; i < std::min(places.size(), kNamedMax); ++i) text += (i > 0 ? ", " : "") + places[i].text;
+  if (places.size() > kNamedMax) text += ", …";
+  return text.empty() ? "?" : text;
+}
+
+}  // namespace
+
 std::string Standing::text() const {
   std::string text = (pending ? "pending: " : "holds so far: ") + says;
   const auto time = [](TimePoint t) {
@@ -333,12 +384,7 @@ Standing standing(const Model& model, const Core& state) {
   const scxml::Chart& chart = model.chart();
   const Origin* origin = model.origin();
   if (origin == nullptr) {
-    standing.says = "in state ";
-    const std::string* innermost = nullptr;
-    state.session.configuration().for_each([&](scxml::StateIndex index) {
-      if (!chart.states()[index].id.empty()) innermost = &chart.states()[index].id;
-    });
-    standing.says += innermost != nullptr ? *innermost : "?";
+    standing.says = "in state " + active_in(model, state.session);
     return standing;
   }
   for (const Situation& situation : origin->situations) {

@@ -355,5 +355,17 @@ TEST(Monitor, RefusesWhatCanDecideNothing) {
   EXPECT_EQ(none.diagnostics.front().code, "monitor.no-verdict");
 }
 
+TEST(Monitor, OfAParallelChartStandsInTheRegionsThatMatter) {
+  const Model watches = model(R"(<parallel id="p">
+      <state id="battery"><state id="full"><transition event="drop" target="low"/></state>
+        <state id="low"><transition event="move" target="bad"/></state></state>
+      <state id="noise"><state id="quiet"/></state></parallel><final id="bad"/>)",
+                              {"bad"});
+  const State state = start(watches, {});
+  EXPECT_EQ(standing(watches, state).says, "in state full of battery");
+  const Model plain = model("<state id='idle'><transition event='e' target='bad'/></state><final id='bad'/>", {"bad"});
+  EXPECT_EQ(standing(plain, start(plain, {})).says, "in state idle");
+}
+
 }  // namespace
 }  // namespace sentree::monitor

@@ -160,6 +160,25 @@ TEST(Bounds, LoopsInsideLoopsFailWithThePlace) {
   EXPECT_EQ(ran.failure(), "c.scxml:4:32: the chart executes more than 10000 pieces of executable content in one step");
 }
 
+TEST(Bounds, ATextThatDoublesWithoutEndRunsIntoTheMemoryOfScripts) {
+  Host host;
+  host.limits.script_memory_max = 2U << 20U;
+  host.limits.microsteps_max = 100;
+  Ran ran(R"(<datamodel><data id="s" expr="'0123456789'"/></datamodel>
+    <state id="a"><transition target="a"><assign location="s" expr="s + s"/></transition></state>)",
+          std::move(host));
+  EXPECT_THAT(ran.failure(), HasSubstr("does not come to rest in \"a\""));
+  EXPECT_LT(ran.session.data(ran.chart).find("s")->text().size(), 2U << 20U);
+}
+
+TEST(Bounds, WhatOneStepLogsIsBounded) {
+  Ran ran(R"x(<datamodel><data id="list" expr="new Array(1000)"/>
+    <data id="line" expr="new Array(10000).join('x')"/></datamodel>
+    <state id="a"><onentry><foreach array="list" item="i"><foreach array="list" item="k">
+      <log expr="line"/></foreach></foreach></onentry></state>)x");
+  EXPECT_THAT(ran.failure(), HasSubstr("the chart logs and sends more than 64 MiB in one step"));
+}
+
 TEST(Bounds, SessionsThatSendToEachOtherNameThePlaceOfTheSend) {
   Ran ran(
       "<state id='a'><onentry><send event='e'/></onentry>\n<transition event='e'><send "

@@ -23,6 +23,7 @@ std::span<const DataItem> Chart::data() const { return model_->data; }
 std::span<const SendInfo> Chart::sends() const { return model_->sends; }
 std::span<const AmbientUse> Chart::ambient() const { return model_->ambient; }
 std::uint64_t Chart::fingerprint() const { return model_->fingerprint; }
+const std::optional<Diagnostic>& Chart::obstacle() const { return model_->obstacle; }
 
 std::vector<std::string> Chart::events_handled() const {
   std::vector<std::string> names = model_->descriptors.all();

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "sentree/base/diagnostic.h"
 #include "sentree/base/result.h"
 #include "sentree/base/value.h"
 
@@ -30,7 +31,8 @@ struct Place {
 enum class StateKind : std::uint8_t { kRoot, kAtomic, kCompound, kParallel, kFinal, kHistoryShallow, kHistoryDeep };
 [[nodiscard]] std::string_view to_string(StateKind kind);
 
-enum class DataModelKind : std::uint8_t { kNull, kEcmaScript };
+/// kForeign: one that other engines have (jexl, lua, cplusplus, …); its expressions are text here.
+enum class DataModelKind : std::uint8_t { kNull, kEcmaScript, kForeign };
 
 struct State {
   std::string id;  ///< As written; empty if the document gives none.
@@ -128,6 +130,8 @@ class Chart {
   [[nodiscard]] std::span<const AmbientUse> ambient() const;
   /// Depends on the document's bytes only.
   [[nodiscard]] std::uint64_t fingerprint() const;
+  /// Why it can be looked at but not run: the first finding of that kind. Only with `LoadOptions::to_run` false.
+  [[nodiscard]] const std::optional<Diagnostic>& obstacle() const;
 
   [[nodiscard]] const Model& model() const { return *model_; }
   /// The same loaded chart, not merely an equal one.
@@ -148,8 +152,13 @@ struct LoadLimits {
 
 struct LoadOptions {
   LoadLimits limits;
-  /// Of documents that name none (SCXML 3.2.1 leaves it to the platform).
+  /// Of documents that name none (SCXML 3.2.1 leaves it to the platform). kNull: unless there are expressions that it
+  /// does not have; then it is ecmascript, with a warning.
   DataModelKind default_data_model = DataModelKind::kNull;
+  /// False: to look at only (check, draw, compare). What other engines understand and this one does not is then a
+  /// warning: other data models, elements and attributes of other dialects, undeclared prefixes. `start` refuses such a
+  /// chart, see `Chart::obstacle`.
+  bool to_run = true;
   /// Reads what `src` attributes of <script>, <data>, <assign> and <invoke> name, as written. Not set: every src is an
   /// error.
   std::function<Result<std::string>(std::string_view uri)> read;
@@ -160,6 +169,10 @@ struct LoadOptions {
 /// Refuses what the recommendation forbids (unknown target or initial state, duplicate id, missing attribute, element
 /// where it may not be, unreadable <script src>). Expressions that do not parse are not refused: SCXML 5.9 makes them
 /// run-time errors; `check` finds them.
+/// Taken as other engines take it, with a warning: an empty attribute is an absent one (scxml.empty-attribute);
+/// <ascxml> and another or no namespace (scxml.namespace); another version (scxml.version); a delay without unit is in
+/// milliseconds (scxml.no-unit); a <history> without default leads to the initial states of its parent
+/// (scxml.no-default); `initialstate` of early drafts is `initial`.
 /// Codes: xml.*, scxml.no-scxml, scxml.data-model, scxml.unknown-target, scxml.unknown-initial, scxml.bad-initial,
 /// scxml.duplicate-id, scxml.unknown-element, scxml.misplaced-element, scxml.missing-attribute, scxml.bad-attribute,
 /// scxml.script-unreadable, scxml.too-large, scxml.too-deep.

@@ -19,11 +19,14 @@ class Checker {
   Checker(const Chart& chart, const CheckOptions& options) : chart_(chart), model_(chart.model()), options_(options) {}
 
   Diagnostics run() {
-    expressions();
-    states();
+    if (model_.data_model != DataModelKind::kForeign) expressions();
     transitions();
-    events();
-    data();
+    // What has been passed over may send, use and lead to anything.
+    if (!model_.passed_over) {
+      states();
+      events();
+      data();
+    }
     children();
     sort_by_place(diagnostics_);
     return std::move(diagnostics_);
@@ -51,6 +54,8 @@ class Checker {
   }
 
   void expressions() {
+    // They may be of a language that is not known here.
+    const Severity syntax = model_.obstacle || model_.guessed_data_model ? Severity::kWarning : Severity::kError;
     std::shared_ptr<ScriptHeap> heap;
     for (ExpressionId id = 0; id < model_.expressions.size(); ++id) {
       const Expression& expression = model_.expressions[id];
@@ -66,7 +71,7 @@ class Checker {
       if (!expression.native.empty() || expression.slot) continue;
       if (model_.data_model == DataModelKind::kNull) {
         report(
-            Severity::kError, "scxml.expression-syntax",
+            syntax, "scxml.expression-syntax",
             "the null data model has no expressions but In('state'); write datamodel=\"ecmascript\" at <scxml> for \"" +
                 expression.text + "\"",
             expression.place);
@@ -85,7 +90,7 @@ class Checker {
         const std::string shown = expression.text.size() > 60 ? expression.text.substr(0, 57) + "..." : expression.text;
         std::string message = *std::move(problem);
         message = message.substr(0, message.find(" (line "));
-        report(Severity::kError, "scxml.expression-syntax",
+        report(syntax, "scxml.expression-syntax",
                (expression.use == ExpressionUse::kScript ? "the script does not parse: "
                                                          : "\"" + shown + "\" does not parse: ") +
                    message,
@@ -250,7 +255,8 @@ class Checker {
           invoke.payload.content && invoke.payload.content_expr == kNoExpression && invoke.type.expr == kNoExpression &&
           (invoke.type.constant.empty() || invoke.type.constant.starts_with("http://www.w3.org/TR/scxml"));
       if (!inline_chart) continue;
-      for (const Diagnostic& diagnostic : load(invoke.payload.content_source).diagnostics) {
+      for (const Diagnostic& diagnostic :
+           load(invoke.payload.content_source, {}, {.to_run = !model_.obstacle}).diagnostics) {
         if (diagnostic.severity != Severity::kError) continue;
         report(Severity::kError, diagnostic.code, "the invoked chart cannot be loaded: " + diagnostic.message,
                invoke.place);

@@ -28,6 +28,17 @@ bool Interpreter::spend(const Place& place) {
   return false;
 }
 
+bool Interpreter::spend_output(std::size_t bytes, const Place& place) {
+  constexpr std::size_t kOfEach = 256;  // its names and its place in a queue
+  run_.output += bytes + kOfEach;
+  if (run_.output <= kOutputMax) return true;
+  if (session_.status_ != SessionStatus::kFailed) {
+    fail_session("scxml.endless-step",
+                 "the chart logs and sends more than " + std::to_string(kOutputMax >> 20U) + " MiB in one step", place);
+  }
+  return false;
+}
+
 bool Interpreter::execute(const Action& action) {
   const auto done = [this](Result<void>&& result) {
     if (!result) raise_error("error.execution", std::move(result.error().message));
@@ -85,6 +96,7 @@ bool Interpreter::execute_log(const Log& action, const Place& place) {
     }
     line.text = *std::move(text);
   }
+  if (!spend_output(line.text.size(), place)) return false;
   run_.effects.emplace_back(std::move(line));
   return true;
 }

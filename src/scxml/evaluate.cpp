@@ -8,6 +8,9 @@
 namespace sentree::scxml {
 namespace {
 
+/// Longer texts are made by the interpreter, whose memory is bounded.
+constexpr std::size_t kNativeTextMax = 256U << 10U;
+
 using Op = NativeCode::Op;
 using Node = NativeCode::Node;
 using Kind = ScriptValue::Kind;
@@ -208,6 +211,7 @@ class Evaluator {
         if (a.kind == Kind::kString || b.kind == Kind::kString) {
           std::string text;
           if (!append_string(a, text) || !append_string(b, text)) return false;
+          if (text.size() > kNativeTextMax) return false;
           out = keep(std::move(text));
           return true;
         }

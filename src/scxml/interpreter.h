@@ -20,6 +20,9 @@
 
 namespace sentree::scxml {
 
+/// Bytes that one step may log and send; beyond, the session ends.
+inline constexpr std::size_t kOutputMax = 64U << 20U;
+
 /// What all sessions of one step share: the root session, its children, and the world outside.
 struct Run {
   Session& root;
@@ -29,6 +32,7 @@ struct Run {
   StepInfo info;
   bool sent = false;          ///< Something left for the world outside.
   std::uint64_t actions = 0;  ///< Executable content so far.
+  std::size_t output = 0;     ///< Bytes logged and sent so far, about.
   Place place = {};           ///< Of the executable content that came last.
   std::uint32_t depth = 0;    ///< Of invocations inside invocations, while one starts.
 };
@@ -117,6 +121,7 @@ class Interpreter {
   bool execute_foreach(const Foreach& action, const Place& place);
   /// Counts one piece of executable content. False: there have been too many in this step, and the session has failed.
   bool spend(const Place& place);
+  bool spend_output(std::size_t bytes, const Place& place);
   bool execute_log(const Log& action, const Place& place);
   bool execute_send(const Send& send, const Place& place);
   bool execute_cancel(const Cancel& cancel);

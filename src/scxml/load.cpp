@@ -9,6 +9,7 @@ namespace sentree::scxml {
 namespace {
 
 constexpr std::string_view kNamespace = "http://www.w3.org/2005/07/scxml";
+constexpr std::string_view kXInclude = "http://www.w3.org/2001/XInclude";
 
 // Eight bytes at a time: a chart's whole text is read for it.
 std::uint64_t fingerprint_of(std::string_view text) {
@@ -33,12 +34,18 @@ std::shared_ptr<const Model> Loader::run() {
   model_->fingerprint = fingerprint_of(model_->source);
   namespace_ = root.namespace_uri();
   root_decides_ = only_root_declares(root);
-  if (root.local_name() != "scxml" || (!namespace_.empty() && namespace_ != kNamespace)) {
-    error("scxml.no-scxml",
-          "the root element is <" + std::string(root.name()) + ">, not <scxml> of the namespace " +
-              std::string(kNamespace),
-          place(root));
+  if (root.local_name() != "scxml" && root.local_name() != "ascxml") {
+    error("scxml.no-scxml", "the root element is <" + std::string(root.name()) + ">, not <scxml>", place(root));
     return nullptr;
+  }
+  if (root.local_name() != "scxml")
+    warn("scxml.namespace", "<" + std::string(root.name()) + "> is read as <scxml>", place(root));
+  if (namespace_ != kNamespace) {
+    warn("scxml.namespace",
+         (namespace_.empty() ? "no namespace is declared"
+                             : "\"" + std::string(namespace_) + "\" is not SCXML's namespace") +
+             "; it is read as SCXML all the same: write xmlns=\"" + std::string(kNamespace) + "\"",
+         place(root));
   }
   load_root(root);
   if (!has_errors(diagnostics_)) resolve();
@@ -47,35 +54,42 @@ std::shared_ptr<const Model> Loader::run() {
 }
 
 void Loader::load_root(const Element& root) {
-  know_attributes(root, {"initial", "name", "version", "datamodel", "binding", "exmode"});
+  know_attributes(root, {"initial", "initialstate", "name", "version", "datamodel", "binding", "exmode", "model_src"});
   model_->name = root.attribute("name").value_or("");
-  const std::string_view version = root.attribute("version").value_or("1.0");
+  const std::string_view version = given(root, "version").value_or("1.0");
   if (version != "1.0") {
-    error("scxml.bad-attribute", "version \"" + std::string(version) + "\" is not supported; SCXML is version \"1.0\"",
-          value_place(root, "version"));
+    warn("scxml.version", "version \"" + std::string(version) + "\" is read as \"1.0\", the only one that SCXML has",
+         value_place(root, "version"));
   }
-  const std::string_view data_model = root.attribute("datamodel").value_or("");
+  const std::string_view data_model = given(root, "datamodel").value_or("");
+  has_data_model_ = !data_model.empty();
   if (data_model.empty()) {
     model_->data_model = options_.default_data_model;
   } else if (data_model == "ecmascript") {
     model_->data_model = DataModelKind::kEcmaScript;
   } else if (data_model != "null") {
     const std::array<std::string, 2> known{"ecmascript", "null"};
-    error("scxml.data-model",
-          "data model \"" + std::string(data_model) + "\" is not supported; there are \"ecmascript\" and \"null\"" +
-              did_you_mean(data_model, known),
-          value_place(root, "datamodel"));
+    model_->data_model = DataModelKind::kForeign;
+    refuse("scxml.data-model",
+           "data model \"" + std::string(data_model) +
+               "\" cannot be run, only \"ecmascript\" and \"null\"; check, graph, fmt and diff take the chart all the "
+               "same" +
+               did_you_mean(data_model, known),
+           value_place(root, "datamodel"));
   }
-  const std::string_view binding = root.attribute("binding").value_or("early");
+  const std::string_view binding = given(root, "binding").value_or("early");
   model_->late_binding = binding == "late";
   if (binding != "early" && binding != "late") {
-    error("scxml.bad-attribute", "binding \"" + std::string(binding) + "\" is neither \"early\" nor \"late\"",
+    wrong("scxml.bad-attribute", "binding \"" + std::string(binding) + "\" is neither \"early\" nor \"late\"",
           value_place(root, "binding"));
   }
 
   add_state(root, StateKind::kRoot, kNoState);
   for (Element child = root.first_child(); child; child = child.next_sibling()) {
-    if (!is_scxml(child)) continue;
+    if (!is_scxml(child)) {
+      in_parts_ |= child.namespace_uri() == kXInclude;
+      continue;
+    }
     const std::string_view name = child.local_name();
     if (name == "state" || name == "parallel" || name == "final")
       load_state(child, 0, 1);
@@ -83,12 +97,24 @@ void Loader::load_root(const Element& root) {
       load_datamodel(child, 0);
     else if (name == "script")
       model_->scripts.push_back(load_script(child).code);
-    else
+    else if (!load_foreign_child(child, 0))
       unknown_element(child, "scxml", {"state", "parallel", "final", "datamodel", "script"});
   }
   model_->states[0].end = static_cast<StateIndex>(model_->states.size());
-  if (const auto initial = root.attribute("initial")) add_default(0, *initial, value_place(root, "initial"), true);
-  if (model_->states[0].children.empty()) error("scxml.no-state", "<scxml> has no state to be in", place(root));
+  for (const std::string_view name : {"initial", "initialstate"}) {
+    const auto initial = given(root, name);
+    if (!initial || model_->state_code[0].initial != kNoTransition) continue;
+    if (name != "initial")
+      warn("scxml.unknown-attribute", "\"initialstate\" of early drafts is read as \"initial\"",
+           attribute_place(root, name));
+    add_default(0, *initial, value_place(root, name), true);
+  }
+  if (model_->states[0].children.empty()) {
+    if (in_parts_)
+      refuse("scxml.no-state", "<scxml> has no state of its own to be in", place(root));
+    else
+      wrong("scxml.no-state", "<scxml> has no state to be in", place(root));
+  }
 }
 
 StateIndex Loader::add_state(const Element& element, StateKind kind, StateIndex parent) {
@@ -101,7 +127,7 @@ StateIndex Loader::add_state(const Element& element, StateKind kind, StateIndex 
   if (parent != kNoState) {
     state.depth = model_->states[parent].depth + 1;
     model_->states[parent].children.push_back(index);
-    state.id = element.attribute("id").value_or("");
+    state.id = given(element, "id").value_or("");
   }
   if (!state.id.empty() && !model_->ids.emplace(state.id, index).second) {
     const State& first = model_->states[model_->ids.at(state.id)];
@@ -132,15 +158,19 @@ void Loader::load_state(const Element& element, StateIndex parent, int depth) {
     know_attributes(element, {"id", "initial"});
   else
     know_attributes(element, {"id"});
+  in_parts_ |= given(element, "src").has_value();
   for (Element child = element.first_child(); child; child = child.next_sibling()) {
-    if (is_scxml(child)) load_state_child(child, index, depth + 1);
+    if (is_scxml(child))
+      load_state_child(child, index, depth + 1);
+    else
+      in_parts_ |= child.namespace_uri() == kXInclude;
   }
   State& state = model_->states[index];
   state.end = static_cast<StateIndex>(model_->states.size());
   bool has_child_state = false;
   for (const StateIndex child : state.children) has_child_state |= !model_->states[child].is_history();
   if (state.kind == StateKind::kAtomic && has_child_state) state.kind = StateKind::kCompound;
-  const auto initial = name == "state" ? element.attribute("initial") : std::nullopt;
+  const auto initial = name == "state" ? given(element, "initial") : std::nullopt;
   if (initial && state.kind != StateKind::kCompound) {
     error("scxml.bad-initial", "state \"" + state.id + "\" has an initial state but no child states",
           value_place(element, "initial"));
@@ -164,13 +194,12 @@ void Loader::load_state_child(const Element& element, StateIndex state, int dept
   } else if (kind == StateKind::kFinal) {
     if (name == "donedata")
       load_donedata(element, state);
-    else
+    else if (!load_foreign_child(element, state))
       unknown_element(element, "final", {"onentry", "onexit", "donedata"});
   } else if (name == "state" || name == "parallel" || (name == "final" && kind != StateKind::kParallel)) {
     load_state(element, state, depth);
   } else if (name == "transition") {
-    const TransitionIndex transition = load_transition(element, state, false);
-    model_->states[state].transitions.push_back(transition);
+    load_transitions(element, state);
   } else if (name == "history") {
     load_history(element, state);
   } else if (name == "datamodel") {
@@ -179,6 +208,8 @@ void Loader::load_state_child(const Element& element, StateIndex state, int dept
     load_invoke(element, state);
   } else if (name == "initial" && kind != StateKind::kParallel) {
     load_initial(element, state);
+  } else if (load_foreign_child(element, state)) {
+    return;
   } else if (kind == StateKind::kParallel) {
     unknown_element(element, "parallel",
                     {"onentry", "onexit", "transition", "state", "parallel", "history", "datamodel", "invoke"});
@@ -189,12 +220,56 @@ void Loader::load_state_child(const Element& element, StateIndex state, int dept
   }
 }
 
+// What the recommendation does not have here, but other engines do, and what a drawing needs: transitions, initial and
+// history states of the whole chart, <final> in a <parallel>, and elements of dialects that lead to a target.
+bool Loader::load_foreign_child(const Element& element, StateIndex state) {
+  const std::string_view name = element.local_name();
+  const StateKind kind = model_->states[state].kind;
+  constexpr std::array<std::string_view, 6> kOfStates{"transition", "initial", "history",
+                                                      "onentry",    "onexit",  "invoke"};
+  const bool of_root =
+      kind == StateKind::kRoot && std::find(kOfStates.begin(), kOfStates.end(), name) != kOfStates.end();
+  const bool of_parallel = kind == StateKind::kParallel && name == "final";
+  const bool dialect = !options_.to_run && kind != StateKind::kFinal && given(element, "target") && name != "send";
+  if (of_root || of_parallel) {
+    refuse("scxml.misplaced-element",
+           "<" + std::string(name) + "> cannot stand inside <" + std::string(element.parent().local_name()) + ">",
+           place(element));
+    if (of_parallel)
+      load_state(element, state, static_cast<int>(model_->states[state].depth) + 1);
+    else
+      load_state_child(element, state, 1);
+    return true;
+  }
+  if (!dialect) return false;
+  refuse("scxml.unknown-element",
+         "<" + std::string(name) + "> is not SCXML; it is drawn as a transition, since it has a target",
+         place(element));
+  load_transitions(element, state);
+  return true;
+}
+
+// Of one <transition>: more than one if its targets are alternatives.
+void Loader::load_transitions(const Element& element, StateIndex source) {
+  std::vector<Element> alternatives;
+  if (!options_.to_run && !given(element, "target")) {
+    for (Element child = element.first_child(); child; child = child.next_sibling()) {
+      if (child.local_name() == "target") alternatives.push_back(child);
+    }
+  }
+  if (alternatives.empty()) alternatives.emplace_back();
+  for (const Element& alternative : alternatives) {
+    const TransitionIndex transition = load_transition(element, source, false, alternative);
+    model_->states[source].transitions.push_back(transition);
+  }
+}
+
 void Loader::load_history(const Element& element, StateIndex parent) {
   if (model_->states.size() > options_.limits.states_max) return;
   know_attributes(element, {"id", "type"});
-  const std::string_view type = element.attribute("type").value_or("shallow");
+  const std::string_view type = given(element, "type").value_or("shallow");
   if (type != "shallow" && type != "deep") {
-    error("scxml.bad-attribute", "type \"" + std::string(type) + "\" of <history> is neither \"shallow\" nor \"deep\"",
+    wrong("scxml.bad-attribute", "type \"" + std::string(type) + "\" of <history> is neither \"shallow\" nor \"deep\"",
           value_place(element, "type"));
   }
   const StateIndex index =
@@ -205,15 +280,11 @@ void Loader::load_history(const Element& element, StateIndex parent) {
   for (Element child = element.first_child(); child; child = child.next_sibling()) {
     if (!is_scxml(child)) continue;
     if (child.local_name() == "transition" && model_->state_code[index].initial == kNoTransition) {
-      const TransitionIndex transition = load_transition(child, parent, true);
+      const TransitionIndex transition = load_transition(child, parent, true, {});
       model_->state_code[index].initial = transition;
     } else {
       unknown_element(child, "history", {"transition"});
     }
-  }
-  if (model_->state_code[index].initial == kNoTransition) {
-    error("scxml.missing-element",
-          "<history> \"" + model_->states[index].id + "\" needs a <transition> to its default state", place(element));
   }
 }
 
@@ -227,7 +298,7 @@ void Loader::load_initial(const Element& element, StateIndex state) {
   for (Element child = element.first_child(); child; child = child.next_sibling()) {
     if (!is_scxml(child)) continue;
     if (child.local_name() == "transition" && model_->state_code[state].initial == kNoTransition) {
-      const TransitionIndex transition = load_transition(child, state, true);
+      const TransitionIndex transition = load_transition(child, state, true, {});
       model_->state_code[state].initial = transition;
     } else {
       unknown_element(child, "initial", {"transition"});
@@ -237,8 +308,10 @@ void Loader::load_initial(const Element& element, StateIndex state) {
     error("scxml.missing-element", "<initial> needs a <transition>", place(element));
 }
 
-TransitionIndex Loader::load_transition(const Element& element, StateIndex source, bool pseudo) {
-  know_attributes(element, {"event", "cond", "target", "type"});
+TransitionIndex Loader::load_transition(const Element& element, StateIndex source, bool pseudo,
+                                        const Element& alternative) {
+  const bool foreign = element.local_name() != "transition";
+  if (!foreign) know_attributes(element, {"event", "cond", "target", "type"});
   const auto index = static_cast<TransitionIndex>(model_->transitions.size());
   model_->transitions.emplace_back();
   model_->transition_code.emplace_back();
@@ -252,34 +325,44 @@ TransitionIndex Loader::load_transition(const Element& element, StateIndex sourc
   transition.source = source;
   transition.place = place(element);
   for (const std::string_view name : {"event", "cond"}) {
-    if (pseudo && element.attribute(name)) {
-      error("scxml.bad-attribute",
+    if (pseudo && given(element, name)) {
+      wrong("scxml.bad-attribute",
             "the <transition> of <" + std::string(element.parent().local_name()) + "> cannot have \"" +
                 std::string(name) + "\"",
             attribute_place(element, name));
     }
   }
-  for_each_name(element.attribute("event").value_or(""), [&](std::string_view descriptor) {
+  // What an element of a dialect waits for is in its name.
+  std::string events(given(element, "event").value_or(foreign ? element.local_name() : ""));
+  if (foreign && given(element, "name")) events += ":" + std::string(*given(element, "name"));
+  for_each_name(events, [&](std::string_view descriptor) {
     const DescriptorId id = model_->descriptors.add(descriptor);
     code.descriptors.push_back(id);
     transition.events.push_back(model_->descriptors.all()[id]);
   });
   code.eventless = code.descriptors.empty();
   if (!pseudo && code.eventless) model_->has_eventless = true;
-  transition.condition = element.attribute("cond").value_or("");
+  transition.condition = given(element, "cond").value_or("");
   code.condition = load_expression(element, "cond", ExpressionUse::kCondition);
-  const std::string_view type = element.attribute("type").value_or("external");
+  const std::string_view type = given(element, "type").value_or("external");
   transition.internal = type == "internal";
-  if (type != "internal" && type != "external") {
-    error("scxml.bad-attribute",
+  if (type != "internal" && type != "external" && !foreign) {
+    wrong("scxml.bad-attribute",
           "type \"" + std::string(type) + "\" of <transition> is neither \"internal\" nor \"external\"",
           value_place(element, "type"));
   }
-  const auto target = element.attribute("target");
-  if (target && target->find_first_not_of(" \t\r\n") != std::string_view::npos)
-    references_.push_back({index, std::string(*target), value_place(element, "target"), pseudo});
+  const Element& leads = alternative ? alternative : element;
+  const char* name = alternative ? (given(leads, "id") ? "id" : "next") : "target";
+  if (!alternative && !foreign && !given(element, "target") && given(element, "next")) {
+    name = "next";
+    refuse("scxml.unknown-attribute", "\"next\" of early drafts is read as \"target\"", attribute_place(element, name));
+  }
+  if (const auto target = given(leads, name))
+    references_.push_back({index, std::string(*target), value_place(leads, name), pseudo, foreign || alternative});
   else if (pseudo)
     required(element, "target");
+  if (alternative && given(alternative, "prob"))
+    transition.condition += " [" + std::string(*given(alternative, "prob")) + "]";
   code.content = load_block(element, static_cast<int>(model_->states[source].depth) + 1);
   model_->transitions[index] = std::move(transition);
   model_->transition_code[index] = std::move(code);
@@ -312,7 +395,7 @@ void Loader::load_datamodel(const Element& element, StateIndex state) {
     variable.place = place(child);
     variable.expr = load_expression(child, "expr", ExpressionUse::kValue);
     if (variable.expr == kNoExpression) {
-      if (const auto src = child.attribute("src")) {
+      if (const auto src = given(child, "src")) {
         auto text = read(*src);
         if (text)
           variable.content = value_of_text(*text);
@@ -324,7 +407,7 @@ void Loader::load_datamodel(const Element& element, StateIndex state) {
     }
     const auto slot = static_cast<std::uint32_t>(model_->variables.size());
     if (!model_->slots.emplace(variable.id, slot).second) {
-      error("scxml.duplicate-id", "data id \"" + variable.id + "\" is given twice; all data of a chart share one scope",
+      wrong("scxml.duplicate-id", "data id \"" + variable.id + "\" is given twice; all data of a chart share one scope",
             value_place(child, "id"));
       continue;
     }
@@ -428,7 +511,8 @@ Place Loader::value_place(const Element& element, std::string_view name) const {
 
 bool Loader::is_scxml(const Element& element) const {
   if (root_decides_ && element.name().find(':') == std::string_view::npos) return true;
-  return element.namespace_uri() == namespace_;
+  const std::string_view uri = element.namespace_uri();
+  return uri == namespace_ || uri == kNamespace;
 }
 
 bool Loader::only_root_declares(const Element& root) const {
@@ -441,20 +525,42 @@ bool Loader::only_root_declares(const Element& root) const {
   return at_root == all && root.name().find(':') == std::string_view::npos;
 }
 
-std::string_view Loader::required(const Element& element, std::string_view name) {
+std::optional<std::string_view> Loader::given(const Element& element, std::string_view name) {
   const auto value = element.attribute(name);
-  if (value && !value->empty()) return *value;
-  error("scxml.missing-attribute",
-        "<" + std::string(element.local_name()) + "> needs the attribute \"" + std::string(name) + "\"",
-        place(element));
+  return value && value->find_first_not_of(" \t\r\n") != std::string_view::npos ? value : std::nullopt;
+}
+
+bool Loader::has_prefixed_attribute(const Element& element) {
+  bool found = false;
+  element.for_each_attribute([&](std::string_view name, std::string_view) {
+    found |= name.find(':') != std::string_view::npos && !name.starts_with("xml");
+  });
+  return found;
+}
+
+std::string_view Loader::required(const Element& element, std::string_view name) {
+  if (const auto value = given(element, name)) return *value;
+  std::string message = "<" + std::string(element.local_name()) + "> needs the attribute \"" + std::string(name) + "\"";
+  // A prefixed attribute may be another way to say it.
+  if (has_prefixed_attribute(element))
+    refuse("scxml.missing-attribute", std::move(message), place(element));
+  else
+    wrong("scxml.missing-attribute", std::move(message), place(element));
   return {};
 }
 
 void Loader::know_attributes(const Element& element, std::initializer_list<std::string_view> names) {
-  element.for_each_attribute([&](std::string_view name, std::string_view) {
+  element.for_each_attribute([&](std::string_view name, std::string_view value) {
     if (name.starts_with("xmlns") || name.find(':') != std::string_view::npos) return;
     for (const std::string_view known : names) {
-      if (name == known) return;
+      if (name != known) continue;
+      if (value.find_first_not_of(" \t\r\n") == std::string_view::npos && name != "label" && name != "name") {
+        warn("scxml.empty-attribute",
+             "the empty \"" + std::string(name) + "\" of <" + std::string(element.local_name()) +
+                 "> is taken as if it were not there",
+             attribute_place(element, name));
+      }
+      return;
     }
     const std::vector<std::string> candidates(names.begin(), names.end());
     warn("scxml.unknown-attribute",
@@ -468,18 +574,34 @@ void Loader::unknown_element(const Element& element, std::string_view inside,
                              std::initializer_list<std::string_view> allowed) {
   const std::vector<std::string> candidates(allowed.begin(), allowed.end());
   const std::string hint = did_you_mean(element.local_name(), candidates);
-  const bool empty = allowed.size() == 0;
-  error("scxml.unknown-element",
-        "<" + std::string(element.local_name()) + "> cannot stand inside <" + std::string(inside) + ">" +
-            (!hint.empty() ? hint
-             : empty       ? ""
-                           : "; there can be " + quoted_list(allowed)),
-        place(element));
+  std::string message = "<" + std::string(element.local_name()) + "> cannot stand inside <" + std::string(inside) +
+                        ">" + (hint.empty() ? "; there can be " + quoted_list(allowed) : hint);
+  model_->passed_over = true;
+  if (hint.empty())
+    refuse("scxml.unknown-element", std::move(message), place(element));
+  else
+    error("scxml.unknown-element", std::move(message), place(element));
 }
 
 void Loader::error(std::string code, std::string message, const Place& where) {
   diagnostics_.push_back(
       {Severity::kError, std::move(code), std::move(message), {model_->file, where.line, where.column, where.length}});
+}
+
+void Loader::refuse(std::string code, std::string message, const Place& where) {
+  if (options_.to_run) return error(std::move(code), std::move(message), where);
+  if (!model_->obstacle) {
+    model_->obstacle =
+        Diagnostic{Severity::kError, code, message, {model_->file, where.line, where.column, where.length}};
+  }
+  warn(std::move(code), std::move(message), where);
+}
+
+void Loader::wrong(std::string code, std::string message, const Place& where) {
+  if (model_->obstacle)
+    refuse(std::move(code), std::move(message), where);
+  else
+    error(std::move(code), std::move(message), where);
 }
 
 void Loader::warn(std::string code, std::string message, const Place& where) {
@@ -506,7 +628,7 @@ Loaded<Chart> load(std::string_view source, std::string file, const LoadOptions&
          {file}});
     return loaded;
   }
-  auto document = text::XmlDocument::parse(std::string(source), std::move(file));
+  auto document = text::XmlDocument::parse(std::string(source), std::move(file), {.lenient = !options.to_run});
   if (!document) {
     loaded.diagnostics.push_back(std::move(document.error()));
     return loaded;
@@ -514,6 +636,14 @@ Loaded<Chart> load(std::string_view source, std::string file, const LoadOptions&
   Loader loader(*document, options);
   auto model = loader.run();
   loaded.diagnostics = loader.take_diagnostics();
+  for (Diagnostic warning : document->warnings()) {
+    // No reader of SCXML takes a document that is not well-formed; many take one with prefixes that nobody declares.
+    if (warning.code != "xml.namespace") {
+      warning.severity = Severity::kError;
+      model = nullptr;
+    }
+    loaded.diagnostics.push_back(std::move(warning));
+  }
   sort_by_place(loaded.diagnostics);
   if (model) loaded.value.emplace(std::move(model));
   return loaded;

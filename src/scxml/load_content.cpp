@@ -11,18 +11,16 @@ constexpr std::string_view kSpace = " \t\r\n";
 
 }  // namespace
 
-std::optional<Duration> parse_delay(std::string_view text) {
+std::optional<Duration> parse_delay(std::string_view text, bool* has_unit) {
   while (!text.empty() && kSpace.find(text.front()) != std::string_view::npos) text.remove_prefix(1);
   while (!text.empty() && kSpace.find(text.back()) != std::string_view::npos) text.remove_suffix(1);
-  if (text == "0") return Duration(0);
-  double unit = 1.0;
+  double unit = 1e-3;
+  if (has_unit) *has_unit = text.ends_with('s') || text == "0";
   if (text.ends_with("ms")) {
-    unit = 1e-3;
     text.remove_suffix(2);
   } else if (text.ends_with('s')) {
+    unit = 1.0;
     text.remove_suffix(1);
-  } else {
-    return std::nullopt;
   }
   if (text.starts_with('+')) text.remove_prefix(1);
   if (text.empty() || text.find_first_not_of("0123456789.") != std::string_view::npos) return std::nullopt;
@@ -91,18 +89,18 @@ ExpressionId Loader::add_expression(std::string_view text, ExpressionUse use, co
 }
 
 ExpressionId Loader::load_expression(const Element& element, std::string_view attribute, ExpressionUse use) {
-  const auto text = element.attribute(attribute);
+  const auto text = given(element, attribute);
   return text ? add_expression(*text, use, value_place(element, attribute)) : kNoExpression;
 }
 
 Text Loader::load_text(const Element& element, std::string_view name, std::string_view expr_name,
                        Place* constant_place) {
   Text text;
-  const auto constant = element.attribute(name);
+  const auto constant = given(element, name);
   text.expr = load_expression(element, expr_name, ExpressionUse::kValue);
   if (!constant) return text;
   if (text.expr != kNoExpression) {
-    error("scxml.bad-attribute",
+    wrong("scxml.bad-attribute",
           "<" + std::string(element.local_name()) + "> has both \"" + std::string(name) + "\" and \"" +
               std::string(expr_name) + "\"; keep one",
           attribute_place(element, expr_name));
@@ -117,6 +115,7 @@ Block Loader::load_block(const Element& element, int depth) {
   if (!element.first_child() || too_deep(element, depth)) return block;
   for (Element child = element.first_child(); child; child = child.next_sibling()) {
     if (!is_scxml(child)) {
+      model_->passed_over = true;
       warn("scxml.foreign-content", "<" + std::string(child.name()) + "> is not SCXML and does nothing", place(child));
       continue;
     }
@@ -180,7 +179,7 @@ If Loader::load_if(const Element& element, int depth) {
     if (!is_scxml(child)) continue;
     const std::string_view name = child.local_name();
     if (name == "elseif" || name == "else") {
-      if (has_else) error("scxml.misplaced-element", "<" + std::string(name) + "> follows <else>", place(child));
+      if (has_else) wrong("scxml.misplaced-element", "<" + std::string(name) + "> follows <else>", place(child));
       has_else = name == "else";
       if (has_else)
         know_attributes(child, {});
@@ -188,6 +187,13 @@ If Loader::load_if(const Element& element, int depth) {
         know_attributes(child, {"cond"}), required(child, "cond");
       result.branches.push_back(
           {has_else ? kNoExpression : load_expression(child, "cond", ExpressionUse::kCondition), {}});
+      // SCXML 4.3: they divide what follows. What stands in them would be lost.
+      if (child.first_child()) {
+        refuse("scxml.misplaced-element",
+               "the content of <" + std::string(name) + "> follows it: write <" + std::string(name) + "/> before it",
+               place(child));
+        result.branches.back().body = load_block(child, depth + 1);
+      }
     } else if (!load_action(child, depth + 1, result.branches.back().body)) {
       unknown_element(child, "if",
                       {"elseif", "else", "raise", "send", "cancel", "assign", "log", "script", "if", "foreach"});
@@ -208,15 +214,21 @@ Send Loader::load_send(const Element& element) {
   send.id = element.attribute("id").value_or("");
   send.idlocation = load_expression(element, "idlocation", ExpressionUse::kLocation);
   if (!send.id.empty() && send.idlocation != kNoExpression) {
-    error("scxml.bad-attribute", "<send> has both \"id\" and \"idlocation\"; keep one",
+    wrong("scxml.bad-attribute", "<send> has both \"id\" and \"idlocation\"; keep one",
           attribute_place(element, "idlocation"));
   }
   if (!send.delay.constant.empty()) {
-    const auto delay = parse_delay(send.delay.constant);
+    bool has_unit = true;
+    const auto delay = parse_delay(send.delay.constant, &has_unit);
     if (!delay) {
-      error("scxml.bad-attribute",
+      wrong("scxml.bad-attribute",
             "delay \"" + send.delay.constant + "\" is no time; write a number with s or ms, as in \"1.5s\"",
             value_place(element, "delay"));
+    } else if (!has_unit) {
+      warn("scxml.no-unit",
+           "delay \"" + send.delay.constant + "\" has no unit and is taken as milliseconds; write \"" +
+               normalize_space(send.delay.constant) + "ms\", or \"s\" for seconds",
+           value_place(element, "delay"));
     }
     send.delay_constant = delay.value_or(Duration(0));
   }
@@ -225,8 +237,7 @@ Send Loader::load_send(const Element& element) {
           attribute_place(element, send.delay.expr == kNoExpression ? "delay" : "delayexpr"));
   }
   send.payload = load_payload(element, true, &info);
-  if (send.event.absent() && !send.payload.has_content && !element.attribute("namelist") &&
-      send.payload.params.empty()) {
+  if (send.event.absent() && !send.payload.has_content && !given(element, "namelist") && send.payload.params.empty()) {
     required(element, "event");
   }
   info.state = state_;
@@ -263,7 +274,7 @@ Payload Loader::load_payload(const Element& element, bool with_namelist, SendInf
       payload.params.push_back(load_param(child, info));
     } else if (name == "content") {
       know_attributes(child, {"expr"});
-      if (payload.has_content) error("scxml.misplaced-element", "there can be only one <content>", place(child));
+      if (payload.has_content) wrong("scxml.misplaced-element", "there can be only one <content>", place(child));
       payload.has_content = true;
       payload.content_expr = load_expression(child, "expr", ExpressionUse::kValue);
       payload.content_source = child.first_child() ? std::string(child.inner_source()) : child.text();
@@ -275,7 +286,7 @@ Payload Loader::load_payload(const Element& element, bool with_namelist, SendInf
   }
   if (payload.has_content && element.local_name() != "invoke" &&
       (!payload.params.empty() || !payload.namelist.empty())) {
-    error("scxml.misplaced-element",
+    wrong("scxml.misplaced-element",
           "<" + std::string(element.local_name()) + "> has both <content> and parameters; keep one", place(element));
   }
   return payload;
@@ -285,9 +296,9 @@ Param Loader::load_param(const Element& element, SendInfo* info) {
   know_attributes(element, {"name", "expr", "location"});
   Param param;
   param.name = required(element, "name");
-  const bool has_expr = element.attribute("expr").has_value();
-  if (has_expr == element.attribute("location").has_value()) {
-    error("scxml.missing-attribute", "<param> needs either \"expr\" or \"location\"", place(element));
+  const bool has_expr = given(element, "expr").has_value();
+  if (has_expr == given(element, "location").has_value()) {
+    refuse("scxml.missing-attribute", "<param> needs either \"expr\" or \"location\"", place(element));
   }
   param.expr = load_expression(element, has_expr ? "expr" : "location", ExpressionUse::kValue);
   if (!has_expr && !info) param.location = load_expression(element, "location", ExpressionUse::kLocation);
@@ -310,7 +321,7 @@ Assign Loader::load_assign(const Element& element) {
 
 Script Loader::load_script(const Element& element) {
   know_attributes(element, {"src"});
-  const auto src = element.attribute("src");
+  const auto src = given(element, "src");
   if (!src) {
     // The place of the first byte of the text, so that the interpreter's line numbers can be added to it.
     Place where = place(element);
@@ -324,7 +335,8 @@ Script Loader::load_script(const Element& element) {
   auto text = read(*src);
   if (!text) {
     // SCXML 5.8: a document whose script cannot be fetched is refused.
-    error("scxml.script-unreadable", "the script cannot be read: " + text.error().message, value_place(element, "src"));
+    refuse("scxml.script-unreadable", "the script cannot be read: " + text.error().message,
+           value_place(element, "src"));
     return {};
   }
   return {add_expression(*text, ExpressionUse::kScript, value_place(element, "src"))};

@@ -6,9 +6,11 @@ namespace sentree::scxml {
 
 void Loader::resolve() {
   for (const Reference& reference : references_) {
-    resolve_targets(reference.transition, reference.ids, reference.place, reference.initial);
+    resolve_targets(reference);
   }
   add_default_initials();
+  add_default_histories();
+  choose_data_model();
   if (has_errors(diagnostics_)) return;
   compute_domains();
   compile_expressions();
@@ -20,7 +22,8 @@ void Loader::resolve() {
   }
 }
 
-void Loader::resolve_targets(TransitionIndex index, std::string_view ids, const Place& place, bool initial) {
+void Loader::resolve_targets(const Reference& reference) {
+  const auto& [index, ids, place, initial, foreign] = reference;
   Transition& transition = model_->transitions[index];
   for_each_name(ids, [&](std::string_view id) {
     const auto found = model_->ids.find(id);
@@ -30,10 +33,13 @@ void Loader::resolve_targets(TransitionIndex index, std::string_view ids, const 
         if (!state.id.empty()) candidates.push_back(state.id);
       }
       const bool attribute = initial && transition.place == place;
-      error(attribute ? "scxml.unknown-initial" : "scxml.unknown-target",
-            (attribute ? "initial state \"" : "transition target \"") + std::string(id) + "\" is not a state" +
-                did_you_mean(id, candidates),
-            place);
+      const std::string message = (attribute ? "initial state \"" : "transition target \"") + std::string(id) +
+                                  "\" is not a state" + did_you_mean(id, candidates);
+      const char* const code = attribute ? "scxml.unknown-initial" : "scxml.unknown-target";
+      if (foreign || in_parts_)
+        refuse(code, message, place);
+      else
+        error(code, message, place);
       return;
     }
     transition.targets.push_back(found->second);
@@ -88,6 +94,63 @@ void Loader::add_default_initials() {
     transition.source = s;
     transition.targets = {*first};
     transition.place = state.place;
+  }
+}
+
+// SCXML 3.10 wants a default. Without one: the states that its parent is entered with.
+void Loader::add_default_histories() {
+  for (StateIndex s = 0; s < model_->states.size(); ++s) {
+    if (!model_->states[s].is_history() || model_->state_code[s].initial != kNoTransition) continue;
+    const StateIndex parent = model_->states[s].parent;
+    const auto is_history = [&](StateIndex state) { return model_->states[state].is_history(); };
+    std::vector<StateIndex> targets;
+    for (const StateIndex child : model_->states[parent].children) {
+      if (!is_history(child) && (targets.empty() || model_->states[parent].kind == StateKind::kParallel))
+        targets.push_back(child);
+    }
+    const TransitionIndex initial = model_->state_code[parent].initial;
+    if (initial != kNoTransition) {
+      const auto& entered = model_->transitions[initial].targets;
+      if (!entered.empty() && std::none_of(entered.begin(), entered.end(), is_history)) targets = entered;
+    }
+    const State& state = model_->states[s];
+    if (targets.empty()) {
+      refuse("scxml.missing-element",
+             "<history> \"" + state.id + "\" has no default state, and there is none beside it", state.place);
+      continue;
+    }
+    warn("scxml.no-default",
+         "<history> \"" + state.id + "\" has no <transition> to its default state; before " +
+             (parent == 0 ? "the chart" : "\"" + model_->states[parent].id + "\"") +
+             " has been left once it leads to where that begins",
+         state.place);
+    model_->state_code[s].initial = static_cast<TransitionIndex>(model_->transitions.size());
+    Transition& transition = model_->transitions.emplace_back();
+    model_->transition_code.emplace_back();
+    transition.source = parent;
+    transition.targets = std::move(targets);
+    transition.place = state.place;
+  }
+}
+
+// The null data model has no expressions but In().
+void Loader::choose_data_model() {
+  if (model_->data_model != DataModelKind::kNull) return;
+  const auto beyond = std::find_if(model_->expressions.begin(), model_->expressions.end(),
+                                   [](const Expression& e) { return compile_null(e.text).empty(); });
+  if (beyond == model_->expressions.end()) return;
+  if (!has_data_model_) {
+    model_->data_model = DataModelKind::kEcmaScript;
+    model_->guessed_data_model = !options_.to_run;
+    warn("scxml.no-data-model",
+         "no data model is named, but there are expressions, the first in line " + std::to_string(beyond->place.line) +
+             "; they are taken as ecmascript: write datamodel=\"ecmascript\"",
+         model_->states[0].place);
+  } else if (!options_.to_run && !model_->obstacle) {
+    model_->obstacle = Diagnostic{Severity::kError,
+                                  "scxml.data-model",
+                                  "the null data model has no expressions but In('state')",
+                                  {model_->file, beyond->place.line, beyond->place.column, beyond->place.length}};
   }
 }
 
@@ -169,6 +232,7 @@ bool is_pure(std::string_view text) {
 }  // namespace
 
 void Loader::compile_expressions() {
+  if (model_->data_model == DataModelKind::kForeign) return;
   if (model_->data_model != DataModelKind::kEcmaScript) {
     for (Expression& expression : model_->expressions) expression.native = compile_null(expression.text);
     return;

@@ -28,6 +28,7 @@ class Loader {
 
  private:
   using Element = text::XmlElement;
+  struct Reference;
 
   // States (load.cpp).
   void load_root(const Element& root);
@@ -35,7 +36,10 @@ class Loader {
   void load_state_child(const Element& element, StateIndex state, int depth);
   void load_history(const Element& element, StateIndex state);
   void load_initial(const Element& element, StateIndex state);
-  TransitionIndex load_transition(const Element& element, StateIndex source, bool pseudo);
+  /// `alternative`: the <target> inside that names the target, of drafts and dialects.
+  TransitionIndex load_transition(const Element& element, StateIndex source, bool pseudo, const Element& alternative);
+  void load_transitions(const Element& element, StateIndex source);
+  bool load_foreign_child(const Element& element, StateIndex state);
   void load_datamodel(const Element& element, StateIndex state);
   void load_invoke(const Element& element, StateIndex state);
   void load_donedata(const Element& element, StateIndex state);
@@ -60,9 +64,11 @@ class Loader {
 
   // References (load_resolve.cpp).
   void resolve();
-  void resolve_targets(TransitionIndex transition, std::string_view ids, const Place& place, bool initial);
+  void resolve_targets(const Reference& reference);
   void check_targets(TransitionIndex transition, const Place& place, bool initial);
   void add_default_initials();
+  void add_default_histories();
+  void choose_data_model();
   void compute_domains();
   void compile_expressions();
   void load_children();
@@ -77,11 +83,18 @@ class Loader {
   [[nodiscard]] bool is_scxml(const Element& element) const;
   /// No element but the root declares namespaces, so that a name without prefix is of the root's.
   [[nodiscard]] bool only_root_declares(const Element& root) const;
+  /// Nothing also where the attribute is empty.
+  [[nodiscard]] static std::optional<std::string_view> given(const Element& element, std::string_view name);
+  [[nodiscard]] static bool has_prefixed_attribute(const Element& element);
   std::string_view required(const Element& element, std::string_view name);
   void know_attributes(const Element& element, std::initializer_list<std::string_view> names);
   void unknown_element(const Element& element, std::string_view inside,
                        std::initializer_list<std::string_view> allowed);
   void error(std::string code, std::string message, const Place& where);
+  /// What another engine may understand: an error, or an obstacle and a warning where the chart is only looked at.
+  void refuse(std::string code, std::string message, const Place& where);
+  /// A mistake, unless the chart is of a dialect that is not known here.
+  void wrong(std::string code, std::string message, const Place& where);
   void warn(std::string code, std::string message, const Place& where);
   [[nodiscard]] bool too_deep(const Element& element, int depth);
 
@@ -89,7 +102,8 @@ class Loader {
     TransitionIndex transition;
     std::string ids;
     Place place;
-    bool initial;  // of a state: the targets must be its descendants
+    bool initial;          // of a state: the targets must be its descendants
+    bool foreign = false;  // of an element that nobody here knows
   };
 
   const text::XmlDocument& document_;
@@ -104,14 +118,17 @@ class Loader {
   mutable std::size_t last_line_begin_ = 0;
   mutable int last_line_ = 1;
   std::vector<Reference> references_;
-  StateIndex state_ = 0;  // whose content is being read
+  StateIndex state_ = 0;         // whose content is being read
+  bool has_data_model_ = false;  // the document names one
+  bool in_parts_ = false;        // the document takes states from other files
 };
 
 /// Charts inside charts that are loaded with the document; deeper ones are loaded when they are invoked.
 inline constexpr int kChildDepthMax = 8;
 
-/// A CSS2 time as SCXML has it: "1.5s", ".5s", "100ms"; nothing if it is none.
-[[nodiscard]] std::optional<Duration> parse_delay(std::string_view text);
+/// A CSS2 time as SCXML has it: "1.5s", ".5s", "100ms"; nothing if it is none. A number without unit is milliseconds,
+/// as Commons SCXML, SCION and uscxml take it; `has_unit` tells.
+[[nodiscard]] std::optional<Duration> parse_delay(std::string_view text, bool* has_unit = nullptr);
 
 /// Runs of white space as one space, none at the ends.
 [[nodiscard]] std::string normalize_space(std::string_view text);

@@ -183,6 +183,9 @@ struct Model {
   DataModelKind data_model = DataModelKind::kNull;
   bool late_binding = false;
   std::uint64_t fingerprint = 0;
+  std::optional<Diagnostic> obstacle;  ///< Why it cannot be run.
+  bool passed_over = false;            ///< Elements that nobody here knows were left out.
+  bool guessed_data_model = false;     ///< None is named, and the chart is only looked at.
 
   std::vector<State> states;
   std::vector<StateCode> state_code;

@@ -11,6 +11,22 @@ bool is_basic_http(std::string_view type) { return type == kBasicHttpProcessor |
 
 constexpr std::string_view kSessionTarget = "#_scxml_";
 
+// Bytes, about.
+std::size_t weight(const Value& value) {
+  constexpr std::size_t kOfEach = 32;
+  std::size_t bytes = kOfEach;
+  if (const auto* text = value.as_string()) {
+    bytes += text->size();
+  } else if (const auto* binary = value.as_bytes()) {
+    bytes += binary->octets.size();
+  } else if (const auto* list = value.as_list()) {
+    for (const Value& item : *list) bytes += weight(item);
+  } else if (const auto* map = value.as_map()) {
+    for (const auto& [name, item] : *map) bytes += name.size() + weight(item);
+  }
+  return bytes;
+}
+
 }  // namespace
 
 void Interpreter::raise(Event event) {
@@ -51,6 +67,7 @@ bool Interpreter::execute_send(const Send& send, const Place& place) {
     raise_error("error.execution", std::move(prepared.error().message), timer.event.sendid);
     return false;
   }
+  if (!spend_output(timer.event.data ? weight(*timer.event.data) : 0, place)) return false;
   const bool outside = !is_scxml_processor(timer.type);
   if (outside && timer.event.sendid.empty()) timer.event.sendid = make_id(session_.id() + ".send");
   if (outside && run_.host.on_send) {

@@ -33,10 +33,15 @@ struct SessionAccess {
     if (!session.running()) return false;
     SENTREE_ASSERT(session.fingerprint_ == chart.fingerprint());
     if (!session.heap_.data_lost) return true;
-    session.failure_.edit() = session.heap_.unsaveable->value_or(Diagnostic{
-        Severity::kError, "scxml.no-value-form", "the session is a copy of one whose data cannot be copied", {}});
-    session.status_ = SessionStatus::kFailed;
+    fail(session,
+         session.heap_.unsaveable->value_or(Diagnostic{
+             Severity::kError, "scxml.no-value-form", "the session is a copy of one whose data cannot be copied", {}}));
     return false;
+  }
+
+  static void fail(Session& session, Diagnostic why) {
+    session.failure_.edit() = std::move(why);
+    session.status_ = SessionStatus::kFailed;
   }
 
   static void settle(Run& run, const Chart& chart, Session& session) {
@@ -67,6 +72,10 @@ StepInfo start(const Chart& chart, Session& session, StartOptions options, TimeP
   const Watched watched(host.watch);
   reset_session(chart, session, std::move(options.session_id), options.seed);
   Run run{session, now, effects, host, {}};
+  if (chart.obstacle()) {
+    SessionAccess::fail(session, *chart.obstacle());
+    return run.info;
+  }
   {
     Interpreter interpreter(run, chart, session, nullptr);
     interpreter.start(options.data);
