@@ -191,7 +191,15 @@ silent "$sentree" diff examples/recharge/mission.xml "$work/text/mission.xml"
 expect 1 '~ threshold: "30" → "40"  .*other.xml:14:' "$sentree" diff examples/recharge/mission.xml "$work/text/other.xml"
 expect 1 '"same":false,"differences":\[\{"kind":"changed","path":"Main/Root' "$sentree" diff --json examples/recharge/mission.xml "$work/text/other.xml"
 expect 3 'no such file' "$sentree" diff "$work/none.xml" "$work/text/other.xml"
-expect 3 'is no <root>' "$sentree" diff examples/recharge/skills/GoToLocation.scxml "$work/text/other.xml"
+expect 3 'is a state chart, .*other.xml is none' "$sentree" diff examples/recharge/skills/GoToLocation.scxml "$work/text/other.xml"
+# Charts of others, told by their root element: a data model that is not run here, repeated findings, two versions.
+printf '%s' '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="jexl"><state id="a" colour="1"><transition event="go" cond="x eq 1" target="b"/></state><state id="b" colour="2"/></scxml>' >"$work/theirs"
+sed 's/x eq 1/x eq 2/' "$work/theirs" >"$work/theirs.xml"
+expect 1 '<state> has no attribute "colour".*\(×2\)' "$sentree" check "$work/theirs"
+expect 1 'running it is refused: data model "jexl"' "$sentree" check "$work/theirs.xml"
+expect 0 '3 warnings in .*; `sentree check .*theirs` tells them' "$sentree" graph "$work/theirs" --to mermaid
+expect 1 '"path":"chart/a/transition go","what":"cond: .*x eq 1.* → .*x eq 2' "$sentree" diff --json "$work/theirs" "$work/theirs.xml"
+expect 3 'theirs:1:[0-9]+: data model "jexl" cannot be run' "$sentree" chart "$work/theirs" </dev/null
 expect 0 '<output_port name="reason" type="std::string">why it failed' "$sentree" model examples/recharge
 expect 0 '"id":"GoTo","category":"Action","ports":\[\{"name":"place","direction":"input"' "$sentree" model examples/minimal --json
 sed '/<TreeNodesModel>/,/<\/TreeNodesModel>/d' examples/recharge/mission.xml | "$sentree" fmt - >"$work/bare.xml"

@@ -34,6 +34,7 @@ struct ChartPlayer::Work final : scxml::Observer {
   ChartTrace trace;
   std::size_t left_out = 0;
   scxml::Effects effects;
+  std::size_t effects_told = 0;
   std::optional<Value> value;
   std::optional<Diagnostic> failure;
   std::string hung;
@@ -42,6 +43,10 @@ struct ChartPlayer::Work final : scxml::Observer {
   explicit Work(scxml::Chart c) : chart(std::move(c)) {}
 
   void note(std::string what, std::string text, Value data) {
+    tell_effects();  // what was done before
+    add(std::move(what), std::move(text), std::move(data));
+  }
+  void add(std::string what, std::string text, Value data) {
     if (trace.entries.size() < kEntriesMax)
       trace.entries.push_back({std::move(what), now, std::move(text), std::move(data)});
     else
@@ -76,38 +81,43 @@ struct ChartPlayer::Work final : scxml::Observer {
     note("enter", prefix(session, id) + "enter " + name_of(of, state), name_of(of, state));
   }
 
+  void tell_effects() {
+    while (effects_told < effects.size()) std::visit([&](const auto& e) { tell(e); }, effects[effects_told++]);
+  }
   void take_effects() {
-    for (const scxml::Effect& effect : std::exchange(effects, {})) std::visit([&](const auto& e) { tell(e); }, effect);
+    tell_effects();
+    effects.clear();
+    effects_told = 0;
     if (session.failure())
       note("failed", "failed " + to_string(*session.failure()), Value(to_string(*session.failure())));
   }
   void tell(const scxml::OutgoingSend& send) {
     Map data{{"type", send.type}, {"target", send.target}, {"event", send.event}, {"sendid", send.sendid}};
     if (send.data) data["data"] = *send.data;
-    note("send",
-         "send  " + send.type + " " + send.target + (send.target.empty() ? "" : ".") + send.event +
-             data_text(send.data) + "  (" + send.sendid + ")",
-         std::move(data));
+    add("send",
+        "send  " + send.type + " " + send.target + (send.target.empty() ? "" : ".") + send.event +
+            data_text(send.data) + "  (" + send.sendid + ")",
+        std::move(data));
   }
   void tell(const scxml::LogLine& line) {
-    note("log", "log   " + line.label + (line.label.empty() ? "" : ": ") + line.text,
-         Map{{"label", line.label}, {"text", line.text}});
+    add("log", "log   " + line.label + (line.label.empty() ? "" : ": ") + line.text,
+        Map{{"label", line.label}, {"text", line.text}});
   }
   void tell(const scxml::Done& done) {
     Map data{{"final", done.final_id}};
     if (done.donedata) data["data"] = *done.donedata;
-    note("done", "done  " + done.final_id + data_text(done.donedata), std::move(data));
+    add("done", "done  " + done.final_id + data_text(done.donedata), std::move(data));
   }
   void tell(const scxml::StartInvoke& invoke) {
-    note("invoke", "invoke " + invoke.type + " " + invoke.src + " (" + invoke.invokeid + ")",
-         Map{{"type", invoke.type}, {"src", invoke.src}, {"invokeid", invoke.invokeid}});
+    add("invoke", "invoke " + invoke.type + " " + invoke.src + " (" + invoke.invokeid + ")",
+        Map{{"type", invoke.type}, {"src", invoke.src}, {"invokeid", invoke.invokeid}});
   }
   void tell(const scxml::CancelInvoke& cancelled) {
-    note("invoke", "cancel " + cancelled.invokeid, Map{{"cancelled", cancelled.invokeid}});
+    add("invoke", "cancel " + cancelled.invokeid, Map{{"cancelled", cancelled.invokeid}});
   }
   void tell(const scxml::InvokeEvent& sent) {
-    note("invoke", "to " + sent.invokeid + ": " + sent.event.name + data_text(sent.event.data),
-         Map{{"invokeid", sent.invokeid}, {"event", sent.event.name}});
+    add("invoke", "to " + sent.invokeid + ": " + sent.event.name + data_text(sent.event.data),
+        Map{{"invokeid", sent.invokeid}, {"event", sent.event.name}});
   }
 };
 

@@ -5,6 +5,7 @@
 
 #include "sentree/cli/chart_player.h"
 #include "sentree/cli/commands.h"
+#include "sentree/cli/document.h"
 #include "sentree/cli/output.h"
 #include "sentree/text/file.h"
 #include "sentree/text/json.h"
@@ -383,11 +384,8 @@ scxml::Host host_for(const scxml::Chart& chart, const scxml::LoadOptions& option
 }  // namespace
 
 int chart(const ChartCommand& command) {
-  const std::filesystem::path folder = std::filesystem::path(command.file).parent_path();
   scxml::LoadOptions options;
-  options.read = [folder](std::string_view uri) -> Result<std::string> {
-    return text::read_file(folder / (uri.starts_with("file:") ? uri.substr(5) : uri), std::string(uri));
-  };
+  options.read = reader_beside(command.file);
   auto source = text::read_file(command.file);
   if (!source) {
     say(to_string(source.error()));

@@ -3,6 +3,7 @@
 #include <set>
 
 #include "sentree/cli/commands.h"
+#include "sentree/cli/document.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/requirement_file.h"
 #include "sentree/cli/tree_files.h"
@@ -29,10 +30,17 @@ void add_new(Diagnostics& all, const Diagnostics& found) {
 Diagnostics check_chart(const std::filesystem::path& path) {
   const auto source = text::read_file(path);
   if (!source) return {source.error()};
-  scxml::LoadOptions options;
-  options.read = [&](std::string_view uri) { return text::read_file(path.parent_path() / std::string(uri)); };
-  auto loaded = scxml::load(*source, path.string(), options);
-  if (loaded.value) add_new(loaded.diagnostics, scxml::check(*loaded.value));
+  auto loaded = look_at_chart(*source, path.string());
+  if (loaded.value) {
+    const Diagnostics found = scxml::check(*loaded.value);
+    loaded.diagnostics.insert(loaded.diagnostics.end(), found.begin(), found.end());
+    if (loaded.value->obstacle()) {
+      loaded.diagnostics.push_back({Severity::kNote, "scxml.not-run",
+                                    "the chart can be drawn, formatted and compared; running it is refused: " +
+                                        loaded.value->obstacle()->message,
+                                    SourceSpan{path.string()}});
+    }
+  }
   sort_by_place(loaded.diagnostics);
   return loaded.diagnostics;
 }
@@ -112,7 +120,9 @@ Diagnostics check_all(const CheckCommand& command) {
   std::vector<std::string> trees_and_charts;
   for (const std::string& name : command.files.empty() ? std::vector<std::string>{"."} : command.files) {
     const auto ending = std::filesystem::path(name).extension();
-    if (ending == ".xml" || ending == ".scxml" || !is_project(name))
+    std::error_code error;
+    const auto source = std::filesystem::is_regular_file(name, error) ? text::read_file(name) : Result<std::string>();
+    if (ending == ".xml" || ending == ".scxml" || !is_project(name) || (source && is_xml_source(*source)))
       trees_and_charts.push_back(name);
     else
       findings.add(check_one(name));
@@ -124,13 +134,9 @@ Diagnostics check_all(const CheckCommand& command) {
   const TreeFiles trees(files, command.trees, problems);
   findings.add(problems);
   for (const GivenFile& file : files) {
-    if (file.path.extension() == ".scxml") {
-      findings.add(check_chart(file.path));
-      continue;
-    }
     const auto source = text::read_file(file.path);
     const std::string kind = source ? document_kind(*source) : "";
-    if (kind == "chart")
+    if (kind == "chart" || (kind.empty() && file.path.extension() == ".scxml"))
       findings.add(check_chart(file.path));
     else if (kind == "tree" || file.named)
       findings.add(trees.load(file.path).diagnostics);
@@ -149,7 +155,7 @@ int check(const CheckCommand& command) {
   if (command.json) {
     print(to_json(Value(Map{{"errors", errors}, {"warnings", warnings}, {"diagnostics", to_value(found)}})) + "\n");
   } else {
-    for (const Diagnostic& diagnostic : found) print(to_string(diagnostic) + "\n");
+    print(told(found));
     if (found.empty())
       print("nothing to complain about\n");
     else

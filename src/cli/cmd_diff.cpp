@@ -4,15 +4,18 @@
 
 #include "sentree/bt/write.h"
 #include "sentree/cli/commands.h"
+#include "sentree/cli/document.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/tree_files.h"
+#include "sentree/scxml/diff.h"
 #include "sentree/text/file.h"
 
 namespace sentree::cli {
 
 namespace {
 
-using Kind = bt::Difference::Kind;
+using text::Difference;
+using Kind = Difference::Kind;
 
 struct Look {
   const char* name;
@@ -36,11 +39,11 @@ Value place(const SourceSpan& span) {
 }
 
 // The place that the reader will want to open: in the new file, unless it is gone from there.
-const SourceSpan& where(const bt::Difference& d) { return d.kind == Kind::kRemoved ? d.before : d.after; }
+const SourceSpan& where(const Difference& d) { return d.kind == Kind::kRemoved ? d.before : d.after; }
 
-void tell(const std::vector<bt::Difference>& differences, bool colour) {
+void tell(const std::vector<Difference>& differences, bool colour) {
   std::string path;
-  for (const bt::Difference& d : differences) {
+  for (const Difference& d : differences) {
     const Look shown = look(d.kind);
     if (d.path != path) print((colour ? "\x1b[1m" : "") + d.path + (colour ? "\x1b[0m" : "") + "\n");
     path = d.path;
@@ -55,24 +58,30 @@ void tell(const std::vector<bt::Difference>& differences, bool colour) {
 
 namespace {
 
-// What differs between two files; those of trees only that have one.
+// What differs between two files.
 Result<std::vector<bt::Difference>> diff_files(const std::string& before, const std::string& after) {
   const auto first = read_named(before);
   if (!first) return tl::unexpected(first.error());
   const auto second = read_named(after);
   if (!second) return tl::unexpected(second.error());
-  return bt::diff(*first, *second, before, after);
+  const bool charts = is_chart_source(*first);
+  if (charts != is_chart_source(*second)) {
+    return fail("diff.unlike", before + (charts ? " is a state chart, " : " is no state chart, ") + after +
+                                   (charts ? " is none" : " is one") +
+                                   "; what can be compared are two trees or two charts");
+  }
+  return charts ? scxml::diff(*first, *second, before, after) : bt::diff(*first, *second, before, after);
 }
 
 using Files = std::map<std::string, std::filesystem::path>;  // By the path below the folder.
 
-Files trees_below(const std::string& folder, Diagnostics& problems) {
+Files documents_below(const std::string& folder, Diagnostics& problems) {
   Files files;
   for (const GivenFile& file : given_files({folder}, problems)) {
     const auto source = text::read_file(file.path);
     if (!source)
       problems.push_back(source.error());
-    else if (document_kind(*source) == "tree")
+    else if (!document_kind(*source).empty())
       files.emplace(file.path.lexically_relative(folder).generic_string(), file.path);
   }
   return files;
@@ -80,8 +89,8 @@ Files trees_below(const std::string& folder, Diagnostics& problems) {
 
 // Files of the same path below the two folders are compared; of the others it is told that they came or went.
 std::vector<bt::Difference> diff_folders(const DiffCommand& command, Diagnostics& problems) {
-  const Files before = trees_below(command.before, problems);
-  const Files after = trees_below(command.after, problems);
+  const Files before = documents_below(command.before, problems);
+  const Files after = documents_below(command.after, problems);
   std::vector<bt::Difference> all;
   for (const auto& [name, file] : before) {
     const auto other = after.find(name);
@@ -126,7 +135,7 @@ int diff(const DiffCommand& command) {
   }
   if (command.json) {
     List list;
-    for (const bt::Difference& d : *differences) {
+    for (const Difference& d : *differences) {
       list.push_back(Map{{"kind", look(d.kind).name},
                          {"path", d.path},
                          {"what", d.what},

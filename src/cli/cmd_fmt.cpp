@@ -6,6 +6,7 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/tree_files.h"
+#include "sentree/scxml/diff.h"
 #include "sentree/scxml/format.h"
 #include "sentree/text/file.h"
 #include "sentree/text/xml.h"
@@ -22,9 +23,8 @@ constexpr const char* kStandardInput = "<stdin>";
 std::optional<Result<std::string>> formatted(const std::string& source, const std::string& file) {
   const auto document = text::XmlDocument::parse(source, file, {.lenient = true});
   if (!document) return tl::unexpected(document.error());
-  const std::string_view root = document->root().local_name();
-  if (root == "root") return bt::format(source, file);
-  if (root == "scxml") return scxml::format(source, file);
+  if (scxml::is_chart(document->root())) return scxml::format(source, file);
+  if (document->root().local_name() == "root") return bt::format(source, file);
   return std::nullopt;
 }
 

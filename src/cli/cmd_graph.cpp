@@ -3,6 +3,7 @@
 
 #include "sentree/bt/palette.h"
 #include "sentree/cli/commands.h"
+#include "sentree/cli/document.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/png.h"
 #include "sentree/cli/tour.h"
@@ -92,7 +93,7 @@ std::optional<std::string> draw_trees(const std::vector<GivenFile>& files, const
 }
 
 std::optional<std::string> draw_chart(const std::string& source, const std::string& file, const std::string& format) {
-  const auto chart = scxml::load(source, file);
+  const auto chart = look_at_chart(source, file);
   say(chart.diagnostics);
   if (!chart.ok()) return std::nullopt;
   const draw::Chart picture = graph::drawing_of(*chart.value);

@@ -203,7 +203,7 @@ void add_check(CLI::App& app, CheckCommand& command) {
       "  sentree check trees/ vendor/docking.xml             trees and charts; SubTrees are found in each other's "
       "files\n"
       "  sentree check --palette nodes.xml trees/            what nodes are that the trees do not declare\n"
-      "  sentree check examples/recharge/skills/WaitForUser.scxml\n"
+      "  sentree check examples/recharge/skills/WaitForUser.scxml    a chart, also of other engines and data models\n"
       "  sentree check examples/recharge/world/world.yaml\n"
       "  sentree check interfaces/robot.thrift               an interface with what it includes\n"
       "  sentree check examples/recharge/requirements/recharge.req    against the project that it lies in\n"
@@ -261,17 +261,20 @@ void add_fmt(CLI::App& app, FmtCommand& command) {
 }
 
 void add_diff(CLI::App& app, DiffCommand& command) {
-  auto* sub = app.add_subcommand("diff", "Say how two trees differ in meaning");
+  auto* sub = app.add_subcommand("diff", "Say how two trees, or two state charts, differ in meaning");
   sub->footer(
       "Examples:\n"
       "  sentree diff old.xml new.xml\n"
       "  sentree diff release/trees trees          folders: file by file\n"
+      "  sentree diff skills/GoTo.scxml ~/other/GoTo.scxml\n"
       "  git show HEAD:mission.xml | sentree diff - mission.xml\n"
       "  git difftool --no-prompt --extcmd 'sentree diff' -- mission.xml\n"
-      "Nodes added, removed, moved and changed; white space, comments and the order of attributes do not count.\n"
+      "Nodes, states, transitions, content and data added, removed, moved and changed; white space, comments, the "
+      "order\n"
+      "of attributes and the layout of editors do not count. A file is told by its root element, whatever its name.\n"
       "Exit code: 0 the same, 1 different, 3 not readable.");
-  sub->add_option("before", command.before, "Tree (.xml), folder, or - for standard input")->required();
-  sub->add_option("after", command.after, "Tree (.xml), folder, or - for standard input")->required();
+  sub->add_option("before", command.before, "Tree, state chart, folder, or - for standard input")->required();
+  sub->add_option("after", command.after, "Tree, state chart, folder, or - for standard input")->required();
   add_trees(*sub, command.trees);
   sub->add_flag("--json", command.json, "Print the differences as JSON");
 }

@@ -13,6 +13,7 @@
 #include <system_error>
 
 #include "sentree/cli/commands.h"
+#include "sentree/cli/document.h"
 #include "sentree/runtime/watchdog.h"
 #include "sentree/text/file.h"
 #include "sentree/text/yaml.h"
@@ -73,7 +74,12 @@ int leave(int code) {
 }
 
 void say(const Diagnostics& diagnostics) {
-  for (const Diagnostic& diagnostic : diagnostics) say(to_string(diagnostic));
+  Diagnostics others;
+  std::copy_if(diagnostics.begin(), diagnostics.end(), std::back_inserter(others),
+               [](const Diagnostic& d) { return d.severity != Severity::kWarning; });
+  std::string text = told(others) + warnings_in_short(diagnostics);
+  if (text.ends_with('\n')) text.pop_back();
+  if (!text.empty()) say(text);
 }
 
 bool wants_colour() {

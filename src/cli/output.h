@@ -23,6 +23,7 @@ void show_status(const std::string& text);
 /// The exit code, once everything has been printed. If threads had to be left behind in endless scripts, the process
 /// ends right here, since nothing that they use may be destroyed.
 [[nodiscard]] int leave(int code);
+/// Errors one by one; all warnings in one line that names `sentree check`.
 void say(const Diagnostics& diagnostics);
 
 /// Standard output is a terminal that shows colours, and the user did not ask for none (NO_COLOR).

@@ -3,13 +3,19 @@
 #include <algorithm>
 
 #include "sentree/bt/load.h"
+#include "sentree/cli/document.h"
 #include "sentree/nav2/nav2.h"
+#include "sentree/scxml/diff.h"
 #include "sentree/text/file.h"
 #include "sentree/text/xml.h"
 
 namespace sentree::cli {
 
 namespace {
+
+bool is_chart_name(const std::filesystem::path& file) {
+  return file.extension() == ".scxml" || file.extension() == ".ascxml";
+}
 
 using std::filesystem::path;
 
@@ -20,7 +26,7 @@ void files_below(const path& folder, std::vector<GivenFile>& all, Diagnostics& p
        at.increment(error)) {
     if (at->path().filename().string().starts_with('.')) {
       at.disable_recursion_pending();
-    } else if (at->is_regular_file(error) && (at->path().extension() == ".xml" || at->path().extension() == ".scxml")) {
+    } else if (at->is_regular_file(error) && (at->path().extension() == ".xml" || is_chart_name(at->path()))) {
       found.push_back(at->path());
     }
     if (found.size() > kGivenFilesMax) {
@@ -51,9 +57,9 @@ std::vector<GivenFile> given_files(const std::vector<std::string>& names, Diagno
 
 std::string document_kind(const std::string& xml) {
   const auto document = text::XmlDocument::parse(xml, {}, {.lenient = true});
-  if (!document) return {};
-  const std::string_view root = document->root().local_name();
-  return root == "root" ? "tree" : root == "scxml" ? "chart" : "";
+  if (!document) return is_chart_source(xml) ? "chart" : "";
+  if (scxml::is_chart(document->root())) return "chart";
+  return document->root().local_name() == "root" ? "tree" : "";
 }
 
 project::FileRef palette_file(const std::string& palette) {
@@ -81,7 +87,7 @@ TreeFiles::TreeFiles(const std::vector<GivenFile>& files, const TreeOptions& opt
     }
   }
   for (const GivenFile& file : files) {
-    if (file.path.extension() == ".scxml") continue;
+    if (is_chart_name(file.path)) continue;
     if (const auto source = text::read_file(file.path)) (void)library_.add(file.path, *source);
   }
 }
