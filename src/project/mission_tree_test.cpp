@@ -92,7 +92,7 @@ TEST(MissionFiles, SayWhatIsMissing) {
   folder.yaml("mission: {files: [tree/*.xml], tree: Main}\n");
   EXPECT_THAT(folder.told(), HasSubstr("sentree.yaml:1:18: \"tree/*.xml\" matches no file"));
   folder.yaml("mission: {files: [trees/*.xml], tree: Main}\n").tree("trees/a.xml", "Main", "<SubTree ID=\"Gone\"/>");
-  EXPECT_THAT(folder.told(), HasSubstr("trees/a.xml:1:63: there is no BehaviorTree \"Gone\""));
+  EXPECT_THAT(folder.told(), HasSubstr("trees/a.xml:1:61: there is no BehaviorTree \"Gone\""));
   EXPECT_THAT(folder.told(true), HasSubstr("warning: there is no BehaviorTree \"Gone\""));
 }
 
@@ -100,10 +100,10 @@ TEST(Palettes, SayWhatNodesAreAndAreToldWhereTheyAreNamed) {
   Folder folder;
   folder.yaml("mission: {file: m.xml}\npalettes: [nodes.xml]\n")
       .tree("m.xml", "M", "<Sequence><GoTo/><Twice><AlwaysSuccess/></Twice></Sequence>");
-  EXPECT_THAT(folder.told(), HasSubstr("sentree.yaml:2:12: file \"nodes.xml\": no such file"));
+  EXPECT_THAT(folder.told(), HasSubstr("sentree.yaml:2:11: file \"nodes.xml\": no such file"));
   folder.file("nodes.xml",
               "<root><TreeNodesModel><Action ID=\"GoTo\"/><Decorator ID=\"Twice\"/></TreeNodesModel></root>");
-  EXPECT_EQ(folder.told(), "m.xml:1:68: \"Twice\" is declared as Decorator, and no C++ node of that ID is registered\n")
+  EXPECT_EQ(folder.told(), "m.xml:1:62: \"Twice\" is declared as Decorator, and no C++ node of that ID is registered\n")
       << "a project must run";
   EXPECT_THAT(folder.told(true), HasSubstr("loaded"));
 }
