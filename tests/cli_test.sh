@@ -114,6 +114,7 @@ done
 cp -r "$work/mine" "$work/with-component"
 expect 0 'interfaces/gripper.thrift' "$sentree" add component gripper --project "$work/with-component"
 expect 0 'nothing to complain about' "$sentree" check "$work/with-component"
+expect 0 '3 of 3 scenarios held' "$sentree" test "$work/with-component"
 expect 3 'is there already' "$sentree" add skill Wave --project "$work/mine"
 expect 2 'no name' "$sentree" add skill '../Wave' --project "$work/mine"
 expect 0 'nothing to complain about' "$sentree" check "$work/mine"

@@ -145,10 +145,19 @@ Part component(const std::string& name) {
                                                                         "  bool isReady()\n"
                                                                         "}}\n",
                                                                         name, service));
-  part.next = fmt::format(
-      "under services: of sentree.yaml, {0}: {{interface: {0}.thrift/{1}, at: 'tcp://HOST:PORT'}} names where it is "
-      "served; docs/how-to/component-in-another-language.md tells how",
-      name, service);
+  part.files.emplace_back("models/" + name + ".scxml",
+                          chart(name, "Stands in for " + name + ": one session for the whole run.", "ready",
+                                fmt::format("  <state id=\"ready\">\n"
+                                            "    <transition event=\"{0}.isReady.request\">\n"
+                                            "      <send type=\"thrift\" target=\"{0}\" event=\"isReady.reply\">"
+                                            "<param name=\"result\" expr=\"true\"/></send>\n"
+                                            "    </transition>\n"
+                                            "  </state>\n",
+                                            name)));
+  part.entries.emplace_back("services", fmt::format("{0}: {{interface: {0}.thrift/{1}, at: model}}", name, service));
+  part.entries.emplace_back("models", fmt::format("- {{file: models/{0}.scxml, serves: [{0}]}}", name));
+  part.next = "skills call it by <send type=\"thrift\" target=\"" + name +
+              "\" event=\"isReady\"/>; an address in place of `model` reaches the real one";
   return part;
 }
 

@@ -28,7 +28,7 @@ void add_add(CLI::App& app, AddCommand& command) {
       "  sentree add monitor one_at_a_time              a state chart that watches\n"
       "  sentree add requirement answers                a sentence that becomes a monitor\n"
       "  sentree add scenario door_closed               what happens, and what to expect\n"
-      "  sentree add component gripper --project robot  an interface to begin with\n"
+      "  sentree add component gripper --project robot  an interface, and a chart that stands in for it\n"
       "What is there already is never written over. Exit code: 0, 3 the project is invalid or has such a part.");
   sub->add_option("kind", command.kind, "skill, monitor, requirement, scenario or component")
       ->required()
