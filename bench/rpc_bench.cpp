@@ -1,6 +1,5 @@
 // Calls without generated code against calls with it, in the same run: an empty call (`ping`) and one that carries a
-// struct. Over Unix sockets both ends are generated (GeneratedUnix), or both dynamic with a hook that looks at every
-// call (DynamicUnix).
+// struct. Over Unix sockets both ends are generated (GeneratedUnix), or both dynamic (DynamicUnix).
 
 #include <benchmark/benchmark.h>
 #include <thrift/protocol/TBinaryProtocol.h>
@@ -37,25 +36,12 @@ const idl::ServicePtr& interface() {
 
 std::string socket_path(const char* name) { return "/tmp/sentree-bench-" + std::to_string(::getpid()) + "-" + name; }
 
-// Listens to everything and ignores it.
-class Ignoring final : public Hook {
- public:
-  Verdict before(const Call& call) override {
-    benchmark::DoNotOptimize(&call);
-    return {};
-  }
-  void replied(const Call& call, const Value& result) override {
-    benchmark::DoNotOptimize(&call);
-    benchmark::DoNotOptimize(&result);
-  }
-};
-
 std::shared_ptr<Service> robot() {
-  return std::make_shared<FunctionService>(
-      interface(), [](const idl::Method& method, const Value& arguments, const CallContext&) -> Outcome {
-        if (method.result->kind == idl::Kind::kVoid) return Value();
-        return *arguments.find("state");
-      });
+  return std::make_shared<FunctionService>(interface(),
+                                           [](const idl::Method& method, const Value& arguments) -> Outcome {
+                                             if (method.result->kind == idl::Kind::kVoid) return Value();
+                                             return *arguments.find("state");
+                                           });
 }
 
 class Generated : public bench::RobotIf {
@@ -73,25 +59,16 @@ void run_dynamic(benchmark::State& bench, Client& client, bool struct_call) {
   const idl::Method& method = *interface()->find(struct_call ? "echo" : "ping");
   const Value arguments = struct_call ? Value(Map{{"state", state()}}) : Value(Map());
   for (auto _ : bench) {
-    const CallContext context{
-        .source = "leaf", .call = 1, .deadline = std::chrono::steady_clock::now() + std::chrono::seconds(1)};
-    Outcome out = client.call(method, arguments, context);
+    Outcome out = client.call(method, arguments, std::chrono::steady_clock::now() + std::chrono::seconds(1));
     if (!out) bench.SkipWithError(out.error().message.c_str());
     benchmark::DoNotOptimize(out);
   }
 }
 
-void BM_DynamicInProcessObserved(benchmark::State& bench) {
-  Ignoring hook;
-  const auto client = Client::local(robot(), {.target = "robot", .hook = &hook});
-  run_dynamic(bench, *client, bench.range(0) != 0);
-}
-
-void BM_DynamicUnixObserved(benchmark::State& bench) {
-  Ignoring hook;
+void BM_DynamicUnix(benchmark::State& bench) {
   const Address address = *Address::parse("unix:" + socket_path("dynamic"));
   const auto server = Server::start(address, {{"robot", robot()}});
-  const auto client = Client::remote(address, interface(), {.target = "robot", .hook = &hook});
+  const auto client = Client::remote(address, interface(), {.target = "robot"});
   run_dynamic(bench, **client, bench.range(0) != 0);
 }
 
@@ -129,9 +106,8 @@ void BM_GeneratedUnix(benchmark::State& bench) {
   ::unlink(path.c_str());
 }
 
-BENCHMARK(BM_DynamicInProcessObserved)->ArgName("struct")->Arg(0)->Arg(1);
 BENCHMARK(BM_GeneratedUnix)->ArgName("struct")->Arg(0)->Arg(1)->UseRealTime();
-BENCHMARK(BM_DynamicUnixObserved)->ArgName("struct")->Arg(0)->Arg(1)->UseRealTime();
+BENCHMARK(BM_DynamicUnix)->ArgName("struct")->Arg(0)->Arg(1)->UseRealTime();
 
 }  // namespace
 }  // namespace sentree::rpc

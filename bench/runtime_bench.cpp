@@ -211,30 +211,16 @@ void recording(benchmark::State& state) {
 BENCHMARK(recording)->Unit(benchmark::kMillisecond)->Iterations(30);
 
 // Publishes what a run publishes of a call.
-class Publishing final : public rpc::Hook {
- public:
-  explicit Publishing(Stream& stream) : stream_(stream) {}
-  Verdict before(const rpc::Call& call) override {
-    publish(MessageKind::kRequest, call, ".request", Map{{"args", call.arguments}});
-    return {};
-  }
-  void replied(const rpc::Call& call, const Value& result) override {
-    publish(MessageKind::kReply, call, ".reply", Map{{"args", call.arguments}, {"result", result}});
-  }
-
- private:
-  void publish(MessageKind kind, const rpc::Call& call, const char* what, Map data) {
-    Message message;
-    message.kind = kind;
-    message.source = call.source;
-    message.target = call.target;
-    message.name = std::string(call.target) + "." + call.method.name + what;
-    message.call = call.id;
-    message.data = std::move(data);
-    stream_.publish(std::move(message));
-  }
-  Stream& stream_;
-};
+void publish(Stream& stream, MessageKind kind, const char* what, std::uint64_t call, Map data) {
+  Message message;
+  message.kind = kind;
+  message.source = "leaf";
+  message.target = "battery";
+  message.name = std::string("battery.getBatteryState") + what;
+  message.call = call;
+  message.data = std::move(data);
+  stream.publish(std::move(message));
+}
 
 constexpr int kCalls = 5000;
 
@@ -256,18 +242,17 @@ double median_call(const project::Plan& plan, const Value& state, bool recorded)
   const auto server = rpc::Server::start(
       address,
       {{"battery", std::make_shared<rpc::FunctionService>(
-                       battery.service, [&](const idl::Method&, const Value&, const rpc::CallContext&) -> rpc::Outcome {
-                         return state;
-                       })}});
-  Publishing hook(stream);
-  const auto client = rpc::Client::remote(address, battery.service, {.target = "battery", .hook = &hook});
+                       battery.service, [&](const idl::Method&, const Value&) -> rpc::Outcome { return state; })}});
+  const auto client = rpc::Client::remote(address, battery.service, {.target = "battery"});
   monitors.start();
   std::thread running([&] { (void)scheduler->run(); });
   std::vector<double> times;
   for (std::uint64_t call = 1; call <= kCalls; ++call) {
     const auto begin = std::chrono::steady_clock::now();
-    const rpc::CallContext context{.source = "leaf", .call = call, .deadline = begin + std::chrono::seconds(1)};
-    if (!(*client)->call(method, Map(), context)) std::abort();
+    publish(stream, MessageKind::kRequest, ".request", call, Map{{"args", Map()}});
+    const rpc::Outcome outcome = (*client)->call(method, Map(), begin + std::chrono::seconds(1));
+    if (!outcome) std::abort();
+    publish(stream, MessageKind::kReply, ".reply", call, Map{{"args", Map()}, {"result", *outcome}});
     times.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
   }
   scheduler->stop();

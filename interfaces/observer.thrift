@@ -14,7 +14,6 @@ enum MessageKind {
 struct Message {
   1: i64 sequence,         // place in the run's total order, from 1
   2: i64 time_ns,          // since the start of the run
-  3: i64 stamp,            // causal stamp (Lamport)
   4: MessageKind kind,
   5: string source,
   6: string target,
@@ -34,7 +33,6 @@ struct ObserverInfo {
 struct Verdict {
   1: bool accept = true,   // false vetoes a request; ignored for all other messages
   2: string reason = "",
-  3: i64 stamp = 0,        // greater than the message's
   4: string by = "",       // who vetoes, if not this observer itself
   // What an observer that is a monitor says once, with the message that decided.
   5: string verdict = "",  // "violated" or "satisfied"; empty: not decided, or said already

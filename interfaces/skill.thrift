@@ -23,19 +23,16 @@ struct Tick {
   1: string leaf,          // the leaf's full path
   2: i64 run,              // counts the leaf's runs from 1; a new number starts the skill anew
   3: i64 tick,             // number of the root tick
-  4: string inputs = "{}", // present values of the input ports
-  5: i64 stamp = 0         // causal stamp (Lamport): a reply's is greater
+  4: string inputs = "{}"  // present values of the input ports
 }
 
 struct TickReply {
   1: Status status,
-  2: string outputs = "{}", // values of output ports; read when the status is SUCCESS or FAILURE
-  3: i64 stamp = 0
+  2: string outputs = "{}" // values of output ports; read when the status is SUCCESS or FAILURE
 }
 
 struct HaltReply {
-  1: bool halted,          // false: still halting; ask again
-  2: i64 stamp = 0
+  1: bool halted           // false: still halting; ask again
 }
 
 service Skill {

@@ -164,8 +164,8 @@ TEST(Monitors, MayDecideElsewhereWhenTheMissionIsOver) {
   bool over = false;
   int asked = 0;
   // It thinks about the first message until nothing is executed any more.
-  const auto slow = std::make_shared<rpc::FunctionService>(
-      *interface, [&](const idl::Method& method, const Value&, const rpc::CallContext&) -> rpc::Outcome {
+  const auto slow =
+      std::make_shared<rpc::FunctionService>(*interface, [&](const idl::Method& method, const Value&) -> rpc::Outcome {
         if (method.name == "info")
           return Value(Map{{"name", "slow"}, {"pid", 0}, {"observes", List{"*"}}, {"gates", List{}}});
         std::unique_lock lock(mutex);
@@ -237,23 +237,22 @@ TEST(Observers, AreAskedAfterWhatLedToTheRequest) {
   std::set<std::string> seen;
   int questions = 0;
   int early = 0;
-  const auto judge = std::make_shared<rpc::FunctionService>(
-      *interface, [&](const idl::Method& method, const Value& arguments, const rpc::CallContext&) -> rpc::Outcome {
-        const std::lock_guard lock(mutex);
-        if (method.name == "info")
-          return Value(
-              Map{{"name", "judge"}, {"pid", 0}, {"observes", List{"*"}}, {"gates", List{"navigation.goto*"}}});
-        if (method.name == "observe") {
-          const Message message = from_wire(*arguments.find("message"));
-          if (message.sequence > 0) {
-            seen.insert(message.name);
-          } else {
-            ++questions;
-            if (!seen.contains(message.source + ".tick.request")) ++early;
-          }
-        }
-        return Value(Map{{"accept", true}});
-      });
+  const auto judge = std::make_shared<
+      rpc::FunctionService>(*interface, [&](const idl::Method& method, const Value& arguments) -> rpc::Outcome {
+    const std::lock_guard lock(mutex);
+    if (method.name == "info")
+      return Value(Map{{"name", "judge"}, {"pid", 0}, {"observes", List{"*"}}, {"gates", List{"navigation.goto*"}}});
+    if (method.name == "observe") {
+      const Message message = from_wire(*arguments.find("message"));
+      if (message.sequence > 0) {
+        seen.insert(message.name);
+      } else {
+        ++questions;
+        if (!seen.contains(message.source + ".tick.request")) ++early;
+      }
+    }
+    return Value(Map{{"accept", true}});
+  });
   const ServedObserver served(judge);
   ASSERT_TRUE(served.server);
 

@@ -42,8 +42,8 @@ class LowBattery(Observer.Iface):
                 self.low = json.loads(message.data)["result"]["percentage"] < 0.3
             goal = message.kind == ttypes.MessageKind.REQUEST and message.name.startswith("navigation.goto")
             if goal and self.low:
-                return ttypes.Verdict(accept=False, reason="the battery is below 30 %", stamp=message.stamp + 1)
-            return ttypes.Verdict(accept=True, stamp=message.stamp + 1)
+                return ttypes.Verdict(accept=False, reason="the battery is below 30 %")
+            return ttypes.Verdict(accept=True)
 
 
 class Listening(TSocket.TServerSocket):

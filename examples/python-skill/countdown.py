@@ -42,8 +42,8 @@ class Countdown(Skill.Iface):
             state = self.runs[tick.leaf]
             state[1] -= 1
             if state[1] > 0:
-                return ttypes.TickReply(status=ttypes.Status.RUNNING, stamp=tick.stamp + 1)
-            return ttypes.TickReply(status=ttypes.Status.SUCCESS, outputs=json.dumps({"left": 0}), stamp=tick.stamp + 1)
+                return ttypes.TickReply(status=ttypes.Status.RUNNING)
+            return ttypes.TickReply(status=ttypes.Status.SUCCESS, outputs=json.dumps({"left": 0}))
 
     def halt(self, leaf, run):
         self.cancel(leaf, run)

@@ -92,9 +92,8 @@ int attach_to_run(int pid, const StudioCommand& command) {
     say(run.error().message);
     return kEnvironment;
   }
-  const auto page =
-      (*run)->call("page", Map{{"at", command.at}, {"insecure", command.insecure}},
-                   {.source = "control", .call = 0, .deadline = std::chrono::steady_clock::now() + kOpeningMax});
+  const auto page = (*run)->call("page", Map{{"at", command.at}, {"insecure", command.insecure}},
+                                 std::chrono::steady_clock::now() + kOpeningMax);
   if (!page) {
     const std::string process = "process " + std::to_string(pid);
     if (page.error().kind == rpc::CallErrorKind::kUnreachable)

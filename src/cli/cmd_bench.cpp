@@ -30,7 +30,7 @@ int bench_rpc(const BenchRpcCommand& command) {
   const idl::ServicePtr interface = empty_interface();
   if (!command.listen.empty()) {
     auto service = std::make_shared<rpc::FunctionService>(
-        interface, [](const idl::Method&, const Value&, const rpc::CallContext&) -> rpc::Outcome { return Value(); });
+        interface, [](const idl::Method&, const Value&) -> rpc::Outcome { return Value(); });
     return serve_until_signal(command.listen, {{"empty", std::move(service)}}, false);
   }
   const TemporaryFolder folder("bench");

@@ -96,16 +96,14 @@ int call(const CallCommand& command) {
     say(client.error().message);
     return kEnvironment;
   }
-  const rpc::CallContext context{
-      .source = "control", .call = 0, .deadline = std::chrono::steady_clock::now() + *deadline};
+  const rpc::Deadline until = std::chrono::steady_clock::now() + *deadline;
   if (command.service.empty()) {
-    const auto services = (*client)->call("services", Map(), context);
+    const auto services = (*client)->call("services", Map(), until);
     return services ? finish(true, std::string(services->text()), "", "")
                     : finish(false, "", "unreachable", services.error().message);
   }
   const auto reply = (*client)->call(
-      "call", Map{{"target", command.service}, {"method", command.method}, {"arguments", to_json(*arguments)}},
-      context);
+      "call", Map{{"target", command.service}, {"method", command.method}, {"arguments", to_json(*arguments)}}, until);
   if (!reply) return finish(false, "", "unreachable", reply.error().message);
   const Value* ok = reply->find("ok");
   return finish(ok != nullptr && ok->as_bool() != nullptr && *ok->as_bool(), std::string(reply->find("result")->text()),

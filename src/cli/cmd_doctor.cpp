@@ -42,7 +42,7 @@ Finding check_socket(const std::string& name, const std::string& address_text) {
   const auto address = rpc::Address::parse(address_text);
   if (!interface || !address) return {name, "not tried", "mend the findings above first"};
   auto service = std::make_shared<rpc::FunctionService>(
-      *interface, [](const idl::Method&, const Value&, const rpc::CallContext&) -> rpc::Outcome { return Value(); });
+      *interface, [](const idl::Method&, const Value&) -> rpc::Outcome { return Value(); });
   const auto server = rpc::Server::start(*address, {{"skill", std::move(service)}});
   if (!server)
     return {name, server.error().message,

@@ -38,9 +38,7 @@ int echo(const EchoCommand& command) {
     const auto reply = (*run)->call(
         "observe",
         Map{{"after", after}, {"pattern", command.pattern}, {"wait_ms", static_cast<std::int64_t>(kWait.count())}},
-        {.source = "control",
-         .call = 0,
-         .deadline = std::chrono::steady_clock::now() + kWait + std::chrono::seconds(2)});
+        std::chrono::steady_clock::now() + kWait + std::chrono::seconds(2));
     if (!reply) {
       if (interrupted != 0) break;
       // A run that has been heard and is gone has ended.

@@ -18,7 +18,7 @@ using SteadyClock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kDeadline{1000};
 
-rpc::CallContext in_time() { return {.source = "control", .call = 0, .deadline = SteadyClock::now() + kDeadline}; }
+rpc::Deadline in_time() { return SteadyClock::now() + kDeadline; }
 
 struct Offered {
   std::string name;

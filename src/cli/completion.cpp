@@ -165,9 +165,7 @@ Candidates trees(const Line& line) {
 std::optional<Value> offered(const Line& line) {
   const auto client = runtime::connect_control(std::atoi(option_or(line, "--run", "0").c_str()));
   if (!client) return std::nullopt;
-  const auto services = (*client)->call(
-      "services", Map(),
-      {.source = "completion", .call = 0, .deadline = std::chrono::steady_clock::now() + kControlDeadline});
+  const auto services = (*client)->call("services", Map(), std::chrono::steady_clock::now() + kControlDeadline);
   if (!services) return std::nullopt;
   auto list = text::parse_json(services->text());
   if (!list) return std::nullopt;

@@ -11,11 +11,8 @@ namespace sentree::rpc {
 using std::chrono::steady_clock;
 
 // The descriptor is made here, not when it is first needed: what a server holds depends on its connections alone.
-Answers::Answers(Connection& connection, LogicalClock* clock, std::chrono::milliseconds send_time_max)
-    : connection_(&connection),
-      clock_(clock),
-      send_time_max_(send_time_max),
-      wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+Answers::Answers(Connection& connection, std::chrono::milliseconds send_time_max)
+    : connection_(&connection), send_time_max_(send_time_max), wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
 
 Answers::~Answers() {
   if (wake_ >= 0) ::close(wake_);
@@ -83,8 +80,6 @@ void Answers::give(const Question& question, Outcome outcome, bool is_last) {
   const idl::Method& method = *question.method;
   outcome = checked(method, std::move(outcome));
   ReplyBody body;
-  // Only a peer that sends stamps is sent one.
-  if (clock_ != nullptr && question.stamped) body.stamp = clock_->advance();
   if (outcome) {
     body.value = std::move(*outcome);
   } else if (outcome.error().kind == CallErrorKind::kException) {

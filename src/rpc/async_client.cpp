@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "sentree/base/alarm.h"
+#include "sentree/rpc/detail/calls.h"
 #include "sentree/rpc/detail/line.h"
-#include "sentree/rpc/detail/seam.h"
 
 namespace sentree::rpc {
 
@@ -21,9 +21,7 @@ using std::chrono::steady_clock;
 class AsyncClient::Impl {
  public:
   Impl(const Address& address, idl::ServicePtr interface, ClientOptions options, std::shared_ptr<const TlsContext> tls)
-      : interface_(std::move(interface)),
-        seam_(named(std::move(options), *interface_)),
-        line_(address, seam_.options().target, seam_.options(), std::move(tls)) {}
+      : interface_(std::move(interface)), line_(address, named(std::move(options), *interface_), std::move(tls)) {}
   ~Impl() { end(); }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
@@ -40,10 +38,9 @@ class AsyncClient::Impl {
 
   const idl::Service& interface() const { return *interface_; }
 
-  void call(const idl::Method& method, Value arguments, const CallContext& context, Done done) {
-    if (auto over = seam_.admit(method, arguments, context)) return done(std::move(*over));
-    Job job{&method,      std::move(arguments), std::string(context.source),
-            context.call, context.deadline,     std::move(done)};
+  void call(const idl::Method& method, Value arguments, Deadline deadline, Done done) {
+    if (auto over = calls_.admit(method, arguments)) return done(std::move(*over));
+    Job job{&method, std::move(arguments), deadline, std::move(done)};
     std::unique_lock lock(mutex_);
     if (closed_ || waiting_.size() >= kAsyncCallsMax) {
       CallError error = line_.unreachable(closed_ ? "the client has been closed"
@@ -93,8 +90,8 @@ class AsyncClient::Impl {
   }
 
   ClientCounters counters() const {
-    ClientCounters out = seam_.counters();
-    out.late_replies += line_.counts().late_replies;
+    ClientCounters out = calls_.counters();
+    out.late_replies = line_.counts().late_replies;
     out.connections = line_.counts().connections;
     return out;
   }
@@ -103,15 +100,12 @@ class AsyncClient::Impl {
   struct Job {
     const idl::Method* method = nullptr;
     Value arguments;
-    std::string source;
-    std::uint64_t call = 0;
     Deadline deadline;
     Done done;
-    [[nodiscard]] CallContext context() const { return {.source = source, .call = call, .deadline = deadline}; }
   };
 
   void finish(Job job, Outcome out) {
-    out = seam_.finish(*job.method, job.arguments, job.context(), std::move(out));
+    calls_.ended(out);
     job.done(std::move(out));
   }
 
@@ -128,7 +122,7 @@ class AsyncClient::Impl {
     while (!closed_) {
       if (has_rest_) {
         has_rest_ = false;
-        settle(lock, [this] { return line_.send_rest(sent_, flight_->context()); });
+        settle(lock, [this] { return line_.send_rest(sent_, flight_->deadline); });
       } else if (!sending_ && !flight_ && take_next()) {
         settle(lock, [this] { return send(*flight_); });
       } else {
@@ -154,7 +148,7 @@ class AsyncClient::Impl {
   std::optional<Outcome> send(const Job& job) {
     if (steady_clock::now() >= job.deadline) return tl::unexpected(line_.late("other calls kept the connection busy"));
     line_.begin();
-    return line_.send(*job.method, job.arguments, job.context());
+    return line_.send(*job.method, job.arguments, job.deadline);
   }
 
   // Does something with the line that may end the call in flight. Meanwhile new calls wait.
@@ -197,7 +191,7 @@ class AsyncClient::Impl {
     const bool came = watched[1].revents != 0 && line_.connection() == connection;
     const auto now = steady_clock::now();
     if (flight_ && !flight_->method->oneway && (is_reply(came) || (!sending_ && now >= flight_->deadline))) {
-      settle(lock, [this] { return line_.receive(*flight_->method, flight_->arguments, flight_->context()); });
+      settle(lock, [this] { return line_.receive(*flight_->method, flight_->deadline); });
     } else if (!flight_ && came) {
       settle(lock, [this] {
         line_.take_late_replies();
@@ -212,7 +206,7 @@ class AsyncClient::Impl {
   [[nodiscard]] bool is_reply(bool came) const { return came && !(sending_ && line_.owes()); }
 
   const idl::ServicePtr interface_;
-  Seam seam_;
+  Calls calls_;
   Line line_;  // of whoever holds the lock while nobody is busy, else of the thread
 
   std::mutex mutex_;
@@ -243,14 +237,14 @@ Result<std::unique_ptr<AsyncClient>> AsyncClient::remote(const Address& address,
 
 const idl::Service& AsyncClient::interface() const { return impl_->interface(); }
 
-void AsyncClient::call(const idl::Method& method, Value arguments, const CallContext& context, Done done) {
-  impl_->call(method, std::move(arguments), context, std::move(done));
+void AsyncClient::call(const idl::Method& method, Value arguments, Deadline deadline, Done done) {
+  impl_->call(method, std::move(arguments), deadline, std::move(done));
 }
 
-void AsyncClient::call(std::string_view method, Value arguments, const CallContext& context, Done done) {
+void AsyncClient::call(std::string_view method, Value arguments, Deadline deadline, Done done) {
   const auto found = idl::find_method(interface(), method, interface().name);
   if (!found) return done(refused(CallErrorKind::kArguments, found.error().message));
-  impl_->call(**found, std::move(arguments), context, std::move(done));
+  impl_->call(**found, std::move(arguments), deadline, std::move(done));
 }
 
 void AsyncClient::close() { impl_->close(); }

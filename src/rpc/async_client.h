@@ -34,8 +34,8 @@ class AsyncClient {
   [[nodiscard]] const idl::Service& interface() const;
 
   /// `method` is of `interface()`; `arguments` as for `Client::call`.
-  void call(const idl::Method& method, Value arguments, const CallContext& context, Done done);
-  void call(std::string_view method, Value arguments, const CallContext& context, Done done);
+  void call(const idl::Method& method, Value arguments, Deadline deadline, Done done);
+  void call(std::string_view method, Value arguments, Deadline deadline, Done done);
 
   /// Fails all calls, now and later, as kUnreachable. Idempotent.
   void close();

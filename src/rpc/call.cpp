@@ -1,7 +1,5 @@
 #include "sentree/rpc/call.h"
 
-#include <algorithm>
-
 namespace sentree::rpc {
 
 std::string_view to_string(CallErrorKind kind) {
@@ -14,13 +12,6 @@ std::string_view to_string(CallErrorKind kind) {
     case CallErrorKind::kArguments: return "arguments";
   }
   return "";
-}
-
-void LogicalClock::receive(CausalStamp seen) {
-  seen = std::min(seen, kStampMax);
-  CausalStamp now = stamp_.load(std::memory_order_acquire);
-  while (now <= seen && !stamp_.compare_exchange_weak(now, seen + 1, std::memory_order_acq_rel)) {
-  }
 }
 
 }  // namespace sentree::rpc

@@ -24,9 +24,7 @@ inline constexpr std::chrono::milliseconds kBackoffFirst{10};
 inline constexpr std::chrono::milliseconds kBackoffLast{2000};
 
 struct ClientOptions {
-  std::string target;    ///< The service's name in the project, for observations; default: the interface's name.
-  Hook* hook = nullptr;  ///< Borrowed; outlives the client.
-  LogicalClock* clock = nullptr;  ///< Borrowed; stamps calls to other processes. Null: no stamps.
+  std::string target;  ///< The service's name in the project, for messages; default: the interface's name.
   Limits limits;
   TlsFiles tls;
   std::chrono::milliseconds late_wait{kLateWaitMax};
@@ -41,16 +39,12 @@ struct ClientCounters {
   std::uint64_t connections = 0;   ///< Made so far.
 };
 
-/// Calls one service, wherever it is. Thread-safe: calls from several threads are made one after the other.
+/// Calls one service of another process. Thread-safe: calls from several threads are made one after the other.
 ///
 /// Over a socket the connection is made by the first call, kept, and made anew after an error. No call blocks
-/// beyond its deadline (waiting for another thread's call included). In process the service's function runs in the
-/// caller's thread; a result after the deadline is an error of kind kLate and then goes to `Hook::late`.
+/// beyond its deadline (waiting for another thread's call included). A reply that comes after it reaches nobody.
 class Client {
  public:
-  /// In process. Cost of a call: under 0.5 µs with a hook.
-  [[nodiscard]] static std::unique_ptr<Client> local(std::shared_ptr<Service> service, ClientOptions options = {});
-
   /// Over a socket; connects with the first call, so the peer may come later. Errors: rpc.address (kLocal), rpc.tls.
   [[nodiscard]] static Result<std::unique_ptr<Client>> remote(const Address& address, idl::ServicePtr interface,
                                                               ClientOptions options = {});
@@ -61,9 +55,9 @@ class Client {
   [[nodiscard]] const idl::Service& interface() const;
 
   /// `method` is of `interface()`. `arguments` is a map of names, or null for none; missing ones take their default.
-  [[nodiscard]] Outcome call(const idl::Method& method, Value arguments, const CallContext& context = {});
+  [[nodiscard]] Outcome call(const idl::Method& method, Value arguments, Deadline deadline = kNoDeadline);
   /// By name; an unknown one is kArguments with the nearest name.
-  [[nodiscard]] Outcome call(std::string_view method, Value arguments, const CallContext& context = {});
+  [[nodiscard]] Outcome call(std::string_view method, Value arguments, Deadline deadline = kNoDeadline);
 
   /// Fails the call in progress as kUnreachable, from another thread; later calls connect anew. Late replies still owed
   /// are lost.

@@ -20,11 +20,10 @@ std::string wire_name(const Address& address, const std::string& method) {
 
 }  // namespace
 
-Line::Line(const Address& address, std::string target, const ClientOptions& options,
-           std::shared_ptr<const TlsContext> tls)
-    : address_(address), target_(std::move(target)), options_(options), tls_(std::move(tls)) {}
+Line::Line(const Address& address, const ClientOptions& options, std::shared_ptr<const TlsContext> tls)
+    : address_(address), options_(options), tls_(std::move(tls)) {}
 
-std::string Line::where() const { return "\"" + target_ + "\" at " + to_string(address_); }
+std::string Line::where() const { return "\"" + options_.target + "\" at " + to_string(address_); }
 
 CallError Line::unreachable(const std::string& why) const {
   return {CallErrorKind::kUnreachable, where() + " is unreachable: " + why, {}, {}};
@@ -114,16 +113,15 @@ tl::expected<void, CallError> Line::connected(Deadline deadline) {
 void Line::write(const idl::Method& method, const Value& arguments) {
   sequence_ = sequence_ == std::numeric_limits<std::int32_t>::max() ? 1 : sequence_ + 1;
   oneway_ = method.oneway;
-  const CausalStamp stamp = options_.clock != nullptr ? options_.clock->advance() : 0;
   connection_->wire->write_call(address_.service.empty() ? method.name : wire_name(address_, method.name),
                                 method.oneway ? MessageType::kOneway : MessageType::kCall, sequence_, method.arguments,
-                                arguments, stamp);
+                                arguments);
 }
 
-std::optional<Outcome> Line::transmit(std::size_t from, const CallContext& context) {
+std::optional<Outcome> Line::transmit(std::size_t from, Deadline deadline) {
   Connection& c = *connection_;
   const auto [data, size] = c.out.finish();
-  const StreamStatus sent = c.stream->send(data + from, size - from, context.deadline);
+  const StreamStatus sent = c.stream->send(data + from, size - from, deadline);
   if (sent != StreamStatus::kOk) {
     const std::string why = c.stream->why();
     drop();
@@ -134,14 +132,14 @@ std::optional<Outcome> Line::transmit(std::size_t from, const CallContext& conte
   return std::nullopt;
 }
 
-std::optional<Outcome> Line::send(const idl::Method& method, const Value& arguments, const CallContext& context) {
-  if (auto ready = connected(context.deadline); !ready) return tl::unexpected(std::move(ready.error()));
+std::optional<Outcome> Line::send(const idl::Method& method, const Value& arguments, Deadline deadline) {
+  if (auto ready = connected(deadline); !ready) return tl::unexpected(std::move(ready.error()));
   try {
     write(method, arguments);
   } catch (const WireError& e) {
     return tl::unexpected(broken(e));
   }
-  return transmit(0, context);
+  return transmit(0, deadline);
 }
 
 std::shared_ptr<Connection> Line::prepare(const idl::Method& method, const Value& arguments) {
@@ -161,28 +159,28 @@ std::size_t Line::send_now(Connection& connection) {
   return connection.stream->send_now(data, size);
 }
 
-std::optional<Outcome> Line::send_rest(std::size_t sent, const CallContext& context) {
+std::optional<Outcome> Line::send_rest(std::size_t sent, Deadline deadline) {
   if (connection_ == nullptr) return tl::unexpected(unreachable("the connection broke while the request was sent"));
-  return transmit(sent, context);
+  return transmit(sent, deadline);
 }
 
-Outcome Line::exchange(const idl::Method& method, const Value& arguments, const CallContext& context) {
-  if (auto over = send(method, arguments, context)) return std::move(*over);
-  return receive(method, arguments, context);
+Outcome Line::exchange(const idl::Method& method, const Value& arguments, Deadline deadline) {
+  if (auto over = send(method, arguments, deadline)) return std::move(*over);
+  return receive(method, deadline);
 }
 
-Outcome Line::receive(const idl::Method& method, const Value& arguments, const CallContext& context) {
+Outcome Line::receive(const idl::Method& method, Deadline deadline) {
   if (connection_ == nullptr) return tl::unexpected(unreachable("the connection broke before the reply"));
   Connection& c = *connection_;
   try {
     while (true) {
-      c.in.begin_message(context.deadline);
+      c.in.begin_message(deadline);
       try {
         MessageHead head = c.wire->read_head();
         const bool owed =
             std::any_of(owed_.begin(), owed_.end(), [&](const Owed& o) { return o.sequence == head.sequence; });
         if (owed) {
-          report_late(head);
+          take_late(head);
           continue;
         }
         // A peer that numbers its replies itself is forgiven as long as there is nothing to confuse.
@@ -191,15 +189,13 @@ Outcome Line::receive(const idl::Method& method, const Value& arguments, const C
         }
         ReplyBody body = c.wire->read_reply(head.type, method);
         c.wire->end_message();
-        if (options_.clock != nullptr) options_.clock->receive(body.stamp);
         idle_since_ = steady_clock::now();
         return outcome_of(method, std::move(body));
       } catch (const WireError& e) {
         if (e.status != StreamStatus::kLate) throw;
         c.in.rewind();
         c.wire->reset();
-        owed_.push_back({sequence_, &method, arguments, std::string(context.source), context.call,
-                         steady_clock::now() + options_.late_wait});
+        owed_.push_back({sequence_, &method, steady_clock::now() + options_.late_wait});
         idle_since_ = {};
         return tl::unexpected(late("no reply to " + method.name));
       }
@@ -214,7 +210,7 @@ Outcome Line::outcome_of(const idl::Method& method, ReplyBody body) {
   if (body.form == ReplyBody::Form::kException) {
     const std::string& name = body.exception->type->structure->name;
     return tl::unexpected(CallError{CallErrorKind::kException,
-                                    "\"" + target_ + "\" answered " + method.name + " with " + name, name,
+                                    "\"" + options_.target + "\" answered " + method.name + " with " + name, name,
                                     std::move(body.value)});
   }
   const std::string why =
@@ -222,23 +218,16 @@ Outcome Line::outcome_of(const idl::Method& method, ReplyBody body) {
   return tl::unexpected(CallError{CallErrorKind::kProtocol, where() + why + body.failure, {}, {}});
 }
 
-void Line::report_late(MessageHead& head) {
+void Line::take_late(const MessageHead& head) {
   const auto found =
       std::find_if(owed_.begin(), owed_.end(), [&](const Owed& o) { return o.sequence == head.sequence; });
   if (found == owed_.end()) throw WireError{StreamStatus::kFailed, "a reply that nobody waits for"};
   Connection& c = *connection_;
-  ReplyBody body = c.wire->read_reply(head.type, *found->method);
+  (void)c.wire->read_reply(head.type, *found->method);
   c.wire->end_message();
-  if (options_.clock != nullptr) options_.clock->receive(body.stamp);
-  const Owed late = std::move(*found);
   owed_.erase(found);
-  {
-    const std::lock_guard lock(mutex_);
-    ++counts_.late_replies;
-  }
-  if (options_.hook == nullptr) return;
-  const Outcome outcome = outcome_of(*late.method, std::move(body));
-  options_.hook->late({late.source, target_, *late.method, late.arguments, late.call}, outcome);
+  const std::lock_guard lock(mutex_);
+  ++counts_.late_replies;
 }
 
 void Line::take_late_replies() {
@@ -251,8 +240,7 @@ void Line::take_late_replies() {
         return;
       }
       c.in.begin_message(passed);
-      MessageHead head = c.wire->read_head();
-      report_late(head);
+      take_late(c.wire->read_head());
     }
   } catch (const WireError& e) {
     if (e.status == StreamStatus::kLate) {

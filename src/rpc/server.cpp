@@ -218,7 +218,7 @@ class Server::Impl {
 
   void serve(Peer& p) {
     Connection& c = *p.connection;
-    const auto answers = std::make_shared<Answers>(c, options_.clock, options_.message_time_max);
+    const auto answers = std::make_shared<Answers>(c, options_.message_time_max);
     const Closing closing{*answers};
     while (!stopping_.load()) {
       if (answers->wait() != StreamStatus::kOk) return;  // Gone between messages, as peers do.
@@ -263,15 +263,14 @@ class Server::Impl {
                                           : std::string()),
                            kUnknownMethod);
     }
-    const Stamped arguments = c.wire->read_arguments(*method);
+    const Value arguments = c.wire->read_arguments(*method);
     c.wire->end_message();
     calls_.fetch_add(1, std::memory_order_relaxed);
-    if (options_.clock != nullptr) options_.clock->receive(arguments.stamp);
     if (method->oneway || head.type == MessageType::kOneway)
-      return invoke(*service, *method, arguments.value, Reply([](Outcome, bool) {}));
+      return invoke(*service, *method, arguments, Reply([](Outcome, bool) {}));
     answers->owe();
-    const Question question{method, head.sequence, arguments.stamp != 0};
-    invoke(*service, *method, arguments.value, Reply([answers, question](Outcome outcome, bool is_last) {
+    const Question question{method, head.sequence};
+    invoke(*service, *method, arguments, Reply([answers, question](Outcome outcome, bool is_last) {
       answers->give(question, std::move(outcome), is_last);
     }));
   }
@@ -287,11 +286,11 @@ class Server::Impl {
       reply.give(tl::unexpected(CallError{CallErrorKind::kProtocol, std::move(message), {}, {}}));
     };
     try {
-      if (idl::conforms_arguments(method, arguments)) return service.serve(method, arguments, {}, reply);
+      if (idl::conforms_arguments(method, arguments)) return service.serve(method, arguments, reply);
       // A peer may leave out what has no stand-in, and sets are in no order that could be checked without work.
       const auto conformed = idl::conform_arguments(method, arguments);
       if (!conformed) return unfit(conformed.error().message);
-      service.serve(method, *conformed, {}, reply);
+      service.serve(method, *conformed, reply);
     } catch (const std::exception& e) {
       unfit(e.what());
     }

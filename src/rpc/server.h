@@ -24,8 +24,7 @@ struct ServerOptions {
   std::size_t connections_max = 64;  ///< One more is closed at once.
   Limits limits;
   TlsFiles tls;
-  bool insecure = false;          ///< Allows other machines to connect without TLS.
-  LogicalClock* clock = nullptr;  ///< Borrowed; null: no stamps.
+  bool insecure = false;  ///< Allows other machines to connect without TLS.
   /// A message that has begun must end within this time; so must TLS's handshake, and a reply be taken.
   std::chrono::milliseconds message_time_max{5000};
   /// A connection on which nothing comes for this long is closed when its place is needed for another.

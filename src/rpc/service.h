@@ -48,27 +48,26 @@ class Service {
   /// so that a component's slip is an error of the call that names the field. To throw a declared exception, return
   /// `CallError{kException, message, "TypeName", fields}`. An error of another kind reaches the caller as kProtocol.
   /// Called from the threads of callers and of servers, several at once: it must be thread-safe.
-  [[nodiscard]] virtual Outcome call(const idl::Method& method, const Value& arguments, const CallContext& context) = 0;
+  [[nodiscard]] virtual Outcome call(const idl::Method& method, const Value& arguments) = 0;
 
   /// The same for a service that may answer after it has returned, so that no thread has to wait for the answer
   /// meanwhile: servers ask this, local clients ask `call`. Of the references only `reply` may be kept, as a copy.
-  virtual void serve(const idl::Method& method, const Value& arguments, const CallContext& context,
-                     const Reply& reply) {
-    reply.give(call(method, arguments, context));
+  virtual void serve(const idl::Method& method, const Value& arguments, const Reply& reply) {
+    reply.give(call(method, arguments));
   }
 };
 
 /// A service that is one function; for tests and small components.
 class FunctionService final : public Service {
  public:
-  using Function = std::function<Outcome(const idl::Method&, const Value& arguments, const CallContext&)>;
+  using Function = std::function<Outcome(const idl::Method&, const Value& arguments)>;
 
   FunctionService(idl::ServicePtr interface, Function function)
       : interface_(std::move(interface)), function_(std::move(function)) {}
 
   [[nodiscard]] const idl::Service& interface() const override { return *interface_; }
-  [[nodiscard]] Outcome call(const idl::Method& method, const Value& arguments, const CallContext& context) override {
-    return function_(method, arguments, context);
+  [[nodiscard]] Outcome call(const idl::Method& method, const Value& arguments) override {
+    return function_(method, arguments);
   }
 
  private:

@@ -51,7 +51,7 @@ class Tls : public ::testing::Test {
                        {.tls = std::move(tls), .message_time_max = 2000ms});
   }
   static Outcome ping(const Server& server, TlsFiles tls) {
-    return test::connect(server.address(), {.tls = std::move(tls)})->call("ping", {}, {.deadline = in(10s)});
+    return test::connect(server.address(), {.tls = std::move(tls)})->call("ping", {}, in(10s));
   }
 
   static Folder* folder_;
@@ -63,18 +63,17 @@ TEST_F(Tls, CarriesCallsBetweenThoseWhoTrustEachOther) {
   const auto server = start(files("server"));
   const auto client = test::connect(server->address(), {.tls = files("client")});
   const std::string text(100000, 'x');
-  for (int i = 0; i < 5; ++i)
-    EXPECT_EQ(client->call("echo", Map{{"text", text}}, {.deadline = in(10s)}), Outcome(Value(text)));
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(client->call("echo", Map{{"text", text}}, in(10s)), Outcome(Value(text)));
   EXPECT_EQ(client->counters().connections, 1U);
 }
 
 TEST_F(Tls, ADeadlineHolds) {
   const auto server = start(files("server"));
   const auto client = test::connect(server->address(), {.tls = files("client")});
-  ASSERT_TRUE(client->call("ping", {}, {.deadline = in(10s)}));
-  EXPECT_EQ(client->call("wait", {}, {.deadline = in(50ms)}).error().kind, CallErrorKind::kLate);
+  ASSERT_TRUE(client->call("ping", {}, in(10s)));
+  EXPECT_EQ(client->call("wait", {}, in(50ms)).error().kind, CallErrorKind::kLate);
   robot_->release();
-  EXPECT_TRUE(client->call("ping", {}, {.deadline = in(10s)}));
+  EXPECT_TRUE(client->call("ping", {}, in(10s)));
   EXPECT_EQ(client->counters().late_replies, 1U);
 }
 
@@ -84,13 +83,13 @@ TEST_F(Tls, CarriesCallsThatNobodyWaitsForAndAnswersThatComeLater) {
   const auto client = test::make_client(server->address(), {.tls = files("client")});
   const std::string text(1000000, 'x');
   for (std::size_t i = 1; i <= 5; ++i) {
-    auto outcome = test::begin(*client, "echo", Map{{"text", text}}, {.deadline = in(10s)});
+    auto outcome = test::begin(*client, "echo", Map{{"text", text}}, in(10s));
     const auto held = later->take(i);
     held.reply.give(held.answer);
     EXPECT_EQ(outcome.get(), Outcome(Value(text)));
   }
   EXPECT_EQ(client->counters().connections, 1U);
-  EXPECT_EQ(test::call(*client, "echo", Map{{"text", "x"}}, {.deadline = in(50ms)}).error().kind, CallErrorKind::kLate);
+  EXPECT_EQ(test::call(*client, "echo", Map{{"text", "x"}}, in(50ms)).error().kind, CallErrorKind::kLate);
 }
 
 TEST_F(Tls, AClientOfAnotherAuthorityIsRefused) {
@@ -119,11 +118,11 @@ TEST_F(Tls, APlainPeerIsAnErrorOnEitherSide) {
   const auto server = start(files("server"));
   Address plain = server->address();
   plain.kind = Address::Kind::kTcp;
-  EXPECT_FALSE(test::connect(plain)->call("ping", {}, {.deadline = in(10s)}));
+  EXPECT_FALSE(test::connect(plain)->call("ping", {}, in(10s)));
   const auto open = test::serve(*Address::parse("tcp://127.0.0.1:0"), robot_, {.message_time_max = 100ms});
   Address secure = open->address();
   secure.kind = Address::Kind::kTls;
-  EXPECT_FALSE(test::connect(secure, {.tls = files("client")})->call("ping", {}, {.deadline = in(10s)}));
+  EXPECT_FALSE(test::connect(secure, {.tls = files("client")})->call("ping", {}, in(10s)));
 }
 
 TEST_F(Tls, MissingAndWrongFilesAreNamed) {

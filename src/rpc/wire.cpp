@@ -22,8 +22,6 @@ using protocol::TType;
 
 // Declared sizes are believed up to here before the items have come.
 constexpr std::size_t kReserveMax = 1024;
-constexpr std::int16_t kStampField = std::numeric_limits<std::int16_t>::max();
-
 TType wire_type(const Type& type) {
   switch (type.kind) {
     case Kind::kVoid: return protocol::T_VOID;
@@ -62,13 +60,12 @@ class WireOf final : public Wire {
         writer_(out_ptr_) {}
 
   void write_call(const std::string& name, MessageType type, std::int32_t sequence, const Struct& arguments,
-                  const Value& values, CausalStamp stamp) override {
+                  const Value& values) override {
     guarded([&] {
       out_.begin_message(framed_);
       writer_.writeMessageBegin(name, static_cast<protocol::TMessageType>(type), sequence);
       writer_.writeStructBegin("");
       write_fields(arguments, values);
-      write_stamp(stamp);
       writer_.writeFieldStop();
       writer_.writeStructEnd();
       writer_.writeMessageEnd();
@@ -87,7 +84,6 @@ class WireOf final : public Wire {
       } else if (method.result->kind != Kind::kVoid) {
         write_field(0, *method.result, body.value);
       }
-      write_stamp(body.stamp);
       writer_.writeFieldStop();
       writer_.writeStructEnd();
       writer_.writeMessageEnd();
@@ -120,10 +116,9 @@ class WireOf final : public Wire {
     });
   }
 
-  Stamped read_arguments(const idl::Method& method) override {
+  Value read_arguments(const idl::Method& method) override {
     return guarded([&] {
-      Stamped out;
-      out.value = read_struct(method.arguments, 0, &out.stamp);
+      Value out = read_struct(method.arguments, 0);
       reader_->readMessageEnd();
       return out;
     });
@@ -185,13 +180,6 @@ class WireOf final : public Wire {
   }
 
   // ---- writing
-
-  void write_stamp(CausalStamp stamp) {
-    if (stamp == 0) return;
-    writer_.writeFieldBegin("", protocol::T_I64, kStampField);
-    writer_.writeI64(static_cast<std::int64_t>(stamp));
-    writer_.writeFieldEnd();
-  }
 
   void write_field(std::int16_t id, const Type& type, const Value& value) {
     writer_.writeFieldBegin("", wire_type(type), id);
@@ -288,15 +276,6 @@ class WireOf final : public Wire {
     reader_->readFieldEnd();
   }
 
-  bool read_stamp(TType type, std::int16_t id, CausalStamp* stamp) {
-    if (stamp == nullptr || id != kStampField || type != protocol::T_I64) return false;
-    std::int64_t read = 0;
-    reader_->readI64(read);
-    reader_->readFieldEnd();
-    *stamp = read > 0 ? static_cast<CausalStamp>(read) : 0;
-    return true;
-  }
-
   void read_result(const idl::Method& method, ReplyBody& out) {
     TType type = protocol::T_STOP;
     std::int16_t id = 0;
@@ -315,7 +294,7 @@ class WireOf final : public Wire {
         out.value = read(*exception->type, 1);
         found = true;
         reader_->readFieldEnd();
-      } else if (!read_stamp(type, id, &out.stamp)) {
+      } else {
         skip(type);
       }
     }
@@ -329,7 +308,7 @@ class WireOf final : public Wire {
     --values_left_;
   }
 
-  Value read_struct(const Struct& s, int depth, CausalStamp* stamp) {
+  Value read_struct(const Struct& s, int depth) {
     Map out;
     out.reserve(std::min(s.fields.size(), kReserveMax));
     TType type = protocol::T_STOP;
@@ -344,7 +323,7 @@ class WireOf final : public Wire {
         i = static_cast<std::size_t>(found - s.fields.begin());
       }
       if (i == s.fields.size() || wire_type(*s.fields[i].type) != type) {
-        if (!read_stamp(type, id, stamp)) skip(type);
+        skip(type);
         continue;
       }
       Value value = read(*s.fields[i].type, depth + 1);
@@ -451,7 +430,7 @@ class WireOf final : public Wire {
         const idl::Enumerator* e = type.enumeration->find(std::int64_t{n});
         return e != nullptr ? Value(e->name) : Value(std::int64_t{n});
       }
-      case Kind::kStruct: return read_struct(*type.structure, depth, nullptr);
+      case Kind::kStruct: return read_struct(*type.structure, depth);
       case Kind::kList:
       case Kind::kSet: return read_items(type, depth);
       case Kind::kMap: return read_map(type, depth);

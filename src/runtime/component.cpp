@@ -87,7 +87,7 @@ SimServer::SimServer(SimComponent component, std::uint64_t seed, double factor)
     auto service = std::make_shared<rpc::FunctionService>(
         served.service,
         [host = host_.get(), interface = served.interface, robot = served.robot](
-            const idl::Method& method, const Value& arguments, const rpc::CallContext&) -> rpc::Outcome {
+            const idl::Method& method, const Value& arguments) -> rpc::Outcome {
           mission::CallOutcome outcome = host->call(interface, method.name, arguments, robot);
           if (outcome.ok) return std::move(outcome.result);
           return tl::unexpected(rpc::CallError{rpc::CallErrorKind::kProtocol, outcome.message, {}, {}});

@@ -111,9 +111,9 @@ Result<std::unique_ptr<rpc::Server>> start_control(ControlHandler handler) {
     return fail("file.unwritable", "the control folder cannot be made: " + error.message(),
                 SourceSpan{folder.string()});
   auto service = std::make_shared<rpc::FunctionService>(
-      *interface,
-      [handler = std::move(handler)](const idl::Method& method, const Value& arguments, const rpc::CallContext&)
-          -> rpc::Outcome { return serve(handler, method, arguments); });
+      *interface, [handler = std::move(handler)](const idl::Method& method, const Value& arguments) -> rpc::Outcome {
+        return serve(handler, method, arguments);
+      });
   return rpc::Server::start(socket_of(getpid()), {{"control", std::move(service)}});
 }
 
@@ -122,8 +122,7 @@ std::vector<RunningRun> running_runs(Duration patience) {
   for (const int pid : runs()) {
     const auto client = connect_control(pid);
     if (!client) continue;
-    const auto info = (*client)->call(
-        "info", Map(), {.source = "control", .call = 0, .deadline = std::chrono::steady_clock::now() + patience});
+    const auto info = (*client)->call("info", Map(), std::chrono::steady_clock::now() + patience);
     if (!info) continue;
     const Value* has_page = info->find("has_page");
     found.push_back({pid, std::string(info->find("scenario")->text()), info->find("time")->number(),

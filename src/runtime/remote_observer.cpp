@@ -32,9 +32,7 @@ bool matches_any(const std::vector<std::string>& patterns, std::string_view text
                      [&](const std::string& pattern) { return project::matches_pattern(pattern, text); });
 }
 
-rpc::CallContext in_time() {
-  return {.source = "run", .call = 0, .deadline = std::chrono::steady_clock::now() + kObserverPatience};
-}
+rpc::Deadline in_time() { return std::chrono::steady_clock::now() + kObserverPatience; }
 
 bool is_true(const Value& map, std::string_view key) {
   const Value* value = map.find(key);
@@ -184,7 +182,7 @@ class MonitorService final : public rpc::Service {
 
   const idl::Service& interface() const override { return *interface_; }
 
-  rpc::Outcome call(const idl::Method& method, const Value& arguments, const rpc::CallContext&) override {
+  rpc::Outcome call(const idl::Method& method, const Value& arguments) override {
     const std::lock_guard lock(mutex_);
     if (method.name == "info") {
       state_ = monitor::start(model_, TimePoint{});

@@ -20,8 +20,7 @@ class RemotePort final : public ServicePort {
       : deadline_(deadline), client_(std::move(client)) {}
 
   void call(const idl::Method& method, Value args, Done done) override {
-    const rpc::CallContext context{.source = {}, .call = 0, .deadline = std::chrono::steady_clock::now() + deadline_};
-    client_->call(method, std::move(args), context,
+    client_->call(method, std::move(args), std::chrono::steady_clock::now() + deadline_,
                   [done = std::move(done)](rpc::Outcome outcome) { done(to_call_outcome(std::move(outcome))); });
   }
 
@@ -51,8 +50,7 @@ mission::CallOutcome call_once(const rpc::Address& address, const idl::ServicePt
   options.tls = environment_tls();
   const auto client = rpc::Client::remote(target, interface, std::move(options));
   if (!client) return {.ok = false, .result = {}, .kind = "unreachable", .message = client.error().message};
-  return to_call_outcome((*client)->call(
-      method, args, {.source = {}, .call = 0, .deadline = std::chrono::steady_clock::now() + deadline}));
+  return to_call_outcome((*client)->call(method, args, std::chrono::steady_clock::now() + deadline));
 }
 
 }  // namespace sentree::runtime

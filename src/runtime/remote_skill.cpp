@@ -43,7 +43,7 @@ class RemoteSkill final : public RemoteLeafDriver {
                         {"run", static_cast<std::int64_t>(run_)},
                         {"tick", static_cast<std::int64_t>(tick)},
                         {"inputs", to_json(Value(inputs))}};
-    client_->call("tick", Map{{"tick", std::move(request)}}, context(options_.tick_deadline),
+    client_->call("tick", Map{{"tick", std::move(request)}}, within(options_.tick_deadline),
                   [this, tick](const rpc::Outcome& reply) {
                     if (closed_) return;
                     if (!reply) {
@@ -61,7 +61,7 @@ class RemoteSkill final : public RemoteLeafDriver {
   void halt() override { ask_halt(arguments(), std::chrono::steady_clock::now() + options_.halt_deadline); }
 
   void cancel() override {
-    client_->call("cancel", arguments(), context(options_.tick_deadline), [](const rpc::Outcome&) {});
+    client_->call("cancel", arguments(), within(options_.tick_deadline), [](const rpc::Outcome&) {});
   }
 
   // What is in flight fails now, and that is nobody's problem.
@@ -71,28 +71,24 @@ class RemoteSkill final : public RemoteLeafDriver {
   }
 
  private:
-  static rpc::CallContext context(Duration deadline) {
-    return {.source = {}, .call = 0, .deadline = std::chrono::steady_clock::now() + deadline};
-  }
+  static rpc::Deadline within(Duration time) { return std::chrono::steady_clock::now() + time; }
   [[nodiscard]] Value arguments() const {
     return Map{{"leaf", options_.leaf}, {"run", static_cast<std::int64_t>(run_)}};
   }
 
   // The skill says within each call whether it has halted; the deadline bounds how often it is asked.
   void ask_halt(const Value& args, rpc::Deadline until) {
-    client_->call("halt", args, {.source = {}, .call = 0, .deadline = until},
-                  [this, args, until](const rpc::Outcome& reply) {
-                    if (closed_) return;
-                    const Value* halted = reply ? reply->find("halted") : nullptr;
-                    if (!reply) replies_.problem(options_.leaf + ": halt: " + reply.error().message);
-                    if (!reply || (halted != nullptr && halted->as_bool() != nullptr && *halted->as_bool()))
-                      return replies_.halted();
-                    if (std::chrono::steady_clock::now() < until) return ask_halt(args, until);
-                    replies_.problem(options_.leaf + " did not halt in time and was cancelled");
-                    client_->call("cancel", args, context(options_.tick_deadline), [this](const rpc::Outcome&) {
-                      if (!closed_) replies_.halted();
-                    });
-                  });
+    client_->call("halt", args, until, [this, args, until](const rpc::Outcome& reply) {
+      if (closed_) return;
+      const Value* halted = reply ? reply->find("halted") : nullptr;
+      if (!reply) replies_.problem(options_.leaf + ": halt: " + reply.error().message);
+      if (!reply || (halted != nullptr && halted->as_bool() != nullptr && *halted->as_bool())) return replies_.halted();
+      if (std::chrono::steady_clock::now() < until) return ask_halt(args, until);
+      replies_.problem(options_.leaf + " did not halt in time and was cancelled");
+      client_->call("cancel", args, within(options_.tick_deadline), [this](const rpc::Outcome&) {
+        if (!closed_) replies_.halted();
+      });
+    });
   }
 
   const RemoteSkillOptions options_;
@@ -152,8 +148,7 @@ class RemotePublisher final : public Publisher {
   bool may_be_gated(std::string_view call) {
     const std::lock_guard lock(gates_mutex_);
     if (!gates_) {
-      const auto info =
-          client_->call("info", Map(), {.deadline = std::chrono::steady_clock::now() + std::chrono::seconds(1)});
+      const auto info = client_->call("info", Map(), std::chrono::steady_clock::now() + std::chrono::seconds(1));
       const Value* gates = info ? info->find("gates") : nullptr;
       if (gates == nullptr || gates->as_list() == nullptr) return true;
       gates_ = *gates->as_list();
@@ -180,9 +175,8 @@ class RemotePublisher final : public Publisher {
   }
 
   rpc::Outcome observe(const Message& message) {
-    return client_->call(
-        "observe", Map{{"message", to_wire(message)}},
-        {.source = {}, .call = 0, .deadline = std::chrono::steady_clock::now() + std::chrono::seconds(1)});
+    return client_->call("observe", Map{{"message", to_wire(message)}},
+                         std::chrono::steady_clock::now() + std::chrono::seconds(1));
   }
 
   std::unique_ptr<rpc::Client> client_;
@@ -233,9 +227,9 @@ class SkillService final : public rpc::Service {
 
   const idl::Service& interface() const override { return *interface_; }
 
-  rpc::Outcome call(const idl::Method& method, const Value& arguments, const rpc::CallContext& context) override {
+  rpc::Outcome call(const idl::Method& method, const Value& arguments) override {
     const auto answer = std::make_shared<std::promise<rpc::Outcome>>();
-    serve(method, arguments, context,
+    serve(method, arguments,
           rpc::Reply([answer](rpc::Outcome outcome, bool) { answer->set_value(std::move(outcome)); }));
     // A condition may take as long as its deadline, which the caller keeps; this bounds a caller that is gone.
     auto given = answer->get_future();
@@ -243,8 +237,7 @@ class SkillService final : public rpc::Service {
     return refused("the skill did not answer in time");
   }
 
-  void serve(const idl::Method& method, const Value& arguments, const rpc::CallContext&,
-             const rpc::Reply& reply) override {
+  void serve(const idl::Method& method, const Value& arguments, const rpc::Reply& reply) override {
     if (method.name == "info") {
       return reply.give(
           Value(Map{{"name", plan_.id}, {"pid", static_cast<std::int64_t>(getpid())}, {"condition", plan_.condition}}));
@@ -395,8 +388,7 @@ Result<std::unique_ptr<RemoteLeafDriver>> make_remote_skill(RemoteSkillOptions o
 
 std::shared_ptr<rpc::Service> make_observer_service(idl::ServicePtr interface, Publisher& publisher) {
   return std::make_shared<rpc::FunctionService>(
-      std::move(interface),
-      [&publisher](const idl::Method& method, const Value& arguments, const rpc::CallContext&) -> rpc::Outcome {
+      std::move(interface), [&publisher](const idl::Method& method, const Value& arguments) -> rpc::Outcome {
         if (method.name == "info") {
           return Value(Map{{"name", "run"},
                            {"pid", static_cast<std::int64_t>(getpid())},

@@ -62,7 +62,6 @@ std::uint64_t number_of(const Value& map, std::string_view key) {
 Value to_wire(const Message& message) {
   return Map{{"sequence", static_cast<std::int64_t>(message.sequence)},
              {"time_ns", message.time.time_since_epoch().count()},
-             {"stamp", static_cast<std::int64_t>(message.stamp)},
              {"kind", wire_name(message.kind)},
              {"source", message.source},
              {"target", message.target},

@@ -20,15 +20,14 @@ inline constexpr std::size_t kAnswersOwedMax = 16;
 struct Question {
   const idl::Method* method = nullptr;
   std::int32_t sequence = 0;
-  bool stamped = false;
 };
 
 /// Sends the answers of one connection from whichever thread gives them. None of those waits: what the socket does not
 /// take at once is sent by the thread that reads the connection, between two messages. Outlives the connection.
 class Answers {
  public:
-  /// In the thread that reads. `clock` may be null.
-  Answers(Connection& connection, LogicalClock* clock, std::chrono::milliseconds send_time_max);
+  /// In the thread that reads.
+  Answers(Connection& connection, std::chrono::milliseconds send_time_max);
   ~Answers();
   Answers(const Answers&) = delete;
   Answers& operator=(const Answers&) = delete;
@@ -55,7 +54,6 @@ class Answers {
 
   std::mutex mutex_;
   Connection* connection_;  // null: closed
-  LogicalClock* const clock_;
   const std::chrono::milliseconds send_time_max_;
   const std::thread::id reader_ = std::this_thread::get_id();
   std::size_t owed_ = 0;

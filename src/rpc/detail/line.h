@@ -17,25 +17,24 @@ namespace sentree::rpc {
 /// that it still owes. Whoever uses it sees to it that it is the only one, but for `interrupt` and `counts`.
 class Line {
  public:
-  Line(const Address& address, std::string target, const ClientOptions& options, std::shared_ptr<const TlsContext> tls);
+  Line(const Address& address, const ClientOptions& options, std::shared_ptr<const TlsContext> tls);
   Line(const Line&) = delete;
   Line& operator=(const Line&) = delete;
 
   /// Sends and waits for the reply; `arguments` conform.
-  [[nodiscard]] Outcome exchange(const idl::Method& method, const Value& arguments, const CallContext& context);
+  [[nodiscard]] Outcome exchange(const idl::Method& method, const Value& arguments, Deadline deadline);
 
   /// In two steps: connects if need be and sends. An outcome: there is nothing to wait for.
-  [[nodiscard]] std::optional<Outcome> send(const idl::Method& method, const Value& arguments,
-                                            const CallContext& context);
+  [[nodiscard]] std::optional<Outcome> send(const idl::Method& method, const Value& arguments, Deadline deadline);
   /// Waits for the reply to what was sent last.
-  [[nodiscard]] Outcome receive(const idl::Method& method, const Value& arguments, const CallContext& context);
+  [[nodiscard]] Outcome receive(const idl::Method& method, Deadline deadline);
 
   /// In steps that do not wait: what `send_now` sends of. Null: all is left to `send`.
   [[nodiscard]] std::shared_ptr<Connection> prepare(const idl::Method& method, const Value& arguments);
   /// The bytes of what was prepared that go at once. Meanwhile another thread may `receive`.
   [[nodiscard]] static std::size_t send_now(Connection& connection);
   /// Sends what comes behind those. An outcome as of `send`.
-  [[nodiscard]] std::optional<Outcome> send_rest(std::size_t sent, const CallContext& context);
+  [[nodiscard]] std::optional<Outcome> send_rest(std::size_t sent, Deadline deadline);
 
   /// Everything that has come already; notices a peer that has gone.
   void take_late_replies();
@@ -65,22 +64,18 @@ class Line {
   struct Owed {
     std::int32_t sequence = 0;
     const idl::Method* method = nullptr;
-    Value arguments;
-    std::string source;
-    std::uint64_t call = 0;
     Deadline given_up;
   };
 
   [[nodiscard]] tl::expected<void, CallError> connected(Deadline deadline);
   void write(const idl::Method& method, const Value& arguments);
-  [[nodiscard]] std::optional<Outcome> transmit(std::size_t from, const CallContext& context);
+  [[nodiscard]] std::optional<Outcome> transmit(std::size_t from, Deadline deadline);
   [[nodiscard]] CallError broken(const WireError& error);
-  void report_late(MessageHead& head);
+  void take_late(const MessageHead& head);
   [[nodiscard]] Outcome outcome_of(const idl::Method& method, ReplyBody body);
   [[nodiscard]] std::string where() const;
 
   const Address address_;
-  const std::string target_;
   const ClientOptions options_;
   const std::shared_ptr<const TlsContext> tls_;
   Resolver resolver_;

@@ -55,7 +55,7 @@ class Robot final : public Service {
 
   const idl::Service& interface() const override { return *interface_; }
 
-  Outcome call(const idl::Method& method, const Value& arguments, const CallContext&) override {
+  Outcome call(const idl::Method& method, const Value& arguments) override {
     if (method.name == "go") {
       if (arguments.at({"target", "x"})->number() < 0) {
         return tl::unexpected(
@@ -104,47 +104,6 @@ class Robot final : public Service {
   bool released_ = false;
 };
 
-/// Writes down what it sees.
-class Diary final : public Hook {
- public:
-  Verdict before(const Call& call) override {
-    write("request " + call.method.name + " " + to_json(call.arguments));
-    const std::lock_guard lock(mutex_);
-    return verdict;
-  }
-  void replied(const Call& call, const Value& result) override {
-    write("reply " + call.method.name + " " + to_json(result));
-  }
-  void failed(const Call& call, const CallError& error) override {
-    write("error " + call.method.name + " " + std::string(to_string(error.kind)));
-  }
-  void late(const Call& call, const Outcome& outcome) override {
-    write("late " + call.method.name + " " + std::to_string(call.id) + (outcome ? " result" : " error"));
-  }
-
-  std::vector<std::string> lines() {
-    const std::lock_guard lock(mutex_);
-    return lines_;
-  }
-  /// Waits for a line; the tests' time limit ends it.
-  void await(const std::string& line) {
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return std::find(lines_.begin(), lines_.end(), line) != lines_.end(); });
-  }
-
-  Verdict verdict;
-
- private:
-  void write(std::string line) {
-    const std::lock_guard lock(mutex_);
-    lines_.push_back(std::move(line));
-    changed_.notify_all();
-  }
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::vector<std::string> lines_;
-};
-
 /// A folder of this test's own.
 class Folder {
  public:
@@ -178,21 +137,21 @@ inline std::unique_ptr<AsyncClient> make_client(const Address& address, ClientOp
 
 /// The outcome of a call, once it is there.
 inline std::future<Outcome> begin(AsyncClient& client, std::string_view method, Value arguments,
-                                  const CallContext& context = {}) {
+                                  Deadline deadline = kNoDeadline) {
   const auto outcome = std::make_shared<std::promise<Outcome>>();
-  client.call(method, std::move(arguments), context, [outcome](Outcome out) { outcome->set_value(std::move(out)); });
+  client.call(method, std::move(arguments), deadline, [outcome](Outcome out) { outcome->set_value(std::move(out)); });
   return outcome->get_future();
 }
-inline Outcome call(AsyncClient& client, std::string_view method, Value arguments, const CallContext& context = {}) {
-  return begin(client, method, std::move(arguments), context).get();
+inline Outcome call(AsyncClient& client, std::string_view method, Value arguments, Deadline deadline = kNoDeadline) {
+  return begin(client, method, std::move(arguments), deadline).get();
 }
 
 /// Keeps its answers until it is told to give them.
 class LaterRobot final : public Service {
  public:
   const idl::Service& interface() const override { return *interface_; }
-  Outcome call(const idl::Method&, const Value&, const CallContext&) override { return Value(); }
-  void serve(const idl::Method& method, const Value& arguments, const CallContext&, const Reply& reply) override {
+  Outcome call(const idl::Method&, const Value&) override { return Value(); }
+  void serve(const idl::Method& method, const Value& arguments, const Reply& reply) override {
     const std::lock_guard lock(mutex_);
     held_.push_back({reply, method.name == "echo" ? *arguments.find("text") : Value()});
     most_ = std::max(most_, held_.size());

@@ -88,12 +88,6 @@ struct MessageHead {
   std::int32_t sequence = 0;
 };
 
-/// A struct with its causal stamp, if it had one.
-struct Stamped {
-  Value value;
-  CausalStamp stamp = 0;
-};
-
 /// What a reply can be: see `idl::Method`. An application exception is the failure that every Thrift peer knows.
 struct ReplyBody {
   enum class Form : std::uint8_t { kResult, kException, kFailure };
@@ -102,7 +96,6 @@ struct ReplyBody {
   const idl::Field* exception = nullptr;
   std::string failure;
   std::int32_t failure_type = 0;  ///< As TApplicationException numbers them.
-  CausalStamp stamp = 0;
 };
 
 /// The numbers of TApplicationException.
@@ -119,14 +112,14 @@ class Wire {
                                                   const Limits& limits);
 
   virtual void write_call(const std::string& name, MessageType type, std::int32_t sequence,
-                          const idl::Struct& arguments, const Value& values, CausalStamp stamp) = 0;
+                          const idl::Struct& arguments, const Value& values) = 0;
   virtual void write_reply(const std::string& name, std::int32_t sequence, const idl::Method& method,
                            const ReplyBody& body) = 0;
   virtual void write_failure(const std::string& name, std::int32_t sequence, const std::string& message,
                              std::int32_t type) = 0;
 
   [[nodiscard]] virtual MessageHead read_head() = 0;
-  [[nodiscard]] virtual Stamped read_arguments(const idl::Method& method) = 0;
+  [[nodiscard]] virtual Value read_arguments(const idl::Method& method) = 0;
   [[nodiscard]] virtual ReplyBody read_reply(MessageType type, const idl::Method& method) = 0;
   /// Skips the body of a message that nobody wants.
   virtual void skip_body() = 0;

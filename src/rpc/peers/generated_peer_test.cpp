@@ -141,8 +141,8 @@ class GeneratedPeer : public ::testing::TestWithParam<const char*> {
     ASSERT_TRUE(loaded.ok());
     echo_ = loaded.value->service("Echo");
 
-    const auto ours = std::make_shared<FunctionService>(
-        echo_, [this](const idl::Method& method, const Value& arguments, const CallContext&) -> Outcome {
+    const auto ours =
+        std::make_shared<FunctionService>(echo_, [this](const idl::Method& method, const Value& arguments) -> Outcome {
           if (method.name == "tell") told_.set_value(std::string(arguments.find("text")->text()));
           if (method.name == "ping" || method.name == "tell") return Value();
           if (method.name == "add") return Value(*arguments.find("a")->as_int() + *arguments.find("b")->as_int());
@@ -187,8 +187,7 @@ class GeneratedPeer : public ::testing::TestWithParam<const char*> {
     their_thread_ = std::thread([this] { their_server_->serve(); });
     listening->ready.get_future().wait();
 
-    our_client_ =
-        *Client::remote(*Address::parse("unix:" + folder_.file("theirs") + options), echo_, {.clock = &clock_});
+    our_client_ = *Client::remote(*Address::parse("unix:" + folder_.file("theirs") + options), echo_);
   }
 
   void TearDown() override {
@@ -204,7 +203,6 @@ class GeneratedPeer : public ::testing::TestWithParam<const char*> {
 
   test::Folder folder_;
   idl::ServicePtr echo_;
-  LogicalClock clock_;  // Its stamps are fields that generated code has to skip.
   std::promise<std::string> told_;
   std::unique_ptr<Server> our_server_;
   std::unique_ptr<peers::EchoClient> their_client_;

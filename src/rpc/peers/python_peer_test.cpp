@@ -86,21 +86,20 @@ TEST(PythonPeer, ServesAComponentInEveryEncoding) {
       if (f == "--compact") address.protocol = Address::Protocol::kCompact;
       if (f == "--framed") address.framed = true;
     }
-    LogicalClock clock;  // Its stamps must not disturb a peer that knows none.
-    const auto client = *Client::remote(address, interface_file("robot.thrift").service("Battery"), {.clock = &clock});
-    const Outcome state = client->call("getBatteryState", {}, {.deadline = in(20s)});
+    const auto client = *Client::remote(address, interface_file("robot.thrift").service("Battery"));
+    const Outcome state = client->call("getBatteryState", {}, in(20s));
     ASSERT_TRUE(state) << state.error().message;
     EXPECT_EQ(state->find("power_supply_status")->text(), "DISCHARGING");
     EXPECT_GT(state->find("percentage")->number(), 0.5);
-    EXPECT_EQ(client->call("isCharging", {}, {.deadline = in(20s)}), Outcome(Value(false)));
+    EXPECT_EQ(client->call("isCharging", {}, in(20s)), Outcome(Value(false)));
   }
 }
 
 TEST(PythonPeer, AClientInPythonCallsOurServer) {
   test::Folder folder;
   const idl::Schema schema = interface_file("robot.thrift");
-  const auto battery = std::make_shared<FunctionService>(
-      schema.service("Battery"), [](const idl::Method&, const Value&, const CallContext&) -> Outcome {
+  const auto battery =
+      std::make_shared<FunctionService>(schema.service("Battery"), [](const idl::Method&, const Value&) -> Outcome {
         return Value(Map{{"header", Map{{"stamp", 1}, {"frame_id", "dock"}}},
                          {"voltage", 24},
                          {"current", 0},
@@ -123,9 +122,9 @@ TEST(PythonPeer, RunsASkill) {
         "tick",
         Map{{"tick",
              Map{{"leaf", "Main.Countdown"}, {"run", run}, {"tick", 1}, {"inputs", R"({"ticks":2})"}, {"stamp", 7}}}},
-        {.deadline = in(20s)});
+        in(20s));
   };
-  EXPECT_EQ(client->call("info", {}, {.deadline = in(20s)})->find("name")->text(), "Countdown");
+  EXPECT_EQ(client->call("info", {}, in(20s))->find("name")->text(), "Countdown");
   EXPECT_EQ(tick(1)->find("status")->text(), "RUNNING");
   const Outcome done = tick(1);
   EXPECT_EQ(done->find("status")->text(), "SUCCESS");
@@ -149,7 +148,7 @@ TEST(PythonPeer, ObservesAndVetoes) {
                                              {"target", "x"},
                                              {"name", name},
                                              {"data", data}}}},
-                         {.deadline = in(20s)});
+                         in(20s));
   };
   EXPECT_EQ(*observe("REQUEST", "navigation.gotoTargetByLocationName.request", "{}").find("accept"), Value(true));
   (void)observe("REPLY", "battery.getBatteryState.reply", R"({"result":{"percentage":0.2}})");

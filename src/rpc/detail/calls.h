@@ -9,31 +9,21 @@
 #include "sentree/rpc/client.h"
 #include "sentree/rpc/detail/stream.h"
 
-/// What happens around every call, however it is delivered. Private to the library.
+/// What clients of both kinds do around a call. Private to the library.
 namespace sentree::rpc {
 
-class Seam {
+/// Checks and counts the calls of a client.
+class Calls {
  public:
-  explicit Seam(ClientOptions options) : options_(std::move(options)) {}
-  [[nodiscard]] const ClientOptions& options() const { return options_; }
-
-  /// Brings the arguments into form and shows the call to the hook, which may change them. An outcome: that is all,
-  /// nothing is sent.
-  [[nodiscard]] std::optional<Outcome> admit(const idl::Method& method, Value& arguments, const CallContext& context);
-  /// Shows the outcome to the hook and counts it.
-  [[nodiscard]] Outcome finish(const idl::Method& method, const Value& arguments, const CallContext& context,
-                               Outcome out);
-  /// Shows a result that came after the deadline.
-  void late(const idl::Method& method, const Value& arguments, const CallContext& context, const Outcome& out);
-
+  /// Brings the arguments into form. An outcome: that is all, nothing is sent.
+  [[nodiscard]] std::optional<Outcome> admit(const idl::Method& method, Value& arguments);
+  void ended(const Outcome& outcome);
   [[nodiscard]] ClientCounters counters() const;
 
  private:
-  const ClientOptions options_;
   std::atomic<std::uint64_t> calls_{0};
   std::atomic<std::uint64_t> errors_{0};
   std::atomic<std::uint64_t> late_{0};
-  std::atomic<std::uint64_t> late_replies_{0};
 };
 
 /// The options with a target: by default the interface's name.
