@@ -62,9 +62,11 @@ service Navigation {
   OccupancyGridReply getCurrentNavigationMap(1: NavigationMapType type)  // costs: 0 free .. 99 near, 100 closed; LOCAL: around the robot
   ReturnCode clearCurrentNavigationMap()                       // forgets what the laser saw beyond the map
   bool       checkInsideArea(1: string area_name)
-  bool       checkNearToLocation(1: string name, 2: double linear_tolerance, 3: double angular_tolerance)
+  bool       checkNearToLocation(1: string name, 2: double linear_tolerance (unit = "m", min = "0"),
+                                      3: double angular_tolerance (unit = "rad", min = "0"))
   bool       checkInsideGivenArea(1: Area area)
-  bool       checkNearToGivenLocation(1: Location location, 2: double linear_tolerance, 3: double angular_tolerance)
+  bool       checkNearToGivenLocation(1: Location location, 2: double linear_tolerance (unit = "m", min = "0"),
+                                      3: double angular_tolerance (unit = "rad", min = "0"))
   string     findCurrentArea()                                 // the first stored area that holds the robot; "" when none
 }
 
@@ -158,7 +160,7 @@ service Base {
 // --- test control: never used by a skill ---
 // The robot is the one whose Simulation service is called; obstacles, doors, and time are of the whole world.
 service Simulation {
-  ReturnCode setBatteryCharge(1: double percent)               // the paper's experiment 1: force 10 %
+  ReturnCode setBatteryCharge(1: double percent (unit = "%"))  // the paper's experiment 1: force 10 %
   ReturnCode plugIn()                                          // a person connects the robot; NOT_READY away from a station
   ReturnCode unplug()
   ReturnCode setRobotPose(1: Pose2D pose)                      // teleport ground truth; localization by odometry is told, AMCL is not

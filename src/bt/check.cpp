@@ -67,6 +67,7 @@ void Loader::check_entries() {
       if (script.names[i].created) written[owner(model_->script_cells[use.first_cell + i])] = true;
     }
   }
+  find_unwritten(written, open, owner);
   if (model_->uses.empty()) return;
   const std::vector<ScriptType> types = entry_types(owner);
   std::set<std::pair<std::uint32_t, std::string>> told;
@@ -103,6 +104,25 @@ void Loader::check_entries() {
     const bool script = node.kind == Kind::kScript || node.kind == Kind::kScriptCondition;
     if ((script || node.kind == Kind::kPrecondition) && node.data != kNone) {
       check(model_->uses[node.data], id, script ? "code" : "if");
+    }
+  }
+}
+
+void Loader::find_unwritten(const std::vector<bool>& written, const std::vector<bool>& open,
+                            const std::function<std::uint32_t(std::uint32_t)>& owner) {
+  for (NodeId id = 0; id < model_->nodes.size(); ++id) {
+    const Node& node = model_->nodes[id];
+    if (node.kind == Kind::kSubTree) continue;
+    const Manifest& manifest = model_->manifest(id);
+    for (std::uint32_t i = 0; i < node.port_count; ++i) {
+      const Binding& b = model_->bindings[node.ports + i];
+      if (b.kind != Binding::Kind::kEntry || b.declared == 0xFFFF) continue;
+      if (manifest.ports[b.declared].direction != PortDirection::kInput) continue;
+      const std::uint32_t home = owner(b.target);
+      // A name beginning with '@' lives in the root's blackboard, which others may share.
+      const std::string& name = model_->strings[model_->cells[home].name];
+      if (written[home] || open[model_->cells[home].scope] || name.starts_with('@')) continue;
+      model_->unwritten.push_back({id, model_->strings[b.name], name});
     }
   }
 }

@@ -176,6 +176,8 @@ class Loader {
   void check_definitions();
   void check_entries();
   /// What the entries of each cell hold, where everybody who writes one agrees; asked through their owner.
+  void find_unwritten(const std::vector<bool>& written, const std::vector<bool>& open,
+                      const std::function<std::uint32_t(std::uint32_t)>& owner);
   [[nodiscard]] std::vector<ScriptType> entry_types(const std::function<std::uint32_t(std::uint32_t)>& owner) const;
 
   // corners.cpp: what the nodes may return, and what a tree depends on.

@@ -196,10 +196,18 @@ struct InitialEntry {
   bool local = false;  ///< A constant in the SubTree's own blackboard; else declared and typed, without a value.
 };
 
+/// An input port that reads an entry of the blackboard which nothing in the tree writes.
+struct UnwrittenEntry {
+  NodeId node = kNoNode;
+  std::string port;
+  std::string entry;
+};
+
 struct Model {
   int format = 4;
   std::string id;
   std::vector<Node> nodes;
+  std::vector<UnwrittenEntry> unwritten;  ///< Format 4 only.
   std::vector<NodeInfo> infos;
   std::vector<NodeId> children;
   std::string text;  ///< Node names.

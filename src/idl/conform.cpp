@@ -423,6 +423,51 @@ Result<Value> conform_arguments(const Method& method, Value arguments) {
   return fail(m.code, told_of_argument(method, m));
 }
 
+Result<void> check_ranges(const Field& field, const Value& value, std::string_view what) {
+  if (value.is_number() && ((field.min && value.number() < *field.min) || (field.max && value.number() > *field.max))) {
+    const auto bound = [](double number) {
+      std::string text = shortest_decimal(number);
+      if (text.ends_with(".0")) text.resize(text.size() - 2);
+      return text;
+    };
+    const std::string unit = field.unit.empty() || field.unit == "ratio" ? "" : " " + field.unit;
+    return fail("idl.out-of-range",
+                std::string(what) + ": " + to_json(value) + " is " +
+                    (field.min && field.max ? "not from " + bound(*field.min) + " to " + bound(*field.max)
+                     : field.min            ? "less than " + bound(*field.min)
+                                            : "more than " + bound(*field.max)) +
+                    unit);
+  }
+  return check_ranges(*field.type, value, what);
+}
+
+Result<void> check_ranges(const Type& type, const Value& value, std::string_view what) {
+  // As deep as the value, which `conform` has bounded.
+  if (type.kind == Kind::kStruct && value.as_map() != nullptr) {
+    for (const auto& [name, item] : *value.as_map()) {
+      const Field* field = type.structure->find(name);
+      if (field == nullptr) continue;
+      if (auto checked = check_ranges(*field, item, std::string(what) + "." + name); !checked) return checked;
+    }
+  }
+  if ((type.kind == Kind::kList || type.kind == Kind::kSet) && value.as_list() != nullptr) {
+    for (const Value& item : *value.as_list()) {
+      if (auto checked = check_ranges(*type.element, item, what); !checked) return checked;
+    }
+  }
+  return {};
+}
+
+Result<void> check_ranges(const Method& method, const Value& arguments) {
+  for (const Field& field : method.arguments.fields) {
+    const Value* item = arguments.find(field.name);
+    if (item == nullptr) continue;
+    const std::string what = "argument \"" + field.name + "\" of " + method.service + "." + method.name;
+    if (auto checked = check_ranges(field, *item, what); !checked) return checked;
+  }
+  return {};
+}
+
 bool conforms(const Type& type, const Value& value) { return right(type, value, 0); }
 
 bool conforms_arguments(const Method& method, const Value& arguments) {
@@ -454,6 +499,8 @@ Diagnostics check_arguments(const Method& method, const std::vector<WrittenArgum
     if (!fit(*f->type, copy, 1, m)) {
       m.path = "." + f->name + m.path;
       report(a.span, m.code, told_of_argument(method, m));
+    } else if (const auto checked = check_ranges(*f, copy, "argument \"" + f->name + "\" of " + call); !checked) {
+      report(a.span, checked.error().code, checked.error().message);
     }
   }
   for (const Field& f : method.arguments.fields) {

@@ -33,6 +33,15 @@ inline constexpr std::int64_t kExactInDouble = std::int64_t{1} << 53;
 /// `argument "goal_id" of Navigation.stopNavigation: expected i64, got string "abc"`.
 [[nodiscard]] Result<Value> conform_arguments(const Method& method, Value arguments);
 
+/// Whether the numbers in `value`, which conforms, are within the bounds that the IDL gives to the fields of `type`
+/// (`Field::min`, `Field::max`). For constants of people: a robot may measure what it likes.
+/// Errors: idl.out-of-range; the message begins with `what` and the path.
+[[nodiscard]] Result<void> check_ranges(const Type& type, const Value& value, std::string_view what);
+/// The same of one field, or argument, itself.
+[[nodiscard]] Result<void> check_ranges(const Field& field, const Value& value, std::string_view what);
+/// The same of the arguments of a call.
+[[nodiscard]] Result<void> check_ranges(const Method& method, const Value& arguments);
+
 /// True if `value` is in the form that `conform` makes, so that it need not be copied. No messages, no allocation.
 [[nodiscard]] bool conforms(const Type& type, const Value& value);
 [[nodiscard]] bool conforms_arguments(const Method& method, const Value& arguments);
@@ -45,7 +54,8 @@ struct WrittenArgument {
 };
 
 /// Everything that is wrong with a call as far as it can be seen without running it: unknown and missing
-/// arguments, constants of the wrong type. `at` is the place of the call. Codes as `conform`; idl.duplicate.
+/// arguments, constants of the wrong type or out of range. `at` is the place of the call. Codes as `conform`;
+/// idl.duplicate.
 [[nodiscard]] Diagnostics check_arguments(const Method& method, const std::vector<WrittenArgument>& arguments,
                                           const SourceSpan& at);
 

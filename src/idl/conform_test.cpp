@@ -185,5 +185,40 @@ TEST_F(Conform, ShowsSignatures) {
   EXPECT_EQ(signature(*navigation_->find("go")), "go(1: Target target, 2: Pose start, 3: bool fast = true): void");
 }
 
+TEST(Ranges, AreThoseOfTheUnitOrOfTheAnnotations) {
+  const auto schema = Schema::load(R"(
+    struct Cell { 1: double charge (unit = "ratio"), 2: i32 number (min = "1", max = "8") }
+    service Charger {
+      void put(1: double percent (unit = "%"), 2: double tolerance (unit = "m", min = "0"), 3: list<Cell> cells)
+    })",
+                                   "charger.thrift");
+  ASSERT_TRUE(schema.ok()) << to_string(schema.diagnostics.front());
+  const ServicePtr service = schema.value->service("Charger");
+  const Method& put = *service->find("put");
+  const auto told = [&](double percent, double tolerance, double charge, int number) {
+    const auto checked = check_ranges(put, Map{{"percent", percent},
+                                               {"tolerance", tolerance},
+                                               {"cells", List{Map{{"charge", charge}, {"number", number}}}}});
+    return checked ? std::string() : checked.error().message;
+  };
+  EXPECT_EQ(told(0, 0, 0, 1), "");
+  EXPECT_EQ(told(100, 1e9, 1, 8), "");
+  EXPECT_EQ(told(100.5, 0, 0, 1), "argument \"percent\" of Charger.put: 100.5 is not from 0 to 100 %");
+  EXPECT_EQ(told(-1, 0, 0, 1), "argument \"percent\" of Charger.put: -1.0 is not from 0 to 100 %");
+  EXPECT_EQ(told(1, -0.5, 0, 1), "argument \"tolerance\" of Charger.put: -0.5 is less than 0 m");
+  EXPECT_EQ(told(1, 0, 20, 1), "argument \"cells\" of Charger.put.charge: 20.0 is not from 0 to 1");
+  EXPECT_EQ(told(1, 0, 0, 9), "argument \"cells\" of Charger.put.number: 9 is not from 1 to 8");
+  const Diagnostics written = check_arguments(
+      put, {{"percent", Value(200), {}}, {"tolerance", std::nullopt, {}}, {"cells", std::nullopt, {}}}, {});
+  ASSERT_EQ(written.size(), 1U);
+  EXPECT_EQ(written[0].code, "idl.out-of-range");
+}
+
+TEST(Ranges, MustBeNumbers) {
+  const auto schema = Schema::load("struct S { 1: double x (min = \"low\") }", "s.thrift");
+  ASSERT_FALSE(schema.ok());
+  EXPECT_THAT(schema.diagnostics[0].message, HasSubstr("min = \"low\" must be a number"));
+}
+
 }  // namespace
 }  // namespace sentree::idl

@@ -197,6 +197,9 @@ class Resolver {
       f.name = w.name;
       f.span = w.span;
       f.unit = w.unit;
+      const bool is_share = w.unit == "%" || w.unit == "ratio";
+      f.min = w.min || !is_share ? w.min : std::optional<double>(0);
+      f.max = w.max || !is_share ? w.max : std::optional<double>(w.unit == "%" ? 100 : 1);
       f.requiredness = w.requiredness;
       if (arguments && f.requiredness == Requiredness::kOptional) {
         f.requiredness = Requiredness::kDefault;

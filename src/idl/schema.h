@@ -80,6 +80,10 @@ struct Field {
   /// Nothing for an optional field without default, and for a type that contains itself.
   std::optional<Value> when_absent;
   std::string unit;  ///< As the annotation (unit = "%") says; empty: none.
+  /// A number's bounds, inclusive: annotations (min = "0", max = "1"), else those of a share: % from 0 to 100, ratio
+  /// from 0 to 1. What crosses the wire is not held to them; constants in files and commands are, see `check_ranges`.
+  std::optional<double> min;
+  std::optional<double> max;
   SourceSpan span;
 };
 

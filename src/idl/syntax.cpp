@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <limits>
 #include <optional>
 #include <unordered_map>
@@ -151,8 +152,8 @@ class Parser {
     return true;
   }
 
-  // Of all annotations one means something here: the unit of what is annotated.
-  bool annotations(std::string* unit = nullptr) {
+  // Of all annotations three mean something here: the unit of what is annotated, and the bounds of a number.
+  bool annotations(std::string* unit = nullptr, Field* bounded = nullptr) {
     if (!is_symbol('(')) return true;
     if (!advance()) return false;
     while (!is_symbol(')')) {
@@ -161,6 +162,13 @@ class Parser {
       if (!identifier("an annotation or \")\"", name)) return false;
       if (is_symbol('=') && (!advance() || !text("the annotation's value in quotes", value))) return false;
       if (unit != nullptr && name == "unit") *unit = value;
+      if (bounded != nullptr && (name == "min" || name == "max")) {
+        double bound = 0;
+        const auto [end, failure] = std::from_chars(value.data(), value.data() + value.size(), bound);
+        if (failure != std::errc() || end != value.data() + value.size())
+          return error(here(), "idl.syntax", name + " = \"" + value + "\" must be a number");
+        (name == "min" ? bounded->min : bounded->max) = bound;
+      }
       if (!skip_separator()) return false;
     }
     return advance();
@@ -283,7 +291,7 @@ class Parser {
         std::vector<Field> ignored;
         if (!advance() || !symbol('{') || !fields('}', ignored, depth + 1)) return false;
       }
-      if (!annotations(&f.unit) || !skip_separator()) return false;
+      if (!annotations(&f.unit, &f) || !skip_separator()) return false;
       if (!names.insert(f.name).second) {
         return error(f.span, "idl.duplicate", "there is a field \"" + f.name + "\" already");
       }

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "sentree/base/value.h"
+#include "sentree/monitor/observed.h"
 
 namespace sentree::monitor {
 
@@ -294,6 +295,9 @@ class Checker {
                                                  .words = {"exception", "unreachable", "late", "protocol", "vetoed"}}},
                                                {"message", {.kind = Type::kText, .name = "string"}}}};
     if (source.kind == Source::Kind::kNode) return &kStatus;
+    if (source.kind == Source::Kind::kObservation && vocabulary_ != nullptr)
+      return &observed_.try_emplace(source.observation, Observations(*vocabulary_).data_of(source.observation))
+                  .first->second;
     if (source.kind == Source::Kind::kError) return &kFailure;
     if (method == nullptr) return nullptr;
     if (source.kind == Source::Kind::kRequest) return &method->arguments;
@@ -327,19 +331,8 @@ class Checker {
 
   // A full name: of the mission, of a call or of a leaf.
   void observation(const Source& source) {
-    static const std::vector<std::string> kOfTheRun{"mission.tick",       "mission.status",   "node.status",
-                                                    "scenario.injection", "monitor.violated", "monitor.satisfied"};
-    std::vector<std::string> names = kOfTheRun;
-    for (const std::string& leaf : vocabulary_->leaves) {
-      for (const char* end :
-           {".tick.request", ".tick.reply", ".tick.error", ".halt.request", ".halt.reply", ".cancel", ".log"})
-        names.push_back(leaf + end);
-    }
-    for (const auto& [service, methods] : vocabulary_->services) {
-      for (const auto& [method, types] : methods) {
-        for (const char* end : {".request", ".reply", ".error", ".late"}) names.push_back(service + "." + method + end);
-      }
-    }
+    const Observations observations(*vocabulary_);
+    const std::vector<std::string>& names = observations.names();
     if (std::find(names.begin(), names.end(), source.observation) != names.end()) return;
     error(source.span, "requirement.unknown-leaf",
           "nothing in this project is observed as \"" + source.observation + "\"" +
@@ -371,23 +364,33 @@ class Checker {
     }
     if (left.type == Type::kNumber) compare(c, left, right);
     if (left.type == Type::kText) {
-      check_word(left, *c.operands[1]);
-      check_word(right, *c.operands[0]);
+      check_word(left, *c.operands[0], *c.operands[1]);
+      check_word(right, *c.operands[1], *c.operands[0]);
     }
   }
 
-  void check_word(const Found& of, const Condition& word) {
+  void check_word(const Found& of, const Condition& value, const Condition& word) {
     const Condition& text = inside(word);
-    if (of.data == nullptr || of.data->words.empty() || text.kind != Kind::kText) return;
-    const std::vector<std::string>& words = of.data->words;
-    if (std::find(words.begin(), words.end(), text.text) != words.end()) return;
+    if (of.data == nullptr || text.kind != Kind::kText) return;
+    const bool is_enumeration = !of.data->words.empty();
+    const std::vector<std::string>& words = is_enumeration ? of.data->words : of.data->samples;
+    if (words.empty() || std::find(words.begin(), words.end(), text.text) != words.end()) return;
     std::string all;
     if (words.size() <= 6) {
       for (const std::string& w : words) all += (all.empty() ? "; it has " : ", ") + w;
     }
     const std::string hint = did_you_mean(text.text, words);
-    error(text.span, "requirement.unknown-word",
-          "\"" + text.text + "\" is no " + of.data->name + (hint.empty() ? all : hint));
+    if (is_enumeration) {
+      error(text.span, "requirement.unknown-word",
+            "\"" + text.text + "\" is no " + of.data->name + (hint.empty() ? all : hint));
+      return;
+    }
+    // A text in quotes is meant as it is written; where others are possible, only what is nearly a known one is told.
+    const bool is_all = of.data->samples_are_all && text.is_word;
+    if (!is_all && hint.empty()) return;
+    add(is_all && !hint.empty() ? Severity::kError : Severity::kWarning, text.span, "requirement.unknown-word",
+        "\"" + text.text + "\" is no name in the mission or its world, so nothing makes " + to_text(value) + " that" +
+            hint);
   }
 
   void compare(const Condition& c, const Found& left, const Found& right) {
@@ -460,6 +463,7 @@ class Checker {
   Diagnostics& out_;
   const Vocabulary::Method* where_ = nullptr;  // of the source whose where is being visited
   std::string where_key_;
+  std::map<std::string, DataType> observed_;  // data of observations by their full name
 };
 
 // ---- What can never be ----

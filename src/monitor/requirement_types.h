@@ -23,10 +23,13 @@ struct DataType {
     kOther,   ///< Lists, octets: nothing that can be compared.
   };
   Kind kind = Kind::kUnknown;
-  std::string name;                 ///< For messages: "double", "NavigationStatus".
-  std::string unit;                 ///< kNumber; empty: not known.
-  bool may_be_absent = true;        ///< An observation may come without it.
-  std::vector<std::string> words;   ///< kText of an enumeration: its enumerators.
+  std::string name;                ///< For messages: "double", "NavigationStatus".
+  std::string unit;                ///< kNumber; empty: not known.
+  bool may_be_absent = true;       ///< An observation may come without it.
+  std::vector<std::string> words;  ///< kText of an enumeration: its enumerators.
+  /// Other kText: what the project's files give for it, as far as they tell (places of the mission and the world).
+  std::vector<std::string> samples;
+  bool samples_are_all = false;     ///< It never is anything else.
   std::vector<DataMember> members;  ///< kRecord.
 };
 
@@ -62,7 +65,8 @@ using Typing = std::map<std::string, DataType>;
 ///
 /// Errors: requirement.unknown-service, requirement.unknown-method, requirement.unknown-member,
 /// requirement.unknown-leaf, requirement.unknown-word, requirement.type, requirement.unit. Warnings:
-/// requirement.unit, requirement.out-of-range, requirement.never-violated, requirement.never-triggered.
+/// requirement.unknown-word (where other words are possible), requirement.unit, requirement.out-of-range,
+/// requirement.never-violated, requirement.never-triggered.
 /// @param vocabulary  Null: nothing is known but the requirement itself.
 [[nodiscard]] Typing check_requirement(const Requirement& requirement, const Vocabulary* vocabulary,
                                        Diagnostics& diagnostics);

@@ -154,5 +154,33 @@ TEST(Vacuous, RequirementsArePointedOut) {
   EXPECT_THAT(found("R: before event(request(navigation.goTo)), eventually node(Look) in SUCCESS."), IsEmpty());
 }
 
+TEST(RequirementTypes, ABareWordIsOneThatTheProjectKnows) {
+  const auto told = [](bool all, const std::string& text) {
+    const auto file = parse_requirements("R: never request(navigation.goTo).name = " + text + ".", "r.req");
+    Vocabulary v = vocabulary();
+    DataType& name = v.services["navigation"]["goTo"].arguments.members[0].type;
+    name.samples = {"kitchen", "station"};
+    name.samples_are_all = all;
+    Diagnostics diagnostics;
+    (void)check_requirement(file.value->requirements.at(0), &v, diagnostics);
+    return diagnostics.empty() ? std::string() : to_string(diagnostics[0]);
+  };
+  EXPECT_EQ(told(true, "kitchen"), "");
+  EXPECT_THAT(told(true, "kitchn"), testing::AllOf(HasSubstr("\"kitchn\" is no name in the mission or its world"),
+                                                   HasSubstr("did you mean \"kitchen\"?")));
+  EXPECT_THAT(told(true, "kitchn"), testing::Not(HasSubstr("warning")));
+  EXPECT_THAT(told(true, "garage"), HasSubstr("warning"));
+  EXPECT_THAT(told(false, "kitchn"), HasSubstr("warning"));
+  EXPECT_EQ(told(false, "garage"), "");
+  EXPECT_EQ(told(true, "\"garage\""), "");
+}
+
+TEST(RequirementTypes, DataOfAnyObservationAreKnown) {
+  EXPECT_THAT(found("R: never observation(Look.tick.reply).status = FAILUR."),
+              ElementsAre(HasSubstr("\"FAILUR\" is no status; did you mean \"FAILURE\"?")));
+  EXPECT_THAT(found("R: never observation(Look.tick.reply).stats = FAILURE."), ElementsAre(HasSubstr("no member")));
+  EXPECT_THAT(found("R: never observation(mission.status).status = FAILURE."), IsEmpty());
+}
+
 }  // namespace
 }  // namespace sentree::monitor

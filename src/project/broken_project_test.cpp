@@ -87,6 +87,62 @@ const Broken kBroken[] = {
      "is unix:/path, tcp://host:port or tls://host:port"},
     {"AttributeNobodyDeclared", "mission.xml", "threshold=\"30\"", "threshold=\"30\" carrier=\"tcp\"",
      "mission.xml:14:72: warning: attribute \"carrier\" of BatteryLevelAbove is declared nowhere and is kept"},
+
+    // What would make a monitor or a skill blind.
+    {"EventOfNoMethod", "monitors/battery.scxml", "battery.getBatteryState.reply\" target=\"failure\"",
+     "battery.getBateryState.reply\" target=\"failure\"",
+     "monitors/battery.scxml:11:5: event \"battery.getBateryState.reply\" never comes: nothing in this project is "
+     "observed so; did you mean \"battery.getBatteryState.reply\"?"},
+    {"SourceOfNoLeaf", "monitors/battery.scxml", "=== 'BatteryLevelAbove30'\" target=\"get\"",
+     "=== 'BatteryLevelAbove'\" target=\"get\"",
+     "monitors/battery.scxml:7:23: 'BatteryLevelAbove' is no leaf of the mission; did you mean "
+     "\"BatteryLevelAbove30\"?"},
+    {"MisspeltMember", "skills/BatteryLevelAbove.scxml", "result.percentage", "result.percentge",
+     "skills/BatteryLevelAbove.scxml:14:23: _event.data.result.percentge: BatteryState has no member \"percentge\"; "
+     "did you mean \"percentage\"?"},
+    {"MisspeltEnumerator", "skills/GoToLocation.scxml", "=== 'GOAL_REACHED'", "=== 'GOAL_REACHD'",
+     "skills/GoToLocation.scxml:57:25: 'GOAL_REACHD' is no NavigationStatus; did you mean \"GOAL_REACHED\"?"},
+    {"MisspeltEnumeratorInAList", "skills/GoToLocation.scxml", "'ABORTED'", "'ABORTD'",
+     "skills/GoToLocation.scxml:59:25: 'ABORTD' is no NavigationStatus; did you mean \"ABORTED\"?"},
+    {"NameOfNoData", "skills/BatteryLevelAbove.scxml", "&gt; threshold", "&gt; treshold",
+     "skills/BatteryLevelAbove.scxml:6:5: warning: data \"threshold\" is never "
+     "used\nskills/BatteryLevelAbove.scxml:14:23: \"treshold\" is declared nowhere: no <data> is called so; did you "
+     "mean \"threshold\"?"},
+    {"RatioComparedWithPercent", "monitors/battery.scxml", "percentage * 100 &lt; 20", "percentage &lt; 20",
+     "monitors/battery.scxml:12:23: _event.data.result.percentage is a ratio from 0 to 1, and 20 is beyond; write 0.2, "
+     "or multiply the value by 100"},
+    {"VerdictOutOfReach", "monitors/battery.scxml", "target=\"failure\"", "target=\"idle\"",
+     "monitors/battery.scxml:19:3: warning: state \"failure\" is never entered: no transition of a reachable state "
+     "leads to it\nmonitors/battery.scxml:19:3: monitor \"battery\" can never be violated by state \"failure\": no "
+     "transition of a reachable state leads to it"},
+    {"InputWithoutValue", "mission.xml", " threshold=\"30\"", "",
+     "mission.xml:14:11: input \"threshold\" of BatteryLevelAbove30 has no value, and skills/BatteryLevelAbove.scxml:6 "
+     "needs one: write threshold=\"…\" here, or give the <data> an expr"},
+    {"EntryThatNothingWrites", "mission.xml", "threshold=\"30\"", "threshold=\"{level}\"",
+     "mission.xml:14:11: input \"threshold\" of BatteryLevelAbove30 reads blackboard entry \"level\", which nothing in "
+     "the tree writes"},
+    {"OutcomeOfNoCall", "skills/AtLocation.scxml", "navigation.checkNearToLocation.error error",
+     "navigation.checkNearToLocation.eror error",
+     "skills/AtLocation.scxml:22:5: event \"navigation.checkNearToLocation.eror\" never comes: a call ends with .reply "
+     "or .error; did you mean \"navigation.checkNearToLocation.error\"?"},
+    {"PlaceOfNoWorld", "requirements/recharge.req", "destination = kitchen", "destination = kitchn",
+     "requirements/recharge.req:15:43: \"kitchn\" is no name in the mission or its world, so nothing makes destination "
+     "that; did you mean \"kitchen\"?"},
+    {"UnreadableRequirements", "requirements/recharge.req", "within 10 ticks", "within 10 tiks",
+     "requirements/recharge.req:16:64: expected a unit of the bound (ms, s, min, h, ticks, events), got \"tiks\"; did "
+     "you mean \"ticks\"?"},
+    {"SkillOfNoLeaf", "sentree.yaml",
+     "monitors:", "skills: {BatteryLevelAbov: {file: skills/BatteryLevelAbove-buggy.scxml}}\nmonitors:",
+     "sentree.yaml:9:10: the mission has no leaf \"BatteryLevelAbov\"; did you mean \"BatteryLevelAbove\"?"},
+    {"RenamedEventThatNobodyHears", "sentree.yaml", "violated: [failure]}\n  - ",
+     "violated: [failure], events: {tick: {on: mission.tick}}}\n  - ",
+     "monitors/battery.scxml:6:5: event \"battery.getBatteryState.request\" never comes: \"events\" of monitor "
+     "\"battery\" in sentree.yaml does not name it\nmonitors/battery.scxml:11:5: event "
+     "\"battery.getBatteryState.reply\" never comes: \"events\" of monitor \"battery\" in sentree.yaml does not name "
+     "it\nmonitors/battery.scxml:13:5: event \"battery.getBatteryState.reply\" never comes: \"events\" of monitor "
+     "\"battery\" in sentree.yaml does not name it\nmonitors/battery.scxml:15:5: event "
+     "\"battery.getBatteryState.error\" never comes: \"events\" of monitor \"battery\" in sentree.yaml does not name "
+     "it\nsentree.yaml:10:73: monitor \"battery\": its chart has no transition for event \"tick\""},
 };
 
 class BrokenProject : public testing::TestWithParam<Broken> {};

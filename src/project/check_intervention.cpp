@@ -76,8 +76,10 @@ class Check {
     }
     const auto method = idl::find_method(*service, what_.target.substr(dot + 1), name, span_);
     if (!method) return tl::unexpected(method.error());
-    if (const auto args = idl::conform_arguments(**method, what_.args); !args)
-      return refuse(args.error().code, args.error().message);
+    const auto args = idl::conform_arguments(**method, what_.args);
+    if (!args) return refuse(args.error().code, args.error().message);
+    if (const auto checked = idl::check_ranges(**method, *args); !checked)
+      return refuse(checked.error().code, checked.error().message);
     return {};
   }
 
@@ -232,6 +234,33 @@ InterventionScope scope_of(const Plan& plan) {
 
 Result<void> check_intervention(const Intervention& what, const InterventionScope& scope, const SourceSpan& span) {
   return Check(what, scope, span).run();
+}
+
+std::optional<Diagnostic> doubt_about(const Intervention& what, const InterventionScope& scope,
+                                      const SourceSpan& span) {
+  if (what.kind != Kind::kFalsify) return std::nullopt;
+  for (const auto& [name, service] : *scope.services) {
+    for (const idl::Method* method : service.service->methods) {
+      if (method->result == nullptr || !matches_pattern(what.target, name + "." + method->name)) continue;
+      const auto type = type_at(*method->result, what.path);
+      const auto value = type ? idl::conform(**type, what.value, "") : tl::unexpected(type.error());
+      if (!value) continue;
+      // The member itself, whose bounds its type does not know.
+      const auto dot = what.path.rfind('.');
+      const auto owner = type_at(
+          *method->result, dot == std::string::npos ? std::string_view() : std::string_view(what.path).substr(0, dot));
+      const std::string last = dot == std::string::npos ? what.path : what.path.substr(dot + 1);
+      const idl::Field* field =
+          owner && (*owner)->kind == idl::Kind::kStruct && !last.empty() ? (*owner)->structure->find(last) : nullptr;
+      const std::string shown = what.path.empty() ? "result" : what.path;
+      const auto checked =
+          field != nullptr ? idl::check_ranges(*field, *value, shown) : idl::check_ranges(**type, *value, shown);
+      if (checked) continue;
+      return Diagnostic{Severity::kWarning, checked.error().code,
+                        "falsify " + what.target + ": " + checked.error().message, span};
+    }
+  }
+  return std::nullopt;
 }
 
 std::vector<SteeredPart> parts_of(const InterventionScope& scope) {

@@ -29,6 +29,10 @@ inline constexpr std::string_view kSimulatorPart = "sim";
 [[nodiscard]] Result<void> check_intervention(const Intervention& what, const InterventionScope& scope,
                                               const SourceSpan& span = {});
 
+/// What may well be meant, but is likely a slip: a falsified value beyond the IDL's range.
+[[nodiscard]] std::optional<Diagnostic> doubt_about(const Intervention& what, const InterventionScope& scope,
+                                                    const SourceSpan& span);
+
 /// Something that can be killed and restarted.
 struct SteeredPart {
   std::string name;

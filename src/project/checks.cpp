@@ -77,7 +77,7 @@ void check_handled(const scxml::Chart& chart, const std::map<std::string, Servic
       if (called.contains(service->first + "." + method)) continue;
       const std::vector<std::string> methods = service->second.service->method_names();
       const bool exists = service->second.service->find(method) != nullptr;
-      add(diagnostics, Severity::kWarning, "check.never-arrives",
+      add(diagnostics, exists ? Severity::kWarning : Severity::kError, "check.never-arrives",
           "event \"" + event + "\" never arrives: " +
               (exists ? "the chart does not call " + service->first + "." + method
                       : "service \"" + service->first + "\" has no method \"" + method + "\"" +

@@ -7,7 +7,10 @@
 
 #include "sentree/idl/conform.h"
 #include "sentree/project/check_intervention.h"
+#include "sentree/project/check_mission.h"
 #include "sentree/project/check_model.h"
+#include "sentree/project/check_monitor.h"
+#include "sentree/project/check_skills.h"
 #include "sentree/project/checks.h"
 #include "sentree/project/interface_file.h"
 #include "sentree/project/mission_tree.h"
@@ -132,6 +135,9 @@ class Preparation {
     bt::Registry registry;
     auto loaded = load_mission(project_, registry);
     append(diagnostics, loaded.diagnostics);
+    const std::string shown = project_.shown(project_.mission.path);
+    const auto source = text::read_file(project_.folder / project_.mission.path, shown);
+    if (loaded.value && source) check_mission(*loaded.value, *source, shown, diagnostics);
     return std::move(loaded.value);
   }
 
@@ -158,6 +164,8 @@ class Preparation {
       leaves_.push_back(std::move(leaf));
     }
     check_names(tree, leaves_, services_, project_, diagnostics);
+    check_skills(tree, leaves_, services_, vocabulary_of(services_, &tree, leaves_, world_.get()), project_,
+                 diagnostics);
     if (world_) {
       check_tolerances(leaves_, *world_, diagnostics);
       check_locations(tree, leaves_, *world_, project_.shown(project_.world->path), diagnostics);
@@ -196,7 +204,12 @@ class Preparation {
   }
 
   void monitors(const bt::Tree* tree) {
-    const monitor::Vocabulary vocabulary = vocabulary_of(services_, tree, leaves_);
+    // What a broken project lacks has been said, and is not missed again by each monitor.
+    const bool is_known =
+        tree != nullptr && leaves_.size() == tree->external_leaves().size() && !has_errors(diagnostics);
+    std::optional<monitor::Vocabulary> vocabulary;
+    if (is_known) vocabulary = vocabulary_of(services_, tree, leaves_, world_.get());
+    const monitor::Vocabulary* known = vocabulary ? &*vocabulary : nullptr;
     for (const ObserverEntry& entry : project_.observers) {
       check_address("observer \"" + entry.name + "\"", entry.at, entry.span);
       observers_.push_back({.name = entry.name, .at = entry.at, .is_monitor = false});
@@ -207,9 +220,7 @@ class Preparation {
         observers_.push_back({.name = entry.name, .at = entry.at, .is_monitor = true});
         continue;
       }
-      // What a broken project lacks has been said, and is not missed again by each requirement.
-      const bool is_sound = tree != nullptr && !has_errors(diagnostics);
-      auto model = is_requirement(entry) ? synthesized(entry, is_sound ? &vocabulary : nullptr) : drawn(entry);
+      auto model = is_requirement(entry) ? synthesized(entry, known) : drawn(entry, known);
       if (!model) continue;
       if (!entry.gate.empty()) {
         check_gate(entry, *model, services_, diagnostics);
@@ -221,9 +232,10 @@ class Preparation {
 
   static bool is_requirement(const MonitorEntry& entry) { return path(entry.file.path).extension() == ".req"; }
 
-  std::optional<monitor::Model> drawn(const MonitorEntry& entry) {
+  std::optional<monitor::Model> drawn(const MonitorEntry& entry, const monitor::Vocabulary* vocabulary) {
     const auto chart = load_chart(entry.file);
     if (!chart) return std::nullopt;
+    check_monitor(entry, *chart, vocabulary, diagnostics);
     monitor::Spec spec{.name = entry.name, .chart = *chart, .violated = entry.violated, .span = entry.span};
     for (const EventRename& rename : entry.events) {
       check_sources(rename, leaves_, services_, diagnostics);
@@ -383,6 +395,29 @@ void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
   }
 }
 
+// A process that is to run a skill runs one that the mission has, and one that runs a monitor one of the project's.
+void check_process_skills(const Scenario& scenario, const bt::Tree& tree, Diagnostics& diagnostics) {
+  std::vector<std::string> leaves;
+  for (const bt::NodeId node : tree.external_leaves()) {
+    leaves.push_back(tree.event_name(node));
+    leaves.emplace_back(tree.name(node));
+    leaves.emplace_back(tree.registration(node));
+  }
+  std::vector<std::string> monitors;
+  for (const MonitorEntry& monitor : scenario.project.monitors) monitors.push_back(monitor.name);
+  const auto check = [&](const std::string& name, const std::vector<std::string>& known, const char* what,
+                         const SourceSpan& span) {
+    if (name.empty() || std::find(known.begin(), known.end(), name) != known.end()) return;
+    diagnostics.push_back({Severity::kError, "scenario.process",
+                           std::string("the project has no ") + what + " \"" + name + "\"" + did_you_mean(name, known),
+                           span});
+  };
+  for (const ProcessEntry& process : scenario.processes) {
+    check(process.skill, leaves, "leaf", process.span);
+    check(process.monitor, monitors, "monitor", process.span);
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> test_control_names(const sim::World& world) {
@@ -478,7 +513,18 @@ Loaded<Plan> prepare(Scenario scenario) {
   for (const Injection& injection : scenario.timeline) {
     if (auto checked = check_intervention(injection.what, scope, injection.span); !checked)
       preparation.diagnostics.push_back(checked.error());
+    else if (auto doubt = doubt_about(injection.what, scope, injection.span))
+      preparation.diagnostics.push_back(std::move(*doubt));
   }
+  for (const DelayFault& delay : scenario.delays) {
+    Intervention what;
+    what.kind = Intervention::Kind::kDelay;
+    what.target = delay.message;
+    what.by = delay.by;
+    if (auto checked = check_intervention(what, scope, delay.span); !checked)
+      preparation.diagnostics.push_back(checked.error());
+  }
+  if (tree) check_process_skills(scenario, *tree, preparation.diagnostics);
   sort_by_place(preparation.diagnostics);
   prepared.diagnostics = std::move(preparation.diagnostics);
   if (has_errors(prepared.diagnostics) || !tree) return prepared;
@@ -496,15 +542,37 @@ Loaded<Plan> prepare(Scenario scenario) {
   return prepared;
 }
 
+Diagnostics check_project(const path& folder_or_file) {
+  Diagnostics all;
+  // The same finding may be reached through the project and through each of its scenarios.
+  const auto add_new = [&](const Diagnostics& found) {
+    for (const Diagnostic& diagnostic : found) {
+      if (std::find(all.begin(), all.end(), diagnostic) == all.end()) all.push_back(diagnostic);
+    }
+  };
+  auto project = load_project(folder_or_file);
+  add_new(project.diagnostics);
+  if (!project.ok()) return all;
+  const auto files = scenario_files(*project.value);
+  add_new(prepare(plain_scenario(std::move(*project.value))).diagnostics);
+  for (const path& file : files) {
+    auto scenario = load_scenario(file);
+    add_new(scenario.diagnostics);
+    if (scenario.ok()) add_new(prepare(std::move(*scenario.value)).diagnostics);
+  }
+  return all;
+}
+
 Loaded<monitor::Vocabulary> load_vocabulary(const Project& project) {
   Loaded<monitor::Vocabulary> loaded;
   Preparation preparation(project);
   preparation.services();
+  if (project.world) preparation.world();
   const auto tree = preparation.tree();
   if (tree) preparation.leaves(*tree);
   loaded.diagnostics = std::move(preparation.diagnostics);
   if (tree && !has_errors(loaded.diagnostics))
-    loaded.value = vocabulary_of(preparation.services_, &*tree, preparation.leaves_);
+    loaded.value = vocabulary_of(preparation.services_, &*tree, preparation.leaves_, preparation.world_.get());
   return loaded;
 }
 

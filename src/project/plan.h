@@ -87,6 +87,10 @@ struct Plan {
 /// Codes: those of the libraries, and check.*.
 [[nodiscard]] Loaded<Plan> prepare(Scenario scenario);
 
+/// Everything that is wrong with a project and its scenarios, each finding once. Codes: those of `load_project`,
+/// `load_scenario` and `prepare`.
+[[nodiscard]] Diagnostics check_project(const std::filesystem::path& folder_or_file);
+
 /// Registers the C++ nodes of the project's plug-ins. False: one of them cannot be loaded.
 /// Codes: those of `bt::Registry::plugin`, where sentree.yaml names the file.
 bool load_plugins(const Project& project, bt::Registry& registry, Diagnostics& diagnostics);

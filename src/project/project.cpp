@@ -223,8 +223,10 @@ void read_monitors(const text::YamlNode& node, bool replaces, Project& project, 
     monitor.gate_span = reader.span("gate");
     monitor.at = reader.string("at").value_or("");
     for (MonitorEntry& one : expand_requirements(project, std::move(monitor))) {
-      const auto other = std::find_if(project.monitors.begin(), project.monitors.end(),
-                                      [&](const auto& m) { return m.name == one.name; });
+      auto other = std::find_if(project.monitors.begin(), project.monitors.end(),
+                                [&](const auto& m) { return m.name == one.name; });
+      // What its requirements are called is not known; what is wrong with it is said when it is followed.
+      if (is_unread_requirements(one)) other = project.monitors.end();
       if (other == project.monitors.end())
         project.monitors.push_back(std::move(one));
       else if (replaces)

@@ -1,8 +1,11 @@
 #include "sentree/project/requirements.h"
 
 #include <algorithm>
+#include <set>
 
 #include "sentree/idl/schema.h"
+#include "sentree/project/check_skills.h"
+#include "sentree/sim/world.h"
 #include "sentree/text/file.h"
 
 namespace sentree::project {
@@ -60,6 +63,98 @@ std::optional<std::vector<monitor::Vocabulary::Call>> calls_of(const std::vector
   return calls;
 }
 
+// Names that the world's file gives to things.
+std::set<std::string> names_of_world(const sim::World* world) {
+  std::set<std::string> names;
+  if (world == nullptr) return names;
+  names.insert(world->map_id);
+  for (const auto& robot : world->robots) names.insert(robot.name);
+  for (const auto& station : world->stations) names.insert(station.name);
+  for (const auto& location : world->locations) names.insert(location.name);
+  for (const auto& area : world->areas) names.insert(area.name);
+  for (const auto& obstacle : world->obstacles) names.insert(obstacle.id);
+  for (const auto& door : world->doors) names.insert(door.id);
+  return names;
+}
+
+// The texts that skills give for arguments, where their charts tell them.
+class GivenTexts {
+ public:
+  GivenTexts(const bt::Tree& tree, const std::vector<LeafPlan>& leaves) {
+    for (const LeafPlan& leaf : leaves) {
+      for (const bt::PortFact& port : tree.ports(leaf.node)) {
+        if (port.input && !port.text.empty() && port.text.front() != '{') all_.emplace(port.text);
+      }
+      if (leaf.chart) add(tree, leaf);
+    }
+  }
+
+  // Every text that some skill or some port gives for anything.
+  [[nodiscard]] const std::set<std::string>& all() const { return all_; }
+  // Whether every text of that argument is among them.
+  [[nodiscard]] bool are_all(const std::string& argument) const { return !open_.contains(argument); }
+
+ private:
+  void add(const bt::Tree& tree, const LeafPlan& leaf) {
+    for (const scxml::SendInfo& send : leaf.chart->sends()) {
+      if (!send.target || !send.event) continue;
+      const std::string call = *send.target + "." + *send.event;
+      for (const scxml::SendParam& param : send.params) {
+        if (!add(tree, leaf, param)) open_.insert(call + " " + param.name);
+      }
+      if (send.has_content) open_.insert(call);
+    }
+  }
+
+  // False: it can be anything.
+  bool add(const bt::Tree& tree, const LeafPlan& leaf, const scxml::SendParam& param) {
+    if (param.constant) {
+      if (const std::string* text = param.constant->as_string()) all_.insert(*text);
+      return true;
+    }
+    const auto& data = leaf.chart->data();
+    const auto item =
+        std::find_if(data.begin(), data.end(), [&](const scxml::DataItem& d) { return d.id == param.expression; });
+    // An input that nobody but the tree, or sentree.yaml, gives a value.
+    if (item == data.end() || is_written(*leaf.chart, item->id)) return false;
+    for (const SkillConstant& constant : leaf.constants) {
+      if (constant.id != item->id) continue;
+      if (const std::string* text = constant.value.as_string()) all_.insert(*text);
+      return true;
+    }
+    if (item->has_value) return false;
+    for (const bt::PortFact& port : tree.ports(leaf.node)) {
+      if (port.name == item->id && !port.text.empty()) return port.text.front() != '{';
+    }
+    return false;
+  }
+
+  std::set<std::string> all_;
+  std::set<std::string> open_;
+};
+
+void add_samples(monitor::Vocabulary& vocabulary, const bt::Tree& tree, const std::vector<LeafPlan>& leaves,
+                 const sim::World* world) {
+  const GivenTexts given(tree, leaves);
+  std::set<std::string> names = names_of_world(world);
+  names.insert(given.all().begin(), given.all().end());
+  if (names.empty()) return;
+  const std::vector<std::string> samples(names.begin(), names.end());
+  for (auto& [service, methods] : vocabulary.services) {
+    for (auto& [method, types] : methods) {
+      const std::string call = service + "." + method;
+      for (monitor::DataMember& argument : types.arguments.members) {
+        if (argument.type.kind != DataType::Kind::kText || !argument.type.words.empty()) continue;
+        argument.type.samples = samples;
+        argument.type.samples_are_all =
+            vocabulary.calls && given.are_all(call) && given.are_all(call + " " + argument.name);
+      }
+      if (types.result.kind == DataType::Kind::kText && types.result.words.empty() && world != nullptr)
+        types.result.samples = samples;
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<MonitorEntry> expand_requirements(const Project& project, MonitorEntry entry) {
@@ -79,8 +174,12 @@ std::vector<MonitorEntry> expand_requirements(const Project& project, MonitorEnt
   return expanded;
 }
 
+bool is_unread_requirements(const MonitorEntry& entry) {
+  return entry.requirement.empty() && std::filesystem::path(entry.file.path).extension() == ".req";
+}
+
 monitor::Vocabulary vocabulary_of(const std::map<std::string, ServicePlan>& services, const bt::Tree* tree,
-                                  const std::vector<LeafPlan>& leaves) {
+                                  const std::vector<LeafPlan>& leaves, const sim::World* world) {
   monitor::Vocabulary vocabulary;
   for (const auto& [name, service] : services) {
     auto& methods = vocabulary.services[name];
@@ -94,6 +193,7 @@ monitor::Vocabulary vocabulary_of(const std::map<std::string, ServicePlan>& serv
   for (bt::NodeId node = 0; node < tree->size(); ++node) vocabulary.nodes.push_back(tree->path(node));
   for (const LeafPlan& leaf : leaves) vocabulary.leaves.push_back(leaf.name);
   if (leaves.size() == tree->external_leaves().size()) vocabulary.calls = calls_of(leaves);
+  add_samples(vocabulary, *tree, leaves, world);
   return vocabulary;
 }
 

@@ -14,10 +14,14 @@ namespace sentree::project {
 /// with a name of its own, for its only requirement. A file that cannot be read stays one entry, and `prepare` says
 /// what is wrong with it.
 [[nodiscard]] std::vector<MonitorEntry> expand_requirements(const Project& project, MonitorEntry entry);
+/// Whether the entry stands for a .req file whose requirements could not be told.
+[[nodiscard]] bool is_unread_requirements(const MonitorEntry& entry);
 
 /// What a project observes.
 /// @param tree  Null: the mission could not be loaded, so nothing is known of it.
+/// @param world  Null: there is none, or it could not be loaded.
 [[nodiscard]] monitor::Vocabulary vocabulary_of(const std::map<std::string, ServicePlan>& services,
-                                                const bt::Tree* tree, const std::vector<LeafPlan>& leaves);
+                                                const bt::Tree* tree, const std::vector<LeafPlan>& leaves,
+                                                const sim::World* world);
 
 }  // namespace sentree::project

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "sentree/project/project.h"
+#include "sentree/project/requirements.h"
 #include "sentree/project/timeline.h"
 #include "sentree/project/yaml_reader.h"
 #include "sentree/text/file.h"
@@ -77,9 +78,13 @@ void read_expect(const text::YamlNode& node, Scenario& scenario, Diagnostics& di
   const auto* monitors = reader.mapping("monitors");
   if (monitors == nullptr) return;
   std::vector<std::string> names;
-  for (const MonitorEntry& monitor : scenario.project.monitors) names.push_back(monitor.name);
+  bool any_unread = false;
+  for (const MonitorEntry& monitor : scenario.project.monitors) {
+    names.push_back(monitor.name);
+    any_unread = any_unread || is_unread_requirements(monitor);
+  }
   for (const auto& [name, verdict] : monitors->entries) {
-    if (std::find(names.begin(), names.end(), name.scalar) == names.end()) {
+    if (!any_unread && std::find(names.begin(), names.end(), name.scalar) == names.end()) {
       reader.error(name.span, "scenario.expect",
                    "the project has no monitor \"" + name.scalar + "\"" + did_you_mean(name.scalar, names));
     }

@@ -36,7 +36,7 @@ deadlines: {script: 100 ms, budget: 5 s, call: 1 s, condition: 2 s, unresponsive
           "<datamodel><data id='n' expr='0'/></datamodel>"
           "<state id='a'><transition event='tick' cond='n &gt; 5' target='success'/>"
           "<transition event='tick'><assign location='n' expr='n + 1'/></transition></state>");
-    monitor("first", "<state id='a'><transition event='never' target='violated'/></state>");
+    monitor("first", "<state id='a'><transition event='observer.lost' target='violated'/></state>");
     // Sees the whole mission: it is violated at the end of it.
     monitor("last",
             "<state id='a'><transition event='Works.tick.reply' cond=\"_event.data.status == 'SUCCESS'\" "
@@ -75,7 +75,9 @@ deadlines: {script: 100 ms, budget: 5 s, call: 1 s, condition: 2 s, unresponsive
 };
 
 TEST_F(Endless, SkillIsGivenUpAndTheMissionGoesOn) {
-  skill("Stuck", "<state id='a'><transition event='tick'>\n  <script>while (true) {}</script></transition></state>");
+  skill("Stuck",
+        "<state id='a'><transition event='tick'>\n  <script>while (true) {}</script></transition>"
+        "<transition event='halt' target='failure'/></state>");
   const RunReport report = run(false);
   EXPECT_EQ(report.error, "");
   EXPECT_EQ(report.mission, bt::Status::kSuccess);
@@ -89,7 +91,7 @@ TEST_F(Endless, SkillIsGivenUpAndTheMissionGoesOn) {
 }
 
 TEST_F(Endless, TopLevelScriptOfASkillCountsToo) {
-  skill("Stuck", "<script>for (;;) {}</script><state id='a'/>");
+  skill("Stuck", "<script>for (;;) {}</script><state id='a'><transition event='tick' target='failure'/></state>");
   const RunReport report = run(false);
   EXPECT_EQ(report.mission, bt::Status::kSuccess);
   EXPECT_THAT(report.given_up, ElementsAre(HasSubstr("Stuck.scxml:2:")));
@@ -98,7 +100,8 @@ TEST_F(Endless, TopLevelScriptOfASkillCountsToo) {
 TEST_F(Endless, GetterThatIsReadAfterTheStepCountsToo) {
   skill("Stuck",
         "<datamodel><data id='o'/></datamodel><state id='a'><transition event='tick'>\n"
-        "<script>o = {get x() { while (true) {} }};</script></transition></state>");
+        "<script>o = {get x() { while (true) {} }};</script></transition>"
+        "<transition event='halt' target='failure'/></state>");
   const RunReport report = run(false);
   EXPECT_EQ(report.mission, bt::Status::kSuccess);
   EXPECT_THAT(report.given_up, ElementsAre(HasSubstr("Stuck.scxml:3:")));
@@ -120,7 +123,9 @@ TEST_F(Endless, MonitorIsGivenUpAndTheOthersSeeEveryMessage) {
 }
 
 TEST_F(Endless, MonitorWhoseTopLevelScriptNeverEndsIsGivenUpBeforeTheRun) {
-  monitor("first", "<script>while (true) {}</script><state id='a'><transition event='x' target='violated'/></state>");
+  monitor(
+      "first",
+      "<script>while (true) {}</script><state id='a'><transition event='observer.lost' target='violated'/></state>");
   const RunReport report = run(false);
   EXPECT_EQ(report.error, "");
   EXPECT_THAT(report.monitors[0].failure, HasSubstr("first.scxml:2:"));
@@ -131,7 +136,7 @@ TEST_F(Endless, MonitorIsGivenUpWhenItsTimerRunsIntoAScriptToo) {
   monitor("first",
           "<state id='a'><onentry><send event='due' delay='30ms'/></onentry>"
           "<transition event='due'><script>while (true) {}</script></transition>"
-          "<transition event='x' target='violated'/></state>");
+          "<transition event='observer.lost' target='violated'/></state>");
   monitor("last",
           "<state id='a'><onentry><send event='due' delay='30ms'/></onentry>"
           "<transition event='due' target='violated'/></state>");
@@ -141,7 +146,9 @@ TEST_F(Endless, MonitorIsGivenUpWhenItsTimerRunsIntoAScriptToo) {
 }
 
 TEST_F(Endless, SkillEndsARunInVirtualTime) {
-  skill("Stuck", "<state id='a'><transition event='tick'>\n  <script>while (true) {}</script></transition></state>");
+  skill("Stuck",
+        "<state id='a'><transition event='tick'>\n  <script>while (true) {}</script></transition>"
+        "<transition event='halt' target='failure'/></state>");
   const RunReport report = run(true);
   EXPECT_THAT(report.error, HasSubstr("Stuck.scxml:3:11: this script does not end"));
   EXPECT_THAT(report.given_up, ElementsAre(report.error));
@@ -158,7 +165,9 @@ TEST_F(Endless, MonitorEndsARunInVirtualTime) {
 }
 
 TEST_F(Endless, TopLevelScriptOfAMonitorEndsARunInVirtualTime) {
-  monitor("first", "<script>while (true) {}</script><state id='a'><transition event='x' target='violated'/></state>");
+  monitor(
+      "first",
+      "<script>while (true) {}</script><state id='a'><transition event='observer.lost' target='violated'/></state>");
   EXPECT_THAT(run(true).error, HasSubstr("first.scxml:2:"));
 }
 

@@ -9,6 +9,7 @@
 #include "sentree/scxml/event.h"
 #include "sentree/scxml/loader.h"
 #include "sentree/scxml/model.h"
+#include "sentree/scxml/reach.h"
 #include "sentree/scxml/script_heap.h"
 
 namespace sentree::scxml {
@@ -99,38 +100,11 @@ class Checker {
     }
   }
 
-  // Which states some sequence of events could enter, if every condition could hold.
   void states() {
-    reached_.assign(model_.states.size(), false);
-    std::vector<StateIndex> work;
-    const auto reach = [&](StateIndex s) {
-      if (!reached_[s]) work.push_back(s);
-      reached_[s] = true;
-    };
-    reach(0);
-    while (!work.empty()) {
-      const StateIndex s = work.back();
-      work.pop_back();
-      const State& state = model_.states[s];
-      if (state.parent != kNoState) reach(state.parent);
-      const TransitionIndex initial = model_.state_code[s].initial;
-      // A compound state's initial states count even where every transition names a child: being entered by default is
-      // what <initial> is for, and it cannot be known who targets the state from outside.
-      if (initial != kNoTransition) {
-        for (const StateIndex target : model_.transitions[initial].targets) reach(target);
-      }
-      if (state.kind == StateKind::kParallel) {
-        for (const StateIndex child : state.children) {
-          if (!model_.states[child].is_history()) reach(child);
-        }
-      }
-      for (const TransitionIndex t : state.transitions) {
-        for (const StateIndex target : model_.transitions[t].targets) reach(target);
-      }
-    }
+    const std::vector<bool> reached = reachable_states(chart_);
     for (StateIndex s = 1; s < model_.states.size(); ++s) {
       const State& state = model_.states[s];
-      if (reached_[s] || !reached_[state.parent]) continue;  // of nested ones, the outermost is enough
+      if (reached[s] || !reached[state.parent]) continue;  // of nested ones, the outermost is enough
       warn("scxml.unreachable-state",
            "state " + name(s) + " is never entered: no transition of a reachable state leads to it", state.place);
     }
@@ -268,7 +242,6 @@ class Checker {
   const Model& model_;
   const CheckOptions& options_;
   Diagnostics diagnostics_;
-  std::vector<bool> reached_;
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -38,6 +39,8 @@ struct Field {
   std::string name;
   std::vector<Constant> value;  ///< One, or none.
   std::string unit;             ///< Annotation (unit = "…").
+  std::optional<double> min;    ///< Annotations (min = "…", max = "…").
+  std::optional<double> max;
   SourceSpan span;
 };
 

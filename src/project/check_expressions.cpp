@@ -1,0 +1,763 @@
+#include "sentree/project/check_expressions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "sentree/scxml/event.h"
+#include "sentree/scxml/model.h"
+#include "sentree/scxml/script_syntax.h"
+
+namespace sentree::project {
+
+namespace {
+
+using monitor::DataType;
+using scxml::ScriptNode;
+using scxml::ScriptTree;
+using Kind = DataType::Kind;
+using Node = ScriptNode::Kind;
+
+/// Forms that one expression may have before it counts as anything.
+constexpr std::size_t kFormsMax = 32;
+
+ExpressionType of(DataType type) {
+  if (type.kind == Kind::kUnknown) return {};
+  ExpressionType result{.open = false, .forms = {}};
+  result.forms.push_back(std::move(type));
+  return result;
+}
+ExpressionType of(Kind kind, const char* name) { return of(DataType{.kind = kind, .name = name}); }
+
+ExpressionType of_constant(const Value& value) {
+  if (value.as_bool() != nullptr) return of(Kind::kTruth, "bool");
+  if (value.is_number()) return of(Kind::kNumber, "number");
+  if (const std::string* text = value.as_string())
+    return of(DataType{.kind = Kind::kText, .name = "text", .samples = {*text}, .samples_are_all = true});
+  return {};
+}
+
+void join(ExpressionType& into, const ExpressionType& other) {
+  into.open = into.open || other.open;
+  if (into.forms.size() + other.forms.size() > kFormsMax) {
+    into = {};
+    return;
+  }
+  into.forms.insert(into.forms.end(), other.forms.begin(), other.forms.end());
+}
+
+bool all_of_kind(const ExpressionType& type, Kind kind) {
+  return !type.open && !type.forms.empty() &&
+         std::all_of(type.forms.begin(), type.forms.end(), [&](const DataType& form) { return form.kind == kind; });
+}
+
+bool may_be(const ExpressionType& type, Kind kind) {
+  return type.open || std::any_of(type.forms.begin(), type.forms.end(), [&](const DataType& form) {
+           return form.kind == kind || form.kind == Kind::kUnknown;
+         });
+}
+
+std::string_view shown(Kind kind) {
+  switch (kind) {
+    case Kind::kNumber: return "a number";
+    case Kind::kTruth: return "true or false";
+    case Kind::kText: return "a text";
+    case Kind::kRecord: return "a record";
+    default: return "a list";
+  }
+}
+
+std::string decimal(double number) {
+  std::string text = shortest_decimal(number);
+  if (text.ends_with(".0")) text.resize(text.size() - 2);
+  return text;
+}
+
+std::string quoted(const std::string& name) { return "\"" + name + "\""; }
+
+bool is_equality(const std::string& sign) { return sign == "===" || sign == "!==" || sign == "==" || sign == "!="; }
+bool is_order(const std::string& sign) { return sign == "<" || sign == ">" || sign == "<=" || sign == ">="; }
+
+/// What the names of an expression mean.
+struct Scope {
+  const std::map<std::string, ExpressionType, std::less<>>* names = nullptr;  ///< Declared.
+  bool open = false;                                                          ///< There may be others.
+  std::optional<ExpressionType> event;                                        ///< `_event.data`.
+};
+
+/// One expression.
+class Reader {
+ public:
+  Reader(const ScriptTree& tree, const Scope& scope, const SourceSpan& span, Diagnostics* diagnostics)
+      : tree_(tree), scope_(scope), span_(span), out_(diagnostics) {}
+
+  ExpressionType whole(bool is_condition) {
+    const ExpressionType type = visit(tree_.root());
+    if (is_condition) check_condition(tree_.root(), type);
+    return type;
+  }
+
+ private:
+  void add(Severity severity, std::string code, std::string message) {
+    if (out_ == nullptr) return;
+    Diagnostic diagnostic{severity, std::move(code), std::move(message), span_};
+    if (std::find(out_->begin(), out_->end(), diagnostic) == out_->end()) out_->push_back(std::move(diagnostic));
+  }
+  void error(std::string code, std::string message) { add(Severity::kError, std::move(code), std::move(message)); }
+
+  [[nodiscard]] const ScriptNode& at(std::uint32_t id) const { return tree_.at(id); }
+  [[nodiscard]] std::string name_of(std::uint32_t id) const {
+    const std::string path = tree_.path(id);
+    return path.empty() ? "it" : path;
+  }
+
+  ExpressionType visit(std::uint32_t id) {
+    const ScriptNode& n = at(id);
+    switch (n.kind) {
+      case Node::kNumber: return of(Kind::kNumber, "number");
+      case Node::kText: return of_constant(Value(n.text));
+      case Node::kTruth: return of(Kind::kTruth, "bool");
+      case Node::kName: return name(n.text);
+      case Node::kMember: return member(id);
+      case Node::kIndex:
+        visit(n.operands[0]);
+        visit(n.operands[1]);
+        return {};
+      case Node::kCall: return call(id);
+      case Node::kRecord: return record(n);
+      case Node::kUnary: return unary(n);
+      case Node::kBinary: return binary(id);
+      case Node::kConditional: {
+        check_condition(n.operands[0], visit(n.operands[0]));
+        ExpressionType result = visit(n.operands[1]);
+        join(result, visit(n.operands[2]));
+        return result;
+      }
+      case Node::kList:
+        for (const std::uint32_t item : n.operands) visit(item);
+        return of(Kind::kOther, "list");
+      default:
+        for (const std::uint32_t inner : n.operands) visit(inner);
+        return {};
+    }
+  }
+
+  ExpressionType name(const std::string& text) {
+    if (const auto found = scope_.names->find(text); found != scope_.names->end()) return found->second;
+    if (scope_.open || scxml::is_script_global(text)) return {};
+    std::vector<std::string> known{"_event"};
+    for (const auto& [declared, type] : *scope_.names) known.push_back(declared);
+    error("check.unknown-name", quoted(text) + " is declared nowhere: no <data> is called so" +
+                                    did_you_mean(text, known) +
+                                    (did_you_mean(text, known).empty() ? "; a text is written in quotes" : ""));
+    return {};
+  }
+
+  ExpressionType member(std::uint32_t id) {
+    const ScriptNode& n = at(id);
+    const ScriptNode& object = at(n.operands[0]);
+    if (object.kind == Node::kName && object.text == "_event") {
+      if (n.text == "data") return scope_.event.value_or(ExpressionType());
+      static const std::vector<std::string> kFields{"name",       "type",     "sendid", "origin",
+                                                    "origintype", "invokeid", "data",   "raw"};
+      if (std::find(kFields.begin(), kFields.end(), n.text) == kFields.end()) {
+        error("check.unknown-member", "an event has no member " + quoted(n.text) + did_you_mean(n.text, kFields) +
+                                          "; what it carries is in _event.data");
+      }
+      return {};
+    }
+    return member_of(visit(n.operands[0]), n.text, name_of(n.operands[0]));
+  }
+
+  ExpressionType member_of(const ExpressionType& object, const std::string& wanted, const std::string& path) {
+    if (object.open) return {};
+    ExpressionType result{.open = false, .forms = {}};
+    std::vector<std::string> known;
+    std::string owner;
+    bool any = false;
+    bool some_lack_it = false;
+    for (const DataType& form : object.forms) {
+      if (form.kind == Kind::kUnknown || form.kind == Kind::kOther) return {};
+      if (form.kind == Kind::kText && form.words.empty()) return {};  // its functions
+      if (form.kind == Kind::kText || form.kind == Kind::kNumber || form.kind == Kind::kTruth) {
+        static const std::vector<std::string> kOfAll{
+            "length",        "indexOf",       "toString",    "toFixed",     "valueOf", "charAt", "slice",
+            "split",         "toLowerCase",   "toUpperCase", "startsWith",  "search",  "match",  "replace",
+            "substring",     "toPrecision",   "concat",      "lastIndexOf", "substr",  "trim",   "charCodeAt",
+            "localeCompare", "toExponential", "endsWith",    "includes"};
+        if (std::find(kOfAll.begin(), kOfAll.end(), wanted) != kOfAll.end()) return {};
+        owner = path + " is " + std::string(shown(form.kind)) + " and";
+        continue;
+      }
+      if (owner.empty()) owner = form.name.empty() ? path : form.name;
+      const auto found = std::find_if(form.members.begin(), form.members.end(),
+                                      [&](const monitor::DataMember& m) { return m.name == wanted; });
+      for (const monitor::DataMember& m : form.members) known.push_back(m.name);
+      if (found == form.members.end()) {
+        some_lack_it = true;
+        continue;
+      }
+      any = true;
+      join(result, of(found->type));
+    }
+    for (DataType& form : result.forms) form.may_be_absent = form.may_be_absent || some_lack_it;
+    if (!any && !object.forms.empty()) {
+      const std::string near = did_you_mean(wanted, known);
+      std::string all;
+      if (near.empty() && !known.empty() && known.size() <= 8) {
+        for (const std::string& one : known) all += (all.empty() ? "; there are " : ", ") + one;
+      }
+      error("check.unknown-member",
+            path + "." + wanted + ": " + owner + " has no member " + quoted(wanted) + (near.empty() ? all : near));
+      return {};
+    }
+    return any ? result : ExpressionType();
+  }
+
+  ExpressionType call(std::uint32_t id) {
+    const ScriptNode& n = at(id);
+    const ScriptNode& called = at(n.operands[0]);
+    std::vector<ExpressionType> arguments;
+    for (std::size_t i = 1; i < n.operands.size(); ++i) arguments.push_back(visit(n.operands[i]));
+    if (called.kind != Node::kMember) {
+      visit(n.operands[0]);
+      return {};
+    }
+    const ScriptNode& object = at(called.operands[0]);
+    if (object.kind == Node::kName && object.text == "Math" && !scope_.names->contains("Math"))
+      return math(called.text);
+    const ExpressionType owner = visit(called.operands[0]);
+    // ['A', 'B'].indexOf(x): each of them is compared with x.
+    if (object.kind == Node::kList && (called.text == "indexOf" || called.text == "includes") &&
+        n.operands.size() == 2) {
+      for (const std::uint32_t item : object.operands) compare("===", item, visit(item), n.operands[1], arguments[0]);
+      return of(called.text == "indexOf" ? Kind::kNumber : Kind::kTruth, "number");
+    }
+    member_of(owner, called.text, name_of(called.operands[0]));
+    return {};
+  }
+
+  ExpressionType math(const std::string& function) {
+    static const std::vector<std::string> kFunctions{
+        "abs",  "acos", "acosh",  "asin",  "asinh",  "atan",  "atan2", "atanh", "cbrt",  "ceil",  "clz32", "cos",
+        "cosh", "exp",  "expm1",  "floor", "fround", "hypot", "imul",  "log",   "log10", "log1p", "log2",  "max",
+        "min",  "pow",  "random", "round", "sign",   "sin",   "sinh",  "sqrt",  "tan",   "tanh",  "trunc"};
+    if (std::find(kFunctions.begin(), kFunctions.end(), function) == kFunctions.end())
+      error("check.unknown-member", "Math has no function " + quoted(function) + did_you_mean(function, kFunctions));
+    return of(Kind::kNumber, "number");
+  }
+
+  ExpressionType record(const ScriptNode& n) {
+    DataType type{.kind = Kind::kRecord, .may_be_absent = false};
+    for (std::size_t i = 0; i < n.operands.size(); ++i) {
+      const ExpressionType inner = visit(n.operands[i]);
+      type.members.push_back({n.names[i], inner.open || inner.forms.size() != 1 ? DataType{} : inner.forms[0]});
+    }
+    return of(std::move(type));
+  }
+
+  ExpressionType unary(const ScriptNode& n) {
+    if (n.text == "typeof") {
+      // The one place in which a name need not exist.
+      if (at(n.operands[0]).kind != Node::kName) visit(n.operands[0]);
+      return {};
+    }
+    const ExpressionType inner = visit(n.operands[0]);
+    if (n.text == "!") {
+      check_condition(n.operands[0], inner);
+      return of(Kind::kTruth, "bool");
+    }
+    if (n.text == "void" || n.text == "delete") return {};
+    DataType type{.kind = Kind::kNumber, .name = "number"};
+    if ((n.text == "-" || n.text == "+") && all_of_kind(inner, Kind::kNumber)) type.unit = unit_of(inner);
+    return of(std::move(type));
+  }
+
+  ExpressionType binary(std::uint32_t id) {
+    const ScriptNode& n = at(id);
+    const std::uint32_t left_id = n.operands[0];
+    const std::uint32_t right_id = n.operands[1];
+    if (n.text == "&&" || n.text == "||") {
+      ExpressionType left = visit(left_id);
+      const ExpressionType right = visit(right_id);
+      join(left, right);
+      return left;
+    }
+    const ExpressionType left = visit(left_id);
+    const ExpressionType right = visit(right_id);
+    if (n.text == ",") return right;
+    if (is_equality(n.text)) {
+      compare(n.text, left_id, left, right_id, right);
+      return of(Kind::kTruth, "bool");
+    }
+    if (is_order(n.text)) {
+      order(n.text, left_id, left, right_id, right);
+      return of(Kind::kTruth, "bool");
+    }
+    if (n.text == "+") {
+      if (all_of_kind(left, Kind::kNumber) && all_of_kind(right, Kind::kNumber)) {
+        DataType sum{.kind = Kind::kNumber, .name = "number"};
+        if (unit_of(left) == unit_of(right)) sum.unit = unit_of(left);
+        return of(std::move(sum));
+      }
+      return {};
+    }
+    if (n.text == "-" || n.text == "*" || n.text == "/" || n.text == "%") {
+      for (const auto& [operand, type] : {std::pair{left_id, &left}, {right_id, &right}}) {
+        const bool is_word = all_of_kind(*type, Kind::kText) && !type->forms[0].words.empty();
+        if (is_word || all_of_kind(*type, Kind::kRecord))
+          error("check.never-equal", name_of(operand) + " is " + std::string(shown(type->forms[0].kind)) + " (" +
+                                         type->forms[0].name + "), and cannot be calculated with");
+      }
+      DataType result{.kind = Kind::kNumber, .name = "number"};
+      result.unit = scaled(n.text, left_id, left, right_id, right);
+      return of(std::move(result));
+    }
+    if (n.text == "in" || n.text == "instanceof") return of(Kind::kTruth, "bool");
+    return of(Kind::kNumber, "number");
+  }
+
+  // The unit that all its forms have; empty: none that is known.
+  static std::string unit_of(const ExpressionType& type) {
+    if (type.open || type.forms.empty()) return {};
+    for (const DataType& form : type.forms) {
+      if (form.unit != type.forms[0].unit) return {};
+    }
+    return type.forms[0].unit;
+  }
+
+  std::string scaled(const std::string& sign, std::uint32_t left_id, const ExpressionType& left, std::uint32_t right_id,
+                     const ExpressionType& right) const {
+    std::string unit = unit_of(left);
+    std::optional<double> by = literal(right_id);
+    if (unit.empty() && sign == "*") {
+      unit = unit_of(right);
+      by = literal(left_id);
+    }
+    if (sign == "-") return unit == unit_of(right) || right.open ? unit : std::string();
+    if (unit.empty() || !by) return {};
+    const double factor = sign == "*" ? *by : sign == "/" ? 1 / *by : 0;
+    if (factor == 1) return unit;
+    if (unit == "ratio" && factor == 100) return "%";
+    if (unit == "%" && std::abs(factor - 0.01) < 1e-12) return "ratio";
+    return {};
+  }
+
+  [[nodiscard]] std::optional<double> literal(std::uint32_t id) const {
+    const ScriptNode& n = at(id);
+    if (n.kind == Node::kNumber) return n.number;
+    if (n.kind == Node::kUnary && n.text == "-" && at(n.operands[0]).kind == Node::kNumber)
+      return -at(n.operands[0]).number;
+    return std::nullopt;
+  }
+
+  void compare(const std::string& sign, std::uint32_t left_id, const ExpressionType& left, std::uint32_t right_id,
+               const ExpressionType& right) {
+    if (at(left_id).kind == Node::kText && at(right_id).kind == Node::kText) return;
+    if (at(right_id).kind == Node::kText && check_word(sign, right_id, left_id, left)) return;
+    if (at(left_id).kind == Node::kText && check_word(sign, left_id, right_id, right)) return;
+    if (left.open || right.open || left.forms.empty() || right.forms.empty()) return;
+    const bool is_strict = sign.size() == 3;
+    const auto overlap = [&](const DataType& a, const DataType& b) {
+      const auto unsure = [](const DataType& form) {
+        return form.kind == Kind::kUnknown || form.kind == Kind::kOther || form.kind == Kind::kRecord;
+      };
+      if (a.kind == b.kind || unsure(a) || unsure(b)) return true;
+      // == tries to make them alike; a word never is a number.
+      const bool is_word = !a.words.empty() || !b.words.empty();
+      return !is_strict && !is_word;
+    };
+    for (const DataType& a : left.forms) {
+      for (const DataType& b : right.forms) {
+        if (overlap(a, b)) return check_bounds(sign, left_id, left, right_id, right);
+      }
+    }
+    error("check.never-equal", name_or_value(left_id) + " is " + std::string(shown(left.forms[0].kind)) + ", " +
+                                   name_or_value(right_id) + " is " + std::string(shown(right.forms[0].kind)) +
+                                   "; they are never equal");
+  }
+
+  [[nodiscard]] std::string name_or_value(std::uint32_t id) const {
+    const ScriptNode& n = at(id);
+    if (n.kind == Node::kText) return "'" + n.text + "'";
+    if (n.kind == Node::kNumber || n.kind == Node::kTruth) return n.text;
+    const std::string path = tree_.path(id);
+    return path.empty() ? "one side" : path;
+  }
+
+  // A text in quotes compared with something. True: nothing more need be said.
+  bool check_word(const std::string& sign, std::uint32_t text_id, std::uint32_t other_id, const ExpressionType& other) {
+    const std::string& text = at(text_id).text;
+    std::vector<std::string> known;
+    std::string what;
+    bool closed = !other.open;
+    bool is_text = other.open;
+    for (const DataType& form : other.forms) {
+      if (form.kind == Kind::kUnknown) return true;
+      if (form.kind != Kind::kText) {
+        // '5' == 5
+        if (sign.size() == 2 && form.kind != Kind::kRecord) return true;
+        continue;
+      }
+      is_text = true;
+      known.insert(known.end(), form.words.begin(), form.words.end());
+      known.insert(known.end(), form.samples.begin(), form.samples.end());
+      closed = closed && (!form.words.empty() || form.samples_are_all);
+      if (!form.words.empty() && what.empty()) what = form.name;
+    }
+    if (!is_text) return false;
+    // Nothing is always a thing to ask for.
+    if (text.empty() || std::find(known.begin(), known.end(), text) != known.end()) return true;
+    const std::string near = did_you_mean(text, known);
+    if (what.empty() || !closed) {
+      // Names of the mission and its world: a scenario may have others.
+      if (near.empty() && !closed) return true;
+      add(closed && !near.empty() ? Severity::kError : Severity::kWarning, "check.unknown-word",
+          "nothing in this project makes " + name_of(other_id) + " '" + text + "'" + near);
+      return true;
+    }
+    std::string all;
+    std::sort(known.begin(), known.end());
+    known.erase(std::unique(known.begin(), known.end()), known.end());
+    if (near.empty() && known.size() <= 8) {
+      for (const std::string& one : known) {
+        if (!one.empty()) all += (all.empty() ? "; there are " : ", ") + one;
+      }
+    }
+    error("check.unknown-word", "'" + text + "' is no " + what + (near.empty() ? all : near));
+    return true;
+  }
+
+  void order(const std::string& sign, std::uint32_t left_id, const ExpressionType& left, std::uint32_t right_id,
+             const ExpressionType& right) {
+    for (const auto& [id, type, other] : {std::tuple{left_id, &left, &right}, {right_id, &right, &left}}) {
+      if (!all_of_kind(*other, Kind::kNumber)) continue;
+      const bool is_word = all_of_kind(*type, Kind::kText) && !type->forms[0].words.empty();
+      if (is_word || all_of_kind(*type, Kind::kRecord)) {
+        error("check.never-equal", name_of(id) + " is " + std::string(shown(type->forms[0].kind)) + " (" +
+                                       type->forms[0].name + "), and is neither more nor less than a number");
+        return;
+      }
+    }
+    check_bounds(sign, left_id, left, right_id, right);
+  }
+
+  void check_bounds(const std::string& sign, std::uint32_t left_id, const ExpressionType& left, std::uint32_t right_id,
+                    const ExpressionType& right) {
+    if (!all_of_kind(left, Kind::kNumber) || !all_of_kind(right, Kind::kNumber)) return;
+    const std::string a = unit_of(left);
+    const std::string b = unit_of(right);
+    if (!a.empty() && !b.empty() && a != b) {
+      error("check.unit", name_or_value(left_id) + " is in " + a + ", " + name_or_value(right_id) + " in " + b);
+      return;
+    }
+    check_share(sign, left_id, a, right_id, false);
+    check_share(sign, right_id, b, left_id, true);
+  }
+
+  // A share compared with what it never reaches.
+  void check_share(const std::string& sign, std::uint32_t id, const std::string& unit, std::uint32_t other,
+                   bool mirrored) {
+    const std::optional<double> constant = literal(other);
+    const double most = unit == "%" ? 100 : unit == "ratio" ? 1 : 0;
+    if (!constant || most == 0) return;
+    const std::string shown_id = tree_.path(id).empty() ? "the value" : tree_.path(id);
+    if (*constant >= 0 && *constant <= most) {
+      if (unit == "%" && *constant > 0 && *constant < 1)
+        add(Severity::kWarning, "check.out-of-range",
+            shown_id + " is in percent, so " + decimal(*constant) + " is less than one percent; write " +
+                decimal(*constant * 100));
+      return;
+    }
+    if (unit == "ratio" && *constant > 1) {
+      error("check.unit", shown_id + " is a ratio from 0 to 1, and " + decimal(*constant) + " is beyond; write " +
+                              decimal(*constant / 100) + ", or multiply the value by 100");
+      return;
+    }
+    const bool is_above = mirrored ? sign[0] == '<' : sign[0] == '>';
+    const bool holds = sign[0] == '!' || (!is_equality(sign) && (*constant < 0 ? is_above : !is_above));
+    add(Severity::kWarning, "check.out-of-range",
+        shown_id + " is from 0 to " + decimal(most) + " %, so this is " + (holds ? "always" : "never") + " true");
+  }
+
+  // Where true or false is wanted.
+  void check_condition(std::uint32_t id, const ExpressionType& type) {
+    const ScriptNode& n = at(id);
+    if (n.kind == Node::kAssignment) {
+      error("check.always-true", "\"=\" assigns; compare with \"===\"");
+      return;
+    }
+    if (n.kind == Node::kBinary && (n.text == "&&" || n.text == "||")) {
+      // On the left it may guard what is on the right.
+      check_condition(n.operands[1], visit_silently(n.operands[1]));
+      return;
+    }
+    if (n.kind != Node::kMember || type.open || type.forms.empty()) return;
+    const bool is_object = std::all_of(type.forms.begin(), type.forms.end(), [](const DataType& form) {
+      const bool is_word = form.kind == Kind::kText && !form.words.empty();
+      return !form.may_be_absent && (form.kind == Kind::kRecord || is_word);
+    });
+    if (!is_object) return;
+    add(Severity::kWarning, "check.always-true",
+        name_of(id) + " is always true: it is " + std::string(shown(type.forms[0].kind)) +
+            (type.forms[0].name.empty() ? "" : " (" + type.forms[0].name + ")") + "; compare it, or name a member");
+  }
+
+  ExpressionType visit_silently(std::uint32_t id) {
+    Diagnostics* const out = std::exchange(out_, nullptr);
+    ExpressionType type = visit(id);
+    out_ = out;
+    return type;
+  }
+
+  const ScriptTree& tree_;
+  const Scope& scope_;
+  const SourceSpan& span_;
+  Diagnostics* out_;
+};
+
+class ChartReader {
+ public:
+  ChartReader(const scxml::Chart& chart, const ChartEvents& events, Diagnostics& diagnostics)
+      : chart_(chart), model_(chart.model()), events_(events), out_(diagnostics) {}
+
+  void run() {
+    if (model_.data_model != scxml::DataModelKind::kEcmaScript) return;
+    for (const scxml::Expression& expression : model_.expressions) {
+      trees_.push_back(expression.use == scxml::ExpressionUse::kScript
+                           ? std::nullopt
+                           : scxml::parse_script_expression(expression.text));
+    }
+    declare();
+    // What data can be follows from what is assigned to them, which may be other data.
+    for (int pass = 0; pass < 2; ++pass) {
+      written_.clear();
+      visit_all(nullptr);
+      for (auto& [id, type] : names_) {
+        if (fixed_.contains(id)) continue;
+        const auto written = written_.find(id);
+        type = written == written_.end() ? ExpressionType() : written->second;
+      }
+    }
+    visit_all(&out_);
+  }
+
+ private:
+  using Id = scxml::ExpressionId;
+
+  void declare() {
+    std::set<std::string> in_scripts;
+    for (const scxml::Expression& expression : model_.expressions) {
+      if (expression.use == scxml::ExpressionUse::kScript) {
+        in_scripts.merge(scxml::names_in_script(expression.text));
+      } else if (expression.use == scxml::ExpressionUse::kItem) {
+        names_[expression.text];
+        fixed_.insert(expression.text);
+      }
+    }
+    for (std::size_t i = 0; i < trees_.size(); ++i) {
+      // What cannot be read may declare and write anything that it mentions; so may functions.
+      const scxml::Expression& expression = model_.expressions[i];
+      const bool is_plain =
+          trees_[i] && std::none_of(trees_[i]->nodes.begin(), trees_[i]->nodes.end(), [](const auto& n) {
+            return n.kind == Node::kOpaque || n.kind == Node::kAssignment ||
+                   (n.kind == Node::kUnary && n.text.size() == 2);
+          });
+      const bool writes_a_part =
+          expression.use == scxml::ExpressionUse::kLocation && trees_[i] && trees_[i]->nodes.back().kind != Node::kName;
+      if (expression.use != scxml::ExpressionUse::kScript && (!is_plain || writes_a_part))
+        in_scripts.merge(scxml::names_in_script(expression.text));
+    }
+    for (const std::string& name : in_scripts) {
+      names_[name];
+      fixed_.insert(name);
+    }
+    for (const scxml::Variable& variable : model_.variables) {
+      names_[variable.id];
+      const bool told = variable.expr != scxml::kNoExpression && !events_.given.contains(variable.id);
+      if (!told) fixed_.insert(variable.id);
+    }
+  }
+
+  void visit_all(Diagnostics* out) {
+    told_ = out;
+    Scope any{.names = &names_, .open = !model_.invokes.empty(), .event = event_of_any()};
+    for (const scxml::Variable& variable : model_.variables) {
+      if (variable.expr != scxml::kNoExpression) write(variable.id, expression(variable.expr, any));
+    }
+    for (const scxml::StateCode& code : model_.state_code) {
+      for (const auto* blocks : {&code.onentry, &code.onexit}) {
+        for (const scxml::Block& block : *blocks) content(block, any);
+      }
+      if (code.donedata) payload(*code.donedata, any);
+    }
+    for (const scxml::Invoke& invoke : model_.invokes) {
+      payload(invoke.payload, any);
+      content(invoke.finalize, any);
+    }
+    for (std::size_t t = 0; t < model_.transitions.size(); ++t) {
+      const scxml::Transition& transition = model_.transitions[t];
+      Scope scope = any;
+      if (!transition.events.empty()) scope.event = event_of(transition.events);
+      const scxml::TransitionCode& code = model_.transition_code[t];
+      if (code.condition != scxml::kNoExpression) expression(code.condition, scope, true);
+      content(code.content, scope);
+    }
+  }
+
+  void content(const scxml::Block& block, const Scope& scope) {
+    for (const scxml::Action& action : block) {
+      if (const auto* log = std::get_if<scxml::Log>(&action.what)) {
+        expression(log->expr, scope);
+      } else if (const auto* assign = std::get_if<scxml::Assign>(&action.what)) {
+        expression(assign->location, scope);
+        const ExpressionType value = expression(assign->expr, scope);
+        if (assign->location != scxml::kNoExpression) write(model_.expressions[assign->location].text, value);
+      } else if (const auto* send = std::get_if<scxml::Send>(&action.what)) {
+        for (const scxml::Text* text : {&send->event, &send->target, &send->type, &send->delay})
+          expression(text->expr, scope);
+        payload(send->payload, scope);
+      } else if (const auto* choice = std::get_if<scxml::If>(&action.what)) {
+        for (const scxml::If::Branch& branch : choice->branches) {
+          expression(branch.condition, scope, true);
+          content(branch.body, scope);
+        }
+      } else if (const auto* loop = std::get_if<scxml::Foreach>(&action.what)) {
+        expression(loop->array, scope);
+        content(*loop->body, scope);
+      } else if (const auto* cancel = std::get_if<scxml::Cancel>(&action.what)) {
+        expression(cancel->sendid_expr, scope);
+        check_cancel(*cancel, action.place);
+      }
+    }
+  }
+
+  void check_cancel(const scxml::Cancel& cancel, const scxml::Place& place) {
+    if (told_ == nullptr || cancel.sendid.empty()) return;
+    std::vector<std::string> ids;
+    for (const scxml::SendInfo& send : model_.sends) {
+      if (!send.id.empty()) ids.push_back(send.id);
+    }
+    if (std::find(ids.begin(), ids.end(), cancel.sendid) != ids.end()) return;
+    told_->push_back({Severity::kError, "check.unknown-send",
+                      "no <send> of the chart has id=\"" + cancel.sendid + "\", so nothing is cancelled" +
+                          did_you_mean(cancel.sendid, ids),
+                      chart_.span(place)});
+  }
+
+  void payload(const scxml::Payload& payload, const Scope& scope) {
+    for (const auto* params : {&payload.params, &payload.namelist}) {
+      for (const scxml::Param& param : *params) expression(param.expr, scope);
+    }
+    expression(payload.content_expr, scope);
+  }
+
+  ExpressionType expression(Id id, const Scope& scope, bool is_condition = false) {
+    if (id == scxml::kNoExpression || !trees_[id]) return {};
+    const SourceSpan span = chart_.span(model_.expressions[id].place);
+    return Reader(*trees_[id], scope, span, told_).whole(is_condition);
+  }
+
+  void write(const std::string& name, const ExpressionType& type) {
+    const auto [written, first] = written_.emplace(name, type);
+    if (!first) join(written->second, type);
+  }
+
+  // What `_event.data` is where one of these descriptors has fired; nothing: it cannot be told.
+  std::optional<ExpressionType> event_of(const std::vector<std::string>& descriptors) {
+    ExpressionType result{.open = false, .forms = {}};
+    for (const std::string& descriptor : descriptors) {
+      const ExpressionType& one = event_of(descriptor);
+      if (one.open) return std::nullopt;
+      join(result, one);
+    }
+    if (result.open || result.forms.empty()) return std::nullopt;
+    return result;
+  }
+
+  const ExpressionType& event_of(const std::string& descriptor) {
+    const auto [slot, is_new] = by_descriptor_.try_emplace(descriptor);
+    if (!is_new) return slot->second;
+    for (const auto& own : own_events()) {
+      if (scxml::event_matches(descriptor, own)) return slot->second;
+    }
+    if (descriptor == "*" || scxml::event_matches("error", descriptor) || scxml::event_matches("done", descriptor))
+      return slot->second;
+    ExpressionType result{.open = false, .forms = {}};
+    for (const std::string& name : events_.names) {
+      if (scxml::event_matches(descriptor, name)) join(result, of(events_.data_of(name)));
+    }
+    if (!result.forms.empty()) slot->second = std::move(result);
+    return slot->second;
+  }
+
+  // Events that the chart sends or raises itself.
+  const std::vector<std::string>& own_events() {
+    if (own_) return *own_;
+    own_.emplace();
+    for (const auto& [event, place] : model_.raises) own_->push_back(event);
+    for (const scxml::SendInfo& send : model_.sends) {
+      if (send.event && send.type != "thrift") own_->push_back(*send.event);
+    }
+    return *own_;
+  }
+
+  // Where any event may have come last.
+  std::optional<ExpressionType> event_of_any() {
+    std::vector<std::string> descriptors;
+    for (const scxml::Transition& transition : model_.transitions)
+      descriptors.insert(descriptors.end(), transition.events.begin(), transition.events.end());
+    std::sort(descriptors.begin(), descriptors.end());
+    descriptors.erase(std::unique(descriptors.begin(), descriptors.end()), descriptors.end());
+    return event_of(descriptors);
+  }
+
+  const scxml::Chart& chart_;
+  const scxml::Model& model_;
+  const ChartEvents& events_;
+  Diagnostics& out_;
+  Diagnostics* told_ = nullptr;
+  std::vector<std::optional<ScriptTree>> trees_;
+  std::map<std::string, ExpressionType, std::less<>> names_;
+  std::map<std::string, ExpressionType, std::less<>> written_;
+  std::set<std::string, std::less<>> fixed_;  // can be anything
+  std::map<std::string, ExpressionType> by_descriptor_;
+  std::optional<std::vector<std::string>> own_;
+};
+
+}  // namespace
+
+void check_expressions(const scxml::Chart& chart, const ChartEvents& events, Diagnostics& diagnostics) {
+  ChartReader(chart, events, diagnostics).run();
+}
+
+DataType check_renamed_data(const EventRename& rename, const std::vector<DataType>& observed,
+                            Diagnostics& diagnostics) {
+  std::map<std::string, ExpressionType, std::less<>> names;
+  bool open = observed.empty();
+  for (const DataType& one : observed) {
+    open = open || one.kind != Kind::kRecord;
+    for (const monitor::DataMember& member : one.members) {
+      const auto [slot, is_new] = names.emplace(member.name, of(member.type));
+      if (!is_new) join(slot->second, of(member.type));
+    }
+  }
+  const Scope scope{.names = &names, .open = open, .event = std::nullopt};
+  const auto visit = [&](const std::string& source, bool is_condition) {
+    const auto tree = scxml::parse_script_expression(source);
+    return tree ? Reader(*tree, scope, rename.span, &diagnostics).whole(is_condition) : ExpressionType();
+  };
+  DataType result{.kind = Kind::kRecord, .may_be_absent = false};
+  for (const auto& [name, source] : rename.data) {
+    const ExpressionType found = visit(source, false);
+    result.members.push_back({name, !found.open && found.forms.size() == 1 ? found.forms[0] : DataType{}});
+  }
+  // What these two are depends on what was observed before.
+  names["value"] = {};
+  names["last"] = {};
+  if (rename.when != "changed" && !rename.when.empty()) (void)visit(rename.when, true);
+  return result;
+}
+
+}  // namespace sentree::project

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <functional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sentree/monitor/requirement_types.h"
+#include "sentree/project/project.h"
+#include "sentree/scxml/chart.h"
+
+namespace sentree::project {
+
+/// What an expression can be, as far as it can be told.
+struct ExpressionType {
+  bool open = true;                      ///< Or anything else.
+  std::vector<monitor::DataType> forms;  ///< One of these.
+};
+
+/// The events that can arrive at a chart from outside.
+struct ChartEvents {
+  std::vector<std::string> names;
+  /// Of an event of that name, `_event.data`: a record, or unknown.
+  std::function<monitor::DataType(const std::string& name)> data_of;
+  /// Names that a run gives to the chart's data (ports): they can be anything.
+  std::set<std::string> given;
+};
+
+/// What the expressions of a chart say that cannot be: names that nobody declares, members that the event's data do not
+/// have, words that are no enumerator, values compared that are never equal, numbers of another unit.
+///
+/// What cannot be told is taken to be right: data that scripts write, events of the chart itself, functions.
+/// Errors: check.unknown-send (of <cancel>), check.unknown-name, check.unknown-member, check.unknown-word,
+/// check.never-equal, check.unit. Warnings: check.unknown-word (where other words are possible), check.out-of-range,
+/// check.always-true. Cost: O(size of the chart · events that a transition takes).
+void check_expressions(const scxml::Chart& chart, const ChartEvents& events, Diagnostics& diagnostics);
+
+/// The same of the expressions of a renamed event, whose names are the members of the observations' data.
+/// @param observed  Data of the observations that it stands for.
+/// @returns the type of the event's data.
+monitor::DataType check_renamed_data(const EventRename& rename, const std::vector<monitor::DataType>& observed,
+                                     Diagnostics& diagnostics);
+
+}  // namespace sentree::project

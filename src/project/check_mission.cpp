@@ -1,0 +1,79 @@
+#include "sentree/project/check_mission.h"
+
+#include <algorithm>
+#include <set>
+#include <vector>
+
+#include "sentree/bt/types.h"
+#include "sentree/text/xml.h"
+
+namespace sentree::project {
+
+namespace {
+
+void warn(Diagnostics& diagnostics, std::string code, std::string message, SourceSpan span) {
+  diagnostics.push_back({Severity::kWarning, std::move(code), std::move(message), std::move(span)});
+}
+
+void check_root(const text::XmlElement& root, Diagnostics& diagnostics) {
+  static const std::vector<std::string> kKnown{"BTCPP_format", "main_tree_to_execute", "project_name"};
+  for (const auto& attribute : root.attributes()) {
+    const std::string name(attribute.name);
+    if (name.find(':') != std::string::npos || name.starts_with("xmlns")) continue;
+    if (std::find(kKnown.begin(), kKnown.end(), name) != kKnown.end()) continue;
+    const std::string near = did_you_mean(name, kKnown);
+    if (near.empty()) continue;
+    warn(diagnostics, "check.unknown-attribute", "attribute \"" + name + "\" of <root> says nothing" + near,
+         root.attribute_span(name));
+  }
+}
+
+// Types are free: they are only told where they are nearly one that is known.
+void check_types(const text::XmlElement& model, Diagnostics& diagnostics) {
+  static const std::vector<std::string> kKnown{"bool",  "int",    "int64_t",     "unsigned", "uint64_t",
+                                               "float", "double", "std::string", "string",   "BT::NodeStatus"};
+  for (text::XmlElement node = model.first_child(); node; node = node.next_sibling()) {
+    for (text::XmlElement port = node.first_child(); port; port = port.next_sibling()) {
+      const std::string type(port.attribute("type").value_or(""));
+      if (type.empty() || bt::type_named(type) != nullptr) continue;
+      const bool is_std = type.starts_with("std::") && type.find('<') == std::string::npos;
+      const std::string near = did_you_mean(type, kKnown);
+      if (near.empty() && !is_std) continue;
+      warn(diagnostics, "check.unknown-type", "no type is called \"" + type + "\"" + near, port.span());
+    }
+  }
+}
+
+void check_declared(const bt::Tree& tree, const text::XmlElement& model, Diagnostics& diagnostics) {
+  std::set<std::string> declared;
+  for (text::XmlElement node = model.first_child(); node; node = node.next_sibling())
+    declared.emplace(node.attribute("ID").value_or(""));
+  std::set<std::string> used;
+  for (bt::NodeId node = 0; node < tree.size(); ++node) used.emplace(tree.registration(node));
+  std::vector<std::string> unused;
+  std::set_difference(declared.begin(), declared.end(), used.begin(), used.end(), std::back_inserter(unused));
+  for (const bt::NodeId leaf : tree.external_leaves()) {
+    const std::string id(tree.registration(leaf));
+    if (declared.contains(id)) continue;
+    const std::string near = did_you_mean(id, unused);
+    if (near.empty()) continue;
+    warn(diagnostics, "check.undeclared-leaf",
+         "leaf \"" + id + "\" is not in the TreeNodesModel, and one that is there is used nowhere" + near,
+         tree.span(leaf));
+  }
+}
+
+}  // namespace
+
+void check_mission(const bt::Tree& tree, std::string_view source, const std::string& file, Diagnostics& diagnostics) {
+  const auto document = text::XmlDocument::parse(std::string(source), file);
+  if (!document) return;
+  check_root(document->root(), diagnostics);
+  for (text::XmlElement child = document->root().first_child(); child; child = child.next_sibling()) {
+    if (child.local_name() != "TreeNodesModel") continue;
+    check_types(child, diagnostics);
+    check_declared(tree, child, diagnostics);
+  }
+}
+
+}  // namespace sentree::project

@@ -1,0 +1,305 @@
+#include "sentree/project/check_monitor.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "sentree/monitor/observed.h"
+#include "sentree/project/check_expressions.h"
+#include "sentree/scxml/event.h"
+#include "sentree/scxml/model.h"
+#include "sentree/scxml/reach.h"
+
+namespace sentree::project {
+
+namespace {
+
+using monitor::DataType;
+
+void add(Diagnostics& diagnostics, Severity severity, std::string code, std::string message, SourceSpan span) {
+  Diagnostic diagnostic{severity, std::move(code), std::move(message), std::move(span)};
+  if (std::find(diagnostics.begin(), diagnostics.end(), diagnostic) == diagnostics.end())
+    diagnostics.push_back(std::move(diagnostic));
+}
+
+void error(Diagnostics& diagnostics, std::string code, std::string message, SourceSpan span) {
+  add(diagnostics, Severity::kError, std::move(code), std::move(message), std::move(span));
+}
+
+/// Events that a chart sends to itself.
+struct OwnEvents {
+  std::vector<std::string> names;
+  bool open = false;  ///< Or any other: of charts that it invokes, or named by an expression.
+
+  explicit OwnEvents(const scxml::Chart& chart) : open(!chart.model().invokes.empty()) {
+    for (const auto& [event, place] : chart.model().raises) names.push_back(event);
+    for (const scxml::SendInfo& send : chart.sends()) {
+      if (send.type == "thrift") continue;
+      if (send.event)
+        names.push_back(*send.event);
+      else
+        open = true;
+    }
+  }
+};
+
+bool matches_any(const std::string& descriptor, const std::vector<std::string>& names) {
+  return std::any_of(names.begin(), names.end(),
+                     [&](const std::string& name) { return scxml::event_matches(descriptor, name); });
+}
+
+// Events of the platform, which need nobody to send them.
+bool is_of_platform(const std::string& descriptor) {
+  return descriptor == "*" || scxml::event_matches("error", descriptor) || scxml::event_matches("done", descriptor);
+}
+
+// What could be meant: also a part of a name, as descriptors may be.
+std::string meant(const std::string& descriptor, const std::vector<std::string>& known) {
+  std::set<std::string> candidates;
+  const auto dots = std::count(descriptor.begin(), descriptor.end(), '.');
+  for (const std::string& name : known) {
+    std::size_t end = 0;
+    for (auto i = 0; i <= dots && end != std::string::npos; ++i) end = name.find('.', i == 0 ? 0 : end + 1);
+    candidates.insert(name.substr(0, end));
+    candidates.insert(name);
+  }
+  return did_you_mean(descriptor, std::vector<std::string>(candidates.begin(), candidates.end()));
+}
+
+// `visit(descriptor, place, hint)` for each event that cannot come.
+template <class Visit>
+void for_each_unknown(const scxml::Chart& chart, const std::vector<std::string>& known, const Visit& visit) {
+  const OwnEvents own(chart);
+  if (own.open) return;
+  for (const scxml::Transition& transition : chart.transitions()) {
+    for (const std::string& descriptor : transition.events) {
+      if (is_of_platform(descriptor) || matches_any(descriptor, own.names) || matches_any(descriptor, known)) continue;
+      std::vector<std::string> candidates = known;
+      candidates.insert(candidates.end(), own.names.begin(), own.names.end());
+      candidates.insert(candidates.end(), {"error.execution", "error.communication", "done.state"});
+      visit(descriptor, transition.place, meant(descriptor, candidates));
+    }
+  }
+}
+
+// A transition without target and content is there to keep others from being taken; where there are none, something was
+// forgotten.
+void check_idle_transitions(const scxml::Chart& chart, bool is_skill, Diagnostics& diagnostics) {
+  const scxml::Model& model = chart.model();
+  const auto takes = [&](const scxml::Transition& other, const std::string& event) {
+    return std::any_of(other.events.begin(), other.events.end(), [&](const std::string& descriptor) {
+      return scxml::event_matches(descriptor, event) || scxml::event_matches(event, descriptor);
+    });
+  };
+  for (std::size_t t = 0; t < model.transitions.size(); ++t) {
+    const scxml::Transition& transition = model.transitions[t];
+    if (!transition.targets.empty() || transition.events.empty() || !model.transition_code[t].content.empty()) continue;
+    // To take `halt` means that the run is not cancelled; ticks come whether or not anything is done with them.
+    if (is_skill && (takes(transition, "halt") || takes(transition, "tick"))) continue;
+    bool hides = false;
+    for (scxml::StateIndex s = transition.source; s != scxml::kNoState && !hides; s = model.states[s].parent) {
+      for (const scxml::TransitionIndex other : model.states[s].transitions) {
+        if (s == transition.source && other <= t) continue;
+        for (const std::string& event : transition.events) hides = hides || takes(model.transitions[other], event);
+      }
+    }
+    if (hides) continue;
+    add(diagnostics, Severity::kWarning, "check.idle-transition",
+        "this transition does nothing: it has neither target nor content, and keeps no other from being taken",
+        chart.span(transition.place));
+  }
+}
+
+void check_verdicts(const MonitorEntry& entry, const scxml::Chart& chart, Diagnostics& diagnostics) {
+  const std::vector<bool> reached = scxml::reachable_states(chart);
+  const auto check = [&](scxml::StateIndex state) {
+    if (reached[state]) return;
+    error(diagnostics, "check.unreachable-verdict",
+          "monitor \"" + entry.name + "\" can never be violated by state \"" + chart.states()[state].id +
+              "\": no transition of a reachable state leads to it",
+          chart.span(chart.states()[state].place));
+  };
+  for (const std::string& id : entry.violated) {
+    if (const auto state = chart.find(id)) check(*state);
+  }
+  const auto final_state = chart.find("violated");
+  if (final_state && chart.states()[*final_state].parent == 0) check(*final_state);
+}
+
+void check_renames(const MonitorEntry& entry, const scxml::Chart& chart, const monitor::Observations* observations,
+                   ChartEvents& events, Diagnostics& diagnostics) {
+  std::vector<std::string> handled = chart.events_handled();
+  auto types = std::make_shared<std::map<std::string, DataType>>();
+  for (const EventRename& rename : entry.events) {
+    if (std::find(events.names.begin(), events.names.end(), rename.event) == events.names.end())
+      events.names.push_back(rename.event);
+    const bool heard = std::any_of(handled.begin(), handled.end(), [&](const std::string& descriptor) {
+      return scxml::event_matches(descriptor, rename.event);
+    });
+    if (!heard) {
+      error(diagnostics, "check.unheard-event",
+            "monitor \"" + entry.name + "\": its chart has no transition for event \"" + rename.event + "\"" +
+                did_you_mean(rename.event, handled),
+            rename.span);
+    }
+    if (observations == nullptr) continue;
+    std::vector<DataType> observed;
+    for (const std::string& pattern : rename.on) {
+      const std::size_t before = observed.size();
+      for (const std::string& name : observations->names()) {
+        if (matches_pattern(pattern, name)) observed.push_back(observations->data_of(name));
+      }
+      if (observed.size() > before) continue;
+      error(diagnostics, "check.unknown-event",
+            "event \"" + rename.event + "\": nothing in this project is observed as \"" + pattern + "\"" +
+                did_you_mean(pattern, observations->names()),
+            rename.span);
+    }
+    DataType data = check_renamed_data(rename, observed, diagnostics);
+    data.name = "event \"" + rename.event + "\"";
+    // An event of several sources has the data of one of them, whichever came.
+    const auto [slot, is_new] = types->emplace(rename.event, std::move(data));
+    if (!is_new) slot->second = {};
+  }
+  events.data_of = [types](const std::string& name) {
+    const auto found = types->find(name);
+    return found != types->end() ? found->second : DataType();
+  };
+}
+
+// <send>s of a skill that nobody receives.
+void check_receivers(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,
+                     Diagnostics& diagnostics) {
+  static const std::vector<std::string> kTypes{"thrift", "scxml"};
+  for (const scxml::SendInfo& send : chart.sends()) {
+    if (!send.type || send.type == "thrift" || send.type->starts_with("http://")) continue;
+    if (!send.type->empty() && send.type != "scxml") {
+      add(diagnostics, Severity::kError, "check.unknown-receiver",
+          "nobody receives <send> of type \"" + *send.type + "\"; services are called with type=\"thrift\"" +
+              did_you_mean(*send.type, kTypes),
+          chart.span(send.place));
+    } else if (send.target && services.contains(*send.target)) {
+      add(diagnostics, Severity::kError, "check.unknown-receiver",
+          "\"" + *send.target + "\" is a service: call it with type=\"thrift\"", chart.span(send.target_place));
+    }
+  }
+}
+
+}  // namespace
+
+void check_monitor(const MonitorEntry& entry, const scxml::Chart& chart, const monitor::Vocabulary* vocabulary,
+                   Diagnostics& diagnostics) {
+  check_verdicts(entry, chart, diagnostics);
+  check_idle_transitions(chart, false, diagnostics);
+  std::optional<monitor::Observations> observations;
+  if (vocabulary != nullptr) observations.emplace(*vocabulary);
+  ChartEvents events;
+  if (!entry.events.empty()) {
+    check_renames(entry, chart, observations ? &*observations : nullptr, events, diagnostics);
+    for_each_unknown(chart, events.names,
+                     [&](const std::string& descriptor, const scxml::Place& place, const std::string& hint) {
+                       error(diagnostics, "check.unknown-event",
+                             "event \"" + descriptor + "\" never comes: \"events\" of monitor \"" + entry.name +
+                                 "\" in sentree.yaml does not name it" + hint,
+                             chart.span(place));
+                     });
+  } else if (observations) {
+    events.names = observations->names();
+    events.data_of = [&](const std::string& name) { return observations->data_of(name); };
+    for_each_unknown(chart, events.names,
+                     [&](const std::string& descriptor, const scxml::Place& place, const std::string& hint) {
+                       error(diagnostics, "check.unknown-event",
+                             "event \"" + descriptor + "\" never comes: nothing in this project is observed so" + hint,
+                             chart.span(place));
+                     });
+  } else {
+    return;
+  }
+  if (vocabulary != nullptr) check_expressions(chart, events, diagnostics);
+}
+
+void check_skill_events(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,
+                        const monitor::Vocabulary& vocabulary, const SkillUse& use, Diagnostics& diagnostics) {
+  ChartEvents events;
+  if (use.is_native) events.names = {"tick", "halt"};
+  for (const SkillProtocol* protocol : use.protocols) {
+    for (const std::string* event : {&protocol->start, &protocol->tick, &protocol->halt, &protocol->acknowledge}) {
+      if (!event->empty()) events.names.push_back(*event);
+    }
+  }
+  for (const auto& [service, plan] : services) {
+    for (const idl::Method* method : plan.service->methods) {
+      for (const char* outcome : {".reply", ".error"}) events.names.push_back(service + "." + method->name + outcome);
+    }
+  }
+  events.data_of = [&](const std::string& name) {
+    const auto last = name.rfind('.');
+    const auto dot = last == std::string::npos ? last : name.rfind('.', last - 1);
+    if (dot == std::string::npos) return DataType();
+    const auto service = vocabulary.services.find(name.substr(0, dot));
+    if (service == vocabulary.services.end()) return DataType();
+    const auto method = service->second.find(name.substr(dot + 1, last - dot - 1));
+    if (method == service->second.end()) return DataType();
+    DataType data{.kind = DataType::Kind::kRecord, .name = "the data of " + name, .may_be_absent = false};
+    data.members.push_back({"args", method->second.arguments});
+    if (name.ends_with(".reply")) {
+      data.members.push_back({"result", method->second.result});
+    } else {
+      const DataType text{.kind = DataType::Kind::kText, .name = "string", .may_be_absent = false};
+      DataType kind = text;
+      kind.name = "kind of error";
+      kind.words = {"exception", "vetoed", "unreachable", "late", "protocol"};
+      data.members.push_back({"kind", std::move(kind)});
+      data.members.push_back({"message", text});
+      data.members.push_back({"vetoed_by", text});
+    }
+    return data;
+  };
+  events.given = use.given;
+
+  for_each_unknown(chart, events.names,
+                   [&](const std::string& descriptor, const scxml::Place& place, const std::string& near) {
+                     const auto dot = descriptor.find('.');
+                     const auto service = services.find(descriptor.substr(0, dot));
+                     if (service != services.end()) {
+                       // Of an unknown method it is said elsewhere.
+                       const auto second = descriptor.find('.', dot + 1);
+                       const std::string method =
+                           descriptor.substr(dot + 1, second == std::string::npos ? second : second - dot - 1);
+                       if (service->second.service->find(method) == nullptr) return;
+                       error(diagnostics, "check.unknown-event",
+                             "event \"" + descriptor + "\" never comes: a call ends with .reply or .error" + near,
+                             chart.span(place));
+                       return;
+                     }
+                     // Charts of other runtimes may know more events than they get here.
+                     if (near.empty() && !use.is_native) return;
+                     add(diagnostics, Severity::kWarning, "check.never-arrives",
+                         "event \"" + descriptor + "\" never arrives: nobody sends it" + near, chart.span(place));
+                   });
+  check_expressions(chart, events, diagnostics);
+  check_idle_transitions(chart, true, diagnostics);
+  check_receivers(chart, services, diagnostics);
+  if (!use.is_native) return;
+
+  // An action may wait for ever; a condition owes an answer.
+  const std::vector<bool> reached = scxml::reachable_states(chart);
+  bool has_end = false;
+  bool reaches_end = false;
+  for (scxml::StateIndex s = 0; s < chart.states().size(); ++s) {
+    const scxml::State& state = chart.states()[s];
+    if (state.kind != scxml::StateKind::kFinal || state.parent != 0) continue;
+    if (state.id != "success" && state.id != "failure") continue;
+    has_end = true;
+    reaches_end = reaches_end || reached[s];
+  }
+  if (reaches_end || (!has_end && !use.is_condition)) return;
+  error(diagnostics, "check.no-outcome",
+        has_end
+            ? "the skill never ends: no path leads to its top-level <final id=\"success\"> or <final id=\"failure\">"
+            : "a condition must end: give its chart a top-level <final id=\"success\"> and <final id=\"failure\">",
+        SourceSpan{chart.file(), chart.states()[0].place.line, chart.states()[0].place.column,
+                   chart.states()[0].place.length});
+}
+
+}  // namespace sentree::project

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "sentree/monitor/monitor.h"
+#include "sentree/monitor/requirement_types.h"
+#include "sentree/project/plan.h"
+
+namespace sentree::project {
+
+/// What a monitor drawn by hand waits for that can never come: events that no observation of the project has, renamed
+/// events that it does not know, a violation that no path of its chart leads to; and what its expressions say of the
+/// observations' data (see `check_expressions`).
+///
+/// Errors: check.unknown-event, check.unheard-event, check.unreachable-verdict, and those of `check_expressions`.
+/// Warning: check.idle-transition.
+/// @param vocabulary  Null: it is not known what the project observes, so only the chart is looked at.
+void check_monitor(const MonitorEntry& entry, const scxml::Chart& chart, const monitor::Vocabulary* vocabulary,
+                   Diagnostics& diagnostics);
+
+/// How the leaves of a mission use one chart.
+struct SkillUse {
+  std::set<std::string> given;                       ///< Names of its <data> that ports or sentree.yaml give values.
+  bool is_native = false;                            ///< Some leaf runs it without a protocol …
+  bool is_condition = false;                         ///< … and that is a condition.
+  std::vector<const SkillProtocol*> protocols = {};  ///< Of the others; borrowed.
+};
+
+/// The same of a skill's chart.
+///
+/// Errors: check.unknown-event (a call's outcome that does not exist), check.no-outcome, check.unknown-receiver, and
+/// those of `check_expressions`. Warnings: check.never-arrives, check.idle-transition.
+void check_skill_events(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,
+                        const monitor::Vocabulary& vocabulary, const SkillUse& use, Diagnostics& diagnostics);
+
+}  // namespace sentree::project

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "sentree/bt/tree.h"
+#include "sentree/monitor/requirement_types.h"
+#include "sentree/project/plan.h"
+
+namespace sentree::project {
+
+/// The skills' charts against what they are fed with: events, expressions, outcomes, and inputs that have no value.
+///
+/// Errors: check.missing-input, check.unwritten-entry, those of `check_skill_events`. Warnings: check.unwritten-entry
+/// of what the skill can do without, check.unused-skill (an entry of `skills:` that no leaf uses; an error if it is a
+/// leaf's name misspelt).
+void check_skills(const bt::Tree& tree, const std::vector<LeafPlan>& leaves,
+                  const std::map<std::string, ServicePlan>& services, const monitor::Vocabulary& vocabulary,
+                  const Project& project, Diagnostics& diagnostics);
+
+/// Whether the chart itself may write this <data>, as far as its text tells.
+[[nodiscard]] bool is_written(const scxml::Chart& chart, const std::string& data);
+
+}  // namespace sentree::project

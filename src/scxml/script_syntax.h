@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sentree::scxml {
+
+/// Nesting of an expression beyond which it is not read.
+inline constexpr int kScriptNestingMax = 64;
+
+/// A part of an expression.
+struct ScriptNode {
+  enum class Kind : std::uint8_t {
+    kNumber,
+    kText,
+    kTruth,        ///< `number` is 0 or 1.
+    kNothing,      ///< null, undefined.
+    kName,         ///< `text`: an identifier.
+    kMember,       ///< Member `text` of operand 0.
+    kIndex,        ///< Operand 0 [operand 1].
+    kCall,         ///< Operand 0 called with the others; also `new`.
+    kList,         ///< [a, b].
+    kRecord,       ///< {name: value}; `names` are those of the operands.
+    kUnary,        ///< `text` is the operator; ++ and -- too.
+    kBinary,       ///< `text` is the operator; && and || and the comma too.
+    kConditional,  ///< a ? b : c
+    kAssignment,   ///< `text` is the operator.
+    kOpaque,       ///< A function or a regular expression: not looked into.
+  };
+  Kind kind = Kind::kNothing;
+  std::string text;
+  double number = 0;
+  std::vector<std::uint32_t> operands;
+  std::vector<std::string> names;
+};
+
+/// An expression as a tree.
+struct ScriptTree {
+  std::vector<ScriptNode> nodes;  ///< Operands before operators; the last is the whole.
+
+  [[nodiscard]] const ScriptNode& at(std::uint32_t node) const { return nodes[node]; }
+  [[nodiscard]] std::uint32_t root() const { return static_cast<std::uint32_t>(nodes.size() - 1); }
+  /// As it can be shown: "_event.data.result"; of what is no path of members, empty.
+  [[nodiscard]] std::string path(std::uint32_t node) const;
+};
+
+/// Reads an expression of ECMAScript 5.1, for checks that look at what it names. Nothing: it is none, or too deep, or
+/// uses what is not read here (templates, arrows and whatever came later); then it cannot be told what it means.
+/// Cost: O(size).
+[[nodiscard]] std::optional<ScriptTree> parse_script_expression(std::string_view source);
+
+/// Every identifier that a script mentions, members and words of the language included; not those in its texts and
+/// comments.
+[[nodiscard]] std::set<std::string> names_in_script(std::string_view source);
+
+/// Whether every heap has a global of that name: `Math`, `parseInt`, …
+[[nodiscard]] bool is_script_global(std::string_view name);
+
+}  // namespace sentree::scxml
