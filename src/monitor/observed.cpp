@@ -40,6 +40,10 @@ Observations::Observations(const Vocabulary& vocabulary) : vocabulary_(vocabular
     add(leaf + ".log", {Form::kLeafLog, leaf, ""});
     add(leaf + ".given_up", {Form::kLeafGivenUp, leaf, ""});
   }
+  for (const std::string& model : vocabulary.models) {
+    add(model + ".choice", {Form::kOpen});
+    add(model + ".log", {Form::kLeafLog, model, ""});
+  }
   add("mission.tick", {Form::kTick});
   add("mission.status", {Form::kMissionStatus});
   add("node.status", {Form::kNodeStatus});

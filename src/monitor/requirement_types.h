@@ -47,6 +47,7 @@ struct Vocabulary {
   std::map<std::string, std::map<std::string, Method>> services;
   std::vector<std::string> leaves;  ///< Names of leaves as observations have them.
   std::vector<std::string> nodes;   ///< Paths of the tree's nodes.
+  std::vector<std::string> models;  ///< Names of charts that stand for components.
   struct Call {
     std::string leaf;
     std::string service;

@@ -281,11 +281,13 @@ void check_gate(const MonitorEntry& entry, const monitor::Model& model,
 }
 
 void check_sources(const EventRename& rename, const std::vector<LeafPlan>& leaves,
-                   const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics) {
+                   const std::map<std::string, ServicePlan>& services, const Project& project,
+                   Diagnostics& diagnostics) {
   // Without its mission a project has no leaves, which has been said.
   if (leaves.empty()) return;
   std::vector<std::string> sources = names_of(services);
   for (const LeafPlan& leaf : leaves) sources.push_back(leaf.name);
+  for (const ModelEntry& model : project.models) sources.push_back(model.name);
   sources.insert(sources.end(), std::begin(kReservedNames), std::end(kReservedNames));
   for (const std::string& pattern : rename.from) {
     if (std::any_of(sources.begin(), sources.end(),

@@ -32,7 +32,8 @@ void check_gate(const MonitorEntry& entry, const monitor::Model& model,
 
 /// A source (`from:`) of a monitor's event that nobody in the project is.
 void check_sources(const EventRename& rename, const std::vector<LeafPlan>& leaves,
-                   const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics);
+                   const std::map<std::string, ServicePlan>& services, const Project& project,
+                   Diagnostics& diagnostics);
 
 /// Places that the mission names and the world does not have.
 void check_locations(const bt::Tree& tree, const std::vector<LeafPlan>& leaves, const sim::World& world,

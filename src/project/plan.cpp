@@ -208,7 +208,10 @@ class Preparation {
     const bool is_known =
         tree != nullptr && leaves_.size() == tree->external_leaves().size() && !has_errors(diagnostics);
     std::optional<monitor::Vocabulary> vocabulary;
-    if (is_known) vocabulary = vocabulary_of(services_, tree, leaves_, world_.get());
+    if (is_known) {
+      vocabulary = vocabulary_of(services_, tree, leaves_, world_.get());
+      for (const ModelEntry& model : project_.models) vocabulary->models.push_back(model.name);
+    }
     const monitor::Vocabulary* known = vocabulary ? &*vocabulary : nullptr;
     for (const ObserverEntry& entry : project_.observers) {
       check_address("observer \"" + entry.name + "\"", entry.at, entry.span);
@@ -238,7 +241,7 @@ class Preparation {
     check_monitor(entry, *chart, vocabulary, diagnostics);
     monitor::Spec spec{.name = entry.name, .chart = *chart, .violated = entry.violated, .span = entry.span};
     for (const EventRename& rename : entry.events) {
-      check_sources(rename, leaves_, services_, diagnostics);
+      check_sources(rename, leaves_, services_, project_, diagnostics);
       spec.renames.push_back({rename.event, rename.on, rename.from, rename.data, rename.when, rename.span});
     }
     auto model = monitor::Model::make(std::move(spec));
