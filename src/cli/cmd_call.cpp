@@ -1,5 +1,6 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
+#include "sentree/idl/conform.h"
 #include "sentree/project/interface_file.h"
 #include "sentree/project/plan.h"
 #include "sentree/runtime/control.h"
@@ -68,6 +69,12 @@ int call_address(const CallCommand& command, const rpc::Address& address, const 
     const std::string wanted = command.interface.substr(slash + 1);
     say(file.string() + ": no service \"" + wanted + "\"" + did_you_mean(wanted, names));
     return kInvalidInput;
+  }
+  // What is wrong with the arguments else, the call itself says.
+  if (const idl::Method* method = service->find(command.method)) {
+    const auto conformed = idl::conform_arguments(*method, arguments);
+    const auto checked = conformed ? idl::check_ranges(*method, *conformed) : Result<void>();
+    if (!checked) return finish(false, "", "arguments", checked.error().message);
   }
   const auto outcome = runtime::call_once(address, service, address.service, command.method, arguments, deadline);
   return finish(outcome.ok, to_json(outcome.result), outcome.kind, outcome.message);

@@ -179,6 +179,7 @@ std::string verdicts(const project::Plan& plan, const Facts& facts) {
       html += "<p class=soft><code>" + escaped(origin->requirement.text()) + "</code></p>\n";
     }
     if (!monitor.standing.empty()) html += "<p class=soft>" + escaped(monitor.standing) + "</p>\n";
+    if (!monitor.vacuity.empty()) html += "<p>It " + escaped(monitor.vacuity) + ".</p>\n";
     if (!monitor.failure.empty()) html += "<p class=violated>given up: " + escaped(monitor.failure) + "</p>\n";
     if (!monitor.decision) {
       html += "</div>\n";

@@ -19,7 +19,7 @@ struct Tested {
   bool valid = true;  ///< The scenario could be run.
 };
 
-Tested test_one(const std::filesystem::path& file) {
+Tested test_one(const std::filesystem::path& file, bool strict) {
   const std::string stem = file.stem().string();
   auto loaded = project::load_scenario(file);
   Diagnostics diagnostics = loaded.diagnostics;
@@ -38,10 +38,14 @@ Tested test_one(const std::filesystem::path& file) {
   runtime::RunOptions options;
   auto progress = std::make_unique<Progress>(*plan, options);
   runtime::Run run(*plan, std::move(options));
-  const runtime::RunReport report = run.execute();
+  runtime::RunReport report = run.execute();
   progress.reset();
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
 
+  for (const runtime::MonitorReport& monitor : report.monitors) {
+    if (strict && !monitor.vacuity.empty())
+      report.unmet.push_back("monitor " + monitor.name + " was not put to the test: it " + monitor.vacuity);
+  }
   const Value data = to_value(report);
   Map value{{"name", report.scenario}};
   for (const auto& [key, entry] : *data.as_map()) {
@@ -98,7 +102,7 @@ int test(const TestCommand& command) {
   std::size_t held = 0;
   bool valid = true;
   for (const auto& file : files) {
-    Tested tested = test_one(file);
+    Tested tested = test_one(file, command.strict);
     held += tested.ok ? 1 : 0;
     valid = valid && tested.valid;
     results.push_back(std::move(tested.value));

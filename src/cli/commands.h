@@ -98,6 +98,7 @@ int monitor_check(const MonitorCheckCommand& command);
 struct TestCommand {
   std::vector<std::string> paths = {"."};  ///< Projects, and scenario files.
   std::vector<std::string> scenarios;      ///< Names in the projects; empty: all.
+  bool strict = false;                     ///< A monitor that was not put to the test is a failure.
   bool json = false;
 };
 int test(const TestCommand& command);

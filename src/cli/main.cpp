@@ -180,6 +180,8 @@ void add_test(CLI::App& app, TestCommand& command) {
       "Exit code: 0 every expectation held, 1 one did not, 3 a project or scenario is invalid.");
   sub->add_option("project", command.paths, "Folders with a sentree.yaml, and scenario files")->capture_default_str();
   sub->add_option("--scenario", command.scenarios, "Only these of the folders");
+  sub->add_flag("--strict", command.strict,
+                "A monitor that got none of its events, or was never triggered, is a failure too");
   sub->add_flag("--json", command.json, "Print the results as JSON");
 }
 

@@ -156,6 +156,7 @@ Value to_value(const runtime::RunReport& report) {
     }
     if (monitor.vetoes > 0) entry["vetoes"] = static_cast<std::int64_t>(monitor.vetoes);
     if (!monitor.standing.empty()) entry["standing"] = monitor.standing;
+    if (!monitor.vacuity.empty()) entry["vacuity"] = monitor.vacuity;
     if (!monitor.failure.empty()) entry["failure"] = monitor.failure;
     monitors.push_back(std::move(entry));
   }
@@ -199,6 +200,7 @@ std::string monitor_line(const runtime::MonitorReport& monitor) {
                                                             : " (" + monitor.standing + ")");
   if (monitor.violations > 1) text += fmt::format(", the last of {} times", monitor.violations);
   if (monitor.vetoes > 0) text += fmt::format(", vetoed {} of the requests", monitor.vetoes);
+  if (!monitor.vacuity.empty()) text += "\n    it " + monitor.vacuity;
   if (!monitor.failure.empty()) text += "\n    given up: " + monitor.failure;
   return text + "\n";
 }

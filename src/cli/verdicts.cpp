@@ -20,10 +20,12 @@ std::vector<runtime::MonitorReport> Verdicts::finish(TimePoint end) {
   take();
   for (std::size_t i = 0; i < reports_.size(); ++i) {
     const monitor::State& state = set_.state(i);
-    if (state.failure())
+    if (state.failure()) {
       reports_[i].failure = to_string(*state.failure());
-    else if (reports_[i].verdict == monitor::Verdict::kUndecided)
+    } else if (reports_[i].verdict == monitor::Verdict::kUndecided) {
       reports_[i].standing = monitor::standing(set_.models()[i], state).text();
+      reports_[i].vacuity = monitor::vacuity(set_.models()[i], state);
+    }
   }
   return reports_;
 }

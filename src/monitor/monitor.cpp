@@ -275,6 +275,7 @@ Decisions observe(const Model& model, State& state, const Observation& observati
     advance_into(model, state, message.time - Duration(1), decisions, watch);
     if (is_over(model, state)) return decisions;
   }
+  ++state.trail.seen;
   remember(model, state, observation, watch);
   const std::optional<TimePoint> since = state.since;
   const Stepped stepped = step(model, state, message, event, {&state.trail, observation}, watch);
@@ -403,6 +404,35 @@ Standing standing(const Model& model, const Core& state) {
       standing.counted = std::to_string(static_cast<std::int64_t>(count->number())) + " of " + bound->text();
   }
   return standing;
+}
+
+std::string vacuity(const Model& model, const State& state) {
+  if (state.verdict != Verdict::kUndecided || state.trail.violations > 0) return {};
+  if (state.trail.seen == 0) return "never got any event it waits for";
+  const Origin* origin = model.origin();
+  if (origin == nullptr) return {};
+  const auto entered = [&](const Situation& situation) {
+    const auto index = model.chart().find(situation.state);
+    return index && (state.trail.entered_by[*index] || state.trail.beginning.contains(*index));
+  };
+  using Role = Situation::Role;
+  const auto& situations = origin->situations;
+  const Requirement& requirement = origin->requirement;
+  switch (requirement.pattern) {
+    case Pattern::kRespond:
+    case Pattern::kKeepFor:
+    case Pattern::kKeepUntil:
+    case Pattern::kNotFor:
+    case Pattern::kHoldsFor: break;
+    default: return {};
+  }
+  const bool owed = std::any_of(situations.begin(), situations.end(), [&](const Situation& situation) {
+    return (situation.role == Role::kPending || situation.role == Role::kBreached) && entered(situation);
+  });
+  if (owed) return {};
+  const bool may_be_at_once = requirement.pattern == Pattern::kRespond || requirement.pattern == Pattern::kKeepUntil;
+  return "was never triggered: " + to_text(*requirement.p) + " never held" +
+         (may_be_at_once ? ", or what it asks for held already" : "");
 }
 
 }  // namespace sentree::monitor

@@ -158,6 +158,7 @@ struct Trail {
   bool history_complete = true;
   std::size_t reduce_at = kReduceMin;   ///< Size of the history at which it is reduced to what still matters.
   std::vector<Observation> entered_by;  ///< By state of the chart: during which observation it was entered last.
+  std::uint64_t seen = 0;               ///< Observations that it listened to.
   TimePoint started{};
 };
 
@@ -198,5 +199,8 @@ struct Standing {
   [[nodiscard]] std::string text() const;
 };
 [[nodiscard]] Standing standing(const Model& model, const Core& core);
+/// Why it says nothing that a monitor has not decided: "never got any event it waits for", "was never triggered: …".
+/// Empty: it was put to the test, or has decided.
+[[nodiscard]] std::string vacuity(const Model& model, const State& state);
 
 }  // namespace sentree::monitor

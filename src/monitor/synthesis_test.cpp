@@ -61,6 +61,7 @@ class Player {
     return !decisions_.empty() && decisions_.back().verdict == Verdict::kSatisfied;
   }
   [[nodiscard]] Standing standing() const { return monitor::standing(model_, state_); }
+  [[nodiscard]] std::string vacuity() const { return monitor::vacuity(model_, state_); }
   [[nodiscard]] const Decisions& decisions() const { return decisions_; }
 
  private:
@@ -331,6 +332,29 @@ TEST(Chart, KeepsNamesApart) {
   EXPECT_THAT(model.value->chart().source(), HasSubstr("<data id=\"watching_2\"/>"));
   EXPECT_THAT(model.value->chart().source(), HasSubstr("<data id=\"count_2\"/>"));
   EXPECT_THAT(model.value->chart().source(), HasSubstr("<data id=\"delete_value\"/>"));
+}
+
+// ---- What was never put to the test ----
+
+TEST(Vacuity, TellsAMonitorThatGotNoEvent) {
+  Player p("always level >= 20.");
+  EXPECT_EQ(p.vacuity(), "never got any event it waits for");
+  p.see(at(1), "s.ask.request");
+  EXPECT_EQ(p.vacuity(), "never got any event it waits for");
+  p.see(at(2), "battery.level.reply", 30);
+  EXPECT_EQ(p.vacuity(), "");
+  p.see(at(3), "battery.level.reply", 10);
+  EXPECT_EQ(p.vacuity(), "");
+}
+
+TEST(Vacuity, TellsARequirementThatWasNeverTriggered) {
+  for (const char* response : {"event(answer) within 1 s", "keep ok for 1 s", "not event(answer) for 1 s"}) {
+    Player p("whenever level < 30, " + std::string(response) + ".");
+    p.see(at(1), "battery.level.reply", 50);
+    EXPECT_THAT(p.vacuity(), HasSubstr("was never triggered: level < 30 never held")) << response;
+    p.see(at(2), "s.ok.reply", true).see(at(3), "battery.level.reply", 10).silence(at(5000));
+    EXPECT_EQ(p.vacuity(), "") << response;
+  }
 }
 
 }  // namespace

@@ -57,7 +57,8 @@ class Folder {
 constexpr const char* kSkill =
     "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" initial=\"s\"><state "
     "id=\"s\">"
-    "<transition event=\"halt\" target=\"halted\"/></state><final id=\"success\"/><final id=\"halted\"/></scxml>";
+    "<transition event=\"tick\" target=\"success\"/><transition event=\"halt\" target=\"halted\"/></state><final "
+    "id=\"success\"/><final id=\"halted\"/></scxml>";
 
 TEST(MissionFiles, AreFoundByPatternsAndLendEachOtherTheirTrees) {
   Folder folder;

@@ -120,6 +120,7 @@ ControlHandler SimServer::control(std::string world_file) {
     if (!found) return refused(found.error().message);
     const auto args = idl::conform_arguments(**found, arguments);
     if (!args) return refused(args.error().message);
+    if (const auto checked = idl::check_ranges(**found, *args); !checked) return refused(checked.error().message);
     return host_->call(served->interface, method, *args, served->robot);
   };
   return handler;

@@ -638,6 +638,8 @@ class Run::Impl final : public RunView, private RunInside {
     if (!found) return {.ok = false, .result = {}, .kind = "arguments", .message = found.error().message};
     const auto args = idl::conform_arguments(**found, arguments);
     if (!args) return {.ok = false, .result = {}, .kind = "arguments", .message = args.error().message};
+    if (const auto checked = idl::check_ranges(**found, *args); !checked)
+      return {.ok = false, .result = {}, .kind = "arguments", .message = checked.error().message};
     const std::string at = controlled ? simulator_address() : service->second.at;
     if (at == "sim")
       return sim_->call(interface->name, method, *args, controlled ? *controlled : service->second.robot);

@@ -25,8 +25,10 @@ struct MonitorReport {
   std::optional<monitor::Explanation> explanation;  ///< Of a monitor that was synthesized from a requirement.
   std::string leaf;                                 ///< That was at work when it decided; empty: none.
   std::uint64_t violations = 0;
-  std::string standing;      ///< Why it is undecided: "pending: …" or "holds so far: …".
-  std::string failure;       ///< Why it was given up; empty: it was not.
+  std::string standing;  ///< Why it is undecided: "pending: …" or "holds so far: …".
+  std::string failure;   ///< Why it was given up; empty: it was not.
+  /// Why it says nothing that it is undecided, see `monitor::vacuity`; empty: it was put to the test.
+  std::string vacuity;
   std::uint64_t vetoes = 0;  ///< Requests that it refused as a gate.
 };
 
