@@ -67,10 +67,8 @@ void read_all(const std::uint8_t* data, std::size_t size, const idl::Method& met
       if (head.name == "skip") {
         wire->skip_body();
       } else if (as_server) {
-        const Stamped arguments = wire->read_arguments(method);
-        if (auto made = idl::conform_arguments(method, arguments.value)) {
-          wire->write_call("f", MessageType::kCall, 1, method.arguments, *made, arguments.stamp);
-        }
+        if (auto made = idl::conform_arguments(method, wire->read_arguments(method)))
+          wire->write_call("f", MessageType::kCall, 1, method.arguments, *made);
       } else {
         const ReplyBody body = wire->read_reply(head.type, method);
         if (body.form == ReplyBody::Form::kResult) expect_form(*method.result, body.value);
