@@ -201,6 +201,9 @@ expect 1 'running it is refused: data model "jexl"' "$sentree" check "$work/thei
 expect 0 '3 warnings in .*; `sentree check .*theirs` tells them' "$sentree" graph "$work/theirs" --to mermaid
 expect 1 '"path":"chart/a/transition go","what":"cond: .*x eq 1.* → .*x eq 2' "$sentree" diff --json "$work/theirs" "$work/theirs.xml"
 expect 3 'theirs:1:[0-9]+: data model "jexl" cannot be run' "$sentree" chart "$work/theirs" </dev/null
+# A chart that never comes to rest is named with its states, however many of its steps are shown.
+printf '%s' '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0"><state id="ping"><transition target="pong"/></state><state id="pong"><transition target="ping"/></state></scxml>' >"$work/restless.scxml"
+expect 0 'does not come to rest in "ping", "pong"' "$sentree" chart "$work/restless.scxml" </dev/null
 expect 0 '<output_port name="reason" type="std::string">why it failed' "$sentree" model examples/recharge
 expect 0 '"id":"GoTo","category":"Action","ports":\[\{"name":"place","direction":"input"' "$sentree" model examples/minimal --json
 sed '/<TreeNodesModel>/,/<\/TreeNodesModel>/d' examples/recharge/mission.xml | "$sentree" fmt - >"$work/bare.xml"

@@ -158,9 +158,8 @@ const std::vector<LibraryRule>& library_rules() {
       {"studio",
        {"base", "text", "idl", "draw", "bt", "scxml", "graph", "monitor", "http", "rpc", "sim", "record", "project",
         "mission", "runtime", "replay"}},
-      {"cli",
-       {"base", "text", "idl", "draw", "bt", "nav2", "exec", "scxml", "graph", "monitor", "http", "rpc", "sim",
-        "record", "project", "import", "mission", "runtime", "replay", "studio"}},
+      {"cli", {"base", "text", "idl", "draw",   "bt",      "nav2",   "exec",    "scxml",   "graph",  "monitor",
+               "http", "rpc",  "sim", "record", "project", "import", "mission", "runtime", "replay", "studio"}},
   };
   return kRules;
 }

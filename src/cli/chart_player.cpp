@@ -88,8 +88,12 @@ struct ChartPlayer::Work final : scxml::Observer {
     tell_effects();
     effects.clear();
     effects_told = 0;
-    if (session.failure())
-      note("failed", "failed " + to_string(*session.failure()), Value(to_string(*session.failure())));
+    // Said once, however much has been shown before.
+    const bool said = !trace.entries.empty() && trace.entries.back().what == "failed";
+    if (session.failure() && !said) {
+      const std::string why = to_string(*session.failure());
+      trace.entries.push_back({"failed", now, "failed " + why, Value(why)});
+    }
   }
   void tell(const scxml::OutgoingSend& send) {
     Map data{{"type", send.type}, {"target", send.target}, {"event", send.event}, {"sendid", send.sendid}};

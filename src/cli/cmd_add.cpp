@@ -155,7 +155,8 @@ Part component(const std::string& name) {
                                             "  </state>\n",
                                             name)));
   part.entries.emplace_back("services", fmt::format("{0}: {{interface: {0}.thrift/{1}, at: model}}", name, service));
-  part.entries.emplace_back("models", fmt::format("- {{file: models/{0}.scxml, serves: [{0}]}}", name));
+  part.entries.emplace_back("models",
+                            fmt::format("- {{file: models/{0}.scxml, name: {0}_model, serves: [{0}]}}", name));
   part.next = "skills call it by <send type=\"thrift\" target=\"" + name +
               "\" event=\"isReady\"/>; an address in place of `model` reaches the real one";
   return part;

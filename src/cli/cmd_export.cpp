@@ -222,7 +222,7 @@ int export_recording(const ExportCommand& command) {
                         : command.format == "btlog"    ? to_groot(*run, command.allow_plugins, true, output)
                         : command.format == "fbl"      ? to_groot(*run, command.allow_plugins, false, output)
                                                        : to_trace(*run, output);
-  say(run->reader().problems());
+  say_each(run->reader().problems());
   if (!exported) {
     say(to_string(exported.error()));
     return kInvalidInput;

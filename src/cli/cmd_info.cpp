@@ -110,7 +110,7 @@ int info(const InfoCommand& command) {
     say(to_string(reader.error()));
     return kInvalidInput;
   }
-  say((*reader)->problems());
+  say_each((*reader)->problems());
   print(command.json ? to_json(describe(**reader)) + "\n" : text_of(**reader, command.file));
   return kOk;
 }

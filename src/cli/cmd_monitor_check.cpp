@@ -83,7 +83,7 @@ int monitor_check(const MonitorCheckCommand& command) {
     verdicts.observe(std::move(message));
     return true;
   });
-  say(recorded->reader().problems());
+  say_each(recorded->reader().problems());
   if (!read) {
     say(to_string(read.error()));
     return kInvalidInput;

@@ -110,7 +110,7 @@ int replay(const ReplayCommand& command) {
     if (!options.at) options.run.on_decision = [](const runtime::MonitorReport& report) { print(story(report)); };
   }
   const auto report = replay::replay(*recorded, std::move(*plan.value), std::move(options));
-  say(recorded->reader().problems());
+  say_each(recorded->reader().problems());
   if (!report) {
     say(to_string(report.error()));
     return kInvalidInput;

@@ -307,7 +307,7 @@ int report(const ReportCommand& command) {
     }
     return true;
   });
-  say(run->reader().problems());
+  say_each(run->reader().problems());
   if (!read) {
     say(to_string(read.error()));
     return kInvalidInput;

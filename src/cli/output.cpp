@@ -73,14 +73,23 @@ int leave(int code) {
   _exit(code);
 }
 
+namespace {
+
+void say_lines(std::string text) {
+  if (text.ends_with('\n')) text.pop_back();
+  if (!text.empty()) say(text);
+}
+
+}  // namespace
+
 void say(const Diagnostics& diagnostics) {
   Diagnostics others;
   std::copy_if(diagnostics.begin(), diagnostics.end(), std::back_inserter(others),
                [](const Diagnostic& d) { return d.severity != Severity::kWarning; });
-  std::string text = told(others) + warnings_in_short(diagnostics);
-  if (text.ends_with('\n')) text.pop_back();
-  if (!text.empty()) say(text);
+  say_lines(told(others) + warnings_in_short(diagnostics));
 }
+
+void say_each(const Diagnostics& diagnostics) { say_lines(told(diagnostics)); }
 
 bool wants_colour() {
   const char* none = std::getenv("NO_COLOR");

@@ -25,6 +25,8 @@ void show_status(const std::string& text);
 [[nodiscard]] int leave(int code);
 /// Errors one by one; all warnings in one line that names `sentree check`.
 void say(const Diagnostics& diagnostics);
+/// Each in full, warnings too: of a recording, which `sentree check` does not look at.
+void say_each(const Diagnostics& diagnostics);
 
 /// Standard output is a terminal that shows colours, and the user did not ask for none (NO_COLOR).
 [[nodiscard]] bool wants_colour();

@@ -305,7 +305,11 @@ TEST(Connection, IsGivenUpWhenALateReplyDoesNotCome) {
   const auto client = connect(folder.socket(), {.late_wait = 30ms});
   EXPECT_EQ(client->call("ping", {}, in(5ms)).error().kind, CallErrorKind::kLate);
   const int peer = server.accept();
-  // No further call: the client closes by itself, and the peer sees the end of the connection behind the request.
+  // Calls wait behind the reply until it has had its time. The next one closes the connection, which the peer sees
+  // behind the requests.
+  EXPECT_EQ(client->call("ping", {}, in(30ms)).error().kind, CallErrorKind::kLate);
+  EXPECT_FALSE(client->call("ping", {}, in(5ms)));
+  EXPECT_EQ(client->counters().connections, 2U);
   char request[256];
   while (::recv(peer, request, sizeof request, 0) > 0) {
   }

@@ -198,6 +198,9 @@ TEST_F(Endless, ALeafThatDoesNotAnswerIsToldOfOnceUntilItAnswers) {
   <RetryUntilSuccessful num_attempts="6"><Sequence>
     <Script code="n := n + 1"/><Condition ID="Stuck" n="{n}"/>
   </Sequence></RetryUntilSuccessful></Sequence></BehaviorTree></root>)");
+  monitor("last",
+          "<state id='a'><transition event='Stuck.tick.reply' cond=\"_event.data.status == 'SUCCESS'\" "
+          "target='violated'/></state>");
   // At once the third time and the sixth, else never.
   skill("Stuck",
         "<datamodel><data id='n' expr='0'/></datamodel>"

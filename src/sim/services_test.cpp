@@ -24,8 +24,8 @@ using test::keys;
 TEST_F(Services, AreExactlyThoseOfTheIdl) {
   const std::string source = idl();
   const std::regex service(R"(service\s+(\w+)\s*\{([^}]*)\})");
-  // A method's name stands before a parenthesis that opens the parameters.
-  const std::regex method(R"((\w+)\s*\((?:[^()]*)\))");
+  // A method's name stands between its result's type and the parenthesis that opens the parameters.
+  const std::regex method(R"((?:\w|>)\s+(\w+)\s*\((?:[^()]|\([^()]*\))*\))");
   std::size_t count = 0;
   for (std::sregex_iterator i(source.begin(), source.end(), service), end; i != end; ++i, ++count) {
     const ServiceInfo* info = find_service((*i)[1].str());

@@ -119,9 +119,7 @@ TEST(PythonPeer, RunsASkill) {
   const auto client = *Client::remote(skill.address(), interface_file("skill.thrift").service("Skill"));
   const auto tick = [&](int run) {
     return client->call(
-        "tick",
-        Map{{"tick",
-             Map{{"leaf", "Main.Countdown"}, {"run", run}, {"tick", 1}, {"inputs", R"({"ticks":2})"}, {"stamp", 7}}}},
+        "tick", Map{{"tick", Map{{"leaf", "Main.Countdown"}, {"run", run}, {"tick", 1}, {"inputs", R"({"ticks":2})"}}}},
         in(20s));
   };
   EXPECT_EQ(client->call("info", {}, in(20s))->find("name")->text(), "Countdown");
@@ -129,7 +127,6 @@ TEST(PythonPeer, RunsASkill) {
   const Outcome done = tick(1);
   EXPECT_EQ(done->find("status")->text(), "SUCCESS");
   EXPECT_EQ(done->find("outputs")->text(), R"({"left": 0})");
-  EXPECT_EQ(*done->find("stamp"), Value(8));
   EXPECT_EQ(tick(2)->find("status")->text(), "RUNNING") << "a new run starts anew";
   EXPECT_EQ(*client->call("halt", Map{{"leaf", "Main.Countdown"}, {"run", 2}})->find("halted"), Value(true));
 }
@@ -142,7 +139,6 @@ TEST(PythonPeer, ObservesAndVetoes) {
     return *client->call("observe",
                          Map{{"message", Map{{"sequence", 1},
                                              {"time_ns", 5},
-                                             {"stamp", 3},
                                              {"kind", kind},
                                              {"source", "leaf"},
                                              {"target", "x"},
@@ -155,7 +151,6 @@ TEST(PythonPeer, ObservesAndVetoes) {
   const Value vetoed = observe("REQUEST", "navigation.gotoTargetByLocationName.request", "{}");
   EXPECT_EQ(*vetoed.find("accept"), Value(false));
   EXPECT_EQ(vetoed.find("reason")->text(), "the battery is below 30 %");
-  EXPECT_EQ(*vetoed.find("stamp"), Value(4));
 }
 
 }  // namespace
