@@ -11,9 +11,9 @@ namespace sentree::layers {
 namespace {
 
 // What a user of a library would have to install and compile because of our header.
-constexpr std::array<std::string_view, 11> kHeavy = {"thrift/",   "boost/",   "duktape",   "duk_config",
+constexpr std::array<std::string_view, 12> kHeavy = {"thrift/",   "boost/",   "duktape",   "duk_config",
                                                      "yaml-cpp/", "simdjson", "nlohmann/", "openssl/",
-                                                     "fmt/",      "CLI/",     "gtest/"};
+                                                     "fmt/",      "CLI/",     "gtest/",    "zmq"};
 
 struct Include {
   int line;
@@ -142,6 +142,7 @@ const std::vector<LibraryRule>& library_rules() {
       {"bt", {"base", "text"}},
       {"nav2", {"base", "bt"}},
       {"exec", {"base", "bt"}},
+      {"groot", {"base", "text", "bt", "exec"}},
       {"scxml", {"base", "text"}},
       {"graph", {"base", "text", "draw", "bt", "scxml"}},
       {"monitor", {"base", "text", "scxml"}},
@@ -157,9 +158,10 @@ const std::vector<LibraryRule>& library_rules() {
        {"base", "text", "idl", "bt", "scxml", "monitor", "rpc", "sim", "record", "project", "mission", "runtime"}},
       {"studio",
        {"base", "text", "idl", "draw", "bt", "scxml", "graph", "monitor", "http", "rpc", "sim", "record", "project",
-        "mission", "runtime", "replay"}},
-      {"cli", {"base", "text", "idl", "draw",   "bt",      "nav2",   "exec",    "scxml",   "graph",  "monitor",
-               "http", "rpc",  "sim", "record", "project", "import", "mission", "runtime", "replay", "studio"}},
+        "mission", "runtime", "replay", "groot"}},
+      {"cli",
+       {"base", "text", "idl",    "draw",    "bt",     "nav2",    "exec",    "scxml",  "graph",  "monitor", "http",
+        "rpc",  "sim",  "record", "project", "import", "mission", "runtime", "replay", "studio", "groot"}},
   };
   return kRules;
 }

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "sentree/base/json.h"
-#include "sentree/bt/groot.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
+#include "sentree/groot/log.h"
 #include "sentree/project/plan.h"
 #include "sentree/project/scenario_text.h"
 #include "sentree/replay/recorded_run.h"
@@ -178,7 +178,7 @@ Result<void> to_groot(replay::RecordedRun& run, bool allow_plugins, bool groot2,
     return fail("record.no-project", "the recording's tree cannot be loaded", SourceSpan{run.path()});
   }
   const bt::Tree& tree = plan.value->tree;
-  std::vector<bt::Transition> transitions;
+  std::vector<groot::Transition> transitions;
   const auto read = run.each([&](const Message& message) {
     const Value* node = message.name == "node.status" ? message.data.find("node") : nullptr;
     const Value* from = message.data.find("from");
@@ -193,7 +193,8 @@ Result<void> to_groot(replay::RecordedRun& run, bool allow_plugins, bool groot2,
   });
   if (!read) return read;
   const std::int64_t began_us = epoch_us(run.fact("started"));
-  const auto file = groot2 ? bt::write_btlog(tree, transitions, began_us) : bt::write_fbl(tree, transitions, began_us);
+  const auto file =
+      groot2 ? groot::write_btlog(tree, transitions, began_us) : groot::write_fbl(tree, transitions, began_us);
   if (!file) return tl::unexpected(file.error());
   output.text() += *file;
   return {};

@@ -1,4 +1,4 @@
-#include "sentree/bt/groot.h"
+#include "sentree/groot/log.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,10 +6,15 @@
 #include <cstring>
 
 #include "sentree/bt/load.h"
+#include "sentree/groot/image.h"
 #include "sentree/text/xml.h"
 
-namespace sentree::bt {
+namespace sentree::groot {
 namespace {
+
+using bt::NodeId;
+using bt::Status;
+using bt::Tree;
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -35,7 +40,7 @@ constexpr std::string_view kFile = R"(<root BTCPP_format="4" main_tree_to_execut
 </root>)";
 
 Tree load_tree(std::string_view xml = kFile) {
-  auto loaded = load(std::string(xml));
+  auto loaded = bt::load(std::string(xml));
   EXPECT_TRUE(loaded.ok()) << (loaded.diagnostics.empty() ? "" : to_string(loaded.diagnostics[0]));
   return std::move(*loaded.value);
 }
@@ -187,17 +192,16 @@ TEST(Groot2Log, HoldsTheTreeWithNumbersAndItsTransitions) {
     trees.push_back(std::string(*child.attribute("ID")) + ":" + std::string(*child.attribute("_fullpath")));
     collect(child, nodes);
   }
-  EXPECT_THAT(trees, ElementsAre("Main:", "Fetch:first", "Fetch:SubTree"));
-  EXPECT_THAT(nodes, UnorderedElementsAre(
-                         std::pair("1", "Fallback name=Root"),
-                         std::pair("2", "SubTree ID=Fetch name=first _fullpath=first place=kitchen"),
-                         std::pair("3", "Sequence name=Sequence"), std::pair("4", "Condition ID=Check name=Check"),
-                         std::pair("5", "Action ID=GoTo name=Go \"there\" destination={place}"),
-                         std::pair("6", "Inverter name=Inverter"),
-                         std::pair("7", "SubTree ID=Fetch name=SubTree _fullpath=SubTree place=hall"),
-                         std::pair("8", "Sequence name=Sequence"), std::pair("9", "Condition ID=Check name=Check"),
-                         std::pair("10", "Action ID=GoTo name=Go \"there\" destination={place}"),
-                         std::pair("11", "AlwaysSuccess name=AlwaysSuccess _skipIf=1 > 2")));
+  EXPECT_THAT(trees, ElementsAre("Main:", "Fetch:first", "Fetch:Fetch::7"));
+  EXPECT_THAT(nodes, UnorderedElementsAre(std::pair("1", "Fallback name=Root"),
+                                          std::pair("2", "SubTree ID=Fetch _fullpath=first place=kitchen"),
+                                          std::pair("3", "Sequence name=Sequence"), std::pair("4", "Check name=Check"),
+                                          std::pair("5", "GoTo name=Go \"there\" destination={place}"),
+                                          std::pair("6", "Inverter name=Inverter"),
+                                          std::pair("7", "SubTree ID=Fetch _fullpath=Fetch::7 place=hall"),
+                                          std::pair("8", "Sequence name=Sequence"), std::pair("9", "Check name=Check"),
+                                          std::pair("10", "GoTo name=Go \"there\" destination={place}"),
+                                          std::pair("11", "AlwaysSuccess name=AlwaysSuccess _skipIf=1 > 2")));
   std::vector<std::string> described;
   const auto models = xml->root().child("TreeNodesModel");
   ASSERT_TRUE(models);
@@ -214,18 +218,54 @@ TEST(Groot2Log, HoldsTheTreeWithNumbersAndItsTransitions) {
                                Decoded{0, 4'000'000'000, 3, 0, 3}, Decoded{0, 4'000'001'000, 1, 0, 2}));
 }
 
+TEST(Groot1Log, GivesARegistrationThePortsOfAllItsNodes) {
+  const Tree tree = load_tree(R"(<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence>
+      <Action ID="GoTo" to="a"/><Action ID="GoTo" to="b" why="{why}"/></Sequence></BehaviorTree>
+    <TreeNodesModel><Action ID="GoTo"/></TreeNodesModel></root>)");
+  const auto file = write_fbl(tree, {});
+  ASSERT_TRUE(file.has_value());
+  const std::string_view bytes = std::string_view(*file).substr(4, number(*file, 0, 4));
+  std::vector<std::string> ports;
+  for (const Table& model : Table::root(bytes).tables(8)) {
+    if (model.text(4) != "GoTo") continue;
+    for (const Table& port : model.tables(8)) ports.push_back(port.text(4));
+  }
+  EXPECT_THAT(ports, ElementsAre("to", "why"));
+}
+
+TEST(Groot1Log, HasAStopForTheFirstTickOfARunThatBeginsAtZero) {
+  const Tree tree = load_tree();
+  const auto file = write_fbl(tree, transitions(tree));
+  ASSERT_TRUE(file.has_value());
+  const std::size_t first = 4 + number(*file, 0, 4);
+  EXPECT_EQ(number(*file, first, 4), 0u);
+  EXPECT_EQ(number(*file, first + 4, 4), 1'000u);
+}
+
+TEST(InstancePaths, AreDistinctAlsoWhereNamesAreNot) {
+  const Tree tree = load_tree(R"(<root BTCPP_format="4" main_tree_to_execute="Main"><BehaviorTree ID="Main"><Sequence>
+      <SubTree ID="A" name="twice"/><SubTree ID="A" name="twice"/><SubTree ID="A"/><SubTree ID="A"/>
+    </Sequence></BehaviorTree>
+    <BehaviorTree ID="A"><SubTree ID="B"/></BehaviorTree>
+    <BehaviorTree ID="B"><AlwaysSuccess/></BehaviorTree></root>)");
+  std::vector<std::string> paths = instance_paths(tree);
+  std::erase(paths, "");
+  EXPECT_THAT(paths,
+              ElementsAre("twice", "twice/B::3", "A::5", "A::5/B::6", "A::8", "A::8/B::9", "A::11", "A::11/B::12"));
+}
+
 TEST(GrootLogs, RefuseTreesThatTheyCannotNumber) {
   std::string xml = "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\"><Sequence>";
-  for (std::size_t i = 1; i < kGrootNodesMax; ++i) xml += "<AlwaysSuccess/>";
+  for (std::size_t i = 1; i < kNodesMax; ++i) xml += "<AlwaysSuccess/>";
   const std::string end = "</Sequence></BehaviorTree></root>";
   const Tree largest = load_tree(xml + end);
-  ASSERT_EQ(largest.size(), kGrootNodesMax);
+  ASSERT_EQ(largest.size(), kNodesMax);
   EXPECT_TRUE(write_fbl(largest, {}).has_value());
   EXPECT_TRUE(write_btlog(largest, {}).has_value());
   const Tree too_large = load_tree(xml + "<AlwaysSuccess/>" + end);
-  EXPECT_EQ(write_fbl(too_large, {}).error().code, "bt.too-many-nodes");
-  EXPECT_EQ(write_btlog(too_large, {}).error().code, "bt.too-many-nodes");
+  EXPECT_EQ(write_fbl(too_large, {}).error().code, "groot.too-many-nodes");
+  EXPECT_EQ(write_btlog(too_large, {}).error().code, "groot.too-many-nodes");
 }
 
 }  // namespace
-}  // namespace sentree::bt
+}  // namespace sentree::groot
