@@ -10,6 +10,7 @@
 
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
+#include "sentree/groot/server.h"
 #include "sentree/project/plan.h"
 #include "sentree/rpc/certificates.h"
 #include "sentree/rpc/server.h"
@@ -79,6 +80,14 @@ Finding check_certificates() {
           certificate->days_left < kDaysWarned ? "make a new one before it expires" : ""};
 }
 
+// Nobody needs it who does not use Groot, so its absence is no fault.
+Finding check_groot() {
+  if (groot::is_built()) return {"Groot", "sentree run --groot and sentree watch are there (ZeroMQ)", ""};
+  return {"Groot",
+          "built without ZeroMQ; for --groot and sentree watch install libzmq3-dev and cppzmq-dev, and build again",
+          ""};
+}
+
 // How late a timer of 1 ms wakes up: what the machine adds to the jitter of ticks.
 Finding check_timer() {
   std::mutex mutex;
@@ -115,6 +124,7 @@ int doctor(const DoctorCommand& command) {
                    "unix:" + (runtime::control_folder() / ("doctor-" + std::to_string(getpid()) + ".sock")).string()),
       check_socket("loopback TCP", "tcp://127.0.0.1:0"),
       check_certificates(),
+      check_groot(),
       check_timer(),
       check_cores()};
   const bool good = std::all_of(findings.begin(), findings.end(), [](const Finding& f) { return f.remedy.empty(); });

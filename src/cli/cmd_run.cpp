@@ -19,6 +19,7 @@
 #include "sentree/cli/report.h"
 #include "sentree/cli/run_recording.h"
 #include "sentree/project/distribute.h"
+#include "sentree/studio/groot_run.h"
 #include "sentree/studio/live.h"
 
 namespace sentree::cli {
@@ -158,8 +159,38 @@ Result<RunCommand> command_again(const RunCommand& command, const project::Plan&
   return next;
 }
 
-// `again` is set where the page asked for it; `run` then does so.
-int run_once(const RunCommand& command, std::optional<RunCommand>& again) {
+// Shows the run to Groot, where somebody wants that: the command, or of what one can follow the project. False: it
+// cannot be, and the command asked for it.
+bool show_to_groot(const RunCommand& command, const project::Plan& plan, std::unique_ptr<studio::GrootRun>& groot,
+                   runtime::RunOptions& options) {
+  const project::Project& project = plan.scenario.project;
+  const bool is_asked = !command.groot.empty();
+  const bool can_be_followed = !plan.scenario.virtual_time || options.pace > 0;
+  if (!is_asked && (project.groot.empty() || !can_be_followed)) return true;
+  if (!can_be_followed) options.pace = command.factor.value_or(1.0);
+  const auto shown = [&]() -> Result<void> {
+    if (!groot) {
+      auto where = groot::parse_server_address(is_asked ? command.groot : project.groot);
+      if (!where) {
+        if (!is_asked) where.error().span = project.groot_span;
+        return tl::unexpected(where.error());
+      }
+      where->insecure = command.insecure;
+      where->on_problem = [](const std::string& what) { say("! " + what); };
+      auto started = studio::GrootRun::start(plan, std::move(*where));
+      if (!started) return tl::unexpected(started.error());
+      groot = std::move(*started);
+      say(groot->server().told());
+    }
+    return groot->install(plan, options);
+  }();
+  if (shown) return true;
+  say(to_string(shown.error()) + (is_asked ? "" : "; the run is not shown to Groot"));
+  return !is_asked;
+}
+
+// `again` is set where the page asked for it; `run` then does so. `groot` serves one run after the other.
+int run_once(const RunCommand& command, std::optional<RunCommand>& again, std::unique_ptr<studio::GrootRun>& groot) {
   std::optional<text::ReadLog> files;
   if (!command.no_record) files.emplace();
   const auto invalid = [&](const Diagnostics& diagnostics) {
@@ -249,6 +280,7 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again) {
     }
     announce(page->server().url(), command.open);
   }
+  if (!show_to_groot(command, *plan.value, groot, options)) return kEnvironment;
   if (files) {
     bool ok = true;
     recording = RunRecording::begin(command.record, *plan.value, files->files(), tap, ok);
@@ -302,9 +334,10 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again) {
 
 int run(const RunCommand& command) {
   std::optional<RunCommand> next = command;
+  std::unique_ptr<studio::GrootRun> groot;
   for (;;) {
     const RunCommand now = *std::exchange(next, std::nullopt);
-    const int code = run_once(now, next);
+    const int code = run_once(now, next, groot);
     if (!next) return code;
     say("once more, as the page wants it");
   }

@@ -3,6 +3,7 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/page.h"
+#include "sentree/studio/groot_play.h"
 #include "sentree/studio/recorded.h"
 
 namespace sentree::cli {
@@ -27,6 +28,24 @@ int studio(const StudioCommand& command) {
   if (!page) {
     say(to_string(page.error()));
     return page.error().code.starts_with("http.") ? kEnvironment : kInvalidInput;
+  }
+  std::unique_ptr<sentree::studio::GrootPlay> played;
+  if (!command.groot.empty()) {
+    auto at = groot::parse_server_address(command.groot);
+    if (at) {
+      at->insecure = command.insecure;
+      at->on_problem = [](const std::string& what) { say("! " + what); };
+    }
+    // What the project lacks has been told.
+    auto playing = at ? sentree::studio::GrootPlay::start(command.recording, command.allow_plugins, command.factor,
+                                                          std::move(*at), diagnostics)
+                      : tl::unexpected(at.error());
+    if (!playing) {
+      say(to_string(playing.error()));
+      return kEnvironment;
+    }
+    played = std::move(*playing);
+    say(played->server().told());
   }
   announce((*page)->server().url(), command.open);
   int signal = 0;

@@ -36,6 +36,8 @@ struct RunCommand {
   bool studio_exit = false;  ///< The page ends with the run.
   bool open = false;         ///< Show the page in a browser.
   bool paused = false;       ///< The run stands at its beginning until the page lets it go on.
+  std::string groot;  ///< Where the run is shown to Groot, [HOST:]PORT, or "true" for the usual place; empty: as the
+                      ///< project says.
 };
 int run(const RunCommand& command);
 
@@ -46,6 +48,8 @@ struct StudioCommand {
   bool insecure = false;
   bool open = false;
   bool allow_plugins = false;
+  std::string groot;    ///< Where the recording is played to Groot, as in `RunCommand`; empty: nowhere.
+  double factor = 1.0;  ///< Recorded seconds per second, for Groot.
 };
 int studio(const StudioCommand& command);
 /// Its `--attach`.

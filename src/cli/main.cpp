@@ -46,6 +46,7 @@ void add_run(CLI::App& app, RunCommand& command) {
       "  sentree run examples/recharge --clock real --factor 8 --live\n"
       "  sentree run examples/recharge --scenario experiment1 --factor 4 --studio --open\n"
       "  sentree run examples/recharge --scenario experiment2 --processes --factor 20\n"
+      "  sentree run examples/recharge --scenario experiment1 --factor 4 --groot\n"
       "Exit code: 0 the mission did as expected, 1 it did not or a monitor is violated, 3 invalid project,\n"
       "4 environment (port taken), 124 time limit, 130 interrupted.");
   sub->add_option("project", command.project, "Folder with a sentree.yaml, or a scenario file")->capture_default_str();
@@ -54,7 +55,7 @@ void add_run(CLI::App& app, RunCommand& command) {
          "--clock", [&](const std::string& clock) { command.virtual_clock = clock == "virtual"; },
          "virtual: as fast as the machine allows, the same every time; real")
       ->check(CLI::IsMember({"virtual", "real"}));
-  sub->add_option("--factor", command.factor, "Run seconds per wall second, with the real clock or --studio")
+  sub->add_option("--factor", command.factor, "Run seconds per wall second, with the real clock, --studio or --groot")
       ->check(CLI::Range(0.01, 1000.0));
   sub->add_option("--seed", command.seed, "Of all that is random; same seed, same run in virtual time");
   sub->add_option("--duration", command.duration, "Time limit of the run, e.g. 90 s");
@@ -68,6 +69,9 @@ void add_run(CLI::App& app, RunCommand& command) {
   sub->add_flag("--studio-exit", command.studio_exit, "The page ends with the run")->needs(studio);
   sub->add_flag("--open", command.open, "Open the page in a browser")->needs(studio);
   sub->add_flag("--paused", command.paused, "Begin paused; the page lets the run go on")->needs(studio);
+  sub->add_flag("--groot", command.groot,
+                "Show the run to Groot 2 at 127.0.0.1:1667 and to Groot 1 at the ports 1666 and 1669; --groot=PORT or "
+                "--groot=HOST:PORT elsewhere");
   sub->add_flag("--live", command.live, "Show map, tree and monitors in the terminal");
   sub->add_flag("--headless", command.headless, "Print the log and the summary (default)");
   sub->add_flag("--verbose,-v", command.verbose, "Print every observation");
@@ -88,6 +92,7 @@ void add_studio(CLI::App& app, StudioCommand& command) {
       "Examples:\n"
       "  sentree studio runs/recharge-20260102-101500.mcap --open\n"
       "  sentree studio RUN.mcap --at 8080\n"
+      "  sentree studio RUN.mcap --groot --factor 4      also played to Groot, when it connects\n"
       "  sentree studio --attach --open                  the run that goes on, started without --studio\n"
       "  sentree studio --attach 4242                    of several, that of this process\n"
       "  sentree studio --attach http://robot:4711/#token=…   a page elsewhere\n"
@@ -105,6 +110,13 @@ void add_studio(CLI::App& app, StudioCommand& command) {
       ->excludes(recording);
   sub->add_option("--at", command.at, "PORT or HOST:PORT; default: http://127.0.0.1:4711 or the next free port");
   sub->add_flag("--insecure", command.insecure, "Let other machines look, without TLS");
+  auto* groot =
+      sub->add_flag("--groot", command.groot,
+                    "Play the recording to Groot, at the ports of sentree run --groot; --groot=PORT elsewhere")
+          ->needs(recording);
+  sub->add_option("--factor", command.factor, "Recorded seconds per second, for --groot")
+      ->check(CLI::Range(0.01, 1000.0))
+      ->needs(groot);
   add_allow_plugins(*sub, command.allow_plugins);
   sub->add_flag("--open", command.open, "Open the page in a browser");
 }

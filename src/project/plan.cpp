@@ -133,7 +133,7 @@ class Preparation {
 
   std::optional<bt::Tree> tree() {
     bt::Registry registry;
-    auto loaded = load_mission(project_, registry);
+    auto loaded = load_mission(project_, registry, !project_.executed_by.empty());
     append(diagnostics, loaded.diagnostics);
     const std::string shown = project_.shown(project_.mission.path);
     const auto source = text::read_file(project_.folder / project_.mission.path, shown);
@@ -148,8 +148,9 @@ class Preparation {
       FileRef file = skill_file(entry, id);
       if (file.span.line == 0) file.span = tree.span(node);  // nobody else names it
       std::error_code error;
-      const bool is_foreign = entry != nullptr && !entry->at.empty() && entry->file.path.empty() &&
-                              !std::filesystem::exists(project_.folder / file.path, error);
+      const bool is_foreign =
+          !project_.executed_by.empty() || (entry != nullptr && !entry->at.empty() && entry->file.path.empty() &&
+                                            !std::filesystem::exists(project_.folder / file.path, error));
       const auto chart = is_foreign ? std::nullopt : skill_chart(file, entry);
       if (!chart && !is_foreign) continue;
       LeafPlan leaf{.node = node,

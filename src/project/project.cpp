@@ -96,6 +96,7 @@ void read_mission(const text::YamlNode& node, bool replaces, Project& project, D
   if (!has_file && (has_files || reader.node("tree") != nullptr))
     find_mission(project, has_files ? reader.span("files") : reader.span("tree"), diagnostics);
   project.repeat = reader.boolean("repeat").value_or(project.repeat);
+  project.executed_by = reader.string("executed_by").value_or(project.executed_by);
   if (const auto rate = reader.string("rate")) {
     if (const auto period = parse_rate(*rate))
       project.period = *period;
@@ -348,6 +349,10 @@ Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {
     project.packages = file_refs(reader, "packages");
     if (const auto* plugins = reader.sequence("plugins")) read_plugins(*plugins, project, loaded.diagnostics);
     read_deadlines(reader.mapping("deadlines"), project, loaded.diagnostics);
+    if (const auto groot = reader.string("groot")) {
+      if (*groot != "false") project.groot = *groot;
+      project.groot_span = reader.span("groot");
+    }
     if (const auto world = reader.string("world")) project.world = FileRef{*world, reader.span("world")};
   }
   if (!has_errors(loaded.diagnostics)) loaded.value = std::move(project);

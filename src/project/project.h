@@ -135,6 +135,8 @@ struct Project {
   std::string tree;  ///< Tree to execute; empty: the file's main_tree_to_execute.
   Duration period = std::chrono::milliseconds(100);
   bool repeat = false;
+  /// Who executes the mission, if that is another program, which is only watched: its leaves need no skills here.
+  std::string executed_by;
   std::vector<ServiceEntry> services;
   std::vector<ModelEntry> models;
   std::vector<SkillEntry> skills;
@@ -146,6 +148,9 @@ struct Project {
   std::vector<FileRef> plugins;  ///< Shared libraries with C++ nodes for the tree.
   Deadlines deadlines;
   std::optional<FileRef> world;
+  /// Where runs in real time are shown to Groot: "true" for the usual place, a port, or HOST:PORT; empty: nowhere.
+  std::string groot;
+  SourceSpan groot_span;
   /// Changes to the world file's content, from a scenario: merged over it, mapping by mapping.
   std::optional<text::YamlNode> world_overrides;
 

@@ -90,6 +90,11 @@ class Run::Impl final : public RunView, private RunInside {
     report.scenario = scenario_.name;
     report.virtual_time = scenario_.virtual_time;
     report.seed = scenario_.seed;
+    if (!scenario_.project.executed_by.empty()) {
+      report.error = "the mission is executed by " + scenario_.project.executed_by +
+                     ", not here; sentree watch and sentree studio show it";
+      return report;
+    }
     if (auto error = prepare()) {
       report.error = *error;
       return report;

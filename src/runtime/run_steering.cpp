@@ -216,8 +216,6 @@ void RunSteering::finish() {
   }
 }
 
-Result<Steering::Applied> RunSteering::apply(const project::Intervention& what) { return apply_for(what, "studio"); }
-
 Result<Steering::Applied> RunSteering::apply_for(const project::Intervention& what, const std::string& source) {
   if (auto checked = check_intervention(what, scope_); !checked) return tl::unexpected(checked.error());
   auto applied = in_director([this, what, source] { return execute(what, source, true); });

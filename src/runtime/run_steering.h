@@ -50,8 +50,7 @@ class RunSteering final : public Steering {
 
   /// In the director's actor: does what an entry of the timeline says.
   void inject(const project::Injection& injection);
-  /// `apply` for somebody else than the studio, as the observation says.
-  Result<Applied> apply_for(const project::Intervention& what, const std::string& source);
+  Result<Applied> apply_for(const project::Intervention& what, const std::string& source) override;
 
   /// What stands; for the parts of the run that it concerns.
   [[nodiscard]] StandingFaults& faults() { return standing_; }
@@ -84,7 +83,6 @@ class RunSteering final : public Steering {
   Result<void> step(std::uint64_t ticks) override;
   Result<void> run_until(TimePoint time) override;
   Result<void> set_factor(double factor) override;
-  Result<Applied> apply(const project::Intervention& what) override;
   std::vector<mission::StandingIntervention> standing() const override;
   std::vector<project::SteeredPart> parts() const override;
   Result<std::string> scenario() const override;

@@ -59,7 +59,9 @@ class Steering {
     mission::CallOutcome outcome;  ///< Of a call.
   };
   /// Errors: steering.* with the names that there are.
-  virtual Result<Applied> apply(const project::Intervention& what) = 0;
+  Result<Applied> apply(const project::Intervention& what) { return apply_for(what, "studio"); }
+  /// The same for somebody else than the studio, as the observation says.
+  virtual Result<Applied> apply_for(const project::Intervention& what, const std::string& source) = 0;
 
   // The same, one by one.
 
