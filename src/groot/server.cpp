@@ -6,6 +6,8 @@
 #include "sentree/base/assert.h"
 
 #ifdef SENTREE_HAS_ZMQ
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <mutex>
 #include <thread>
@@ -54,6 +56,8 @@ constexpr std::chrono::milliseconds kTurn{40};
 // Requests answered in one turn by each socket; then what is to be told has its turn.
 constexpr int kRequestsPerTurn = 64;
 constexpr int kTriesMax = 20;
+// Parts that say how an answer finds its way back.
+constexpr std::size_t kWayMax = 8;
 
 bool is_loopback(const std::string& address) { return address.starts_with("127.") || address == "[::1]"; }
 
@@ -121,24 +125,37 @@ struct Server::Impl {
   void turn() {
     std::array<zmq::pollitem_t, 2> items{{{reply1, 0, ZMQ_POLLIN, 0}, {reply2, 0, ZMQ_POLLIN, 0}}};
     zmq::poll(items.data(), items.size(), kTurn);
-    for (int left = kRequestsPerTurn; left > 0; --left) {
-      if (!receive_now(reply1, kPartsMax)) break;
+    answer_all(reply1, [this](const Parts&) {
       ++asked;
-      send_now(reply1, {scene.groot1_tree()});
-    }
-    for (int left = kRequestsPerTurn; left > 0; --left) {
-      const auto request = receive_now(reply2, kPartsMax);
-      if (!request) break;
-      if (!request->empty() && request->front().size() > 1 && request->front()[1] == static_cast<char>(Ask::kTree))
+      return Parts{scene.groot1_tree()};
+    });
+    answer_all(reply2, [this](const Parts& request) {
+      if (!request.empty() && request.front().size() > 1 && request.front()[1] == static_cast<char>(Ask::kTree))
         ++asked;
-      send_now(reply2, desk.answer(*request, SteadyClock::now(), wall_us()));
-    }
+      return desk.answer(request, SteadyClock::now(), wall_us());
+    });
     const auto now = SteadyClock::now();
     desk.look_after(now);
     tell_reached();
     if (now - told1 < kTurn) return;
     told1 = now;
     if (std::string update = scene.take_update(); !update.empty()) send_now(publish1, {std::move(update)});
+  }
+
+  // A ROUTER in the place of REP: that one loses answers when a peer before broke off in the middle of a message. What
+  // comes before the empty part is the way back.
+  template <class Answer>
+  static void answer_all(zmq::socket_t& socket, const Answer& answer) {
+    for (int left = kRequestsPerTurn; left > 0; --left) {
+      auto parts = receive_now(socket, kWayMax + kPartsMax);
+      if (!parts) return;
+      const auto empty = std::find(parts->begin(), parts->end(), "");
+      if (empty == parts->end()) continue;  // from nobody who waits for an answer
+      Parts answered(parts->begin(), empty + 1);
+      const Parts request(empty + 1, parts->end());
+      for (std::string& part : answer(request)) answered.push_back(std::move(part));
+      send_now(socket, answered);
+    }
   }
 
   void tell_reached() {
@@ -164,9 +181,9 @@ struct Server::Impl {
   const ServerOptions options;
   Desk desk;
   zmq::context_t context{1};
-  zmq::socket_t reply1{context, zmq::socket_type::rep};
+  zmq::socket_t reply1{context, zmq::socket_type::router};
   zmq::socket_t publish1{context, zmq::socket_type::pub};
-  zmq::socket_t reply2{context, zmq::socket_type::rep};
+  zmq::socket_t reply2{context, zmq::socket_type::router};
   zmq::socket_t publish2{context, zmq::socket_type::pub};
   Ports ports;
   SteadyClock::time_point told1{};
