@@ -4,6 +4,7 @@
 import json
 import os
 import re
+import shlex
 import signal
 import struct
 import subprocess
@@ -290,20 +291,125 @@ board = unpack(played.ask(b"B", main.encode())[1])[main]
 check("the recorded blackboard is a map", isinstance(board, dict), board)
 played.end()
 
-# What the guide says can be done so; only the ports are free ones.
-page = open(source + "/docs/how-to/use-groot.md").read()
-commands = [line.split() for line in re.findall(r"^sentree .*", page, re.M)]
-check("the guide has commands", len(commands) >= 4, commands)
-for command in commands:
-    command = [re.sub(r"^--groot.*", "--groot=0", word).strip("'") for word in command[1:]]
-    command = [word.replace("RUN.mcap", "shown.mcap").replace("examples/", source + "/examples/") for word in command]
-    if "--groot=0" not in command:
-        done = subprocess.run([sentree, *command], stdin=subprocess.DEVNULL, capture_output=True, timeout=60)
-        check("the guide's " + " ".join(command), done.returncode == 0, done.stderr)
-        continue
-    guided = Run(*command, *(["--no-record"] if command[0] == "run" else ["--at", "0"]))
-    check("the guide's " + " ".join(command), b"<root" in guided.ask(b"T")[1])
-    guided.end()
+# Watching: a run of ours as the program, recorded; the recording is one like any other.
+program = Run("run", source + "/examples/recharge", "--scenario", "experiment1", "--clock", "real", "--factor", "20",
+              "--no-record", "--groot=0")
+done = subprocess.run([sentree, "watch", "zmq://127.0.0.1:%d" % program.groot2, "--record", "watched.mcap", "--duration",
+                       "2 s"], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60)
+check("it is watched", done.returncode == 0 and "GoToKitchen: RUNNING" in done.stdout, done)
+program.end()
+lines = subprocess.run([sentree, "export", "watched.mcap", "--to", "ndjson"], capture_output=True, text=True,
+                       timeout=60).stdout.splitlines()
+check("what was seen is recorded", any("node.status" in line and "GoToKitchen" in line for line in lines), lines[:3])
+done = subprocess.run([sentree, "replay", "watched.mcap"], stdin=subprocess.DEVNULL, capture_output=True, text=True,
+                      timeout=60)
+check("it cannot be replayed, and says so", done.returncode != 0 and "not here" in done.stderr + done.stdout, done)
+played = Run("studio", "watched.mcap", "--at", "0", "--groot=0", "--factor", "1000")
+check("it opens in the studio", b"GoToKitchen" in played.ask(b"T")[1])
+played.end()
+
+
+class Publisher(threading.Thread):
+    """What BehaviorTree.CPP 4.10 answers, of a tree with two instances of a SubTree and nodes that nobody knows."""
+
+    XML = """<root BTCPP_format="4">
+    <BehaviorTree ID="M" _fullpath="">
+        <RecoveryNode name="root" _uid="1" number_of_retries="6">
+            <Sequence name="Sequence" _uid="2">
+                <SubTree ID="Go" _fullpath="go1" _uid="3" goal="{dock}"/>
+                <SubTree ID="Go" _fullpath="Go::4" _uid="4" goal="1;2;3"/>
+            </Sequence>
+            <BatteryOk name="BatteryOk" _uid="5" min="0.3" _skipIf="n == 8"/>
+        </RecoveryNode>
+    </BehaviorTree>
+    <BehaviorTree ID="Go" _fullpath="go1"><GoTo name="GoTo" _uid="6" where="{goal}"/></BehaviorTree>
+    <BehaviorTree ID="Go" _fullpath="Go::4"><GoTo name="GoTo" _uid="7" where="{goal}"/></BehaviorTree>
+    <TreeNodesModel>
+        <Control ID="RecoveryNode"><input_port name="number_of_retries" type="int"/></Control>
+        <Condition ID="BatteryOk"><input_port name="min" type="double" default="0.200000">least</input_port></Condition>
+        <Action ID="GoTo"><input_port name="where" type="Pose2D"/></Action>
+        <SubTree ID="SubTree"><input_port name="_autoremap" type="bool" default="false"/></SubTree>
+    </TreeNodesModel>
+</root>"""
+
+    def __init__(self):
+        super().__init__(daemon=True)
+        self.socket = context.socket(zmq.REP)
+        self.socket.setsockopt(zmq.LINGER, 0)
+        self.port = self.socket.bind_to_random_port("tcp://127.0.0.1")
+        self.asked = []
+        self.looks = 0
+
+    def body(self, letter, body):
+        if letter == b"T":
+            return self.XML.encode()
+        if letter == b"S":
+            return b"".join(struct.pack("<HB", uid, code) for uid, code in
+                            [(1, 1), (2, 1), (3, 1), (4, 0), (5, 13), (6, 1), (7, 0), (99, 1)])
+        if letter == b"B":
+            check("each blackboard is asked for", body == b"M;go1;Go::4", body)
+            return bytes.fromhex("82 a1 4d 82 a1 6e 07 a4 64 6f 63 6b a1 41 a3 67 6f 31 80")
+        if letter == b"r":
+            return b"1795344874377177"
+        if letter == b"t":
+            self.looks += 1
+            if self.looks == 3:
+                return struct.pack("<IHHB", 452916, 0, 6, 2) + struct.pack("<IHHB", 452917, 0, 98, 2)
+            return b"" if self.looks != 4 else b"nonsense"
+        return None
+
+    def run(self):
+        tree = 1
+        while True:
+            header, *rest = self.socket.recv_multipart()
+            letter = header[1:2]
+            self.asked.append(letter)
+            if self.looks > 12:
+                tree = 2
+            body = self.body(letter, rest[0] if rest else b"")
+            self.socket.send_multipart([header + bytes([tree]) * 16] + ([] if body is None else [body]))
+
+
+program = Publisher()
+program.start()
+done = subprocess.run([sentree, "watch", "127.0.0.1:%d" % program.port, "--record", "foreign.mcap", "--duration", "3 s"],
+                      stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60, cwd=work)
+check("a tree of others is watched", done.returncode == 0, done)
+check("another tree is another recording", "another tree" in done.stderr, done.stderr)
+lines = subprocess.run([sentree, "export", "foreign.mcap", "--to", "ndjson"], capture_output=True, text=True,
+                       timeout=60).stdout.splitlines()
+went = [line for line in lines if "node.status" in line and "go1.GoTo" in line]
+check("its statuses and changes", len(went) == 2 and '"SUCCESS"' in went[1], went)
+check("its blackboard", any('"dock":"A"' in line and '"n":7' in line for line in lines), lines)
+info = subprocess.run([sentree, "info", "foreign.mcap"], capture_output=True, text=True, timeout=60)
+check("it is a recording", info.returncode == 0, info)
+nobody = subprocess.run([sentree, "watch", "127.0.0.1:9", "--no-record"], stdin=subprocess.DEVNULL, capture_output=True,
+                        text=True, timeout=60)
+check("nobody there", nobody.returncode == 4 and "nobody answers" in nobody.stderr, nobody)
+
+# What the guides say can be done so; only ports and addresses are others.
+program = Run("run", source + "/examples/recharge", "--scenario", "experiment1", "--clock", "real", "--no-record",
+              "--groot=0")
+robot = "zmq://127.0.0.1:%d" % program.groot2
+for name, least in (("use-groot.md", 4), ("watch-behaviortree-cpp.md", 3)):
+    page = open(source + "/docs/how-to/" + name).read()
+    commands = [line.split("#")[0] for line in re.findall(r"^sentree .*", page, re.M)]
+    check("the guide has commands", len(commands) >= least, commands)
+    for command in commands:
+        words = [re.sub(r"^--groot.*", "--groot=0", word) for word in shlex.split(command)[1:]]
+        words = [re.sub(r"^zmq://.*", robot, word).replace("--studio", "--studio=0") for word in words]
+        words = [word.replace("90 s", "1 s").replace("RUN.mcap", "shown.mcap").replace("examples/", source + "/examples/")
+                 for word in words if word != "--open"]
+        if words[0] == "watch" and "--duration" not in words:
+            words += ["--duration", "1 s"]
+        if "--groot=0" not in words:
+            done = subprocess.run([sentree, *words], stdin=subprocess.DEVNULL, capture_output=True, timeout=60)
+            check("the guide's " + command, done.returncode == 0, done.stderr)
+            continue
+        guided = Run(*words, *(["--no-record"] if words[0] == "run" else ["--at", "0"]))
+        check("the guide's " + command, b"<root" in guided.ask(b"T")[1])
+        guided.end()
+program.end()
 
 print("%d failures" % len(failures))
 sys.exit(1 if failures else 0)

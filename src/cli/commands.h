@@ -55,6 +55,19 @@ int studio(const StudioCommand& command);
 /// Its `--attach`.
 int attach(const StudioCommand& command);
 
+/// A program with BehaviorTree.CPP that executes a tree.
+struct WatchCommand {
+  std::string address;  ///< Of its Groot 2 publisher.
+  std::string studio;   ///< As in `RunCommand`.
+  std::string record;
+  bool no_record = false;
+  std::string duration;  ///< Empty: until interrupted.
+  bool open = false;
+  bool insecure = false;
+  bool verbose = false;
+};
+int watch(const WatchCommand& command);
+
 struct InfoCommand {
   std::string file;
   bool json = false;

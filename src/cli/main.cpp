@@ -121,6 +121,28 @@ void add_studio(CLI::App& app, StudioCommand& command) {
   sub->add_flag("--open", command.open, "Open the page in a browser");
 }
 
+void add_watch(CLI::App& app, WatchCommand& command) {
+  auto* sub = app.add_subcommand("watch", "Watch a program with BehaviorTree.CPP that runs, and record it");
+  sub->footer(
+      "Examples:\n"
+      "  sentree watch zmq://robot:1667                  in the terminal, recorded in runs/\n"
+      "  sentree watch zmq://localhost:1667 --studio --open   tree, timeline and breakpoints in a web page\n"
+      "The program needs a Groot2Publisher, BehaviorTree.CPP 4.1 or later. Ends with Ctrl-C.\n"
+      "Exit code: 0, 3 a tree that cannot be read, 4 nobody answers, or a port is taken.");
+  sub->add_option("address", command.address, "zmq://HOST:PORT of its publisher; the port is 1667 unless given")
+      ->required();
+  auto* studio = sub->add_flag("--studio", command.studio,
+                               "Show it in a web page, at http://127.0.0.1:4711 or the next free port; --studio=PORT "
+                               "or --studio=HOST:PORT elsewhere");
+  sub->add_flag("--open", command.open, "Open the page in a browser")->needs(studio);
+  sub->add_flag("--insecure", command.insecure, "Let other machines look at the page, without TLS");
+  auto* record = sub->add_option("--record", command.record,
+                                 "Recording to write (MCAP); default: a new one in runs/, or in $SENTREE_RUNS");
+  sub->add_flag("--no-record", command.no_record, "Record nothing")->excludes(record);
+  sub->add_option("--duration", command.duration, "How long, e.g. 90 s; else until Ctrl-C");
+  sub->add_flag("--verbose,-v", command.verbose, "Print every observation");
+}
+
 void add_info(CLI::App& app, InfoCommand& command) {
   auto* sub = app.add_subcommand("info", "Say what a recording holds");
   sub->footer(
@@ -586,6 +608,7 @@ int command_line(int argc, char** argv) {
   BenchRpcCommand bench_command;
   SynthCommand synth_command;
   StudioCommand studio_command;
+  WatchCommand watch_command;
   DoctorCommand doctor_command;
   add_init(app, init_command);
   add_add(app, add_command);
@@ -594,6 +617,7 @@ int command_line(int argc, char** argv) {
   add_run(app, run_command);
   add_test(app, test_command);
   add_studio(app, studio_command);
+  add_watch(app, watch_command);
   add_info(app, info_command);
   add_replay(app, replay_command);
   add_export(app, export_command);
@@ -641,6 +665,7 @@ int command_line(int argc, char** argv) {
   if (app.got_subcommand("run")) return leave(run(run_command));
   if (app.got_subcommand("test")) return leave(test(test_command));
   if (app.got_subcommand("studio")) return studio(studio_command);
+  if (app.got_subcommand("watch")) return watch(watch_command);
   if (app.got_subcommand("info")) return info(info_command);
   if (app.got_subcommand("graph")) return graph(graph_command);
   if (app.got_subcommand("fmt")) return fmt(fmt_command);

@@ -78,8 +78,13 @@ std::string Narrator::tell(const Message& message) {
     return say_line(message.source + ": " + message.name.substr(0, message.name.rfind('.')) + " was " +
                     std::string(message.data.find("message")->text()));
   }
-  if (!message.name.ends_with(".tick.reply")) return {};
-  const std::string status(message.data.find("status")->text());
+  const bool is_watched = watched_ != nullptr && message.name == "node.status";
+  if (!is_watched && !message.name.ends_with(".tick.reply")) return {};
+  const std::string status(message.data.find(is_watched ? "to" : "status")->text());
+  if (is_watched) {
+    const auto node = static_cast<bt::NodeId>(*message.data.find("node")->as_int());
+    if (status == "IDLE" || !watched_->children(node).empty()) return {};
+  }
   std::string& last = last_[message.source];
   if (last == status) return {};
   last = status;
@@ -213,7 +218,8 @@ std::string summary(const runtime::RunReport& report) {
   if (report.timed_out) text += "  ended by its time limit\n";
   if (report.interrupted) text += "  interrupted\n";
   for (const runtime::MonitorReport& monitor : report.monitors) text += monitor_line(monitor);
-  if (!report.virtual_time) {
+  // Of a mission that another program executes nobody knows.
+  if (!report.virtual_time && report.timing.tick_median > Duration(0)) {
     text += fmt::format(
         "  ticks began late by {:.2f} ms (median), {:.2f} ms (99 %), {:.2f} ms (most); {} periods missed; a tick took "
         "{:.2f} ms (median)\n",

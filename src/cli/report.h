@@ -4,6 +4,7 @@
 #include <string>
 
 #include "sentree/base/value.h"
+#include "sentree/bt/tree.h"
 #include "sentree/runtime/run.h"
 
 namespace sentree::cli {
@@ -32,9 +33,12 @@ namespace sentree::cli {
 /// the scenario does. Empty text: nothing new.
 class Narrator {
  public:
+  /// @param watched  A tree that another program executes, of whose leaves statuses are all that is known; borrowed.
+  explicit Narrator(const bt::Tree* watched = nullptr) : watched_(watched) {}
   [[nodiscard]] std::string tell(const Message& message);
 
  private:
+  const bt::Tree* watched_;
   std::map<std::string, std::string> last_;  // status by leaf
 };
 

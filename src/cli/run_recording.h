@@ -25,6 +25,7 @@ class RunRecording {
   static std::unique_ptr<RunRecording> tap_only(const project::Plan& plan, RecordingTap tap);
 
   void install(runtime::RunOptions& options) { recorder_->install(options); }
+  [[nodiscard]] replay::RunRecorder& recorder() { return *recorder_; }
   /// Opens the page of the run that is recorded. Errors: see `studio::Live::open`, studio.not-recorded.
   [[nodiscard]] Result<void> open(studio::Live& page, const studio::ServerOptions& options);
   /// The error of a run of which there is no recording.

@@ -343,7 +343,9 @@ struct RunRecorder::Impl {
 
   // In the mission's actor. The blackboard, if it is not as it was written last.
   void write_blackboard(TimePoint now) {
-    const Value entries = bt::export_blackboard(plan.tree, inside->mission().state().tree);
+    write_blackboard(now, bt::export_blackboard(plan.tree, inside->mission().state().tree));
+  }
+  void write_blackboard(TimePoint now, const Value& entries) {
     std::string json = to_json(entries);
     if (json == written_blackboard || (written_blackboard.empty() && json == "{}")) return;
     written_blackboard = std::move(json);
@@ -486,6 +488,8 @@ void RunRecorder::install(runtime::RunOptions& options) {
               std::string(to_string(report.verdict)) + ": state " + report.decision->state);
   };
 }
+
+void RunRecorder::blackboard(TimePoint time, const Value& entries) { impl_->write_blackboard(time, entries); }
 
 Result<std::uint32_t> RunRecorder::follow(decltype(RecordingOptions::tap) tap) {
   return impl_->recorder.follow(std::move(tap));

@@ -49,6 +49,9 @@ class RunRecorder {
 
   /// Makes a run with these options be recorded. Call it last: it wraps the callbacks that are there.
   void install(runtime::RunOptions& options);
+  /// The tree's entries at a time, as `bt::export_blackboard` gives them: of a mission that is not executed here. What
+  /// is as it was written last is not written again.
+  void blackboard(TimePoint time, const Value& entries);
   /// See record::Recorder; from any thread.
   [[nodiscard]] Result<std::uint32_t> follow(decltype(RecordingOptions::tap) tap);
   /// Ends the recording with what came out.

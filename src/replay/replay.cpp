@@ -150,6 +150,9 @@ class Replay {
     }
     plan_.scenario.processes.clear();
     plan_.observers.clear();
+    if (const std::string& by = plan_.scenario.project.executed_by; !by.empty())
+      return fail("replay.foreign-mission",
+                  "the mission was executed by " + by + ", not here; it can be looked at only");
     for (project::LeafPlan& leaf : plan_.leaves) {
       if (!leaf.chart) {
         return fail("replay.foreign-skill",

@@ -92,9 +92,9 @@ struct Live::Impl {
     return facts;
   }
 
-  void leave() {
+  void steer_by(runtime::Steering* by) {
     const std::scoped_lock lock(steering_mutex, mutex);
-    steering = nullptr;
+    steering = by;
   }
 
   Result<Value> steer(const std::string& op, const Value& request) {
@@ -165,16 +165,17 @@ std::function<void(TimePoint, record::RunRecord)> Live::tap() {
 void Live::install(runtime::RunOptions& options) {
   options.on_view = [impl = impl_.get(), next = std::move(options.on_view)](runtime::RunView* view) {
     if (next) next(view);
-    if (view == nullptr) impl->leave();
+    if (view == nullptr) impl->steer_by(nullptr);
     const std::lock_guard lock(impl->mutex);
     impl->view = view;
   };
   options.on_begin = [impl = impl_.get(), next = std::move(options.on_begin)](runtime::RunInside& inside) {
     if (next) next(inside);
-    const std::scoped_lock lock(impl->steering_mutex, impl->mutex);
-    impl->steering = &inside.steering();
+    impl->steer_by(&inside.steering());
   };
 }
+
+void Live::steer_by(runtime::Steering* steering) { impl_->steer_by(steering); }
 
 void Live::ended(const runtime::RunReport& report) {
   const std::lock_guard lock(impl_->mutex);

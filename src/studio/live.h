@@ -32,6 +32,8 @@ class Live {
   /// For the run's recorder: what it records is what the page shows. With `start` only.
   [[nodiscard]] std::function<void(TimePoint, record::RunRecord)> tap();
   void install(runtime::RunOptions& options);
+  /// Pages steer through it (borrowed) from now on; null: through nobody. Returns when nobody uses the one before.
+  void steer_by(runtime::Steering* steering);
   /// The run is over; the page stays.
   void ended(const runtime::RunReport& report);
 
