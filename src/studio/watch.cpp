@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <map>
 #include <mutex>
+#include <set>
 #include <unordered_map>
 
 #include "sentree/base/temporary_folder.h"
@@ -20,7 +21,8 @@ using groot::Hook;
 using project::Intervention;
 using SteadyClock = std::chrono::steady_clock;
 
-constexpr const char* kSource = "studio";
+// Between two comparisons of what was told with what is.
+constexpr std::chrono::seconds kComparePeriod{1};
 
 bt::Status status_of(groot::StatusCode code) {
   return code <= static_cast<int>(bt::Status::kFailure) ? static_cast<bt::Status>(code) : bt::Status::kIdle;
@@ -143,20 +145,32 @@ struct Watch::Impl final : runtime::Steering {
       arm();
       compare();
     }
+    // Somebody else may have drained the recording too. What a node is now, and nobody tells afterwards, was lost.
+    const bool compares = records && SteadyClock::now() >= compare_at;
+    std::optional<groot::Reply> before;
+    if (compares) {
+      compare_at = SteadyClock::now() + kComparePeriod;
+      if (auto asked = ask(Ask::kStatus)) before = std::move(*asked);
+    }
     const auto reply = ask(records ? Ask::kTransitions : Ask::kStatus);
     if (!reply || ended) return;
     if (records) {
       const auto all = groot::parse_records(reply->body);
       if (!all) return;
       bool is_new = true;
+      std::set<bt::NodeId> told;
       for (const groot::Record& record : *all) {
         const auto node = nodes.find(record.uid);
         if (node == nodes.end() || record.status >= static_cast<int>(bt::Status::kSkipped)) continue;
+        told.insert(node->second);
         change(node->second, static_cast<bt::Status>(record.status), armed_at + std::chrono::microseconds(record.at_us),
                is_new);
       }
       // So many is as many as are kept, and some may be missing.
-      if (all->size() >= groot::kRecordedMax) compare();
+      if (all->size() >= groot::kRecordedMax)
+        compare();
+      else if (before)
+        take_statuses(before->body, told);
     } else {
       take_statuses(reply->body);
     }
@@ -167,12 +181,12 @@ struct Watch::Impl final : runtime::Steering {
     if (const auto reply = ask(Ask::kStatus)) take_statuses(reply->body);
   }
 
-  void take_statuses(const std::string& body) {
+  void take_statuses(const std::string& body, const std::set<bt::NodeId>& except = {}) {
     const auto all = groot::parse_statuses(body);
     if (!all) return;
     bool is_new = true;
     for (const groot::NodeStatus& status : *all) {
-      if (const auto node = nodes.find(status.uid); node != nodes.end())
+      if (const auto node = nodes.find(status.uid); node != nodes.end() && !except.contains(node->second))
         change(node->second, status_of(status.code), now(), is_new);
     }
   }
@@ -423,6 +437,7 @@ struct Watch::Impl final : runtime::Steering {
   TimePoint last_time{};
   bool records = false;  // the publisher tells what changes; else statuses are compared
   bool needs_arming = false;
+  SteadyClock::time_point compare_at{};
   bool is_silent = false;
   std::vector<bt::Status> statuses;
   bt::Status root = bt::Status::kIdle;

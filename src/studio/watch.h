@@ -26,7 +26,7 @@ struct WatchListeners {
 /// forced results of nodes and to go on.
 ///
 /// Time 0 is when it was found. What changes comes from the publisher's recording, with its times [wall time]; who
-/// else drains that recording gets a part of it, and then statuses are compared. Each look that finds changes
+/// else drains that recording gets a part of it, so statuses are compared once a second. Each look that finds changes
 /// counts as a tick.
 class Watch {
  public:
