@@ -90,13 +90,18 @@ class Table:
         self.data, self.at = data, at
         self.vtable = at - struct.unpack_from("<i", data, at)[0]
 
+    def offset(self, field):
+        """0: the field has its default."""
+        if 4 + 2 * field >= struct.unpack_from("<H", self.data, self.vtable)[0]:
+            return 0
+        return struct.unpack_from("<H", self.data, self.vtable + 4 + 2 * field)[0]
+
     def place(self, field):
-        offset = struct.unpack_from("<H", self.data, self.vtable + 4 + 2 * field)[0]
-        assert offset != 0
-        return self.at + offset
+        assert self.offset(field) != 0
+        return self.at + self.offset(field)
 
     def number(self, field, form):
-        return struct.unpack_from(form, self.data, self.place(field))[0]
+        return struct.unpack_from(form, self.data, self.place(field))[0] if self.offset(field) else 0
 
     def follow(self, at):
         return at + struct.unpack_from("<I", self.data, at)[0]
@@ -198,6 +203,25 @@ def run(*more):
     return Run("run", source + "/examples/recharge", "--scenario", "experiment1", "--groot=0", *more)
 
 
+# A tree as BehaviorTree.CPP 3 describes it: what reads ours reads that.
+EXAMPLE = """
+    10000000 00000a00 10000400 08000c00 0a000000 01000000 08000000 dc000000
+    02000000 18000000 68000000 10001c00 04000800 0c001000 14001800 10000000
+    01000000 14000000 00000000 14000000 1c000000 28000000 01000000 02000000
+    04000000 726f6f74 00000000 08000000 53657175 656e6365 00000000 00000000
+    10001c00 04000800 0c001000 14001800 10000000 02000000 14000000 00000000
+    10000000 14000000 1c000000 00000000 02000000 676f0000 04000000 476f546f
+    00000000 01000000 0c000000 08000c00 04000800 08000000 08000000 10000000
+    05000000 77686572 65000000 06000000 7b676f61 6c7d0000 02000000 14000000
+    7c000000 00000a00 10000400 08000c00 0a000000 0c000000 01000000 10000000
+    04000000 476f546f 00000000 01000000 10000000 0c001400 04000800 0c001000
+    0c000000 10000000 00000000 14000000 1c000000 05000000 77686572 65000000
+    06000000 73747269 6e670000 00000000 00000a00 10000400 08000c00 0a000000
+    0c000000 03000000 14000000 08000000 53657175 656e6365 00000000 00000000
+"""
+check("an example of others", groot1_tree(bytes.fromhex(EXAMPLE)) == {1: (0, "root", "Sequence"), 2: (0, "go", "GoTo")},
+      groot1_tree(bytes.fromhex(EXAMPLE)))
+
 # The same bytes are recorded whether somebody looks or not.
 quiet = [sentree, "run", source + "/examples/recharge", "--scenario", "experiment1", "--clock", "virtual"]
 subprocess.run(quiet + ["--record", "quiet.mcap"], stdin=subprocess.DEVNULL, capture_output=True, timeout=60)
@@ -261,6 +285,12 @@ check("the run stands", before == steered.ask(b"S")[1])
 unlock = json.dumps({"uid": kitchen, "desired_status": "SKIPPED", "position": 0, "remove_when_done": True}).encode()
 check("it is unlocked", len(steered.ask(b"U", unlock)) == 1)
 check("and gone", steered.ask(b"D")[1] == b"[]")
+steered.ask(b"I", hook(kitchen, 0, "SKIPPED"))
+reached.recv_multipart()
+check("one that is taken away lets the run go on", len(steered.ask(b"R", b'{"uid": %d, "position": 0}' % kitchen)) == 1)
+steered.ask(b"r", b"start")
+while not steered.ask(b"t")[1]:
+    pass
 check("a result is replaced", len(steered.ask(b"I", hook(level, 1, "FAILURE"))) == 1)
 notice = reached.recv_multipart()
 check("which is told", notice[1] == str(level).encode(), notice)
@@ -269,7 +299,7 @@ steered.end()
 lines = subprocess.run([sentree, "export", "steered.mcap", "--to", "ndjson"], capture_output=True, text=True,
                        timeout=60).stdout.splitlines()
 done = [line for line in lines if "scenario.injection" in line and '"groot"' in line]
-check("a breakpoint, its end, a forced result and its end are recorded", len(done) == 4, done)
+check("two breakpoints, their ends, a forced result and its end are recorded", len(done) == 6, done)
 check("the forced answer is recorded as one", any('"forced":true' in line and "BatteryLevelAbove30" in line for line in lines))
 
 # A recording is played when Groot comes, and again when it comes once more.

@@ -95,6 +95,9 @@ int watch(const WatchCommand& command) {
   sigset_t signals;
   sigemptyset(&signals);
   for (const int signal : {SIGINT, SIGTERM}) sigaddset(&signals, signal);
+  struct sigaction hangup {};
+  sigaction(SIGHUP, nullptr, &hangup);
+  if (hangup.sa_handler != SIG_IGN) sigaddset(&signals, SIGHUP);  // unless nohup started it
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   auto until = SteadyClock::time_point::max();
   if (!command.duration.empty()) {

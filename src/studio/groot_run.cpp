@@ -5,6 +5,7 @@
 #include <deque>
 #include <map>
 #include <mutex>
+#include <utility>
 
 #include "sentree/runtime/inside.h"
 #include "sentree/runtime/mission.h"
@@ -64,15 +65,16 @@ struct GrootRun::Impl final : groot::Hooks {
 
   // Whoever listens in virtual time is where the mission is stepped; in real time its actor makes the copy.
   void copy_board(bool at_once) {
-    if (inside == nullptr) return;
+    runtime::RunInside* const run = inside;
+    if (run == nullptr) return;
     const auto now = SteadyClock::now();
     if (!at_once && now - board_copied < kBoardPeriod) return;
     board_copied = now;
-    const auto copy = [this] { scene.blackboard(bt::export_blackboard(*tree, inside->mission().state().tree)); };
-    if (inside->scheduler().is_virtual())
+    const auto copy = [this, run] { scene.blackboard(bt::export_blackboard(*tree, run->mission().state().tree)); };
+    if (run->scheduler().is_virtual())
       copy();
     else
-      inside->scheduler().post(inside->mission().actor(), copy);
+      run->scheduler().post(run->mission().actor(), copy);
   }
 
   void tell_reached(std::uint64_t id) {
@@ -245,9 +247,10 @@ struct GrootRun::Impl final : groot::Hooks {
     bool once;
   };
   groot::Scene scene;
-  const bt::Tree* tree = nullptr;  // of the run that goes on
-  std::mutex steering_mutex;       // held while a hook is set or taken away
-  runtime::RunInside* inside = nullptr;
+  const bt::Tree* tree = nullptr;                     // of the run that goes on
+  bool is_new = true;                                 // no run has been shown yet
+  std::mutex steering_mutex;                          // held while a hook is set or taken away
+  std::atomic<runtime::RunInside*> inside = nullptr;  // who listens asks without the lock
   runtime::Steering* steering = nullptr;
   SteadyClock::time_point board_copied{};  // of who hands on the observations
   std::mutex ids_mutex;
@@ -277,7 +280,10 @@ Result<void> GrootRun::install(const project::Plan& plan, runtime::RunOptions& o
     impl->early.clear();
     impl->replaced.clear();
     impl->any_replaced = false;
-    if (auto shown = impl->show(plan); !shown) return shown;
+    // That of the first run has been shown since the server is there.
+    if (!std::exchange(impl->is_new, false)) {
+      if (auto shown = impl->show(plan); !shown) return shown;
+    }
   }
   impl->server->forget_hooks();
   options.listeners.push_back([impl](const Message& message) { impl->observe(message); });

@@ -23,7 +23,8 @@ class GrootRun {
   GrootRun(const GrootRun&) = delete;
   GrootRun& operator=(const GrootRun&) = delete;
 
-  /// Shows the next run. `plan` is borrowed while it goes on. Error: groot.too-many-nodes.
+  /// Shows the next run; the first is that of `start`'s plan. `plan` is borrowed while it goes on. Error:
+  /// groot.too-many-nodes.
   [[nodiscard]] Result<void> install(const project::Plan& plan, runtime::RunOptions& options);
   [[nodiscard]] const groot::Server& server() const;
 
