@@ -36,7 +36,8 @@ struct ServerOptions {
 /// Serves a scene to Groot 1 and Groot 2, both at once, as BehaviorTree.CPP's publishers do.
 ///
 /// Has a thread of its own (and ZeroMQ's). Requests are at most 64 KiB a part; more than four parts are not looked at;
-/// a listener that does not keep up misses messages. Whoever connects and says nothing sensible costs nothing but time.
+/// a listener that does not keep up misses messages. Whoever connects and says nothing sensible costs nothing but time;
+/// but ZeroMQ keeps the parts of a message until it is whole, and has no bound for how many there are.
 class Server {
  public:
   static constexpr std::int64_t kPartBytesMax = 64 << 10;
