@@ -23,6 +23,7 @@ namespace {
 constexpr std::string_view kNamespace = "http://www.w3.org/2005/07/scxml";
 constexpr std::string_view kRequestData = "_event.data.args.";
 constexpr std::string_view kReplyData = "_event.data.result.";
+constexpr std::string_view kTopicData = "_event.data.";
 
 using FieldValues = std::vector<std::pair<std::string, std::string>>;
 
@@ -272,7 +273,7 @@ class AscxmlTranslator {
             attribute_text("name", chart_.name) + (begin.empty() ? "" : attribute_text("initial", begin)) + ">\n";
     text += "<datamodel>\n" + extra_data() + data_ + "</datamodel>\n" + body + "</scxml>\n";
     if (auto formatted = scxml::format(text, document_.file())) text = std::move(*formatted);
-    TranslatedAscxml made{std::move(text), {}, std::move(findings_)};
+    TranslatedAscxml made{std::move(text), {}, std::move(subscribes_), std::move(findings_)};
     for (const Declaration& declaration : declarations_) {
       if (declaration.group == Group::kAction && !declaration.serves)
         made.goal_counters.push_back(goal_data(declaration));
@@ -374,33 +375,31 @@ class AscxmlTranslator {
     if (name == "transition") {
       std::vector<std::string> events = words(element.attribute("event").value_or(""));
       const bool is_event = !events.empty();
-      bool crosses = false;
       for (std::string& event : events) {
         if (!is_cross(world_, event)) continue;
-        crosses = true;
         event = topic_event(event);
       }
       std::string joined;
       for (const std::string& event : events) joined += (joined.empty() ? "" : " ") + event;
-      return transition(element, is_event ? joined : "", crosses ? "crossing" : "", "");
+      return transition(element, is_event ? joined : "", "");
     }
-    if (name == "bt_tick") return transition(element, "bt_tick", "", refreshed_ports());
-    if (name == "bt_halt") return transition(element, "bt_halt", "", "");
+    if (name == "bt_tick") return transition(element, "bt_tick", refreshed_ports());
+    if (name == "bt_halt") return transition(element, "bt_halt", "");
     if (name == "ros_rate_callback") {
       const Declaration* const rate = import::find(declarations_, Group::kRate, ref);
-      return rate != nullptr ? transition(element, rate_event(*rate), "", "") : undeclared(element);
+      return rate != nullptr ? transition(element, rate_event(*rate), "") : undeclared(element);
     }
     if (name == "ros_topic_callback") {
       const Declaration* const topic = import::find(declarations_, Group::kTopic, ref, false);
-      return known(topic) ? transition(element, topic_event(method_name(topic->ros_name)), "", "")
-                          : undeclared(element);
+      return known(topic) ? transition(element, topic_event(method_name(topic->ros_name)), "") : undeclared(element);
     }
     if (name == "ros_service_handle_request" || name == "ros_service_handle_response") {
       const bool serves = name.ends_with("request");
       const Declaration* const service = import::find(declarations_, Group::kService, ref, serves);
       if (!known(service)) return undeclared(element);
+      if (!serves && !chart_.is_plugin) return calls_from_a_node(element);
       const RosPlace& place = world_.services.at(service->ros_name);
-      return transition(element, place.service + "." + place.method + (serves ? ".request" : ".reply"), "", "");
+      return transition(element, place.service + "." + place.method + (serves ? ".request" : ".reply"), "");
     }
     if (name.starts_with("ros_action_handle_")) return action_reaction(element, name, ref);
     return by_hand(element, "nothing here does what <" + name + "> does");
@@ -419,8 +418,9 @@ class AscxmlTranslator {
     if (!known(action)) return undeclared(element);
     const RosPlace& place = world_.actions.at(action->ros_name);
     const std::string goal = place.service + "." + place.method + "_send_goal";
-    if (serves) return transition(element, goal + ".request", "", "");
-    const std::string mine = std::string(kRequestData) + "goal_id === " + goal_data(*action);
+    if (serves) return transition(element, goal + ".request", "");
+    if (!chart_.is_plugin) return calls_from_a_node(element);
+    const std::string mine = std::string(kTopicData) + "goal_id === " + goal_data(*action);
     if (name == "ros_action_handle_goal_response") {
       const auto to = [&](std::string_view target, const std::string& accepted) {
         return "<transition" + attribute_text("event", goal + ".reply") + attribute_text("cond", accepted) +
@@ -429,17 +429,24 @@ class AscxmlTranslator {
       return to("accept", "_event.data.result") + to("reject", "!_event.data.result");
     }
     if (name == "ros_action_handle_feedback")
-      return transition(element, topic_event(place.method + "_feedback"), "", "", mine);
+      return transition(element, topic_event(place.method + "_feedback"), "", mine);
     static const std::map<std::string, std::string> kStatus = {{"ros_action_handle_success_result", "SUCCEEDED"},
                                                                {"ros_action_handle_aborted_result", "ABORTED"},
                                                                {"ros_action_handle_canceled_result", "CANCELED"}};
     const auto status = kStatus.find(name);
     if (status == kStatus.end()) return by_hand(element, "nothing here does what <" + name + "> does");
-    return transition(element, topic_event(place.method + "_result"), "", "",
-                      mine + " && " + std::string(kRequestData) + "status === '" + status->second + "'");
+    return transition(element, topic_event(place.method + "_result"), "",
+                      mine + " && " + std::string(kTopicData) + "status === '" + status->second + "'");
   }
 
-  static std::string topic_event(const std::string& method) { return std::string(kTopics) + "." + method; }
+  std::string calls_from_a_node(const XmlElement& element) {
+    return by_hand(element,
+                   "a node that is a client: the model of a component answers and publishes, and calls nobody");
+  }
+
+  std::string topic_event(const std::string& method) {
+    return *subscribes_.insert(std::string(kTopics) + "." + method).first;
+  }
 
   /// The ports' values as this tick has them.
   std::string refreshed_ports() {
@@ -458,9 +465,8 @@ class AscxmlTranslator {
     return text;
   }
 
-  std::string transition(const XmlElement& element, const std::string& event, const std::string& crossing,
-                         const std::string& first, const std::string& also = "") {
-    crossing_ = !crossing.empty();
+  std::string transition(const XmlElement& element, const std::string& event, const std::string& first,
+                         const std::string& also = "") {
     std::string condition(element.attribute("cond").value_or(""));
     condition = expression(condition);
     if (!also.empty()) condition = condition.empty() ? also : also + " && (" + condition + ")";
@@ -473,12 +479,10 @@ class AscxmlTranslator {
     }
     if (!chances.empty()) {
       const std::string choice = chance(element, chances);
-      crossing_ = false;
       return tag + attribute_text("target", choice) + (first.empty() ? "/>" : ">\n" + first + "</transition>");
     }
     if (const auto target = element.attribute("target")) tag += attribute_text("target", *target);
     const std::string inside = first + content(element);
-    crossing_ = false;
     if (inside.find_first_not_of(" \t\r\n") == std::string::npos) return tag + "/>";
     return tag + ">\n" + inside + "</transition>";
   }
@@ -516,15 +520,14 @@ class AscxmlTranslator {
     return rewritten_inside(document_, parent, [&](const XmlElement& child) { return executable(child); });
   }
 
-  [[nodiscard]] std::string expression(std::string text) const {
-    text = replaced(std::move(text), "_msg.", kRequestData);
+  [[nodiscard]] static std::string expression(std::string text) {
+    text = replaced(std::move(text), "_msg.", kTopicData);
     text = replaced(std::move(text), "_req.", kRequestData);
     text = replaced(std::move(text), "_res.", kReplyData);
     text = replaced(std::move(text), "_goal.", kRequestData);
     text = replaced(std::move(text), "_action.", kRequestData);
-    text = replaced(std::move(text), "_wrapped_result.result.", kRequestData);
-    text = replaced(std::move(text), "_feedback.", kRequestData);
-    if (crossing_) text = replaced(std::move(text), "_event.data.", kRequestData);
+    text = replaced(std::move(text), "_wrapped_result.result.", kTopicData);
+    text = replaced(std::move(text), "_feedback.", kTopicData);
     return text;
   }
 
@@ -549,6 +552,7 @@ class AscxmlTranslator {
       const RosPlace& place = world_.services.at(service->ros_name);
       const RosMethod& method = world_.interfaces.method(place.service, place.method);
       if (serves) return reply(place.service, place.method, object(completed(method.result, fields_of(element))));
+      if (!chart_.is_plugin) return calls_from_a_node(element);
       return call(place.service, place.method, completed(method.arguments, fields_of(element)));
     }
     if (name.starts_with("ros_action_")) return action(element, name, ref);
@@ -597,6 +601,7 @@ class AscxmlTranslator {
     const RosPlace& place = world_.actions.at(declaration->ros_name);
     FieldValues fields = fields_of(element);
     const std::string goal = place.method + "_send_goal";
+    if (!serves && !chart_.is_plugin) return calls_from_a_node(element);
     if (!serves) {
       const std::string number = goal_data(*declaration);
       fields.insert(fields.begin(), {"goal_id", number});
@@ -685,7 +690,7 @@ class AscxmlTranslator {
   std::string state_id_;
   std::string behind_;
   int draws_ = 0;
-  bool crossing_ = false;
+  std::set<std::string> subscribes_;
 };
 
 }  // namespace

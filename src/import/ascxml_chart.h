@@ -62,6 +62,7 @@ void use(const AscxmlChart& chart, RosWorld& world);
 struct TranslatedAscxml {
   std::string source;
   std::vector<std::string> goal_counters;  ///< <data> that number the goals of a client; each leaf needs other numbers.
+  std::set<std::string> subscribes;        ///< Topics, as SERVICE.METHOD.
   std::vector<Finding> findings;
 };
 /// The chart as SCXML for a skill with the protocol `as2fm`, or for the model of a component.

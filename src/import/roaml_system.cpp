@@ -209,7 +209,7 @@ class RoamlSystem {
     text::XmlEdit edit(*document);
     std::set<std::string> names{std::string(kTopics), "elsewhere"};
     for (const Chart& chart : charts_) {
-      if (!chart.is_plugin) names.insert(chart.name);
+      if (!chart.is_plugin) names.insert({chart.name, model_name(chart.name)});
     }
     std::string model;
     std::set<std::string> modelled;
@@ -265,6 +265,9 @@ class RoamlSystem {
            (ports.empty() ? "/>\n" : ">\n" + ports + "    </" + tag + ">\n");
   }
 
+  // A service and the model that serves it need names of their own.
+  static std::string model_name(const std::string& node) { return node + "_node"; }
+
   /// A plug-in whose declarations take names from ports is a chart for each leaf.
   struct Instance {
     AscxmlChart chart;
@@ -312,20 +315,22 @@ class RoamlSystem {
         if (!known) result_.findings.push_back(std::move(finding));
       }
       // Goals of different leaves must have different numbers.
+      std::string topics;
+      for (const std::string& topic : made.subscribes) topics += (topics.empty() ? "" : ", ") + topic;
+      const std::string subscribe = topics.empty() ? "" : ", subscribe: [" + topics + "]";
       for (const Leaf* leaf : instance.leaves) {
         std::string data;
         for (const std::string& counter : made.goal_counters)
           data += (data.empty() ? "" : ", ") + counter + ": " + std::to_string(1000 * goals++);
         skills_ += "  " + yaml_text(leaf->name) + ": {file: " + yaml_text(instance.path) + ", protocol: as2fm" +
-                   (data.empty() ? "" : ", data: {" + data + "}") + "}\n";
+                   (data.empty() ? "" : ", data: {" + data + "}") + subscribe + "}\n";
       }
       if (instance.leaves.empty()) {
-        const bool serves = world_.interfaces.services().contains(instance.chart.name);
-        models_ +=
-            "#  - {file: " + yaml_text(instance.path) + ", serves: [" + (serves ? instance.chart.name : "") + "]}\n";
-        find(Fate::kByHand, SourceSpan{folder_.shown(instance.original->file)}, instance.chart.name,
-             "a node: its chart is written as the model of a component, which a run does not start yet; serve its "
-             "interface at the address in sentree.yaml");
+        const std::string& node = instance.chart.name;
+        const bool serves = world_.interfaces.services().contains(node);
+        if (serves) modelled_.insert(node);
+        models_ += "  - {file: " + yaml_text(instance.path) + ", name: " + yaml_text(model_name(node)) +
+                   (serves ? ", serves: [" + node + "]" : "") + subscribe + "}\n";
       }
       result_.files.push_back({instance.path, std::move(made.source)});
     }
@@ -346,16 +351,15 @@ class RoamlSystem {
     for (const auto& [service, methods] : world_.interfaces.services()) {
       result_.files.push_back({"interfaces/" + service + ".thrift",
                                "// Made from what the charts use.\n" + world_.interfaces.idl(service)});
-      services_ += "  " + service + ": {interface: " + service + ".thrift/" + service +
-                   ", at: \"tcp://127.0.0.1:" + std::to_string(port++) + "\"}\n";
-      if (service == "elsewhere") {
+      const bool is_here = service == kTopics || modelled_.contains(service);
+      const std::string at = service == kTopics ? std::string(kTopics)
+                             : is_here          ? "model"
+                                                : "\"tcp://127.0.0.1:" + std::to_string(port++) + "\"";
+      services_ += "  " + service + ": {interface: " + service + ".thrift/" + service + ", at: " + at + "}\n";
+      if (!is_here) {
+        needs_others_ = true;
         find(Fate::kByHand, SourceSpan{folder_.shown(main_)}, service,
              "no node of the system serves what is in interfaces/elsewhere.thrift; give the address of whoever does");
-      } else if (service == kTopics) {
-        find(Fate::kByHand, SourceSpan{folder_.shown(main_)}, service,
-             "topics are one-way methods of the interface topics; whoever publishes and subscribes outside of the "
-             "skills "
-             "must serve and call it");
       }
       for (const auto& [name, method] : methods) {
         for (const Fields* fields : {&method.arguments, &method.result}) {
@@ -374,11 +378,11 @@ class RoamlSystem {
         "# Imported; IMPORT.md says from what, and what is left to do.\nmission: {file: " + yaml_text(mission_) +
         ", rate: " + rate + " Hz" + (repeats_ ? ", repeat: true" : "") + "}\n" + kProtocol;
     if (!services_.empty()) yaml += "\nservices:\n" + services_;
-    if (!models_.empty()) yaml += "\n# models:\n" + models_;
+    if (!models_.empty()) yaml += "\nmodels:\n" + models_;
     if (!skills_.empty()) yaml += "\nskills:\n" + skills_;
     result_.files.push_back({"sentree.yaml", yaml});
     // Only what needs nobody elsewhere can run in virtual time.
-    if (services_.empty()) {
+    if (!needs_others_) {
       result_.files.push_back(
           {"scenarios/run.yaml",
            "description: the imported system, for as long as its model checker looks\nclock: virtual\n"
@@ -402,6 +406,8 @@ class RoamlSystem {
   RosWorld world_;
   std::string services_;
   std::string models_;
+  std::set<std::string> modelled_;  // services that models serve
+  bool needs_others_ = false;       // some service is at an address
   std::string skills_;
 };
 

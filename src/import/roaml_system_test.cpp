@@ -97,7 +97,8 @@ TEST(RoamlSystem, PluginsAnswerByTheirProtocol) {
   EXPECT_THAT(chart, HasSubstr("<send event=\"bt_return_halted\"/>"));
   EXPECT_THAT(chart, HasSubstr("<!-- The last level counts. -->"));
   EXPECT_THAT(file(imported, "sentree.yaml"),
-              HasSubstr("LevelAbove: {file: skills/LevelAbove.scxml, protocol: as2fm}"));
+              HasSubstr("LevelAbove: {file: skills/LevelAbove.scxml, protocol: as2fm, subscribe: "
+                        "[topics.battery_level]}"));
 }
 
 TEST(RoamlSystem, PortsAreReadAtEachTickAndWrittenWithTheAnswer) {
@@ -133,8 +134,9 @@ TEST(RoamlSystem, LeavesOfOneNameAreTold) {
   const Imported imported = museum();
   EXPECT_THAT(file(imported, "trees/policy.xml"), HasSubstr("name=\"guide_2\""));
   const std::string yaml = file(imported, "sentree.yaml");
-  EXPECT_THAT(yaml, HasSubstr("guide: {file: skills/Guide.scxml, protocol: as2fm, data: {go_goal_id: 0}}"));
-  EXPECT_THAT(yaml, HasSubstr("guide_2: {file: skills/Guide.scxml, protocol: as2fm, data: {go_goal_id: 1000}}"));
+  EXPECT_THAT(yaml, HasSubstr("guide: {file: skills/Guide.scxml, protocol: as2fm, data: {go_goal_id: 0}, "
+                              "subscribe: [topics.go_to_stop_result]}"));
+  EXPECT_THAT(yaml, HasSubstr("guide_2: {file: skills/Guide.scxml, protocol: as2fm, data: {go_goal_id: 1000}, "));
 }
 
 TEST(RoamlSystem, NodesAreModelsWithClocksAndChances) {
@@ -145,7 +147,14 @@ TEST(RoamlSystem, NodesAreModelsWithClocksAndChances) {
   EXPECT_THAT(node, HasSubstr("<send type=\"thrift\" target=\"Museum\" event=\"go_to_stop_send_goal.reply\">"));
   EXPECT_THAT(node, HasSubstr("<transition cond=\"drawn &lt; 0.8\" target=\"idle\">"));
   EXPECT_THAT(node, HasSubstr("<param name=\"linear\" expr=\"{x: 0.5, y: 0, z: 0}\"/>"));
-  EXPECT_THAT(file(imported, "models/Doors.scxml"), HasSubstr("expr=\"_event.data.args.left\""));
+  EXPECT_THAT(file(imported, "models/Doors.scxml"), HasSubstr("expr=\"_event.data.left\""));
+  EXPECT_THAT(file(imported, "scenarios/run.yaml"), HasSubstr("clock: virtual"));
+  const std::string yaml = file(imported, "sentree.yaml");
+  EXPECT_THAT(yaml, HasSubstr("Museum: {interface: Museum.thrift/Museum, at: model}"));
+  EXPECT_THAT(yaml, HasSubstr("topics: {interface: topics.thrift/topics, at: topics}"));
+  EXPECT_THAT(
+      yaml,
+      HasSubstr("  - {file: models/Doors.scxml, name: Doors_node, serves: [Doors], subscribe: [topics.drained]}"));
 }
 
 TEST(RoamlSystem, ListsWhatIsLeftToDo) {

@@ -48,6 +48,14 @@ struct CallOutcome {
   friend bool operator==(const CallOutcome&, const CallOutcome&) = default;
 };
 
+/// A call of a one-way method, told to whoever subscribes to its topic.
+struct Publication {
+  std::string topic;   ///< SERVICE.METHOD
+  std::string source;  ///< Who published it.
+  Value args;          ///< As the IDL has them.
+  friend bool operator==(const Publication&, const Publication&) = default;
+};
+
 // What is on its way to the tree.
 
 /// A period begins: the tree is to be ticked.
@@ -140,8 +148,13 @@ struct Finish {
   std::string vetoed_by;  ///< The gate that refused the call.
   friend bool operator==(const Finish&, const Finish&) = default;
 };
+/// Something was published on a topic that it subscribes to.
+struct Published {
+  Shared<Publication> what;
+  friend bool operator==(const Published&, const Published&) = default;
+};
 using SkillDelivery = std::variant<TickSkill, HaltSkill, CancelSkill, KillSkill, RestartSkill, SkillTimer, Admitted,
-                                   Send, Outcome, Finish>;
+                                   Send, Outcome, Finish, Published>;
 
 // What is on its way to a model of components.
 
@@ -163,7 +176,16 @@ struct ModelTimer {
   TimePoint when{};
   friend bool operator==(const ModelTimer&, const ModelTimer&) = default;
 };
-using ModelDelivery = std::variant<StartModel, ServeCall, ModelTimer>;
+/// A gate has refused what it wanted to publish.
+struct Refused {
+  std::string service;
+  std::string method;
+  std::uint64_t id = 0;  ///< Of the call that the request was to be.
+  Value args;
+  Veto veto;
+  friend bool operator==(const Refused&, const Refused&) = default;
+};
+using ModelDelivery = std::variant<StartModel, ServeCall, ModelTimer, Published, Refused>;
 
 /// Something on its way to a part of the run.
 struct Delivery {

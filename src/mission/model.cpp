@@ -14,6 +14,8 @@ namespace {
 
 using Arguments = std::span<const Value>;
 
+// Publications of one step whose veto the chart is told of.
+constexpr std::size_t kRefusedMax = 256;
 // Steps of between(); more are refused.
 constexpr double kStepsMax = 1e9;
 
@@ -21,9 +23,11 @@ const Value* param(const scxml::OutgoingSend& send, std::string_view name) {
   return send.data ? send.data->find(name) : nullptr;
 }
 
-std::vector<std::string> names_of(const std::map<std::string, idl::ServicePtr>& services) {
+std::vector<std::string> names_of(const ComponentModel& model) {
   std::vector<std::string> names;
-  for (const auto& [name, service] : services) names.push_back(name);
+  for (const auto* services : {&model.serves, &model.topics}) {
+    for (const auto& [name, service] : *services) names.push_back(name);
+  }
   return names;
 }
 
@@ -37,8 +41,8 @@ ModelMachine::ModelMachine(ComponentModel model, scxml::ExecutionWatch* watch) :
   host_.processors.push_back({"thrift", ""});
   host_.on_send = [this](const scxml::OutgoingSend& send) -> Result<void> {
     if (send.type != "thrift") return {};
-    const auto answer = answer_of(send);
-    if (!answer) return tl::unexpected(answer.error());
+    const auto meaning = meaning_of(send);
+    if (!meaning) return tl::unexpected(meaning.error());
     return {};
   };
   host_.watch = watch;
@@ -110,14 +114,33 @@ void ModelMachine::add_choices() {
   });
 }
 
-// "METHOD.reply" or "METHOD.error" to a service that it serves, with a result that the interface has.
-Result<ModelMachine::Answer> ModelMachine::answer_of(const scxml::OutgoingSend& send) const {
+Result<ModelMachine::Topic> ModelMachine::topic_of(const scxml::OutgoingSend& send, const idl::Service& service) const {
+  const auto method = idl::find_method(service, send.event, send.target, send.span);
+  if (!method) return tl::unexpected(method.error());
+  if (!(*method)->oneway) {
+    return fail("model.answer",
+                "\"" + send.event + "\" is no answer; send METHOD.reply or METHOD.error. Published are one-way methods",
+                send.span);
+  }
+  auto args = idl::conform_arguments(**method, send.data.value_or(Value(Map())));
+  if (!args) return tl::unexpected(args.error());
+  return Topic{send.target, send.event, std::move(*args)};
+}
+
+// "METHOD.reply" or "METHOD.error" to a service that it serves, with a result that the interface has; or "METHOD", with
+// its arguments.
+Result<std::variant<ModelMachine::Answer, ModelMachine::Topic>> ModelMachine::meaning_of(
+    const scxml::OutgoingSend& send) const {
+  const bool is_topic = send.event.find('.') == std::string::npos;
+  if (const auto topics = model_.topics.find(send.target); topics != model_.topics.end())
+    return topic_of(send, *topics->second);
   const auto service = model_.serves.find(send.target);
   if (service == model_.serves.end()) {
     return fail("model.answer",
-                "the model does not serve \"" + send.target + "\"" + did_you_mean(send.target, names_of(model_.serves)),
+                "the model does not serve \"" + send.target + "\"" + did_you_mean(send.target, names_of(model_)),
                 send.span);
   }
+  if (is_topic && service->second->find(send.event) != nullptr) return topic_of(send, *service->second);
   const std::size_t dot = send.event.rfind('.');
   const std::string method = send.event.substr(0, dot);
   const std::string what = dot == std::string::npos ? "" : send.event.substr(dot + 1);
@@ -163,14 +186,19 @@ class ModelMachine::Step {
   }
 
   void operator()(const ServeCall& serve) {
+    const idl::Method* const method = model_.serves.at(serve.call->service)->find(serve.call->method);
+    const bool is_answered = method == nullptr || !method->oneway;
     if (!state_.session.running())
       return host_.answer(serve.leaf, serve.call, failed("unreachable", "the model " + model_.name + " has ended"));
-    if (state_.open.size() >= kOpenCallsMax) {
+    if (is_answered && state_.open.size() >= kOpenCallsMax) {
       return host_.answer(serve.leaf, serve.call,
                           failed("unreachable", std::to_string(kOpenCallsMax) + " calls are open already"));
     }
     const Call& call = *serve.call;
-    state_.open.push_back({serve.leaf, serve.call, add_saturating(host_.now(), model_.patience)});
+    if (is_answered)
+      state_.open.push_back({serve.leaf, serve.call, add_saturating(host_.now(), model_.patience)});
+    else
+      host_.answer(serve.leaf, serve.call, {.ok = true, .result = {}, .kind = {}, .message = {}});
     scxml::Event event;
     event.name = call.service + "." + call.method + ".request";
     event.origintype = "thrift";
@@ -178,6 +206,24 @@ class ModelMachine::Step {
     event.data = idl::for_script(std::move(data));
     scxml::step(model_.chart, state_.session, event, host_.now(), machine_.effects_, machine_.host_);
     follow();
+  }
+
+  void operator()(const Published& published) { tell(published.what->topic, idl::for_script(published.what->args)); }
+
+  void operator()(const Refused& refused) {
+    const std::string name = refused.service + "." + refused.method + ".error";
+    Map data{{"args", refused.args}, {"kind", "vetoed"}};
+    data["message"] = "vetoed" + (refused.veto.by.empty() ? "" : " by " + refused.veto.by) + ": " + refused.veto.reason;
+    if (!refused.veto.by.empty()) data["vetoed_by"] = refused.veto.by;
+    Message message;
+    message.kind = MessageKind::kError;
+    message.source = model_.name;
+    message.target = refused.service;
+    message.name = name;
+    message.call = refused.id;
+    message.data = data;
+    host_.publish(std::move(message));
+    tell(name, idl::for_script(std::move(data)));
   }
 
   void operator()(const ModelTimer& timer) {
@@ -212,17 +258,53 @@ class ModelMachine::Step {
     host_.publish(std::move(message));
   }
 
+  void tell(const std::string& name, Value data) {
+    if (!state_.session.running()) return;
+    scxml::Event event;
+    event.name = name;
+    event.origintype = "thrift";
+    event.data = std::move(data);
+    scxml::step(model_.chart, state_.session, event, host_.now(), machine_.effects_, machine_.host_);
+    follow();
+  }
+
+  void publish(Topic&& topic) {
+    Message request;
+    request.kind = MessageKind::kRequest;
+    request.source = model_.name;
+    request.target = topic.service;
+    request.name = topic.service + "." + topic.method + ".request";
+    request.call = host_.next_call();
+    request.data = Map{{"args", topic.args}};
+    const std::uint64_t id = request.call;
+    const auto admission = host_.request(std::move(request));
+    if (admission && admission->veto)
+      refused_.push_back({topic.service, topic.method, id, std::move(topic.args), *admission->veto});
+  }
+
   void follow() {
     for (Map& choice : std::exchange(machine_.choices_, {})) say("choice", std::move(choice));
     for (scxml::Effect& effect : machine_.effects_) {
       if (auto* send = std::get_if<scxml::OutgoingSend>(&effect)) {
         // It has been looked at when it was sent.
-        if (auto found = machine_.answer_of(*send)) answer(std::move(*found));
+        auto meaning = machine_.meaning_of(*send);
+        if (!meaning) continue;
+        if (auto* topic = std::get_if<Topic>(&*meaning))
+          publish(std::move(*topic));
+        else
+          answer(std::get<Answer>(std::move(*meaning)));
       } else if (const auto* line = std::get_if<scxml::LogLine>(&effect)) {
         say("log", Map{{"label", line->label}, {"text", line->text}});
       }
     }
     machine_.effects_.clear();
+    // What the chart does about it may be refused again, at most as often as it can take steps.
+    if (!refused_.empty() && !telling_) {
+      telling_ = true;
+      for (std::size_t i = 0; i < refused_.size() && i < kRefusedMax; ++i) (*this)(Refused(refused_[i]));
+      refused_.clear();
+      telling_ = false;
+    }
     if (state_.session.status() != scxml::SessionStatus::kFailed || told_) return;
     told_ = true;
     const auto& failure = state_.session.failure();
@@ -247,6 +329,8 @@ class ModelMachine::Step {
   ModelState& state_;
   ModelHost& host_;
   bool told_ = false;
+  bool telling_ = false;
+  std::vector<Refused> refused_;  // which the chart has not been told of
 };
 
 void ModelMachine::step(ModelState& state, ModelDelivery delivery, ModelHost& host) {

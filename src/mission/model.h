@@ -2,8 +2,10 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "sentree/base/message.h"
@@ -29,6 +31,7 @@ struct ComponentModel {
   Duration patience = std::chrono::milliseconds(40);  ///< A call that is open longer is late. Run time.
   scxml::Chart chart;
   std::map<std::string, idl::ServicePtr> serves;
+  std::map<std::string, idl::ServicePtr> topics = {};  ///< Services that nobody serves: it may publish on them too.
 };
 
 /// What a model remembers between deliveries. A plain value: a copy goes on alike.
@@ -45,6 +48,8 @@ struct ModelState {
   Rng rng{1};                  ///< Of its choices.
   std::uint64_t fresh = 0;     ///< Numbers given out by fresh().
   TimePoint wake = kNever;     ///< When its timer rings.
+  /// Earliest time at which what is published may reach it; written by who delivers it.
+  TimePoint topics_not_before{};
   friend bool operator==(const ModelState&, const ModelState&) = default;
 };
 
@@ -54,6 +59,9 @@ class ModelHost {
   virtual ~ModelHost() = default;
   [[nodiscard]] virtual TimePoint now() const = 0;
   virtual void publish(Message message) = 0;
+  [[nodiscard]] virtual std::uint64_t next_call() = 0;
+  /// Publishes a request unless a gate refuses it. Nothing: `Refused` follows if one does.
+  [[nodiscard]] virtual std::optional<Admission> request(Message message) = 0;
   virtual void deliver_at(TimePoint when, Rank rank, ModelDelivery what) = 0;
   /// The outcome of a call that came from `leaf`.
   virtual void answer(std::size_t leaf, const Shared<Call>& call, CallOutcome outcome) = 0;
@@ -64,7 +72,11 @@ class ModelHost {
 /// Serves calls by a chart. A call is the event SERVICE.METHOD.request, with `args`, `source` and `id` as data; what
 /// answers it is <send type="thrift" target="SERVICE" event="METHOD.reply"> with the param `result`, or METHOD.error
 /// with `kind` and `message`. The oldest open call of the method is meant, or the one that the param `id` names. A call
-/// that is not answered within the patience is late.
+/// that is not answered within the patience is late. A call of a one-way method needs no answer.
+///
+/// It publishes on a topic by <send type="thrift" target="SERVICE" event="METHOD"> with the arguments of that one-way
+/// method; a gate's veto is the event SERVICE.METHOD.error. What is published on a topic that it subscribes to is the
+/// event SERVICE.METHOD, whose data are the arguments.
 ///
 /// Its scripts can call choose(a, …), pick('NAME', a, …), between(low, high [, step]), chance(p), draw([[p, a], …]) and
 /// fresh(): drawn from the state's generator, but for fresh(), which counts. Each choice is the observation
@@ -90,7 +102,13 @@ class ModelMachine {
     CallOutcome outcome;
     std::uint64_t id = 0;  // 0: the oldest
   };
-  [[nodiscard]] Result<Answer> answer_of(const scxml::OutgoingSend& send) const;
+  struct Topic {
+    std::string service;
+    std::string method;
+    Value args;
+  };
+  [[nodiscard]] Result<std::variant<Answer, Topic>> meaning_of(const scxml::OutgoingSend& send) const;
+  [[nodiscard]] Result<Topic> topic_of(const scxml::OutgoingSend& send, const idl::Service& service) const;
   Result<Value> chosen(const char* function, std::string name, Value value);
   void add_choices();
 

@@ -36,8 +36,12 @@ class Player final : public ModelHost {
     time += duration;
     while (wake <= time) machine_.step(state, ModelTimer{std::exchange(wake, kNever)}, *this);
   }
+  void hear(const std::string& topic, Value args) {
+    machine_.step(state, Published{Shared<Publication>({topic, "somebody", std::move(args)})}, *this);
+  }
   std::vector<std::string> done() { return std::exchange(done_, {}); }
 
+  bool vetoes = false;  // whatever is published
   ModelState state;
   TimePoint time{};
   TimePoint wake = kNever;
@@ -51,12 +55,19 @@ class Player final : public ModelHost {
     return *chart.value;
   }
   static std::map<std::string, idl::ServicePtr> services() {
-    const auto schema = idl::Schema::load("service S { i32 ask(1: double n = 0)  void stop() }", "s.thrift");
+    const auto schema = idl::Schema::load(
+        "service S { i32 ask(1: double n = 0)  void stop()  oneway void level(1: double n) }", "s.thrift");
     return {{"s", *idl::find_service(*schema.value, "S")}};
   }
 
   TimePoint now() const override { return time; }
   void publish(Message message) override { done_.push_back(message.name + " " + to_json(message.data)); }
+  std::uint64_t next_call() override { return ++calls_; }
+  std::optional<Admission> request(Message message) override {
+    if (vetoes) return Admission{Veto{"gate", "no"}};
+    publish(std::move(message));
+    return Admission{};
+  }
   void deliver_at(TimePoint when, Rank rank, ModelDelivery) override {
     EXPECT_EQ(rank, Rank::kSimulator);
     wake = when;
@@ -69,6 +80,7 @@ class Player final : public ModelHost {
   void problem(const std::string& what) override { done_.push_back("! " + what); }
 
   ModelMachine machine_;
+  std::uint64_t calls_ = 0;
   std::vector<std::string> done_;
 };
 
@@ -135,6 +147,47 @@ TEST(Model, AnAnswerThatTheInterfaceDoesNotHaveIsAnErrorOfTheChart) {
   p.call("ask", 1);
   EXPECT_THAT(p.done(),
               ElementsAre("robot.log {\"label\":\"error\",\"text\":\"result: expected i32, got string \\\"x\\\"\"}"));
+}
+
+TEST(Model, PublishesOnATopicOfAServiceThatItServes) {
+  Player p(R"(<state id="a">
+    <transition event="go"><send type="thrift" target="s" event="level"><param name="n" expr="_event.data.n"/></send></transition>
+    <transition event="bad"><send type="thrift" target="s" event="level"><param name="m" expr="1"/></send></transition>
+    <transition event="call"><send type="thrift" target="s" event="ask"/></transition>
+    <transition event="s.level.error"><log label="refused" expr="_event.data.vetoed_by"/></transition>
+    <transition event="error.execution"><log label="error" expr="_event.data.message"/></transition></state>)");
+  p.hear("go", Map{{"n", 0.5}});
+  EXPECT_THAT(p.done(), ElementsAre(R"(s.level.request {"args":{"n":0.5}})"));
+  p.hear("bad", Map());
+  p.hear("call", Map());
+  const auto errors = p.done();
+  ASSERT_EQ(errors.size(), 2U);
+  EXPECT_THAT(errors[0], testing::HasSubstr("\\\"m\\\""));
+  EXPECT_THAT(errors[1], testing::HasSubstr("Published are one-way methods"));
+  p.vetoes = true;
+  p.hear("go", Map{{"n", 0.5}});
+  EXPECT_THAT(
+      p.done(),
+      ElementsAre(
+          R"(s.level.error {"args":{"n":0.5},"kind":"vetoed","message":"vetoed by gate: no","vetoed_by":"gate"})",
+          R"(robot.log {"label":"refused","text":"gate"})"));
+}
+
+// A chart that answers a veto with the same publication is told a bounded number of times.
+TEST(Model, ThatPublishesWhenItIsRefusedIsTurnedDownABoundedNumberOfTimes) {
+  Player p(R"(<state id="a"><transition event="go s.level.error">
+    <send type="thrift" target="s" event="level"><param name="n" expr="1"/></send></transition></state>)");
+  p.vetoes = true;
+  p.hear("go", Map());
+  EXPECT_EQ(p.done().size(), 256U);
+}
+
+TEST(Model, ACallOfAOneWayMethodIsTakenAndNeedsNoAnswer) {
+  Player p(R"(<state id="a">
+    <transition event="s.level.request"><log label="level" expr="_event.data.args.n"/></transition></state>)");
+  p.call("level", 1);
+  EXPECT_THAT(p.done(), ElementsAre("1 level: null", R"(robot.log {"label":"level","text":"1.5"})"));
+  EXPECT_THAT(p.state.open, IsEmpty());
 }
 
 TEST(Model, ThatHasEndedIsUnreachable) {

@@ -109,6 +109,22 @@ constexpr SkillEdge kEdges[] = {
     {Phase::kReady, "cancel", Phase::kIdle},
     {Phase::kResting, "kill", Phase::kKilled},
     {Phase::kReady, "kill", Phase::kKilled},
+    // So do topics, which also begin a chart that lives on.
+    {Phase::kIdle, "topic", Phase::kResting},
+    {Phase::kRunning, "topic", Phase::kRunning},
+    {Phase::kRunning, "topic", Phase::kEnded},
+    {Phase::kRunning, "topic", Phase::kReady},
+    {Phase::kOwing, "topic", Phase::kOwing},
+    {Phase::kOwing, "topic", Phase::kIdle},
+    {Phase::kOwing, "topic", Phase::kResting},
+    {Phase::kOwing, "topic", Phase::kRunning},
+    {Phase::kHalting, "topic", Phase::kHalting},
+    {Phase::kHalting, "topic", Phase::kIdle},
+    {Phase::kHalting, "topic", Phase::kResting},
+    {Phase::kResting, "topic", Phase::kResting},
+    {Phase::kResting, "topic", Phase::kIdle},
+    {Phase::kReady, "topic", Phase::kReady},
+    {Phase::kReady, "topic", Phase::kEnded},
 };
 
 struct Kind {
@@ -122,6 +138,7 @@ struct Kind {
   std::string_view operator()(const Finish&) const { return "outcome"; }
   std::string_view operator()(const Admitted&) const { return ""; }
   std::string_view operator()(const Send&) const { return ""; }
+  std::string_view operator()(const Published&) const { return "topic"; }
 };
 
 std::string full_name(const Call& call) { return call.service + "." + call.method; }
@@ -297,7 +314,21 @@ class SkillMachine::Step {
     return false;
   }
 
+  bool operator()(const Published& published) {
+    const bool begins = !lives_ && model_.protocol && state_.phase == Phase::kIdle && state_.run == 0;
+    if (begins) start({}, false);
+    if (!lives_) return begins;
+    scxml::Event event;
+    event.name = published.what->topic;
+    event.origintype = "thrift";
+    event.data = idl::for_script(published.what->args);
+    step(event);
+    return settle();
+  }
+
   bool operator()(Outcome&& answered) {
+    // What nobody answers has left, and that is all.
+    if (answered.outcome.ok && method_of(*answered.call).oneway) return false;
     const std::string name = full_name(*answered.call);
     if (answered.outcome.ok) host_.falsify(name, method_of(*answered.call), answered.outcome.result);
     const Duration delay = host_.delay_of(name + ".reply");
@@ -422,11 +453,12 @@ class SkillMachine::Step {
     state_.outputs = std::move(outputs);
   }
 
-  void start(const Map& inputs) {
+  // @param asked  By a tick.
+  void start(const Map& inputs, bool asked = true) {
     const scxml::Chart& chart = model_.chart;
     ++state_.run;
     lives_ = true;
-    alive_ = true;
+    alive_ = asked;
     ended_ = false;
     state_.asked = false;
     state_.halt_due.reset();
@@ -642,9 +674,10 @@ bool SkillMachine::step(SkillState& state, SkillDelivery delivery, SkillHost& ho
   const bool told = std::visit([step = Step(*this, state, host)](auto&& what) mutable { return step(std::move(what)); },
                                std::move(delivery));
   const SkillEdge taken{before, by, state.phase};
-  // Outcomes and timers that find no living chart, and a restart of what lives, change nothing.
-  SENTREE_ASSERT((before == state.phase && (by.empty() || by == "outcome" || by == "timer" || by == "restart")) ||
-                 std::find(std::begin(kEdges), std::end(kEdges), taken) != std::end(kEdges));
+  // Outcomes, timers and topics that find no living chart, and a restart of what lives, change nothing.
+  SENTREE_ASSERT(
+      (before == state.phase && (by.empty() || by == "outcome" || by == "timer" || by == "topic" || by == "restart")) ||
+      std::find(std::begin(kEdges), std::end(kEdges), taken) != std::end(kEdges));
   return told;
 }
 

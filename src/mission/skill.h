@@ -42,7 +42,7 @@ enum class SkillPhase : std::uint8_t {
 /// A step that a skill may take from one phase to another, and by what.
 struct SkillEdge {
   SkillPhase from;
-  std::string_view by;  ///< "tick", "halt", "cancel", "kill", "restart", "timer", "outcome".
+  std::string_view by;  ///< "tick", "halt", "cancel", "kill", "restart", "timer", "outcome", "topic".
   SkillPhase to;
   friend bool operator==(const SkillEdge&, const SkillEdge&) = default;
 };
@@ -78,6 +78,7 @@ struct SkillState {
   /// Earliest time at which a tick or a halt may reach it: a delayed one holds back the later ones. Written by who
   /// sends them.
   TimePoint not_before{};
+  TimePoint topics_not_before{};  ///< The same for what is published; written by who delivers it.
 
   /// The transition that its chart took last, in any run, and the event that it got last.
   struct Latest {
@@ -136,7 +137,11 @@ class SkillHost {
 
 /// Turns ticks and halts into runs of a chart (the design's "A leaf invokes its skill"), or speaks a chart's own
 /// protocol with it, and makes the chart's calls: checks them against the IDL, asks the gates, publishes request and
-/// outcome, keeps their order. The one seam that every call of every skill passes through.
+/// outcome, keeps their order. The one seam that every call of every skill passes through. A call of a one-way method
+/// has no outcome but failure.
+///
+/// What is published on a topic that it subscribes to is the event SERVICE.METHOD, whose data are the arguments. It
+/// reaches a chart that lives, and begins one with a protocol, whose ports then come with the first tick only.
 ///
 /// Owns no thread and no clock. Deterministic: equal states, deliveries and answers of the host give equal effects.
 class SkillMachine {

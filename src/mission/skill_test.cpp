@@ -48,6 +48,7 @@ class Player final : public SkillHost {
     edges().insert({before, by, state.phase});
   }
   void tick(bool started = false, Map inputs = {}) { take(TickSkill{++ticks_, started, std::move(inputs)}); }
+  void hear(std::int64_t n) { take(Published{Shared<Publication>({"s.level", "somebody", Map{{"n", n}}})}); }
   void halt() { take(HaltSkill{}); }
   void cancel() { take(CancelSkill{}); }
   void reply(const Shared<Call>& call, Value result) {
@@ -59,6 +60,7 @@ class Player final : public SkillHost {
     if (wake <= time) take(SkillTimer{wake});
   }
   std::vector<std::string> done() { return std::exchange(done_, {}); }
+  [[nodiscard]] std::size_t observed() const { return observed_; }
 
   // Edges that all tests together have taken.
   struct Order {
@@ -86,7 +88,8 @@ class Player final : public SkillHost {
   }
   static const std::map<std::string, project::ServicePlan>& services() {
     static const auto kServices = [] {
-      const auto schema = idl::Schema::load("service S { bool ask(1: double n = 0)  void stop() }", "s.thrift");
+      const auto schema = idl::Schema::load(
+          "service S { bool ask(1: double n = 0)  void stop()  oneway void level(1: i32 n) }", "s.thrift");
       std::map<std::string, project::ServicePlan> services;
       services["s"] = {
           .name = "s", .service = *idl::find_service(*schema.value, "S"), .interface = "S", .at = {}, .robot = {}};
@@ -97,10 +100,14 @@ class Player final : public SkillHost {
 
   TimePoint now() const override { return time; }
   void publish(Message message) override {
+    ++observed_;
     if (message.name.ends_with(".late")) done_.push_back(message.name);
   }
   std::uint64_t next_call() override { return ++calls_; }
-  std::optional<Admission> request(Message, const Shared<Call>&) override { return Admission{}; }
+  std::optional<Admission> request(Message, const Shared<Call>&) override {
+    ++observed_;
+    return Admission{};
+  }
   void send(const Shared<Call>& call, const idl::Method&) override {
     done_.push_back("call " + call->service + "." + call->method + " " + to_json(call->args));
     last_call = call;
@@ -120,6 +127,7 @@ class Player final : public SkillHost {
   SkillMachine machine_;
   std::uint64_t ticks_ = 0;
   std::uint64_t calls_ = 0;
+  std::size_t observed_ = 0;
   std::vector<std::string> done_;
 };
 
@@ -473,6 +481,49 @@ TEST(SkillWithProtocol, ThatEndsAllTheSameFailsUnlessItSaysSuccess) {
   EXPECT_EQ(p.state.run, 2U);
 }
 
+constexpr const char* kListening = R"(
+  <state id="listening">
+    <transition event="s.level" cond="_event.data.n &gt; 2" target="success"/>
+    <transition event="s.level"><send type="thrift" target="s" event="level"><param name="n" expr="_event.data.n"/></send></transition>
+  </state>
+  <final id="success"/>)";
+
+TEST(Skill, HearsATopicWhileItRunsAndAnswersTheNextTickWithWhatCameOfIt) {
+  Player p(kListening);
+  p.hear(9);
+  EXPECT_EQ(p.state.phase, SkillPhase::kIdle);
+  p.tick(true);
+  p.hear(9);
+  EXPECT_EQ(p.state.phase, SkillPhase::kEnded);
+  p.tick();
+  EXPECT_THAT(p.done(), ElementsAre("RUNNING", "SUCCESS"));
+}
+
+TEST(Skill, WhatItPublishesHasNoOutcomeButFailure) {
+  Player p(kListening);
+  p.tick(true);
+  p.hear(1);
+  p.reply();
+  EXPECT_THAT(p.done(), ElementsAre("RUNNING", "call s.level {\"n\":1}"));
+  EXPECT_EQ(p.observed(), 1U);  // the request, and nothing of an answer
+}
+
+TEST(SkillWithProtocol, ATopicBeginsAChartThatLivesOn) {
+  Player p(R"(<datamodel><data id="n" expr="0"/></datamodel>
+    <state id="living">
+      <transition event="s.level"><assign location="n" expr="_event.data.n"/></transition>
+      <transition event="CMD_TICK"><send event="TICK_RESPONSE"><param name="status" expr="n"/></send></transition>
+    </state>)",
+           {.protocol = answering()});
+  p.hear(1);
+  EXPECT_EQ(p.state.phase, SkillPhase::kResting);
+  p.tick(true);
+  p.hear(2);
+  p.tick(true);
+  EXPECT_EQ(p.state.run, 1U);
+  EXPECT_EQ(p.done().size(), 2U);
+}
+
 // The same for a protocol: each of its answers, from each of its states, by each way there is.
 constexpr const char* kAnythingOfAProtocol = R"(
   <datamodel><data id="n" expr="0"/></datamodel>
@@ -490,8 +541,12 @@ constexpr const char* kAnythingOfAProtocol = R"(
     <transition event="CMD_HALT" cond="n % 4 == 0"><send event="HALT_RESPONSE"/></transition>
     <transition event="CMD_HALT" cond="n % 4 != 3" target="stopping"/>
     <transition event="CMD_OK" cond="n % 5 == 2" target="gone"/>
+    <transition event="s.level" cond="_event.data.n == 1" target="gone"/>
+    <transition event="s.level" cond="_event.data.n == 2"><assign location="n" expr="n + 1"/><send event="TICK_RESPONSE"><param name="status" expr="n % 3"/></send></transition>
   </state>
   <state id="stopping">
+    <transition event="s.level" cond="_event.data.n == 1" target="gone"/>
+    <transition event="s.level" cond="_event.data.n == 2" target="living"><send event="HALT_RESPONSE"/></transition>
     <onentry><send type="thrift" target="s" event="ask"/><send event="still" delay="100ms"/></onentry>
     <transition event="s.ask.reply" cond="_event.data.result" target="living"><send event="HALT_RESPONSE"/></transition>
     <transition event="still" cond="n % 2 == 0" target="living"><send event="HALT_RESPONSE"/></transition>
@@ -512,10 +567,12 @@ constexpr const char* kAnything = R"(
     <transition event="later" cond="n % 2 == 0"><assign location="n" expr="n + 1"/><send event="later" delay="300ms"/></transition>
     <transition event="later" target="success"/>
     <transition event="halt" cond="n % 3 != 0" target="stopping"/>
+    <transition event="s.level" cond="_event.data.n == 1" target="success"/>
   </state>
   <state id="stopping">
     <onentry><send type="thrift" target="s" event="ask"/><send event="still" delay="100ms"/></onentry>
     <transition event="s.ask.reply" cond="_event.data.result" target="halted"/>
+    <transition event="s.level" cond="_event.data.n == 1" target="halted"/>
     <transition event="still"/>
     <transition event="halt" cond="n % 2 == 0"/>
   </state>
@@ -531,8 +588,8 @@ TEST(Skill, AnythingInAnyOrderFollowsTheTableAndACopyGoesOnAlike) {
     PlayerOptions options{.condition = run % 2 == 0, .halt_deadline = milliseconds(1500)};
     if (run >= 150) options.protocol = protocol;
     Player p(run < 150 ? kAnything : kAnythingOfAProtocol, options);
-    for (int i = 0; i < 60; ++i) {
-      const std::uint64_t what = rng.below(16);
+    for (int i = 0; i < 70; ++i) {
+      const std::uint64_t what = rng.below(18);
       if (what < 6) {
         p.tick(rng.below(2) == 0 || p.state.run == 0, Map{{"end", rng.below(4) == 0}, {"ask", rng.below(2) == 0}});
       } else if (what < 9) {
@@ -543,6 +600,8 @@ TEST(Skill, AnythingInAnyOrderFollowsTheTableAndACopyGoesOnAlike) {
         p.halt();
       } else if (what == 13) {
         p.cancel();
+      } else if (what >= 16) {
+        p.hear(static_cast<std::int64_t>(rng.below(5)));
       } else {
         p.take(what == 14 && rng.below(3) == 0 ? SkillDelivery(KillSkill{}) : SkillDelivery(RestartSkill{}));
       }

@@ -25,8 +25,9 @@ Observations::Observations(const Vocabulary& vocabulary) : vocabulary_(vocabular
     for (const auto& [method, types] : methods) {
       const std::string call = service + "." + method;
       add(call + ".request", {Form::kRequest, "", service, &types});
-      add(call + ".reply", {Form::kReply, "", service, &types});
       add(call + ".error", {Form::kError, "", service, &types});
+      if (types.oneway) continue;
+      add(call + ".reply", {Form::kReply, "", service, &types});
       add(call + ".late", {Form::kLate, "", service, &types});
     }
   }
@@ -72,7 +73,7 @@ DataType Observations::data_of(std::string_view name) const {
   DataType data{.kind = Kind::kRecord, .name = "the data of " + std::string(name), .may_be_absent = false};
   const auto member = [&](std::string id, DataType type) { data.members.push_back({std::move(id), std::move(type)}); };
   const bool is_call = entry->method != nullptr;
-  if (is_call)
+  if (is_call && !entry->method->oneway)
     member("source", one_of("leaf of the mission", vocabulary_.leaves));
   else if (!entry->source.empty())
     member("source", one_of("source of " + std::string(name), {entry->source}));

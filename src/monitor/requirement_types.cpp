@@ -269,7 +269,9 @@ class Checker {
       if (!source.service.empty()) method = find_method(source);
       if (source.kind == Source::Kind::kNode) known(source.from, vocabulary_->nodes, "node", source.from_span);
       if (source.kind != Source::Kind::kNode && !source.from.empty()) {
-        known(source.from, vocabulary_->leaves, "leaf", source.from_span);
+        const auto& models = vocabulary_->models;
+        if (std::find(models.begin(), models.end(), source.from) == models.end())
+          known(source.from, vocabulary_->leaves, "leaf", source.from_span);
       }
       if (source.kind == Source::Kind::kObservation) observation(source);
     }
@@ -318,6 +320,12 @@ class Checker {
             "service \"" + source.service + "\" has no method \"" + source.method + "\"" +
                 did_you_mean(source.method, keys(service->second)));
       return nullptr;
+    }
+    const bool is_outcome = source.kind == Source::Kind::kReply || source.kind == Source::Kind::kLate;
+    if (method->second.oneway && is_outcome) {
+      error(source.span, "requirement.unknown-method",
+            source.service + "." + source.method + " is one-way: nobody answers it; what is published is request(" +
+                source.service + "." + source.method + ")");
     }
     return &method->second;
   }
@@ -551,6 +559,12 @@ std::string never_holds(const Condition& condition, const Vocabulary* vocabulary
   collect_sources(inner, sources);
   for (const Source& source : sources) {
     if (source.service.empty()) continue;
+    // On topics others publish too.
+    const auto service = vocabulary->services.find(source.service);
+    if (service != vocabulary->services.end()) {
+      const auto method = service->second.find(source.method);
+      if (method != service->second.end() && method->second.oneway) continue;
+    }
     const bool called =
         std::any_of(vocabulary->calls->begin(), vocabulary->calls->end(), [&](const Vocabulary::Call& call) {
           return call.service == source.service && call.method == source.method &&

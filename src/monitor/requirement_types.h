@@ -43,6 +43,7 @@ struct Vocabulary {
   struct Method {
     DataType arguments;  ///< kRecord.
     DataType result;
+    bool oneway = false;  ///< A topic: published by anybody, answered by nobody.
   };
   std::map<std::string, std::map<std::string, Method>> services;
   std::vector<std::string> leaves;  ///< Names of leaves as observations have them.

@@ -1,6 +1,7 @@
 #include "sentree/project/check_mission.h"
 
 #include <algorithm>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -44,10 +45,7 @@ void check_types(const text::XmlElement& model, Diagnostics& diagnostics) {
   }
 }
 
-void check_declared(const bt::Tree& tree, const text::XmlElement& model, Diagnostics& diagnostics) {
-  std::set<std::string> declared;
-  for (text::XmlElement node = model.first_child(); node; node = node.next_sibling())
-    declared.emplace(node.attribute("ID").value_or(""));
+void check_declared(const bt::Tree& tree, const std::set<std::string>& declared, Diagnostics& diagnostics) {
   std::set<std::string> used;
   for (bt::NodeId node = 0; node < tree.size(); ++node) used.emplace(tree.registration(node));
   std::vector<std::string> unused;
@@ -65,15 +63,21 @@ void check_declared(const bt::Tree& tree, const text::XmlElement& model, Diagnos
 
 }  // namespace
 
-void check_mission(const bt::Tree& tree, std::string_view source, const std::string& file, Diagnostics& diagnostics) {
-  const auto document = text::XmlDocument::parse(std::string(source), file);
-  if (!document) return;
-  check_root(document->root(), diagnostics);
-  for (text::XmlElement child = document->root().first_child(); child; child = child.next_sibling()) {
-    if (child.local_name() != "TreeNodesModel") continue;
-    check_types(child, diagnostics);
-    check_declared(tree, child, diagnostics);
+void check_mission(const bt::Tree& tree, const std::vector<MissionSource>& files, Diagnostics& diagnostics) {
+  std::optional<std::set<std::string>> declared;  // in all files together
+  for (const MissionSource& file : files) {
+    const auto document = text::XmlDocument::parse(file.text, file.shown);
+    if (!document) continue;
+    check_root(document->root(), diagnostics);
+    for (text::XmlElement child = document->root().first_child(); child; child = child.next_sibling()) {
+      if (child.local_name() != "TreeNodesModel") continue;
+      check_types(child, diagnostics);
+      if (!declared) declared.emplace();
+      for (text::XmlElement node = child.first_child(); node; node = node.next_sibling())
+        declared->emplace(node.attribute("ID").value_or(""));
+    }
   }
+  if (declared) check_declared(tree, *declared, diagnostics);
 }
 
 }  // namespace sentree::project

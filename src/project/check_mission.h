@@ -1,18 +1,24 @@
 #pragma once
 
 #include <string>
-#include <string_view>
+#include <vector>
 
 #include "sentree/base/diagnostic.h"
 #include "sentree/bt/tree.h"
 
 namespace sentree::project {
 
-/// What a mission's file says that nobody reads, and that looks like a slip: attributes of <root>, types of ports,
-/// leaves that its TreeNodesModel has under a name nearly the same.
+/// A file with trees of a mission, as it was read.
+struct MissionSource {
+  std::string text;
+  std::string shown;  ///< Its name in messages.
+};
+
+/// What a mission's files say that nobody reads, and that looks like a slip: attributes of <root>, types of ports,
+/// leaves that their TreeNodesModels have under a name nearly the same.
 ///
 /// Warnings: check.unknown-attribute, check.unknown-type, check.undeclared-leaf. Cost: O(size).
-/// @param source  Of the file, which loads.
-void check_mission(const bt::Tree& tree, std::string_view source, const std::string& file, Diagnostics& diagnostics);
+/// @param files  All of them; those that do not load are passed over.
+void check_mission(const bt::Tree& tree, const std::vector<MissionSource>& files, Diagnostics& diagnostics);
 
 }  // namespace sentree::project

@@ -28,6 +28,14 @@ class ModelCheck {
       for (const std::string& event : transition.events) request(event, transition);
     }
     calls(leaves);
+    const bool sends_nothing = std::none_of(chart_.sends().begin(), chart_.sends().end(),
+                                            [](const auto& send) { return send.type.value_or("thrift") == "thrift"; });
+    if (entry_.serves.empty() && entry_.subscribes.topics.empty() && sends_nothing) {
+      error("check.model",
+            "model \"" + entry_.name +
+                "\" does nothing for anybody; write \"serves\": the services that it stands for, or \"subscribe\"",
+            entry_.span);
+    }
   }
 
  private:
@@ -41,6 +49,10 @@ class ModelCheck {
 
   void answer(const scxml::SendInfo& send) {
     if (!send.target) return;
+    if (const auto topics = services_.find(*send.target); topics != services_.end() && topics->second.at == "topics") {
+      if (send.event) publication(send, *topics->second.service);
+      return;
+    }
     if (!serves(*send.target)) {
       error("check.model-answer",
             "the model does not serve \"" + *send.target + "\"" + did_you_mean(*send.target, entry_.serves),
@@ -49,8 +61,11 @@ class ModelCheck {
     }
     const auto service = services_.find(*send.target);
     if (!send.event || service == services_.end()) return;
+    const idl::Method* const topic = service->second.service->find(*send.event);
+    if (topic != nullptr && topic->oneway) return publication(send, *service->second.service);
     const std::size_t dot = send.event->rfind('.');
     const std::string what = dot == std::string::npos ? "" : send.event->substr(dot + 1);
+    if (dot == std::string::npos && topic == nullptr) return publication(send, *service->second.service);
     if (what != "reply" && what != "error") {
       error("check.model-answer", "\"" + *send.event + "\" is no answer; send METHOD.reply or METHOD.error",
             chart_.span(send.event_place));
@@ -63,6 +78,20 @@ class ModelCheck {
       return;
     }
     if (!send.has_content) params(send, **method, what == "reply");
+  }
+
+  void publication(const scxml::SendInfo& send, const idl::Service& service) {
+    const auto method = idl::find_method(service, *send.event, *send.target, chart_.span(send.event_place));
+    if (!method) {
+      diagnostics_.push_back(method.error());
+      return;
+    }
+    if (send.has_content) return;
+    std::vector<idl::WrittenArgument> arguments;
+    for (const scxml::SendParam& param : send.params)
+      arguments.push_back({param.name, param.constant, chart_.span(param.place)});
+    const Diagnostics found = idl::check_arguments(**method, arguments, chart_.span(send.place));
+    diagnostics_.insert(diagnostics_.end(), found.begin(), found.end());
   }
 
   void params(const scxml::SendInfo& send, const idl::Method& method, bool is_reply) {
@@ -92,7 +121,11 @@ class ModelCheck {
     if (dot == std::string::npos) return;
     const auto service = services_.find(event.substr(0, dot));
     if (service == services_.end()) return;
-    std::vector<std::string> known;
+    std::vector<std::string> known = entry_.subscribes.topics;
+    for (const scxml::SendInfo& send : chart_.sends()) {
+      if (send.type == "thrift" && send.target && send.event)
+        known.push_back(*send.target + "." + *send.event + ".error");
+    }
     for (const std::string& name : entry_.serves) {
       const auto served = services_.find(name);
       if (served == services_.end()) continue;
@@ -104,6 +137,7 @@ class ModelCheck {
       return;
     error("check.model",
           "event \"" + event + "\" never comes: no call of what the model serves is named so" +
+              (entry_.subscribes.topics.empty() ? "" : ", and no topic that it subscribes to") +
               did_you_mean(event, known),
           chart_.span(transition.place));
   }
@@ -134,7 +168,11 @@ class ModelCheck {
     for (const LeafPlan& leaf : leaves) {
       if (!leaf.chart) continue;
       for (const scxml::SendInfo& send : leaf.chart->sends()) {
-        if (send.type == "thrift" && send.target && send.event && serves(*send.target))
+        if (send.type != "thrift" || !send.target || !send.event || !serves(*send.target)) continue;
+        const auto service = services_.find(*send.target);
+        const idl::Method* const method =
+            service != services_.end() ? service->second.service->find(*send.event) : nullptr;
+        if (method == nullptr || !method->oneway)
           called.emplace(*send.target + "." + *send.event, leaf.chart->span(send.place));
       }
     }

@@ -19,10 +19,10 @@ struct Case {
   const char* message;
 };
 
-std::vector<std::string> messages_of(const Case& one) {
+std::vector<std::string> messages_of(const Case& one, const char* example = "modelled") {
   const fs::path folder = fs::path(testing::TempDir()) / "check-model";
   fs::remove_all(folder);
-  fs::copy(fs::path(SENTREE_SOURCE_DIR) / "examples/modelled", folder, fs::copy_options::recursive);
+  fs::copy(fs::path(SENTREE_SOURCE_DIR) / "examples" / example, folder, fs::copy_options::recursive);
   std::stringstream text;
   text << std::ifstream(folder / one.file).rdbuf();
   std::string content = text.str();
@@ -79,6 +79,50 @@ TEST(CheckModel, TellsWhatIsWrongWithItsPlace) {
        "another with \"name\""},
   };
   for (const Case& one : cases) EXPECT_THAT(messages_of(one), testing::Contains(std::string(one.message))) << one.after;
+}
+
+TEST(CheckTopics, ASoundProjectHasNothingToComplainAbout) {
+  EXPECT_THAT(messages_of({"sentree.yaml", "models/pack", "models/pack", ""}, "topics"), testing::IsEmpty());
+}
+
+TEST(CheckTopics, TellsWhatIsWrongWithItsPlace) {
+  const Case cases[] = {
+      {"sentree.yaml", "[battery.state]", "[battery.stat]",
+       "sentree.yaml:13:29: skill \"WaitUntilLow\" subscribes to \"battery.stat\", which is no topic: no service of "
+       "the "
+       "project has such a method; did you mean \"battery.state\"?"},
+      {"sentree.yaml", "subscribe: [notices.said]", "subscribe: [battery.state]",
+       "sentree.yaml:10:45: model \"display\" subscribes to \"battery.state\", but models/display.scxml has no "
+       "transition for that event"},
+      {"sentree.yaml", "  WaitUntilLow: {subscribe: [battery.state]}", "  WaitUntilLow: {data: {}}",
+       "skills/WaitUntilLow.scxml:6:5: event \"battery.state\" never arrives: the skill does not subscribe to this "
+       "topic; write subscribe: [battery.state] in its entry of sentree.yaml"},
+      {"sentree.yaml", "{subscribe: [battery.state]}", "{subscribe: [battery.state], at: \"unix:/x\"}",
+       "sentree.yaml:13:29: skill \"WaitUntilLow\" runs in another process, which topics do not reach; leave \"at\" "
+       "out, or \"subscribe\""},
+      {"skills/WaitUntilLow.scxml", "_event.data.percentage &lt;", "_event.data.percent &lt;",
+       "skills/WaitUntilLow.scxml:6:45: _event.data.percent: the data of battery.state has no member \"percent\"; "
+       "there are percentage, charging"},
+      {"skills/WaitUntilLow.scxml", "event=\"battery.state\"", "event=\"battery.state.reply\"",
+       "skills/WaitUntilLow.scxml:6:5: event \"battery.state.reply\" never comes: state is one-way, and nobody answers "
+       "it"},
+      {"models/pack.scxml", "name=\"charging\" expr=\"false\"", "name=\"charging\" expr=\"'no'\"",
+       "models/pack.scxml:8:9: argument \"charging\" of Battery.state: expected bool, got string \"no\""},
+      {"models/pack.scxml", "event=\"state\"", "event=\"stat\"",
+       "models/pack.scxml:6:51: service \"battery\" (Battery) has no method \"stat\"; did you mean \"state\"?"},
+      {"interfaces/robot_state.thrift", "oneway void said", "void said",
+       "sentree.yaml:6:3: service \"notices\" is at: topics, where nobody answers, but said is not one-way; write "
+       "\"oneway void said(…)\" in robot_state.thrift, or say who serves it"},
+      {"models/pack.scxml", "target=\"battery\" event=\"state\"", "target=\"notices\" event=\"said\"",
+       "sentree.yaml:13:29: warning: no chart of the project publishes \"battery.state\"; it comes only from "
+       "scenarios, "
+       "people and other processes"},
+      {"requirements/low.req", "request(battery.state)", "reply(battery.state)",
+       "requirements/low.req:2:23: battery.state is one-way: nobody answers it; what is published is "
+       "request(battery.state)"},
+  };
+  for (const Case& one : cases)
+    EXPECT_THAT(messages_of(one, "topics"), testing::Contains(std::string(one.message))) << one.after;
 }
 
 }  // namespace

@@ -167,6 +167,18 @@ void check_renames(const MonitorEntry& entry, const scxml::Chart& chart, const m
   };
 }
 
+// The arguments of what is published.
+DataType topic_data(const std::string& topic, const monitor::Vocabulary& vocabulary) {
+  const auto dot = topic.rfind('.');
+  const auto service = vocabulary.services.find(topic.substr(0, dot));
+  if (dot == std::string::npos || service == vocabulary.services.end()) return {};
+  const auto method = service->second.find(topic.substr(dot + 1));
+  if (method == service->second.end()) return {};
+  DataType data = method->second.arguments;
+  data.name = "the data of " + topic;
+  return data;
+}
+
 // <send>s of a skill that nobody receives.
 void check_receivers(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,
                      Diagnostics& diagnostics) {
@@ -229,10 +241,18 @@ void check_skill_events(const scxml::Chart& chart, const std::map<std::string, S
   }
   for (const auto& [service, plan] : services) {
     for (const idl::Method* method : plan.service->methods) {
-      for (const char* outcome : {".reply", ".error"}) events.names.push_back(service + "." + method->name + outcome);
+      const auto& sends = chart.sends();
+      const bool may_publish = std::any_of(sends.begin(), sends.end(), [&](const scxml::SendInfo& send) {
+        return send.target.value_or(service) == service && send.event.value_or(method->name) == method->name;
+      });
+      if (!method->oneway) events.names.push_back(service + "." + method->name + ".reply");
+      // The name of a topic is the beginning of that of its error.
+      if (!method->oneway || may_publish) events.names.push_back(service + "." + method->name + ".error");
     }
   }
+  events.names.insert(events.names.end(), use.topics.begin(), use.topics.end());
   events.data_of = [&](const std::string& name) {
+    if (use.topics.contains(name)) return topic_data(name, vocabulary);
     const auto last = name.rfind('.');
     const auto dot = last == std::string::npos ? last : name.rfind('.', last - 1);
     if (dot == std::string::npos) return DataType();
@@ -267,8 +287,12 @@ void check_skill_events(const scxml::Chart& chart, const std::map<std::string, S
                        const std::string method =
                            descriptor.substr(dot + 1, second == std::string::npos ? second : second - dot - 1);
                        if (service->second.service->find(method) == nullptr) return;
+                       const idl::Method& called = *service->second.service->find(method);
+                       if (called.oneway && second == std::string::npos) return;  // likewise of topics
                        error(diagnostics, "check.unknown-event",
-                             "event \"" + descriptor + "\" never comes: a call ends with .reply or .error" + near,
+                             "event \"" + descriptor + "\" never comes: " +
+                                 (called.oneway ? method + " is one-way, and nobody answers it"
+                                                : "a call ends with .reply or .error" + near),
                              chart.span(place));
                        return;
                      }

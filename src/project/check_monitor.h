@@ -27,6 +27,7 @@ struct SkillUse {
   bool is_native = false;                            ///< Some leaf runs it without a protocol …
   bool is_condition = false;                         ///< … and that is a condition.
   std::vector<const SkillProtocol*> protocols = {};  ///< Of the others; borrowed.
+  std::set<std::string> topics = {};                 ///< That it subscribes to.
 };
 
 /// The same of a skill's chart.

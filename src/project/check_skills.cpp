@@ -148,6 +148,7 @@ void check_skills(const bt::Tree& tree, const std::vector<LeafPlan>& leaves,
       if (!other.chart || !(*other.chart == *leaf.chart)) continue;
       for (const bt::PortFact& port : tree.ports(other.node)) use.given.emplace(port.name);
       for (const SkillConstant& constant : other.constants) use.given.insert(constant.id);
+      use.topics.insert(other.subscribes.begin(), other.subscribes.end());
       if (other.protocol) {
         use.protocols.push_back(&*other.protocol);
       } else {

@@ -65,7 +65,7 @@ bool check_call(const scxml::Chart& chart, const scxml::SendInfo& send,
 
 // "battery.getBatteryState.reply" handled, but nothing of that name can ever arrive.
 void check_handled(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,
-                   const std::set<std::string>& called, Diagnostics& diagnostics) {
+                   const std::set<std::string>& called, const std::set<std::string>& topics, Diagnostics& diagnostics) {
   for (const scxml::Transition& transition : chart.transitions()) {
     for (const std::string& event : transition.events) {
       const auto dot = event.find('.');
@@ -74,9 +74,17 @@ void check_handled(const scxml::Chart& chart, const std::map<std::string, Servic
       if (service == services.end()) continue;
       const auto second = event.find('.', dot + 1);
       const std::string method = event.substr(dot + 1, second == std::string::npos ? second : second - dot - 1);
-      if (called.contains(service->first + "." + method)) continue;
+      if (called.contains(service->first + "." + method) || topics.contains(event)) continue;
       const std::vector<std::string> methods = service->second.service->method_names();
-      const bool exists = service->second.service->find(method) != nullptr;
+      const idl::Method* const found = service->second.service->find(method);
+      const bool exists = found != nullptr;
+      if (exists && found->oneway && second == std::string::npos) {
+        add(diagnostics, Severity::kError, "check.never-arrives",
+            "event \"" + event + "\" never arrives: the skill does not subscribe to this topic; write subscribe: [" +
+                event + "] in its entry of sentree.yaml",
+            chart.span(transition.place));
+        continue;
+      }
       add(diagnostics, exists ? Severity::kWarning : Severity::kError, "check.never-arrives",
           "event \"" + event + "\" never arrives: " +
               (exists ? "the chart does not call " + service->first + "." + method
@@ -102,7 +110,7 @@ void check_outcomes(const scxml::Chart& chart, Diagnostics& diagnostics) {
 }
 
 void check_skill_chart(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,
-                       const Project& project, Diagnostics& diagnostics) {
+                       const std::set<std::string>& topics, const Project& project, Diagnostics& diagnostics) {
   std::set<std::string> called;
   bool all_known = true;
   for (const scxml::SendInfo& send : chart.sends()) {
@@ -111,7 +119,7 @@ void check_skill_chart(const scxml::Chart& chart, const std::map<std::string, Se
     if (!check_call(chart, send, services, project, diagnostics)) all_known = false;
     if (send.target && send.event) called.insert(*send.target + "." + *send.event);
   }
-  if (all_known) check_handled(chart, services, called, diagnostics);
+  if (all_known) check_handled(chart, services, called, topics, diagnostics);
 }
 
 void check_leaf_ports(const bt::Tree& tree, const LeafPlan& leaf, Diagnostics& diagnostics) {

@@ -1,15 +1,18 @@
 #pragma once
 
+#include <set>
+
 #include "sentree/project/plan.h"
 
 namespace sentree::project {
 
 /// What a skill's chart may not do: call what does not exist, or with wrong arguments. Also warns of replies handled
-/// that no call causes.
+/// that no call causes, and of topics that it does not subscribe to.
 ///
+/// @param topics  To which it does.
 /// Services of the project that are not in `services` have been reported already and are passed over.
 void check_skill_chart(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,
-                       const Project& project, Diagnostics& diagnostics);
+                       const std::set<std::string>& topics, const Project& project, Diagnostics& diagnostics);
 
 /// A skill's chart that ends in a state that is no outcome.
 void check_outcomes(const scxml::Chart& chart, Diagnostics& diagnostics);

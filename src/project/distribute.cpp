@@ -39,6 +39,8 @@ Scenario in_processes(const Plan& plan) {
   std::set<std::string> placed;  // skills: leaves of one entry share a process
   for (const LeafPlan& leaf : plan.leaves) {
     if (!leaf.at.empty()) continue;
+    // Topics reach skills of the run only.
+    if (!leaf.subscribes.empty()) continue;
     const SkillEntry* entry = plan.scenario.project.skill(plan.tree.name(leaf.node), leaf.id);
     const std::string key = entry != nullptr ? entry->leaf : leaf.id;
     if (!placed.insert(key).second) continue;

@@ -11,6 +11,7 @@
 #include "sentree/project/check_model.h"
 #include "sentree/project/check_monitor.h"
 #include "sentree/project/check_skills.h"
+#include "sentree/project/check_topics.h"
 #include "sentree/project/checks.h"
 #include "sentree/project/interface_file.h"
 #include "sentree/project/mission_tree.h"
@@ -45,7 +46,7 @@ class Preparation {
 
   void services() {
     for (const ServiceEntry& entry : project_.services) {
-      if (entry.at != "sim" && entry.at != "model")
+      if (entry.at != "sim" && entry.at != "model" && entry.at != "topics")
         check_address("service \"" + entry.name + "\"", entry.at, entry.span);
       const idl::Schema* schema = interface(entry.idl, entry.span);
       if (schema == nullptr) continue;
@@ -55,6 +56,7 @@ class Preparation {
         continue;
       }
       services_[entry.name] = {entry.name, *service, entry.interface, entry.at, entry.robot};
+      if (entry.at == "topics") check_all_oneway(entry, **service, diagnostics);
       if (const auto* info = sim::find_service(entry.interface); info != nullptr && info->is_test_control) {
         add("check.test-control",
             "\"" + entry.interface +
@@ -98,8 +100,11 @@ class Preparation {
       if (!chart) continue;
       // Of what it does not serve by mistake nothing more need be said.
       if (are_known) check_model(entry, *chart, services_, leaves_, diagnostics);
-      if (!serves.empty()) models_.push_back({entry.name, *chart, std::move(serves)});
+      check_subscriptions("model \"" + entry.name + "\"", entry.subscribes, *chart, services_, diagnostics);
+      if (!serves.empty() || entry.serves.empty())
+        models_.push_back({entry.name, *chart, std::move(serves), entry.subscribes.topics});
     }
+    check_publishers(project_, leaves_, models_, services_, diagnostics);
     for (const ServiceEntry& entry : project_.services) {
       if (entry.at != "model" || served.contains(entry.name)) continue;
       add("check.model",
@@ -135,9 +140,16 @@ class Preparation {
     bt::Registry registry;
     auto loaded = load_mission(project_, registry, !project_.executed_by.empty());
     append(diagnostics, loaded.diagnostics);
-    const std::string shown = project_.shown(project_.mission.path);
-    const auto source = text::read_file(project_.folder / project_.mission.path, shown);
-    if (loaded.value && source) check_mission(*loaded.value, *source, shown, diagnostics);
+    if (!loaded.value) return std::nullopt;
+    std::vector<FileRef> files = project_.mission_files;
+    if (files.empty()) files.push_back(project_.mission);
+    std::vector<MissionSource> sources;
+    for (const FileRef& file : files) {
+      const std::string shown = project_.shown(file.path);
+      if (auto source = text::read_file(project_.folder / file.path, shown))
+        sources.push_back({std::move(*source), shown});
+    }
+    check_mission(*loaded.value, sources, diagnostics);
     return std::move(loaded.value);
   }
 
@@ -160,7 +172,8 @@ class Preparation {
                     .chart = chart,
                     .at = entry != nullptr ? entry->at : "",
                     .constants = constants_of(entry),
-                    .protocol = protocol_of(entry)};
+                    .protocol = protocol_of(entry),
+                    .subscribes = entry != nullptr ? entry->subscribes.topics : std::vector<std::string>()};
       check_leaf_ports(tree, leaf, diagnostics);
       leaves_.push_back(std::move(leaf));
     }
@@ -184,7 +197,7 @@ class Preparation {
     }
     const std::optional<scxml::Chart>& chart = charts_[file.path];
     if (!chart) return chart;
-    if (is_new) check_skill_chart(*chart, services_, project_, diagnostics);
+    if (is_new) check_skill_chart(*chart, services_, topics_of(file.path), project_, diagnostics);
     // Skills may share a protocol too.
     const SourceSpan way = protocol != nullptr ? protocol->places.at("") : SourceSpan{};
     if (ways_checked_.insert({file.path, to_string(way)}).second) {
@@ -193,8 +206,27 @@ class Preparation {
       else
         check_outcomes(*chart, diagnostics);
     }
-    if (entry != nullptr && entries_checked_.insert(entry).second) check_skill_data(entry->data, *chart, diagnostics);
+    if (entry != nullptr && entries_checked_.insert(entry).second) {
+      check_skill_data(entry->data, *chart, diagnostics);
+      check_subscriptions("skill \"" + entry->leaf + "\"", entry->subscribes, *chart, services_, diagnostics);
+      if (!entry->at.empty() && !entry->subscribes.topics.empty()) {
+        add("check.subscribe",
+            "skill \"" + entry->leaf +
+                "\" runs in another process, which topics do not reach; leave \"at\" out, or \"subscribe\"",
+            entry->subscribes.span);
+      }
+    }
     return chart;
+  }
+
+  // That any skill with this chart subscribes to.
+  std::set<std::string> topics_of(const std::string& file) const {
+    std::set<std::string> topics;
+    for (const SkillEntry& entry : project_.skills) {
+      if (skill_file(&entry, entry.leaf).path == file)
+        topics.insert(entry.subscribes.topics.begin(), entry.subscribes.topics.end());
+    }
+    return topics;
   }
 
   static std::vector<SkillConstant> constants_of(const SkillEntry* entry) {
@@ -378,7 +410,8 @@ void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
   for (const MonitorEntry& monitor : scenario.project.monitors) remote_parts = remote_parts || !monitor.at.empty();
   for (const SkillEntry& skill : scenario.project.skills) remote_parts = remote_parts || !skill.at.empty();
   const auto is_here = [](const ServiceEntry& service) { return service.at == "sim" || service.at == "model"; };
-  for (const ServiceEntry& service : scenario.project.services) remote_parts = remote_parts || !is_here(service);
+  for (const ServiceEntry& service : scenario.project.services)
+    remote_parts = remote_parts || (!is_here(service) && service.at != "topics");
   if (remote_parts && scenario.virtual_time) {
     diagnostics.push_back(
         {Severity::kError, "scenario.clock",
@@ -387,6 +420,15 @@ void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
   }
   for (const ProcessEntry& process : scenario.processes) {
     if (process.skill.empty()) continue;
+    const auto subscribes = std::find_if(
+        scenario.project.skills.begin(), scenario.project.skills.end(),
+        [&](const SkillEntry& skill) { return skill.leaf == process.skill && !skill.subscribes.topics.empty(); });
+    if (subscribes != scenario.project.skills.end()) {
+      diagnostics.push_back({Severity::kError, "check.subscribe",
+                             "skill \"" + process.skill +
+                                 "\" subscribes to topics, which do not reach other processes; let it run in the run",
+                             process.span});
+    }
     for (const ServiceEntry& service : scenario.project.services) {
       if (!is_here(service)) continue;
       diagnostics.push_back({Severity::kError, "scenario.process",

@@ -37,21 +37,23 @@ struct LeafPlan {
   std::string at;  ///< Address of the process that runs it; empty: a thread of this one.
   std::vector<SkillConstant> constants = {};
   std::optional<SkillProtocol> protocol = {};
+  std::vector<std::string> subscribes = {};  ///< Topics.
 };
 
 struct ServicePlan {
   std::string name;
   idl::ServicePtr service;
   std::string interface;
-  std::string at;     ///< "sim", "model" or an address.
+  std::string at;     ///< "sim", "model", "topics" or an address.
   std::string robot;  ///< Of the simulated world; empty: the first.
 };
 
-/// A chart that serves services of the run.
+/// A chart that serves services of the run, or publishes and subscribes to topics.
 struct ModelPlan {
   std::string name;
   scxml::Chart chart;
-  std::vector<std::string> serves;  ///< Those of its services that are at: model.
+  std::vector<std::string> serves;      ///< Those of its services that are at: model.
+  std::vector<std::string> subscribes;  ///< Topics.
 };
 
 /// A monitor that is asked before requests are sent.
@@ -73,7 +75,7 @@ struct Plan {
   bt::Tree tree;
   std::vector<LeafPlan> leaves;  ///< External leaves, in the order of the tree.
   std::map<std::string, ServicePlan> services;
-  std::vector<ModelPlan> models;  ///< Those that serve something.
+  std::vector<ModelPlan> models;  ///< But for those whose services are all elsewhere.
   idl::ServicePtr test_control;   ///< The Simulation interface; null without a world.
   std::vector<monitor::Model> monitors;
   std::vector<GatePlan> gates;

@@ -136,8 +136,7 @@ void read_models(const text::YamlNode& node, Project& project, Diagnostics& diag
     model.serves = reader.strings("serves");
     model.serves_span = reader.span("serves");
     model.span = entry.span;
-    if (model.serves.empty())
-      reader.error(entry.span, "project.missing-key", "model needs \"serves\": the services that it stands for");
+    model.subscribes = {reader.strings("subscribe"), reader.span("subscribe")};
     project.models.push_back(std::move(model));
   }
 }

@@ -26,8 +26,14 @@ struct ServiceEntry {
   std::string name;
   std::string idl;        ///< Interface file: in the project's interfaces/, or one that Sentree ships.
   std::string interface;  ///< Name of the Thrift service in it.
-  std::string at;         ///< "sim", "model", or an address.
+  std::string at;         ///< "sim", "model", "topics" (nobody: all its methods are one-way), or an address.
   std::string robot;      ///< Of the world, for a service of the simulator; empty: the first.
+  SourceSpan span;
+};
+
+/// The topics that a chart subscribes to: SERVICE.METHOD of one-way methods.
+struct Subscriptions {
+  std::vector<std::string> topics;
   SourceSpan span;
 };
 
@@ -37,6 +43,7 @@ struct ModelEntry {
   FileRef file;
   std::vector<std::string> serves;  ///< Names of services.
   SourceSpan serves_span;
+  Subscriptions subscribes;
   SourceSpan span;
 };
 
@@ -77,6 +84,7 @@ struct SkillEntry {
   std::string at;    ///< Empty: a thread of the run; else an address.
   std::vector<SkillConstant> data = {};
   std::optional<SkillProtocol> protocol = {};  ///< Nothing: the chart is written for Sentree.
+  Subscriptions subscribes = {};
   SourceSpan span;
 };
 

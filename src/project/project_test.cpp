@@ -83,7 +83,7 @@ TEST(Project, AnEventHasSeveralSources) {
                           "sentree.yaml:9:19: event \"bad\" has no \"data\" that could change"));
 }
 
-TEST(Project, AModelNeedsAFileAndServices) {
+TEST(Project, AModelHasNoOtherKeys) {
   const Folder folder;
   folder.write("sentree.yaml",
                "mission: {file: m.xml}\n"
@@ -92,8 +92,7 @@ TEST(Project, AModelNeedsAFileAndServices) {
                "  - {file: models/x.scxml, serve: door}\n");
   const auto loaded = load_project(folder.path());
   EXPECT_THAT(messages(loaded.diagnostics, folder),
-              ElementsAre("sentree.yaml:4:5: model needs \"serves\": the services that it stands for",
-                          "sentree.yaml:4:28: model has no key \"serve\"; did you mean \"serves\"?"));
+              ElementsAre("sentree.yaml:4:28: model has no key \"serve\"; did you mean \"serves\"?"));
 }
 
 TEST(Project, IsReadWhole) {

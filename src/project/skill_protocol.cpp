@@ -114,6 +114,7 @@ void read_skill(YamlReader& reader, const Project& project, SkillEntry& skill, D
     skill.data.clear();
     for (const auto& [id, value] : data->entries) skill.data.push_back({id.scalar, value.value(), id.span});
   }
+  if (reader.node("subscribe") != nullptr) skill.subscribes = {reader.strings("subscribe"), reader.span("subscribe")};
   const text::YamlNode* protocol = reader.node("protocol");
   if (protocol == nullptr) return;
   if (!protocol->is_scalar()) {

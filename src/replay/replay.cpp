@@ -85,7 +85,9 @@ class Replay {
     options.inject = false;
     // A recording in real time has ticks that were late, and lacks some.
     for (const Message& message : *messages) {
-      if (message.name == "mission.tick") options.tick_times.push_back(message.time);
+      if (message.name != "mission.tick") continue;
+      options.tick_times.push_back(message.time);
+      ticked_[message.tick] = message.time;
     }
     options.listeners.insert(options.listeners.begin(), [this](const Message& message) {
       now_behaviour_.observe(message);
@@ -177,8 +179,11 @@ class Replay {
     for (std::size_t i = 0; i < plan_.leaves.size(); ++i) leaves[plan_.leaves[i].name] = i;
     for (const Message& message : messages) {
       then_behaviour_.observe(message);
+      // Models, scenarios and components publish on topics; what leaves publish they publish again.
+      const bool is_published = message.kind == MessageKind::kRequest && plan_.services.contains(message.target) &&
+                                !leaves.contains(message.source);
       if (message.name == "scenario.injection" || message.name == "process.restarted" ||
-          models_.contains(message.source)) {
+          models_.contains(message.source) || is_published) {
         injections_.push_back(message);
         continue;
       }
@@ -254,8 +259,15 @@ class Replay {
     inside_ = &inside;
     inside.put_faults_on_calls(false);
     for (const Message& injection : injections_) {
-      inside.scheduler().at(inside.director(), injection.time, mission::Rank::kInjection,
-                            [this, &injection] { inject(injection); });
+      inside.scheduler().at(inside.director(), injection.time, mission::Rank::kInjection, [this, &injection] {
+        const auto tick = ticked_.find(injection.tick);
+        // What was said in the instant of a tick, and after it, is said after it again.
+        if (models_.contains(injection.source) && tick != ticked_.end() && tick->second == injection.time)
+          inside_->scheduler().at(inside_->director(), injection.time, mission::Rank::kTick,
+                                  [this, &injection] { inject(injection); });
+        else
+          inject(injection);
+      });
     }
     if (options_.go_on_at) {
       inside.scheduler().at(inside.director(), *options_.go_on_at, mission::Rank::kInjection, [this] {
@@ -289,6 +301,8 @@ class Replay {
     }
     Message message;
     message.source = injection.source;
+    message.kind = injection.kind;
+    message.call = injection.call;
     message.target = injection.target;
     message.name = injection.name;
     message.data = injection.data;
@@ -354,6 +368,11 @@ class Replay {
       return;
     }
     Exchange* exchange = find(key_of(leaf, service.name, method.name, args));
+    if (method.oneway) {
+      // What nobody answers can be said anew as well.
+      if (exchange != nullptr && !std::exchange(exchange->used, true)) ++report_.answered_requests;
+      return done({.ok = true, .result = {}, .kind = {}, .message = {}});
+    }
     const TimePoint now = inside_->scheduler().now();
     if (exchange == nullptr) {
       if (now > recorded_.ended() || !report_.unrecorded.empty()) return;
@@ -508,6 +527,7 @@ class Replay {
   runtime::RunInside* inside_ = nullptr;
   std::map<std::string, std::deque<Exchange>> exchanges_;
   std::vector<Message> injections_;
+  std::map<std::uint64_t, TimePoint> ticked_;          // when, by tick of the root
   std::set<std::string> models_;                       // names of those of the recorded run
   std::map<std::string, std::string> process_skills_;  // what each recorded process ran
   std::vector<Act> acts_;

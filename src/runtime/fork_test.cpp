@@ -43,7 +43,7 @@ std::vector<std::string> observed(const project::Plan& plan, const mission::Stat
 
 class Forked : public testing::TestWithParam<const char*> {};
 
-// 125 moments of eleven scenarios: with faults, halts and calls in flight among them.
+// 125 moments of twelve scenarios: with faults, halts and calls in flight among them.
 TEST_P(Forked, AtAnyMomentACopyOfTheRunGoesOnAlike) {
   const std::uint64_t seed = hash_bytes(GetParam());
   SCOPED_TRACE("seed " + std::to_string(seed));
@@ -100,7 +100,7 @@ INSTANTIATE_TEST_SUITE_P(Run, Forked,
                                          "recharge/scenarios/no-path.yaml", "recharge/scenarios/unshielded.yaml",
                                          "minimal/scenarios/visit.yaml", "two-robots/scenarios/errands.yaml",
                                          "living-skills/scenarios/visits.yaml", "living-skills/scenarios/low.yaml",
-                                         "modelled/scenarios/goes-in.yaml"),
+                                         "modelled/scenarios/goes-in.yaml", "topics/scenarios/drains.yaml"),
                          [](const auto& tested) {
                            std::string name = fs::path(tested.param).stem().string();
                            std::erase_if(name, [](char c) { return c == '-'; });

@@ -23,6 +23,7 @@ SkillActor::SkillActor(mission::SkillModel model, std::size_t leaf, Surroundings
 void SkillActor::take(mission::Delivery delivery) {
   watched_->in_this_thread();
   auto& what = std::get<mission::SkillDelivery>(delivery.what);
+  if (std::holds_alternative<mission::Published>(what)) topics_.taken(machine_.model().name, publisher_);
   if (given_up_) {
     mission::SkillMachine::give_up(state_, why_, *this);
     const std::string_view kind = mission::kind_of(what);
@@ -84,6 +85,12 @@ void SkillActor::cancel() {
   const std::lock_guard lock(order_mutex_);
   mission::SkillDelivery what = mission::CancelSkill{};
   if (!held_back("cancel", what)) post(std::move(what));
+}
+
+void SkillActor::take_topic(mission::Shared<mission::Publication> what, Duration delay) {
+  if (!topics_.has_room(scheduler_, what->topic)) return;
+  const TimePoint when = TopicInbox::time_of(state_.topics_not_before, now(), delay);
+  scheduler_.at(actor_, when, mission::Rank::kMessage, addressed(mission::Published{std::move(what)}));
 }
 
 void SkillActor::inspect(std::function<void(const Skill*)> look) {

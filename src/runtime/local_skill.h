@@ -13,6 +13,7 @@
 #include "sentree/runtime/services.h"
 #include "sentree/runtime/skill.h"
 #include "sentree/runtime/standing.h"
+#include "sentree/runtime/topics.h"
 #include "sentree/runtime/watchdog.h"
 
 namespace sentree::runtime {
@@ -51,6 +52,9 @@ class SkillActor final : private mission::SkillHost {
   void cancel();
   /// Ends it as if its process had been killed: nothing of its chart runs any more, what is asked of it fails.
   void kill() { post(mission::KillSkill{}); }
+  /// What is published on a topic that it subscribes to, held back by `delay` and by what was held back before. In the
+  /// actor of the stream.
+  void take_topic(mission::Shared<mission::Publication> what, Duration delay);
   /// The outcome of one of its calls.
   void take_outcome(mission::Outcome outcome) { post(std::move(outcome)); }
   /// It can be ticked again; what it did before is lost.
@@ -101,6 +105,7 @@ class SkillActor final : private mission::SkillHost {
   std::string why_;  // it was given up; written before given_up_
   std::map<std::string, std::unique_ptr<ServicePort>> ports_;
   std::mutex order_mutex_;  // of state_.not_before
+  TopicInbox topics_;
 };
 
 }  // namespace sentree::runtime

@@ -30,10 +30,33 @@ ModelActor::ModelActor(mission::ComponentModel model, std::size_t index, Surroun
 
 void ModelActor::take(mission::ModelDelivery what) {
   watched_->in_this_thread();
+  if (std::holds_alternative<mission::Published>(what)) topics_.taken(machine_.model().name, publisher_);
   if (given_up_)
     mission::ModelMachine::refuse(state_, what, why_, *this);
   else
     machine_.step(state_, std::move(what), *this);
+}
+
+void ModelActor::take_topic(mission::Shared<mission::Publication> what, Duration delay) {
+  if (!topics_.has_room(scheduler_, what->topic)) return;
+  const TimePoint when = TopicInbox::time_of(state_.topics_not_before, now(), delay);
+  scheduler_.at(actor_, when, mission::Rank::kMessage, addressed(mission::Published{std::move(what)}));
+}
+
+std::optional<mission::Admission> ModelActor::request(Message message) {
+  const Value* const args = message.data.find("args");
+  mission::Refused refused{.service = message.target,
+                           .method = message.name.substr(message.target.size() + 1),
+                           .id = message.call,
+                           .args = args != nullptr ? *args : Value(),
+                           .veto = {}};
+  refused.method.erase(refused.method.rfind('.'));
+  return publisher_.request(std::move(message),
+                            [this, refused = std::move(refused)](const mission::Admission& decided) mutable {
+                              if (!decided.veto) return;
+                              refused.veto = *decided.veto;
+                              scheduler_.post(actor_, addressed(std::move(refused)));
+                            });
 }
 
 void ModelActor::give_up(const SourceSpan& script) {

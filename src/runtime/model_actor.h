@@ -9,6 +9,7 @@
 #include "sentree/runtime/publisher.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/services.h"
+#include "sentree/runtime/topics.h"
 #include "sentree/runtime/watchdog.h"
 
 namespace sentree::runtime {
@@ -36,6 +37,8 @@ class ModelActor final : private mission::ModelHost {
   void start() { scheduler_.at(actor_, TimePoint{}, mission::Rank::kSimulator, addressed(mission::StartModel{})); }
   /// A skill calls. From any thread.
   void serve(mission::ServeCall call) { scheduler_.post(actor_, addressed(std::move(call))); }
+  /// As `SkillActor::take_topic`.
+  void take_topic(mission::Shared<mission::Publication> what, Duration delay);
   /// Somebody who steers the run calls, and waits; `late` if it is not answered within `patience` of wall time, or, in
   /// virtual time, at once. In another actor.
   [[nodiscard]] mission::CallOutcome call(mission::Call call, const std::string& source, Duration patience);
@@ -48,6 +51,8 @@ class ModelActor final : private mission::ModelHost {
 
   TimePoint now() const override { return scheduler_.now(); }
   void publish(Message message) override { publisher_.publish(std::move(message)); }
+  std::uint64_t next_call() override { return publisher_.next_call(); }
+  std::optional<mission::Admission> request(Message message) override;
   void deliver_at(TimePoint when, mission::Rank rank, mission::ModelDelivery what) override {
     scheduler_.at(actor_, when, rank, addressed(std::move(what)));
   }
@@ -67,6 +72,7 @@ class ModelActor final : private mission::ModelHost {
   mission::ModelState state_;
   ActorId actor_;
   std::shared_ptr<Waiting> waiting_;  // who calls from outside; of the actor
+  TopicInbox topics_;
   std::atomic<bool> given_up_ = false;
   std::string why_;  // it was given up; written before given_up_
 };

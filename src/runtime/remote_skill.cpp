@@ -325,6 +325,7 @@ class SkillService final : public rpc::Service {
   }
 
   std::unique_ptr<ServicePort> port(const project::ServicePlan& service) {
+    if (service.at == "topics") return make_topic_port();
     auto address = rpc::Address::parse(service.at);
     SENTREE_ASSERT(address.has_value());  // checked when the plan was prepared
     if (address->service.empty()) address->service = service.name;

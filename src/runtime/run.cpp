@@ -25,6 +25,7 @@
 #include "sentree/runtime/stream_publisher.h"
 #include "sentree/runtime/supervisor.h"
 #include "sentree/runtime/tap.h"
+#include "sentree/runtime/topics.h"
 #include "sentree/runtime/watchdog.h"
 #include "sentree/sim/services.h"
 
@@ -107,6 +108,7 @@ class Run::Impl final : public RunView, private RunInside {
     for (const auto& listener : options_.listeners) stream_.subscribe(listener);
     stream_.subscribe([this](const Message& message) { tap_.observe(message); });
     stream_.subscribe([this](const Message& message) { steering_.observed(message); });
+    if (!topics_.empty()) stream_.subscribe([this](const Message& message) { deliver(message); });
     if (options_.from != nullptr)
       go_on_from(*options_.from);
     else
@@ -257,7 +259,9 @@ class Run::Impl final : public RunView, private RunInside {
     if (auto error = start_skills()) return error;
     if (auto error = connect_observers()) return error;
     make_models();
-    return make_mission();
+    if (auto error = make_mission()) return error;
+    subscribe();
+    return std::nullopt;
   }
 
   bool anything_remote() const {
@@ -434,6 +438,7 @@ class Run::Impl final : public RunView, private RunInside {
       return steering_.guard(service.name, project::kSimulatorPart,
                              make_sim_port(*sim_, service.interface, service.robot));
     }
+    if (service.at == "topics") return make_topic_port();
     if (service.at == "model") return steering_.guard(service.name, "", make_model_port(*model_of(service.name), leaf));
     auto address = rpc::Address::parse(service.at);
     SENTREE_ASSERT(address.has_value());
@@ -450,6 +455,9 @@ class Run::Impl final : public RunView, private RunInside {
                                     .patience = stretched(scenario_.project.deadlines.call),
                                     .chart = plan.chart};
       for (const std::string& service : plan.serves) model.serves[service] = services_.at(service).service;
+      for (const auto& [name, service] : services_) {
+        if (service.at == "topics") model.topics[name] = service.service;
+      }
       models_.push_back(std::make_unique<ModelActor>(
           std::move(model), models_.size(),
           ModelActor::Surroundings{
@@ -503,6 +511,41 @@ class Run::Impl final : public RunView, private RunInside {
     mission_ = std::make_unique<Mission>(std::move(model), scenario_.factor, *scheduler_, stream_, steering_.faults(),
                                          std::move(drivers), std::move(hooks));
     return std::nullopt;
+  }
+
+  // Once the skills and models are made.
+  void subscribe() {
+    for (std::size_t i = 0; i < plan_.leaves.size(); ++i) {
+      SkillActor* const skill = skills_[i];
+      for (const std::string& topic : plan_.leaves[i].subscribes) {
+        if (skill != nullptr)
+          topics_.add(topic, [skill](const auto& what, Duration delay) { skill->take_topic(what, delay); });
+      }
+    }
+    for (std::size_t i = 0; i < plan_.models.size(); ++i) {
+      for (const std::string& topic : plan_.models[i].subscribes)
+        topics_.add(topic,
+                    [model = models_[i].get()](const auto& what, Duration delay) { model->take_topic(what, delay); });
+    }
+  }
+
+  // What anybody has published, whether in this process or elsewhere.
+  void deliver(const Message& message) {
+    if (message.kind != MessageKind::kRequest) return;
+    const std::string_view topic = call_of(message);
+    if (!topics_.is_subscribed(topic)) return;
+    const Value* const args = message.data.find("args");
+    const auto service = services_.find(message.target);
+    const idl::Method* const method = service != services_.end() && topic.size() > message.target.size()
+                                          ? service->second.service->find(topic.substr(message.target.size() + 1))
+                                          : nullptr;
+    auto conforming = method != nullptr ? idl::conform_arguments(*method, args != nullptr ? *args : Value(Map()))
+                                        : fail("run.topic", "the run has no such service");
+    if (!conforming)
+      return problem(std::string(topic) + " of " + message.source + " reaches nobody: " + conforming.error().message);
+    StandingFaults& faults = steering_.faults();
+    topics_.deliver({std::string(topic), message.source, std::move(*conforming)},
+                    faults.calls_spared() ? Duration(0) : faults.delay_of(topic));
   }
 
   void pass(std::size_t leaf, RunOptions::Passage what, Scheduler::Task task) {
@@ -646,6 +689,17 @@ class Run::Impl final : public RunView, private RunInside {
     if (const auto checked = idl::check_ranges(**found, *args); !checked)
       return {.ok = false, .result = {}, .kind = "arguments", .message = checked.error().message};
     const std::string at = controlled ? simulator_address() : service->second.at;
+    if ((*found)->oneway) {
+      Message request;
+      request.kind = MessageKind::kRequest;
+      request.source = "scenario";
+      request.target = name;
+      request.name = name + "." + method + ".request";
+      request.call = publisher_.next_call();
+      request.data = Map{{"args", *args}};
+      stream_.publish(std::move(request));
+      if (at == "topics") return {.ok = true, .result = {}, .kind = {}, .message = {}};
+    }
     if (at == "sim")
       return sim_->call(interface->name, method, *args, controlled ? *controlled : service->second.robot);
     if (at == "model") {
@@ -750,6 +804,7 @@ class Run::Impl final : public RunView, private RunInside {
   std::vector<std::unique_ptr<ModelActor>> models_;  // as in the plan
   std::vector<SkillActor*> skills_;                  // by leaf; null: it runs elsewhere
   std::vector<RemoteLeafDriver*> remote_;            // of the leaves whose skills do
+  Topics topics_;
   std::unique_ptr<Mission> mission_;
   std::atomic<Mission*> ready_ = nullptr;  // the mission, once it can be interrupted
   std::mutex problems_mutex_;

@@ -76,7 +76,16 @@ class SimPort final : public ServicePort {
   std::string robot_;
 };
 
+class TopicPort final : public ServicePort {
+ public:
+  void call(const idl::Method&, Value, Done done) override {
+    done({.ok = true, .result = {}, .kind = {}, .message = {}});
+  }
+};
+
 }  // namespace
+
+std::unique_ptr<ServicePort> make_topic_port() { return std::make_unique<TopicPort>(); }
 
 std::unique_ptr<ServicePort> make_sim_port(SimHost& host, std::string interface, std::string robot) {
   return std::make_unique<SimPort>(host, std::move(interface), std::move(robot));

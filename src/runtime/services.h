@@ -61,6 +61,9 @@ class SimHost {
   std::thread keeper_;
 };
 
+/// A service that nobody serves: what is published on its topics has left when it was observed.
+[[nodiscard]] std::unique_ptr<ServicePort> make_topic_port();
+
 /// A service of the simulator in this process; answers before `call` returns.
 [[nodiscard]] std::unique_ptr<ServicePort> make_sim_port(SimHost& host, std::string interface, std::string robot = {});
 

@@ -1,0 +1,108 @@
+#include "sentree/project/check_topics.h"
+
+#include <algorithm>
+#include <set>
+
+#include "sentree/scxml/event.h"
+
+namespace sentree::project {
+
+namespace {
+
+void add(Diagnostics& diagnostics, Severity severity, std::string code, std::string message, const SourceSpan& span) {
+  diagnostics.push_back({severity, std::move(code), std::move(message), span});
+}
+
+const idl::Method* method_of(const std::string& topic, const std::map<std::string, ServicePlan>& services) {
+  const auto dot = topic.rfind('.');
+  const auto service = services.find(topic.substr(0, dot));
+  if (dot == std::string::npos || service == services.end()) return nullptr;
+  return service->second.service->find(topic.substr(dot + 1));
+}
+
+std::vector<std::string> topics_of(const std::map<std::string, ServicePlan>& services) {
+  std::vector<std::string> topics;
+  for (const auto& [name, plan] : services) {
+    for (const idl::Method* method : plan.service->methods) {
+      if (method->oneway) topics.push_back(name + "." + method->name);
+    }
+  }
+  return topics;
+}
+
+}  // namespace
+
+void check_all_oneway(const ServiceEntry& entry, const idl::Service& service, Diagnostics& diagnostics) {
+  for (const idl::Method* method : service.methods) {
+    if (method->oneway) continue;
+    add(diagnostics, Severity::kError, "check.topic",
+        "service \"" + entry.name + "\" is at: topics, where nobody answers, but " + method->name +
+            " is not one-way; write \"oneway void " + method->name + "(…)\" in " + entry.idl + ", or say who serves it",
+        entry.span);
+    return;
+  }
+}
+
+void check_subscriptions(const std::string& who, const Subscriptions& subscribes, const scxml::Chart& chart,
+                         const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics) {
+  const std::vector<std::string> handled = chart.events_handled();
+  for (const std::string& topic : subscribes.topics) {
+    const idl::Method* const method = method_of(topic, services);
+    if (method == nullptr || !method->oneway) {
+      add(diagnostics, Severity::kError, "check.unknown-topic",
+          who + " subscribes to \"" + topic + "\", which is no topic: " +
+              (method == nullptr ? "no service of the project has such a method"
+                                 : "the method is not one-way, so it is called and not published") +
+              did_you_mean(topic, topics_of(services)),
+          subscribes.span);
+      continue;
+    }
+    const bool heard = std::any_of(handled.begin(), handled.end(), [&](const std::string& descriptor) {
+      return scxml::event_matches(descriptor, topic);
+    });
+    if (heard) continue;
+    add(diagnostics, Severity::kError, "check.unheard-event",
+        who + " subscribes to \"" + topic + "\", but " + chart.file() + " has no transition for that event" +
+            did_you_mean(topic, handled),
+        subscribes.span);
+  }
+}
+
+void check_publishers(const Project& project, const std::vector<LeafPlan>& leaves, const std::vector<ModelPlan>& models,
+                      const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics) {
+  std::set<std::string> published;
+  bool open = false;  // anything may be
+  const auto look = [&](const scxml::Chart& chart) {
+    for (const scxml::SendInfo& send : chart.sends()) {
+      if (send.type && *send.type != "thrift") continue;
+      if (!send.type || !send.target || !send.event)
+        open = true;
+      else
+        published.insert(*send.target + "." + *send.event);
+    }
+  };
+  for (const LeafPlan& leaf : leaves) {
+    if (leaf.chart)
+      look(*leaf.chart);
+    else
+      open = true;
+  }
+  for (const ModelPlan& model : models) look(model.chart);
+  if (open) return;
+  const auto check = [&](const Subscriptions& subscribes) {
+    for (const std::string& topic : subscribes.topics) {
+      const idl::Method* const method = method_of(topic, services);
+      if (method == nullptr || !method->oneway || published.contains(topic)) continue;
+      const std::string& at = services.at(topic.substr(0, topic.rfind('.'))).at;
+      if (at != "topics" && at != "model") continue;  // who serves it elsewhere may publish it
+      add(diagnostics, Severity::kWarning, "check.unpublished",
+          "no chart of the project publishes \"" + topic +
+              "\"; it comes only from scenarios, people and other processes",
+          subscribes.span);
+    }
+  };
+  for (const SkillEntry& skill : project.skills) check(skill.subscribes);
+  for (const ModelEntry& model : project.models) check(model.subscribes);
+}
+
+}  // namespace sentree::project

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "sentree/project/plan.h"
+
+namespace sentree::project {
+
+/// A service that nobody serves (at: topics) has one-way methods only. Error: check.topic.
+void check_all_oneway(const ServiceEntry& entry, const idl::Service& service, Diagnostics& diagnostics);
+
+/// The topics that a chart subscribes to are there, and it takes them. Errors: check.unknown-topic,
+/// check.unheard-event.
+/// @param who  As messages name it: skill "X".
+void check_subscriptions(const std::string& who, const Subscriptions& subscribes, const scxml::Chart& chart,
+                         const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics);
+
+/// Topics inside the run that somebody subscribes to and no chart publishes. Warning: check.unpublished.
+void check_publishers(const Project& project, const std::vector<LeafPlan>& leaves, const std::vector<ModelPlan>& models,
+                      const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics);
+
+}  // namespace sentree::project

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sentree/mission/delivery.h"
+#include "sentree/runtime/publisher.h"
+#include "sentree/runtime/scheduler.h"
+
+namespace sentree::runtime {
+
+/// Who subscribes to what. Filled before the run; what is published comes in the stream's order.
+class Topics {
+ public:
+  using Take = std::function<void(const mission::Shared<mission::Publication>& what, Duration delay)>;
+
+  void add(const std::string& topic, Take take) { takers_[topic].push_back(std::move(take)); }
+  [[nodiscard]] bool empty() const { return takers_.empty(); }
+  [[nodiscard]] bool is_subscribed(std::string_view topic) const { return takers_.find(topic) != takers_.end(); }
+  void deliver(mission::Publication what, Duration delay) const;
+
+ private:
+  std::map<std::string, std::vector<Take>, std::less<>> takers_;
+};
+
+/// What is on its way to one subscriber. In virtual time the scheduler's queue bounds it; in real time at most
+/// `kWaitingMax` wait for one that does not keep up: what comes then is lost, and told as "observer.lost".
+class TopicInbox {
+ public:
+  static constexpr std::size_t kWaitingMax = 1024;
+
+  /// False: it is full. In the actor of the stream.
+  [[nodiscard]] bool has_room(const Scheduler& scheduler, const std::string& topic);
+  /// One has reached the subscriber; in its actor.
+  void taken(const std::string& subscriber, Publisher& publisher);
+  /// When something is delivered that is held back by `delay`: not before what was published earlier.
+  static TimePoint time_of(TimePoint& not_before, TimePoint now, Duration delay);
+
+ private:
+  std::atomic<std::int64_t> waiting_ = 0;  // in real time
+  std::mutex mutex_;
+  std::int64_t lost_ = 0;
+  std::string first_lost_;
+};
+
+}  // namespace sentree::runtime
