@@ -153,6 +153,7 @@ const std::vector<LibraryRule>& library_rules() {
       {"project", {"base", "text", "idl", "bt", "nav2", "scxml", "monitor", "rpc", "sim"}},
       {"import", {"base", "text", "idl", "bt", "scxml", "project"}},
       {"mission", {"base", "text", "idl", "bt", "scxml", "monitor", "sim", "project"}},
+      {"verify", {"base", "text", "bt", "scxml", "monitor", "project", "mission"}},
       {"runtime", {"base", "text", "idl", "bt", "scxml", "monitor", "rpc", "sim", "project", "mission"}},
       {"replay",
        {"base", "text", "idl", "bt", "scxml", "monitor", "rpc", "sim", "record", "project", "mission", "runtime"}},
@@ -160,8 +161,8 @@ const std::vector<LibraryRule>& library_rules() {
        {"base", "text", "idl", "draw", "bt", "scxml", "graph", "monitor", "http", "rpc", "sim", "record", "project",
         "mission", "runtime", "replay", "groot"}},
       {"cli",
-       {"base", "text", "idl",    "draw",    "bt",     "nav2",    "exec",    "scxml",  "graph",  "monitor", "http",
-        "rpc",  "sim",  "record", "project", "import", "mission", "runtime", "replay", "studio", "groot"}},
+       {"base", "text", "idl",    "draw",    "bt",     "nav2",    "exec",   "scxml",   "graph",  "monitor", "http",
+        "rpc",  "sim",  "record", "project", "import", "mission", "verify", "runtime", "replay", "studio",  "groot"}},
   };
   return kRules;
 }

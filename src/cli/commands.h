@@ -120,6 +120,24 @@ struct TestCommand {
 };
 int test(const TestCommand& command);
 
+struct VerifyCommand {
+  std::string project = ".";
+  std::string scenario;             ///< A file whose overrides and timeline apply; empty: none.
+  std::vector<std::string> only;    ///< Requirements and monitors; empty: all.
+  std::string order = "any";        ///< any or virtual.
+  std::string faults;               ///< "none": those of `verify:` are left out.
+  std::optional<std::uint64_t> ticks;
+  std::optional<std::uint64_t> states;
+  std::optional<std::string> memory;  ///< "2 GB".
+  std::optional<std::string> time;
+  bool fair = false;
+  bool explain = false;
+  bool json = false;
+  std::string out;    ///< Folder of counterexamples; empty: verify/ in the project.
+  std::string graph;  ///< File for the graph: .aut or .dot.
+};
+int verify(const VerifyCommand& command);
+
 /// What trees are looked at with, beside the files themselves.
 struct TreeOptions {
   std::vector<std::string> palettes;  ///< Files whose TreeNodesModel says what nodes are.

@@ -219,6 +219,36 @@ void add_test(CLI::App& app, TestCommand& command) {
   sub->add_flag("--json", command.json, "Print the results as JSON");
 }
 
+void add_verify(CLI::App& app, VerifyCommand& command) {
+  auto* sub = app.add_subcommand(
+      "verify", "Prove or refute requirements over every behaviour of a mission with models of its components");
+  sub->footer(
+      "Examples:\n"
+      "  sentree verify examples/recharge                         every requirement, every behaviour\n"
+      "  sentree verify . --only never_empty --explain            the story of its counterexample, tick by tick\n"
+      "  sentree verify . --scenario scenarios/storm.yaml         with that scenario's overrides and timeline\n"
+      "  sentree test verify/never_empty.yaml                     a counterexample, run again\n"
+      "Exit code: 0 everything holds, 1 something is refuted or holds vacuously, 3 the project is invalid or cannot "
+      "be\n"
+      "explored, 124 a limit ended it and nothing is refuted, 130 interrupted. See docs/verification.md.");
+  sub->add_option("project", command.project, "Folder with a sentree.yaml")->capture_default_str();
+  sub->add_option("--scenario", command.scenario, "A scenario whose overrides and timeline apply");
+  sub->add_option("--only", command.only, "Only these requirements or monitors")->allow_extra_args(false);
+  sub->add_option("--order", command.order, "Of what happens at one instant: any, or as in virtual time")
+      ->check(CLI::IsMember({"any", "virtual"}))
+      ->capture_default_str();
+  sub->add_option("--faults", command.faults, "none: without the faults of `verify:`")->check(CLI::IsMember({"none"}));
+  sub->add_flag("--fair", command.fair, "What is offered again and again is taken again and again");
+  sub->add_option("--ticks", command.ticks, "Stop behind so many ticks");
+  sub->add_option("--states", command.states, "Stop behind so many states");
+  sub->add_option("--memory", command.memory, "Stop when about so much is used, e.g. \"2 GB\"");
+  sub->add_option("--time", command.time, "Stop after that time, e.g. \"30 s\"");
+  sub->add_option("--out", command.out, "Folder of counterexamples (default: verify/ in the project)");
+  sub->add_option("--graph", command.graph, "Write the graph of the mission: FILE.aut (Aldebaran) or FILE.dot");
+  sub->add_flag("--explain", command.explain, "Tell counterexamples tick by tick");
+  sub->add_flag("--json", command.json, "Print the results as JSON");
+}
+
 void add_trees(CLI::App& sub, TreeOptions& options) {
   sub.add_option("--palette", options.palettes, "Trees: a file whose TreeNodesModel says what nodes are; several times")
       ->type_name("FILE")
@@ -583,6 +613,7 @@ int command_line(int argc, char** argv) {
   RunCommand run_command;
   InfoCommand info_command;
   TestCommand test_command;
+  VerifyCommand verify_command;
   CheckCommand check_command;
   GraphCommand graph_command;
   ChartCommand chart_command;
@@ -616,6 +647,7 @@ int command_line(int argc, char** argv) {
   add_check(app, check_command);
   add_run(app, run_command);
   add_test(app, test_command);
+  add_verify(app, verify_command);
   add_studio(app, studio_command);
   add_watch(app, watch_command);
   add_info(app, info_command);
@@ -664,6 +696,7 @@ int command_line(int argc, char** argv) {
   if (app.got_subcommand("check")) return check(check_command);
   if (app.got_subcommand("run")) return leave(run(run_command));
   if (app.got_subcommand("test")) return leave(test(test_command));
+  if (app.got_subcommand("verify")) return leave(verify(verify_command));
   if (app.got_subcommand("studio")) return studio(studio_command);
   if (app.got_subcommand("watch")) return watch(watch_command);
   if (app.got_subcommand("info")) return info(info_command);

@@ -42,18 +42,23 @@ ModelMachine::ModelMachine(ComponentModel model, scxml::ExecutionWatch* watch) :
   host_.on_send = [this](const scxml::OutgoingSend& send) -> Result<void> {
     if (send.type != "thrift") return {};
     const auto meaning = meaning_of(send);
-    if (!meaning) return tl::unexpected(meaning.error());
-    return {};
+    if (meaning) return {};
+    wrong_.push_back(meaning.error());
+    return tl::unexpected(meaning.error());
   };
   host_.watch = watch;
   add_choices();
 }
 
-Result<Value> ModelMachine::chosen(const char* function, std::string name, Value value) {
-  Map choice{{"function", function}};
-  if (!name.empty()) choice["name"] = std::move(name);
-  choice["value"] = value;
-  choices_.push_back(std::move(choice));
+Result<Value> ModelMachine::decide(Choice choice, const std::function<std::uint64_t(Rng&)>& by_chance) {
+  choice.model = model_.name;
+  choice.number = ++stepped_->choices;
+  const std::optional<std::uint64_t> told = surroundings_->choose(choice);
+  Value value = choice.alternative(told ? *told : by_chance(stepped_->rng));
+  Map said{{"function", choice.function}};
+  if (!choice.name.empty()) said["name"] = std::move(choice.name);
+  said["value"] = value;
+  choices_.push_back(std::move(said));
   return value;
 }
 
@@ -61,14 +66,19 @@ void ModelMachine::add_choices() {
   const auto add = [this](const char* name, std::function<Result<Value>(Arguments)> call) {
     host_.functions.push_back({name, std::move(call)});
   };
-  add("choose", [this](Arguments of) -> Result<Value> {
+  const auto one_of = [this](const char* function, std::string name, Arguments of) {
+    Choice choice{.function = function, .name = std::move(name), .count = of.size()};
+    choice.alternative = [of](std::uint64_t i) { return of[i]; };
+    return decide(std::move(choice), [of](Rng& rng) { return rng.below(of.size()); });
+  };
+  add("choose", [one_of](Arguments of) -> Result<Value> {
     if (of.empty()) return fail("model.choice", "choose() needs something to choose from");
-    return chosen("choose", "", of[stepped_->rng.below(of.size())]);
+    return one_of("choose", "", of);
   });
-  add("pick", [this](Arguments of) -> Result<Value> {
+  add("pick", [one_of](Arguments of) -> Result<Value> {
     if (of.size() < 2 || of[0].as_string() == nullptr)
       return fail("model.choice", "pick('NAME', a, …) needs a name and something to pick");
-    return chosen("pick", *of[0].as_string(), of[1 + stepped_->rng.below(of.size() - 1)]);
+    return one_of("pick", *of[0].as_string(), of.subspan(1));
   });
   add("between", [this](Arguments of) -> Result<Value> {
     const bool are_numbers = std::all_of(of.begin(), of.end(), [](const Value& v) { return v.is_number(); });
@@ -80,33 +90,50 @@ void ModelMachine::add_choices() {
     const double steps = std::floor((of[1].number() - low) / step + 1e-9);
     if (!(step > 0) || !(steps >= 0) || steps > kStepsMax)
       return fail("model.choice", "between(low, high, step) needs low ≤ high and a step above 0");
-    const double value = low + step * static_cast<double>(stepped_->rng.below(static_cast<std::uint64_t>(steps) + 1));
-    return chosen("between", "", Value(value));
+    Choice choice{.function = "between", .count = static_cast<std::uint64_t>(steps) + 1};
+    choice.alternative = [low, step](std::uint64_t i) { return Value(low + step * static_cast<double>(i)); };
+    const std::uint64_t count = choice.count;
+    return decide(std::move(choice), [count](Rng& rng) { return rng.below(count); });
   });
   add("chance", [this](Arguments of) -> Result<Value> {
     if (of.size() != 1 || !of[0].is_number() || !(of[0].number() >= 0 && of[0].number() <= 1))
       return fail("model.choice", "chance(p) needs a probability from 0 to 1");
-    return chosen("chance", "", Value(stepped_->rng.uniform() < of[0].number()));
+    const double p = of[0].number();
+    // What is impossible is no alternative.
+    const bool can_fail = p < 1;
+    const bool can_be = p > 0;
+    Choice choice{.function = "chance", .count = (can_fail ? 1U : 0U) + (can_be ? 1U : 0U)};
+    choice.alternative = [can_fail](std::uint64_t i) { return Value(!can_fail || i == 1); };
+    choice.probability = [can_fail, p](std::uint64_t i) { return !can_fail || i == 1 ? p : 1 - p; };
+    return decide(std::move(choice),
+                  [p, can_fail](Rng& rng) -> std::uint64_t { return rng.uniform() < p && can_fail ? 1 : 0; });
   });
   add("draw", [this](Arguments of) -> Result<Value> {
     const List* list = of.size() == 1 ? of[0].as_list() : nullptr;
     double sum = 0;
+    std::vector<const List*> possible;
     for (std::size_t i = 0; list != nullptr && i < list->size(); ++i) {
       const List* pair = (*list)[i].as_list();
       const bool is_pair = pair != nullptr && pair->size() == 2 && (*pair)[0].is_number() && (*pair)[0].number() >= 0;
-      if (!is_pair) list = nullptr;
-      if (is_pair) sum += (*pair)[0].number();
+      if (!is_pair) {
+        list = nullptr;
+        break;
+      }
+      sum += (*pair)[0].number();
+      if ((*pair)[0].number() > 0) possible.push_back(pair);
     }
     if (list == nullptr || std::abs(sum - 1) > 1e-9)
       return fail("model.choice", "draw([[p, a], …]) needs pairs whose probabilities add up to 1");
-    double left = stepped_->rng.uniform();
-    const Value* value = nullptr;
-    for (const Value& pair : *list) {
-      const double p = (*pair.as_list())[0].number();
-      if (p > 0) value = &(*pair.as_list())[1];
-      if ((left -= p) < 0) break;
-    }
-    return chosen("draw", "", *value);
+    Choice choice{.function = "draw", .count = possible.size()};
+    choice.alternative = [&possible](std::uint64_t i) { return (*possible[i])[1]; };
+    choice.probability = [&possible](std::uint64_t i) { return (*possible[i])[0].number(); };
+    return decide(std::move(choice), [&possible](Rng& rng) {
+      double left = rng.uniform();
+      for (std::size_t i = 0; i < possible.size(); ++i) {
+        if ((left -= (*possible[i])[0].number()) < 0) return static_cast<std::uint64_t>(i);
+      }
+      return static_cast<std::uint64_t>(possible.size() - 1);
+    });
   });
   add("fresh", [this](Arguments of) -> Result<Value> {
     if (!of.empty()) return fail("model.choice", "fresh() takes nothing");
@@ -151,7 +178,7 @@ Result<std::variant<ModelMachine::Answer, ModelMachine::Topic>> ModelMachine::me
   Answer answer{.service = send.target, .method = method, .outcome = {}, .id = 0};
   if (const Value* id = param(send, "id")) {
     if (!id->is_number() || id->number() < 1)
-      return fail("model.answer", "the id of an answer is the number of the call, _event.data.id", send.span);
+      return fail("model.answer", "the id of an answer is that of the call, _event.data.id", send.span);
     answer.id = static_cast<std::uint64_t>(id->number());
   }
   if (what == "error") {
@@ -176,6 +203,7 @@ class ModelMachine::Step {
   Step(ModelMachine& machine, ModelState& state, ModelHost& host)
       : machine_(machine), model_(machine.model_), state_(state), host_(host) {
     machine_.stepped_ = &state;
+    machine_.surroundings_ = &host;
   }
 
   void operator()(const StartModel&) {
@@ -195,14 +223,15 @@ class ModelMachine::Step {
                           failed("unreachable", std::to_string(kOpenCallsMax) + " calls are open already"));
     }
     const Call& call = *serve.call;
+    const std::uint64_t id = is_answered ? unused_id() : 0;
     if (is_answered)
-      state_.open.push_back({serve.leaf, serve.call, add_saturating(host_.now(), model_.patience)});
+      state_.open.push_back({serve.leaf, serve.call, add_saturating(host_.now(), model_.patience), id});
     else
       host_.answer(serve.leaf, serve.call, {.ok = true, .result = {}, .kind = {}, .message = {}});
     scxml::Event event;
     event.name = call.service + "." + call.method + ".request";
     event.origintype = "thrift";
-    Map data{{"args", call.args}, {"source", serve.source}, {"id", static_cast<std::int64_t>(call.id)}};
+    Map data{{"args", call.args}, {"source", serve.source}, {"id", static_cast<std::int64_t>(id)}};
     event.data = idl::for_script(std::move(data));
     scxml::step(model_.chart, state_.session, event, host_.now(), machine_.effects_, machine_.host_);
     follow();
@@ -282,7 +311,14 @@ class ModelMachine::Step {
       refused_.push_back({topic.service, topic.method, id, std::move(topic.args), *admission->veto});
   }
 
+  std::uint64_t unused_id() const {
+    std::uint64_t id = 1;
+    while (std::any_of(state_.open.begin(), state_.open.end(), [&](const auto& open) { return open.id == id; })) ++id;
+    return id;
+  }
+
   void follow() {
+    for (const Diagnostic& why : std::exchange(machine_.wrong_, {})) host_.refused(why);
     for (Map& choice : std::exchange(machine_.choices_, {})) say("choice", std::move(choice));
     for (scxml::Effect& effect : machine_.effects_) {
       if (auto* send = std::get_if<scxml::OutgoingSend>(&effect)) {
@@ -316,7 +352,7 @@ class ModelMachine::Step {
   void answer(Answer&& answer) {
     const auto open = std::find_if(state_.open.begin(), state_.open.end(), [&](const ModelState::OpenCall& one) {
       return one.call->service == answer.service && one.call->method == answer.method &&
-             (answer.id == 0 || one.call->id == answer.id);
+             (answer.id == 0 || one.id == answer.id);
     });
     if (open == state_.open.end()) return;
     const ModelState::OpenCall answered = *open;

@@ -14,6 +14,7 @@
 #include "sentree/base/time.h"
 #include "sentree/base/value.h"
 #include "sentree/idl/schema.h"
+#include "sentree/mission/choice.h"
 #include "sentree/mission/delivery.h"
 #include "sentree/scxml/chart.h"
 #include "sentree/scxml/host.h"
@@ -39,7 +40,8 @@ struct ModelState {
   struct OpenCall {
     std::size_t leaf = 0;  ///< As `ServeCall::leaf`.
     Shared<Call> call;
-    TimePoint due{};  ///< When it is late.
+    TimePoint due{};       ///< When it is late.
+    std::uint64_t id = 0;  ///< Under which the chart knows it: the smallest number that no open call has.
     friend bool operator==(const OpenCall&, const OpenCall&) = default;
   };
 
@@ -47,6 +49,7 @@ struct ModelState {
   std::vector<OpenCall> open;  ///< The oldest first.
   Rng rng{1};                  ///< Of its choices.
   std::uint64_t fresh = 0;     ///< Numbers given out by fresh().
+  std::uint64_t choices = 0;   ///< Made so far.
   TimePoint wake = kNever;     ///< When its timer rings.
   /// Earliest time at which what is published may reach it; written by who delivers it.
   TimePoint topics_not_before{};
@@ -63,10 +66,14 @@ class ModelHost {
   /// Publishes a request unless a gate refuses it. Nothing: `Refused` follows if one does.
   [[nodiscard]] virtual std::optional<Admission> request(Message message) = 0;
   virtual void deliver_at(TimePoint when, Rank rank, ModelDelivery what) = 0;
+  /// Which alternative comes, below `Choice::count`; nothing: the model's generator says.
+  [[nodiscard]] virtual std::optional<std::uint64_t> choose(const Choice&) { return std::nullopt; }
   /// The outcome of a call that came from `leaf`.
   virtual void answer(std::size_t leaf, const Shared<Call>& call, CallOutcome outcome) = 0;
   /// Something a person should know; the run goes on.
   virtual void problem(const std::string& what) = 0;
+  /// It said something that is no answer: to nobody, or of a wrong type.
+  virtual void refused(const Diagnostic& why) { problem(to_string(why)); }
 };
 
 /// Serves calls by a chart. A call is the event SERVICE.METHOD.request, with `args`, `source` and `id` as data; what
@@ -79,9 +86,9 @@ class ModelHost {
 /// event SERVICE.METHOD, whose data are the arguments.
 ///
 /// Its scripts can call choose(a, …), pick('NAME', a, …), between(low, high [, step]), chance(p), draw([[p, a], …]) and
-/// fresh(): drawn from the state's generator, but for fresh(), which counts. Each choice is the observation
-/// NAME.choice: `function`, `value`, and `name` where it has one. Owns no thread and no clock. Deterministic: equal
-/// states, deliveries and times give equal effects.
+/// fresh(): decided by the host, else drawn from the state's generator, but for fresh(), which counts. Each choice is
+/// the observation NAME.choice: `function`, `value`, and `name` where it has one. Owns no thread and no clock.
+/// Deterministic: equal states, deliveries and times give equal effects.
 class ModelMachine {
  public:
   /// @param watch  Sees the chart's scripts; borrowed; null: nobody looks on.
@@ -109,13 +116,16 @@ class ModelMachine {
   };
   [[nodiscard]] Result<std::variant<Answer, Topic>> meaning_of(const scxml::OutgoingSend& send) const;
   [[nodiscard]] Result<Topic> topic_of(const scxml::OutgoingSend& send, const idl::Service& service) const;
-  Result<Value> chosen(const char* function, std::string name, Value value);
+  // `by_chance` says what the generator of the state gives.
+  Result<Value> decide(Choice choice, const std::function<std::uint64_t(Rng&)>& by_chance);
   void add_choices();
 
   ComponentModel model_;
   scxml::Host host_;
   ModelState* stepped_ = nullptr;  // whose chart executes
-  std::vector<Map> choices_;       // made in this step
+  ModelHost* surroundings_ = nullptr;
+  std::vector<Map> choices_;  // made in this step
+  Diagnostics refused_;       // likewise: what was no answer
   scxml::Effects effects_;
 };
 

@@ -184,6 +184,7 @@ void SkillMachine::Observer::event(const scxml::Chart& chart, std::string_view, 
 
 void SkillMachine::Observer::transition(const scxml::Chart& chart, std::string_view, scxml::TransitionIndex taken) {
   if (!(chart == machine.model_.chart)) return;
+  machine.surroundings_->taken(taken);
   machine.stepped_->latest.transition = taken;
   ++machine.stepped_->latest.transitions;
 }
@@ -229,6 +230,7 @@ class SkillMachine::Step {
         halting_(state.phase == Phase::kHalting),
         ended_(state.phase == Phase::kEnded || state.phase == Phase::kReady) {
     machine_.stepped_ = &state;
+    machine_.surroundings_ = &host;
   }
 
   bool operator()(TickSkill&& tick) {

@@ -131,6 +131,8 @@ class SkillHost {
   /// The halt is over; no run is left.
   virtual void halted() = 0;
   virtual void log(const scxml::LogLine& line) = 0;
+  /// Its chart takes a transition.
+  virtual void taken(scxml::TransitionIndex /*transition*/) {}
   /// Something a person should know; the run goes on.
   virtual void problem(const std::string& what) = 0;
 };
@@ -174,6 +176,7 @@ class SkillMachine {
   std::optional<scxml::StateIndex> halted_state_;
   scxml::Host host_;
   SkillState* stepped_ = nullptr;  // whose chart executes
+  SkillHost* surroundings_ = nullptr;
   scxml::Effects effects_;
   std::vector<Said> said_;
   std::vector<std::string> unclear_;  // answers without meaning

@@ -52,12 +52,6 @@ bool all_of_kind(const ExpressionType& type, Kind kind) {
          std::all_of(type.forms.begin(), type.forms.end(), [&](const DataType& form) { return form.kind == kind; });
 }
 
-bool may_be(const ExpressionType& type, Kind kind) {
-  return type.open || std::any_of(type.forms.begin(), type.forms.end(), [&](const DataType& form) {
-           return form.kind == kind || form.kind == Kind::kUnknown;
-         });
-}
-
 std::string_view shown(Kind kind) {
   switch (kind) {
     case Kind::kNumber: return "a number";

@@ -5,6 +5,7 @@
 
 #include "sentree/project/mission_tree.h"
 #include "sentree/project/requirements.h"
+#include "sentree/project/timeline.h"
 #include "sentree/project/yaml_reader.h"
 #include "sentree/text/file.h"
 
@@ -124,6 +125,36 @@ void read_services(const text::YamlNode& node, Project& project, Diagnostics& di
     service.at = reader.string("at").value_or("sim");
     service.robot = reader.string("robot").value_or("");
     project.services.push_back(std::move(service));
+  }
+}
+
+void read_verify(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
+  YamlReader reader(node, "verify", diagnostics);
+  VerifySection& verify = project.verify;
+  verify.span = node.span;
+  verify.fair = reader.strings("fair");
+  verify.fair_span = reader.span("fair");
+  const auto* section = reader.mapping("faults");
+  if (section == nullptr) return;
+  YamlReader faults(*section, "faults", diagnostics);
+  if (const auto at_most = faults.integer("at_most")) {
+    if (*at_most < 0) faults.error(faults.span("at_most"), "project.verify", "at_most must be 0 or more");
+    verify.faults_at_most = static_cast<std::size_t>(std::max<std::int64_t>(*at_most, 0));
+  }
+  const auto* any_of = faults.sequence("any_of");
+  if (any_of == nullptr) return;
+  for (const text::YamlNode& entry : any_of->items) {
+    YamlReader fault(entry, "fault", diagnostics);
+    Intervention what = read_intervention(fault, entry, diagnostics);
+    using Kind = Intervention::Kind;
+    const bool can_be_tried = what.kind == Kind::kKill || what.kind == Kind::kDelay || what.kind == Kind::kFalsify ||
+                              what.kind == Kind::kForce;
+    if (!can_be_tried) {
+      fault.error(entry.span, "project.verify", "a fault is one of kill, delay, falsify and force");
+      continue;
+    }
+    verify.faults.push_back(std::move(what));
+    verify.fault_spans.push_back(entry.span);
   }
 }
 
@@ -339,6 +370,7 @@ Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {
       reader.error(yaml->span, "project.missing-key", "the project needs \"mission\": {file: mission.xml}");
     if (const auto* services = reader.mapping("services")) read_services(*services, project, loaded.diagnostics);
     if (const auto* models = reader.sequence("models")) read_models(*models, project, loaded.diagnostics);
+    if (const auto* verify = reader.mapping("verify")) read_verify(*verify, project, loaded.diagnostics);
     if (const auto* protocols = reader.mapping("protocols")) read_protocols(*protocols, project, loaded.diagnostics);
     if (const auto* skills = reader.mapping("skills")) read_skills(*skills, project, loaded.diagnostics);
     if (const auto* monitors = reader.sequence("monitors"))

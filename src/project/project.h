@@ -47,6 +47,16 @@ struct ModelEntry {
   SourceSpan span;
 };
 
+/// `verify:` what is tried beside what models leave open.
+struct VerifySection {
+  std::vector<Intervention> faults;  ///< That may come at any tick, and go again.
+  std::vector<SourceSpan> fault_spans;
+  std::size_t faults_at_most = 1;  ///< At a time.
+  std::vector<std::string> fair;   ///< Choices "MODEL.NAME" that are fair.
+  SourceSpan fair_span;
+  SourceSpan span;
+};
+
 /// How a chart that was written for another runtime is ticked, and how it answers. It lives on between the runs of its
 /// leaf.
 struct SkillProtocol {
@@ -147,6 +157,7 @@ struct Project {
   std::string executed_by;
   std::vector<ServiceEntry> services;
   std::vector<ModelEntry> models;
+  VerifySection verify;
   std::vector<SkillEntry> skills;
   std::map<std::string, SkillProtocol> protocols;  ///< Those that several skills share, by name.
   std::vector<MonitorEntry> monitors;
@@ -175,6 +186,17 @@ struct Injection {
   Intervention what;
   std::string source = "scenario";  ///< Who did it, as its observation says.
   SourceSpan span;
+};
+
+/// Which alternative of a choice of a model comes.
+struct ScenarioChoice {
+  std::string model;
+  std::uint64_t number = 0;  ///< Among the model's choices in the run, from 1.
+  std::string name;          ///< Of pick('NAME', …); for people.
+  Value value;
+  std::uint64_t tick = 0;  ///< In which it is made; for people.
+  SourceSpan span;
+  friend bool operator==(const ScenarioChoice&, const ScenarioChoice&) = default;
 };
 
 /// A message held back, as a slow machine or network would.
@@ -214,6 +236,8 @@ struct Scenario {
   bool stop_when_violated = false;
   std::vector<Injection> timeline;
   std::vector<DelayFault> delays;
+  /// What models choose: where nothing is said, the first alternative. Nothing: all of it is drawn.
+  std::optional<std::vector<ScenarioChoice>> choices;
   std::vector<ProcessEntry> processes;
 
   /// Expected mission status (SUCCESS, FAILURE, RUNNING) and verdicts by monitor (violated, satisfied, undecided).

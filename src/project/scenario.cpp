@@ -96,6 +96,34 @@ void read_expect(const text::YamlNode& node, Scenario& scenario, Diagnostics& di
   }
 }
 
+void read_choices(const text::YamlNode& node, Scenario& scenario, Diagnostics& diagnostics) {
+  scenario.choices.emplace();
+  for (const text::YamlNode& entry : node.items) {
+    YamlReader reader(entry, "choice", diagnostics);
+    ScenarioChoice choice;
+    choice.span = entry.span;
+    choice.model = reader.required_string("model");
+    const auto number = reader.integer("number");
+    if (!number || *number < 1)
+      reader.error(entry.span, "scenario.choice", "choice needs \"number\": which of the model's choices, from 1");
+    choice.number = static_cast<std::uint64_t>(std::max<std::int64_t>(number.value_or(1), 1));
+    choice.name = reader.string("name").value_or("");
+    choice.tick = static_cast<std::uint64_t>(std::max<std::int64_t>(reader.integer("tick").value_or(0), 0));
+    const auto* value = reader.node("value");
+    if (value == nullptr)
+      reader.error(entry.span, "scenario.choice", "choice needs \"value\": the alternative that comes");
+    else
+      choice.value = value->value();
+    std::vector<std::string> names;
+    for (const ModelEntry& model : scenario.project.models) names.push_back(model.name);
+    if (std::find(names.begin(), names.end(), choice.model) == names.end()) {
+      reader.error(reader.span("model"), "scenario.choice",
+                   "the project has no model \"" + choice.model + "\"" + did_you_mean(choice.model, names));
+    }
+    scenario.choices->push_back(std::move(choice));
+  }
+}
+
 // Changes that a scenario makes to its project.
 void read_overrides(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
   YamlReader reader(node, "override", diagnostics);
@@ -187,6 +215,7 @@ Loaded<Scenario> load_scenario(const std::filesystem::path& file) {
     if (const auto* overrides = reader.mapping("override"))
       read_overrides(*overrides, scenario.project, loaded.diagnostics);
     if (const auto* timeline = reader.sequence("timeline")) read_timeline(*timeline, scenario, loaded.diagnostics);
+    if (const auto* choices = reader.sequence("choices")) read_choices(*choices, scenario, loaded.diagnostics);
     if (const auto* delays = reader.sequence("delays")) read_delays(*delays, scenario, loaded.diagnostics);
     if (const auto* processes = reader.mapping("processes")) read_processes(*processes, scenario, loaded.diagnostics);
     if (const auto* expect = reader.mapping("expect")) read_expect(*expect, scenario, loaded.diagnostics);

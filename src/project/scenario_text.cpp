@@ -126,6 +126,14 @@ std::string scenario_text(const Scenario& scenario, const std::vector<Injection>
   std::stable_sort(timeline.begin(), timeline.end(), [](const auto& a, const auto& b) { return a.at < b.at; });
   if (!timeline.empty()) out += "timeline:\n";
   for (const Injection& injection : timeline) out += entry(injection);
+  if (scenario.choices) out += scenario.choices->empty() ? "choices: []\n" : "choices:\n";
+  for (const ScenarioChoice& choice : scenario.choices.value_or(std::vector<ScenarioChoice>())) {
+    Map map{{"model", choice.model}, {"number", static_cast<std::int64_t>(choice.number)}};
+    if (!choice.name.empty()) map["name"] = choice.name;
+    map["value"] = choice.value;
+    if (choice.tick > 0) map["tick"] = static_cast<std::int64_t>(choice.tick);
+    out += "  - " + flow(Value(std::move(map))) + "\n";
+  }
   out += "duration: " + exact_seconds(scenario.duration) + "\n";
   out += written("stop_when_violated");
   if (outcome) out += expectations(scenario, *outcome);

@@ -26,6 +26,8 @@ class ModelActor final : private mission::ModelHost {
     /// Gives a skill the outcome of its call; in the model's actor.
     std::function<void(std::size_t leaf, mission::Outcome outcome)> answer;
     std::function<void(const std::string&)> problem;
+    /// Which alternative of a choice comes; nothing: its generator says.
+    std::function<std::optional<std::uint64_t>(const mission::Choice&)> choose;
     /// Its script does not end. In the watchdog's thread.
     std::function<void(const std::string& why)> given_up;
   };
@@ -56,6 +58,7 @@ class ModelActor final : private mission::ModelHost {
   void deliver_at(TimePoint when, mission::Rank rank, mission::ModelDelivery what) override {
     scheduler_.at(actor_, when, rank, addressed(std::move(what)));
   }
+  std::optional<std::uint64_t> choose(const mission::Choice& choice) override { return surroundings_.choose(choice); }
   void answer(std::size_t leaf, const mission::Shared<mission::Call>& call, mission::CallOutcome outcome) override;
   void problem(const std::string& what) override { surroundings_.problem(what); }
 

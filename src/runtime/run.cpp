@@ -467,8 +467,18 @@ class Run::Impl final : public RunView, private RunInside {
               .answer = [this](std::size_t leaf,
                                mission::Outcome outcome) { skills_[leaf]->take_outcome(std::move(outcome)); },
               .problem = [this](const std::string& what) { problem(what); },
+              .choose = [this](const mission::Choice& choice) { return chosen(choice); },
               .given_up = [this](const std::string& why) { given_up(why); }}));
     }
+  }
+
+  std::optional<std::uint64_t> chosen(const mission::Choice& choice) {
+    const auto told = mission::scripted(scenario_, choice);
+    if (!told && scenario_.choices) {
+      problem("choice " + std::to_string(choice.number) + " of " + choice.model + " (" + choice.function +
+              ") has no alternative of the value that the scenario gives it");
+    }
+    return told;
   }
 
   ModelActor* model_of(const std::string& service) const {

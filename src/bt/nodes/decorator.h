@@ -81,7 +81,8 @@ struct Repeated {
     Memory& mem = memory(m, n);
     if (status == Status::kRunning) return Next::done(status);
     if (status == kAgain) {
-      if (mem.count < INT32_MAX) ++mem.count;
+      // What goes on for ever is not counted: so a mission comes back to a state that it has been in.
+      if (mem.limit != -1 && mem.count < INT32_MAX) ++mem.count;
       // A child may have changed the number of attempts.
       if (kIsRetry) read_limit(m, n, mem);
       m.reset(only_child(m, n));

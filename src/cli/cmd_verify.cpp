@@ -1,0 +1,496 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include "sentree/cli/commands.h"
+#include "sentree/cli/output.h"
+#include "sentree/cli/report.h"
+#include "sentree/record/sink.h"
+#include "sentree/replay/recording.h"
+#include "sentree/text/file.h"
+#include "sentree/verify/verify.h"
+
+namespace sentree::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// An interrupt ends the exploration; what is known by then is printed.
+std::atomic<bool> interrupted = false;
+
+struct Shown {
+  std::string scenario;
+  std::string recording;
+  std::size_t choices = 0;
+  std::size_t loop_ticks = 0;
+  bool needs_order = false;
+};
+
+// "2 GB" in bytes.
+std::optional<std::uint64_t> bytes_of(const std::string& text) {
+  const std::map<std::string, double> units{{"", 1}, {"B", 1}, {"kB", 1e3}, {"MB", 1e6}, {"GB", 1e9}};
+  std::size_t end = 0;
+  double number = 0;
+  try {
+    number = std::stod(text, &end);
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
+  while (end < text.size() && text[end] == ' ') ++end;
+  const auto unit = units.find(text.substr(end));
+  if (unit == units.end() || !(number > 0) || number * unit->second > 1e18) return std::nullopt;
+  return static_cast<std::uint64_t>(number * unit->second);
+}
+
+std::string grouped(std::uint64_t number) {
+  std::string text = std::to_string(number);
+  for (int at = static_cast<int>(text.size()) - 3; at > 0; at -= 3) text.insert(static_cast<std::size_t>(at), ",");
+  return text;
+}
+
+// Executes a scenario in the run-time system: whether it comes out as it says.
+bool confirmed(const project::Plan& plan, std::unique_ptr<replay::RunRecorder> recorder) {
+  runtime::RunOptions options;
+  if (recorder) recorder->install(options);
+  runtime::Run run(plan, std::move(options));
+  const runtime::RunReport report = run.execute();
+  if (recorder) (void)recorder->finish(report);
+  return report.error.empty() && report.unmet.empty();
+}
+
+class Verifying {
+ public:
+  Verifying(const VerifyCommand& command, project::Plan plan) : command_(command), plan_(std::move(plan)) {}
+
+  int operator()() {
+    verify::Asked asked;
+    if (!read(asked)) return kInvalidInput;
+    std::signal(SIGINT, [](int) { interrupted = true; });
+    std::signal(SIGTERM, [](int) { interrupted = true; });
+    asked.explore.interrupted = [] { return interrupted.load(); };
+    asked.explore.progress = [](std::size_t states, std::size_t edges) {
+      show_status(grouped(states) + " states, " + grouped(edges) + " periods");
+    };
+    result_ = verify::verify(plan_, asked);
+    show_status("");
+    if (has_errors(result_.errors)) {
+      if (command_.json) print(to_json(Value(Map{{"errors", to_value(result_.errors)}})) + "\n");
+      say(result_.errors);
+      return kInvalidInput;
+    }
+    if (!command_.graph.empty() && !write_graph()) return kEnvironment;
+    for (verify::Judgement& judgement : result_.judgements) {
+      if (judgement.finding == verify::Finding::kRefuted && !show(judgement, asked)) return kEnvironment;
+    }
+    print(command_.json ? to_json(json(asked)) + "\n" : text(asked));
+    return code();
+  }
+
+ private:
+  bool read(verify::Asked& asked) {
+    const project::VerifySection& section = plan_.scenario.project.verify;
+    asked.only = command_.only;
+    asked.explore.order = command_.order == "any" ? verify::Order::kAny : verify::Order::kVirtual;
+    if (command_.faults != "none") asked.explore.faults = section.faults;
+    asked.explore.faults_at_most = section.faults_at_most;
+    asked.judge.fair = section.fair;
+    asked.judge.all_fair = command_.fair;
+    if (command_.ticks) asked.explore.ticks = *command_.ticks;
+    if (command_.states) asked.explore.states = *command_.states;
+    if (command_.memory) {
+      const auto bytes = bytes_of(*command_.memory);
+      if (!bytes) {
+        say("--memory " + *command_.memory + ": not a size such as 500 MB or 2 GB");
+        return false;
+      }
+      asked.explore.memory = *bytes;
+    }
+    if (command_.time) {
+      const auto time = project::parse_duration(*command_.time);
+      if (!time) {
+        say("--time " + *command_.time + ": not a duration such as 30 s");
+        return false;
+      }
+      asked.explore.time = *time;
+    }
+    return true;
+  }
+
+  // Writes the counterexample as a scenario, and what comes of it in the run-time system as a recording.
+  bool show(verify::Judgement& judgement, const verify::Asked& asked) {
+    Shown shown;
+    auto example = verify::counterexample(result_.graph, judgement, plan_.scenario);
+    if (example.needs_order) {
+      // Perhaps it can also be had in the order of virtual time, in which it can be run again.
+      verify::Asked again = asked;
+      again.explore.order = verify::Order::kVirtual;
+      again.only = {judgement.requirement};
+      verify::Verification in_order = verify::verify(plan_, again);
+      if (!has_errors(in_order.errors) && in_order.judgements.front().finding == verify::Finding::kRefuted) {
+        judgement = in_order.judgements.front();
+        example = verify::counterexample(in_order.graph, judgement, plan_.scenario);
+      }
+    }
+    shown.needs_order = example.needs_order;
+    if (!example.needs_order && !write(judgement, example, shown)) return false;
+    if (judgement.path->loop) shown.loop_ticks = judgement.path->edges.size() - *judgement.path->loop;
+    shown_[judgement.requirement] = std::move(shown);
+    return true;
+  }
+
+  bool write(const verify::Judgement& judgement, verify::Counterexample& example, Shown& shown) {
+    const fs::path project = plan_.scenario.project.folder;
+    const fs::path folder = command_.out.empty() ? project / "verify" : fs::path(command_.out);
+    std::error_code error;
+    fs::create_directories(folder, error);
+    const fs::path file = folder / (judgement.requirement + ".yaml");
+    const bool beside = fs::weakly_canonical(folder, error).parent_path() == fs::weakly_canonical(project, error);
+    const std::string above =
+        beside ? "" : fs::relative(fs::weakly_canonical(project, error), fs::weakly_canonical(folder, error)).string();
+    const auto prepared = [&](const project::Scenario& scenario) {
+      verify::Counterexample tried = example;
+      tried.scenario = scenario;
+      std::ofstream(file) << verify::scenario_text(tried, judgement, above);
+      auto loaded = project::load_scenario(file);
+      return loaded.ok() ? project::prepare(std::move(*loaded.value)) : Loaded<project::Plan>{};
+    };
+    if (!judgement.path->loop) {
+      verify::simplify(example, [&](const project::Scenario& scenario) {
+        const auto plan = prepared(scenario);
+        return plan.ok() && confirmed(*plan.value, nullptr);
+      });
+    }
+    shown.choices = example.scenario.choices->size();
+    shown.scenario = file.string();
+    shown.recording = fs::path(file).replace_extension(".mcap").string();
+    const text::ReadLog files;
+    const auto plan = prepared(example.scenario);
+    auto sink = record::FileSink::create(shown.recording);
+    if (!plan.ok() || !sink) {
+      say(plan.ok() ? to_string(sink.error()) : file.string() + " cannot be written, or not be read again");
+      if (!plan.ok()) say(plan.diagnostics);
+      return false;
+    }
+    auto recorder = std::make_unique<replay::RunRecorder>(
+        *plan.value, files.files(), std::move(*sink),
+        replay::RecordingOptions{.library = "sentree " SENTREE_VERSION,
+                                 .on_failure = [](const std::string& what) { say("! " + what); },
+                                 .story = story_without_witness});
+    if (!confirmed(*plan.value, std::move(recorder))) {
+      say("internal error: the counterexample " + file.string() +
+          " does not come out so in a run; please report it with the project. Nothing is claimed of " +
+          judgement.requirement);
+      return false;
+    }
+    if (command_.explain) story_[judgement.requirement] = story_of(*plan.value, judgement);
+    return true;
+  }
+
+  // What is not as in `before`, which it becomes: of a structure the members, cut to what one reads at a glance.
+  static std::string changed_in(Value& before, const Value& result) {
+    constexpr std::size_t kShownMax = 72;
+    if (before == result) return {};
+    const Map* old = before.as_map();
+    const Map* present = result.as_map();
+    std::string text;
+    if (old != nullptr && present != nullptr) {
+      for (const auto& [name, value] : *present) {
+        const Value* was = old->find(name);
+        if (was == nullptr || !(*was == value)) text += (text.empty() ? "" : ", ") + name + " " + to_json(value);
+      }
+    } else {
+      text = to_json(result);
+    }
+    before = result;
+    if (text.size() <= kShownMax) return text;
+    std::size_t end = kShownMax;
+    while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
+    return text.substr(0, end) + "…";
+  }
+
+  // Tick by tick, what is not as it was.
+  static std::string story_of(const project::Plan& plan, const verify::Judgement& judgement) {
+    const auto told = verify::retell(plan);
+    if (!told) return to_string(told.error()) + "\n";
+    std::string out;
+    std::map<std::string, std::string> last;
+    std::map<std::string, Value> results;
+    for (const verify::Told& tick : *told) {
+      std::string line;
+      const auto add = [&](const std::string& what) { line += (line.empty() ? "" : ", ") + what; };
+      for (const Message& message : tick.messages) {
+        if (message.name.ends_with(".choice")) {
+          const Value* name = message.data.find("name");
+          add(message.source + " chooses " + (name != nullptr ? std::string(name->text()) + " = " : "") +
+              to_json(*message.data.find("value")));
+        } else if (message.name == "scenario.injection") {
+          add("fault: " + std::string(message.data.find("what")->text()) + " " + message.target);
+        } else if (message.name.ends_with(".tick.reply")) {
+          const std::string status(message.data.find("status")->text());
+          if (std::exchange(last[message.name], status) != status) add(message.source + " " + status);
+        } else if (message.kind == MessageKind::kReply && message.data.find("result") != nullptr) {
+          const std::string call = message.name.substr(0, message.name.size() - 6);
+          const Value* args = message.data.find("args");
+          const std::string asked = args != nullptr && !args->as_map()->empty() ? to_json(*args) : "";
+          const std::string changed = changed_in(results[call + asked], *message.data.find("result"));
+          if (!changed.empty()) add(call + asked + " → " + changed);
+        } else if (message.kind == MessageKind::kError) {
+          add(message.name);
+        }
+      }
+      if (!line.empty())
+        out += fmt::format("    tick {:<4} {:>8} s  {}\n", tick.tick, shortest_decimal(seconds(tick.at)), line);
+    }
+    out += fmt::format(
+        "    {:>20} s  {}\n", shortest_decimal(seconds(judgement.at)),
+        judgement.path->loop ? "from here on the same for ever, and " + judgement.requirement + " is owed"
+        : judgement.state == "the mission ends" ? "the mission ends, and " + judgement.requirement + " is owed"
+                                                : judgement.requirement + " is VIOLATED");
+    return out;
+  }
+
+  bool write_graph() const {
+    const verify::Graph& graph = result_.graph;
+    std::ofstream out(command_.graph);
+    const bool dot = command_.graph.ends_with(".dot");
+    if (!dot && !command_.graph.ends_with(".aut")) {
+      say("--graph " + command_.graph + ": a file that ends in .aut or .dot");
+      return false;
+    }
+    const auto label = [&](const verify::Edge& edge) {
+      std::string text;
+      for (const verify::Made& made : graph.decisions[edge.made]) {
+        if (made.count < 2) continue;
+        if (made.kind == verify::Made::Kind::kOrder) text += fmt::format("order {} ", made.alternative);
+        if (made.kind == verify::Made::Kind::kOrder ||
+            (made.kind == verify::Made::Kind::kFault && made.alternative == 0))
+          continue;
+        const verify::ChoicePoint& point = graph.choices[made.what];
+        text += point.model + (point.name.empty() ? " " : "." + point.name + "=") +
+                (point.function.find("fault") != std::string::npos ? point.function : point.value) + " ";
+      }
+      std::replace(text.begin(), text.end(), '"', '\'');
+      return text.empty() ? std::string("tick") : text.substr(0, text.size() - 1);
+    };
+    if (dot) {
+      out << "digraph mission {\n";
+    } else {
+      out << "des (0, " << graph.edges.size() << ", " << graph.nodes.size() << ")\n";
+    }
+    for (const verify::Edge& edge : graph.edges) {
+      if (dot)
+        out << "  " << edge.from << " -> " << edge.to << " [label=\"" << label(edge) << "\"];\n";
+      else
+        out << "(" << edge.from << ", \"" << label(edge) << "\", " << edge.to << ")\n";
+    }
+    if (dot) out << "}\n";
+    out.flush();
+    if (!out) say("--graph " + command_.graph + " cannot be written");
+    return static_cast<bool>(out);
+  }
+
+  [[nodiscard]] std::string basis(const verify::Asked& asked) const {
+    std::string text =
+        asked.explore.faults.empty()
+            ? "no faults"
+            : fmt::format("{} faults, {} at a time", asked.explore.faults.size(), asked.explore.faults_at_most);
+    return text +
+           (asked.explore.order == verify::Order::kAny ? ", any order at one instant" : ", order of virtual time");
+  }
+
+  std::string text(const verify::Asked& asked) const {
+    const verify::Graph& graph = result_.graph;
+    std::string models;
+    for (const project::ModelPlan& model : plan_.models) {
+      std::string serves;
+      for (const std::string& service : model.serves) serves += (serves.empty() ? "" : ", ") + service;
+      models += (models.empty() ? "" : ", ") + model.name + " (" + serves + ")";
+    }
+    std::string out = fmt::format("models      {}   {}\n", models.empty() ? "none" : models, basis(asked));
+    out += fmt::format("explored    {} states, {} periods, {}   {:.2f} s\n", grouped(graph.nodes.size()),
+                       grouped(graph.edges.size()),
+                       graph.complete ? "complete" : fmt::format("up to tick {}: {}", graph.complete_to, graph.limit),
+                       result_.explored_s);
+    std::size_t width = 0;
+    for (const auto& judgement : result_.judgements) width = std::max(width, judgement.requirement.size());
+    for (const auto& judgement : result_.judgements) {
+      out += fmt::format("{:<{}}   {}\n", judgement.requirement, width, told(judgement));
+      if (const auto story = story_.find(judgement.requirement); story != story_.end()) out += story->second;
+    }
+    for (const std::string& problem : graph.problems) out += "! " + problem + "\n";
+    constexpr std::size_t kShownMax = 12;
+    for (std::size_t i = 0; i < std::min(result_.not_reached.size(), kShownMax); ++i)
+      out += (i == 0 ? "not reached " : "            ") + result_.not_reached[i] + "\n";
+    if (result_.not_reached.size() > kShownMax)
+      out += fmt::format("            … and {} more (--json has all)\n", result_.not_reached.size() - kShownMax);
+    return out;
+  }
+
+  std::string told(const verify::Judgement& judgement) const {
+    if (!judgement.error.empty()) return "ERROR    " + judgement.error;
+    std::string out;
+    if (judgement.finding == verify::Finding::kRefuted) {
+      const Shown& shown = shown_.at(judgement.requirement);
+      const std::size_t tick = judgement.path->loop ? *judgement.path->loop : judgement.path->edges.size();
+      out = fmt::format("REFUTED  tick {} ({} s)", tick, shortest_decimal(seconds(judgement.at)));
+      if (judgement.path->loop)
+        out += fmt::format(": from here {} ticks can come again for ever", shown.loop_ticks);
+      else if (judgement.state == "the mission ends")
+        out += ": the mission ends, and it is still owed";
+      else
+        out += judgement.observation.empty() ? ": time passed" : ": " + judgement.observation;
+      if (shown.needs_order)
+        out +=
+            "; only if messages of one instant come in another order than that of virtual time, so it cannot be run "
+            "again";
+      else
+        out += "   " + shown.scenario + " .mcap";
+      if (!judgement.avoided.empty()) {
+        std::string avoided;
+        for (const std::string& one : judgement.avoided) avoided += (avoided.empty() ? "" : ", ") + one;
+        out += "\n  holds if what is offered again and again is taken again and again; the loop avoids " + avoided;
+      }
+    } else if (judgement.finding == verify::Finding::kHolds) {
+      out = judgement.vacuous.empty() ? "holds" : "holds VACUOUSLY: " + judgement.vacuous;
+      if (judgement.vacuous.empty()) out += fmt::format("    {} states with it", grouped(judgement.states));
+    } else {
+      out = fmt::format("not refuted up to tick {}", result_.graph.complete_to);
+    }
+    if (!judgement.fair.empty() && judgement.finding == verify::Finding::kHolds) {
+      std::string fair;
+      for (const std::string& one : judgement.fair) fair += (fair.empty() ? "" : ", ") + one;
+      out += " (if fair: " + fair + ")";
+    }
+    if (judgement.can_stay_open)
+      out += fmt::format("\n  can stay open when the mission ends, at tick {}", judgement.can_stay_open->edges.size());
+    if (judgement.violation) {
+      out += fmt::format("\n  violated with probability {:.10g}", judgement.violation->low);
+      if (judgement.violation->high - judgement.violation->low > 1e-9)
+        out += fmt::format(" to {:.10g}", judgement.violation->high);
+    }
+    return out;
+  }
+
+  Value json(const verify::Asked& asked) const {
+    const verify::Graph& graph = result_.graph;
+    List requirements;
+    for (const auto& judgement : result_.judgements) {
+      Map one{{"name", judgement.requirement},
+              {"verdict", to_string(judgement.finding)},
+              {"vacuous", !judgement.vacuous.empty()},
+              {"complete", graph.complete},
+              {"states", static_cast<std::int64_t>(judgement.states)}};
+      if (!judgement.vacuous.empty()) one["vacuous_because"] = judgement.vacuous;
+      if (!judgement.error.empty()) one["error"] = judgement.error;
+      List fair;
+      for (const std::string& name : judgement.fair) fair.emplace_back(name);
+      one["fair"] = std::move(fair);
+      if (judgement.path) {
+        one["first_violation"] = Map{{"tick", static_cast<std::int64_t>(judgement.path->edges.size())},
+                                     {"time", seconds(judgement.at)},
+                                     {"observation", judgement.observation}};
+        const Shown& shown = shown_.at(judgement.requirement);
+        Map example{{"needs_order", shown.needs_order}};
+        if (!shown.needs_order) {
+          example["scenario"] = shown.scenario;
+          example["recording"] = shown.recording;
+          example["choices"] = static_cast<std::int64_t>(shown.choices);
+        }
+        if (judgement.path->loop) {
+          example["loop"] = Map{{"from", static_cast<std::int64_t>(*judgement.path->loop)},
+                                {"ticks", static_cast<std::int64_t>(shown.loop_ticks)}};
+        }
+        one["counterexample"] = std::move(example);
+      }
+      if (!judgement.avoided.empty()) {
+        List avoided;
+        for (const std::string& name : judgement.avoided) avoided.emplace_back(name);
+        one["holds_if_fair"] = std::move(avoided);
+      }
+      one["can_stay_open"] = judgement.can_stay_open.has_value();
+      if (judgement.violation) {
+        one["probability"] = Map{{"low", judgement.violation->low},
+                                 {"high", judgement.violation->high},
+                                 {"method", "interval iteration"},
+                                 {"confidence", 1.0}};
+      }
+      requirements.emplace_back(std::move(one));
+    }
+    List not_reached;
+    for (const std::string& what : result_.not_reached) not_reached.emplace_back(what);
+    List problems;
+    for (const std::string& what : graph.problems) problems.emplace_back(what);
+    List models;
+    for (const project::ModelPlan& model : plan_.models) {
+      List serves;
+      for (const std::string& service : model.serves) serves.emplace_back(service);
+      models.emplace_back(Map{{"name", model.name},
+                              {"chart", model.chart.name()},
+                              {"fingerprint", fmt::format("{:016x}", model.chart.fingerprint())},
+                              {"serves", std::move(serves)}});
+    }
+    Map limits{{"complete_to_tick", static_cast<std::int64_t>(graph.complete_to)}};
+    if (!graph.complete) limits["ended_by"] = graph.limit;
+    return Map{{"version", SENTREE_VERSION},
+               {"models", std::move(models)},
+               {"order", command_.order},
+               {"faults", static_cast<std::int64_t>(asked.explore.faults.size())},
+               {"faults_at_most", static_cast<std::int64_t>(asked.explore.faults_at_most)},
+               {"requirements", std::move(requirements)},
+               {"states", static_cast<std::int64_t>(graph.nodes.size())},
+               {"transitions", static_cast<std::int64_t>(graph.edges.size())},
+               {"complete", graph.complete},
+               {"coverage", Map{{"not_reached", std::move(not_reached)}}},
+               {"problems", std::move(problems)},
+               {"limits", std::move(limits)},
+               {"wall_s", result_.explored_s}};
+  }
+
+  int code() const {
+    bool refuted = false;
+    bool error = false;
+    for (const auto& judgement : result_.judgements) {
+      refuted = refuted || judgement.finding == verify::Finding::kRefuted || !judgement.vacuous.empty();
+      error = error || !judgement.error.empty();
+    }
+    if (error) return kInvalidInput;
+    if (refuted) return kFindings;
+    if (interrupted) return kInterrupted;
+    return result_.graph.complete ? kOk : kTimeLimit;
+  }
+
+  const VerifyCommand& command_;
+  project::Plan plan_;
+  verify::Verification result_;
+  std::map<std::string, Shown> shown_;
+  std::map<std::string, std::string> story_;
+};
+
+}  // namespace
+
+int verify(const VerifyCommand& command) {
+  project::Scenario scenario;
+  if (!command.scenario.empty()) {
+    auto loaded = project::load_scenario(command.scenario);
+    say(loaded.diagnostics);
+    if (!loaded.ok()) return kInvalidInput;
+    scenario = std::move(*loaded.value);
+  } else {
+    auto project = project::load_project(command.project);
+    say(project.diagnostics);
+    if (!project.ok()) return kInvalidInput;
+    scenario = project::plain_scenario(std::move(*project.value));
+  }
+  auto plan = project::prepare(verify::with_models(std::move(scenario)));
+  say(plan.diagnostics);
+  if (!plan.ok()) return kInvalidInput;
+  return Verifying(command, std::move(*plan.value))();
+}
+
+}  // namespace sentree::cli

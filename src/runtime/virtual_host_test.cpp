@@ -1,0 +1,66 @@
+// The host of the library `mission` and the run-time system do the same.
+
+#include "sentree/mission/virtual_host.h"
+
+#include <gtest/gtest.h>
+
+#include "sentree/project/plan.h"
+#include "sentree/runtime/run.h"
+
+namespace sentree::runtime {
+namespace {
+
+class Listener final : public mission::Surroundings {
+ public:
+  void observed(const Message& message) override {
+    if (!message.name.starts_with("monitor.")) lines.push_back(line_of(message));
+  }
+  // Monitors take numbers of their own.
+  static std::string line_of(Message message) {
+    message.sequence = 0;
+    message.stamp = 0;
+    return to_json(message);
+  }
+  std::vector<std::string> lines;
+};
+
+void same(const std::string& folder, bool models, std::uint64_t seed) {
+  SCOPED_TRACE(folder + ", seed " + std::to_string(seed));
+  auto project = project::load_project(std::string(SENTREE_SOURCE_DIR) + "/examples/" + folder);
+  ASSERT_TRUE(project.ok());
+  project::Scenario scenario = project::plain_scenario(std::move(*project.value));
+  scenario.virtual_time = true;
+  scenario.seed = seed;
+  scenario.duration = std::chrono::seconds(20);
+  if (models) {
+    for (project::ServiceEntry& service : scenario.project.services) service.at = "model";
+  }
+  const auto plan = project::prepare(std::move(scenario));
+  ASSERT_TRUE(plan.ok());
+  ASSERT_TRUE(mission::VirtualHost::obstacles(*plan.value).empty());
+  Listener ours;
+  mission::VirtualHost host(*plan.value);
+  mission::State state = host.begin();
+  const TimePoint end = TimePoint{} + plan.value->scenario.duration;
+  while (!mission::VirtualHost::ended(state) && mission::VirtualHost::next(state) < end) host.step(state, ours);
+
+  Listener theirs;
+  RunOptions options;
+  options.listeners.push_back([&](const Message& message) {
+    if (message.time < end) theirs.observed(message);
+  });
+  const RunReport report = Run(*plan.value, std::move(options)).execute();
+  EXPECT_EQ(report.error, "");
+  ASSERT_GT(ours.lines.size(), 20U);
+  EXPECT_EQ(ours.lines, theirs.lines);
+}
+
+TEST(VirtualHost, IsTheRunTimeSystemMessageForMessage) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    same("recharge", true, seed);
+    same("modelled", false, seed);
+  }
+}
+
+}  // namespace
+}  // namespace sentree::runtime

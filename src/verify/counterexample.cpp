@@ -1,0 +1,129 @@
+#include "sentree/verify/counterexample.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "sentree/project/intervention.h"
+#include "sentree/text/json.h"
+
+namespace sentree::verify {
+
+namespace {
+
+// The edges of a path, its loop gone round as often as is shown.
+std::vector<std::uint32_t> unrolled(const Path& path) {
+  std::vector<std::uint32_t> edges = path.edges;
+  if (!path.loop) return edges;
+  const std::vector<std::uint32_t> loop(edges.begin() + static_cast<std::ptrdiff_t>(*path.loop), edges.end());
+  for (int round = 1; round < kLoopRounds; ++round) edges.insert(edges.end(), loop.begin(), loop.end());
+  return edges;
+}
+
+// What a fault's entry in the graph says it does: the one of the options that is written so.
+std::optional<project::Intervention> fault_of(const ChoicePoint& point, const project::VerifySection& section) {
+  for (const project::Intervention& what : section.faults) {
+    if (to_json(Value(to_entry(what))) == point.value) return what;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Counterexample counterexample(const Graph& graph, const Judgement& judgement, const project::Scenario& scenario) {
+  Counterexample out;
+  out.scenario = scenario;
+  project::Scenario& made = out.scenario;
+  made.virtual_time = true;
+  made.factor = 1.0;
+  made.choices.emplace();
+  made.expect_nothing();
+  made.verdicts[judgement.requirement] =
+      judgement.path->loop || judgement.state == "the mission ends" ? "undecided" : "violated";
+  std::map<std::string, std::uint64_t> numbers;
+  std::map<std::string, std::uint64_t> standing;  // faults, by what they say
+  std::uint64_t last_id = 0;
+  const auto edges = unrolled(*judgement.path);
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    const TimePoint tick_time = TimePoint{} + graph.period * static_cast<std::int64_t>(i);
+    for (const Made& decision : graph.decisions[graph.edges[edges[i]].made]) {
+      if (decision.kind == Made::Kind::kOrder) {
+        out.needs_order = out.needs_order || decision.alternative > 0;
+        continue;
+      }
+      if (decision.kind == Made::Kind::kFault) {
+        if (decision.alternative == 0) continue;
+        const ChoicePoint& point = graph.choices[decision.what];
+        auto what = fault_of(point, scenario.project.verify);
+        if (!what) continue;
+        if (point.function == "end of fault") {
+          if (what->kind == project::Intervention::Kind::kKill) {
+            what->kind = project::Intervention::Kind::kRestart;
+          } else {
+            const std::uint64_t id = standing[point.value];
+            what = project::Intervention{};
+            what->kind = project::Intervention::Kind::kClear;
+            what->id = id;
+          }
+        } else if (what->stands()) {
+          standing[point.value] = ++last_id;
+        }
+        made.timeline.push_back({.at = tick_time, .what = *what, .source = "scenario", .span = {}});
+        continue;
+      }
+      const ChoicePoint& point = graph.choices[decision.what];
+      const std::uint64_t number = ++numbers[point.model];
+      if (decision.alternative == 0) continue;
+      const auto value = text::parse_json(point.value);
+      made.choices->push_back({.model = point.model,
+                               .number = number,
+                               .name = point.name,
+                               .value = value ? *value : Value(),
+                               .tick = i + 1,
+                               .span = {}});
+    }
+  }
+  out.ticks = edges.size();
+  // One period more: what a monitor waits for may be due just behind the last tick.
+  made.duration = graph.period * static_cast<std::int64_t>(edges.size());
+  return out;
+}
+
+void simplify(Counterexample& example, const std::function<bool(const project::Scenario&)>& violates) {
+  // Each try is a run: a long list is left as it is.
+  constexpr std::size_t kTriedMax = 200;
+  auto& choices = *example.scenario.choices;
+  if (choices.size() > kTriedMax) return;
+  for (std::size_t i = choices.size(); i-- > 0;) {
+    const project::ScenarioChoice taken = choices[i];
+    choices.erase(choices.begin() + static_cast<std::ptrdiff_t>(i));
+    if (!violates(example.scenario)) choices.insert(choices.begin() + static_cast<std::ptrdiff_t>(i), taken);
+  }
+}
+
+Result<std::vector<Told>> retell(const project::Plan& plan) {
+  class Listener final : public mission::Surroundings {
+   public:
+    explicit Listener(const project::Scenario& of) : scenario(of) {}
+    void observed(const Message& message) override { told.back().messages.push_back(message); }
+    std::optional<std::uint64_t> choose(const mission::Choice& choice) override {
+      return mission::scripted(scenario, choice).value_or(0);
+    }
+    const project::Scenario& scenario;
+    std::vector<Told> told;
+  };
+  mission::VirtualHost host(plan);
+  Listener listener(plan.scenario);
+  mission::State state = host.begin();
+  const TimePoint end = TimePoint{} + plan.scenario.duration;
+  while (!mission::VirtualHost::ended(state) && state.tree.planned < end) {
+    listener.told.push_back({.tick = listener.told.size() + 1, .at = state.tree.planned, .messages = {}});
+    const auto done = period(host, state, listener, [] { return Result<void>(); });
+    if (!done) return tl::unexpected(done.error());
+    if (state.tree.over) break;
+  }
+  return std::move(listener.told);
+}
+
+}  // namespace sentree::verify

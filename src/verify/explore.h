@@ -1,0 +1,126 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "sentree/base/message.h"
+#include "sentree/base/result.h"
+#include "sentree/mission/virtual_host.h"
+#include "sentree/monitor/monitor.h"
+#include "sentree/monitor/monitor_set.h"
+
+namespace sentree::verify {
+
+/// One alternative that was taken in a period: of a choice of a model, of an order, or of the faults.
+struct Made {
+  enum class Kind : std::uint8_t { kChoice, kOrder, kFault };
+  Kind kind = Kind::kChoice;
+  std::uint32_t alternative = 0;
+  std::uint32_t count = 1;
+  std::uint32_t what = 0;  ///< kChoice: index in `Graph::choices`. kFault: in `Options::faults`, see `Graph::fault_of`.
+  double probability = -1;  ///< Below 0: nobody says.
+};
+
+/// A choice that models leave open, as far as its alternatives are told apart by name and value.
+struct ChoicePoint {
+  std::string model;
+  std::string function;
+  std::string name;
+  std::string value;  ///< JSON of the alternative that is meant.
+};
+
+/// What a monitor may want to see, without numbers and with the time since the beginning of the period.
+struct Seen {
+  Duration after{};
+  Message message;
+};
+
+struct Edge {
+  std::uint32_t from = 0;
+  std::uint32_t to = 0;
+  std::uint32_t seen = 0;  ///< Index in `Graph::sequences`.
+  std::uint32_t made = 0;  ///< Index in `Graph::decisions`.
+};
+
+/// Every behaviour of a mission: states between two periods, joined by what one period can do.
+struct Graph {
+  struct Node {
+    std::uint32_t depth = 0;  ///< Periods from the beginning, at least.
+    TimePoint at{};           ///< On one of the shortest ways.
+    bool ended = false;       ///< Nothing of the mission is left to do.
+    std::uint32_t first_edge = 0;
+    std::uint32_t edges = 0;
+  };
+  std::vector<Node> nodes;  ///< The first is the beginning; in order of depth.
+  std::vector<Edge> edges;  ///< Those of a node beside each other.
+  std::vector<std::vector<Seen>> sequences;
+  std::vector<std::vector<Made>> decisions;
+  std::vector<ChoicePoint> choices;
+  bool complete = true;
+  std::string limit;        ///< Why it is not complete.
+  std::uint64_t steps = 0;  ///< Deliveries executed.
+  std::size_t bytes_per_state = 0;
+  Duration period{};
+  /// A node has been expanded: only those below it are known whole.
+  std::uint32_t complete_to = 0;  ///< Depth up to which every behaviour is known.
+
+  // What was reached at all.
+  std::vector<std::vector<bool>> taken;                 ///< By leaf and transition.
+  std::vector<std::vector<bool>> statuses;              ///< By leaf: RUNNING, SUCCESS, FAILURE answered.
+  std::set<std::string> observed;                       ///< Names of observations.
+  std::map<std::string, std::set<std::string>> values;  ///< By "MODEL.NAME" of a pick: what was taken, as JSON.
+  std::vector<std::string> problems;                    ///< Of the mission, each once, at most kProblemsMax.
+  bool probabilistic = false;                           ///< Something is drawn,
+  bool nondeterministic = false;                        ///< something is left open without a probability.
+
+  static constexpr std::size_t kProblemsMax = 100;
+};
+
+enum class Order : std::uint8_t {
+  kAny,      ///< What happens at one instant in different parts comes in any order.
+  kVirtual,  ///< The one order of virtual time.
+};
+
+struct Options {
+  Order order = Order::kAny;
+  std::vector<project::Intervention> faults;  ///< That may come at any period.
+  std::size_t faults_at_most = 1;             ///< At a time.
+  std::uint64_t states = 5'000'000;
+  std::uint64_t ticks = UINT64_MAX;
+  std::uint64_t memory = 4'000'000'000;  ///< Bytes, of which a rough account is kept.
+  std::optional<std::chrono::nanoseconds> time;
+  std::function<bool()> interrupted;                                    ///< May be empty.
+  std::function<void(std::size_t states, std::size_t edges)> progress;  ///< Told now and then; may be empty.
+};
+
+/// Alternatives of one choice that are tried; more are an error, since no machine tries them all.
+inline constexpr std::uint64_t kAlternativesMax = 10'000;
+/// Ways in which one period of one state can go on.
+inline constexpr std::size_t kWaysMax = 100'000;
+/// Deliveries in one period: beyond it parts answer each other for ever.
+inline constexpr std::size_t kDeliveriesMax = 200'000;
+
+/// Executes one period after the other for every choice, breadth first.
+/// Errors: verify.choice (too many alternatives), verify.endless, those of `mission::encode`, verify.fault.
+[[nodiscard]] Result<Graph> explore(const project::Plan& plan, const Options& options);
+
+/// Executes one period: everything up to and including the next planned tick, the timeline of the scenario among it.
+/// @param before_tick  Called when that tick is the next thing, but for injections.
+/// @return  Deliveries executed. Errors: verify.endless, verify.fault, those of `before_tick`.
+[[nodiscard]] Result<std::size_t> period(mission::VirtualHost& host, mission::State& state,
+                                         mission::Surroundings& surroundings,
+                                         const std::function<Result<void>()>& before_tick);
+
+/// What no exploration can deal with: parts elsewhere, charts that read clocks or random numbers or their names.
+/// Codes: verify.elsewhere, verify.no-model, verify.clock, verify.fault.
+[[nodiscard]] Diagnostics obstacles(const project::Plan& plan);
+
+}  // namespace sentree::verify

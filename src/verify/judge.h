@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sentree/base/result.h"
+#include "sentree/monitor/monitor.h"
+#include "sentree/verify/explore.h"
+
+namespace sentree::verify {
+
+enum class Finding : std::uint8_t {
+  kHolds,    ///< On every behaviour that was explored.
+  kRefuted,  ///< Some behaviour violates it.
+  kUnknown,  ///< Not refuted, and not everything was explored.
+};
+/// "holds", "refuted", "unknown".
+[[nodiscard]] std::string_view to_string(Finding finding);
+
+/// A behaviour: edges of the graph one after the other.
+struct Path {
+  std::vector<std::uint32_t> edges;
+  /// Of a behaviour without end: the edge from which on the rest comes again and again.
+  std::optional<std::size_t> loop;
+};
+
+/// What was found out of one requirement.
+struct Judgement {
+  std::string requirement;
+  Finding finding = Finding::kUnknown;
+  std::uint64_t states = 0;  ///< Of mission and monitor together.
+  std::optional<Path> path;  ///< If refuted: one of the shortest behaviours that show it.
+  TimePoint at{};            ///< When it is violated on that path.
+  std::string observation;   ///< Name of what violates it; empty: time that passed, or a loop.
+  std::string state;         ///< Of the monitor, then.
+  std::string vacuous;       ///< Why it says nothing that it holds; empty: it was put to the test.
+  /// A bounded obligation can be open when the mission ends, on this path: no violation.
+  std::optional<Path> can_stay_open;
+  std::vector<std::string> fair;  ///< Alternatives whose fairness it rests on.
+  /// Refuted only since these alternatives need never be taken: "model.NAME = value".
+  std::vector<std::string> avoided;
+  struct Probability {
+    double low = 0;
+    double high = 1;
+  };
+  /// That it is ever violated; nothing: something is left open without a probability.
+  std::optional<Probability> violation;
+  std::string error;  ///< It could not be judged.
+};
+
+struct JudgeOptions {
+  /// Choices "MODEL.NAME" each alternative of which is taken again and again if it is offered again and again.
+  std::vector<std::string> fair;
+  bool all_fair = false;
+  bool probabilities = true;
+};
+
+/// Steps a monitor along the graph: each of its states with each state of the mission once, breadth first. Obligations
+/// without a bound are looked for on cycles, fair in the sense of Streett: an alternative that is offered on the cycle
+/// again and again is taken on it.
+[[nodiscard]] Judgement judge(const Graph& graph, const monitor::Model& model, const JudgeOptions& options);
+
+}  // namespace sentree::verify

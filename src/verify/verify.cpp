@@ -1,0 +1,155 @@
+#include "sentree/verify/verify.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "sentree/base/diagnostic.h"
+#include "sentree/project/scenario_text.h"
+#include "sentree/text/yaml.h"
+
+namespace sentree::verify {
+
+namespace {
+
+Diagnostic error(std::string code, std::string message, SourceSpan span) {
+  return {Severity::kError, std::move(code), std::move(message), std::move(span)};
+}
+
+std::vector<std::string> not_reached(const project::Plan& plan, const Graph& graph) {
+  std::vector<std::string> out;
+  for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) {
+    const project::LeafPlan& of = plan.leaves[leaf];
+    const auto& statuses = graph.statuses[leaf];
+    if (std::none_of(statuses.begin(), statuses.end(), [](bool b) { return b; })) {
+      out.push_back("leaf " + of.name + " is never ticked");
+      continue;
+    }
+    if (!statuses[1]) out.push_back("leaf " + of.name + " never succeeds");
+    if (!statuses[2]) out.push_back("leaf " + of.name + " never fails");
+    const auto transitions = of.chart->transitions();
+    for (std::size_t t = 0; t < transitions.size(); ++t) {
+      if (graph.taken[leaf][t] || transitions[t].place.line == 0) continue;
+      out.push_back(to_string(of.chart->span(transitions[t].place)) + ": " + "leaf " + of.name +
+                    " never takes this transition");
+    }
+  }
+  return out;
+}
+
+// Choices with a name that some model makes: what `fair:` may say.
+std::vector<std::string> choice_names(const Graph& graph) {
+  std::vector<std::string> names;
+  for (const auto& [name, values] : graph.values) names.push_back(name);
+  return names;
+}
+
+// A mapping's entry, made if it is not there.
+text::YamlNode& entry(text::YamlNode& mapping, const std::string& key) {
+  mapping.kind = text::YamlNode::Kind::kMapping;
+  for (auto& [name, value] : mapping.entries) {
+    if (name.scalar == key) return value;
+  }
+  text::YamlNode name;
+  name.kind = text::YamlNode::Kind::kScalar;
+  name.scalar = key;
+  mapping.entries.emplace_back(std::move(name), text::YamlNode());
+  return mapping.entries.back().second;
+}
+
+void set(text::YamlNode& mapping, const std::string& key, const std::string& text) {
+  text::YamlNode& value = entry(mapping, key);
+  value = text::YamlNode();
+  value.kind = text::YamlNode::Kind::kScalar;
+  value.scalar = text;
+}
+
+}  // namespace
+
+project::Scenario with_models(project::Scenario scenario) {
+  scenario.virtual_time = true;
+  scenario.factor = 1.0;
+  for (const project::ModelEntry& model : scenario.project.models) {
+    for (project::ServiceEntry& service : scenario.project.services) {
+      const auto& serves = model.serves;
+      if (std::find(serves.begin(), serves.end(), service.name) != serves.end()) service.at = "model";
+    }
+  }
+  return scenario;
+}
+
+Verification verify(const project::Plan& plan, const Asked& asked) {
+  Verification out;
+  out.errors = obstacles(plan);
+  const std::string& file = plan.scenario.project.file;
+  for (const project::GatePlan& gate : plan.gates) {
+    out.errors.push_back(error("verify.gate",
+                               "monitor " + plan.monitors[gate.monitor].name() +
+                                   " is a gate; missions with gates cannot be explored yet: leave `gate:` out in a "
+                                   "scenario's override",
+                               SourceSpan{file}));
+  }
+  std::vector<std::string> names;
+  for (const monitor::Model& model : plan.monitors) names.push_back(model.name());
+  for (const std::string& name : asked.only) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) {
+      out.errors.push_back(error(
+          "verify.unknown-requirement",
+          "the project has no requirement or monitor \"" + name + "\"" + did_you_mean(name, names), SourceSpan{file}));
+    }
+  }
+  if (has_errors(out.errors)) return out;
+  const auto began = std::chrono::steady_clock::now();
+  auto graph = explore(plan, asked.explore);
+  if (!graph) {
+    out.errors.push_back(graph.error());
+    return out;
+  }
+  out.graph = std::move(*graph);
+  out.explored_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  const std::vector<std::string> choices = choice_names(out.graph);
+  for (const std::string& fair : asked.judge.fair) {
+    if (std::find(choices.begin(), choices.end(), fair) != choices.end()) continue;
+    out.errors.push_back(error("verify.fair",
+                               "no model makes a choice called \"" + fair +
+                                   "\"; a choice gets a name by pick('NAME', …), "
+                                   "and is called MODEL.NAME" +
+                                   did_you_mean(fair, choices),
+                               plan.scenario.project.verify.fair_span));
+  }
+  if (has_errors(out.errors)) return out;
+  for (const monitor::Model& model : plan.monitors) {
+    if (!asked.only.empty() && std::find(asked.only.begin(), asked.only.end(), model.name()) == asked.only.end())
+      continue;
+    out.judgements.push_back(judge(out.graph, model, asked.judge));
+  }
+  if (out.graph.complete) out.not_reached = not_reached(plan, out.graph);
+  return out;
+}
+
+std::string scenario_text(const Counterexample& example, const Judgement& judgement, const std::string& project) {
+  project::Scenario scenario = example.scenario;
+  text::YamlNode source = scenario.source;
+  const double at_s = seconds(judgement.at);
+  std::string what = judgement.requirement;
+  if (judgement.path->loop) {
+    what += " can be open for ever: what happens from " + shortest_decimal(at_s) + " s on comes again and again";
+  } else if (judgement.state == "the mission ends") {
+    what += " is still owed when the mission ends at " + shortest_decimal(at_s) + " s";
+  } else {
+    what += " is violated at " + shortest_decimal(at_s) + " s" +
+            (judgement.observation.empty() ? "" : " by " + judgement.observation);
+  }
+  set(source, "description", what);
+  text::YamlNode& services = entry(entry(source, "override"), "services");
+  for (const project::ServiceEntry& service : scenario.project.services) {
+    if (service.at == "model") set(entry(services, service.name), "at", "model");
+  }
+  scenario.source = std::move(source);
+  const std::string& verdict = scenario.verdicts.begin()->second;
+  return "# A behaviour that `sentree verify` found. Choices that are not listed take their first alternative.\n" +
+         project::scenario_text(scenario, {}, std::nullopt, project) + "expect:\n  monitors: {" +
+         judgement.requirement + ": " + verdict + "}\n";
+}
+
+}  // namespace sentree::verify

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sentree/project/plan.h"
+#include "sentree/verify/counterexample.h"
+#include "sentree/verify/explore.h"
+#include "sentree/verify/judge.h"
+
+namespace sentree::verify {
+
+/// The scenario with every service that a model stands for served by that model.
+[[nodiscard]] project::Scenario with_models(project::Scenario scenario);
+
+struct Verification {
+  Graph graph;
+  std::vector<Judgement> judgements;     ///< As the requirements were asked for.
+  std::vector<std::string> not_reached;  ///< What no behaviour reaches: "FILE:LINE: …".
+  Diagnostics errors;                    ///< Nothing was explored.
+  double explored_s = 0;                 ///< Wall time.
+};
+
+struct Asked {
+  Options explore;
+  JudgeOptions judge;
+  std::vector<std::string> only;  ///< Names of monitors; empty: all.
+};
+
+/// Explores the mission once and judges each requirement on what was found.
+/// Codes: those of `obstacles` and `explore`; verify.unknown-requirement, verify.fair, verify.gate.
+[[nodiscard]] Verification verify(const project::Plan& plan, const Asked& asked);
+
+/// The text of a scenario file that shows a counterexample.
+/// @param project  The project's folder, as seen from the file; empty: one folder above.
+[[nodiscard]] std::string scenario_text(const Counterexample& example, const Judgement& judgement,
+                                        const std::string& project);
+
+}  // namespace sentree::verify

@@ -1,0 +1,210 @@
+#include "sentree/verify/verify.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "sentree/base/temporary_folder.h"
+#include "sentree/text/file.h"
+
+namespace sentree::verify {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+const std::string kHead = "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" ";
+
+// A mission that asks a door at each tick until it is open.
+class Verify : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    write("interfaces/door.thrift", "service Door { i32 ask() }\n");
+    write("skills/Ask.scxml", kHead + R"(initial="asking"><state id="asking">
+  <onentry><send type="thrift" target="door" event="ask"/></onentry>
+  <transition event="door.ask.reply" cond="_event.data.result === 6" target="success"/>
+  <transition event="door.ask.reply" target="failure"/><transition event="error" target="failure"/>
+</state><final id="success"/><final id="failure"/></scxml>)");
+    tree("<RetryUntilSuccessful num_attempts=\"2\"><Condition ID=\"Ask\"/></RetryUntilSuccessful>");
+  }
+
+  void write(const std::string& name, const std::string& text) {
+    const auto path = folder_.path() / name;
+    std::filesystem::create_directories(path.parent_path());
+    ASSERT_TRUE(text::write_file(path, text));
+  }
+  void tree(const std::string& inside) {
+    write("mission.xml", "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\">" + inside + "</BehaviorTree></root>");
+  }
+  // @param answer  Of the model, an expression.
+  void model(const std::string& answer, const std::string& attributes = "") {
+    write("models/door.scxml", kHead + R"(initial="there"><state id="there"><transition event="door.ask.request">
+  <send type="thrift" target="door" event="ask.reply" )" +
+                                   attributes + "><param name=\"result\" expr=\"" + answer +
+                                   "\"/></send></transition></state></scxml>");
+  }
+  void requirements(const std::string& text) { write("r.req", "let said = reply(door.ask)\n" + text); }
+
+  project::Plan plan(const std::string& more = "") {
+    write("sentree.yaml",
+          "mission: {file: mission.xml, rate: 10 Hz}\nservices: {door: {interface: door.thrift/Door, at: model}}\n"
+          "models: [{file: models/door.scxml, name: keeper, serves: [door]}]\nmonitors: [{file: r.req}]\n" +
+              more);
+    auto project = project::load_project(folder_.path());
+    EXPECT_TRUE(project.ok()) << to_string(project.diagnostics.front());
+    auto prepared = project::prepare(with_models(project::plain_scenario(std::move(*project.value))));
+    EXPECT_TRUE(prepared.ok()) << to_string(prepared.diagnostics.front());
+    return std::move(*prepared.value);
+  }
+
+  // Executes a counterexample again and gives what its monitor says of it.
+  monitor::Verdict verdict_of(const Verification& found, const project::Plan& of) {
+    const Judgement& judgement = found.judgements.front();
+    auto prepared = project::prepare(counterexample(found.graph, judgement, of.scenario).scenario);
+    EXPECT_TRUE(prepared.ok());
+    const project::Plan& again = *prepared.value;
+    const auto told = retell(again);
+    EXPECT_TRUE(told);
+    monitor::MonitorSet monitors(again.monitors, TimePoint{});
+    std::vector<monitor::MonitorSet::Decided> decided;
+    for (const Told& tick : *told) {
+      for (const Message& message : tick.messages) monitors.observe(message, decided);
+    }
+    monitors.advance(TimePoint{} + again.scenario.duration, decided);
+    return monitors.state(0).verdict;
+  }
+
+  TemporaryFolder folder_{"verify"};
+};
+
+TEST_F(Verify, HoldsOnEveryBehaviourOrShowsOne) {
+  model("pick('says', 1, 2, 6)");
+  requirements("small \"It says little.\": always said <= 6.\n");
+  const project::Plan holds = plan();
+  const Verification all = verify(holds, {});
+  ASSERT_THAT(all.errors, IsEmpty());
+  EXPECT_TRUE(all.graph.complete);
+  EXPECT_EQ(all.judgements.front().finding, Finding::kHolds);
+  EXPECT_EQ(all.judgements.front().vacuous, "");
+
+  requirements("small \"It says little.\": always said <= 5.\n");
+  const project::Plan fails = plan();
+  const Verification some = verify(fails, {});
+  ASSERT_THAT(some.errors, IsEmpty());
+  EXPECT_EQ(some.judgements.front().finding, Finding::kRefuted);
+  EXPECT_EQ(some.judgements.front().observation, "door.ask.reply");
+  EXPECT_EQ(some.judgements.front().path->edges.size(), 1U) << "the first tick can do it";
+  EXPECT_EQ(verdict_of(some, fails), monitor::Verdict::kViolated);
+}
+
+TEST_F(Verify, GivesTheProbabilityOfADie) {
+  model("draw([[1/6, 1], [1/6, 2], [1/6, 3], [1/6, 4], [1/6, 5], [1/6, 6]])");
+  requirements("never_six \"No six.\": always said <= 5.\n");
+  const Verification found = verify(plan(), {});
+  ASSERT_THAT(found.errors, IsEmpty());
+  ASSERT_TRUE(found.judgements.front().violation);
+  // Two throws: 1 - (5/6)².
+  EXPECT_NEAR(found.judgements.front().violation->low, 11.0 / 36, 1e-9);
+  EXPECT_NEAR(found.judgements.front().violation->high, 11.0 / 36, 1e-9);
+}
+
+TEST_F(Verify, LeavesALoopOnlyWhereItIsFair) {
+  tree(
+      "<RetryUntilSuccessful num_attempts=\"-1\"><Sequence><Sleep msec=\"100\"/><Condition ID=\"Ask\"/></Sequence>"
+      "</RetryUntilSuccessful>");
+  model("pick('says', 1, 6)");
+  requirements("opens \"It opens in the end.\": whenever said = 1, door shall said = 6 eventually.\n");
+  const project::Plan of = plan();
+  const Verification unfair = verify(of, {});
+  ASSERT_THAT(unfair.errors, IsEmpty());
+  ASSERT_TRUE(unfair.graph.complete);
+  ASSERT_EQ(unfair.judgements.front().finding, Finding::kRefuted);
+  EXPECT_TRUE(unfair.judgements.front().path->loop.has_value());
+  EXPECT_THAT(unfair.judgements.front().avoided, ElementsAre("keeper.says = 6"));
+  EXPECT_EQ(verdict_of(unfair, of), monitor::Verdict::kUndecided) << "no end of it is seen";
+
+  Asked asked;
+  asked.judge.fair = {"keeper.says"};
+  EXPECT_EQ(verify(of, asked).judgements.front().finding, Finding::kHolds);
+  asked.judge.fair = {"keeper.sais"};
+  EXPECT_THAT(to_string(verify(of, asked).errors.front()), HasSubstr("did you mean \"keeper.says\"?"));
+}
+
+TEST_F(Verify, TriesFaults) {
+  model("6");
+  requirements("answers \"It answers.\": never status(Ask) = FAILURE.\n");
+  const project::Plan of = plan("verify: {faults: {at_most: 1, any_of: [{kill: door}]}}\n");
+  EXPECT_EQ(verify(of, {}).judgements.front().finding, Finding::kHolds);
+  Asked asked;
+  asked.explore.faults = of.scenario.project.verify.faults;
+  ASSERT_EQ(asked.explore.faults.size(), 1U);
+  const Verification found = verify(of, asked);
+  ASSERT_EQ(found.judgements.front().finding, Finding::kRefuted);
+  EXPECT_EQ(counterexample(found.graph, found.judgements.front(), of.scenario).scenario.timeline.size(), 1U);
+}
+
+TEST_F(Verify, RefusesWhatNeverComesAgain) {
+  model("Math.random() &lt; 0.5 ? 1 : 6");
+  requirements("small \"It says little.\": always said <= 6.\n");
+  EXPECT_THAT(to_string(verify(plan(), {}).errors.front()), HasSubstr("model keeper asks for Math.random"));
+}
+
+TEST_F(Verify, SaysWhichAnswerIsNone) {
+  model("'six'");
+  requirements("small \"It says little.\": always said <= 6.\n");
+  const Verification found = verify(plan(), {});
+  ASSERT_FALSE(found.errors.empty());
+  EXPECT_EQ(found.errors.front().code, "verify.reply");
+  EXPECT_THAT(to_string(found.errors.front()), HasSubstr("door.scxml:2"));
+}
+
+TEST_F(Verify, StopsAtItsLimits) {
+  tree(
+      "<RetryUntilSuccessful num_attempts=\"-1\"><Sequence><Sleep msec=\"100\"/><Condition ID=\"Ask\"/></Sequence>"
+      "</RetryUntilSuccessful>");
+  model("fresh()");
+  requirements("small \"It says little.\": always said <= 1000000.\n");
+  Asked asked;
+  asked.explore.states = 50;
+  const Verification few = verify(plan(), asked);
+  EXPECT_FALSE(few.graph.complete);
+  EXPECT_THAT(few.graph.limit, HasSubstr("50 states"));
+  EXPECT_EQ(few.judgements.front().finding, Finding::kUnknown);
+  asked.explore = {};
+  asked.explore.ticks = 7;
+  EXPECT_EQ(verify(plan(), asked).graph.complete_to, 6U);
+  asked.explore = {};
+  asked.explore.interrupted = [] { return true; };
+  EXPECT_EQ(verify(plan(), asked).graph.limit, "interrupted");
+}
+
+TEST_F(Verify, AnyOrderReachesWhatVirtualTimeReaches) {
+  tree(
+      "<Parallel success_count=\"2\" failure_count=\"2\"><Condition ID=\"Ask\" name=\"A\"/>"
+      "<Condition ID=\"Ask\" name=\"B\"/></Parallel>");
+  model("pick('says', 1, 6)");
+  requirements("small \"It says little.\": always said <= 6.\n");
+  const project::Plan of = plan();
+  Asked asked;
+  asked.explore.order = Order::kVirtual;
+  const Verification one = verify(of, asked);
+  const Verification any = verify(of, {});
+  ASSERT_THAT(any.errors, IsEmpty());
+  EXPECT_GE(any.graph.nodes.size(), one.graph.nodes.size());
+  EXPECT_GE(any.graph.edges.size(), one.graph.edges.size());
+  EXPECT_EQ(any.judgements.front().finding, one.judgements.front().finding);
+}
+
+TEST_F(Verify, SaysWhatNothingReaches) {
+  model("6");
+  requirements("small \"It says little.\": always said <= 6.\n");
+  const Verification found = verify(plan(), {});
+  EXPECT_THAT(found.not_reached, Contains("leaf Ask never fails"));
+  EXPECT_THAT(found.not_reached, Contains(HasSubstr("Ask.scxml:4:")));
+}
+
+}  // namespace
+}  // namespace sentree::verify
