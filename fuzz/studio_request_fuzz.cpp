@@ -74,7 +74,7 @@ class IdleSteering final : public runtime::Steering {
   Result<void> step(std::uint64_t) override { return {}; }
   Result<void> run_until(sentree::TimePoint) override { return {}; }
   Result<void> set_factor(double) override { return {}; }
-  Result<Applied> apply(const project::Intervention& what) override {
+  Result<Applied> apply_for(const project::Intervention& what, const std::string&) override {
     if (auto checked = project::check_intervention(what, scope_); !checked) return tl::unexpected(checked.error());
     Applied applied;
     applied.id = standing_.size() + 1;

@@ -353,6 +353,20 @@ grep -q 'OK' "$work/call" && grep -q 'battery violated' "$work/mission" || {
 # Who it was is said of every observation.
 expect 1 'monitor.violated  battery' "$sentree" run examples/recharge --scenario experiment1 --clock virtual --verbose
 
+# Every behaviour is tried; what is refuted is run again.
+cp -r examples/recharge "$work/verified"
+expect 1 'turns_to_station +holds    ' "$sentree" verify "$work/verified" --faults none
+expect 1 'never_empty +REFUTED +tick 81 .*robot chooses plugs_in = false' \
+  bash -c "'$sentree' verify '$work/verified' --faults none --only never_empty --explain | tr '\\n' ' '"
+expect 0 'never_empty is violated at 8.0 s' "$sentree" test "$work/verified/verify/never_empty.yaml"
+expect 0 'scenario never_empty' "$sentree" info "$work/verified/verify/never_empty.mcap"
+expect 1 'as_published +REFUTED' "$sentree" verify "$work/verified" --only turns_to_station_as_published \
+  --scenario "$work/verified/requirements/published.yaml" --faults none
+expect 0 '"verdict":"holds","vacuous":false,"complete":true' \
+  "$sentree" verify "$work/verified" --faults none --order virtual --only turns_to_station --json
+expect 124 'not refuted up to tick 4' "$sentree" verify "$work/verified" --only turns_to_station --ticks 5
+expect 3 'did you mean "never_empty"' "$sentree" verify "$work/verified" --only never_emty
+
 # A terminal that goes away ends a run in order, as Ctrl-C does, and nothing is left behind.
 mkdir "$work/tmp"
 TMPDIR=$work/tmp "$sentree" run examples/recharge --clock real --processes --duration '60 s' >"$work/mission" 2>&1 &

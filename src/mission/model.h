@@ -125,7 +125,7 @@ class ModelMachine {
   ModelState* stepped_ = nullptr;  // whose chart executes
   ModelHost* surroundings_ = nullptr;
   std::vector<Map> choices_;  // made in this step
-  Diagnostics refused_;       // likewise: what was no answer
+  Diagnostics wrong_;         // likewise: what was no answer
   scxml::Effects effects_;
 };
 

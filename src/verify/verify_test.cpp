@@ -57,7 +57,7 @@ class Verify : public ::testing::Test {
     EXPECT_TRUE(project.ok()) << to_string(project.diagnostics.front());
     auto prepared = project::prepare(with_models(project::plain_scenario(std::move(*project.value))));
     EXPECT_TRUE(prepared.ok()) << to_string(prepared.diagnostics.front());
-    return std::move(*prepared.value);
+    return std::move(prepared.value.value());
   }
 
   // Executes a counterexample again and gives what its monitor says of it.
@@ -135,7 +135,7 @@ TEST_F(Verify, LeavesALoopOnlyWhereItIsFair) {
 
 TEST_F(Verify, TriesFaults) {
   model("6");
-  requirements("answers \"It answers.\": never status(Ask) = FAILURE.\n");
+  requirements("answers \"It answers.\": never node(Ask) in FAILURE.\n");
   const project::Plan of = plan("verify: {faults: {at_most: 1, any_of: [{kill: door}]}}\n");
   EXPECT_EQ(verify(of, {}).judgements.front().finding, Finding::kHolds);
   Asked asked;
@@ -153,7 +153,7 @@ TEST_F(Verify, RefusesWhatNeverComesAgain) {
 }
 
 TEST_F(Verify, SaysWhichAnswerIsNone) {
-  model("'six'");
+  model("JSON.parse('[&quot;six&quot;]')[0]");
   requirements("small \"It says little.\": always said <= 6.\n");
   const Verification found = verify(plan(), {});
   ASSERT_FALSE(found.errors.empty());
@@ -165,7 +165,7 @@ TEST_F(Verify, StopsAtItsLimits) {
   tree(
       "<RetryUntilSuccessful num_attempts=\"-1\"><Sequence><Sleep msec=\"100\"/><Condition ID=\"Ask\"/></Sequence>"
       "</RetryUntilSuccessful>");
-  model("fresh()");
+  model("fresh() + 10");
   requirements("small \"It says little.\": always said <= 1000000.\n");
   Asked asked;
   asked.explore.states = 50;
