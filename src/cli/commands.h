@@ -122,10 +122,10 @@ int test(const TestCommand& command);
 
 struct VerifyCommand {
   std::string project = ".";
-  std::string scenario;             ///< A file whose overrides and timeline apply; empty: none.
-  std::vector<std::string> only;    ///< Requirements and monitors; empty: all.
-  std::string order = "any";        ///< any or virtual.
-  std::string faults;               ///< "none": those of `verify:` are left out.
+  std::string scenario;           ///< A file whose overrides and timeline apply; empty: none.
+  std::vector<std::string> only;  ///< Requirements and monitors; empty: all.
+  std::string order = "any";      ///< any or virtual.
+  std::string faults;             ///< "none": those of `verify:` are left out.
   std::optional<std::uint64_t> ticks;
   std::optional<std::uint64_t> states;
   std::optional<std::string> memory;  ///< "2 GB".

@@ -44,6 +44,7 @@ ModelMachine::ModelMachine(ComponentModel model, scxml::ExecutionWatch* watch) :
     const auto meaning = meaning_of(send);
     if (meaning) return {};
     wrong_.push_back(meaning.error());
+    if (wrong_.back().span.line == 0) wrong_.back().span = send.span;
     return tl::unexpected(meaning.error());
   };
   host_.watch = watch;
