@@ -116,6 +116,10 @@ TEST(Causality, NoEffectIsSeenBeforeItsCause) {
   int effects_first = 0;
   int back_in_time = 0;
   stream.subscribe([&](const Message& message) {
+    if (message.data.find("cause") == nullptr) {
+      ADD_FAILURE() << "lost: " << message.name;
+      return;
+    }
     if (!seen.contains(*message.data.find("cause")->as_int())) ++effects_first;
     seen.insert(*message.data.find("id")->as_int());
     if (message.time < last) ++back_in_time;
