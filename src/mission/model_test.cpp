@@ -78,6 +78,7 @@ class Player final : public ModelHost {
                     (outcome.ok ? to_json(outcome.result) : outcome.kind + " " + outcome.message));
   }
   void problem(const std::string& what) override { done_.push_back("! " + what); }
+  void refused(const Diagnostic&) override {}
 
   ModelMachine machine_;
   std::uint64_t calls_ = 0;

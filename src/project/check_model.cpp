@@ -172,7 +172,7 @@ class ModelCheck {
         const auto service = services_.find(*send.target);
         const idl::Method* const method =
             service != services_.end() ? service->second.service->find(*send.event) : nullptr;
-        if (method == nullptr || !method->oneway)
+        if (method != nullptr && !method->oneway)
           called.emplace(*send.target + "." + *send.event, leaf.chart->span(send.place));
       }
     }

@@ -85,7 +85,6 @@ Counterexample counterexample(const Graph& graph, const Judgement& judgement, co
     }
   }
   out.ticks = edges.size();
-  // One period more: what a monitor waits for may be due just behind the last tick.
   made.duration = graph.period * static_cast<std::int64_t>(edges.size());
   return out;
 }

@@ -25,16 +25,16 @@ struct Made {
   Kind kind = Kind::kChoice;
   std::uint32_t alternative = 0;
   std::uint32_t count = 1;
-  std::uint32_t what = 0;  ///< kChoice: index in `Graph::choices`. kFault: in `Options::faults`, see `Graph::fault_of`.
+  std::uint32_t what = 0;   ///< Of choices and of faults that come or go: index in `Graph::choices`.
   double probability = -1;  ///< Below 0: nobody says.
 };
 
-/// A choice that models leave open, as far as its alternatives are told apart by name and value.
+/// An alternative of a choice of a model; or a fault, whose `function` is "fault" or "end of fault".
 struct ChoicePoint {
   std::string model;
   std::string function;
-  std::string name;
-  std::string value;  ///< JSON of the alternative that is meant.
+  std::string name;   ///< Of pick('NAME', …); of a fault, what it does in one line.
+  std::string value;  ///< As JSON; of a fault, its entry in a timeline.
 };
 
 /// What a monitor may want to see, without numbers and with the time since the beginning of the period.
@@ -69,8 +69,7 @@ struct Graph {
   std::uint64_t steps = 0;  ///< Deliveries executed.
   std::size_t bytes_per_state = 0;
   Duration period{};
-  /// A node has been expanded: only those below it are known whole.
-  std::uint32_t complete_to = 0;  ///< Depth up to which every behaviour is known.
+  std::uint32_t complete_to = 0;  ///< Ticks up to which every behaviour is known.
 
   // What was reached at all.
   std::vector<std::vector<bool>> taken;                 ///< By leaf and transition.
