@@ -4,11 +4,14 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "sentree/base/copy_on_write.h"
@@ -21,7 +24,8 @@
 /// `visit_members(object, visit)`, found by its argument, calls `visit(name, member)` for each in a fixed order.
 ///
 /// A type whose content is that of another one (a queue that is a vector) has `archived(const T&)`, which gives that,
-/// and `unarchive(Other&&, T&)` instead.
+/// and `unarchive(Other&&, T&)` instead. An enumeration that counts from 0 may have `last_enumerator(E)`, which gives
+/// its last one: no other number is restored.
 namespace sentree::archive {
 
 template <class S, class Of>
@@ -36,6 +40,10 @@ template <class T>
 struct IsSequence : std::false_type {};
 template <class T>
 struct IsSequence<std::vector<T>> : std::true_type {};
+template <class T>
+struct IsSequence<std::deque<T>> : std::true_type {};
+template <class T>
+struct IsSequence<std::set<T>> : std::true_type {};
 template <class T, std::size_t N>
 struct IsSequence<std::array<T, N>> : std::true_type {};
 
@@ -77,6 +85,11 @@ struct Hasher {
   void operator()(std::string_view name, const std::pair<A, B>& v) {
     (*this)(name, v.first);
     (*this)(name, v.second);
+  }
+  template <class... T>
+  void operator()(std::string_view name, const std::variant<T...>& v) {
+    mix(v.index());
+    std::visit([&](const auto& alternative) { (*this)(name, alternative); }, v);
   }
   template <class T>
   requires(IsSequence<T>::value) void operator()(std::string_view name, const T& items) {
@@ -121,6 +134,11 @@ struct Saver {
   template <class A, class B>
   static Value saved(const std::pair<A, B>& v) {
     return List{saved(v.first), saved(v.second)};
+  }
+  template <class... T>
+  static Value saved(const std::variant<T...>& v) {
+    return List{static_cast<std::int64_t>(v.index()),
+                std::visit([](const auto& alternative) { return Value(saved(alternative)); }, v)};
   }
   template <class T>
   requires(IsSequence<T>::value) static Value saved(const T& items) {
@@ -176,8 +194,11 @@ struct Restorer {
                                                                      T& out) const {
     const std::int64_t* v = value.as_int();
     if (v == nullptr) return wrong(here, value);
-    out = static_cast<T>(*v);
-    if (static_cast<std::int64_t>(out) != *v) *problem = here + " is out of range";
+    bool fits = true;
+    if constexpr (requires { last_enumerator(T{}); })
+      fits = *v >= 0 && *v <= static_cast<std::int64_t>(last_enumerator(T{}));
+    if (fits) out = static_cast<T>(*v);
+    if (!fits || static_cast<std::int64_t>(out) != *v) *problem = here + " is out of range";
   }
   void restored(const Value& value, const std::string& here, double& out) const {
     exactly(value.as_double(), value, here, out);
@@ -224,13 +245,24 @@ struct Restorer {
     restored(list->front(), here, out.first);
     restored(list->back(), here, out.second);
   }
-  template <class T>
-  void restored(const Value& value, const std::string& here, std::vector<T>& out) const {
+  template <class... T>
+  void restored(const Value& value, const std::string& here, std::variant<T...>& out) const {
+    const List* list = value.as_list();
+    const std::int64_t* index = list != nullptr && list->size() == 2 ? list->front().as_int() : nullptr;
+    if (index == nullptr || *index < 0 || static_cast<std::uint64_t>(*index) >= sizeof...(T)) return wrong(here, value);
+    std::int64_t next = 0;
+    ((next++ == *index ? restored(list->back(), here, out.template emplace<T>()) : void()), ...);
+  }
+  template <class Sequence>
+  requires(IsSequence<Sequence>::value) void restored(const Value& value, const std::string& here,
+                                                      Sequence& out) const {
     const List* list = value.as_list();
     if (list == nullptr) return wrong(here, value);
-    out.assign(list->size(), T{});
+    out.clear();
     for (std::size_t i = 0; i < list->size() && problem->empty(); ++i) {
-      restored((*list)[i], here + "[" + std::to_string(i) + "]", out[i]);
+      typename Sequence::value_type item{};
+      restored((*list)[i], here + "[" + std::to_string(i) + "]", item);
+      out.insert(out.end(), std::move(item));
     }
   }
   template <class T, std::size_t N>

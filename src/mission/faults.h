@@ -60,6 +60,7 @@ class Faults {
   friend bool operator==(const Faults&, const Faults&) = default;
 
  private:
+  friend struct FaultsMembers;
   struct Entry {
     StandingIntervention standing;
     bool seen = false;    // of a breakpoint on a state: its chart has been looked at

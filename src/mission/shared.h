@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <utility>
 
 namespace sentree::mission {
@@ -24,5 +25,15 @@ class Shared {
  private:
   std::shared_ptr<const T> value_;
 };
+
+/// For `archive`: what is in it.
+template <class T>
+[[nodiscard]] std::optional<T> archived(const Shared<T>& shared) {
+  return shared.empty() ? std::nullopt : std::optional<T>(*shared);
+}
+template <class T>
+void unarchive(std::optional<T>&& content, Shared<T>& shared) {
+  shared = content ? Shared<T>(*std::move(content)) : Shared<T>();
+}
 
 }  // namespace sentree::mission

@@ -4,6 +4,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sentree/mission/delivery.h"
@@ -45,6 +46,17 @@ struct State {
   std::uint64_t tick = 0;
   std::optional<sim::State> world;  ///< Nothing: no robot is simulated.
   monitor::MonitorSet::Memory monitors;
+  friend bool operator==(const State&, const State&) = default;
 };
+
+/// The state as octets, for `restore`; the same state gives the same octets.
+/// Error: mission.unsavable, of a script's or a C++ node's data that have no saved form.
+[[nodiscard]] Result<std::string> save(const project::Plan& plan, const State& state);
+/// The state that was saved with a plan of the same files, seed and speed, in this process or another one.
+/// Errors: mission.other-plan; mission.bad-state (not one of ours, of another version, damaged, or no state of a run).
+[[nodiscard]] Result<State> restore(const project::Plan& plan, std::string_view saved);
+/// The simulated world of a saved state as data for `sim::restore`, whatever plan it belongs to; null: it has none.
+/// Error: mission.bad-state.
+[[nodiscard]] Result<Value> saved_world(std::string_view saved);
 
 }  // namespace sentree::mission

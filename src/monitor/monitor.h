@@ -160,11 +160,14 @@ struct Trail {
   std::vector<Observation> entered_by;  ///< By state of the chart: during which observation it was entered last.
   std::uint64_t seen = 0;               ///< Observations that it listened to.
   TimePoint started{};
+  /// Of what was observed, wherever it is kept.
+  friend bool operator==(const Trail& a, const Trail& b);
 };
 
 /// A monitor's memory: what decides, and what explains.
 struct State : Core {
   Trail trail;
+  friend bool operator==(const State&, const State&) = default;
 };
 
 /// Puts the monitor at its beginning.

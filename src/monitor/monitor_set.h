@@ -25,8 +25,10 @@ class LeafTracker {
   void see(const Message& message, Sign sign);
   /// The leaf that is being ticked, else the one whose last answer was RUNNING most recently; empty: none.
   [[nodiscard]] const std::string& active() const;
+  friend bool operator==(const LeafTracker&, const LeafTracker&) = default;
 
  private:
+  friend struct MemoryMembers;
   std::string ticked_;
   std::vector<std::string> running_;
 };
@@ -119,6 +121,7 @@ class MonitorSet {
   struct Memory {
     std::vector<State> states;
     LeafTracker leaves;
+    friend bool operator==(const Memory&, const Memory&) = default;
   };
   [[nodiscard]] Memory memory() const { return {states_, leaves_}; }
   /// Goes on from there; instead of `start`. The memory must be that of a set of the same models.
@@ -141,6 +144,12 @@ class MonitorSet {
   std::size_t observed_ = 0;
   std::size_t advanced_ = 0;
 };
+
+/// What a set of these models remembers, as data: also what explains, each observation once.
+/// Error: scxml.no-value-form.
+[[nodiscard]] Result<Value> save(std::span<const Model> models, const MonitorSet::Memory& memory);
+/// Errors: monitor.bad-state naming the member, scxml.other-chart, scxml.bad-snapshot.
+[[nodiscard]] Result<MonitorSet::Memory> restore(std::span<const Model> models, const Value& saved);
 
 /// Everything that the monitors decide of a recording, in order of time.
 /// @param end  When it ends, inclusive; what is open then is not decided.

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <bit>
 #include <set>
 
 #include "sentree/idl/conform.h"
@@ -539,8 +540,20 @@ bool load_plugins(const Project& project, bt::Registry& registry, Diagnostics& d
   return all;
 }
 
+namespace {
+
+std::uint64_t identity_of(const Scenario& scenario, std::set<std::uint64_t> contents) {
+  contents.insert(scenario.project.contents.begin(), scenario.project.contents.end());
+  std::uint64_t identity = hash_combine(scenario.seed, std::bit_cast<std::uint64_t>(scenario.factor));
+  for (const std::uint64_t content : contents) identity = hash_combine(identity, content);
+  return identity;
+}
+
+}  // namespace
+
 Loaded<Plan> prepare(Scenario scenario) {
   Loaded<Plan> prepared;
+  const text::ReadHashes read;
   Preparation preparation(scenario.project);
   preparation.services();
   preparation.world();
@@ -585,6 +598,7 @@ Loaded<Plan> prepare(Scenario scenario) {
                         .observers = std::move(preparation.observers_),
                         .world = std::move(preparation.world_),
                         .warnings = prepared.diagnostics};
+  prepared.value->identity = identity_of(prepared.value->scenario, read.hashes());
   return prepared;
 }
 

@@ -82,6 +82,9 @@ struct Plan {
   std::vector<ObserverPlan> observers;
   std::shared_ptr<const sim::World> world;  ///< Null: the project has none.
   Diagnostics warnings;
+  /// Of the contents of all files that were read for it, wherever they lie, the seed and the speed of time: plans of
+  /// one identity run alike. Plug-ins, which are code, are not looked at.
+  std::uint64_t identity = 0;
 };
 
 /// Follows a scenario's project: mission, skills, interfaces, monitors and world, and checks what each says of the

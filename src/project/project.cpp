@@ -359,6 +359,7 @@ Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {
     return loaded;
   }
   Project project;
+  project.contents.insert(hash_bytes(*source));
   project.folder = file.parent_path();
   if (project.folder.empty()) project.folder = ".";
   project.file = file.string();

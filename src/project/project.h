@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -172,6 +173,8 @@ struct Project {
   SourceSpan groot_span;
   /// Changes to the world file's content, from a scenario: merged over it, mapping by mapping.
   std::optional<text::YamlNode> world_overrides;
+  /// Hashes of the files that were read for it, with the scenario's.
+  std::set<std::uint64_t> contents;
 
   [[nodiscard]] const ServiceEntry* service(std::string_view name) const;
   /// The entry for a leaf: by its name, else by its ID, else null.

@@ -207,6 +207,7 @@ Loaded<Scenario> load_scenario(const std::filesystem::path& file) {
     loaded.diagnostics.insert(loaded.diagnostics.end(), project.diagnostics.begin(), project.diagnostics.end());
     if (!project.ok()) return loaded;
     scenario.project = std::move(*project.value);
+    scenario.project.contents.insert(hash_bytes(*source));
 
     read_clock(reader, scenario);
     if (const auto seed = reader.integer("seed")) scenario.seed = static_cast<std::uint64_t>(*seed);

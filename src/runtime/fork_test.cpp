@@ -2,13 +2,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "sentree/base/rng.h"
+#include "sentree/base/temporary_folder.h"
 #include "sentree/project/plan.h"
 #include "sentree/runtime/run.h"
+#include "sentree/text/file.h"
 
 namespace sentree::runtime {
 namespace {
@@ -41,14 +44,51 @@ std::vector<std::string> observed(const project::Plan& plan, const mission::Stat
   return said;
 }
 
+// What another process says that restores the state.
+std::vector<std::string> observed_elsewhere(const std::string& saved, const fs::path& scenario) {
+  const TemporaryFolder folder("test");
+  EXPECT_TRUE(text::write_file(folder.path() / "state", saved).has_value());
+  const std::string command = "SENTREE_TEST_FOLDER='" + folder.path().string() + "' SENTREE_TEST_SCENARIO='" +
+                              scenario.string() + "' '" + fs::read_symlink("/proc/self/exe").string() +
+                              "' --gtest_also_run_disabled_tests --gtest_filter=Restored.DISABLED_InAnotherProcess"
+                              " > '" +
+                              (folder.path() / "log").string() + "' 2>&1 < /dev/null";
+  EXPECT_EQ(std::system(command.c_str()), 0) << text::read_file(folder.path() / "log").value_or("");
+  std::vector<std::string> said;
+  std::string text = text::read_file(folder.path() / "said").value_or("");
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = text.find('\n', at);
+    said.push_back(text.substr(at, end - at));
+    at = end + 1;
+  }
+  return said;
+}
+
+// The other process of `observed_elsewhere`.
+TEST(Restored, DISABLED_InAnotherProcess) {
+  const char* folder = std::getenv("SENTREE_TEST_FOLDER");
+  const char* scenario = std::getenv("SENTREE_TEST_SCENARIO");
+  ASSERT_TRUE(folder != nullptr && scenario != nullptr);
+  const project::Plan plan = plan_of(scenario);
+  const auto saved = text::read_file(fs::path(folder) / "state");
+  ASSERT_TRUE(saved.has_value());
+  const auto state = mission::restore(plan, *saved);
+  ASSERT_TRUE(state.has_value()) << to_string(state.error());
+  std::string text;
+  for (const std::string& line : observed(plan, &*state, Duration(0))) text += line + "\n";
+  ASSERT_TRUE(text::write_file(fs::path(folder) / "said", text).has_value());
+}
+
 class Forked : public testing::TestWithParam<const char*> {};
 
-// 125 moments of twelve scenarios: with faults, halts and calls in flight among them.
-TEST_P(Forked, AtAnyMomentACopyOfTheRunGoesOnAlike) {
+// 125 moments of twelve scenarios: with faults, halts and calls in flight among them. From each, a copy and what was
+// saved and restored go on; from one of each scenario, another process too.
+TEST_P(Forked, AtAnyMomentACopyAndASavedRunGoOnAlike) {
   const std::uint64_t seed = hash_bytes(GetParam());
   SCOPED_TRACE("seed " + std::to_string(seed));
   Rng rng(seed);
-  const project::Plan plan = plan_of(fs::path(SENTREE_SOURCE_DIR) / "examples" / GetParam());
+  const fs::path scenario = fs::path(SENTREE_SOURCE_DIR) / "examples" / GetParam();
+  const project::Plan plan = plan_of(scenario);
   constexpr int kMoments = 125;
   struct Moment {
     TimePoint at;
@@ -90,6 +130,17 @@ TEST_P(Forked, AtAnyMomentACopyOfTheRunGoesOnAlike) {
     if (span == Duration(0)) EXPECT_EQ(first + again.size(), whole.size());
     for (std::size_t k = 0; k < again.size(); ++k) {
       ASSERT_EQ(again[k], whole[first + k]) << "forked at " << seconds(states[i].now) << " s";
+    }
+    const auto saved = mission::save(plan, states[i]);
+    ASSERT_TRUE(saved.has_value()) << to_string(saved.error());
+    const auto restored = mission::restore(plan, *saved);
+    ASSERT_TRUE(restored.has_value()) << to_string(restored.error());
+    ASSERT_TRUE(*restored == states[i]) << "saved at " << seconds(states[i].now) << " s";
+    ASSERT_EQ(mission::save(plan, *restored), saved);
+    ASSERT_EQ(observed(plan, &*restored, span), again) << "restored at " << seconds(states[i].now) << " s";
+    if (i == states.size() / 2) {
+      const auto rest = std::vector<std::string>(whole.begin() + static_cast<std::ptrdiff_t>(first), whole.end());
+      EXPECT_EQ(observed_elsewhere(*saved, scenario), rest);
     }
   }
 }

@@ -37,6 +37,8 @@ bool fits(const StateSet& set, const Model& model) {
 }  // namespace
 
 struct SessionSnapshot {
+  static bool is_bound(const Session& session) { return session.fingerprint_ != 0; }
+
   static Value save(const Session& session) {
     archive::Saver saver;
     saver.map["format"] = kFormat;
@@ -117,11 +119,13 @@ struct SessionSnapshot {
 };
 
 Result<Value> save(const Chart&, const Session& session) {
+  if (!SessionSnapshot::is_bound(session)) return Value();
   if (auto reason = session.unsaveable()) return tl::unexpected(*std::move(reason));
   return SessionSnapshot::save(session);
 }
 
 Result<Session> restore(const Chart& chart, const Value& saved, const LoadOptions& options) {
+  if (saved.is_null()) return Session();
   const auto fingerprint = from_hex(saved.find("chart"));
   if (fingerprint && *fingerprint != chart.fingerprint()) {
     return fail("scxml.other-chart", "the saved session belongs to another chart, or to another version of " +

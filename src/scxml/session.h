@@ -285,7 +285,8 @@ class Session {
   HeapLink heap_;
 };
 
-/// The whole session as a value (JSON can hold it): configuration, history, queues, timers, invocations, data.
+/// The whole session as a value (JSON can hold it): configuration, history, queues, timers, invocations, data. Of one
+/// that belongs to no chart yet: null.
 /// Error: scxml.no-value-form if a script keeps a function or a cycle in its data.
 [[nodiscard]] Result<Value> save(const Chart& chart, const Session& session);
 

@@ -7,6 +7,8 @@
 #include <memory>
 #include <system_error>
 
+#include "sentree/base/value.h"
+
 namespace sentree::text {
 
 namespace {
@@ -17,11 +19,15 @@ struct CloseFile {
 using File = std::unique_ptr<std::FILE, CloseFile>;
 
 thread_local ReadLog* read_log = nullptr;
+thread_local ReadHashes* read_hashes = nullptr;
 
 }  // namespace
 
 ReadLog::ReadLog() { read_log = this; }
 ReadLog::~ReadLog() { read_log = nullptr; }
+
+ReadHashes::ReadHashes() { read_hashes = this; }
+ReadHashes::~ReadHashes() { read_hashes = nullptr; }
 
 Result<std::string> read_file(const std::filesystem::path& path, std::string shown_as, std::size_t size_max) {
   if (shown_as.empty()) shown_as = path.string();
@@ -46,6 +52,7 @@ Result<std::string> read_file(const std::filesystem::path& path, std::string sho
   }
   if (std::ferror(file.get()))
     return fail("file.unreadable", std::string("cannot be read: ") + std::strerror(errno), place);
+  if (read_hashes != nullptr) read_hashes->hashes_.insert(hash_bytes(content));
   if (read_log != nullptr) {
     auto& files = read_log->files_;
     if (std::none_of(files.begin(), files.end(), [&](const ReadFile& known) { return known.path == path; }))

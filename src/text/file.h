@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,6 +39,20 @@ class ReadLog {
  private:
   friend Result<std::string> read_file(const std::filesystem::path&, std::string, std::size_t);
   std::vector<ReadFile> files_;
+};
+
+/// The hashes of what `read_file` reads in this thread while it lives. One at a time per thread, beside a ReadLog.
+class ReadHashes {
+ public:
+  ReadHashes();
+  ~ReadHashes();
+  ReadHashes(const ReadHashes&) = delete;
+  ReadHashes& operator=(const ReadHashes&) = delete;
+  [[nodiscard]] const std::set<std::uint64_t>& hashes() const { return hashes_; }
+
+ private:
+  friend Result<std::string> read_file(const std::filesystem::path&, std::string, std::size_t);
+  std::set<std::uint64_t> hashes_;
 };
 
 /// Writes beside the file and renames, so that a reader sees the old or the new content, never half.

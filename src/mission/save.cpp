@@ -1,0 +1,275 @@
+// A whole run as octets, and back: magic word, version, plan, checksum, then its parts as one packed value.
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "sentree/base/encoder.h"
+#include "sentree/base/packed.h"
+#include "sentree/mission/detail/members.h"
+
+namespace sentree::mission {
+
+namespace {
+
+constexpr std::string_view kMagic = "SRUN";
+constexpr std::uint64_t kVersion = 1;
+constexpr std::size_t kHeaderSize = 4 + 3 * 8;
+/// Periods that a run may have missed in a row: more are no state of a run, and would be counted one by one.
+constexpr std::int64_t kMissedMax = 1'000'000;
+
+tl::unexpected<Diagnostic> bad(const std::string& what) {
+  return fail("mission.bad-state", "this is no saved run, or a damaged one: " + what);
+}
+
+struct Header {
+  std::uint64_t version = 0;
+  std::uint64_t plan = 0;
+  std::uint64_t checksum = 0;
+};
+
+Result<Header> read_header(std::string_view saved) {
+  if (saved.size() < kHeaderSize || !saved.starts_with(kMagic)) return bad("it does not begin as one");
+  const auto word = [&](std::size_t index) {
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < 8; ++i)
+      value |= std::uint64_t{static_cast<unsigned char>(saved[kMagic.size() + 8 * index + i])} << (8 * i);
+    return value;
+  };
+  const Header header{.version = word(0), .plan = word(1), .checksum = word(2)};
+  if (header.version != kVersion) {
+    return bad("it is of format " + std::to_string(header.version) + ", and this Sentree reads format " +
+               std::to_string(kVersion));
+  }
+  if (header.checksum != hash_bytes(saved.substr(kHeaderSize))) return bad("its checksum is wrong");
+  return header;
+}
+
+Result<Value> parts_of(std::string_view saved) {
+  const auto header = read_header(saved);
+  if (!header) return tl::unexpected(header.error());
+  auto parts = unpack(saved.substr(kHeaderSize));
+  if (!parts) return bad(parts.error().message);
+  return parts;
+}
+
+// What the engines take for granted of a state; everything else that is well formed is harmless.
+class Consistency {
+ public:
+  Consistency(const project::Plan& plan, const State& state) : plan_(plan), state_(state) {}
+
+  [[nodiscard]] std::string broken() const {
+    if (state_.now < TimePoint{}) return "its time is negative";
+    for (std::size_t i = 0; i < state_.skills.size(); ++i) {
+      if (!is_skill(plan_.leaves[i], state_.skills[i])) return "a skill is in no phase of its chart";
+    }
+    for (const ModelState& model : state_.models) {
+      if (model.open.size() > kOpenCallsMax) return "a model has too many open calls";
+      for (const ModelState::OpenCall& open : model.open) {
+        if (!is_caller(open.leaf) || !is_call(open.call)) return "an open call is none of this plan";
+      }
+    }
+    for (const Waiting& waiting : state_.queue) {
+      if (!is_delivery(waiting.what)) return "a delivery is for nobody of this plan";
+    }
+    if (!is_tree()) return "the mission is in no phase of its tree";
+    if (state_.faults.list().size() > Faults::kStandingMax) return "too many faults stand";
+    return {};
+  }
+
+ private:
+  [[nodiscard]] bool is_leaf(std::size_t leaf) const { return leaf < plan_.leaves.size(); }
+  [[nodiscard]] bool is_caller(std::size_t leaf) const { return leaf == ServeCall::kOutside || is_leaf(leaf); }
+  [[nodiscard]] bool is_call(const Shared<Call>& call) const {
+    if (call.empty()) return false;
+    const auto service = plan_.services.find(call->service);
+    return service != plan_.services.end() && service->second.service->find(call->method) != nullptr;
+  }
+  [[nodiscard]] bool is_skill(const project::LeafPlan& leaf, const SkillState& skill) const {
+    const bool lives_on = skill.phase == SkillPhase::kResting || skill.phase == SkillPhase::kReady || skill.asked;
+    if ((lives_on && !leaf.protocol) || (skill.running() && !skill.session.running())) return false;
+    const std::size_t transitions = leaf.chart ? leaf.chart->transitions().size() : 0;
+    if (skill.latest.transition && *skill.latest.transition >= transitions) return false;
+    return std::all_of(skill.lines.begin(), skill.lines.end(), [&](const SkillState::Line& line) {
+      return line.waiting.size() <= kGatedCallsMax &&
+             std::all_of(line.waiting.begin(), line.waiting.end(),
+                         [&](const Shared<Call>& call) { return is_call(call) && call->service == line.service; });
+    });
+  }
+  [[nodiscard]] bool is_tree() const {
+    const TreeState& tree = state_.tree;
+    const bool waits = tree.tree.waiting_leaf() != bt::kNoNode;
+    const Duration period = plan_.scenario.project.period;
+    return (tree.phase == TreePhase::kWaiting) == waits && (tree.deadline.leaf == 0 || is_leaf(tree.deadline.leaf)) &&
+           tree.planned >= TimePoint{} && (state_.now - tree.planned) / period <= kMissedMax;
+  }
+  [[nodiscard]] bool is_delivery(const Delivery& delivery) const {
+    if (const auto* to_tree = std::get_if<TreeDelivery>(&delivery.what)) {
+      return delivery.leaf == Delivery::kTree && std::visit(
+                                                     [&](const auto& what) {
+                                                       if constexpr (requires { what.leaf; })
+                                                         return is_leaf(what.leaf);
+                                                       else
+                                                         return true;
+                                                     },
+                                                     *to_tree);
+    }
+    if (const auto* to_skill = std::get_if<SkillDelivery>(&delivery.what)) {
+      return is_leaf(delivery.leaf) && std::visit(
+                                           [&](const auto& what) {
+                                             if constexpr (requires { what.call; })
+                                               return is_call(what.call);
+                                             else if constexpr (requires { what.what; })
+                                               return !what.what.empty();
+                                             else
+                                               return true;
+                                           },
+                                           *to_skill);
+    }
+    const auto& to_model = std::get<ModelDelivery>(delivery.what);
+    const auto* published = std::get_if<Published>(&to_model);
+    if (published != nullptr && published->what.empty()) return false;
+    const auto* serve = std::get_if<ServeCall>(&to_model);
+    return delivery.leaf < plan_.models.size() &&
+           (serve == nullptr || (is_caller(serve->leaf) && is_call(serve->call)));
+  }
+
+  const project::Plan& plan_;
+  const State& state_;
+};
+
+// A state that has a session beside its members.
+template <class T>
+Result<Value> save_with_session(const scxml::Chart& chart, const T& state) {
+  auto session = scxml::save(chart, state.session);
+  if (!session) return session;
+  archive::Saver saver;
+  visit_members(state, saver);
+  saver.map.append("session", std::move(*session));
+  return Value(std::move(saver.map));
+}
+
+template <class T>
+Result<void> restore_with_session(const scxml::Chart& chart, const Value& saved, T& state) {
+  const Value* session = saved.find("session");
+  if (session == nullptr) return bad("a session is missing");
+  if (const std::string problem = archive::restore(saved, state); !problem.empty()) return bad(problem);
+  auto restored = scxml::restore(chart, *session);
+  if (!restored) return bad(restored.error().message);
+  state.session = std::move(*restored);
+  return {};
+}
+
+tl::unexpected<Diagnostic> unsavable(const Diagnostic& why) {
+  return fail("mission.unsavable", "the run cannot be saved: " + why.message, why.span);
+}
+
+const List* list_of(const Value& parts, std::string_view name, std::size_t size) {
+  const Value* value = parts.find(name);
+  const List* list = value != nullptr ? value->as_list() : nullptr;
+  return list != nullptr && list->size() == size ? list : nullptr;
+}
+
+Result<void> restore_tree(const project::Plan& plan, const Value& parts, TreeState& tree) {
+  const Value* members = parts.find("tree");
+  const Value* octets = members != nullptr ? members->find("tree") : nullptr;
+  if (octets == nullptr || octets->as_bytes() == nullptr) return bad("the tree is missing");
+  if (const std::string problem = archive::restore(*members, tree); !problem.empty()) return bad("tree." + problem);
+  const auto& raw = octets->as_bytes()->octets;
+  auto restored = bt::restore(plan.tree, {reinterpret_cast<const char*>(raw.data()), raw.size()});
+  if (!restored) return bad(restored.error().message);
+  tree.tree = std::move(*restored);
+  if (tree.leaves.size() != plan.leaves.size()) return bad("it has another number of leaves");
+  return {};
+}
+
+}  // namespace
+
+Result<std::string> save(const project::Plan& plan, const State& state) {
+  archive::Saver saver;
+  visit_members(state, saver);
+  auto tree = bt::save(plan.tree, state.tree.tree);
+  if (!tree) return unsavable(tree.error());
+  archive::Saver members;
+  visit_members(state.tree, members);
+  const auto* octets = reinterpret_cast<const std::byte*>(tree->data());
+  members.map.append("tree", Bytes{{octets, octets + tree->size()}});
+  saver.map.append("tree", std::move(members.map));
+  List skills;
+  for (std::size_t i = 0; i < state.skills.size(); ++i) {
+    auto skill = save_with_session(*plan.leaves[i].chart, state.skills[i]);
+    if (!skill) return unsavable(skill.error());
+    skills.push_back(std::move(*skill));
+  }
+  saver.map.append("skills", std::move(skills));
+  List models;
+  for (std::size_t i = 0; i < state.models.size(); ++i) {
+    auto model = save_with_session(plan.models[i].chart, state.models[i]);
+    if (!model) return unsavable(model.error());
+    models.push_back(std::move(*model));
+  }
+  saver.map.append("models", std::move(models));
+  saver.map.append("world", state.world ? sim::save(*state.world) : Value());
+  auto monitors = monitor::save(plan.monitors, state.monitors);
+  if (!monitors) return unsavable(monitors.error());
+  saver.map.append("monitors", std::move(*monitors));
+
+  const std::string packed = pack(Value(std::move(saver.map)));
+  std::string saved(kMagic);
+  Encoder header(saved);
+  header.word(kVersion);
+  header.word(plan.identity);
+  header.word(hash_bytes(packed));
+  return saved + packed;
+}
+
+Result<State> restore(const project::Plan& plan, std::string_view saved) {
+  const auto header = read_header(saved);
+  if (!header) return tl::unexpected(header.error());
+  if (header->plan != plan.identity) {
+    return fail("mission.other-plan",
+                "the run was saved with other files, another seed or another speed than this plan has");
+  }
+  const auto parts = parts_of(saved);
+  if (!parts) return tl::unexpected(parts.error());
+  State state;
+  if (const std::string problem = archive::restore(*parts, state); !problem.empty()) return bad(problem);
+  if (auto tree = restore_tree(plan, *parts, state.tree); !tree) return tl::unexpected(tree.error());
+  const List* skills = list_of(*parts, "skills", plan.leaves.size());
+  const List* models = list_of(*parts, "models", plan.models.size());
+  const Value* world = parts->find("world");
+  const Value* monitors = parts->find("monitors");
+  if (skills == nullptr || models == nullptr || world == nullptr || monitors == nullptr)
+    return bad("it has other parts than this plan");
+  state.skills.resize(skills->size());
+  for (std::size_t i = 0; i < skills->size(); ++i) {
+    if (!plan.leaves[i].chart) return bad("a leaf has no chart in this plan");
+    if (auto skill = restore_with_session(*plan.leaves[i].chart, (*skills)[i], state.skills[i]); !skill)
+      return tl::unexpected(skill.error());
+  }
+  state.models.resize(models->size());
+  for (std::size_t i = 0; i < models->size(); ++i) {
+    if (auto model = restore_with_session(plan.models[i].chart, (*models)[i], state.models[i]); !model)
+      return tl::unexpected(model.error());
+  }
+  if (!world->is_null()) {
+    if (plan.world == nullptr) return bad("this plan has no world");
+    auto restored = sim::restore(*plan.world, *world);
+    if (!restored) return bad(restored.error().message);
+    state.world = std::move(*restored);
+  }
+  auto memory = monitor::restore(plan.monitors, *monitors);
+  if (!memory) return bad(memory.error().message);
+  state.monitors = std::move(*memory);
+  if (const std::string broken = Consistency(plan, state).broken(); !broken.empty()) return bad(broken);
+  return state;
+}
+
+Result<Value> saved_world(std::string_view saved) {
+  auto parts = parts_of(saved);
+  if (!parts) return parts;
+  const Value* world = parts->find("world");
+  if (world == nullptr) return bad("it has no world");
+  return *world;
+}
+
+}  // namespace sentree::mission
