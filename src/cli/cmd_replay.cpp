@@ -21,6 +21,7 @@ Value describe(const replay::ReplayReport& report) {
   Map value{{"recorded_requests", static_cast<std::int64_t>(report.recorded_requests)},
             {"answered_requests", static_cast<std::int64_t>(report.answered_requests)},
             {"differences", std::move(differences)}};
+  if (report.restored) value["restored"] = seconds(*report.restored);
   if (!report.unrecorded.empty()) {
     value["unrecorded"] = report.unrecorded;
     value["unrecorded_at"] = seconds(report.unrecorded_at);
@@ -33,6 +34,9 @@ Value describe(const replay::ReplayReport& report) {
 std::string text_of(const replay::ReplayReport& report) {
   std::string text = fmt::format("replayed {:.3f} s of run time; {} of {} recorded requests were made again\n",
                                  seconds(report.run.ended), report.answered_requests, report.recorded_requests);
+  if (report.restored)
+    text = fmt::format("went on from the snapshot at {:.3f} s, to {:.3f} s\n", seconds(*report.restored),
+                       seconds(report.run.ended));
   if (report.differences.empty() && report.unrecorded.empty()) return text + "✓ it behaves as recorded\n";
   if (!report.differences.empty()) text += "It differs from the recording:\n";
   for (const replay::Difference& d : report.differences) {

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "sentree/base/json.h"
 #include "sentree/project/timeline.h"
 #include "sentree/project/yaml_reader.h"
 
@@ -31,6 +32,37 @@ Map breakpoint_entry(const Intervention& what) {
 std::string times(const Intervention& what) {
   if (what.count == 0) return "";
   return what.count == 1 ? ", once" : ", " + std::to_string(what.count) + " times";
+}
+
+text::YamlNode scalar(std::string text, bool quoted) {
+  text::YamlNode node;
+  node.kind = text::YamlNode::Kind::kScalar;
+  node.scalar = std::move(text);
+  node.quoted = quoted;
+  return node;
+}
+
+// What was observed, as if it had been written in a file.
+text::YamlNode written(const Value& value) {
+  text::YamlNode node;
+  if (const auto* list = value.as_list()) {
+    node.kind = text::YamlNode::Kind::kSequence;
+    for (const Value& item : *list) node.items.push_back(written(item));
+  } else if (const auto* map = value.as_map()) {
+    node.kind = text::YamlNode::Kind::kMapping;
+    for (const auto& [key, item] : *map) node.entries.emplace_back(scalar(key, true), written(item));
+  } else if (const auto* text = value.as_string()) {
+    return scalar(*text, true);
+  } else if (const auto* octets = value.as_bytes()) {
+    std::string base64;
+    append_base64(base64, octets->octets);
+    return written(Map{{"$bytes", std::move(base64)}});
+  } else if (!value.is_null()) {
+    // "NaN" and "Infinity" are text.
+    const std::string json = to_json(value);
+    return json.front() == '"' ? scalar(json.substr(1, json.size() - 2), true) : scalar(json, false);
+  }
+  return node;
 }
 
 std::string breakpoint_text(const Intervention& what) {
@@ -146,14 +178,12 @@ std::optional<Intervention> intervention_of(const Message& message) {
     entry["kill"] = *process;
     entry.erase("process");
   }
-  // JSON is YAML: what was observed is read as what was written.
-  const auto yaml = text::parse_yaml(to_json(Value(std::move(entry))));
-  if (!yaml) return std::nullopt;
+  const text::YamlNode yaml = written(Value(std::move(entry)));
   Diagnostics diagnostics;
   std::optional<Intervention> read;
   {
-    YamlReader reader(*yaml, "the observation", diagnostics);
-    read = read_intervention(reader, *yaml, diagnostics);
+    YamlReader reader(yaml, "the observation", diagnostics);
+    read = read_intervention(reader, yaml, diagnostics);
   }
   return has_errors(diagnostics) ? std::nullopt : read;
 }

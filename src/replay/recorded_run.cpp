@@ -80,8 +80,27 @@ TimePoint RecordedRun::ended() const {
 }
 
 Result<void> RecordedRun::each(const std::function<bool(Message)>& take, TimePoint from, TimePoint to) {
+  return each_of(record::kObservationsTopic, take, from, to);
+}
+
+Result<std::vector<Message>> RecordedRun::interventions(TimePoint from) {
+  std::vector<Message> all;
+  if (reader_->channels_of(kInterventionsTopic).empty()) return all;
+  auto read = each_of(
+      kInterventionsTopic,
+      [&](Message message) {
+        all.push_back(std::move(message));
+        return true;
+      },
+      from, kNever);
+  if (!read) return tl::unexpected(read.error());
+  return all;
+}
+
+Result<void> RecordedRun::each_of(std::string_view topic, const std::function<bool(Message)>& take, TimePoint from,
+                                  TimePoint to) {
   std::optional<Diagnostic> failure;
-  const record::Query query{.channels = reader_->channels_of(record::kObservationsTopic),
+  const record::Query query{.channels = reader_->channels_of(topic),
                             .from = static_cast<std::uint64_t>(from.time_since_epoch().count()),
                             .to = static_cast<std::uint64_t>(to.time_since_epoch().count())};
   auto read = reader_->read(query, [&](const record::RawMessage& raw) {
@@ -107,18 +126,30 @@ Result<std::vector<Message>> RecordedRun::observations() {
   return all;
 }
 
+std::string_view RecordedRun::Snapshot::state() const {
+  const Value* state = value.find("state");
+  const Bytes* octets = state != nullptr ? state->as_bytes() : nullptr;
+  if (octets == nullptr) return {};
+  return {reinterpret_cast<const char*>(octets->octets.data()), octets->octets.size()};
+}
+
 Result<std::optional<RecordedRun::Snapshot>> RecordedRun::snapshot(TimePoint time) {
   std::optional<Snapshot> found;
   std::string text;
-  const record::Query query{.channels = reader_->channels_of(kSnapshotTopic),
-                            .to = static_cast<std::uint64_t>(time.time_since_epoch().count())};
+  record::Query query{.channels = reader_->channels_of(kSnapshotTopic),
+                      .to = static_cast<std::uint64_t>(time.time_since_epoch().count())};
   if (query.channels.empty()) return found;
-  auto read = reader_->read(query, [&](const record::RawMessage& raw) {
-    found = Snapshot{.time = TimePoint(Duration(static_cast<std::int64_t>(raw.log_time))), .value = {}};
-    text = raw.data;
-    return true;
-  });
-  if (!read) return tl::unexpected(read.error());
+  // Backwards, so that what lies long before it is not read.
+  for (auto back = static_cast<std::uint64_t>(kSnapshotPeriod.count()); !found; back *= 2) {
+    query.from = query.to > back ? query.to - back : 0;
+    auto read = reader_->read(query, [&](const record::RawMessage& raw) {
+      found = Snapshot{.time = TimePoint(Duration(static_cast<std::int64_t>(raw.log_time))), .value = {}};
+      text = raw.data;
+      return true;
+    });
+    if (!read) return tl::unexpected(read.error());
+    if (query.from == 0) break;
+  }
   if (!found) return found;
   auto value = text::parse_json(text, path_);
   if (!value) return tl::unexpected(value.error());

@@ -42,8 +42,12 @@ class RecordedRun {
     TimePoint time{};
     std::uint64_t sequence = 0;  ///< Of the last observation before it.
     Value value;
+    /// Of a run in virtual time: all of it, for `mission::restore`; empty: the snapshot has parts only.
+    [[nodiscard]] std::string_view state() const;
   };
   [[nodiscard]] Result<std::optional<Snapshot>> snapshot(TimePoint time);
+  /// The observations "scenario.injection" from then on. Recordings that keep them apart have a fact "plan".
+  [[nodiscard]] Result<std::vector<Message>> interventions(TimePoint from);
 
   /// Writes the recorded project below a private folder, which goes when this goes, and returns the scenario or project
   /// file there. Names that would lead out of it are refused. Errors: record.no-project, record.bad-name, file.*.
@@ -59,6 +63,8 @@ class RecordedRun {
   struct Folder;
   RecordedRun();
   void apply_facts(project::Scenario& scenario) const;
+  [[nodiscard]] Result<void> each_of(std::string_view topic, const std::function<bool(Message)>& take, TimePoint from,
+                                     TimePoint to);
 
   std::string path_;
   std::unique_ptr<record::Reader> reader_;

@@ -103,6 +103,8 @@ struct RunRecorder::Impl {
     blackboard = recorder.add_channel("/blackboard", "sentree.Blackboard", schemas::kBlackboard);
     violations = recorder.add_channel("/violations", "sentree.Violation", schemas::kViolation);
     snapshots = recorder.add_channel(std::string(kSnapshotTopic), "sentree.Snapshot", schemas::kSnapshot);
+    interventions =
+        recorder.add_channel(std::string(kInterventionsTopic), "sentree.Observation", schemas::kObservation);
     statuses.assign(plan.tree.size(), bt::Status::kIdle);
     monitors.resize(plan.monitors.size());
   }
@@ -139,6 +141,7 @@ struct RunRecorder::Impl {
     fact("clock", scenario.virtual_time ? "virtual" : "real");
     fact("factor", shortest_decimal(scenario.factor));
     fact("seed", std::to_string(scenario.seed));
+    fact("plan", std::to_string(plan.identity));
     fact("duration_ns", decimal(scenario.duration.count()));
     fact("period_ns", decimal(scenario.project.period.count()));
     if (!scenario.virtual_time) fact("started", wall_clock());
@@ -180,6 +183,9 @@ struct RunRecorder::Impl {
         break;
       }
       case What::kInjection:
+        write(
+            interventions, message.time, [&](record::PackedJson& out) { record::pack_observation(out, message); },
+            [&] { return message; });
         if (inside != nullptr) sample_after_command();
         break;
       case What::kOther: break;
@@ -398,11 +404,27 @@ struct RunRecorder::Impl {
 
   void snapshot_at(TimePoint when) {
     inside->scheduler().at(inside->director(), when, mission::Rank::kInjection, [this, when] {
-      take_snapshot(*inside, plan, [this](TimePoint time, const Map& snapshot) {
-        write(snapshots, time, [&](record::PackedJson& out) { out.value(snapshot); });
-      });
+      if (!write_whole_run()) {
+        take_snapshot(*inside, plan, [this](TimePoint time, const Map& snapshot) {
+          write(snapshots, time, [&](record::PackedJson& out) { out.value(snapshot); });
+        });
+      }
       snapshot_at(std::max(when + kSnapshotPeriod, inside->scheduler().now()));
     });
+  }
+
+  // In virtual time, where the run is one value. False: it is not, or something of it has no saved form.
+  bool write_whole_run() {
+    if (!inside->scheduler().is_virtual()) return false;
+    const mission::State state = inside->capture();
+    const auto saved = mission::save(plan, state);
+    if (!saved) return false;
+    const auto* octets = reinterpret_cast<const std::byte*>(saved->data());
+    const Value snapshot = Map{{"sequence", static_cast<std::int64_t>(state.published)},
+                               {"tick", static_cast<std::int64_t>(state.tick)},
+                               {"state", Bytes{{octets, octets + saved->size()}}}};
+    write(snapshots, state.now, [&](record::PackedJson& out) { out.value(snapshot); });
+    return true;
   }
 
   struct Seen {
@@ -428,6 +450,7 @@ struct RunRecorder::Impl {
   record::ChannelId blackboard = 0;
   record::ChannelId violations = 0;
   record::ChannelId snapshots = 0;
+  record::ChannelId interventions = 0;
   std::function<std::string(const runtime::MonitorReport&)> story;
   std::string written_blackboard;  // of the mission's actor
   runtime::RunInside* inside = nullptr;

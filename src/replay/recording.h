@@ -22,6 +22,8 @@ inline constexpr std::size_t kAttachedFileMax = 64U << 20U;
 inline constexpr std::string_view kRunMetadata = "sentree.run";
 inline constexpr std::string_view kResultMetadata = "sentree.result";
 inline constexpr std::string_view kSnapshotTopic = "/snapshots";
+/// The observations "scenario.injection" once more, so that they are found without reading the others.
+inline constexpr std::string_view kInterventionsTopic = "/interventions";
 /// Before the names of attached project files.
 inline constexpr std::string_view kProjectPrefix = "project/";
 

@@ -97,13 +97,13 @@ TEST_F(Recording, HoldsAProjectThatRunsAgain) {
   EXPECT_EQ(again, recorded.observations);
 }
 
-TEST_F(Recording, HoldsSnapshotsOfEverything) {
-  // What the parts really were at ten seconds, before anything happens at that instant.
-  std::optional<sim::State> world;
+TEST_F(Recording, HoldsSnapshotsOfTheWholeRun) {
+  // What the run really was at ten seconds, before anything happens at that instant but what is injected.
+  std::optional<mission::State> then;
   runtime::RunOptions options;
   options.on_begin = [&](runtime::RunInside& inside) {
     inside.scheduler().at(inside.director(), TimePoint(std::chrono::seconds(10)), mission::Rank::kInjection,
-                          [&] { inside.sim()->inspect([&](const sim::State& state) { world = state; }); });
+                          [&] { then = inside.capture(); });
   };
   const Recorded recorded = record_run("experiment1", std::chrono::seconds(12), std::move(options));
   RecordedRun run = open(recorded.file);
@@ -116,38 +116,28 @@ TEST_F(Recording, HoldsSnapshotsOfEverything) {
 
   auto scenario = run.scenario();
   const auto plan = prepare(std::move(*scenario.value));
-  const Value& saved = (*snapshot)->value;
-  const auto restored = sim::restore(*plan.value->world, *saved.find("world"));
+  auto state = mission::restore(*plan.value, (*snapshot)->state());
+  ASSERT_TRUE(state.has_value()) << to_string(state.error());
+  EXPECT_EQ(state->published, (*snapshot)->sequence);
+  state->order = then->order;  // the recorder has tasks of its own
+  EXPECT_EQ(state->queue.size(), then->queue.size());
+  for (std::size_t i = 0; i < state->queue.size(); ++i) state->queue[i].order = then->queue[i].order;
+  EXPECT_TRUE(*state == *then);
+  const auto world = mission::saved_world((*snapshot)->state());
+  ASSERT_TRUE(world.has_value()) << to_string(world.error());
+  const auto restored = sim::restore(*plan.value->world, *world);
   ASSERT_TRUE(restored.has_value()) << to_string(restored.error());
-  EXPECT_EQ(*restored, *world);
+  EXPECT_EQ(*restored, *then->world);
 
-  const Bytes* octets = saved.find("tree")->as_bytes();
-  ASSERT_NE(octets, nullptr);
-  const auto tree =
-      bt::restore(plan.value->tree, {reinterpret_cast<const char*>(octets->octets.data()), octets->octets.size()});
-  ASSERT_TRUE(tree.has_value()) << to_string(tree.error());
-  EXPECT_EQ(tree->status(0), bt::Status::kRunning);
-
-  for (const project::LeafPlan& leaf : plan.value->leaves) {
-    const Value* skill = saved.find("skills")->find(leaf.name);
-    ASSERT_NE(skill, nullptr) << leaf.name;
-    if (skill->find("session") == nullptr) continue;
-    const auto session = scxml::restore(*leaf.chart, *skill->find("session"));
-    ASSERT_TRUE(session.has_value()) << leaf.name << ": " << to_string(session.error());
-    EXPECT_EQ(session->running(), *skill->find("running")->as_bool());
-  }
-  for (const monitor::Model& model : plan.value->monitors) {
+  for (std::size_t i = 0; i < plan.value->monitors.size(); ++i) {
     // A monitor that sees every observation up to the snapshot comes to the saved session.
-    monitor::State state = monitor::start(model, TimePoint{});
+    const monitor::Model& model = plan.value->monitors[i];
+    monitor::State seen = monitor::start(model, TimePoint{});
     for (const Message& message : recorded.observations) {
-      if (message.sequence <= (*snapshot)->sequence) monitor::observe(model, state, message);
+      if (message.sequence <= (*snapshot)->sequence) monitor::observe(model, seen, message);
     }
-    const Value* entry = saved.find("monitors")->find(model.name());
-    ASSERT_NE(entry, nullptr);
-    EXPECT_EQ(entry->find("verdict")->text(), monitor::to_string(state.verdict));
-    const auto session = scxml::restore(model.chart(), *entry->find("session"));
-    ASSERT_TRUE(session.has_value()) << to_string(session.error());
-    EXPECT_EQ(session->configuration(), state.session.configuration());
+    EXPECT_EQ(state->monitors.states[i].verdict, seen.verdict);
+    EXPECT_EQ(state->monitors.states[i].session.configuration(), seen.session.configuration());
   }
 }
 

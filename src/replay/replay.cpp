@@ -74,6 +74,7 @@ class Replay {
         return fail("replay.after-end", "at that moment the run was over: it ended at " +
                                             shortest_decimal(seconds(recorded_.ended())) + " s");
     }
+    if (can_restore()) return run_restored();
     if (auto adapted = adapt(); !adapted) return tl::unexpected(adapted.error());
     auto messages = recorded_.observations();
     if (!messages) return tl::unexpected(messages.error());
@@ -133,6 +134,65 @@ class Replay {
   };
   // By leaf and root tick, in order.
   using Errands = std::map<std::pair<std::size_t, std::uint64_t>, std::deque<Errand>>;
+
+  // The recorded run is one of this plan, and a value at each of its moments.
+  bool can_restore() const {
+    return (options_.at || options_.go_on_at) && recorded_.is_virtual() &&
+           recorded_.fact("plan") == std::to_string(plan_.identity);
+  }
+
+  Result<ReplayReport> run_restored() {
+    const TimePoint moment =
+        std::min(options_.at.value_or(kNever), options_.go_on_at ? *options_.go_on_at : TimePoint(kNever));
+    plan_.scenario.virtual_time = true;
+    std::optional<mission::State> from;
+    if (auto snapshot = recorded_.snapshot(moment); snapshot && *snapshot) {
+      if (auto state = mission::restore(plan_, (*snapshot)->state())) from = std::move(*state);
+    }
+    report_.restored = from ? from->now : TimePoint{};
+    tick_ = from ? from->tick : 0;
+    const std::uint64_t before = from ? from->published : 0;
+    auto read = recorded_.each(
+        [&](Message message) {
+          restore_numbers(plan_, message);
+          if (message.sequence > before) then_behaviour_.observe(message);
+          return true;
+        },
+        *report_.restored, moment);
+    if (!read) return tl::unexpected(read.error());
+    auto injections = recorded_.interventions(*report_.restored);
+    if (!injections) return tl::unexpected(injections.error());
+    std::erase_if(*injections, [&](const Message& message) { return message.sequence <= before; });
+
+    runtime::RunOptions options = std::move(options_.run);
+    options.inject = false;
+    options.from = from ? &*from : nullptr;
+    options.listeners.insert(options.listeners.begin(), [this, moment](const Message& message) {
+      if (message.time <= moment) now_behaviour_.observe(message);
+      tick_ = message.tick;
+    });
+    options.on_begin = [&, next = std::move(options.on_begin)](runtime::RunInside& inside) {
+      if (next) next(inside);
+      inside_ = &inside;
+      for (const Message& injection : *injections) {
+        const auto what = project::intervention_of(injection);
+        if (!what || !check_intervention(*what, scope_of(plan_))) continue;
+        inside.scheduler().at(
+            inside.director(), injection.time, mission::Rank::kInjection, [&inside, what, &injection] {
+              inside.inject({.at = injection.time, .what = *what, .source = injection.source, .span = {}});
+            });
+      }
+      if (options_.go_on_at) {
+        inside.scheduler().at(inside.director(), *options_.go_on_at, mission::Rank::kInjection,
+                              [this] { report_.continued = true; });
+      }
+      if (options_.at) tell_moment_at(*options_.at);
+    };
+    runtime::Run run(plan_, std::move(options));
+    report_.run = run.execute();
+    compare();
+    return std::move(report_);
+  }
 
   // Everything in this process, in virtual time.
   Result<void> adapt() {
@@ -274,10 +334,7 @@ class Replay {
         if (report_.unrecorded.empty() && inside_->sim() != nullptr) go_on();
       });
     }
-    if (options_.at) {
-      inside.scheduler().at(inside.director(), *options_.at + Duration(1), mission::Rank::kInjection,
-                            [this] { tell_moment(); });
-    }
+    if (options_.at) tell_moment_at(*options_.at);
     const TimePoint end = add_saturating(recorded_.ended(), Duration(1));
     inside.scheduler().at(inside.director(), end, mission::Rank::kInjection, [this] {
       if (!report_.continued) inside_->end();
@@ -415,7 +472,9 @@ class Replay {
     TimePoint from{};
     std::uint64_t sequence = 0;
     if (auto snapshot = recorded_.snapshot(now); snapshot && *snapshot) {
-      const Value* world = (*snapshot)->value.find("world");
+      const Value* part = (*snapshot)->value.find("world");
+      const auto whole = mission::saved_world((*snapshot)->state());
+      const Value* world = whole ? &*whole : part;
       auto restored = world != nullptr ? sim::restore(*plan_.world, *world) : fail("replay.no-world", "");
       if (restored) {
         state = std::move(*restored);
@@ -439,8 +498,14 @@ class Replay {
     report_.continued = true;
   }
 
+  void tell_moment_at(TimePoint at) {
+    inside_->scheduler().at(inside_->director(), at + Duration(1), mission::Rank::kInjection,
+                            [this] { tell_moment(); });
+  }
+
   void tell_moment() {
-    if (inside_->sim() != nullptr && !report_.continued) inside_->sim()->restore(world_at(inside_->scheduler().now()));
+    if (inside_->sim() != nullptr && !report_.continued && !report_.restored)
+      inside_->sim()->restore(world_at(inside_->scheduler().now()));
     take_snapshot(*inside_, plan_, [this](TimePoint, const Map& snapshot) {
       Map moment{{"time", seconds(*options_.at)}, {"tick", static_cast<std::int64_t>(tick_)}};
       Map nodes;

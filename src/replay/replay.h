@@ -36,6 +36,9 @@ struct ReplayReport {
   std::string unrecorded;
   TimePoint unrecorded_at{};
   bool continued = false;  ///< The simulator took over there.
+  /// The snapshot from which the run went on, nothing of what was before being executed; time 0: its beginning.
+  /// Nothing: services answered as recorded.
+  std::optional<TimePoint> restored;
   /// Everything at the moment that was asked for: what a snapshot of the recording has (see snapshot.h), and `time`,
   /// `tick`, `nodes` (status by path, of those not idle), each skill's `states` and `data`, each monitor's `standing`.
   std::optional<Map> moment;
@@ -59,6 +62,9 @@ struct ReplayOptions {
 /// Behaviour is what leaves answer and ask, what the mission's status is and what monitors decide; of a recording in
 /// real time the order in each of them counts, of one in virtual time the tick as well. A plan with parts elsewhere is
 /// replayed in this process.
+///
+/// A moment (`at`, `go_on_at`) of a run in virtual time of this very plan is reached from the last snapshot before it,
+/// in the simulator: what the run did then it does again. Cost: what lies between that snapshot and the moment.
 ///
 /// Of a recording in real time, what passes between mission and skills arrives when it did then, however late the
 /// machine was; virtual time has no lateness of its own.

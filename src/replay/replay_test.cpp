@@ -65,6 +65,14 @@ class Replays : public ::testing::Test {
     return std::move(*report);
   }
 
+  // What was observed after the last snapshot before that moment.
+  static std::vector<Message> since_snapshot(RecordedRun& run, TimePoint moment) {
+    const auto snapshot = *run.snapshot(moment);
+    auto all = *run.observations();
+    std::erase_if(all, [&](const Message& message) { return snapshot && message.sequence <= snapshot->sequence; });
+    return all;
+  }
+
   const TemporaryFolder folder_{"test"};
   std::vector<Message> replayed_;
 };
@@ -212,10 +220,42 @@ TEST_F(Replays, GoOnInTheSimulatorFromAnyMomentAsTheRunItself) {
     ReplayOptions options;
     options.go_on_at = TimePoint(std::chrono::milliseconds(ms));
     options.run.listeners.push_back([this](const Message& message) { replayed_.push_back(message); });
-    const auto report = replay(run, std::move(*plan.value), std::move(options));
+    const auto report = replay(run, std::move(*plan.value), options);
     ASSERT_TRUE(report.has_value()) << to_string(report.error());
     EXPECT_TRUE(report->continued);
-    EXPECT_EQ(replayed_, *run.observations());
+    EXPECT_THAT(report->differences, IsEmpty());
+    // Not from the beginning: from the last snapshot.
+    ASSERT_TRUE(report->restored.has_value());
+    EXPECT_EQ(*report->restored, TimePoint(std::chrono::milliseconds(ms) / kSnapshotPeriod * kSnapshotPeriod));
+    EXPECT_EQ(replayed_, since_snapshot(run, *options.go_on_at));
+  }
+}
+
+TEST_F(Replays, AMomentOfARunThatSomebodySteeredComesFromASnapshotToo) {
+  const fs::path file = folder_.path() / "steered.yaml";
+  ASSERT_TRUE(text::write_file(file, "project: " + kRecharge.string() + R"(
+timeline:
+  - {at: 4 s, call: simulation.setBatteryCharge, args: {percent: 90}}
+  - {at: 6 s, source: studio, falsify: {call: battery.getBatteryState, path: percentage, value: 0.4, count: 20}}
+  - {at: 8 s, source: studio, kill: battery}
+  - {at: 8.3 s, source: studio, restart: battery}
+  - {at: 12 s, source: studio, call: simulation.setBatteryCharge, args: {percent: 12}}
+)")
+                  .has_value());
+  RecordedRun run = record_run(file, true, std::chrono::seconds(20));
+  for (const int ms : {4'500, 7'000, 8'100, 9'900}) {
+    SCOPED_TRACE(ms);
+    replayed_.clear();
+    auto scenario = run.scenario();
+    auto plan = prepare(std::move(*scenario.value));
+    ReplayOptions options;
+    options.go_on_at = TimePoint(std::chrono::milliseconds(ms));
+    options.run.listeners.push_back([this](const Message& message) { replayed_.push_back(message); });
+    const auto report = replay(run, std::move(*plan.value), options);
+    ASSERT_TRUE(report.has_value()) << to_string(report.error());
+    EXPECT_THAT(report->differences, IsEmpty());
+    ASSERT_TRUE(report->restored.has_value());
+    EXPECT_EQ(replayed_, since_snapshot(run, *options.go_on_at));
   }
 }
 

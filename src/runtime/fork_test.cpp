@@ -81,8 +81,8 @@ TEST(Restored, DISABLED_InAnotherProcess) {
 
 class Forked : public testing::TestWithParam<const char*> {};
 
-// 125 moments of twelve scenarios: with faults, halts and calls in flight among them. From each, a copy and what was
-// saved and restored go on; from one of each scenario, another process too.
+// 125 moments of twelve scenarios: with faults, halts and calls in flight among them. From each, a copy goes on; what
+// was saved and restored is equal to it, and now and then goes on too, once in another process.
 TEST_P(Forked, AtAnyMomentACopyAndASavedRunGoOnAlike) {
   const std::uint64_t seed = hash_bytes(GetParam());
   SCOPED_TRACE("seed " + std::to_string(seed));
@@ -127,7 +127,9 @@ TEST_P(Forked, AtAnyMomentACopyAndASavedRunGoOnAlike) {
     const std::size_t first = states[i].published;
     ASSERT_LE(first + again.size(), whole.size());
     EXPECT_EQ(again.empty(), first == whole.size());
-    if (span == Duration(0)) EXPECT_EQ(first + again.size(), whole.size());
+    if (span == Duration(0)) {
+      EXPECT_EQ(first + again.size(), whole.size());
+    }
     for (std::size_t k = 0; k < again.size(); ++k) {
       ASSERT_EQ(again[k], whole[first + k]) << "forked at " << seconds(states[i].now) << " s";
     }
@@ -137,7 +139,9 @@ TEST_P(Forked, AtAnyMomentACopyAndASavedRunGoOnAlike) {
     ASSERT_TRUE(restored.has_value()) << to_string(restored.error());
     ASSERT_TRUE(*restored == states[i]) << "saved at " << seconds(states[i].now) << " s";
     ASSERT_EQ(mission::save(plan, *restored), saved);
-    ASSERT_EQ(observed(plan, &*restored, span), again) << "restored at " << seconds(states[i].now) << " s";
+    if (i % 5 == 0) {
+      ASSERT_EQ(observed(plan, &*restored, span), again) << "restored at " << seconds(states[i].now) << " s";
+    }
     if (i == states.size() / 2) {
       const auto rest = std::vector<std::string>(whole.begin() + static_cast<std::ptrdiff_t>(first), whole.end());
       EXPECT_EQ(observed_elsewhere(*saved, scenario), rest);

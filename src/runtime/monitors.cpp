@@ -76,7 +76,12 @@ void Monitors::start() {
 
 void Monitors::recall(monitor::MonitorSet::Memory memory) {
   set_.recall(std::move(memory), *this);
-  for (std::size_t i = 0; i < reports_.size(); ++i) reports_[i].verdict = set_.state(i).verdict;
+  for (std::size_t i = 0; i < reports_.size(); ++i) {
+    const monitor::State& state = set_.state(i);
+    reports_[i].verdict = state.verdict;
+    reports_[i].violations = state.trail.violations;
+    if (state.failure()) reports_[i].failure = to_string(*state.failure());  // that was told before
+  }
   schedule();
 }
 
