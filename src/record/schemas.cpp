@@ -44,7 +44,7 @@ const std::string_view kSnapshot =
     R"~({"title":"sentree.Snapshot","type":"object",)~"
     R"~("description":"Everything that is needed to go on from here",)~"
     R"~("properties":{"sequence":{"type":"integer","description":"The last observation before it"},)~"
-    R"~("tick":{"type":"integer"},"state":{"description":"In virtual time: the whole run, base64; else its parts:"},)~"
+    R"~("tick":{"type":"integer"},"state":{"description":"In virtual time: the whole run, Zstandard, base64; size: of it unpacked; else its parts"},)~"
     R"~("tree":{"description":"The tree's state, base64"},)~"
     R"~("skills":{"type":"object","description":"By leaf: its chart's session"},"monitors":{"type":"object",)~"
     R"~("description":"By name; history: how many observations still matter"},)~"

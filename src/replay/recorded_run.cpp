@@ -11,6 +11,7 @@
 #include "sentree/base/temporary_folder.h"
 #include "sentree/idl/conform.h"
 #include "sentree/project/scenario_text.h"
+#include "sentree/record/compression.h"
 #include "sentree/record/observation.h"
 #include "sentree/replay/recording.h"
 #include "sentree/text/file.h"
@@ -126,12 +127,21 @@ Result<std::vector<Message>> RecordedRun::observations() {
   return all;
 }
 
-std::string_view RecordedRun::Snapshot::state() const {
-  const Value* state = value.find("state");
-  const Bytes* octets = state != nullptr ? state->as_bytes() : nullptr;
-  if (octets == nullptr) return {};
-  return {reinterpret_cast<const char*>(octets->octets.data()), octets->octets.size()};
+namespace {
+
+// The saved run in a snapshot; empty: there is none.
+std::string state_of(const Value& snapshot) {
+  const Value* state = snapshot.find("state");
+  const Value* size = snapshot.find("size");
+  const Bytes* packed = state != nullptr ? state->as_bytes() : nullptr;
+  const std::int64_t* octets = size != nullptr ? size->as_int() : nullptr;
+  if (packed == nullptr || octets == nullptr || *octets < 0 || *octets > kSnapshotStateMax) return {};
+  return record::decompress("zstd", {reinterpret_cast<const char*>(packed->octets.data()), packed->octets.size()},
+                            static_cast<std::size_t>(*octets))
+      .value_or(std::string());
 }
+
+}  // namespace
 
 Result<std::optional<RecordedRun::Snapshot>> RecordedRun::snapshot(TimePoint time) {
   std::optional<Snapshot> found;
@@ -143,7 +153,7 @@ Result<std::optional<RecordedRun::Snapshot>> RecordedRun::snapshot(TimePoint tim
   for (auto back = static_cast<std::uint64_t>(kSnapshotPeriod.count()); !found; back *= 2) {
     query.from = query.to > back ? query.to - back : 0;
     auto read = reader_->read(query, [&](const record::RawMessage& raw) {
-      found = Snapshot{.time = TimePoint(Duration(static_cast<std::int64_t>(raw.log_time))), .value = {}};
+      found = Snapshot{.time = TimePoint(Duration(static_cast<std::int64_t>(raw.log_time))), .value = {}, .state = {}};
       text = raw.data;
       return true;
     });
@@ -154,6 +164,7 @@ Result<std::optional<RecordedRun::Snapshot>> RecordedRun::snapshot(TimePoint tim
   auto value = text::parse_json(text, path_);
   if (!value) return tl::unexpected(value.error());
   found->value = with_bytes(std::move(*value));
+  found->state = state_of(found->value);
   const Value* sequence = found->value.find("sequence");
   if (sequence != nullptr && sequence->as_int() != nullptr)
     found->sequence = static_cast<std::uint64_t>(*sequence->as_int());

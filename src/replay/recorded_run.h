@@ -43,7 +43,7 @@ class RecordedRun {
     std::uint64_t sequence = 0;  ///< Of the last observation before it.
     Value value;
     /// Of a run in virtual time: all of it, for `mission::restore`; empty: the snapshot has parts only.
-    [[nodiscard]] std::string_view state() const;
+    std::string state;
   };
   [[nodiscard]] Result<std::optional<Snapshot>> snapshot(TimePoint time);
   /// The observations "scenario.injection" from then on. Recordings that keep them apart have a fact "plan".

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "sentree/base/json.h"
+#include "sentree/record/compression.h"
 #include "sentree/record/foxglove.h"
 #include "sentree/record/observation.h"
 #include "sentree/record/schemas.h"
@@ -416,13 +417,23 @@ struct RunRecorder::Impl {
   // In virtual time, where the run is one value. False: it is not, or something of it has no saved form.
   bool write_whole_run() {
     if (!inside->scheduler().is_virtual()) return false;
-    const mission::State state = inside->capture();
+    mission::State state = inside->capture();
+    for (monitor::State& monitor : state.monitors.states) {
+      auto& history = monitor.trail.history;
+      if (history.size() <= kSnapshotTrailMax) continue;
+      history.erase(history.begin(), history.end() - kSnapshotTrailMax);
+      monitor.trail.history_complete = false;
+    }
     const auto saved = mission::save(plan, state);
     if (!saved) return false;
-    const auto* octets = reinterpret_cast<const std::byte*>(saved->data());
+    // Base64 hides from a chunk's compression what repeats.
+    std::string packed;
+    record::compress(record::Compression::kZstd, *saved, packed);
+    const auto* octets = reinterpret_cast<const std::byte*>(packed.data());
     const Value snapshot = Map{{"sequence", static_cast<std::int64_t>(state.published)},
                                {"tick", static_cast<std::int64_t>(state.tick)},
-                               {"state", Bytes{{octets, octets + saved->size()}}}};
+                               {"size", static_cast<std::int64_t>(saved->size())},
+                               {"state", Bytes{{octets, octets + packed.size()}}}};
     write(snapshots, state.now, [&](record::PackedJson& out) { out.value(snapshot); });
     return true;
   }

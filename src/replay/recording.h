@@ -15,6 +15,11 @@ namespace sentree::replay {
 /// Between two samples of the robot, and between two snapshots of everything [run time].
 inline constexpr Duration kSamplePeriod = std::chrono::milliseconds(100);
 inline constexpr Duration kSnapshotPeriod = std::chrono::seconds(5);
+/// Observations of each monitor's trail that a snapshot keeps, the latest: the recording has them all, and they decide
+/// nothing.
+inline constexpr std::size_t kSnapshotTrailMax = 64;
+/// Octets of a larger saved run are not read.
+inline constexpr std::int64_t kSnapshotStateMax = 64 << 20;
 /// Larger project files are not attached.
 inline constexpr std::size_t kAttachedFileMax = 64U << 20U;
 

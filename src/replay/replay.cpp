@@ -147,7 +147,7 @@ class Replay {
     plan_.scenario.virtual_time = true;
     std::optional<mission::State> from;
     if (auto snapshot = recorded_.snapshot(moment); snapshot && *snapshot) {
-      if (auto state = mission::restore(plan_, (*snapshot)->state())) from = std::move(*state);
+      if (auto state = mission::restore(plan_, (*snapshot)->state)) from = std::move(*state);
     }
     report_.restored = from ? from->now : TimePoint{};
     tick_ = from ? from->tick : 0;
@@ -473,7 +473,7 @@ class Replay {
     std::uint64_t sequence = 0;
     if (auto snapshot = recorded_.snapshot(now); snapshot && *snapshot) {
       const Value* part = (*snapshot)->value.find("world");
-      const auto whole = mission::saved_world((*snapshot)->state());
+      const auto whole = mission::saved_world((*snapshot)->state);
       const Value* world = whole ? &*whole : part;
       auto restored = world != nullptr ? sim::restore(*plan_.world, *world) : fail("replay.no-world", "");
       if (restored) {
