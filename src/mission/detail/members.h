@@ -291,6 +291,7 @@ void visit_members(S& s, V&& visit) {
   visit("leaf", s.leaf);
   visit("call", s.call);
   visit("due", s.due);
+  visit("id", s.id);
 }
 // But `session`.
 template <class S, class V>
@@ -299,6 +300,7 @@ void visit_members(S& s, V&& visit) {
   visit("open", s.open);
   visit("rng", s.rng);
   visit("fresh", s.fresh);
+  visit("choices", s.choices);
   visit("wake", s.wake);
   visit("topics_not_before", s.topics_not_before);
 }
