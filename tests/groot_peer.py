@@ -298,7 +298,7 @@ check("all hooks go", len(steered.ask(b"A")) == 1)
 steered.end()
 lines = subprocess.run([sentree, "export", "steered.mcap", "--to", "ndjson"], capture_output=True, text=True,
                        timeout=60).stdout.splitlines()
-done = [line for line in lines if "scenario.injection" in line and '"groot"' in line]
+done = [line for line in lines if '"/observations"' in line and "scenario.injection" in line and '"groot"' in line]
 check("two breakpoints, their ends, a forced result and its end are recorded", len(done) == 6, done)
 check("the forced answer is recorded as one", any('"forced":true' in line and "BatteryLevelAbove30" in line for line in lines))
 

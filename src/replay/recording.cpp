@@ -184,9 +184,7 @@ struct RunRecorder::Impl {
         break;
       }
       case What::kInjection:
-        write(
-            interventions, message.time, [&](record::PackedJson& out) { record::pack_observation(out, message); },
-            [&] { return message; });
+        write(interventions, message.time, [&](record::PackedJson& out) { record::pack_observation(out, message); });
         if (inside != nullptr) sample_after_command();
         break;
       case What::kOther: break;
