@@ -364,7 +364,7 @@ expect 1 'as_published +REFUTED' "$sentree" verify "$work/verified" --only turns
   --scenario "$work/verified/requirements/published.yaml" --faults none
 expect 0 '"verdict":"holds","vacuous":false,"complete":true' \
   "$sentree" verify "$work/verified" --faults none --order virtual --only turns_to_station --json
-expect 124 'not refuted up to tick 4' "$sentree" verify "$work/verified" --only turns_to_station --ticks 5
+expect 124 'not refuted up to tick 5' "$sentree" verify "$work/verified" --only turns_to_station --ticks 5
 expect 3 'did you mean "never_empty"' "$sentree" verify "$work/verified" --only never_emty
 
 # A terminal that goes away ends a run in order, as Ctrl-C does, and nothing is left behind.

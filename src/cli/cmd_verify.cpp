@@ -29,7 +29,7 @@ struct Shown {
   std::string recording;
   std::size_t choices = 0;
   std::size_t loop_ticks = 0;
-  bool needs_order = false;
+  std::size_t orders = 0;
 };
 
 // "2 GB" in bytes.
@@ -85,8 +85,8 @@ class Verifying {
       return kInvalidInput;
     }
     if (!command_.graph.empty() && !write_graph()) return kEnvironment;
-    for (verify::Judgement& judgement : result_.judgements) {
-      if (judgement.finding == verify::Finding::kRefuted && !show(judgement, asked)) return kEnvironment;
+    for (const verify::Judgement& judgement : result_.judgements) {
+      if (judgement.finding == verify::Finding::kRefuted && !show(judgement)) return kEnvironment;
     }
     print(command_.json ? to_json(json(asked)) + "\n" : text(asked));
     return code();
@@ -123,28 +123,16 @@ class Verifying {
   }
 
   // Writes the counterexample as a scenario, and what comes of it in the run-time system as a recording.
-  bool show(verify::Judgement& judgement, const verify::Asked& asked) {
+  bool show(const verify::Judgement& judgement) {
     Shown shown;
     auto example = verify::counterexample(result_.graph, judgement, plan_.scenario);
-    if (example.needs_order) {
-      // Perhaps it can also be had in the order of virtual time, in which it can be run again.
-      verify::Asked again = asked;
-      again.explore.order = verify::Order::kVirtual;
-      again.only = {judgement.requirement};
-      verify::Verification in_order = verify::verify(plan_, again);
-      if (!has_errors(in_order.errors) && in_order.judgements.front().finding == verify::Finding::kRefuted) {
-        judgement = in_order.judgements.front();
-        example = verify::counterexample(in_order.graph, judgement, plan_.scenario);
-      }
-    }
-    shown.needs_order = example.needs_order;
-    if (!example.needs_order && !write(judgement, example, shown)) return false;
+    if (!write(judgement, example, shown)) return false;
     if (judgement.path->loop) shown.loop_ticks = judgement.path->edges.size() - *judgement.path->loop;
     shown_[judgement.requirement] = std::move(shown);
     return true;
   }
 
-  bool write(const verify::Judgement& judgement, verify::Counterexample& example, Shown& shown) {
+  bool write(const verify::Judgement& judgement, project::Scenario& example, Shown& shown) {
     const fs::path project = plan_.scenario.project.folder;
     const fs::path folder = command_.out.empty() ? project / "verify" : fs::path(command_.out);
     std::error_code error;
@@ -154,9 +142,7 @@ class Verifying {
     const std::string above =
         beside ? "" : fs::relative(fs::weakly_canonical(project, error), fs::weakly_canonical(folder, error)).string();
     const auto prepared = [&](const project::Scenario& scenario) {
-      verify::Counterexample tried = example;
-      tried.scenario = scenario;
-      std::ofstream(file) << verify::scenario_text(tried, judgement, above);
+      std::ofstream(file) << verify::scenario_text(scenario, judgement, above);
       auto loaded = project::load_scenario(file);
       return loaded.ok() ? project::prepare(std::move(*loaded.value)) : Loaded<project::Plan>{};
     };
@@ -166,11 +152,12 @@ class Verifying {
         return plan.ok() && confirmed(*plan.value, nullptr);
       });
     }
-    shown.choices = example.scenario.choices->size();
+    shown.choices = example.choices->size();
+    shown.orders = example.orders.size();
     shown.scenario = file.string();
     shown.recording = fs::path(file).replace_extension(".mcap").string();
     const text::ReadLog files;
-    const auto plan = prepared(example.scenario);
+    const auto plan = prepared(example);
     auto sink = record::FileSink::create(shown.recording);
     if (!plan.ok() || !sink) {
       say(plan.ok() ? to_string(sink.error()) : file.string() + " cannot be written, or not be read again");
@@ -345,12 +332,11 @@ class Verifying {
         out += ": the mission ends, and it is still owed";
       else
         out += judgement.observation.empty() ? ": time passed" : ": " + judgement.observation;
-      if (shown.needs_order)
-        out +=
-            "; only if messages of one instant come in another order than that of virtual time, so it cannot be run "
-            "again";
-      else
-        out += "   " + shown.scenario + " .mcap";
+      out += "   " + shown.scenario + " .mcap";
+      if (shown.orders > 0) {
+        out += fmt::format("\n  needs messages of one instant in another order than that of virtual time, at {} instant{}",
+                           shown.orders, shown.orders == 1 ? "" : "s");
+      }
       if (!judgement.avoided.empty()) {
         std::string avoided;
         for (const std::string& one : judgement.avoided) avoided += (avoided.empty() ? "" : ", ") + one;
@@ -396,12 +382,10 @@ class Verifying {
                                      {"time", seconds(judgement.at)},
                                      {"observation", judgement.observation}};
         const Shown& shown = shown_.at(judgement.requirement);
-        Map example{{"needs_order", shown.needs_order}};
-        if (!shown.needs_order) {
-          example["scenario"] = shown.scenario;
-          example["recording"] = shown.recording;
-          example["choices"] = static_cast<std::int64_t>(shown.choices);
-        }
+        Map example{{"scenario", shown.scenario},
+                    {"recording", shown.recording},
+                    {"choices", static_cast<std::int64_t>(shown.choices)},
+                    {"orders", static_cast<std::int64_t>(shown.orders)}};
         if (judgement.path->loop) {
           example["loop"] = Map{{"from", static_cast<std::int64_t>(*judgement.path->loop)},
                                 {"ticks", static_cast<std::int64_t>(shown.loop_ticks)}};

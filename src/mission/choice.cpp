@@ -19,4 +19,27 @@ std::optional<std::uint64_t> scripted(const project::Scenario& scenario, const C
   return std::nullopt;
 }
 
+std::optional<std::size_t> scripted(const project::Plan& plan, std::uint64_t number,
+                                    std::span<const Delivery* const> due) {
+  const auto& given = plan.scenario.orders;
+  const auto entry =
+      std::find_if(given.begin(), given.end(), [&](const project::ScenarioOrder& one) { return one.number == number; });
+  if (entry == given.end()) return 0;
+  for (std::size_t i = 0; i < due.size(); ++i) {
+    if (part_of(plan, *due[i]) == entry->first) return i;
+  }
+  return std::nullopt;
+}
+
+bool same_part(const Delivery& a, const Delivery& b) {
+  return a.leaf == b.leaf &&
+         std::holds_alternative<ModelDelivery>(a.what) == std::holds_alternative<ModelDelivery>(b.what);
+}
+
+std::string_view part_of(const project::Plan& plan, const Delivery& delivery) {
+  if (std::holds_alternative<TreeDelivery>(delivery.what)) return "mission";
+  return std::holds_alternative<SkillDelivery>(delivery.what) ? plan.leaves[delivery.leaf].name
+                                                              : plan.models[delivery.leaf].name;
+}
+
 }  // namespace sentree::mission

@@ -3,10 +3,12 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "sentree/base/value.h"
-#include "sentree/project/project.h"
+#include "sentree/mission/delivery.h"
+#include "sentree/project/plan.h"
 
 namespace sentree::mission {
 
@@ -26,5 +28,17 @@ struct Choice {
 /// What a scenario says of a choice: the alternative whose value is that of its entry, the first one without an entry.
 /// Nothing: the scenario says nothing of choices at all, or no alternative has that value.
 [[nodiscard]] std::optional<std::uint64_t> scripted(const project::Scenario& scenario, const Choice& choice);
+
+/// What a scenario says of an instant at which deliveries to different parts are due: which of them comes first. The
+/// first one, if it says nothing of that instant.
+/// @param number  Of the instant, from 1.
+/// Nothing: none of them is for the part that it names.
+[[nodiscard]] std::optional<std::size_t> scripted(const project::Plan& plan, std::uint64_t number,
+                                                  std::span<const Delivery* const> due);
+
+/// Both go to the same part of the run.
+[[nodiscard]] bool same_part(const Delivery& a, const Delivery& b);
+/// The name of a delivery's part: that of a leaf or of a model; "mission".
+[[nodiscard]] std::string_view part_of(const project::Plan& plan, const Delivery& delivery);
 
 }  // namespace sentree::mission

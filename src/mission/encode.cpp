@@ -129,6 +129,7 @@ class Writer {
     map(skill.outputs);
     time(skill.wake);
     time(skill.not_before);
+    time(skill.topics_not_before);
     for (const SkillState::Line& line : skill.lines) {
       if (line.waiting.empty() && line.not_before <= state_.now) continue;
       text(line.service);
@@ -152,6 +153,7 @@ class Writer {
     }
     number(model.fresh);
     time(model.wake);
+    time(model.topics_not_before);
     return scxml::encode(host_.model(index).model().chart, model.session, state_.now, out_);
   }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "sentree/base/diagnostic.h"
+#include "sentree/base/rng.h"
 #include "sentree/idl/conform.h"
 #include "sentree/scxml/step.h"
 
@@ -36,6 +37,20 @@ CallOutcome failed(std::string kind, std::string message) {
 }
 
 }  // namespace
+
+ComponentModel component_model(const project::Plan& plan, std::size_t model) {
+  const project::ModelPlan& of = plan.models[model];
+  ComponentModel made{.name = of.name,
+                      .seed = hash_combine(plan.scenario.seed, hash_bytes(of.name)),
+                      .patience = plan.scenario.project.deadlines.call,
+                      .chart = of.chart,
+                      .serves = {}};
+  for (const std::string& service : of.serves) made.serves[service] = plan.services.at(service).service;
+  for (const auto& [name, service] : plan.services) {
+    if (service.at == "topics") made.topics[name] = service.service;
+  }
+  return made;
+}
 
 ModelMachine::ModelMachine(ComponentModel model, scxml::ExecutionWatch* watch) : model_(std::move(model)) {
   host_.processors.push_back({"thrift", ""});

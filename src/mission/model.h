@@ -35,6 +35,9 @@ struct ComponentModel {
   std::map<std::string, idl::ServicePtr> topics = {};  ///< Services that nobody serves: it may publish on them too.
 };
 
+/// Of a model of the plan, in virtual time.
+[[nodiscard]] ComponentModel component_model(const project::Plan& plan, std::size_t model);
+
 /// What a model remembers between deliveries. A plain value: a copy goes on alike.
 struct ModelState {
   struct OpenCall {

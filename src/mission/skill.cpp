@@ -163,6 +163,18 @@ std::span<const SkillEdge> skill_edges() { return kEdges; }
 
 std::string_view kind_of(const SkillDelivery& delivery) { return std::visit(Kind(), delivery); }
 
+SkillModel skill_model(const project::Plan& plan, std::size_t leaf) {
+  const project::LeafPlan& of = plan.leaves[leaf];
+  return {.name = of.name,
+          .condition = of.condition,
+          .halt_deadline = plan.scenario.project.deadlines.halt,
+          .seed = hash_combine(plan.scenario.seed, hash_bytes(of.name)),
+          .chart = *of.chart,
+          .services = &plan.services,
+          .constants = project::initial_data(of.constants),
+          .protocol = of.protocol};
+}
+
 SkillMachine::SkillMachine(SkillModel model, scxml::ExecutionWatch* watch) : model_(std::move(model)) {
   host_.processors.push_back({"thrift", ""});
   host_.on_send = [this](const scxml::OutgoingSend& send) { return check_call(send, *model_.services); };

@@ -64,6 +64,9 @@ struct SkillModel {
   std::optional<project::SkillProtocol> protocol = {};
 };
 
+/// Of a leaf whose skill has a chart. `plan` is borrowed.
+[[nodiscard]] SkillModel skill_model(const project::Plan& plan, std::size_t leaf);
+
 /// What a skill remembers between deliveries. A plain value: a copy goes on alike.
 struct SkillState {
   SkillPhase phase = SkillPhase::kIdle;

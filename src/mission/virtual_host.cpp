@@ -4,7 +4,8 @@
 #include <utility>
 
 #include "sentree/base/assert.h"
-#include "sentree/base/rng.h"
+#include "sentree/idl/conform.h"
+#include "sentree/mission/choice.h"
 
 namespace sentree::mission {
 
@@ -62,7 +63,9 @@ class VirtualHost::SkillSide final : public SkillHost {
     return Admission{};
   }
   void send(const Shared<Call>& call, const idl::Method&) override {
-    if (host_.state_->down.contains(call->service)) {
+    if (host_.plan_.services.at(call->service).at == "topics") {
+      deliver(Outcome{call, {.ok = true, .result = {}, .kind = {}, .message = {}}});
+    } else if (host_.state_->down.contains(call->service)) {
       deliver(Outcome{
           call,
           {.ok = false, .result = {}, .kind = "unreachable", .message = "service " + call->service + " was killed"}});
@@ -145,20 +148,13 @@ Diagnostics VirtualHost::obstacles(const project::Plan& plan) {
           SourceSpan{file});
   }
   for (const auto& [name, service] : plan.services) {
-    if (service.at == "topics") {
-      add("verify.topics", "\"" + name + "\" is a service of topics, which cannot be explored yet", SourceSpan{file});
-    } else if (service.at != "model") {
+    if (service.at != "model" && service.at != "topics") {
       add("verify.no-model",
           "service \"" + name + "\" has no model; give it a chart: models: [{file: models/" + name +
               ".scxml, serves: [" + name + "]}]",
           SourceSpan{file});
     }
   }
-  const bool subscribes =
-      std::any_of(plan.leaves.begin(), plan.leaves.end(), [](const auto& leaf) { return !leaf.subscribes.empty(); }) ||
-      std::any_of(plan.models.begin(), plan.models.end(), [](const auto& model) { return !model.subscribes.empty(); });
-  if (subscribes)
-    add("verify.topics", "skills or models subscribe to topics, which cannot be explored yet", SourceSpan{file});
   for (const project::ObserverPlan& observer : plan.observers) {
     add("verify.elsewhere", "\"" + observer.name + "\" observes in another process, where its inside cannot be seen",
         SourceSpan{file});
@@ -167,31 +163,14 @@ Diagnostics VirtualHost::obstacles(const project::Plan& plan) {
 }
 
 VirtualHost::VirtualHost(const project::Plan& plan) : plan_(plan) {
-  const project::Scenario& scenario = plan.scenario;
-  for (std::size_t i = 0; i < plan.models.size(); ++i) {
-    const project::ModelPlan& model = plan.models[i];
-    ComponentModel component{.name = model.name,
-                             .seed = hash_combine(scenario.seed, hash_bytes(model.name)),
-                             .patience = scenario.project.deadlines.call,
-                             .chart = model.chart,
-                             .serves = {}};
-    for (const std::string& service : model.serves) {
-      component.serves[service] = plan.services.at(service).service;
-      model_of_[service] = i;
-    }
-    models_.push_back(std::make_unique<ModelSide>(*this, i, std::move(component)));
-  }
   for (std::size_t i = 0; i < plan.leaves.size(); ++i) {
-    const project::LeafPlan& leaf = plan.leaves[i];
-    skills_.push_back(std::make_unique<SkillSide>(*this, i,
-                                                  SkillModel{.name = leaf.name,
-                                                             .condition = leaf.condition,
-                                                             .halt_deadline = scenario.project.deadlines.halt,
-                                                             .seed = hash_combine(scenario.seed, hash_bytes(leaf.name)),
-                                                             .chart = *leaf.chart,
-                                                             .services = &plan.services,
-                                                             .constants = project::initial_data(leaf.constants),
-                                                             .protocol = leaf.protocol}));
+    skills_.push_back(std::make_unique<SkillSide>(*this, i, skill_model(plan, i)));
+    for (const std::string& topic : plan.leaves[i].subscribes) takers_[topic].push_back({.is_model = false, .index = i});
+  }
+  for (std::size_t i = 0; i < plan.models.size(); ++i) {
+    models_.push_back(std::make_unique<ModelSide>(*this, i, component_model(plan, i)));
+    for (const std::string& service : plan.models[i].serves) model_of_[service] = i;
+    for (const std::string& topic : plan.models[i].subscribes) takers_[topic].push_back({.is_model = true, .index = i});
   }
   tree_ = std::make_unique<TreeSide>(*this);
 }
@@ -229,6 +208,33 @@ void VirtualHost::publish(Message message) {
   message.time = state_->now;
   message.tick = state_->tick;
   surroundings_->observed(message);
+  if (!takers_.empty() && message.kind == MessageKind::kRequest) deliver_topic(message);
+}
+
+// A call of a one-way method reaches whoever subscribes to it; a delayed one holds back the later ones.
+void VirtualHost::deliver_topic(const Message& message) {
+  std::string_view topic = message.name;
+  topic.remove_suffix(std::string_view(".request").size());
+  const auto takers = takers_.find(topic);
+  if (takers == takers_.end()) return;
+  const idl::Method* const method =
+      plan_.services.at(message.target).service->find(topic.substr(message.target.size() + 1));
+  const Value* const args = message.data.find("args");
+  auto conforming = idl::conform_arguments(*method, args != nullptr ? *args : Value(Map()));
+  if (!conforming) {
+    return surroundings_->problem(std::string(topic) + " of " + message.source +
+                                  " reaches nobody: " + conforming.error().message);
+  }
+  const Duration delay = state_->faults.empty() ? Duration(0) : state_->faults.delay_of(topic);
+  const Shared<Publication> what(Publication{std::string(topic), message.source, std::move(*conforming)});
+  for (const Taker& taker : takers->second) {
+    TimePoint& not_before = taker.is_model ? state_->models[taker.index].topics_not_before
+                                           : state_->skills[taker.index].topics_not_before;
+    not_before = std::max(not_before, add_saturating(state_->now, delay));
+    put(not_before, Rank::kMessage,
+        taker.is_model ? Delivery{taker.index, ModelDelivery(Published{what})}
+                       : Delivery{taker.index, SkillDelivery(Published{what})});
+  }
 }
 
 // A delayed tick or halt holds back the later ones.
@@ -251,24 +257,20 @@ void VirtualHost::step(State& state, Surroundings& surroundings) {
   if (queue.size() > 1 && queue[1].when == queue[0].when && queue[1].rank == queue[0].rank &&
       queue[0].rank != Rank::kTick) {
     // The first of each part: what is on its way to one keeps its order.
-    std::vector<const Waiting*> first;
+    std::vector<const Delivery*> first;
     std::vector<std::size_t> at;
-    const auto same = [](const Delivery& a, const Delivery& b) {
-      return a.leaf == b.leaf &&
-             std::holds_alternative<ModelDelivery>(a.what) == std::holds_alternative<ModelDelivery>(b.what);
-    };
     for (std::size_t i = 0; i < queue.size() && queue[i].when == queue[0].when && queue[i].rank == queue[0].rank; ++i) {
-      if (std::any_of(first.begin(), first.end(), [&](const Waiting* w) { return same(w->what, queue[i].what); }))
+      if (std::any_of(first.begin(), first.end(), [&](const Delivery* d) { return same_part(*d, queue[i].what); }))
         continue;
-      first.push_back(&queue[i]);
+      first.push_back(&queue[i].what);
       at.push_back(i);
     }
-    if (first.size() > 1) which = at[surroundings.order(first)];
+    if (first.size() > 1) which = at[surroundings.order(++state.orders, first)];
   }
-  const Waiting next = std::move(queue[which]);
+  Waiting next = std::move(queue[which]);
   queue.erase(queue.begin() + static_cast<std::ptrdiff_t>(which));
   state.now = next.when;
-  Delivery what = next.what;
+  Delivery& what = next.what;
   if (auto* tree = std::get_if<TreeDelivery>(&what.what)) {
     tree_->machine.step(state.tree, std::move(*tree), *tree_);
   } else if (auto* skill = std::get_if<SkillDelivery>(&what.what)) {

@@ -28,7 +28,8 @@ class Surroundings {
   /// Which alternative comes, below `Choice::count`; nothing: the model's generator says.
   virtual std::optional<std::uint64_t> choose(const Choice&) { return std::nullopt; }
   /// Which of several deliveries to different parts comes first; all are due now, in the order of virtual time.
-  virtual std::size_t order(std::span<const Waiting* const>) { return 0; }
+  /// @param number  Of such instants of the run, from 1.
+  virtual std::size_t order(std::uint64_t /*number*/, std::span<const Delivery* const>) { return 0; }
   /// Why a request is refused.
   virtual std::optional<Veto> judge(const Message& /*request*/) { return std::nullopt; }
   /// A chart of the skill of that leaf took a transition.
@@ -82,6 +83,7 @@ class VirtualHost {
   void put(TimePoint when, Rank rank, Delivery what);
   void post(Delivery what) { put(state_->now, Rank::kMessage, std::move(what)); }
   void publish(Message message);
+  void deliver_topic(const Message& message);
   void tell_skill(std::size_t leaf, std::string_view message, SkillDelivery what);
 
   const project::Plan& plan_;
@@ -89,6 +91,12 @@ class VirtualHost {
   std::unique_ptr<TreeSide> tree_;
   std::vector<std::unique_ptr<SkillSide>> skills_;
   std::vector<std::unique_ptr<ModelSide>> models_;
+  // Who subscribes to a topic: skills, then models, as in the plan.
+  struct Taker {
+    bool is_model = false;
+    std::size_t index = 0;
+  };
+  std::map<std::string, std::vector<Taker>, std::less<>> takers_;
   State* state_ = nullptr;  // that is being stepped
   Surroundings* surroundings_ = nullptr;
 };

@@ -202,6 +202,15 @@ struct ScenarioChoice {
   friend bool operator==(const ScenarioChoice&, const ScenarioChoice&) = default;
 };
 
+/// Which part gets its message first where several parts have messages that are due at one instant.
+struct ScenarioOrder {
+  std::uint64_t number = 0;  ///< Among such instants of the run, from 1.
+  std::string first;         ///< A leaf, a model or the mission, by name.
+  std::uint64_t tick = 0;    ///< In which it is; for people.
+  SourceSpan span;
+  friend bool operator==(const ScenarioOrder&, const ScenarioOrder&) = default;
+};
+
 /// A message held back, as a slow machine or network would.
 struct DelayFault {
   std::string message;  ///< As `Intervention::target` of a delay.
@@ -241,6 +250,8 @@ struct Scenario {
   std::vector<DelayFault> delays;
   /// What models choose: where nothing is said, the first alternative. Nothing: all of it is drawn.
   std::optional<std::vector<ScenarioChoice>> choices;
+  /// Where nothing is said: the order of virtual time.
+  std::vector<ScenarioOrder> orders;
   std::vector<ProcessEntry> processes;
 
   /// Expected mission status (SUCCESS, FAILURE, RUNNING) and verdicts by monitor (violated, satisfied, undecided).

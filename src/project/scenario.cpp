@@ -124,6 +124,23 @@ void read_choices(const text::YamlNode& node, Scenario& scenario, Diagnostics& d
   }
 }
 
+void read_orders(const text::YamlNode& node, Scenario& scenario, Diagnostics& diagnostics) {
+  for (const text::YamlNode& entry : node.items) {
+    YamlReader reader(entry, "order", diagnostics);
+    ScenarioOrder order;
+    order.span = entry.span;
+    const auto number = reader.integer("number");
+    if (!number || *number < 1) {
+      reader.error(entry.span, "scenario.order",
+                   "order needs \"number\": at which of the instants with messages for several parts, from 1");
+    }
+    order.number = static_cast<std::uint64_t>(std::max<std::int64_t>(number.value_or(1), 1));
+    order.first = reader.required_string("first");
+    order.tick = static_cast<std::uint64_t>(std::max<std::int64_t>(reader.integer("tick").value_or(0), 0));
+    scenario.orders.push_back(std::move(order));
+  }
+}
+
 // Changes that a scenario makes to its project.
 void read_overrides(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
   YamlReader reader(node, "override", diagnostics);
@@ -217,6 +234,7 @@ Loaded<Scenario> load_scenario(const std::filesystem::path& file) {
       read_overrides(*overrides, scenario.project, loaded.diagnostics);
     if (const auto* timeline = reader.sequence("timeline")) read_timeline(*timeline, scenario, loaded.diagnostics);
     if (const auto* choices = reader.sequence("choices")) read_choices(*choices, scenario, loaded.diagnostics);
+    if (const auto* orders = reader.sequence("orders")) read_orders(*orders, scenario, loaded.diagnostics);
     if (const auto* delays = reader.sequence("delays")) read_delays(*delays, scenario, loaded.diagnostics);
     if (const auto* processes = reader.mapping("processes")) read_processes(*processes, scenario, loaded.diagnostics);
     if (const auto* expect = reader.mapping("expect")) read_expect(*expect, scenario, loaded.diagnostics);

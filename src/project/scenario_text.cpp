@@ -134,6 +134,12 @@ std::string scenario_text(const Scenario& scenario, const std::vector<Injection>
     if (choice.tick > 0) map["tick"] = static_cast<std::int64_t>(choice.tick);
     out += "  - " + flow(Value(std::move(map))) + "\n";
   }
+  if (!scenario.orders.empty()) out += "orders:\n";
+  for (const ScenarioOrder& order : scenario.orders) {
+    Map map{{"number", static_cast<std::int64_t>(order.number)}, {"first", order.first}};
+    if (order.tick > 0) map["tick"] = static_cast<std::int64_t>(order.tick);
+    out += "  - " + flow(Value(std::move(map))) + "\n";
+  }
   out += "duration: " + exact_seconds(scenario.duration) + "\n";
   out += written("stop_when_violated");
   if (outcome) out += expectations(scenario, *outcome);

@@ -163,6 +163,7 @@ class RealScheduler final : public Scheduler {
     if (watching_) watch_until(clock_.wall(when));
   }
 
+  void on_order(std::function<std::size_t(std::uint64_t, std::span<const mission::Delivery* const>)>) override {}
   // In real time nothing stands still for long enough.
   void save(mission::State&) const override { SENTREE_ASSERT(false); }
   void load(const mission::State&, const std::function<ActorId(const mission::Delivery&)>&) override {

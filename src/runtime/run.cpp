@@ -75,6 +75,14 @@ class Run::Impl final : public RunView, private RunInside {
                    .monitors = [this]() -> const Monitors& { return monitors_; },
                    .problem = [this](const std::string& what) { problem(what); },
                    .observer = stream_.actor()}) {
+    if (!scenario_.orders.empty()) {
+      scheduler_->on_order([this](std::uint64_t number, std::span<const mission::Delivery* const> due) {
+        const auto first = mission::scripted(plan_, number, due);
+        if (!first)
+          problem("order " + std::to_string(number) + " of the scenario: nothing is due for the part that it names");
+        return first.value_or(0);
+      });
+    }
     scheduler_->set_pace(
         {.paused = options_.paused, .factor = scenario_.virtual_time ? options_.pace : scenario_.factor});
     services_ = plan.services;
@@ -449,17 +457,11 @@ class Run::Impl final : public RunView, private RunInside {
   }
 
   void make_models() {
-    for (const project::ModelPlan& plan : plan_.models) {
-      mission::ComponentModel model{.name = plan.name,
-                                    .seed = hash_combine(scenario_.seed, hash_bytes(plan.name)),
-                                    .patience = stretched(scenario_.project.deadlines.call),
-                                    .chart = plan.chart};
-      for (const std::string& service : plan.serves) model.serves[service] = services_.at(service).service;
-      for (const auto& [name, service] : services_) {
-        if (service.at == "topics") model.topics[name] = service.service;
-      }
+    for (std::size_t i = 0; i < plan_.models.size(); ++i) {
+      mission::ComponentModel model = mission::component_model(plan_, i);
+      model.patience = stretched(model.patience);
       models_.push_back(std::make_unique<ModelActor>(
-          std::move(model), models_.size(),
+          std::move(model), i,
           ModelActor::Surroundings{
               .publisher = publisher_,
               .scheduler = *scheduler_,
@@ -606,16 +608,11 @@ class Run::Impl final : public RunView, private RunInside {
       if (options_.on_skill_step) options_.on_skill_step(index, skill);
     };
     auto driver = std::make_unique<LocalDriver>(*this, index);
+    mission::SkillModel model = mission::skill_model(plan_, index);
+    model.halt_deadline = stretched(model.halt_deadline);
+    model.services = &services_;
     driver->skill = std::make_unique<SkillActor>(
-        mission::SkillModel{.name = leaf.name,
-                            .condition = leaf.condition,
-                            .halt_deadline = stretched(scenario_.project.deadlines.halt),
-                            .seed = hash_combine(scenario_.seed, hash_bytes(leaf.name)),
-                            .chart = *leaf.chart,
-                            .services = &services_,
-                            .constants = project::initial_data(leaf.constants),
-                            .protocol = leaf.protocol},
-        index,
+        std::move(model), index,
         SkillActor::Surroundings{
             .publisher = publisher_,
             .scheduler = *scheduler_,

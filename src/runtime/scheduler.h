@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -77,6 +78,11 @@ class Scheduler : public Clock {
     if (recipients_.size() <= actor) recipients_.resize(actor + 1);
     recipients_[actor] = std::move(take);
   }
+
+  /// Which of several deliveries to different parts, due at one instant, comes first: by the number of that instant,
+  /// from 1, and in the order of virtual time. Nothing of it in real time. Before the run.
+  virtual void on_order(
+      std::function<std::size_t(std::uint64_t number, std::span<const mission::Delivery* const> due)> decide) = 0;
 
   /// Virtual time only, between two tasks: its part of the state of a run. Tasks that are no deliveries belong to who
   /// posted them and are left out.

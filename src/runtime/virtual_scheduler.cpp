@@ -49,6 +49,7 @@ class VirtualScheduler final : public Scheduler {
     state.now = now();
     state.begun = begun_;
     state.order = order_;
+    state.orders = orders_;
     state.queue.clear();
     for (const Entry& entry : queue_) {
       if (const auto* delivery = std::get_if<mission::Delivery>(&entry.what))
@@ -62,10 +63,15 @@ class VirtualScheduler final : public Scheduler {
     now_.store(state.now, std::memory_order_relaxed);
     begun_ = state.begun;
     order_ = state.order;
+    orders_ = state.orders;
     anchor_run_ = state.now;
     for (const mission::Waiting& waiting : state.queue)
       queue_.push_back({waiting.when, waiting.rank, waiting.order, actor_of(waiting.what), waiting.what});
     std::make_heap(queue_.begin(), queue_.end(), Later());
+  }
+
+  void on_order(std::function<std::size_t(std::uint64_t, std::span<const mission::Delivery* const>)> decide) override {
+    decide_ = std::move(decide);
   }
 
   // In a thread of its own, so that the caller comes back even from a script that does not.
@@ -144,6 +150,7 @@ class VirtualScheduler final : public Scheduler {
                " messages without time passing; two parts answer each other for ever";
       }
       if (top.rank != mission::Rank::kInjection) begun_ = true;
+      if (decide_) reorder();
       std::pop_heap(queue_.begin(), queue_.end(), Later());
       Entry next = std::move(queue_.back());
       queue_.pop_back();
@@ -153,6 +160,33 @@ class VirtualScheduler final : public Scheduler {
         std::get<Task>(next.what)();
     }
     return error_;
+  }
+
+  // Brings to the front what is decided to come first of the deliveries that are due now.
+  void reorder() {
+    const Entry& top = queue_.front();
+    if (top.rank == mission::Rank::kTick || !std::holds_alternative<mission::Delivery>(top.what)) return;
+    std::vector<Entry*> due;
+    for (Entry& entry : queue_) {
+      if (entry.when == top.when && entry.rank == top.rank && std::holds_alternative<mission::Delivery>(entry.what))
+        due.push_back(&entry);
+    }
+    std::sort(due.begin(), due.end(), [](const Entry* a, const Entry* b) { return a->order < b->order; });
+    // The first of each part: what is on its way to one keeps its order.
+    std::vector<Entry*> first;
+    for (Entry* entry : due) {
+      if (std::none_of(first.begin(), first.end(), [&](const Entry* f) { return f->actor == entry->actor; }))
+        first.push_back(entry);
+    }
+    if (first.size() < 2) return;
+    std::vector<const mission::Delivery*> asked;
+    for (const Entry* entry : first) asked.push_back(&std::get<mission::Delivery>(entry->what));
+    const std::size_t which = decide_(++orders_, asked);
+    if (which == 0) return;
+    // It takes the place of the first; those between move one back.
+    const auto chosen = std::find(due.begin(), due.end(), first[which]);
+    for (auto at = chosen; at != due.begin(); --at) std::swap((*at)->order, (*std::prev(at))->order);
+    std::make_heap(queue_.begin(), queue_.end(), Later());
   }
 
   // Takes in commands and waits until the next task may be executed. False: the run has been stopped.
@@ -251,6 +285,8 @@ class VirtualScheduler final : public Scheduler {
   std::atomic<TimePoint> now_ = TimePoint{};  // written by the thread that works only
   bool begun_ = false;                        // more than injections has happened now
   std::uint64_t order_ = 0;
+  std::uint64_t orders_ = 0;  // instants at which an order was decided
+  std::function<std::size_t(std::uint64_t, std::span<const mission::Delivery* const>)> decide_;
   std::atomic<bool> stopped_ = false;  // an interrupt comes from another thread
   std::optional<std::string> error_;
   std::vector<std::string> names_;

@@ -31,10 +31,8 @@ std::optional<project::Intervention> fault_of(const ChoicePoint& point, const pr
 
 }  // namespace
 
-Counterexample counterexample(const Graph& graph, const Judgement& judgement, const project::Scenario& scenario) {
-  Counterexample out;
-  out.scenario = scenario;
-  project::Scenario& made = out.scenario;
+project::Scenario counterexample(const Graph& graph, const Judgement& judgement, const project::Scenario& scenario) {
+  project::Scenario made = scenario;
   made.virtual_time = true;
   made.factor = 1.0;
   made.choices.emplace();
@@ -44,12 +42,15 @@ Counterexample counterexample(const Graph& graph, const Judgement& judgement, co
   std::map<std::string, std::uint64_t> numbers;
   std::map<std::string, std::uint64_t> standing;  // faults, by what they say
   std::uint64_t last_id = 0;
+  std::uint64_t orders = 0;
   const auto edges = unrolled(*judgement.path);
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const TimePoint tick_time = TimePoint{} + graph.period * static_cast<std::int64_t>(i);
     for (const Made& decision : graph.decisions[graph.edges[edges[i]].made]) {
       if (decision.kind == Made::Kind::kOrder) {
-        out.needs_order = out.needs_order || decision.alternative > 0;
+        ++orders;
+        if (decision.alternative > 0)
+          made.orders.push_back({.number = orders, .first = graph.parts[decision.what], .tick = i + 1, .span = {}});
         continue;
       }
       if (decision.kind == Made::Kind::kFault) {
@@ -84,36 +85,41 @@ Counterexample counterexample(const Graph& graph, const Judgement& judgement, co
                                .span = {}});
     }
   }
-  out.ticks = edges.size();
   made.duration = graph.period * static_cast<std::int64_t>(edges.size());
-  return out;
+  return made;
 }
 
-void simplify(Counterexample& example, const std::function<bool(const project::Scenario&)>& violates) {
+void simplify(project::Scenario& example, const std::function<bool(const project::Scenario&)>& violates) {
   // Each try is a run: a long list is left as it is.
   constexpr std::size_t kTriedMax = 200;
-  auto& choices = *example.scenario.choices;
-  if (choices.size() > kTriedMax) return;
-  for (std::size_t i = choices.size(); i-- > 0;) {
-    const project::ScenarioChoice taken = choices[i];
-    choices.erase(choices.begin() + static_cast<std::ptrdiff_t>(i));
-    if (!violates(example.scenario)) choices.insert(choices.begin() + static_cast<std::ptrdiff_t>(i), taken);
-  }
+  if (example.choices->size() + example.orders.size() > kTriedMax) return;
+  const auto without = [&](auto& list) {
+    for (std::size_t i = list.size(); i-- > 0;) {
+      const auto taken = list[i];
+      list.erase(list.begin() + static_cast<std::ptrdiff_t>(i));
+      if (!violates(example)) list.insert(list.begin() + static_cast<std::ptrdiff_t>(i), taken);
+    }
+  };
+  without(example.orders);
+  without(*example.choices);
 }
 
 Result<std::vector<Told>> retell(const project::Plan& plan) {
   class Listener final : public mission::Surroundings {
    public:
-    explicit Listener(const project::Scenario& of) : scenario(of) {}
+    explicit Listener(const project::Plan& of) : plan(of) {}
     void observed(const Message& message) override { told.back().messages.push_back(message); }
     std::optional<std::uint64_t> choose(const mission::Choice& choice) override {
-      return mission::scripted(scenario, choice).value_or(0);
+      return mission::scripted(plan.scenario, choice).value_or(0);
     }
-    const project::Scenario& scenario;
+    std::size_t order(std::uint64_t number, std::span<const mission::Delivery* const> due) override {
+      return mission::scripted(plan, number, due).value_or(0);
+    }
+    const project::Plan& plan;
     std::vector<Told> told;
   };
   mission::VirtualHost host(plan);
-  Listener listener(plan.scenario);
+  Listener listener(plan);
   mission::State state = host.begin();
   const TimePoint end = TimePoint{} + plan.scenario.duration;
   while (!mission::VirtualHost::ended(state) && state.tree.planned < end) {

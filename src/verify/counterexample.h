@@ -10,26 +10,21 @@
 
 namespace sentree::verify {
 
-/// A behaviour as something that a run can be made to do again.
-struct Counterexample {
-  project::Scenario scenario;  ///< With choices, faults and what is expected.
-  std::uint64_t ticks = 0;
-  bool needs_order = false;  ///< It needs messages of one instant in another order than that of virtual time.
-};
-
 /// Times that a loop is gone round in a scenario.
 inline constexpr int kLoopRounds = 3;
 
+/// A refuting behaviour as something that a run can be made to do again: with choices, orders, faults and what is
+/// expected.
 /// @param scenario  Whose project and timeline were explored.
-[[nodiscard]] Counterexample counterexample(const Graph& graph, const Judgement& judgement,
-                                            const project::Scenario& scenario);
+[[nodiscard]] project::Scenario counterexample(const Graph& graph, const Judgement& judgement,
+                                               const project::Scenario& scenario);
 
-/// Takes away choices, one by one, without which `violates` still holds: what is left differs from the first
-/// alternatives as little as can be had so.
-void simplify(Counterexample& example, const std::function<bool(const project::Scenario&)>& violates);
+/// Takes away orders and choices, one by one, without which `violates` still holds: what is left differs from virtual
+/// time and the first alternatives as little as can be had so.
+void simplify(project::Scenario& example, const std::function<bool(const project::Scenario&)>& violates);
 
-/// Executes the scenario's project with its choices, without a clock, up to its duration. Each tick: what was observed
-/// in it, and what was chosen.
+/// Executes the scenario's project with its choices and orders, without a clock, up to its duration. Each tick: what
+/// was observed in it, and what was chosen.
 struct Told {
   std::uint64_t tick = 0;
   TimePoint at{};

@@ -57,7 +57,10 @@ class Explorer final : public mission::Surroundings {
       graph_.taken.emplace_back(leaf.chart->transitions().size());
       graph_.statuses.emplace_back(3);
       leaf_of_.emplace(leaf.name + ".tick.reply", graph_.statuses.size() - 1);
+      graph_.parts.push_back(leaf.name);
     }
+    for (const project::ModelPlan& model : plan.models) graph_.parts.push_back(model.name);
+    graph_.parts.emplace_back("mission");
   }
 
   Result<Graph> operator()() {
@@ -70,9 +73,10 @@ class Explorer final : public mission::Surroundings {
       if (const std::string why = limit(at, started); !why.empty()) {
         graph_.complete = false;
         graph_.limit = why;
+        graph_.complete_to = graph_.nodes[at].depth;
         break;
       }
-      graph_.complete_to = graph_.nodes[at].depth;
+      graph_.complete_to = graph_.nodes[at].depth + 1;
       graph_.nodes[at].first_edge = static_cast<std::uint32_t>(graph_.edges.size());
       if (graph_.nodes[at].ended) continue;
       if (auto done = expand(at); !done) return tl::unexpected(done.error());
@@ -80,8 +84,6 @@ class Explorer final : public mission::Surroundings {
       states_.pop_front();
       if (options_.progress && at % 1024 == 0) options_.progress(graph_.nodes.size(), graph_.edges.size());
     }
-    if (graph_.complete) ++graph_.complete_to;
-    graph_.bytes_per_state = graph_.nodes.empty() ? 0 : memory() / graph_.nodes.size();
     return std::move(graph_);
   }
 
@@ -127,7 +129,6 @@ class Explorer final : public mission::Surroundings {
       const auto delivered = period(host_, state, *this, [&] { return fault(state); });
       if (!delivered) return tl::unexpected(delivered.error());
       if (error_) return tl::unexpected(*error_);
-      graph_.steps += *delivered;
       mission::prune(state);
       form_.clear();
       if (auto encoded = mission::encode(host_, state, form_); !encoded) return tl::unexpected(encoded.error());
@@ -218,7 +219,6 @@ class Explorer final : public mission::Surroundings {
     }
     const auto& targets = dispatch_.route(message.name).of(message.source);
     if (targets.monitors.empty()) return;
-    if (graph_.observed.size() < kNamesMax) graph_.observed.insert(message.name);
     // Only what somebody looks at: numbers and times would make each period another one.
     Value looked_at = targets.projection.data(message);
     Seen seen{message.time - begin_, {}};
@@ -280,10 +280,20 @@ class Explorer final : public mission::Surroundings {
     return alternative;
   }
 
-  std::size_t order(std::span<const mission::Waiting* const> due) override {
+  // Leaves, then models, then the mission, as `Graph::parts` has them.
+  std::uint32_t part(const mission::Delivery& delivery) const {
+    if (std::holds_alternative<mission::TreeDelivery>(delivery.what))
+      return static_cast<std::uint32_t>(graph_.parts.size() - 1);
+    const bool is_model = std::holds_alternative<mission::ModelDelivery>(delivery.what);
+    return static_cast<std::uint32_t>(is_model ? plan_.leaves.size() + delivery.leaf : delivery.leaf);
+  }
+
+  std::size_t order(std::uint64_t, std::span<const mission::Delivery* const> due) override {
     if (options_.order == Order::kVirtual) return 0;
     graph_.nondeterministic = true;
-    return decide(Made::Kind::kOrder, due.size(), 0, -1);
+    const std::uint32_t which = decide(Made::Kind::kOrder, due.size(), 0, -1);
+    made_.back().what = part(*due[which]);
+    return which;
   }
 
   void taken(std::size_t leaf, scxml::TransitionIndex transition) override { graph_.taken[leaf][transition] = true; }
@@ -330,8 +340,6 @@ class Explorer final : public mission::Surroundings {
     }
     return found->second;
   }
-
-  static constexpr std::size_t kNamesMax = 100'000;
 
   const project::Plan& plan_;
   const Options& options_;

@@ -25,7 +25,8 @@ struct Made {
   Kind kind = Kind::kChoice;
   std::uint32_t alternative = 0;
   std::uint32_t count = 1;
-  std::uint32_t what = 0;   ///< Of choices and of faults that come or go: index in `Graph::choices`.
+  std::uint32_t what = 0;   ///< Of choices and of faults that come or go: index in `Graph::choices`; of orders: in
+                            ///< `Graph::parts`, which part comes first.
   double probability = -1;  ///< Below 0: nobody says.
 };
 
@@ -64,17 +65,15 @@ struct Graph {
   std::vector<std::vector<Seen>> sequences;
   std::vector<std::vector<Made>> decisions;
   std::vector<ChoicePoint> choices;
+  std::vector<std::string> parts;  ///< Of the mission, by name.
   bool complete = true;
-  std::string limit;        ///< Why it is not complete.
-  std::uint64_t steps = 0;  ///< Deliveries executed.
-  std::size_t bytes_per_state = 0;
+  std::string limit;  ///< Why it is not complete.
   Duration period{};
   std::uint32_t complete_to = 0;  ///< Ticks up to which every behaviour is known.
 
   // What was reached at all.
   std::vector<std::vector<bool>> taken;                 ///< By leaf and transition.
   std::vector<std::vector<bool>> statuses;              ///< By leaf: RUNNING, SUCCESS, FAILURE answered.
-  std::set<std::string> observed;                       ///< Names of observations.
   std::map<std::string, std::set<std::string>> values;  ///< By "MODEL.NAME" of a pick: what was taken, as JSON.
   std::vector<std::string> problems;                    ///< Of the mission, each once, at most kProblemsMax.
   bool probabilistic = false;                           ///< Something is drawn,

@@ -127,8 +127,8 @@ Verification verify(const project::Plan& plan, const Asked& asked) {
   return out;
 }
 
-std::string scenario_text(const Counterexample& example, const Judgement& judgement, const std::string& project) {
-  project::Scenario scenario = example.scenario;
+std::string scenario_text(const project::Scenario& example, const Judgement& judgement, const std::string& project) {
+  project::Scenario scenario = example;
   text::YamlNode source = scenario.source;
   const double at_s = seconds(judgement.at);
   std::string what = judgement.requirement;

@@ -34,7 +34,7 @@ struct Asked {
 
 /// The text of a scenario file that shows a counterexample.
 /// @param project  The project's folder, as seen from the file; empty: one folder above.
-[[nodiscard]] std::string scenario_text(const Counterexample& example, const Judgement& judgement,
+[[nodiscard]] std::string scenario_text(const project::Scenario& example, const Judgement& judgement,
                                         const std::string& project);
 
 }  // namespace sentree::verify

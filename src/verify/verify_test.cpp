@@ -63,7 +63,7 @@ class Verify : public ::testing::Test {
   // Executes a counterexample again and gives what its monitor says of it.
   monitor::Verdict verdict_of(const Verification& found, const project::Plan& of) {
     const Judgement& judgement = found.judgements.front();
-    auto prepared = project::prepare(counterexample(found.graph, judgement, of.scenario).scenario);
+    auto prepared = project::prepare(counterexample(found.graph, judgement, of.scenario));
     EXPECT_TRUE(prepared.ok());
     const project::Plan& again = *prepared.value;
     const auto told = retell(again);
@@ -143,7 +143,7 @@ TEST_F(Verify, TriesFaults) {
   ASSERT_EQ(asked.explore.faults.size(), 1U);
   const Verification found = verify(of, asked);
   ASSERT_EQ(found.judgements.front().finding, Finding::kRefuted);
-  EXPECT_EQ(counterexample(found.graph, found.judgements.front(), of.scenario).scenario.timeline.size(), 1U);
+  EXPECT_EQ(counterexample(found.graph, found.judgements.front(), of.scenario).timeline.size(), 1U);
 }
 
 TEST_F(Verify, RefusesWhatNeverComesAgain) {
@@ -175,7 +175,7 @@ TEST_F(Verify, StopsAtItsLimits) {
   EXPECT_EQ(few.judgements.front().finding, Finding::kUnknown);
   asked.explore = {};
   asked.explore.ticks = 7;
-  EXPECT_EQ(verify(plan(), asked).graph.complete_to, 6U);
+  EXPECT_EQ(verify(plan(), asked).graph.complete_to, 7U);
   asked.explore = {};
   asked.explore.interrupted = [] { return true; };
   EXPECT_EQ(verify(plan(), asked).graph.limit, "interrupted");
@@ -196,6 +196,27 @@ TEST_F(Verify, AnyOrderReachesWhatVirtualTimeReaches) {
   EXPECT_GE(any.graph.nodes.size(), one.graph.nodes.size());
   EXPECT_GE(any.graph.edges.size(), one.graph.edges.size());
   EXPECT_EQ(any.judgements.front().finding, one.judgements.front().finding);
+}
+
+TEST_F(Verify, FindsWhatOnlyAnotherOrderBrings) {
+  tree(
+      "<Parallel success_count=\"2\" failure_count=\"2\"><Condition ID=\"Ask\" name=\"A\"/>"
+      "<Condition ID=\"Ask\" name=\"B\"/></Parallel>");
+  // Who asks first gets in.
+  write("models/door.scxml", kHead + R"(initial="free"><state id="free"><transition event="door.ask.request" target="taken">
+  <send type="thrift" target="door" event="ask.reply"><param name="result" expr="6"/></send></transition></state>
+  <state id="taken"><transition event="door.ask.request"><send type="thrift" target="door" event="ask.reply">
+  <param name="result" expr="1"/></send></transition></state></scxml>)");
+  requirements("first \"A is first.\": never node(B) in SUCCESS.\n");
+  const project::Plan of = plan();
+  const Verification found = verify(of, {});
+  ASSERT_EQ(found.judgements.front().finding, Finding::kRefuted);
+  project::Scenario example = counterexample(found.graph, found.judgements.front(), of.scenario);
+  EXPECT_FALSE(example.orders.empty());
+  EXPECT_EQ(verdict_of(found, of), monitor::Verdict::kViolated);
+  Asked asked;
+  asked.explore.order = Order::kVirtual;
+  EXPECT_EQ(verify(of, asked).judgements.front().finding, Finding::kHolds);
 }
 
 TEST_F(Verify, SaysWhatNothingReaches) {

@@ -318,6 +318,7 @@ void visit_members(S& s, V&& visit) {
   visit("stamp", s.stamp);
   visit("calls", s.calls);
   visit("tick", s.tick);
+  visit("orders", s.orders);
 }
 
 }  // namespace sentree::mission
