@@ -365,6 +365,11 @@ expect 1 'as_published +REFUTED' "$sentree" verify "$work/verified" --only turns
 expect 0 '"verdict":"holds","vacuous":false,"complete":true' \
   "$sentree" verify "$work/verified" --faults none --order virtual --only turns_to_station --json
 expect 124 'not refuted up to tick 5' "$sentree" verify "$work/verified" --only turns_to_station --ticks 5
+# Without a model anything may be answered, and another order than that of virtual time is run again.
+cp -r "$source/examples/minimal" "$work/unmodelled"
+expect 0 'leaves_charged +holds ' "$sentree" verify "$work/unmodelled"
+expect 0 'any reply   battery.getBatteryState.percentage: 0, 0.2, 1' "$sentree" verify "$work/unmodelled"
+expect 0 'name: any_battery, serves: .battery.' "$sentree" verify "$work/unmodelled" --model
 expect 3 'did you mean "never_empty"' "$sentree" verify "$work/verified" --only never_emty
 
 # A terminal that goes away ends a run in order, as Ctrl-C does, and nothing is left behind.

@@ -13,6 +13,7 @@
 #include "sentree/record/sink.h"
 #include "sentree/replay/recording.h"
 #include "sentree/text/file.h"
+#include "sentree/verify/any_reply.h"
 #include "sentree/verify/verify.h"
 
 namespace sentree::cli {
@@ -54,6 +55,20 @@ std::string grouped(std::uint64_t number) {
   return text;
 }
 
+// What was written, and what makes a project use it.
+std::string models_text(const std::vector<verify::MadeModel>& made) {
+  if (made.empty()) return "every service has a model\n";
+  std::string out;
+  for (const verify::MadeModel& model : made) {
+    out += model.file + "\n";
+    for (const std::string& line : model.tried) out += "  " + line + "\n";
+  }
+  out += "to use them, in sentree.yaml:\nmodels:\n";
+  for (const verify::MadeModel& model : made)
+    out += fmt::format("  - {{file: {0}, name: any_{1}, serves: [{1}]}}\n", model.file, model.service);
+  return out;
+}
+
 // Executes a scenario in the run-time system: whether it comes out as it says.
 bool confirmed(const project::Plan& plan, std::unique_ptr<replay::RunRecorder> recorder) {
   runtime::RunOptions options;
@@ -66,7 +81,9 @@ bool confirmed(const project::Plan& plan, std::unique_ptr<replay::RunRecorder> r
 
 class Verifying {
  public:
-  Verifying(const VerifyCommand& command, project::Plan plan) : command_(command), plan_(std::move(plan)) {}
+  /// @param any  Models that were made for the services without one.
+  Verifying(const VerifyCommand& command, project::Plan plan, std::vector<verify::MadeModel> any)
+      : command_(command), plan_(std::move(plan)), any_(std::move(any)) {}
 
   int operator()() {
     verify::Asked asked;
@@ -297,9 +314,15 @@ class Verifying {
     for (const project::ModelPlan& model : plan_.models) {
       std::string serves;
       for (const std::string& service : model.serves) serves += (serves.empty() ? "" : ", ") + service;
-      models += (models.empty() ? "" : ", ") + model.name + " (" + serves + ")";
+      const bool is_any =
+          std::any_of(any_.begin(), any_.end(), [&](const auto& m) { return "any_" + m.service == model.name; });
+      models += (models.empty() ? "" : ", ") + (is_any ? serves : model.name) +
+                (is_any ? ": any reply" : " (" + serves + ")");
     }
     std::string out = fmt::format("models      {}   {}\n", models.empty() ? "none" : models, basis(asked));
+    for (const verify::MadeModel& any : any_) {
+      for (const std::string& tried : any.tried) out += fmt::format("any reply   {}.{}\n", any.service, tried);
+    }
     out += fmt::format("explored    {} states, {} periods, {}   {:.2f} s\n", grouped(graph.nodes.size()),
                        grouped(graph.edges.size()),
                        graph.complete ? "complete" : fmt::format("up to tick {}: {}", graph.complete_to, graph.limit),
@@ -334,8 +357,9 @@ class Verifying {
         out += judgement.observation.empty() ? ": time passed" : ": " + judgement.observation;
       out += "   " + shown.scenario + " .mcap";
       if (shown.orders > 0) {
-        out += fmt::format("\n  needs messages of one instant in another order than that of virtual time, at {} instant{}",
-                           shown.orders, shown.orders == 1 ? "" : "s");
+        out +=
+            fmt::format("\n  needs messages of one instant in another order than that of virtual time, at {} instant{}",
+                        shown.orders, shown.orders == 1 ? "" : "s");
       }
       if (!judgement.avoided.empty()) {
         std::string avoided;
@@ -419,10 +443,17 @@ class Verifying {
                               {"fingerprint", fmt::format("{:016x}", model.chart.fingerprint())},
                               {"serves", std::move(serves)}});
     }
+    Map any;
+    for (const verify::MadeModel& model : any_) {
+      List tried;
+      for (const std::string& line : model.tried) tried.emplace_back(line);
+      any[model.service] = Map{{"file", model.file}, {"tried", std::move(tried)}};
+    }
     Map limits{{"complete_to_tick", static_cast<std::int64_t>(graph.complete_to)}};
     if (!graph.complete) limits["ended_by"] = graph.limit;
     return Map{{"version", SENTREE_VERSION},
                {"models", std::move(models)},
+               {"any_reply", std::move(any)},
                {"order", command_.order},
                {"faults", static_cast<std::int64_t>(asked.explore.faults.size())},
                {"faults_at_most", static_cast<std::int64_t>(asked.explore.faults_at_most)},
@@ -451,6 +482,7 @@ class Verifying {
 
   const VerifyCommand& command_;
   project::Plan plan_;
+  std::vector<verify::MadeModel> any_;
   verify::Verification result_;
   std::map<std::string, Shown> shown_;
   std::map<std::string, std::string> story_;
@@ -471,10 +503,26 @@ int verify(const VerifyCommand& command) {
     if (!project.ok()) return kInvalidInput;
     scenario = project::plain_scenario(std::move(*project.value));
   }
-  auto plan = project::prepare(verify::with_models(std::move(scenario)));
+  auto plan = project::prepare(verify::with_models(scenario));
   say(plan.diagnostics);
   if (!plan.ok()) return kInvalidInput;
-  return Verifying(command, std::move(*plan.value))();
+  const fs::path folder = scenario.project.folder;
+  const fs::path out = command.out.empty() ? folder / "verify" : fs::path(command.out);
+  const auto any = verify::add_models(scenario, *plan.value, command.model ? folder / "models" : out / "any");
+  if (!any) {
+    say(to_string(any.error()));
+    return kInvalidInput;
+  }
+  if (command.model) {
+    print(models_text(*any));
+    return kOk;
+  }
+  if (!any->empty()) {
+    plan = project::prepare(verify::with_models(std::move(scenario)));
+    say(plan.diagnostics);
+    if (!plan.ok()) return kInvalidInput;
+  }
+  return Verifying(command, std::move(*plan.value), *any)();
 }
 
 }  // namespace sentree::cli

@@ -133,8 +133,9 @@ struct VerifyCommand {
   bool fair = false;
   bool explain = false;
   bool json = false;
-  std::string out;    ///< Folder of counterexamples; empty: verify/ in the project.
-  std::string graph;  ///< File for the graph: .aut or .dot.
+  std::string out;     ///< Folder of counterexamples; empty: verify/ in the project.
+  std::string graph;   ///< File for the graph: .aut or .dot.
+  bool model = false;  ///< Only write models of services that have none.
 };
 int verify(const VerifyCommand& command);
 

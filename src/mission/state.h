@@ -44,7 +44,7 @@ struct State {
   std::uint64_t stamp = 0;
   std::uint64_t calls = 0;
   std::uint64_t tick = 0;
-  std::uint64_t orders = 0;          ///< Instants so far at which deliveries to different parts were due.
+  std::uint64_t orders = 0;         ///< Instants so far at which deliveries to different parts were due.
   std::optional<sim::State> world;  ///< Nothing: no robot is simulated.
   monitor::MonitorSet::Memory monitors;
   friend bool operator==(const State&, const State&) = default;

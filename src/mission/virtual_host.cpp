@@ -165,7 +165,8 @@ Diagnostics VirtualHost::obstacles(const project::Plan& plan) {
 VirtualHost::VirtualHost(const project::Plan& plan) : plan_(plan) {
   for (std::size_t i = 0; i < plan.leaves.size(); ++i) {
     skills_.push_back(std::make_unique<SkillSide>(*this, i, skill_model(plan, i)));
-    for (const std::string& topic : plan.leaves[i].subscribes) takers_[topic].push_back({.is_model = false, .index = i});
+    for (const std::string& topic : plan.leaves[i].subscribes)
+      takers_[topic].push_back({.is_model = false, .index = i});
   }
   for (std::size_t i = 0; i < plan.models.size(); ++i) {
     models_.push_back(std::make_unique<ModelSide>(*this, i, component_model(plan, i)));
@@ -228,8 +229,8 @@ void VirtualHost::deliver_topic(const Message& message) {
   const Duration delay = state_->faults.empty() ? Duration(0) : state_->faults.delay_of(topic);
   const Shared<Publication> what(Publication{std::string(topic), message.source, std::move(*conforming)});
   for (const Taker& taker : takers->second) {
-    TimePoint& not_before = taker.is_model ? state_->models[taker.index].topics_not_before
-                                           : state_->skills[taker.index].topics_not_before;
+    TimePoint& not_before =
+        taker.is_model ? state_->models[taker.index].topics_not_before : state_->skills[taker.index].topics_not_before;
     not_before = std::max(not_before, add_saturating(state_->now, delay));
     put(not_before, Rank::kMessage,
         taker.is_model ? Delivery{taker.index, ModelDelivery(Published{what})}

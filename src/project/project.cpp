@@ -158,20 +158,6 @@ void read_verify(const text::YamlNode& node, Project& project, Diagnostics& diag
   }
 }
 
-void read_models(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
-  for (const text::YamlNode& entry : node.items) {
-    YamlReader reader(entry, "model", diagnostics);
-    ModelEntry model;
-    model.file = file_ref(reader, "file");
-    model.name = reader.string("name").value_or(stem(model.file.path));
-    model.serves = reader.strings("serves");
-    model.serves_span = reader.span("serves");
-    model.span = entry.span;
-    model.subscribes = {reader.strings("subscribe"), reader.span("subscribe")};
-    project.models.push_back(std::move(model));
-  }
-}
-
 void read_skills(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
   for (const auto& [name, entry] : node.entries) {
     YamlReader reader(entry, "skill \"" + name.scalar + "\"", diagnostics);
@@ -240,6 +226,20 @@ std::vector<FileRef> file_refs(YamlReader& reader, const std::string& key) {
 }
 
 }  // namespace
+
+void read_models(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
+  for (const text::YamlNode& entry : node.items) {
+    YamlReader reader(entry, "model", diagnostics);
+    ModelEntry model;
+    model.file = file_ref(reader, "file");
+    model.name = reader.string("name").value_or(stem(model.file.path));
+    model.serves = reader.strings("serves");
+    model.serves_span = reader.span("serves");
+    model.span = entry.span;
+    model.subscribes = {reader.strings("subscribe"), reader.span("subscribe")};
+    project.models.push_back(std::move(model));
+  }
+}
 
 void read_monitors(const text::YamlNode& node, bool replaces, Project& project, Diagnostics& diagnostics) {
   for (const text::YamlNode& entry : node.items) {

@@ -173,6 +173,7 @@ void read_overrides(const text::YamlNode& node, Project& project, Diagnostics& d
                       "the project has no service \"" + name.scalar + "\"" + did_you_mean(name.scalar, names));
     }
   }
+  if (const auto* models = reader.sequence("models")) read_models(*models, project, diagnostics);
   if (const auto* mission = reader.mapping("mission")) read_mission(*mission, true, project, diagnostics);
   if (const auto* monitors = reader.sequence("monitors")) read_monitors(*monitors, true, project, diagnostics);
   if (const auto* observers = reader.mapping("observers")) read_observers(*observers, project, diagnostics);

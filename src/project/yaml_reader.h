@@ -54,6 +54,8 @@ void read_protocols(const text::YamlNode& node, Project& project, Diagnostics& d
 void read_deadlines(const text::YamlNode* node, Project& project, Diagnostics& diagnostics);
 /// Reads the entries of `monitors:`. One with the name of another replaces it, or is an error.
 void read_monitors(const text::YamlNode& node, bool replaces, Project& project, Diagnostics& diagnostics);
+/// Reads the entries of `models:`, to those that are there.
+void read_models(const text::YamlNode& node, Project& project, Diagnostics& diagnostics);
 /// Reads `mission:`, whole or over what is there.
 void read_mission(const text::YamlNode& node, bool replaces, Project& project, Diagnostics& diagnostics);
 /// Reads the entries of `observers:`.

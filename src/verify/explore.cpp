@@ -68,22 +68,20 @@ class Explorer final : public mission::Surroundings {
     std::string form;
     if (auto encoded = mission::encode(host_, begin, form); !encoded) return tl::unexpected(encoded.error());
     add(key_of(form), std::move(begin), 0);
-    const auto started = SteadyClock::now();
+    started_ = SteadyClock::now();
     for (std::size_t at = 0; at < graph_.nodes.size(); ++at) {
-      if (const std::string why = limit(at, started); !why.empty()) {
-        graph_.complete = false;
-        graph_.limit = why;
-        graph_.complete_to = graph_.nodes[at].depth;
-        break;
-      }
-      graph_.complete_to = graph_.nodes[at].depth + 1;
+      graph_.limit = limit(at);
+      if (!graph_.limit.empty()) break;
       graph_.nodes[at].first_edge = static_cast<std::uint32_t>(graph_.edges.size());
       if (graph_.nodes[at].ended) continue;
       if (auto done = expand(at); !done) return tl::unexpected(done.error());
       graph_.nodes[at].edges = static_cast<std::uint32_t>(graph_.edges.size()) - graph_.nodes[at].first_edge;
+      if (!graph_.limit.empty()) break;
+      graph_.complete_to = graph_.nodes[at].depth + 1;
       states_.pop_front();
       if (options_.progress && at % 1024 == 0) options_.progress(graph_.nodes.size(), graph_.edges.size());
     }
+    graph_.complete = graph_.limit.empty();
     return std::move(graph_);
   }
 
@@ -102,11 +100,15 @@ class Explorer final : public mission::Surroundings {
            states_.size() * kOfAState + kept_bytes_;
   }
 
-  std::string limit(std::size_t at, SteadyClock::time_point started) const {
-    if (options_.interrupted && options_.interrupted()) return "interrupted";
+  std::string limit(std::size_t at) const {
     if (graph_.nodes[at].depth >= options_.ticks) return "the limit of " + std::to_string(options_.ticks) + " ticks";
     if (graph_.nodes.size() > options_.states) return "the limit of " + std::to_string(options_.states) + " states";
-    if (at % 64 == 0 && options_.time && SteadyClock::now() - started > *options_.time) return "the limit of time";
+    return limit_now();
+  }
+  // What can also be reached between two ways of one state.
+  std::string limit_now() const {
+    if (options_.interrupted && options_.interrupted()) return "interrupted";
+    if (options_.time && SteadyClock::now() - started_ > *options_.time) return "the limit of time";
     if (memory() > options_.memory) return "the limit of memory";
     return {};
   }
@@ -121,6 +123,8 @@ class Explorer final : public mission::Surroundings {
         return fail("verify.choice", "tick " + std::to_string(depth + 1) + " can go on in more than " +
                                          std::to_string(kWaysMax) + " ways; leave less open at one instant");
       }
+      if (ways % 64 == 63) graph_.limit = limit_now();
+      if (!graph_.limit.empty()) return {};
       State state = from;
       made_.clear();
       seen_.clear();
@@ -360,6 +364,7 @@ class Explorer final : public mission::Surroundings {
   std::vector<Seen> seen_;
   std::optional<Diagnostic> error_;
   TimePoint begin_{};
+  SteadyClock::time_point started_;
   std::string form_;
 };
 

@@ -6,7 +6,8 @@
 
 #include "sentree/base/diagnostic.h"
 #include "sentree/project/scenario_text.h"
-#include "sentree/text/yaml.h"
+#include "sentree/scxml/model.h"
+#include "sentree/text/yaml_node_edit.h"
 
 namespace sentree::verify {
 
@@ -29,7 +30,9 @@ std::vector<std::string> not_reached(const project::Plan& plan, const Graph& gra
     if (!statuses[2]) out.push_back("leaf " + of.name + " never fails");
     const auto transitions = of.chart->transitions();
     for (std::size_t t = 0; t < transitions.size(); ++t) {
-      if (graph.taken[leaf][t] || transitions[t].place.line == 0) continue;
+      // Into the initial states leads no transition that is taken.
+      const bool is_initial = of.chart->model().state_code[transitions[t].source].initial == t;
+      if (graph.taken[leaf][t] || is_initial || transitions[t].place.line == 0) continue;
       out.push_back(to_string(of.chart->span(transitions[t].place)) + ": " + "leaf " + of.name +
                     " never takes this transition");
     }
@@ -42,26 +45,6 @@ std::vector<std::string> choice_names(const Graph& graph) {
   std::vector<std::string> names;
   for (const auto& [name, values] : graph.values) names.push_back(name);
   return names;
-}
-
-// A mapping's entry, made if it is not there.
-text::YamlNode& entry(text::YamlNode& mapping, const std::string& key) {
-  mapping.kind = text::YamlNode::Kind::kMapping;
-  for (auto& [name, value] : mapping.entries) {
-    if (name.scalar == key) return value;
-  }
-  text::YamlNode name;
-  name.kind = text::YamlNode::Kind::kScalar;
-  name.scalar = key;
-  mapping.entries.emplace_back(std::move(name), text::YamlNode());
-  return mapping.entries.back().second;
-}
-
-void set(text::YamlNode& mapping, const std::string& key, const std::string& text) {
-  text::YamlNode& value = entry(mapping, key);
-  value = text::YamlNode();
-  value.kind = text::YamlNode::Kind::kScalar;
-  value.scalar = text;
 }
 
 }  // namespace
@@ -140,10 +123,10 @@ std::string scenario_text(const project::Scenario& example, const Judgement& jud
     what += " is violated at " + shortest_decimal(at_s) + " s" +
             (judgement.observation.empty() ? "" : " by " + judgement.observation);
   }
-  set(source, "description", what);
-  text::YamlNode& services = entry(entry(source, "override"), "services");
+  text::set_scalar(source, "description", what);
+  text::YamlNode& services = text::member(text::member(source, "override"), "services");
   for (const project::ServiceEntry& service : scenario.project.services) {
-    if (service.at == "model") set(entry(services, service.name), "at", "model");
+    if (service.at == "model") text::set_scalar(text::member(services, service.name), "at", "model");
   }
   scenario.source = std::move(source);
   const std::string& verdict = scenario.verdicts.begin()->second;

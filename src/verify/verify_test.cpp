@@ -7,6 +7,7 @@
 
 #include "sentree/base/temporary_folder.h"
 #include "sentree/text/file.h"
+#include "sentree/verify/any_reply.h"
 
 namespace sentree::verify {
 namespace {
@@ -200,10 +201,18 @@ TEST_F(Verify, AnyOrderReachesWhatVirtualTimeReaches) {
 
 TEST_F(Verify, FindsWhatOnlyAnotherOrderBrings) {
   tree(
-      "<Parallel success_count=\"2\" failure_count=\"2\"><Condition ID=\"Ask\" name=\"A\"/>"
-      "<Condition ID=\"Ask\" name=\"B\"/></Parallel>");
-  // Who asks first gets in.
-  write("models/door.scxml", kHead + R"(initial="free"><state id="free"><transition event="door.ask.request" target="taken">
+      "<Parallel success_count=\"1\" failure_count=\"2\"><Action ID=\"Ask\" name=\"A\"/>"
+      "<Action ID=\"Ask\" name=\"B\"/></Parallel>");
+  // Both ask at one instant, and who is first gets in.
+  write("skills/Ask.scxml",
+        kHead + R"(initial="waiting"><state id="waiting"><onentry><send event="go" delay="50ms"/></onentry>
+  <transition event="go" target="asking"/></state>
+<state id="asking"><onentry><send type="thrift" target="door" event="ask"/></onentry>
+  <transition event="door.ask.reply" cond="_event.data.result === 6" target="success"/>
+  <transition event="door.ask.reply" target="failure"/><transition event="error" target="failure"/>
+</state><final id="success"/><final id="failure"/></scxml>)");
+  write("models/door.scxml",
+        kHead + R"(initial="free"><state id="free"><transition event="door.ask.request" target="taken">
   <send type="thrift" target="door" event="ask.reply"><param name="result" expr="6"/></send></transition></state>
   <state id="taken"><transition event="door.ask.request"><send type="thrift" target="door" event="ask.reply">
   <param name="result" expr="1"/></send></transition></state></scxml>)");
@@ -217,6 +226,44 @@ TEST_F(Verify, FindsWhatOnlyAnotherOrderBrings) {
   Asked asked;
   asked.explore.order = Order::kVirtual;
   EXPECT_EQ(verify(of, asked).judgements.front().finding, Finding::kHolds);
+}
+
+TEST_F(Verify, TriesAnyReplyOfWhatHasNoModel) {
+  write("interfaces/door.thrift",
+        "enum Way { IN, OUT, BOTH }\nstruct Seen { 1: i32 people, 2: Way way, 3: string who, 4: double heat (min = "
+        "\"0\") }\n"
+        "service Door { Seen ask() }\n");
+  write("skills/Ask.scxml", kHead + R"(initial="asking"><datamodel><data id="most"/><data id="n" expr="0"/></datamodel>
+<state id="asking"><onentry><send type="thrift" target="door" event="ask"/></onentry>
+  <transition event="door.ask.reply" cond="_event.data.result.way === 'OUT'" target="failure"/>
+  <transition event="door.ask.reply" target="counting"><assign location="n" expr="_event.data.result.people * 2 - 1"/></transition>
+  <transition event="error" target="failure"/></state>
+<state id="counting"><transition cond="n &gt; most" target="failure"/><transition target="success"/></state>
+<final id="success"/><final id="failure"/></scxml>)");
+  tree("<Condition ID=\"Ask\" most=\"9\"/>");
+  write("r.req", "let heat = reply(door.ask).heat\ncold \"It is cold.\": always heat <= 40.\n");
+  const std::string yaml =
+      "mission: {file: mission.xml, rate: 10 Hz}\nservices: {door: {interface: door.thrift/Door, at: sim}}\n"
+      "monitors: [{file: r.req}]\n";
+  write("sentree.yaml", yaml);
+  auto project = project::load_project(folder_.path());
+  ASSERT_TRUE(project.ok());
+  project::Scenario scenario = project::plain_scenario(std::move(*project.value));
+  for (project::ServiceEntry& service : scenario.project.services) service.at = "tcp://localhost:1";
+  const auto remote = project::prepare(scenario);
+  ASSERT_TRUE(remote.ok()) << to_string(remote.diagnostics.front());
+  const auto made = add_models(scenario, *remote.value, folder_.path() / "verify" / "any");
+  ASSERT_TRUE(made) << made.error().message;
+  EXPECT_THAT(made->front().tried,
+              ElementsAre("ask.people: 4, 5, 6", "ask.way: 'OUT', 'IN'", "ask.heat: 0, 39, 40, 41"))
+      << "2 n - 1 > 9 where n > 5";
+  const auto modelled = project::prepare(with_models(std::move(scenario)));
+  ASSERT_TRUE(modelled.ok()) << to_string(modelled.diagnostics.front());
+  const Verification found = verify(*modelled.value, {});
+  ASSERT_THAT(found.errors, IsEmpty());
+  EXPECT_EQ(found.judgements.front().finding, Finding::kRefuted);
+  EXPECT_THAT(found.not_reached, ElementsAre(HasSubstr("Ask.scxml:5:3: leaf Ask never takes this transition")))
+      << "the one for errors";
 }
 
 TEST_F(Verify, SaysWhatNothingReaches) {

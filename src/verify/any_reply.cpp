@@ -1,0 +1,515 @@
+#include "sentree/verify/any_reply.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "sentree/scxml/model.h"
+#include "sentree/scxml/script_syntax.h"
+#include "sentree/text/file.h"
+#include "sentree/text/yaml_node_edit.h"
+
+namespace sentree::verify {
+
+namespace {
+
+using scxml::ScriptTree;
+using Node = scxml::ScriptNode::Kind;
+
+// Variables that are followed from a comparison to what was assigned to them.
+constexpr int kFollowedMax = 8;
+// Types inside types of a reply.
+constexpr int kNestingMax = 16;
+
+// What values are compared with, by the name under which an expression reads them: that of a member, or "result".
+struct Uses {
+  std::set<std::string> names;  // that expressions mention at all
+  std::set<std::string> words;  // texts that are written anywhere, in charts and in the tree
+  std::map<std::string, std::set<double>> numbers;
+  std::map<std::string, std::set<std::string>> texts;
+  std::optional<Diagnostic> trouble;
+};
+
+double inverse(const std::string& sign, double result, double known, bool known_is_left) {
+  if (sign == "+") return result - known;
+  if (sign == "-") return known_is_left ? known - result : result + known;
+  if (sign == "*") return result / known;
+  return known_is_left ? known / result : result * known;
+}
+
+bool is_comparison(const std::string& sign) {
+  return sign == "<" || sign == ">" || sign == "<=" || sign == ">=" || sign == "==" || sign == "===" || sign == "!=" ||
+         sign == "!==";
+}
+
+// One chart's comparisons.
+class Comparisons {
+ public:
+  Comparisons(const scxml::Chart& chart, std::map<std::string, std::set<double>> given, Uses& uses)
+      : model_(chart.model()), chart_(chart), given_(std::move(given)), uses_(uses) {
+    for (const scxml::Expression& expression : model_.expressions) {
+      for (const std::string& name : scxml::names_in_script(expression.text)) uses_.names.insert(name);
+      trees_.push_back(scxml::parse_script_expression(expression.text));
+      if (!trees_.back()) continue;
+      for (const scxml::ScriptNode& node : trees_.back()->nodes) {
+        if (node.kind == Node::kText) uses_.words.insert(node.text);
+      }
+    }
+    for (const scxml::Variable& variable : model_.variables) {
+      if (variable.expr != scxml::kNoExpression) assigned_[variable.id].push_back(variable.expr);
+    }
+    for (const scxml::StateCode& state : model_.state_code) {
+      for (const scxml::Block& block : state.onentry) look_for_assignments(block);
+      for (const scxml::Block& block : state.onexit) look_for_assignments(block);
+    }
+    for (const scxml::TransitionCode& transition : model_.transition_code) look_for_assignments(transition.content);
+  }
+
+  void operator()() {
+    for (std::size_t i = 0; i < trees_.size(); ++i) {
+      if (!trees_[i]) continue;
+      expression_ = i;
+      for (const scxml::ScriptNode& node : trees_[i]->nodes) {
+        if (node.kind != Node::kBinary || !is_comparison(node.text)) continue;
+        compare(node.operands[0], node.operands[1]);
+      }
+    }
+  }
+
+ private:
+  void look_for_assignments(const scxml::Block& block) {
+    for (const scxml::Action& action : block) {
+      if (const auto* assign = std::get_if<scxml::Assign>(&action.what)) {
+        if (assign->expr != scxml::kNoExpression && assign->location != scxml::kNoExpression)
+          assigned_[model_.expressions[assign->location].text].push_back(assign->expr);
+      } else if (const auto* branches = std::get_if<scxml::If>(&action.what)) {
+        for (const scxml::If::Branch& branch : branches->branches) look_for_assignments(branch.body);
+      } else if (const auto* foreach = std::get_if<scxml::Foreach>(&action.what)) {
+        look_for_assignments(*foreach->body);
+      }
+    }
+  }
+
+  void compare(std::uint32_t left, std::uint32_t right) {
+    const ScriptTree& tree = *trees_[expression_];
+    for (const auto& [value, constant] : {std::pair(left, right), std::pair(right, left)}) {
+      if (tree.at(constant).kind == Node::kText) {
+        for (const std::string& name : sources(tree, value, kFollowedMax))
+          uses_.texts[name].insert(tree.at(constant).text);
+        continue;
+      }
+      for (const double number : constants(tree, constant, kFollowedMax)) equal(tree, value, number, kFollowedMax);
+    }
+    // Two values that are both of replies: no constant tells them apart.
+    const auto of_reply = [&](std::uint32_t node) {
+      return constants(tree, node, kFollowedMax).empty() && tree.at(node).kind == Node::kMember &&
+             tree.path(node).starts_with("_event.data.result");
+    };
+    if (of_reply(left) && of_reply(right) && !uses_.trouble) {
+      const scxml::Expression& expression = model_.expressions[expression_];
+      uses_.trouble = Diagnostic{Severity::kError, "verify.any-reply",
+                                 tree.path(left) + " is compared with " + tree.path(right) +
+                                     ", which is no constant; which of their values differ cannot be told. Write a "
+                                     "model of the service",
+                                 chart_.span(expression.place)};
+    }
+  }
+
+  // The numbers that a part of an expression can be, if it is made of constants only.
+  std::set<double> constants(const ScriptTree& tree, std::uint32_t id, int depth) const {
+    const scxml::ScriptNode& node = tree.at(id);
+    if (node.kind == Node::kNumber) return {node.number};
+    if (node.kind == Node::kName) {
+      const auto given = given_.find(node.text);
+      if (given != given_.end()) return given->second;
+      const auto found = assigned_.find(node.text);
+      if (found == assigned_.end() || depth == 0) return {};
+      std::set<double> all;
+      for (const scxml::ExpressionId expression : found->second) {
+        if (!trees_[expression]) continue;
+        const auto some = constants(*trees_[expression], trees_[expression]->root(), depth - 1);
+        all.insert(some.begin(), some.end());
+      }
+      return all;
+    }
+    if (node.kind == Node::kUnary && node.text == "-") {
+      std::set<double> all;
+      for (const double number : constants(tree, node.operands[0], depth)) all.insert(-number);
+      return all;
+    }
+    if (node.kind != Node::kBinary) return {};
+    std::set<double> all;
+    for (const double a : constants(tree, node.operands[0], depth)) {
+      for (const double b : constants(tree, node.operands[1], depth)) {
+        if (node.text == "+") all.insert(a + b);
+        if (node.text == "-") all.insert(a - b);
+        if (node.text == "*") all.insert(a * b);
+        if (node.text == "/" && b != 0) all.insert(a / b);
+      }
+    }
+    return all;
+  }
+
+  // A part of an expression tells apart what is below, at and above `number`: so what it is made of does at others.
+  void equal(const ScriptTree& tree, std::uint32_t id, double number, int depth) {
+    const scxml::ScriptNode& node = tree.at(id);
+    if (!std::isfinite(number)) return;
+    if (node.kind == Node::kMember) {
+      uses_.numbers[node.text].insert(number);
+    } else if (node.kind == Node::kName) {
+      const auto found = assigned_.find(node.text);
+      if (found == assigned_.end() || depth == 0) return;
+      for (const scxml::ExpressionId expression : found->second) {
+        if (trees_[expression]) equal(*trees_[expression], trees_[expression]->root(), number, depth - 1);
+      }
+    } else if (node.kind == Node::kUnary && node.text == "-") {
+      equal(tree, node.operands[0], -number, depth);
+    } else if (node.kind == Node::kBinary &&
+               (node.text == "+" || node.text == "-" || node.text == "*" || node.text == "/")) {
+      for (const double known : constants(tree, node.operands[0], depth))
+        equal(tree, node.operands[1], inverse(node.text, number, known, true), depth);
+      for (const double known : constants(tree, node.operands[1], depth))
+        equal(tree, node.operands[0], inverse(node.text, number, known, false), depth);
+    } else if (node.kind == Node::kConditional) {
+      equal(tree, node.operands[1], number, depth);
+      equal(tree, node.operands[2], number, depth);
+    } else if (node.kind == Node::kCall) {
+      for (std::size_t i = 1; i < node.operands.size(); ++i) equal(tree, node.operands[i], number, depth);
+    }
+  }
+
+  // The names under which what a part of an expression holds was read.
+  std::set<std::string> sources(const ScriptTree& tree, std::uint32_t id, int depth) const {
+    const scxml::ScriptNode& node = tree.at(id);
+    if (node.kind == Node::kMember) return {node.text};
+    std::set<std::string> all;
+    if (node.kind != Node::kName || depth == 0) return all;
+    if (const auto found = assigned_.find(node.text); found != assigned_.end()) {
+      for (const scxml::ExpressionId expression : found->second) {
+        if (!trees_[expression]) continue;
+        const auto some = sources(*trees_[expression], trees_[expression]->root(), depth - 1);
+        all.insert(some.begin(), some.end());
+      }
+    }
+    return all;
+  }
+
+  const scxml::Model& model_;
+  const scxml::Chart& chart_;
+  std::map<std::string, std::set<double>> given_;
+  Uses& uses_;
+  std::vector<std::optional<ScriptTree>> trees_;  // by expression
+  std::map<std::string, std::vector<scxml::ExpressionId>> assigned_;
+  std::size_t expression_ = 0;
+};
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '&': out += "&amp;"; break;
+      case '<': out += "&lt;"; break;
+      case '>': out += "&gt;"; break;
+      case '"': out += "&quot;"; break;
+      default: out += c;
+    }
+  }
+  return out;
+}
+
+// As a text of ECMAScript between apostrophes.
+std::string script_text(const std::string& text) {
+  std::string out = "'";
+  for (const char c : text) {
+    if (c == '\'' || c == '\\') out += '\\';
+    if (c == '\n')
+      out += "\\n";
+    else
+      out += c;
+  }
+  return out + "'";
+}
+
+std::string decimal(double number) {
+  std::string text = shortest_decimal(number);
+  if (text.ends_with(".0")) text.resize(text.size() - 2);
+  return text;
+}
+
+// Writes replies of one service.
+class Writer {
+ public:
+  Writer(const std::string& service, const Uses& uses, AnyReply& out) : service_(service), uses_(uses), out_(out) {}
+
+  std::optional<Diagnostic> operator()(const std::vector<const idl::Method*>& methods) {
+    std::string transitions;
+    for (const idl::Method* method : methods) transitions += transition(*method);
+    out_.chart = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!--\n  Answers every call of \"" + service_ +
+                 "\" with any reply of its type, at once. Varied is what the mission looks at:\n";
+    for (const std::string& line : out_.tried) out_.chart += "    " + comment(line) + "\n";
+    out_.chart +=
+        "  Leave out what the component never answers, and let it remember what it must.\n-->\n"
+        "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" name=\"any_" +
+        service_ + "\" initial=\"any\">\n  <state id=\"any\">\n" + transitions + "  </state>\n</scxml>\n";
+    return trouble_;
+  }
+
+ private:
+  static std::string comment(std::string text) {
+    for (std::size_t at = text.find("--"); at != std::string::npos; at = text.find("--")) text.replace(at, 2, "- -");
+    return text;
+  }
+
+  std::string transition(const idl::Method& method) {
+    method_ = method.name;
+    const std::string head = "    <transition event=\"" + service_ + "." + method.name + ".request\">\n";
+    std::string reply = "<send type=\"thrift\" target=\"" + service_ + "\" event=\"" + method.name + ".reply\"";
+    if (method.result->kind == idl::Kind::kVoid)
+      reply += "/>";
+    else
+      reply += "><param name=\"result\" expr=\"" + escaped(value(*method.result, "result", method.name, 0, nullptr)) +
+               "\"/></send>";
+    if (method.exceptions.empty()) return head + "      " + reply + "\n    </transition>\n";
+    return head + "      <if cond=\"pick('" + method.name + "', 'replies', 'throws') === 'replies'\">\n        " +
+           reply + "\n      <else/>\n        <send type=\"thrift\" target=\"" + service_ + "\" event=\"" + method.name +
+           ".error\"><param name=\"kind\" expr=\"'exception'\"/></send>\n      </if>\n    </transition>\n";
+  }
+
+  std::string picked(const std::string& path, const std::vector<std::string>& values) {
+    if (values.size() == 1) return values.front();
+    if (values.size() > kReplyValuesMax && !trouble_) {
+      trouble_ = Diagnostic{Severity::kError,
+                            "verify.any-reply",
+                            service_ + "." + path + " is compared with so many constants that " +
+                                std::to_string(values.size()) + " values would have to be tried, at most " +
+                                std::to_string(kReplyValuesMax) + "; write a model of the service",
+                            {}};
+    }
+    std::string line = path + ": ";
+    std::string call = "pick(" + script_text(path);
+    for (const std::string& value : values) {
+      call += ", " + value;
+      line += (line.back() == ' ' ? "" : ", ") + value;
+    }
+    out_.tried.push_back(std::move(line));
+    return call + ")";
+  }
+
+  // @param name   Under which expressions read it.
+  // @param field  Nothing for a result and for elements.
+  std::string value(const idl::Type& type, const std::string& name, const std::string& path, int depth,
+                    const idl::Field* field) {
+    const bool named = name == "result" || uses_.names.contains(name);
+    switch (type.kind) {
+      case idl::Kind::kVoid: return "null";
+      case idl::Kind::kBool: return named ? picked(path, {"false", "true"}) : "false";
+      case idl::Kind::kI8:
+      case idl::Kind::kI16:
+      case idl::Kind::kI32:
+      case idl::Kind::kI64:
+      case idl::Kind::kDouble: return named ? picked(path, numbers(type, name, field)) : decimal(zero(field));
+      case idl::Kind::kString: return named ? picked(path, texts(name)) : "''";
+      case idl::Kind::kBinary: return "''";
+      case idl::Kind::kEnum: {
+        // What nothing names is told apart by nothing: one stands for all.
+        std::vector<std::string> values;
+        const std::string* other = nullptr;
+        for (const idl::Enumerator& one : type.enumeration->enumerators) {
+          if (named && uses_.words.contains(one.name))
+            values.push_back(script_text(one.name));
+          else if (other == nullptr)
+            other = &one.name;
+        }
+        if (other != nullptr) values.push_back(script_text(*other));
+        return values.empty() ? "0" : picked(path, values);
+      }
+      case idl::Kind::kStruct: return record(*type.structure, path, depth);
+      case idl::Kind::kList:
+      case idl::Kind::kSet: return "[]";
+      case idl::Kind::kMap: return "{}";
+    }
+    return "null";
+  }
+
+  std::string record(const idl::Struct& type, const std::string& path, int depth) {
+    std::string out = "({";
+    if (depth >= kNestingMax) return out + "})";
+    for (const idl::Field& field : type.fields) {
+      const bool is_recursive = depth > 0 && !field.when_absent && field.type->kind == idl::Kind::kStruct;
+      if (field.requiredness == idl::Requiredness::kOptional && (is_recursive || !mentioned(field, depth))) continue;
+      out += (out.size() == 2 ? "" : ", ") + field.name + ": " +
+             value(*field.type, field.name, path + "." + field.name, depth + 1, &field);
+      if (type.kind == idl::StructKind::kUnion) break;  // exactly one is set
+    }
+    return out + "})";
+  }
+
+  bool mentioned(const idl::Field& field, int depth) const {
+    if (uses_.names.contains(field.name)) return true;
+    if (field.type->kind != idl::Kind::kStruct || depth >= kNestingMax) return false;
+    return std::any_of(field.type->structure->fields.begin(), field.type->structure->fields.end(),
+                       [&](const idl::Field& inner) { return mentioned(inner, depth + 1); });
+  }
+
+  static double zero(const idl::Field* field) {
+    const double low = field != nullptr && field->min ? *field->min : 0;
+    const double high = field != nullptr && field->max ? *field->max : 0;
+    return low > 0 ? low : high < 0 ? high : 0;
+  }
+
+  std::vector<std::string> numbers(const idl::Type& type, const std::string& name, const idl::Field* field) const {
+    const auto found = uses_.numbers.find(name);
+    if (found == uses_.numbers.end()) return {decimal(zero(field))};
+    const bool is_whole = type.kind != idl::Kind::kDouble;
+    std::set<double> values;
+    const std::vector<double> at(found->second.begin(), found->second.end());
+    const auto add = [&](double number) {
+      if (field != nullptr && field->min && number < *field->min) return;
+      if (field != nullptr && field->max && number > *field->max) return;
+      if (!is_whole || number == std::floor(number)) values.insert(number);
+    };
+    const double step = is_whole || at.size() < 2 ? 1 : std::max(1e-9, (at.back() - at.front()) / 2);
+    add(is_whole ? std::ceil(at.front()) - 1 : at.front() - step);
+    add(is_whole ? std::floor(at.back()) + 1 : at.back() + step);
+    if (field != nullptr && field->min) add(*field->min);
+    if (field != nullptr && field->max) add(*field->max);
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      add(at[i]);
+      if (i + 1 == at.size()) break;
+      double between = (at[i] + at[i + 1]) / 2;
+      // A short one is easier to read.
+      if (const double rounded = std::round(between * 1e6) / 1e6; rounded > at[i] && rounded < at[i + 1])
+        between = rounded;
+      add(is_whole ? std::floor(between) : between);
+      if (is_whole) add(std::floor(at[i]) + 1);
+    }
+    std::vector<std::string> out;
+    for (const double number : values) out.push_back(decimal(number));
+    if (out.empty()) out.push_back(decimal(zero(field)));
+    return out;
+  }
+
+  std::vector<std::string> texts(const std::string& name) const {
+    std::vector<std::string> out;
+    const auto found = uses_.texts.find(name);
+    if (found == uses_.texts.end()) return {"''"};
+    for (const std::string& text : found->second) out.push_back(script_text(text));
+    std::string other = "other";
+    while (found->second.contains(other)) other += "_";
+    out.push_back(script_text(other));
+    return out;
+  }
+
+  const std::string& service_;
+  const Uses& uses_;
+  AnyReply& out_;
+  std::string method_;
+  std::optional<Diagnostic> trouble_;
+};
+
+std::set<double> numbers_in(const Value& value) {
+  if (value.is_number()) return {value.number()};
+  std::set<double> all;
+  if (const std::string* text = value.as_string()) {
+    char* end = nullptr;
+    const double number = std::strtod(text->c_str(), &end);
+    if (end != text->c_str() && *end == '\0') all.insert(number);
+  }
+  return all;
+}
+
+}  // namespace
+
+Result<AnyReply> any_reply(const project::Plan& plan, const std::string& service) {
+  const idl::Service& interface = *plan.services.at(service).service;
+  Uses uses;
+  std::vector<const idl::Method*> methods;
+  for (const project::LeafPlan& leaf : plan.leaves) {
+    if (!leaf.chart) continue;
+    bool calls = false;
+    for (const scxml::SendInfo& send : leaf.chart->sends()) {
+      // What an expression names may be any method of it.
+      if (send.type != "thrift" || (send.target && *send.target != service)) continue;
+      calls = true;
+      for (const idl::Method* method : interface.methods) {
+        if ((send.event && *send.event != method->name) || method->oneway) continue;
+        if (std::find(methods.begin(), methods.end(), method) == methods.end()) methods.push_back(method);
+      }
+    }
+    if (!calls) continue;
+    std::map<std::string, std::set<double>> given;
+    for (const project::SkillConstant& constant : leaf.constants) given[constant.id] = numbers_in(constant.value);
+    for (const bt::PortFact& port : plan.tree.ports(leaf.node)) {
+      if (const auto numbers = numbers_in(Value(std::string(port.text))); !numbers.empty())
+        given[std::string(port.name)] = numbers;
+    }
+    Comparisons(*leaf.chart, std::move(given), uses)();
+  }
+  for (bt::NodeId node = 0; node < plan.tree.size(); ++node) {
+    for (const bt::PortFact& port : plan.tree.ports(node)) {
+      for (const std::string& word : scxml::names_in_script(port.text)) uses.words.insert(word);
+      // Texts in a script of the tree are between apostrophes.
+      for (std::size_t at = port.text.find('\''); at != std::string_view::npos;) {
+        const std::size_t end = port.text.find('\'', at + 1);
+        if (end == std::string_view::npos) break;
+        uses.words.emplace(port.text.substr(at + 1, end - at - 1));
+        at = port.text.find('\'', end + 1);
+      }
+    }
+  }
+  for (const monitor::Model& monitor : plan.monitors) Comparisons(monitor.chart(), {}, uses)();
+  if (uses.trouble) return tl::unexpected(*uses.trouble);
+  AnyReply out;
+  if (const auto trouble = Writer(service, uses, out)(methods)) return tl::unexpected(*trouble);
+  return out;
+}
+
+Result<std::vector<MadeModel>> add_models(project::Scenario& scenario, const project::Plan& plan,
+                                          const std::filesystem::path& folder) {
+  std::vector<MadeModel> made;
+  const auto is_modelled = [&](const std::string& service) {
+    return std::any_of(scenario.project.models.begin(), scenario.project.models.end(), [&](const auto& model) {
+      return std::find(model.serves.begin(), model.serves.end(), service) != model.serves.end();
+    });
+  };
+  for (const project::ServiceEntry& service : scenario.project.services) {
+    if (service.at == "topics" || is_modelled(service.name)) continue;
+    auto reply = any_reply(plan, service.name);
+    if (!reply) return tl::unexpected(reply.error());
+    const std::filesystem::path file = folder / (service.name + ".scxml");
+    std::error_code error;
+    if (std::filesystem::exists(file, error) && text::read_file(file) != reply->chart) {
+      return fail("verify.any-reply", file.string() +
+                                          " is there already and says something else; name it under "
+                                          "`models:`, or take it away");
+    }
+    std::filesystem::create_directories(folder, error);
+    if (const auto written = text::write_file(file, reply->chart); !written) return tl::unexpected(written.error());
+    const auto absolute = std::filesystem::absolute(file, error);
+    const std::string path =
+        std::filesystem::relative(absolute, std::filesystem::absolute(scenario.project.folder, error), error).string();
+    made.push_back({.service = service.name, .file = path, .tried = std::move(reply->tried)});
+  }
+  for (const MadeModel& model : made) {
+    project::ModelEntry entry;
+    entry.name = "any_" + model.service;
+    entry.file.path = model.file;
+    entry.serves = {model.service};
+    scenario.project.models.push_back(std::move(entry));
+    text::YamlNode& models = text::member(text::member(scenario.source, "override"), "models");
+    models.kind = text::YamlNode::Kind::kSequence;
+    text::YamlNode& item = models.items.emplace_back();
+    text::set_scalar(item, "file", model.file);
+    text::set_scalar(item, "name", "any_" + model.service);
+    text::YamlNode& serves = text::member(item, "serves");
+    serves.kind = text::YamlNode::Kind::kSequence;
+    serves.items.emplace_back().kind = text::YamlNode::Kind::kScalar;
+    serves.items.back().scalar = model.service;
+  }
+  return made;
+}
+
+}  // namespace sentree::verify

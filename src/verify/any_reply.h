@@ -1,0 +1,45 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sentree/project/plan.h"
+
+namespace sentree::verify {
+
+/// Values of one member of a reply that are tried; more are too many to try in every state.
+inline constexpr std::size_t kReplyValuesMax = 40;
+
+/// A model of one service that answers every call with any reply of its type.
+struct AnyReply {
+  std::string chart;               ///< An SCXML document.
+  std::vector<std::string> tried;  ///< What is varied, a line each: "getBatteryState.percentage: 0, 0.1, 0.2, 0.3".
+};
+
+/// Writes a model of a service that nobody models, from its interface and from what the mission makes of its replies.
+///
+/// Varied are the members of results that some skill that calls the service, or some monitor, names: truth values both
+/// ways; enumerators that some chart or the tree writes down, and one other. Numbers are tried at each constant that
+/// they are compared with (after + - * / by constants, also through variables of the chart, constants and literal
+/// ports), between each two, and beyond the outermost, within the interface's bounds; texts at each that they are
+/// compared with, and one other. Everything else has one value: what nothing looks at changes nothing. A method that
+/// throws may do so.
+///
+/// Error: verify.any-reply, if a value is compared with what is no constant, or with too many.
+[[nodiscard]] Result<AnyReply> any_reply(const project::Plan& plan, const std::string& service);
+
+struct MadeModel {
+  std::string service;
+  std::string file;  ///< Relative to the project's folder.
+  std::vector<std::string> tried;
+};
+
+/// Writes a model for each service of the scenario that has none, FOLDER/SERVICE.scxml, and makes the scenario use it;
+/// written down, it does so too.
+/// @param plan  Of the scenario as it is.
+/// Errors: those of `any_reply`; verify.any-reply, if such a file is there and says something else; those of writing.
+[[nodiscard]] Result<std::vector<MadeModel>> add_models(project::Scenario& scenario, const project::Plan& plan,
+                                                        const std::filesystem::path& folder);
+
+}  // namespace sentree::verify
