@@ -372,6 +372,31 @@ expect 0 'any reply   battery.getBatteryState.percentage: 0, 0.2, 1' "$sentree" 
 expect 0 'name: any_battery, serves: .battery.' "$sentree" verify "$work/unmodelled" --model
 expect 3 'did you mean "never_empty"' "$sentree" verify "$work/verified" --only never_emty
 
+# Thousands of runs, here a dozen: rates, the least scenario of a violation, one run again, shards, going on.
+cp -r examples/recharge "$work/varied" && rm -rf "$work/varied/campaign"
+expect 1 'never_empty +violated +[0-9.]+ %.*never_empty.yaml' "$sentree" campaign "$work/varied" -n 12 --jobs 2
+expect 0 '1 of 1 scenarios held' "$sentree" test "$work/varied/campaign/never_empty.yaml"
+expect 0 '^run,seed,mission,.*never_empty,never_empty at_s,.*world.battery.initial' head -1 "$work/varied/campaign/runs.csv"
+expect 0 '<svg' cat "$work/varied/campaign/report.html"
+violating=$(awk -F, '$10 == "violated" || $12 == "violated" { print $2; exit }' "$work/varied/campaign/runs.csv")
+expect 1 'violated at' "$sentree" run "$work/varied" --vary "$work/varied/campaign.yaml" --seed "${violating:-0}"
+cp "$work/varied/campaign/runs.csv" "$work/whole.csv" && cp "$work/varied/campaign/result.json" "$work/whole.json"
+head -5 "$work/whole.csv" >"$work/varied/campaign/runs.csv"
+expect 1 '"seed":1,' "$sentree" campaign "$work/varied" -n 12 --resume --json
+for i in 1 2 3; do
+  expect 0 "shard $i of 3" "$sentree" campaign "$work/varied" -n 12 --shard $i/3 --jobs 1 --out "$work/shard$i"
+done
+cmp "$work/whole.csv" "$work/varied/campaign/runs.csv" || failures=$((failures + 1))
+expect 1 'never_empty +violated' "$sentree" campaign merge "$work/shard1" "$work/shard2" "$work/shard3" --out "$work/merged"
+cmp "$work/whole.csv" "$work/merged/runs.csv" && cmp "$work/whole.json" "$work/merged/result.json" ||
+  failures=$((failures + 1))
+expect 1 'mission SUCCESS < 1 %: REFUTED after [0-9]+ runs' "$sentree" campaign "$work/varied" --no-shrink --out "$work/expected" \
+  --confidence '90 %' --expect 'mission SUCCESS < 1 %'
+expect 2 'did you mean "never_empty"' "$sentree" campaign "$work/varied" --expect 'never_emty violated < 1e-3'
+expect 2 'I/N, the I-th of N parts' "$sentree" campaign "$work/varied" --shard 5/4
+printf 'parameters: {world.batery.initial: {uniform: [20 %%, 100 %%]}}\n' >"$work/slip.yaml"
+expect 3 'did you mean "battery"' "$sentree" campaign "$work/varied" --vary "$work/slip.yaml"
+
 # A terminal that goes away ends a run in order, as Ctrl-C does, and nothing is left behind.
 mkdir "$work/tmp"
 TMPDIR=$work/tmp "$sentree" run examples/recharge --clock real --processes --duration '60 s' >"$work/mission" 2>&1 &

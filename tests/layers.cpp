@@ -155,14 +155,15 @@ const std::vector<LibraryRule>& library_rules() {
       {"mission", {"base", "text", "idl", "bt", "scxml", "monitor", "sim", "project"}},
       {"verify", {"base", "text", "bt", "scxml", "monitor", "project", "mission"}},
       {"runtime", {"base", "text", "idl", "bt", "scxml", "monitor", "rpc", "sim", "project", "mission"}},
+      {"campaign", {"base", "text", "idl", "bt", "scxml", "monitor", "rpc", "sim", "project", "mission", "runtime"}},
       {"replay",
        {"base", "text", "idl", "bt", "scxml", "monitor", "rpc", "sim", "record", "project", "mission", "runtime"}},
       {"studio",
        {"base", "text", "idl", "draw", "bt", "scxml", "graph", "monitor", "http", "rpc", "sim", "record", "project",
         "mission", "runtime", "replay", "groot"}},
-      {"cli",
-       {"base", "text", "idl",    "draw",    "bt",     "nav2",    "exec",   "scxml",   "graph",  "monitor", "http",
-        "rpc",  "sim",  "record", "project", "import", "mission", "verify", "runtime", "replay", "studio",  "groot"}},
+      {"cli", {"base",    "text",    "idl",     "draw",     "bt",     "nav2",   "exec",    "scxml",
+               "graph",   "monitor", "http",    "rpc",      "sim",    "record", "project", "import",
+               "mission", "verify",  "runtime", "campaign", "replay", "studio", "groot"}},
   };
   return kRules;
 }

@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
+#include "sentree/cli/campaign_command.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/completion.h"
 #include "sentree/cli/import_command.h"
@@ -37,7 +38,7 @@ void add_add(CLI::App& app, AddCommand& command) {
   sub->add_option("--project", command.project, "Folder with a sentree.yaml")->capture_default_str();
 }
 
-void add_run(CLI::App& app, RunCommand& command) {
+void add_run(CLI::App& app, RunCommand& command, std::string& vary) {
   auto* sub = app.add_subcommand("run", "Execute a mission");
   sub->footer(
       "Examples:\n"
@@ -50,7 +51,9 @@ void add_run(CLI::App& app, RunCommand& command) {
       "Exit code: 0 the mission did as expected, 1 it did not or a monitor is violated, 3 invalid project,\n"
       "4 environment (port taken), 124 time limit, 130 interrupted.");
   sub->add_option("project", command.project, "Folder with a sentree.yaml, or a scenario file")->capture_default_str();
-  sub->add_option("--scenario", command.scenario, "Name of a file in the project's scenarios/");
+  auto* scenario = sub->add_option("--scenario", command.scenario, "Name of a file in the project's scenarios/");
+  sub->add_option("--vary", vary, "The run of that campaign with this --seed, as a scenario file in campaign/")
+      ->excludes(scenario);
   sub->add_option_function<std::string>(
          "--clock", [&](const std::string& clock) { command.virtual_clock = clock == "virtual"; },
          "virtual: as fast as the machine allows, the same every time; real")
@@ -249,6 +252,45 @@ void add_verify(CLI::App& app, VerifyCommand& command) {
   sub->add_flag("--model", command.model, "Write models/SERVICE.scxml for services without a model: any reply");
   sub->add_flag("--explain", command.explain, "Tell counterexamples tick by tick");
   sub->add_flag("--json", command.json, "Print the results as JSON");
+}
+
+// Returns its subcommand `merge`.
+const CLI::App* add_campaign(CLI::App& app, CampaignCommand& command) {
+  auto* sub = app.add_subcommand(
+      "campaign", "Run a mission thousands of times with what varies, and say how often which requirement breaks");
+  sub->footer(
+      "Examples:\n"
+      "  sentree campaign examples/recharge -n 10000              what campaign.yaml of the project varies\n"
+      "  sentree campaign . --vary storm.yaml --precision 1% --confidence 99%     ends when rates are known so well\n"
+      "  sentree campaign . --expect 'never_empty violated < 1e-3'                ends when that is decided\n"
+      "  sentree campaign . --resume                              goes on where it was interrupted\n"
+      "  sentree campaign . --shard 2/4 --out part2               a part of it, on another machine\n"
+      "  sentree campaign merge part1 part2 part3 part4           the same result, byte for byte\n"
+      "  sentree run . --vary campaign.yaml --seed 1000042        one of its runs again\n"
+      "Exit code: 0 nothing is violated, or what is expected holds; 1 something is, or does not; 124 an expectation "
+      "is\n"
+      "undecided; 3 invalid input; 130 interrupted. See docs/campaigns.md.");
+  sub->add_option("project", command.project, "Folder with a sentree.yaml")->capture_default_str();
+  sub->add_option("--vary", command.vary, "What is varied (default: campaign.yaml in the project, if it is there)");
+  sub->add_option("--runs,-n", command.runs,
+                  "Most runs (default: as the file says; else 1000, or 100000 that end early)");
+  sub->add_option("--seed", command.seed, "Of everything that is drawn; run N has the seed S000000 + N");
+  sub->add_option("--jobs,-j", command.jobs, "Processes at a time (default: one a core); the result is the same");
+  sub->add_option("--precision", command.precision, "End when half of every rate's interval is at most this, e.g. 1%");
+  sub->add_option("--expect", command.expect,
+                  "Decide by a sequential test: \"REQUIREMENT violated < 1e-3\"; several times")
+      ->allow_extra_args(false);
+  sub->add_option("--shard", command.shard, "Run the I-th of N parts, I/N");
+  sub->add_flag("--resume", command.resume, "Go on behind the runs that the folder has");
+  sub->add_flag("--no-shrink", command.no_shrink, "Write no least scenarios");
+  auto* merge = sub->add_subcommand("merge", "The result of a campaign's shards");
+  merge->add_option("folder", command.merged, "Folders of the shards")->required();
+  for (CLI::App* with : {sub, merge}) {
+    with->add_option("--confidence", command.confidence, "Of intervals and decisions")->capture_default_str();
+    with->add_option("--out", command.out, "Folder of what is written (default: campaign/ in the project)");
+    with->add_flag("--json", command.json, "Print the result as JSON");
+  }
+  return merge;
 }
 
 void add_trees(CLI::App& sub, TreeOptions& options) {
@@ -613,9 +655,11 @@ int command_line(int argc, char** argv) {
   app.require_subcommand(1);
   app.formatter(std::make_shared<ExamplesFirst>());
   RunCommand run_command;
+  std::string run_vary;
   InfoCommand info_command;
   TestCommand test_command;
   VerifyCommand verify_command;
+  CampaignCommand campaign_command;
   CheckCommand check_command;
   GraphCommand graph_command;
   ChartCommand chart_command;
@@ -647,9 +691,10 @@ int command_line(int argc, char** argv) {
   add_add(app, add_command);
   add_import(app, import_command);
   add_check(app, check_command);
-  add_run(app, run_command);
+  add_run(app, run_command, run_vary);
   add_test(app, test_command);
   add_verify(app, verify_command);
+  const CLI::App* merge = add_campaign(app, campaign_command);
   add_studio(app, studio_command);
   add_watch(app, watch_command);
   add_info(app, info_command);
@@ -696,9 +741,11 @@ int command_line(int argc, char** argv) {
   if (app.got_subcommand("add")) return add(add_command);
   if (app.got_subcommand("import")) return import_project(import_command);
   if (app.got_subcommand("check")) return check(check_command);
-  if (app.got_subcommand("run")) return leave(run(run_command));
+  if (app.got_subcommand("run")) return leave(run_vary.empty() ? run(run_command) : run_drawn(run_command, run_vary));
   if (app.got_subcommand("test")) return leave(test(test_command));
   if (app.got_subcommand("verify")) return leave(verify(verify_command));
+  if (merge->parsed()) return campaign_merge(campaign_command);
+  if (app.got_subcommand("campaign")) return campaign(campaign_command);
   if (app.got_subcommand("studio")) return studio(studio_command);
   if (app.got_subcommand("watch")) return watch(watch_command);
   if (app.got_subcommand("info")) return info(info_command);

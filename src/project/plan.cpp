@@ -18,9 +18,11 @@
 #include "sentree/project/mission_tree.h"
 #include "sentree/project/requirements.h"
 #include "sentree/project/skill_protocol.h"
+#include "sentree/project/variant.h"
 #include "sentree/rpc/address.h"
 #include "sentree/scxml/check.h"
 #include "sentree/sim/services.h"
+#include "sentree/sim/world_variant.h"
 #include "sentree/text/file.h"
 #include "sentree/text/yaml.h"
 
@@ -492,37 +494,32 @@ std::filesystem::path shipped_folder(std::string_view what) {
   return {};
 }
 
-namespace {
-
-// Mappings are merged member by member; anything else is replaced.
-void merge(text::YamlNode& into, const text::YamlNode& changes) {
-  for (const auto& [key, change] : changes.entries) {
-    const auto old = std::find_if(into.entries.begin(), into.entries.end(),
-                                  [&](const auto& entry) { return entry.first.scalar == key.scalar; });
-    if (old == into.entries.end())
-      into.entries.emplace_back(key, change);
-    else if (old->second.is_mapping() && change.is_mapping())
-      merge(old->second, change);
-    else
-      old->second = change;
-  }
+Result<WorldSource> WorldSource::read(const Project& project) {
+  WorldSource world;
+  world.file_ = project.folder / project.world->path;
+  world.shown_ = project.shown(project.world->path);
+  const auto source = text::read_file(world.file_, world.shown_);
+  if (!source) return tl::unexpected(missing(project, *project.world, source.error()));
+  auto root = text::parse_yaml(*source, world.shown_);
+  if (!root) return tl::unexpected(root.error());
+  world.root_ = std::move(*root);
+  return world;
 }
 
-}  // namespace
+Loaded<sim::World> WorldSource::with(const std::optional<text::YamlNode>& overrides, const sim::World* like) const {
+  const auto read = [&](const std::string& name) {
+    return text::read_file(file_.parent_path() / name, (path(shown_).parent_path() / name).string());
+  };
+  if (!overrides) return sim::parse_world_like(root_, read, like);
+  text::YamlNode root = root_;
+  merge(root, *overrides);
+  return sim::parse_world_like(root, read, overrides->find("map") == nullptr ? like : nullptr);
+}
 
 Loaded<sim::World> load_project_world(const Project& project) {
-  const path file = project.folder / project.world->path;
-  const std::string shown = project.shown(project.world->path);
-  const auto source = text::read_file(file, shown);
-  if (!source) return {.value = std::nullopt, .diagnostics = {missing(project, *project.world, source.error())}};
-  const auto read = [&](const std::string& name) {
-    return text::read_file(file.parent_path() / name,
-                           project.shown((path(project.world->path).parent_path() / name).string()));
-  };
-  auto root = text::parse_yaml(*source, shown);
-  if (!root) return {.value = std::nullopt, .diagnostics = {root.error()}};
-  if (project.world_overrides) merge(*root, *project.world_overrides);
-  return sim::parse_world(*root, read);
+  const auto source = WorldSource::read(project);
+  if (!source) return {.value = std::nullopt, .diagnostics = {source.error()}};
+  return source->with(project.world_overrides);
 }
 
 bool load_plugins(const Project& project, bt::Registry& registry, Diagnostics& diagnostics) {

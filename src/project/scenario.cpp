@@ -3,6 +3,7 @@
 #include "sentree/project/project.h"
 #include "sentree/project/requirements.h"
 #include "sentree/project/timeline.h"
+#include "sentree/project/variant.h"
 #include "sentree/project/yaml_reader.h"
 #include "sentree/text/file.h"
 
@@ -182,6 +183,23 @@ void read_overrides(const text::YamlNode& node, Project& project, Diagnostics& d
 }
 
 }  // namespace
+
+void apply_overrides(const text::YamlNode& changes, Scenario& scenario, Diagnostics& diagnostics) {
+  std::optional<text::YamlNode> world = std::move(scenario.project.world_overrides);
+  scenario.project.world_overrides.reset();
+  read_overrides(changes, scenario.project, diagnostics);
+  if (world) {
+    if (scenario.project.world_overrides) merge(*world, *scenario.project.world_overrides);
+    scenario.project.world_overrides = std::move(world);
+  }
+  text::YamlNode key;
+  key.kind = text::YamlNode::Kind::kScalar;
+  key.scalar = "override";
+  text::YamlNode change;
+  change.kind = scenario.source.kind = text::YamlNode::Kind::kMapping;
+  change.entries.emplace_back(std::move(key), changes);
+  merge(scenario.source, change);
+}
 
 void Scenario::expect_nothing() {
   mission.reset();

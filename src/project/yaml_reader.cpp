@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sentree/project/project.h"
+#include "sentree/project/variant.h"
 
 namespace sentree::project {
 
@@ -121,6 +122,19 @@ const text::YamlNode* YamlReader::sequence(const std::string& key) {
   if (found == nullptr || found->is_sequence()) return found;
   error(found->span, "project.type", "\"" + key + "\" of " + what_ + " must be a list");
   return nullptr;
+}
+
+void merge(text::YamlNode& into, const text::YamlNode& changes) {
+  for (const auto& [key, change] : changes.entries) {
+    const auto old = std::find_if(into.entries.begin(), into.entries.end(),
+                                  [&](const auto& entry) { return entry.first.scalar == key.scalar; });
+    if (old == into.entries.end())
+      into.entries.emplace_back(key, change);
+    else if (old->second.is_mapping() && change.is_mapping())
+      merge(old->second, change);
+    else
+      old->second = change;
+  }
 }
 
 }  // namespace sentree::project

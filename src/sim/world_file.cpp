@@ -9,6 +9,7 @@
 #include "sentree/base/value.h"
 #include "sentree/sim/clearance.h"
 #include "sentree/sim/world.h"
+#include "sentree/sim/world_variant.h"
 #include "sentree/sim/yaml_fields.h"
 #include "sentree/text/file.h"
 #include "sentree/text/yaml.h"
@@ -22,8 +23,8 @@ constexpr std::size_t kCornersMax = 1000;
 
 class WorldReader {
  public:
-  WorldReader(const text::YamlNode& root, const FileReader& read, Loaded<World>& loaded)
-      : root_(root), read_(read), found_(loaded.diagnostics) {}
+  WorldReader(const text::YamlNode& root, const FileReader& read, const World* like, Loaded<World>& loaded)
+      : root_(root), read_(read), like_(like), found_(loaded.diagnostics) {}
 
   World read() {
     YamlFields fields(root_, "sim", "the world", found_);
@@ -58,6 +59,13 @@ class WorldReader {
     std::string name;
     fields.text("map", name);
     if (name.empty()) return;
+    if (like_ != nullptr) {
+      world_.map_id = like_->map_id;
+      world_.map = like_->map;
+      world_.distance = like_->distance;
+      world_.rays = like_->rays;
+      return;
+    }
     const auto source = read_(name);
     if (!source) {
       Diagnostic missing = source.error();
@@ -378,7 +386,14 @@ class WorldReader {
   void check_sense() {
     for (std::size_t i = 0; i < world_.robots.size(); ++i) {
       RobotSpec& robot = world_.robots[i];
-      derive(world_, robot);
+      const RobotSpec* known = like_ != nullptr && i < like_->robots.size() ? &like_->robots[i] : nullptr;
+      if (known != nullptr && known->radius_m == robot.radius_m && known->navigation == robot.navigation &&
+          known->localization.reading == robot.localization.reading) {
+        robot.costs = known->costs;
+        robot.likelihood = known->likelihood;
+      } else {
+        derive(world_, robot);
+      }
       const Cell cell = world_.map.cell_at(robot.start.position());
       const double room = clearance(world_.map, world_.distance, robot.start.position(), robot.radius_m);
       if (!world_.map.is_free(cell) || room < robot.radius_m) {
@@ -418,6 +433,7 @@ class WorldReader {
 
   const text::YamlNode& root_;
   const FileReader& read_;
+  const World* like_;
   Diagnostics& found_;
   World world_;
   std::vector<Place> places_;
@@ -435,8 +451,12 @@ Loaded<World> parse_world(std::string_view source, const std::string& file, cons
 }
 
 Loaded<World> parse_world(const text::YamlNode& root, const FileReader& read) {
+  return parse_world_like(root, read, nullptr);
+}
+
+Loaded<World> parse_world_like(const text::YamlNode& root, const FileReader& read, const World* like) {
   Loaded<World> loaded;
-  World world = WorldReader(root, read, loaded).read();
+  World world = WorldReader(root, read, like, loaded).read();
   if (!has_errors(loaded.diagnostics)) loaded.value = std::move(world);
   sort_by_place(loaded.diagnostics);
   return loaded;

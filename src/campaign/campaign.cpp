@@ -1,0 +1,316 @@
+#include "sentree/campaign/campaign.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <utility>
+
+#include "sentree/campaign/pool.h"
+#include "sentree/campaign/shrink.h"
+#include "sentree/text/file.h"
+#include "sentree/text/json.h"
+
+namespace sentree::campaign {
+
+namespace {
+
+// Runs that may be done before an earlier one is.
+constexpr std::uint64_t kAheadMax = 4096;
+
+Diagnostic changed(const std::filesystem::path& folder, const std::string& what) {
+  return {Severity::kError,
+          "campaign.changed",
+          (folder / kSettingsName).string() + ": " + what + "; give another folder with --out, or leave --resume out",
+          {}};
+}
+
+std::vector<std::string> texts(const std::vector<Level>& levels) {
+  std::vector<std::string> out;
+  for (const Level& level : levels) out.push_back(level.text);
+  return out;
+}
+
+// Rows of a table one by one; the last may be torn.
+class Table {
+ public:
+  Table(std::filesystem::path file, std::string header, std::size_t requirements)
+      : file_(std::move(file)), requirements_(requirements), in_(file_, std::ios::binary) {
+    std::string line;
+    good_ = std::getline(in_, line) && line + "\n" == header && !in_.eof();
+    size_ = header.size();
+  }
+  [[nodiscard]] bool is_good() const { return good_; }
+  /// Octets of the whole rows that were read, and of the header.
+  [[nodiscard]] std::uint64_t size() const { return size_; }
+  /// Nothing at the end, or where a row is torn.
+  Result<std::optional<Row>> next() {
+    std::string line;
+    if (!std::getline(in_, line) || in_.eof()) return std::nullopt;
+    auto row = parse_csv_line(line, requirements_);
+    if (!row) {
+      row.error().message = file_.string() + ": " + row.error().message;
+      return tl::unexpected(row.error());
+    }
+    size_ += line.size() + 1;
+    return std::optional(std::move(*row));
+  }
+
+ private:
+  std::filesystem::path file_;
+  std::size_t requirements_;
+  std::ifstream in_;
+  bool good_ = false;
+  std::uint64_t size_ = 0;
+};
+
+std::string header_of(const Runner& runner) { return csv_header(runner.requirements(), runner.factor_names()); }
+
+Summary empty_summary(const Runner& runner, const Asked& asked) {
+  return {asked, runner.requirements(), runner.drawing().factors(), runner.base().duration};
+}
+
+// Runs of a shard, in order.
+std::uint64_t first_of(const Shard& shard) { return shard.index; }
+
+bool same_campaign(const Settings& a, const Settings& b) {
+  return a.identity == b.identity && a.asked.seed == b.asked.seed;
+}
+
+}  // namespace
+
+Value to_value(const Settings& settings) {
+  List expectations;
+  for (const Expectation& expectation : settings.asked.expectations) expectations.emplace_back(expectation.text);
+  return Map{
+      {"project", settings.project},
+      {"vary", settings.vary},
+      {"seed", static_cast<std::int64_t>(settings.asked.seed)},
+      {"runs", static_cast<std::int64_t>(settings.asked.runs)},
+      {"confidence", settings.asked.confidence},
+      {"precision", settings.asked.precision ? Value(*settings.asked.precision) : Value()},
+      {"expect", std::move(expectations)},
+      {"shard", List{static_cast<std::int64_t>(settings.shard.index), static_cast<std::int64_t>(settings.shard.count)}},
+      {"files", fmt::format("{:016x}", settings.identity)}};
+}
+
+Result<Settings> read_settings(const std::filesystem::path& folder) {
+  const std::filesystem::path file = folder / kSettingsName;
+  const auto source = text::read_file(file);
+  if (!source) return tl::unexpected(source.error());
+  const auto value = text::parse_json(*source, file.string());
+  if (!value) return tl::unexpected(value.error());
+  const auto member = [&](const char* name) {
+    const Value* found = value->find(name);
+    return found != nullptr ? *found : Value();
+  };
+  Settings out;
+  out.project = std::string(member("project").text());
+  out.vary = std::string(member("vary").text());
+  out.asked.seed = static_cast<std::uint64_t>(member("seed").number());
+  out.asked.runs = static_cast<std::uint64_t>(member("runs").number());
+  out.asked.confidence = member("confidence").number();
+  if (const Value precision = member("precision"); precision.is_number()) out.asked.precision = precision.number();
+  const Value shard = member("shard");
+  const Value expect = member("expect");
+  const List* parts = shard.as_list();
+  const List* expectations = expect.as_list();
+  if (parts == nullptr || parts->size() != 2 || expectations == nullptr || out.project.empty())
+    return fail("campaign.settings", file.string() + " is not what a campaign writes there");
+  out.shard = {static_cast<std::uint64_t>((*parts)[0].number()), static_cast<std::uint64_t>((*parts)[1].number())};
+  // What they are about is known with the project: they are parsed by whoever has it.
+  for (const Value& text : *expectations)
+    out.asked.expectations.push_back({.text = std::string(text.text()), .subject = {}, .what = {}});
+  out.identity = std::strtoull(std::string(member("files").text()).c_str(), nullptr, 16);
+  return out;
+}
+
+Result<Summary> run_campaign(Runner& runner, const Settings& settings, const CampaignOptions& options) {
+  const std::filesystem::path file = options.folder / kTableName;
+  const std::string header = header_of(runner);
+  const Shard shard = settings.shard;
+  Summary summary = empty_summary(runner, settings.asked);
+  std::uint64_t next_row = first_of(shard);
+  Progress progress;
+  progress.of = settings.asked.runs < shard.index ? 0 : (settings.asked.runs - shard.index) / shard.count + 1;
+  progress.summary = &summary;
+  // A shard's runs are not in the order of all, so it does not judge by them when to end.
+  const bool judges = shard.count == 1;
+  const auto take = [&](const Row& row) {
+    if (judges || !summary.done()) summary.add(row, runner.drawing().levels(row.seed));
+    ++progress.done;
+    next_row += shard.count;
+  };
+  bool begins = true;
+  if (options.resume && std::filesystem::exists(file)) {
+    const auto before = read_settings(options.folder);
+    if (!before) return tl::unexpected(before.error());
+    if (!same_campaign(*before, settings))
+      return tl::unexpected(changed(options.folder, "project, what is varied or seed are not those of the runs there"));
+    if (before->shard.index != shard.index || before->shard.count != shard.count)
+      return tl::unexpected(changed(options.folder, "the runs there are of another shard"));
+    Table table(file, header, runner.requirements().size());
+    if (!table.is_good()) return tl::unexpected(changed(options.folder, "the table there has other columns"));
+    while (next_row <= settings.asked.runs) {
+      auto row = table.next();
+      if (!row) return tl::unexpected(row.error());
+      if (!*row) break;
+      if ((*row)->run != next_row)
+        return fail("campaign.table", fmt::format("{}: run {} is missing", file.string(), next_row));
+      take(**row);
+      if (judges && summary.done()) break;
+    }
+    std::error_code error;
+    std::filesystem::resize_file(file, table.size(), error);
+    begins = static_cast<bool>(error);
+  }
+  if (auto written = text::write_file(options.folder / kSettingsName, to_json(to_value(settings)) + "\n"); !written)
+    return tl::unexpected(written.error());
+  std::ofstream out(file, begins ? std::ios::binary | std::ios::trunc : std::ios::binary | std::ios::app);
+  if (begins) out << header;
+  std::map<std::uint64_t, std::string> early;  // lines, by run
+  std::uint64_t next_run = next_row;
+  const auto finished = [&] { return (judges && summary.done()) || next_row > settings.asked.runs; };
+  const auto put = [&](std::uint64_t run, std::string line) -> void {
+    early.emplace(run, std::move(line));
+    for (auto at = early.find(next_row); at != early.end() && !finished(); at = early.find(next_row)) {
+      std::string_view text = at->second;
+      text.remove_suffix(1);
+      const auto row = parse_csv_line(text, runner.requirements().size());
+      out << at->second;
+      ++progress.fresh;
+      take(row ? *row : Row{.run = run, .seed = seed_of(settings.asked.seed, run)});
+      early.erase(at);
+    }
+  };
+  PoolTask task;
+  task.jobs = options.jobs;
+  task.next = [&]() -> std::optional<std::uint64_t> {
+    if (finished() || next_run > settings.asked.runs || next_run - next_row > kAheadMax * shard.count)
+      return std::nullopt;
+    return std::exchange(next_run, next_run + shard.count);
+  };
+  task.work = [&](std::uint64_t run) {
+    const std::uint64_t seed = seed_of(settings.asked.seed, run);
+    return csv_line(runner.row(run, seed), texts(runner.drawing().levels(seed)));
+  };
+  task.spoilt = [&] { return runner.spoilt(); };
+  task.done = put;
+  task.lost = [&](std::uint64_t run, const std::string& why) {
+    Row row;
+    row.run = run;
+    row.seed = seed_of(settings.asked.seed, run);
+    row.reason = why;
+    row.requirements.resize(runner.requirements().size());
+    put(run, csv_line(row, texts(runner.drawing().levels(row.seed))));
+  };
+  task.goes_on = [&] {
+    out.flush();
+    if (options.on_progress) options.on_progress(progress);
+    return static_cast<bool>(out) && !finished() && !(options.is_interrupted && options.is_interrupted());
+  };
+  if (auto ran = run_pool(task); !ran) return tl::unexpected(ran.error());
+  out.flush();
+  if (!out) return fail("file.unwritable", file.string() + " cannot be written; the runs before are kept");
+  if (options.on_progress) options.on_progress(progress);
+  return summary;
+}
+
+Result<Summary> merge_campaign(const Runner& runner, const Settings& settings,
+                               const std::vector<std::filesystem::path>& shards, const std::filesystem::path& folder) {
+  struct Source {
+    Table table;
+    std::optional<Row> row;
+  };
+  const std::string header = header_of(runner);
+  std::vector<Source> sources;
+  const auto advance = [](Source& source) -> Result<void> {
+    auto row = source.table.next();
+    if (!row) return tl::unexpected(row.error());
+    source.row = std::move(*row);
+    return {};
+  };
+  for (const auto& shard : shards) {
+    const auto other = read_settings(shard);
+    if (!other) return tl::unexpected(other.error());
+    if (!same_campaign(*other, settings))
+      return fail("campaign.changed", (shard / kSettingsName).string() +
+                                          ": its project, what is varied, or its seed are not those of the others");
+    sources.push_back({Table(shard / kTableName, header, runner.requirements().size()), std::nullopt});
+    if (!sources.back().table.is_good())
+      return fail("campaign.table", (shard / kTableName).string() + " is no table of this campaign");
+    if (auto first = advance(sources.back()); !first) return tl::unexpected(first.error());
+  }
+  Summary summary = empty_summary(runner, settings.asked);
+  std::ofstream out(folder / kTableName, std::ios::binary | std::ios::trunc);
+  out << header;
+  for (std::uint64_t run = 1; run <= settings.asked.runs && !summary.done(); ++run) {
+    Row row;
+    row.run = run;
+    row.seed = seed_of(settings.asked.seed, run);
+    row.reason = "no shard has it";
+    row.requirements.resize(runner.requirements().size());
+    for (Source& source : sources) {
+      while (source.row && source.row->run < run) {
+        if (auto on = advance(source); !on) return tl::unexpected(on.error());
+      }
+      if (source.row && source.row->run == run) row = *source.row;
+    }
+    const auto levels = runner.drawing().levels(row.seed);
+    out << csv_line(row, texts(levels));
+    summary.add(row, levels);
+  }
+  out.flush();
+  if (!out) return fail("file.unwritable", (folder / kTableName).string() + " cannot be written");
+  Settings merged = settings;
+  merged.shard = {};
+  if (auto written = text::write_file(folder / kSettingsName, to_json(to_value(merged)) + "\n"); !written)
+    return tl::unexpected(written.error());
+  return summary;
+}
+
+Result<std::map<std::string, std::string>> write_least(Runner& runner, const Summary& summary,
+                                                       const CampaignOptions& options) {
+  std::vector<Summary::Requirement> found;
+  for (const auto& requirement : summary.requirements()) {
+    if (requirement.first_run != 0) found.push_back(requirement);
+  }
+  if (summary.failing().first_run != 0) found.push_back(summary.failing());
+  std::error_code error;
+  const auto project = std::filesystem::relative(
+      runner.base().project.folder.empty() ? "." : runner.base().project.folder, options.folder, error);
+  std::map<std::string, std::string> files;
+  std::optional<Diagnostic> unwritten;
+  std::uint64_t next = 0;
+  PoolTask task;
+  task.jobs = options.jobs;
+  task.next = [&]() -> std::optional<std::uint64_t> {
+    if (next >= found.size()) return std::nullopt;
+    return next++;
+  };
+  task.work = [&](std::uint64_t index) {
+    const auto& of = found[index];
+    const auto least = shrink(runner, runner.drawing().draw(of.first_seed), of.name);
+    if (!least) return std::string();
+    const std::string about =
+        fmt::format("{}: the least of run {} (seed {})",
+                    of.name == "mission" ? "the mission fails" : of.name + " is violated", of.first_run, of.first_seed);
+    return least_text(runner, *least, about, error ? std::string() : project.generic_string());
+  };
+  task.spoilt = [&] { return runner.spoilt(); };
+  task.done = [&](std::uint64_t index, const std::string& text) {
+    if (text.empty()) return;
+    const std::filesystem::path file = options.folder / (found[index].name + ".yaml");
+    if (auto written = text::write_file(file, text))
+      files[found[index].name] = file.string();
+    else
+      unwritten = written.error();
+  };
+  task.lost = [](std::uint64_t, const std::string&) {};
+  task.goes_on = [&] { return !(options.is_interrupted && options.is_interrupted()); };
+  if (auto ran = run_pool(task); !ran) return tl::unexpected(ran.error());
+  if (unwritten) return tl::unexpected(*unwritten);
+  return files;
+}
+
+}  // namespace sentree::campaign

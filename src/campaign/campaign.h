@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sentree/campaign/runner.h"
+#include "sentree/campaign/summary.h"
+
+namespace sentree::campaign {
+
+/// A part of a campaign: the runs whose number, less one, has the remainder `index` − 1 by `count`.
+struct Shard {
+  std::uint64_t index = 1;
+  std::uint64_t count = 1;
+};
+
+/// What is written down beside the table of runs, so that it can be gone on with and merged.
+struct Settings {
+  std::string project;  ///< As it was named.
+  std::string vary;     ///< Likewise; empty: none.
+  Asked asked;
+  Shard shard;
+  std::uint64_t identity = 0;  ///< Of the files.
+};
+[[nodiscard]] Value to_value(const Settings& settings);
+/// Error: campaign.settings.
+[[nodiscard]] Result<Settings> read_settings(const std::filesystem::path& folder);
+
+inline constexpr const char* kTableName = "runs.csv";
+inline constexpr const char* kSettingsName = "campaign.json";
+
+struct Progress {
+  std::uint64_t done = 0;   ///< Runs, those of a table that is gone on with among them.
+  std::uint64_t fresh = 0;  ///< Of them, those that were run now.
+  std::uint64_t of = 0;
+  const Summary* summary = nullptr;
+};
+
+struct CampaignOptions {
+  std::size_t jobs = 1;
+  std::filesystem::path folder;  ///< Exists.
+  bool resume = false;           ///< Go on behind the runs that the folder has.
+  std::function<void(const Progress&)> on_progress;
+  std::function<bool()> is_interrupted;
+};
+
+/// Runs a campaign, or its shard, in processes of their own, and writes its table and settings into the folder. The
+/// result is that of the runs so far, in the order of their numbers, whatever the number of processes. A shard runs all
+/// of its part: only who merges knows whether it could have ended.
+/// Errors: campaign.process, campaign.table, campaign.settings, campaign.changed, file.*.
+[[nodiscard]] Result<Summary> run_campaign(Runner& runner, const Settings& settings, const CampaignOptions& options);
+
+/// The result of tables in several folders, shards of one campaign, and one table of all into `folder`. Runs that none
+/// of them has are lost.
+/// Errors: as `run_campaign`.
+[[nodiscard]] Result<Summary> merge_campaign(const Runner& runner, const Settings& settings,
+                                             const std::vector<std::filesystem::path>& shards,
+                                             const std::filesystem::path& folder);
+
+/// Writes the least scenario of each requirement that was violated, and of the first mission that failed, into the
+/// folder; by name, its file.
+/// Errors: campaign.process, file.*.
+[[nodiscard]] Result<std::map<std::string, std::string>> write_least(Runner& runner, const Summary& summary,
+                                                                     const CampaignOptions& options);
+
+}  // namespace sentree::campaign

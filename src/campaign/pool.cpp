@@ -1,0 +1,217 @@
+#include "sentree/campaign/pool.h"
+
+#include <poll.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <deque>
+#include <vector>
+
+namespace sentree::campaign {
+
+namespace {
+
+// Pieces that a child has at a time, so that it never waits for the next.
+constexpr std::size_t kAheadMax = 2;
+constexpr int kWakeMs = 100;
+
+struct Answer {
+  std::uint64_t what;
+  std::uint32_t length;
+  std::uint32_t is_last;  // the child ends behind it
+};
+
+bool write_all(int file, const void* data, std::size_t size) {
+  const char* at = static_cast<const char*>(data);
+  while (size > 0) {
+    const ssize_t written = ::write(file, at, size);
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return false;
+    at += written;
+    size -= static_cast<std::size_t>(written);
+  }
+  return true;
+}
+
+bool read_all(int file, void* data, std::size_t size) {
+  char* at = static_cast<char*>(data);
+  while (size > 0) {
+    const ssize_t got = ::read(file, at, size);
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return false;
+    at += got;
+    size -= static_cast<std::size_t>(got);
+  }
+  return true;
+}
+
+[[noreturn]] void serve(const PoolTask& task, int in, int out) {
+  // A key pressed reaches the whole group; the parent says when it is over.
+  signal(SIGINT, SIG_IGN);
+  signal(SIGPIPE, SIG_IGN);
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  std::uint64_t what = 0;
+  while (read_all(in, &what, sizeof what)) {
+    const std::string text = task.work(what);
+    const Answer answer{what, static_cast<std::uint32_t>(text.size()), task.spoilt && task.spoilt() ? 1U : 0U};
+    if (!write_all(out, &answer, sizeof answer) || !write_all(out, text.data(), text.size()) || answer.is_last != 0)
+      break;
+  }
+  _exit(0);
+}
+
+class Pool {
+ public:
+  explicit Pool(const PoolTask& task) : task_(task) {}
+  Pool(const Pool&) = delete;
+  Pool& operator=(const Pool&) = delete;
+  ~Pool() {
+    for (Child& child : children_) {
+      kill(child.pid, SIGKILL);
+      close(child);
+    }
+  }
+
+  Result<void> run() {
+    for (;;) {
+      if (!task_.goes_on()) return {};
+      if (auto started = give(); !started) return started;
+      if (std::all_of(children_.begin(), children_.end(), [](const Child& c) { return c.given.empty(); }) &&
+          again_.empty())
+        return {};
+      std::vector<pollfd> waiting;
+      for (const Child& child : children_) waiting.push_back({child.out, POLLIN, 0});
+      const int ready = poll(waiting.data(), waiting.size(), kWakeMs);
+      if (ready <= 0) continue;
+      for (std::size_t i = waiting.size(); i-- > 0;) {
+        if (waiting[i].revents != 0) take(i);
+      }
+    }
+  }
+
+ private:
+  struct Child {
+    pid_t pid = -1;
+    int in = -1;   // what it is given
+    int out = -1;  // what it answers
+    std::deque<std::uint64_t> given;
+  };
+
+  std::optional<std::uint64_t> next() {
+    if (!again_.empty()) {
+      const std::uint64_t what = again_.front();
+      again_.pop_front();
+      return what;
+    }
+    return task_.next();
+  }
+
+  Result<void> give() {
+    for (std::size_t ahead = 1; ahead <= kAheadMax; ++ahead) {
+      for (std::size_t i = 0; i < std::max<std::size_t>(1, task_.jobs); ++i) {
+        if (i < children_.size() && children_[i].given.size() >= ahead) continue;
+        const auto what = next();
+        if (!what) return {};
+        if (i >= children_.size()) {
+          if (auto started = start(); !started) return started;
+        }
+        children_[i].given.push_back(*what);
+        // A child that is gone is found out where its answers are read.
+        (void)write_all(children_[i].in, &*what, sizeof *what);
+      }
+    }
+    return {};
+  }
+
+  Result<void> start() {
+    int to[2];
+    int from[2];
+    if (pipe(to) != 0)
+      return fail("campaign.process", std::string("no pipe for another process: ") + std::strerror(errno));
+    if (pipe(from) != 0) {
+      ::close(to[0]), ::close(to[1]);
+      return fail("campaign.process", std::string("no pipe for another process: ") + std::strerror(errno));
+    }
+    const pid_t pid = fork();
+    if (pid < 0) {
+      for (const int file : {to[0], to[1], from[0], from[1]}) ::close(file);
+      return fail("campaign.process", std::string("no process can be started: ") + std::strerror(errno));
+    }
+    if (pid == 0) {
+      ::close(to[1]), ::close(from[0]);
+      for (const Child& other : children_) ::close(other.in), ::close(other.out);
+      serve(task_, to[0], from[1]);
+    }
+    ::close(to[0]), ::close(from[1]);
+    children_.push_back({.pid = pid, .in = to[1], .out = from[0], .given = {}});
+    return {};
+  }
+
+  void take(std::size_t index) {
+    Child& child = children_[index];
+    Answer answer{};
+    std::string text;
+    bool whole = read_all(child.out, &answer, sizeof answer);
+    if (whole) {
+      text.resize(answer.length);
+      whole = read_all(child.out, text.data(), text.size());
+    }
+    if (whole && !child.given.empty() && child.given.front() == answer.what) {
+      child.given.pop_front();
+      task_.done(answer.what, std::move(text));
+      if (answer.is_last == 0) return;
+      end(index, false);
+    } else {
+      end(index, true);
+    }
+  }
+
+  // The child is gone: what it was at is lost, if it died of it.
+  void end(std::size_t index, bool died) {
+    Child child = std::move(children_[index]);
+    children_.erase(children_.begin() + static_cast<std::ptrdiff_t>(index));
+    const int status = close(child);
+    if (died && !child.given.empty()) {
+      const std::uint64_t what = child.given.front();
+      child.given.pop_front();
+      task_.lost(what, WIFSIGNALED(status)
+                           ? std::string("its process was ended by signal ") + std::to_string(WTERMSIG(status)) + " (" +
+                                 strsignal(WTERMSIG(status)) + ")"
+                           : "its process ended with code " + std::to_string(WEXITSTATUS(status)));
+    }
+    again_.insert(again_.begin(), child.given.begin(), child.given.end());
+  }
+
+  static int close(Child& child) {
+    ::close(child.in);
+    ::close(child.out);
+    int status = 0;
+    while (waitpid(child.pid, &status, 0) < 0 && errno == EINTR) {
+    }
+    return status;
+  }
+
+  const PoolTask& task_;
+  std::vector<Child> children_;
+  std::deque<std::uint64_t> again_;
+};
+
+}  // namespace
+
+Result<void> run_pool(const PoolTask& task) {
+  // A child that died is told by what it answers, not by a signal.
+  struct sigaction ignore {};
+  struct sigaction before {};
+  ignore.sa_handler = SIG_IGN;
+  sigaction(SIGPIPE, &ignore, &before);
+  const auto result = Pool(task).run();
+  sigaction(SIGPIPE, &before, nullptr);
+  return result;
+}
+
+}  // namespace sentree::campaign

@@ -1,0 +1,277 @@
+#include "sentree/campaign/runner.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "sentree/runtime/inside.h"
+
+namespace sentree::campaign {
+
+namespace {
+
+// What makes a campaign impossible: parts that have a clock of their own.
+void check_alone(const project::Plan& plan, Diagnostics& diagnostics) {
+  const auto elsewhere = [&](const std::string& what, const SourceSpan& span) {
+    diagnostics.push_back({Severity::kError, "campaign.elsewhere",
+                           what + " is in another process, which has no virtual time; a campaign needs at: sim, at: "
+                                  "model, or a skill of the project",
+                           span});
+  };
+  for (const project::ServiceEntry& entry : plan.scenario.project.services) {
+    if (entry.at != "sim" && entry.at != "model" && entry.at != "topics")
+      elsewhere("service \"" + entry.name + "\"", entry.span);
+  }
+  for (const project::SkillEntry& entry : plan.scenario.project.skills) {
+    if (!entry.at.empty()) elsewhere("skill \"" + entry.leaf + "\"", entry.span);
+  }
+  for (const project::ObserverEntry& entry : plan.scenario.project.observers)
+    elsewhere("observer \"" + entry.name + "\"", entry.span);
+  for (const project::MonitorEntry& entry : plan.scenario.project.monitors) {
+    if (!entry.at.empty()) elsewhere("monitor \"" + entry.name + "\"", entry.span);
+  }
+  for (const project::ProcessEntry& entry : plan.scenario.processes) elsewhere("\"" + entry.name + "\"", entry.span);
+}
+
+void check_areas(const Vary& vary, const sim::World* world, Diagnostics& diagnostics) {
+  const auto check = [&](const Distribution& from, const std::string& what) {
+    if (from.kind != Distribution::Kind::kPose) return;
+    std::vector<std::string> names;
+    if (world != nullptr) {
+      for (const sim::NamedArea& area : world->areas) names.push_back(area.name);
+    }
+    if (world == nullptr)
+      diagnostics.push_back(
+          {Severity::kError, "campaign.area", what + " is a pose, and the project has no world", from.span});
+    else if (!from.area.empty() && std::find(names.begin(), names.end(), from.area) == names.end())
+      diagnostics.push_back(
+          {Severity::kError, "campaign.area",
+           what + " lies in \"" + from.area + "\", which is no area of the world" + did_you_mean(from.area, names),
+           from.span});
+  };
+  for (const Parameter& parameter : vary.parameters) check(parameter.from, "\"" + parameter.name + "\"");
+  for (const Event& event : vary.events) {
+    for (const Event::Part& part : event.parts) check(part.from, "\"" + event.name + "\"");
+  }
+}
+
+// An entry that does not say when it comes may come at any time.
+void complete(Vary& vary, Duration duration) {
+  for (Event& event : vary.events) {
+    if (event.entry.find("at") != nullptr) continue;
+    Distribution from;
+    from.b = seconds(duration);
+    from.unit = "s";
+    event.parts.insert(event.parts.begin(), {{"at"}, std::move(from)});
+  }
+}
+
+double rounded(double value) { return std::round(value * 1e6) / 1e6; }
+
+std::string first_error(const Diagnostics& diagnostics) {
+  for (const Diagnostic& diagnostic : diagnostics) {
+    if (diagnostic.severity == Severity::kError) return to_string(diagnostic);
+  }
+  return "it cannot be run";
+}
+
+}  // namespace
+
+Runner::Runner(project::Plan plan, project::Scenario base, Vary vary)
+    : vary_(std::move(vary)), base_(std::move(base)), world_(plan.world), plan_(std::move(plan)) {
+  for (const Parameter& parameter : vary_.parameters) {
+    if (!parameter.name.starts_with("world.") && !parameter.name.starts_with("deadlines.")) follows_files_ = true;
+  }
+  for (const monitor::Model& model : plan_.monitors) requirements_.push_back(model.name());
+  drawing_ = std::make_unique<Drawing>(vary_, world_.get(), base_.duration);
+}
+
+Loaded<std::unique_ptr<Runner>> Runner::load(const std::filesystem::path& project_path,
+                                             const std::optional<std::filesystem::path>& vary) {
+  Loaded<std::unique_ptr<Runner>> loaded;
+  const auto append = [&](const Diagnostics& found) {
+    loaded.diagnostics.insert(loaded.diagnostics.end(), found.begin(), found.end());
+  };
+  auto project = project::load_project(project_path);
+  append(project.diagnostics);
+  if (!project.ok()) return loaded;
+  Vary varied;
+  if (vary) {
+    auto read = load_vary(*vary, *project.value);
+    append(read.diagnostics);
+    if (!read.ok()) return loaded;
+    varied = std::move(*read.value);
+  }
+  project::Scenario base;
+  if (varied.scenario) {
+    auto scenario = project::load_scenario(*varied.scenario);
+    append(scenario.diagnostics);
+    if (!scenario.ok()) return loaded;
+    base = std::move(*scenario.value);
+  } else {
+    base = project::plain_scenario(std::move(*project.value));
+  }
+  if (varied.changes) project::apply_overrides(*varied.changes, base, loaded.diagnostics);
+  base.duration = varied.duration.value_or(base.duration);
+  complete(varied, base.duration);
+  project::Scenario scenario = base;
+  scenario.virtual_time = true;
+  scenario.factor = 1.0;
+  auto plan = project::prepare(std::move(scenario));
+  append(plan.diagnostics);
+  if (!plan.ok()) return loaded;
+  check_alone(*plan.value, loaded.diagnostics);
+  check_areas(varied, plan.value->world.get(), loaded.diagnostics);
+  if (has_errors(loaded.diagnostics)) return loaded;
+  std::unique_ptr<Runner> runner(new Runner(std::move(*plan.value), std::move(base), std::move(varied)));
+  if (runner->base_.project.world) {
+    auto source = project::WorldSource::read(runner->base_.project);
+    if (source) runner->source_ = std::move(*source);
+  }
+  // Every event at once: a name that is wrong is wrong in each run.
+  {
+    Vary all = runner->vary_;
+    for (Event& event : all.events) {
+      event.is_fault = false;
+      event.probability = 1.0;
+    }
+    auto probe = scenario_of(runner->base_, all, Drawing(all, runner->world_.get(), runner->base_.duration).draw(1));
+    append(probe.diagnostics);
+    if (!probe.ok()) return loaded;
+    // What a draw makes of the world may be refused, and is counted; names may not.
+    auto checked = project::prepare(std::move(*probe.value));
+    for (const Diagnostic& diagnostic : checked.diagnostics) {
+      if (diagnostic.severity == Severity::kError && !diagnostic.code.starts_with("sim.bad-place"))
+        loaded.diagnostics.push_back(diagnostic);
+    }
+  }
+  if (!has_errors(loaded.diagnostics)) loaded.value = std::move(runner);
+  return loaded;
+}
+
+Runner::Executed Runner::execute(const Draw& draw) {
+  Executed out;
+  auto scenario = scenario_of(base_, vary_, draw);
+  if (!scenario.ok()) {
+    out.invalid = first_error(scenario.diagnostics);
+    return out;
+  }
+  if (follows_files_) {
+    auto plan = project::prepare(std::move(*scenario.value));
+    if (!plan.ok()) {
+      out.invalid = first_error(plan.diagnostics);
+      return out;
+    }
+    plan_ = std::move(*plan.value);
+  } else {
+    const bool same_world =
+        scenario.value->project.world_overrides.has_value() == base_.project.world_overrides.has_value() &&
+        std::none_of(vary_.parameters.begin(), vary_.parameters.end(),
+                     [](const Parameter& p) { return p.name.starts_with("world."); });
+    plan_.world = world_;
+    if (!same_world) {
+      auto world = source_->with(scenario.value->project.world_overrides, world_.get());
+      if (!world.ok()) {
+        out.invalid = first_error(world.diagnostics);
+        return out;
+      }
+      plan_.world = std::make_shared<const sim::World>(std::move(*world.value));
+    }
+    plan_.scenario = std::move(*scenario.value);
+  }
+  runtime::RunOptions options;
+  runtime::SimHost* sim = nullptr;
+  const auto least = [](const sim::State& state) {
+    double charge = 1.0;
+    for (const sim::RobotState& robot : state.robots) charge = std::min(charge, robot.battery.charge);
+    return charge;
+  };
+  double lowest = 1.0;
+  double last = 1.0;
+  const auto look = [&] {
+    sim->inspect([&](const sim::State& state) { last = least(state); });
+    lowest = std::min(lowest, last);
+  };
+  options.on_begin = [&](runtime::RunInside& inside) { sim = inside.sim(); };
+  options.listeners.emplace_back([&](const Message& message) {
+    if (sim != nullptr && message.name == "mission.tick") look();
+  });
+  options.on_decision = [&](const runtime::MonitorReport& report) {
+    if (report.verdict == monitor::Verdict::kViolated && report.decision)
+      out.violated_at.emplace(report.name, rounded(seconds(report.decision->at)));
+  };
+  options.on_view = [&](runtime::RunView* view) {
+    if (view == nullptr && sim != nullptr) look();
+  };
+  runtime::Run run(plan_, std::move(options));
+  out.report = run.execute();
+  if (sim != nullptr) {
+    out.battery_least = rounded(lowest);
+    out.battery_end = rounded(last);
+  }
+  spoilt_ = spoilt_ || !out.report->given_up.empty();
+  return out;
+}
+
+Row Runner::row(std::uint64_t run, std::uint64_t seed) {
+  const Executed executed = execute(drawing_->draw(seed));
+  Row row;
+  row.run = run;
+  row.seed = seed;
+  row.requirements.resize(requirements_.size());
+  if (!executed.report) {
+    row.outcome = Outcome::kInvalid;
+    row.reason = executed.invalid;
+    return row;
+  }
+  const runtime::RunReport& report = *executed.report;
+  row.time_s = rounded(seconds(report.ended));
+  row.battery_least = executed.battery_least;
+  row.battery_end = executed.battery_end;
+  row.reason = report.reason;
+  row.outcome = report.mission == bt::Status::kSuccess   ? Outcome::kSuccess
+                : report.mission == bt::Status::kFailure ? Outcome::kFailure
+                                                         : Outcome::kRunning;
+  if (row.outcome == Outcome::kSuccess) row.reason.clear();
+  if (!report.error.empty() || !report.given_up.empty()) {
+    row.outcome = Outcome::kInvalid;
+    row.reason = report.given_up.empty() ? report.error : report.given_up.front();
+  }
+  for (std::size_t i = 0; i < std::min(requirements_.size(), report.monitors.size()); ++i) {
+    const runtime::MonitorReport& monitor = report.monitors[i];
+    Row::Requirement& requirement = row.requirements[i];
+    if (monitor.verdict == monitor::Verdict::kViolated || monitor.violations > 0) {
+      requirement.verdict = Verdict::kViolated;
+      if (const auto at = executed.violated_at.find(monitor.name); at != executed.violated_at.end())
+        requirement.at_s = at->second;
+    } else if (monitor.verdict == monitor::Verdict::kSatisfied) {
+      requirement.verdict = Verdict::kSatisfied;
+    } else {
+      requirement.verdict = monitor.vacuity.empty() ? Verdict::kHeld : Verdict::kUntested;
+    }
+  }
+  return row;
+}
+
+std::vector<std::string> Runner::factor_names() const {
+  std::vector<std::string> names;
+  for (const Factor& factor : drawing_->factors()) names.push_back(factor.name);
+  return names;
+}
+
+Loaded<project::Scenario> load_drawn(const std::filesystem::path& project, const std::filesystem::path& vary,
+                                     std::uint64_t seed) {
+  Loaded<project::Scenario> out;
+  auto runner = Runner::load(project, vary);
+  out.diagnostics = std::move(runner.diagnostics);
+  if (!runner.ok()) return out;
+  const Runner& made = **runner.value;
+  auto scenario = scenario_of(made.base(), made.vary(), made.drawing().draw(seed));
+  out.diagnostics.insert(out.diagnostics.end(), scenario.diagnostics.begin(), scenario.diagnostics.end());
+  out.value = std::move(scenario.value);
+  return out;
+}
+
+std::uint64_t Runner::identity() const { return hash_combine(plan_.identity, vary_.content); }
+
+}  // namespace sentree::campaign

@@ -1,0 +1,574 @@
+#include "sentree/campaign/vary.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <boost/math/distributions/exponential.hpp>
+#include <boost/math/distributions/lognormal.hpp>
+#include <boost/math/distributions/normal.hpp>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <set>
+#include <utility>
+
+#include "sentree/base/rng.h"
+#include "sentree/project/timeline.h"
+#include "sentree/project/variant.h"
+#include "sentree/project/yaml_reader.h"
+#include "sentree/sim/area.h"
+#include "sentree/text/file.h"
+
+namespace sentree::campaign {
+
+namespace {
+
+using text::YamlNode;
+using Kind = Distribution::Kind;
+
+constexpr std::array<std::pair<std::string_view, Kind>, 7> kKinds{{{"uniform", Kind::kUniform},
+                                                                   {"integer", Kind::kInteger},
+                                                                   {"normal", Kind::kNormal},
+                                                                   {"lognormal", Kind::kLogNormal},
+                                                                   {"exponential", Kind::kExponential},
+                                                                   {"choice", Kind::kChoice},
+                                                                   {"pose", Kind::kPose}}};
+// What of a project a run may change, as in a scenario's `override:`.
+const std::vector<std::string> kSections{"world", "skills", "services", "mission", "deadlines"};
+
+YamlNode scalar_node(std::string text) {
+  YamlNode node;
+  node.kind = YamlNode::Kind::kScalar;
+  node.scalar = std::move(text);
+  return node;
+}
+
+// Six digits, which a scenario file has as they are.
+std::string number_text(double number, const std::string& unit) {
+  std::string text = fmt::format("{:.6g}", number == 0.0 ? 0.0 : number);
+  return unit.empty() ? text : text + " " + unit;
+}
+
+std::optional<Kind> kind_of(const YamlNode& node) {
+  if (!node.is_mapping() || node.entries.empty()) return std::nullopt;
+  for (const auto& [word, kind] : kKinds) {
+    if (node.entries.front().first.scalar == word) return kind;
+  }
+  return std::nullopt;
+}
+
+class Reader {
+ public:
+  explicit Reader(Diagnostics& diagnostics) : diagnostics_(diagnostics) {}
+
+  void error(const SourceSpan& span, std::string code, std::string message) {
+    diagnostics_.push_back({Severity::kError, "campaign." + std::move(code), std::move(message), span});
+  }
+
+  std::optional<Distribution> distribution(const YamlNode& node, const std::string& what) {
+    const auto kind = kind_of(node);
+    if (!kind) {
+      std::string words;
+      for (const auto& [word, known] : kKinds) words += (words.empty() ? "" : ", ") + std::string(word);
+      error(node.span, "distribution",
+            what + " needs what it is drawn from, e.g. {uniform: [20 %, 100 %]}; there are " + words);
+      return std::nullopt;
+    }
+    Distribution from;
+    from.kind = *kind;
+    from.span = node.span;
+    const std::size_t before = diagnostics_.size();
+    {
+      project::YamlReader reader(node, what, diagnostics_);
+      const YamlNode* value = reader.node(node.entries.front().first.scalar);
+      if (value == nullptr) {
+        error(node.span, "distribution", what + " says not what its values are");
+        return std::nullopt;
+      }
+      if (*kind == Kind::kChoice)
+        choice(*value, reader, what, from);
+      else if (*kind == Kind::kPose)
+        pose(*value, what, from);
+      else
+        numbers(*value, reader, what, from);
+    }
+    return diagnostics_.size() == before ? std::optional(std::move(from)) : std::nullopt;
+  }
+
+ private:
+  // "25 %" as number and unit, which must be that of the others.
+  std::optional<double> quantity(const YamlNode& node, const std::string& what, Distribution& from) {
+    const char* const begin = node.scalar.c_str();
+    char* end = nullptr;
+    const double number = node.is_scalar() ? std::strtod(begin, &end) : 0.0;
+    if (!node.is_scalar() || end == begin || !std::isfinite(number)) {
+      error(node.span, "distribution", what + " needs numbers, perhaps with a unit: 25 %, 1.5 s");
+      return std::nullopt;
+    }
+    std::string unit(end);
+    unit.erase(0, unit.find_first_not_of(' '));
+    if (!has_unit_) {
+      from.unit = unit;
+      has_unit_ = true;
+    } else if (unit != from.unit) {
+      error(node.span, "distribution",
+            what + " mixes the units \"" + from.unit + "\" and \"" + unit + "\"; write all numbers in one");
+      return std::nullopt;
+    }
+    return number;
+  }
+
+  void numbers(const YamlNode& value, project::YamlReader& reader, const std::string& what, Distribution& from) {
+    has_unit_ = false;
+    const bool single = from.kind == Kind::kExponential;
+    const bool fits = single ? value.is_scalar() : value.is_sequence() && value.items.size() == 2;
+    if (!fits) {
+      error(value.span, "distribution",
+            single ? what + ": exponential needs its mean: exponential: 60 s"
+                   : what +
+                         " needs two numbers: uniform and integer the bounds, normal mean and standard deviation, "
+                         "lognormal the median and the factor of a standard deviation");
+      return;
+    }
+    const auto a = quantity(single ? value : value.items[0], what, from);
+    // The factor of a lognormal has no unit.
+    const bool is_factor = from.kind == Kind::kLogNormal;
+    const auto b = single      ? std::optional(0.0)
+                   : is_factor ? value.items[1].number()
+                               : quantity(value.items[1], what, from);
+    for (const auto& [key, bound] : {std::pair{"min", &from.min}, std::pair{"max", &from.max}}) {
+      if (const YamlNode* node = reader.node(key)) *bound = quantity(*node, what, from);
+    }
+    if (!a || !b) {
+      if (is_factor && a) error(value.span, "distribution", what + ": the factor of a lognormal is a number above 1");
+      return;
+    }
+    from.a = *a;
+    from.b = *b;
+    const bool bounds = from.kind == Kind::kUniform || from.kind == Kind::kInteger;
+    if (bounds && (from.min || from.max))
+      error(value.span, "distribution", what + ": uniform and integer have their bounds already");
+    if (bounds && from.a > from.b) error(value.span, "distribution", what + ": the first bound is above the second");
+    if (from.kind == Kind::kInteger && (from.a != std::floor(from.a) || from.b != std::floor(from.b)))
+      error(value.span, "distribution", what + ": bounds of integer are whole numbers");
+    if (from.kind == Kind::kNormal && !(from.b > 0))
+      error(value.span, "distribution", what + ": a standard deviation is above 0");
+    if (from.kind == Kind::kLogNormal && !(from.b > 1 && from.a > 0))
+      error(value.span, "distribution", what + ": a lognormal has a median above 0 and a factor above 1");
+    if (from.kind == Kind::kExponential && !(from.a > 0))
+      error(value.span, "distribution", what + ": a mean is above 0");
+    if (from.min && from.max && !(*from.min < *from.max))
+      error(value.span, "distribution", what + ": min is not below max");
+  }
+
+  void choice(const YamlNode& value, project::YamlReader& reader, const std::string& what, Distribution& from) {
+    if (!value.is_sequence() || value.items.empty()) {
+      error(value.span, "distribution", what + ": choice needs a list of alternatives");
+      return;
+    }
+    from.alternatives = value.items;
+    from.weights.assign(value.items.size(), 1.0);
+    if (const YamlNode* weights = reader.node("weights")) {
+      bool good = weights->is_sequence() && weights->items.size() == value.items.size();
+      for (std::size_t i = 0; good && i < weights->items.size(); ++i) {
+        const auto weight = weights->items[i].number();
+        good = weight && *weight >= 0 && std::isfinite(*weight);
+        if (good) from.weights[i] = *weight;
+      }
+      if (!good) error(weights->span, "distribution", what + ": weights are as many numbers as there are alternatives");
+    }
+    double sum = 0;
+    for (const double weight : from.weights) sum += weight;
+    if (!(sum > 0)) error(value.span, "distribution", what + ": some alternative needs a weight above 0");
+    for (double& weight : from.weights) weight /= sum;
+  }
+
+  void pose(const YamlNode& value, const std::string& what, Distribution& from) {
+    if (!value.is_scalar()) {
+      error(value.span, "distribution", what + ": pose is anywhere, or the name of an area of the world");
+      return;
+    }
+    if (value.scalar != "anywhere") from.area = value.scalar;
+  }
+
+  Diagnostics& diagnostics_;
+  bool has_unit_ = false;
+};
+
+// A probability: 0.2 or "20 %".
+std::optional<double> probability(const YamlNode& node) {
+  double factor = 1.0;
+  YamlNode number = node;
+  if (node.scalar.ends_with('%')) {
+    factor = 0.01;
+    number.scalar = node.scalar.substr(0, node.scalar.size() - 1);
+    while (number.scalar.ends_with(' ')) number.scalar.pop_back();
+  }
+  const auto read = number.number();
+  if (!read || !(*read * factor >= 0.0 && *read * factor <= 1.0)) return std::nullopt;
+  return *read * factor;
+}
+
+void find_parts(const YamlNode& node, std::vector<std::string> path, Reader& reader, Event& event) {
+  if (kind_of(node)) {
+    std::string name = event.name;
+    for (const std::string& key : path) name += "." + key;
+    if (auto from = reader.distribution(node, "\"" + name + "\"")) event.parts.push_back({std::move(path), *from});
+    return;
+  }
+  for (const auto& [key, member] : node.entries) {
+    path.push_back(key.scalar);
+    find_parts(member, path, reader, event);
+    path.pop_back();
+  }
+}
+
+std::string default_name(const YamlNode& entry) {
+  static const std::vector<std::string> kWords{"call",    "stop",  "kill",       "restart", "delay",
+                                               "falsify", "force", "breakpoint", "clear"};
+  for (const std::string& word : kWords) {
+    const YamlNode* what = entry.find(word);
+    if (what == nullptr) continue;
+    if (what->is_scalar()) return word + " " + what->scalar;
+    for (const char* key : {"message", "call", "leaf"}) {
+      if (const YamlNode* target = what->find(key)) return word + " " + target->scalar;
+    }
+    return word;
+  }
+  return "event";
+}
+
+Event read_event(const YamlNode& entry, bool is_fault, std::set<std::string>& names, Reader& reader) {
+  Event event;
+  event.is_fault = is_fault;
+  event.entry = entry;
+  event.name = default_name(entry);
+  std::erase_if(event.entry.entries, [&](const auto& member) {
+    if (member.first.scalar == "name") {
+      event.name = member.second.scalar;
+      return true;
+    }
+    if (member.first.scalar != "probability") return false;
+    if (const auto read = probability(member.second); read && !is_fault)
+      event.probability = *read;
+    else
+      reader.error(member.second.span, "probability",
+                   is_fault ? "faults come as often as `at_most` says; give a probability to an entry of `timeline`"
+                            : "a probability is from 0 to 1, or from 0 % to 100 %");
+    return true;
+  });
+  const std::string base = event.name;
+  for (int number = 2; !names.insert(event.name).second; ++number) event.name = fmt::format("{} #{}", base, number);
+  find_parts(event.entry, {}, reader, event);
+  return event;
+}
+
+void set_at(YamlNode& root, std::span<const std::string> path, const YamlNode& value) {
+  if (path.empty()) {
+    root = value;
+    return;
+  }
+  root.kind = YamlNode::Kind::kMapping;
+  for (auto& [key, member] : root.entries) {
+    if (key.scalar == path.front()) return set_at(member, path.subspan(1), value);
+  }
+  root.entries.emplace_back(scalar_node(path.front()), YamlNode());
+  set_at(root.entries.back().second, path.subspan(1), value);
+}
+
+std::vector<std::string> split(const std::string& name) {
+  std::vector<std::string> path;
+  std::size_t begin = 0;
+  for (std::size_t dot = name.find('.'); dot != std::string::npos; dot = name.find('.', begin)) {
+    path.push_back(name.substr(begin, dot - begin));
+    begin = dot + 1;
+  }
+  path.push_back(name.substr(begin));
+  return path;
+}
+
+std::string shown(const YamlNode& node) {
+  if (node.is_scalar()) return node.scalar;
+  return to_json(node.value());
+}
+
+void read_parameters(const YamlNode& node, Reader& reader, Vary& vary) {
+  for (const auto& [key, value] : node.entries) {
+    const std::vector<std::string> path = split(key.scalar);
+    if (path.size() < 2 || std::find(kSections.begin(), kSections.end(), path.front()) == kSections.end()) {
+      reader.error(
+          key.span, "parameter",
+          "parameter \"" + key.scalar +
+              "\" names no place in a scenario's `override:`, such as world.battery.initial or deadlines.call" +
+              did_you_mean(path.front(), kSections));
+      continue;
+    }
+    if (auto from = reader.distribution(value, "parameter \"" + key.scalar + "\""))
+      vary.parameters.push_back({key.scalar, std::move(*from)});
+  }
+}
+
+void read_faults(const YamlNode& node, const project::Project& project, std::set<std::string>& names, Reader& reader,
+                 Diagnostics& diagnostics, Vary& vary) {
+  project::YamlReader faults(node, "faults", diagnostics);
+  vary.faults_at_most = 1;
+  if (const auto most = faults.integer("at_most")) {
+    if (*most < 0)
+      reader.error(faults.span("at_most"), "faults", "at_most is a number from 0 on");
+    else
+      vary.faults_at_most = static_cast<std::size_t>(*most);
+  }
+  if (const YamlNode* any_of = faults.sequence("any_of")) {
+    for (const YamlNode& entry : any_of->items) vary.events.push_back(read_event(entry, true, names, reader));
+    return;
+  }
+  for (const project::Intervention& what : project.verify.faults) {
+    const auto entry = text::parse_yaml(to_json(Value(to_entry(what))), vary.file);
+    if (entry) vary.events.push_back(read_event(*entry, true, names, reader));
+  }
+  if (project.verify.faults.empty())
+    reader.error(node.span, "faults", "faults needs \"any_of\", or the project's `verify: {faults: …}`");
+}
+
+double infinity() { return std::numeric_limits<double>::infinity(); }
+
+// The value below which the share `rank` lies, only what is within the bounds being counted.
+double quantile(const Distribution& from, double rank) {
+  const auto within = [&](const auto& distribution, double lowest) {
+    const double low = from.min ? cdf(distribution, std::max(*from.min, lowest)) : 0.0;
+    const double high = from.max ? (*from.max <= lowest ? 0.0 : cdf(distribution, *from.max)) : 1.0;
+    const double at = std::clamp(low + rank * (high - low), 1e-15, 1.0 - 1e-15);
+    return std::clamp(quantile(distribution, at), from.min.value_or(-infinity()), from.max.value_or(infinity()));
+  };
+  switch (from.kind) {
+    case Kind::kUniform: return from.a + rank * (from.b - from.a);
+    case Kind::kInteger: return std::min(from.b, std::floor(from.a + rank * (from.b - from.a + 1.0)));
+    case Kind::kNormal: return within(boost::math::normal(from.a, from.b), -std::numeric_limits<double>::max());
+    case Kind::kLogNormal: return within(boost::math::lognormal(std::log(from.a), std::log(from.b)), 0.0);
+    case Kind::kExponential: return within(boost::math::exponential(1.0 / from.a), 0.0);
+    default: return 0.0;
+  }
+}
+
+bool is_few_integers(const Distribution& from) {
+  return from.kind == Kind::kInteger && from.b - from.a < static_cast<double>(kTenths);
+}
+
+sim::Pose2 random_pose(const sim::World& world, const std::string& area, Rng& rng) {
+  constexpr int kTriesMax = 10'000;
+  const auto found =
+      std::find_if(world.areas.begin(), world.areas.end(), [&](const auto& a) { return a.name == area; });
+  const sim::CostGrid& costs = world.robots.front().costs;
+  for (int i = 0; i < kTriesMax; ++i) {
+    sim::Vec2 point = world.map.from_grid({rng.uniform() * world.map.width(), rng.uniform() * world.map.height()});
+    const double heading = rng.uniform(-std::numbers::pi, std::numbers::pi);
+    // A file has millimetres.
+    point = {std::round(point.x * 1e3) / 1e3, std::round(point.y * 1e3) / 1e3};
+    if (costs.at(world.map.cell_at(point)) == sim::CostGrid::kBlocked) continue;
+    if (found != world.areas.end() && !sim::is_inside(found->points, point)) continue;
+    return {point.x, point.y, std::round(heading * 1e3) / 1e3};
+  }
+  return world.robots.front().start;
+}
+
+}  // namespace
+
+Loaded<Vary> load_vary(const std::filesystem::path& file, const project::Project& project) {
+  Loaded<Vary> loaded;
+  const auto source = text::read_file(file);
+  if (!source) {
+    loaded.diagnostics.push_back(source.error());
+    return loaded;
+  }
+  const auto yaml = text::parse_yaml(*source, file.string());
+  if (!yaml) {
+    loaded.diagnostics.push_back(yaml.error());
+    return loaded;
+  }
+  Vary vary;
+  vary.file = file.string();
+  vary.content = hash_bytes(*source);
+  {
+    Reader values(loaded.diagnostics);
+    project::YamlReader reader(*yaml, "the campaign", loaded.diagnostics);
+    if (const auto scenario = reader.string("scenario")) vary.scenario = (file.parent_path() / *scenario);
+    if (const auto runs = reader.integer("runs")) {
+      if (*runs < 1 || static_cast<std::uint64_t>(*runs) > kRunsMax)
+        values.error(reader.span("runs"), "runs", fmt::format("runs are from 1 to {}", kRunsMax));
+      else
+        vary.runs = static_cast<std::uint64_t>(*runs);
+    }
+    vary.duration = reader.duration("duration");
+    if (const YamlNode* changes = reader.mapping("override")) vary.changes = *changes;
+    if (const YamlNode* parameters = reader.mapping("parameters")) read_parameters(*parameters, values, vary);
+    std::set<std::string> names;
+    if (const YamlNode* timeline = reader.sequence("timeline")) {
+      for (const YamlNode& entry : timeline->items) vary.events.push_back(read_event(entry, false, names, values));
+    }
+    if (const YamlNode* faults = reader.mapping("faults"))
+      read_faults(*faults, project, names, values, loaded.diagnostics, vary);
+    if (vary.parameters.size() > kFactorsMax || vary.events.size() > kFactorsMax)
+      values.error(yaml->span, "too-many", fmt::format("at most {} parameters and events are drawn", kFactorsMax));
+  }
+  sort_by_place(loaded.diagnostics);
+  if (!has_errors(loaded.diagnostics)) loaded.value = std::move(vary);
+  return loaded;
+}
+
+Drawing::Drawing(const Vary& vary, const sim::World* world, Duration duration)
+    : vary_(vary), world_(world), duration_(duration) {
+  for (const Parameter& parameter : vary.parameters) add_factor(parameter.name, parameter.from, false);
+  for (const Event& event : vary.events) {
+    const bool may_be_absent = event.is_fault || event.probability < 1.0;
+    if (may_be_absent)
+      factors_.push_back(
+          {.name = event.name, .kind = Factor::Kind::kHappens, .bins = {"no", "yes"}, .may_be_absent = false});
+    for (const Event::Part& part : event.parts) {
+      std::string name = event.name;
+      for (const std::string& key : part.path) name += "." + key;
+      add_factor(name, part.from, may_be_absent);
+    }
+  }
+}
+
+void Drawing::add_factor(const std::string& name, const Distribution& from, bool may_be_absent) {
+  Factor factor{.name = name, .kind = Factor::Kind::kNumber, .bins = {}, .may_be_absent = may_be_absent};
+  if (may_be_absent) factor.bins.emplace_back("none");
+  if (from.kind == Kind::kChoice) {
+    factor.kind = Factor::Kind::kChoice;
+    for (const YamlNode& alternative : from.alternatives) factor.bins.push_back(shown(alternative));
+  } else if (from.kind == Kind::kPose) {
+    factor.kind = Factor::Kind::kChoice;
+    for (const char* quarter : {"south-west", "south-east", "north-west", "north-east"})
+      factor.bins.emplace_back(quarter);
+  } else if (is_few_integers(from)) {
+    factor.kind = Factor::Kind::kChoice;
+    for (double i = from.a; i <= from.b; ++i) factor.bins.push_back(number_text(i, from.unit));
+  } else {
+    for (std::size_t i = 1; i < kTenths; ++i)
+      factor.bins.push_back(number_text(quantile(from, static_cast<double>(i) / kTenths), from.unit));
+    factor.bins.emplace_back();  // the last has no bound
+  }
+  factors_.push_back(std::move(factor));
+}
+
+Drawing::Value Drawing::value(const Distribution& from, std::uint64_t seed, const std::string& name) const {
+  Rng rng = Rng::of(seed, "campaign." + name);
+  if (from.kind == Kind::kPose && world_ != nullptr) {
+    const sim::Pose2 pose = random_pose(*world_, from.area, rng);
+    Value drawn;
+    drawn.node.kind = YamlNode::Kind::kSequence;
+    for (const double number : {pose.x, pose.y, pose.theta})
+      drawn.node.items.push_back(scalar_node(number_text(number, "")));
+    const sim::Vec2 middle = world_->map.from_grid({world_->map.width() / 2.0, world_->map.height() / 2.0});
+    drawn.bin = (pose.x >= middle.x ? 1U : 0U) + (pose.y >= middle.y ? 2U : 0U);
+    return drawn;
+  }
+  const double rank = rng.uniform();
+  if (from.kind == Kind::kChoice) {
+    double sum = 0;
+    std::size_t i = 0;
+    while (i + 1 < from.weights.size() && rank >= (sum += from.weights[i])) ++i;
+    return {from.alternatives[i], i};
+  }
+  const double number = quantile(from, rank);
+  const std::size_t bin = is_few_integers(from) ? static_cast<std::size_t>(number - from.a)
+                                                : static_cast<std::size_t>(rank * static_cast<double>(kTenths));
+  return {scalar_node(number_text(number, from.unit)), bin};
+}
+
+std::vector<bool> Drawing::happening(std::uint64_t seed) const {
+  std::vector<bool> happens(vary_.events.size(), false);
+  std::vector<std::size_t> faults;
+  for (std::size_t i = 0; i < vary_.events.size(); ++i) {
+    const Event& event = vary_.events[i];
+    if (event.is_fault)
+      faults.push_back(i);
+    else
+      happens[i] =
+          event.probability >= 1.0 || Rng::of(seed, "campaign.happens." + event.name).uniform() < event.probability;
+  }
+  Rng rng = Rng::of(seed, "campaign.faults");
+  const std::size_t most = std::min(vary_.faults_at_most, faults.size());
+  const std::uint64_t count = rng.below(most + 1);
+  for (std::size_t i = 0; i < count; ++i) {
+    std::swap(faults[i], faults[i + rng.below(faults.size() - i)]);
+    happens[faults[i]] = true;
+  }
+  return happens;
+}
+
+Draw Drawing::draw(std::uint64_t seed) const {
+  Draw draw;
+  draw.seed = seed;
+  draw.duration = duration_;
+  for (const Parameter& parameter : vary_.parameters)
+    draw.parameters.emplace_back(value(parameter.from, seed, parameter.name).node);
+  const std::vector<bool> happens = happening(seed);
+  for (std::size_t i = 0; i < vary_.events.size(); ++i) {
+    const Event& event = vary_.events[i];
+    std::optional<YamlNode> entry;
+    if (happens[i]) {
+      entry = event.entry;
+      for (const Event::Part& part : event.parts) {
+        std::string name = event.name;
+        for (const std::string& key : part.path) name += "." + key;
+        set_at(*entry, part.path, value(part.from, seed, name).node);
+      }
+    }
+    draw.events.push_back(std::move(entry));
+  }
+  return draw;
+}
+
+std::vector<Level> Drawing::levels(std::uint64_t seed) const {
+  std::vector<Level> levels;
+  levels.reserve(factors_.size());
+  for (const Parameter& parameter : vary_.parameters) {
+    const Value drawn = value(parameter.from, seed, parameter.name);
+    levels.push_back({drawn.bin, shown(drawn.node)});
+  }
+  const std::vector<bool> happens = happening(seed);
+  for (std::size_t i = 0; i < vary_.events.size(); ++i) {
+    const Event& event = vary_.events[i];
+    const bool may_be_absent = event.is_fault || event.probability < 1.0;
+    if (may_be_absent) levels.push_back({happens[i] ? 1U : 0U, happens[i] ? "yes" : "no"});
+    for (const Event::Part& part : event.parts) {
+      if (!happens[i]) {
+        levels.push_back({});
+        continue;
+      }
+      std::string name = event.name;
+      for (const std::string& key : part.path) name += "." + key;
+      const Value drawn = value(part.from, seed, name);
+      levels.push_back({drawn.bin + (may_be_absent ? 1U : 0U), shown(drawn.node)});
+    }
+  }
+  return levels;
+}
+
+Loaded<project::Scenario> scenario_of(const project::Scenario& base, const Vary& vary, const Draw& draw) {
+  Loaded<project::Scenario> made;
+  project::Scenario scenario = base;
+  scenario.virtual_time = true;
+  scenario.factor = 1.0;
+  scenario.seed = draw.seed;
+  scenario.duration = draw.duration;
+  scenario.expect_nothing();
+  YamlNode changes;
+  for (std::size_t i = 0; i < draw.parameters.size(); ++i) {
+    if (draw.parameters[i]) set_at(changes, split(vary.parameters[i].name), *draw.parameters[i]);
+  }
+  if (changes.is_mapping()) project::apply_overrides(changes, scenario, made.diagnostics);
+  YamlNode timeline;
+  timeline.kind = YamlNode::Kind::kSequence;
+  for (const auto& entry : draw.events) {
+    if (entry) timeline.items.push_back(*entry);
+  }
+  project::read_timeline(timeline, scenario, made.diagnostics);
+  if (!has_errors(made.diagnostics)) made.value = std::move(scenario);
+  return made;
+}
+
+}  // namespace sentree::campaign

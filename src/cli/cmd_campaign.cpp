@@ -1,0 +1,336 @@
+#include <fmt/format.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "sentree/campaign/campaign.h"
+#include "sentree/cli/campaign_command.h"
+#include "sentree/cli/output.h"
+#include "sentree/project/scenario_text.h"
+#include "sentree/text/file.h"
+
+namespace sentree::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// Runs where none are asked for, and where something may end the campaign before.
+constexpr std::uint64_t kRuns = 1'000;
+constexpr std::uint64_t kRunsOpen = 100'000;
+
+volatile sig_atomic_t interrupted = 0;
+
+class Interruptible {
+ public:
+  Interruptible() {
+    interrupted = 0;
+    struct sigaction action {};
+    action.sa_handler = [](int) { interrupted = 1; };
+    sigaction(SIGINT, &action, &interrupt_before_);
+    sigaction(SIGTERM, &action, &terminate_before_);
+  }
+  ~Interruptible() {
+    sigaction(SIGINT, &interrupt_before_, nullptr);
+    sigaction(SIGTERM, &terminate_before_, nullptr);
+  }
+  Interruptible(const Interruptible&) = delete;
+  Interruptible& operator=(const Interruptible&) = delete;
+
+ private:
+  struct sigaction interrupt_before_ {};
+  struct sigaction terminate_before_ {};
+};
+
+// "1 %", "1%" or 0.01; nothing (and said) unless it lies between 0 and 1.
+std::optional<double> share(const std::string& option, const std::string& text) {
+  char* end = nullptr;
+  double value = std::strtod(text.c_str(), &end);
+  std::string unit(end);
+  std::erase(unit, ' ');
+  if (unit == "%") value /= 100;
+  if (end != text.c_str() && (unit.empty() || unit == "%") && value > 0 && value < 1) return value;
+  say(option + " " + text + ": a share between 0 and 100 %, such as 1% or 0.01");
+  return std::nullopt;
+}
+
+fs::path project_folder(const std::string& project) {
+  const fs::path path(project);
+  std::error_code error;
+  return fs::is_directory(path, error) ? path : path.parent_path();
+}
+
+std::string default_vary(const std::string& project) {
+  const fs::path file = project_folder(project) / "campaign.yaml";
+  std::error_code error;
+  return fs::exists(file, error) ? file.string() : std::string();
+}
+
+std::optional<fs::path> made_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (!fs::is_directory(folder, error)) {
+    say(folder.string() + ": no folder can be made there; --out names another");
+    return std::nullopt;
+  }
+  return folder;
+}
+
+// 30 s, 5 min, 2 h: as one says it.
+std::string about(double s) {
+  if (s < 90) return fmt::format("{:.0f} s", s);
+  if (s < 5400) return fmt::format("{:.0f} min", s / 60);
+  return fmt::format("{:.1f} h", s / 3600);
+}
+
+class Meter {
+ public:
+  void show(const campaign::Progress& progress) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now < next_) return;
+    next_ = now + std::chrono::milliseconds(200);
+    constexpr std::size_t kWidth = 24;
+    const double share = progress.of == 0 ? 1.0 : static_cast<double>(progress.done) / static_cast<double>(progress.of);
+    const double rate = this->rate(progress);
+    const auto full = static_cast<std::size_t>(share * kWidth);
+    std::string bar;
+    for (std::size_t i = 0; i < kWidth; ++i) bar += i < full ? "█" : "·";
+    std::uint64_t violating = 0;
+    for (const auto& requirement : progress.summary->requirements()) violating += requirement.violated > 0 ? 1 : 0;
+    show_status(fmt::format("{} {} of {}  {:.0f} runs/s  {} left{}  Ctrl-C gives the result so far", bar, progress.done,
+                            progress.of, rate,
+                            rate > 0 ? about(static_cast<double>(progress.of - progress.done) / rate) : "?",
+                            violating == 0 ? "" : fmt::format("  {} violated", violating)));
+  }
+  [[nodiscard]] double rate(const campaign::Progress& progress) const {
+    const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+    return wall_s > 0 ? static_cast<double>(progress.fresh) / wall_s : 0.0;
+  }
+  [[nodiscard]] double wall_s() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point next_ = began_;
+};
+
+int code_of(const campaign::Summary& summary) {
+  if (summary.tests().empty()) {
+    const bool violated = std::any_of(summary.requirements().begin(), summary.requirements().end(),
+                                      [](const auto& requirement) { return requirement.violated > 0; });
+    return violated || summary.ended(campaign::Outcome::kLost) > 0 ? kFindings : kOk;
+  }
+  bool open = false;
+  for (const auto& test : summary.tests()) {
+    if (test.state() == campaign::SequentialTest::State::kRefuted) return kFindings;
+    open = open || test.state() == campaign::SequentialTest::State::kOpen;
+  }
+  return open ? kTimeLimit : kOk;
+}
+
+std::unique_ptr<campaign::Runner> load_runner(const std::string& project, const std::string& vary) {
+  auto runner = campaign::Runner::load(project, vary.empty() ? std::nullopt : std::optional<fs::path>(vary));
+  say(runner.diagnostics);
+  return runner.ok() ? std::move(*runner.value) : nullptr;
+}
+
+// The names of expectations are those of the project.
+bool parse_expectations(const std::vector<std::string>& texts, const campaign::Runner& runner, campaign::Asked& asked) {
+  asked.expectations.clear();
+  for (const std::string& text : texts) {
+    auto parsed = campaign::parse_expectation(text, runner.requirements());
+    if (!parsed) {
+      say(parsed.error().message);
+      return false;
+    }
+    asked.expectations.push_back(std::move(*parsed));
+  }
+  return true;
+}
+
+// What follows once all runs are in: least scenarios, page, data, text.
+int tell(campaign::Runner& runner, const campaign::Settings& settings, const campaign::Summary& summary,
+         const campaign::CampaignOptions& options, bool shrinks, bool json) {
+  std::map<std::string, std::string> least;
+  if (shrinks) {
+    show_status("looking for the least scenario of what was violated");
+    auto written = campaign::write_least(runner, summary, options);
+    show_status("");
+    if (!written) {
+      say(to_string(written.error()));
+      return kEnvironment;
+    }
+    least = std::move(*written);
+  }
+  const std::string again = "sentree run " + settings.project +
+                            (settings.vary.empty() ? " --clock virtual" : " --vary " + settings.vary) + " --seed SEED";
+  Value result = summary.to_value();
+  // Beside the result, wherever that lies.
+  Map files;
+  std::map<std::string, std::string> shown;
+  for (const auto& [name, file] : least) {
+    shown[name] = fs::path(file).filename().string();
+    files[name] = shown[name];
+  }
+  (*result.as_map())["least"] = std::move(files);
+  const std::string title = "Campaign of " + std::string(runner.plan().tree.id());
+  const auto page = text::write_file(options.folder / "report.html", campaign::to_page(summary, title, again, shown));
+  const auto data = text::write_file(options.folder / "result.json", to_json(result) + "\n");
+  for (const auto* written : {&page, &data}) {
+    if (*written) continue;
+    say(to_string(written->error()));
+    return kEnvironment;
+  }
+  if (json) {
+    print(to_json(result) + "\n");
+  } else {
+    print(campaign::to_text(summary, least) +
+          fmt::format("\n{}: runs.csv, result.json, report.html; any run again: {}\n", options.folder.string(), again));
+  }
+  return code_of(summary);
+}
+
+}  // namespace
+
+int campaign(const CampaignCommand& command) {
+  campaign::Settings settings;
+  settings.project = command.project;
+  settings.vary = command.vary.empty() ? default_vary(command.project) : command.vary;
+  campaign::Asked& asked = settings.asked;
+  const auto confidence = share("--confidence", command.confidence);
+  if (!confidence) return kUsage;
+  asked.confidence = *confidence;
+  if (!command.precision.empty()) {
+    asked.precision = share("--precision", command.precision);
+    if (!asked.precision) return kUsage;
+  }
+  asked.seed = command.seed.value_or(1);
+  if (asked.seed > campaign::kCampaignSeedMax) {
+    say(fmt::format("--seed {}: at most {}", asked.seed, campaign::kCampaignSeedMax));
+    return kUsage;
+  }
+  if (!command.shard.empty()) {
+    char slash = 0;
+    char rest = 0;
+    if (std::sscanf(command.shard.c_str(), "%lu%c%lu%c", &settings.shard.index, &slash, &settings.shard.count, &rest) !=
+            3 ||
+        slash != '/' || settings.shard.index < 1 || settings.shard.index > settings.shard.count) {
+      say("--shard " + command.shard + ": I/N, the I-th of N parts, such as 2/4");
+      return kUsage;
+    }
+  }
+  const auto runner = load_runner(command.project, settings.vary);
+  if (!runner) return kInvalidInput;
+  if (!parse_expectations(command.expect, *runner, asked)) return kUsage;
+  const bool may_end = asked.precision || !asked.expectations.empty();
+  asked.runs = command.runs.value_or(runner->vary().runs.value_or(may_end ? kRunsOpen : kRuns));
+  if (asked.runs < 1 || asked.runs > campaign::kRunsMax) {
+    say(fmt::format("--runs {}: from 1 to {}", asked.runs, campaign::kRunsMax));
+    return kUsage;
+  }
+  settings.identity = runner->identity();
+  fs::path where = command.out.empty() ? project_folder(command.project) / "campaign" : fs::path(command.out);
+  if (command.out.empty() && settings.shard.count > 1)
+    where /= fmt::format("shard-{}-of-{}", settings.shard.index, settings.shard.count);
+  const auto folder = made_folder(where);
+  if (!folder) return kEnvironment;
+  const Interruptible interruptible;
+  Meter meter;
+  campaign::Progress last;
+  campaign::CampaignOptions options;
+  options.jobs = command.jobs.value_or(std::max(1U, std::thread::hardware_concurrency()));
+  options.folder = *folder;
+  options.resume = command.resume;
+  options.is_interrupted = [] { return interrupted != 0; };
+  options.on_progress = [&](const campaign::Progress& progress) {
+    last = progress;
+    meter.show(progress);
+  };
+  const auto summary = campaign::run_campaign(*runner, settings, options);
+  show_status("");
+  if (!summary) {
+    say(to_string(summary.error()));
+    return summary.error().code == "campaign.process" ? kEnvironment : kInvalidInput;
+  }
+  const bool was_interrupted = interrupted != 0;
+  interrupted = 0;
+  say(fmt::format("{} runs in {}, {:.1f} runs/s with {} process{}{}", last.fresh, about(meter.wall_s()),
+                  meter.rate(last), options.jobs, options.jobs == 1 ? "" : "es",
+                  was_interrupted ? "; interrupted: --resume goes on behind them" : ""));
+  if (settings.shard.count > 1) {
+    say(fmt::format("shard {} of {} in {}; sentree campaign merge has the result", settings.shard.index,
+                    settings.shard.count, folder->string()));
+    return was_interrupted ? kInterrupted : kOk;
+  }
+  const int code = tell(*runner, settings, *summary, options, !command.no_shrink && !was_interrupted, command.json);
+  return was_interrupted ? kInterrupted : code;
+}
+
+int campaign_merge(const CampaignCommand& command) {
+  const auto first = campaign::read_settings(command.merged.front());
+  if (!first) {
+    say(to_string(first.error()));
+    return kInvalidInput;
+  }
+  campaign::Settings settings = *first;
+  settings.shard = {};
+  const auto runner = load_runner(settings.project, settings.vary);
+  if (!runner) return kInvalidInput;
+  if (runner->identity() != settings.identity) {
+    say(settings.project + " is no longer what those runs were of");
+    return kInvalidInput;
+  }
+  std::vector<std::string> expected;
+  for (const auto& expectation : settings.asked.expectations) expected.push_back(expectation.text);
+  if (!parse_expectations(expected, *runner, settings.asked)) return kInvalidInput;
+  const auto folder =
+      made_folder(command.out.empty() ? project_folder(settings.project) / "campaign" : fs::path(command.out));
+  if (!folder) return kEnvironment;
+  const std::vector<fs::path> shards(command.merged.begin(), command.merged.end());
+  const auto summary = campaign::merge_campaign(*runner, settings, shards, *folder);
+  if (!summary) {
+    say(to_string(summary.error()));
+    return kInvalidInput;
+  }
+  const Interruptible interruptible;
+  campaign::CampaignOptions options;
+  options.jobs = command.jobs.value_or(std::max(1U, std::thread::hardware_concurrency()));
+  options.folder = *folder;
+  options.is_interrupted = [] { return interrupted != 0; };
+  return tell(*runner, settings, *summary, options, !command.no_shrink, command.json);
+}
+
+int run_drawn(const RunCommand& command, const std::string& vary) {
+  const std::uint64_t seed = command.seed.value_or(campaign::seed_of(1, 1));
+  auto drawn = campaign::load_drawn(command.project, vary, seed);
+  say(drawn.diagnostics);
+  if (!drawn.ok()) return kInvalidInput;
+  const auto folder = made_folder(project_folder(command.project) / "campaign");
+  if (!folder) return kEnvironment;
+  const fs::path file = *folder / fmt::format("seed-{}.yaml", seed);
+  std::error_code error;
+  const fs::path project = drawn.value->project.folder.empty() ? fs::path(".") : drawn.value->project.folder;
+  const std::string text =
+      project::scenario_text(*drawn.value, {}, std::nullopt, fs::relative(project, *folder, error).generic_string());
+  if (auto written = text::write_file(file, text); !written) {
+    say(to_string(written.error()));
+    return kEnvironment;
+  }
+  say("its scenario is " + file.string());
+  RunCommand alone = command;
+  alone.project = file.string();
+  alone.seed.reset();
+  return run(alone);
+}
+
+}  // namespace sentree::cli
