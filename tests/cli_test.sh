@@ -372,6 +372,13 @@ expect 0 'any reply   battery.getBatteryState.percentage: 0, 0.2, 1' "$sentree" 
 expect 0 'name: any_battery, serves: .battery.' "$sentree" verify "$work/unmodelled" --model
 expect 3 'did you mean "never_empty"' "$sentree" verify "$work/verified" --only never_emty
 
+# What scenarios reach, and that it is enough.
+expect 0 'methods +[0-9]+ of' "$sentree" test examples/minimal --coverage
+expect 0 'never .*: FAILURE' "$sentree" test examples/minimal --coverage
+expect 1 'less than 100 %' "$sentree" test examples/minimal --min '100 %'
+expect 0 '"coverage":\{"all":\{"reached":[0-9]+,"of":[0-9]+' "$sentree" test examples/minimal --coverage --json
+expect 2 'a share up to 100 %' "$sentree" test examples/minimal --min lots
+
 # Thousands of runs, here a dozen: rates, the least scenario of a violation, one run again, shards, going on.
 cp -r examples/recharge "$work/varied" && rm -rf "$work/varied/campaign"
 expect 1 'never_empty +violated +[0-9.]+ %.*never_empty.yaml' "$sentree" campaign "$work/varied" -n 12 --jobs 2
@@ -383,11 +390,14 @@ expect 1 'violated at' "$sentree" run "$work/varied" --vary "$work/varied/campai
 cp "$work/varied/campaign/runs.csv" "$work/whole.csv" && cp "$work/varied/campaign/result.json" "$work/whole.json"
 head -5 "$work/whole.csv" >"$work/varied/campaign/runs.csv"
 expect 1 '"seed":1,' "$sentree" campaign "$work/varied" -n 12 --resume --json
+# As a Slurm array would run its tasks.
+mkdir -p "$work/path" && ln -sf "$(realpath "$sentree")" "$work/path/sentree"
 for i in 1 2 3; do
-  expect 0 "shard $i of 3" "$sentree" campaign "$work/varied" -n 12 --shard $i/3 --jobs 1 --out "$work/shard$i"
+  expect 0 "shard $i of 3" env PATH="$work/path:$PATH" SLURM_ARRAY_TASK_ID=$i SLURM_ARRAY_TASK_COUNT=3 \
+    bash examples/batch/campaign.slurm "$work/varied" "$work/parts" -n 12
 done
 cmp "$work/whole.csv" "$work/varied/campaign/runs.csv" || failures=$((failures + 1))
-expect 1 'never_empty +violated' "$sentree" campaign merge "$work/shard1" "$work/shard2" "$work/shard3" --out "$work/merged"
+expect 1 'never_empty +violated' "$sentree" campaign merge "$work"/parts/shard-* --out "$work/merged"
 cmp "$work/whole.csv" "$work/merged/runs.csv" && cmp "$work/whole.json" "$work/merged/result.json" ||
   failures=$((failures + 1))
 expect 1 'mission SUCCESS < 1 %: REFUTED after [0-9]+ runs' "$sentree" campaign "$work/varied" --no-shrink --out "$work/expected" \

@@ -1,9 +1,15 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
+#include <optional>
 
+#include "sentree/campaign/coverage.h"
 #include "sentree/cli/commands.h"
+#include "sentree/cli/coverage_command.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/progress.h"
 #include "sentree/cli/report.h"
@@ -19,7 +25,8 @@ struct Tested {
   bool valid = true;  ///< The scenario could be run.
 };
 
-Tested test_one(const std::filesystem::path& file, bool strict) {
+// @param coverage  Null: nobody asks what is reached.
+Tested test_one(const std::filesystem::path& file, bool strict, campaign::Coverage* coverage) {
   const std::string stem = file.stem().string();
   auto loaded = project::load_scenario(file);
   Diagnostics diagnostics = loaded.diagnostics;
@@ -37,9 +44,12 @@ Tested test_one(const std::filesystem::path& file, bool strict) {
   const auto began = std::chrono::steady_clock::now();
   runtime::RunOptions options;
   auto progress = std::make_unique<Progress>(*plan, options);
+  std::optional<campaign::CoverageWatch> watch;
+  if (coverage != nullptr) watch.emplace(*plan, *coverage, options);
   runtime::Run run(*plan, std::move(options));
   runtime::RunReport report = run.execute();
   progress.reset();
+  if (watch) watch->finish(report);
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
 
   for (const runtime::MonitorReport& monitor : report.monitors) {
@@ -91,9 +101,7 @@ bool find_scenarios(const std::filesystem::path& path, const std::vector<std::st
   return false;
 }
 
-}  // namespace
-
-int test(const TestCommand& command) {
+int test_all(const TestCommand& command, campaign::Coverage* coverage, double min) {
   std::vector<std::filesystem::path> files;
   for (const std::string& path : command.paths) {
     if (!find_scenarios(path, command.scenarios, files)) return kInvalidInput;
@@ -102,17 +110,47 @@ int test(const TestCommand& command) {
   std::size_t held = 0;
   bool valid = true;
   for (const auto& file : files) {
-    Tested tested = test_one(file, command.strict);
+    Tested tested = test_one(file, command.strict, coverage);
     held += tested.ok ? 1 : 0;
     valid = valid && tested.valid;
     results.push_back(std::move(tested.value));
     if (!command.json) print(tested.text);
   }
+  bool enough = true;
+  Map all{{"scenarios", std::move(results)}};
+  std::string covered;
+  if (coverage != nullptr) {
+    const auto count = coverage->all();
+    const double share = count.of == 0 ? 1.0 : static_cast<double>(count.reached) / static_cast<double>(count.of);
+    enough = share >= min;
+    all["coverage"] = coverage->to_value();
+    covered = "\n" + coverage->to_text() +
+              fmt::format("reached       {:>5} of {:<5} {:>5.1f} %{}\n", count.reached, count.of, share * 100,
+                          enough ? "" : fmt::format(", less than {:g} %", min * 100));
+  }
   if (command.json)
-    print(to_json(Value(Map{{"scenarios", std::move(results)}})) + "\n");
+    print(to_json(Value(std::move(all))) + "\n");
   else
-    print("\n" + std::to_string(held) + " of " + std::to_string(files.size()) + " scenarios held\n");
-  return held == files.size() ? kOk : valid ? kFindings : kInvalidInput;
+    print("\n" + std::to_string(held) + " of " + std::to_string(files.size()) + " scenarios held\n" + covered);
+  return held == files.size() && enough ? kOk : valid ? kFindings : kInvalidInput;
+}
+
+}  // namespace
+
+int test(const TestCommand& command) { return test_all(command, nullptr, 0.0); }
+
+int test_coverage(const TestCommand& command, const std::string& min) {
+  char* end = nullptr;
+  double least = std::strtod(min.c_str(), &end);
+  std::string unit(end);
+  std::erase(unit, ' ');
+  if (unit == "%") least /= 100;
+  if (!min.empty() && (end == min.c_str() || !(unit.empty() || unit == "%") || !(least >= 0 && least <= 1))) {
+    say("--min " + min + ": a share up to 100 %, such as 90%");
+    return kUsage;
+  }
+  campaign::Coverage coverage;
+  return test_all(command, &coverage, least);
 }
 
 }  // namespace sentree::cli

@@ -4,6 +4,7 @@
 #include "sentree/cli/campaign_command.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/completion.h"
+#include "sentree/cli/coverage_command.h"
 #include "sentree/cli/import_command.h"
 #include "sentree/cli/output.h"
 
@@ -207,18 +208,30 @@ void add_replay(CLI::App& app, ReplayCommand& command) {
   add_allow_plugins(*sub, command.allow_plugins);
 }
 
-void add_test(CLI::App& app, TestCommand& command) {
+// What is asked of `test` beside the scenarios.
+struct CoverageOptions {
+  bool wanted = false;
+  std::string min;
+};
+
+void add_test(CLI::App& app, TestCommand& command, CoverageOptions& coverage) {
   auto* sub = app.add_subcommand("test", "Run scenarios and say which expectations held");
   sub->footer(
       "Examples:\n"
       "  sentree test examples/recharge                                  every scenario of the project\n"
       "  sentree test examples/recharge --scenario experiment1 --json\n"
       "  sentree test examples/recharge/scenarios/experiment1.yaml       one file, wherever it lies\n"
+      "  sentree test examples/recharge --coverage --min 80%             what no scenario has reached\n"
       "Exit code: 0 every expectation held, 1 one did not, 3 a project or scenario is invalid.");
   sub->add_option("project", command.paths, "Folders with a sentree.yaml, and scenario files")->capture_default_str();
   sub->add_option("--scenario", command.scenarios, "Only these of the folders");
   sub->add_flag("--strict", command.strict,
                 "A monitor that got none of its events, or was never triggered, is a failure too");
+  sub->add_flag(
+      "--coverage", coverage.wanted,
+      "Say what the scenarios have reached: statuses of nodes, states and transitions of skills, outcomes of calls, "
+      "requirements");
+  sub->add_option("--min", coverage.min, "Less of it is a failure, e.g. 90%");
   sub->add_flag("--json", command.json, "Print the results as JSON");
 }
 
@@ -658,6 +671,7 @@ int command_line(int argc, char** argv) {
   std::string run_vary;
   InfoCommand info_command;
   TestCommand test_command;
+  CoverageOptions test_coverage_options;
   VerifyCommand verify_command;
   CampaignCommand campaign_command;
   CheckCommand check_command;
@@ -692,7 +706,7 @@ int command_line(int argc, char** argv) {
   add_import(app, import_command);
   add_check(app, check_command);
   add_run(app, run_command, run_vary);
-  add_test(app, test_command);
+  add_test(app, test_command, test_coverage_options);
   add_verify(app, verify_command);
   const CLI::App* merge = add_campaign(app, campaign_command);
   add_studio(app, studio_command);
@@ -742,7 +756,10 @@ int command_line(int argc, char** argv) {
   if (app.got_subcommand("import")) return import_project(import_command);
   if (app.got_subcommand("check")) return check(check_command);
   if (app.got_subcommand("run")) return leave(run_vary.empty() ? run(run_command) : run_drawn(run_command, run_vary));
-  if (app.got_subcommand("test")) return leave(test(test_command));
+  if (app.got_subcommand("test")) {
+    const bool covers = test_coverage_options.wanted || !test_coverage_options.min.empty();
+    return leave(covers ? test_coverage(test_command, test_coverage_options.min) : test(test_command));
+  }
   if (app.got_subcommand("verify")) return leave(verify(verify_command));
   if (merge->parsed()) return campaign_merge(campaign_command);
   if (app.got_subcommand("campaign")) return campaign(campaign_command);

@@ -59,6 +59,8 @@ class SkillActor final : private mission::SkillHost {
   void take_outcome(mission::Outcome outcome) { post(std::move(outcome)); }
   /// It can be ticked again; what it did before is lost.
   void restart() { post(mission::RestartSkill{}); }
+  /// Before anything has happened: who is told, in its actor, of each transition that its chart takes.
+  void watch_transitions(std::function<void(scxml::TransitionIndex)> told) { taken_ = std::move(told); }
   /// Shows the skill in its actor; null if it has been given up.
   void inspect(std::function<void(const Skill*)> look);
   /// What it remembers: of its actor, and of anybody while nothing is executed.
@@ -78,6 +80,9 @@ class SkillActor final : private mission::SkillHost {
   void answer(std::uint64_t tick, bt::Status status, Map outputs) override;
   void halted() override { replies_.halted(); }
   void log(const scxml::LogLine& line) override { replies_.log(line); }
+  void taken(scxml::TransitionIndex transition) override {
+    if (taken_) taken_(transition);
+  }
   void problem(const std::string& what) override { replies_.problem(what); }
 
   void take(mission::Delivery delivery);
@@ -97,6 +102,7 @@ class SkillActor final : private mission::SkillHost {
   Watchdog* watchdog_;
   MakePort make_port_;
   Replies replies_;
+  std::function<void(scxml::TransitionIndex)> taken_;
   std::shared_ptr<Watched> watched_;
   mission::SkillMachine machine_;
   mission::SkillState state_;

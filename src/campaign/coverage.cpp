@@ -1,0 +1,250 @@
+#include "sentree/campaign/coverage.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <mutex>
+#include <set>
+#include <utility>
+
+#include "sentree/runtime/inside.h"
+#include "sentree/runtime/local_skill.h"
+
+namespace sentree::campaign {
+
+namespace {
+
+using Kind = Coverage::Kind;
+using Thing = Coverage::Thing;
+
+constexpr std::array<std::string_view, 5> kKinds{"nodes", "states", "transitions", "methods", "requirements"};
+// Things not reached that people are shown of each kind.
+constexpr std::size_t kShownMax = 12;
+
+std::string place(const SourceSpan& span) {
+  return span.line > 0 ? span.file + ":" + std::to_string(span.line) : std::string();
+}
+
+bool is_a_place_to_be(const scxml::State& state) {
+  return state.kind != scxml::StateKind::kRoot && !state.is_history();
+}
+
+Thing state_thing(const scxml::Chart& chart, scxml::StateIndex index) {
+  const scxml::State& state = chart.states()[index];
+  const std::string at = place(chart.span(state.place));
+  return {Kind::kState, chart.file(), state.id.empty() ? at : state.id, at};
+}
+
+Thing transition_thing(const scxml::Chart& chart, scxml::TransitionIndex index) {
+  const scxml::Transition& transition = chart.transitions()[index];
+  std::string what = chart.states()[transition.source].id;
+  for (const std::string& event : transition.events)
+    what += (&event == &transition.events.front() ? " on " : " ") + event;
+  if (!transition.condition.empty()) what += " if " + transition.condition;
+  for (const scxml::StateIndex target : transition.targets) what += " → " + chart.states()[target].id;
+  return {Kind::kTransition, chart.file(), std::move(what), place(chart.span(transition.place))};
+}
+
+// <initial> and <history> have transitions too, which belong to no state's list.
+std::vector<scxml::TransitionIndex> transitions_of(const scxml::Chart& chart) {
+  std::vector<scxml::TransitionIndex> all;
+  for (const scxml::State& state : chart.states())
+    all.insert(all.end(), state.transitions.begin(), state.transitions.end());
+  return all;
+}
+
+std::vector<std::string> statuses_of(const bt::Tree& tree, bt::NodeId node) {
+  std::vector<std::string> statuses{"SUCCESS", "FAILURE"};
+  if (tree.category(node) == bt::Category::kAction) statuses.emplace_back("RUNNING");
+  return statuses;
+}
+
+constexpr std::array<std::string_view, 3> kOutcomes{"reply", "error", "late"};
+
+}  // namespace
+
+std::string_view to_string(Kind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
+
+void Coverage::add(const project::Plan& plan) {
+  const auto can = [this](Thing thing) { things_.emplace(std::move(thing), false); };
+  for (bt::NodeId node = 0; node < plan.tree.size(); ++node) {
+    for (std::string& status : statuses_of(plan.tree, node))
+      can({Kind::kNode, plan.tree.path(node), std::move(status), place(plan.tree.span(node))});
+  }
+  for (const project::LeafPlan& leaf : plan.leaves) {
+    if (!leaf.chart || !leaf.at.empty()) continue;
+    const scxml::Chart& chart = *leaf.chart;
+    for (scxml::StateIndex state = 0; state < chart.states().size(); ++state) {
+      if (is_a_place_to_be(chart.states()[state])) can(state_thing(chart, state));
+    }
+    for (const scxml::TransitionIndex transition : transitions_of(chart)) can(transition_thing(chart, transition));
+    for (const scxml::SendInfo& send : chart.sends()) {
+      if (send.type != "thrift" || !send.target || !send.event) continue;
+      const auto service = plan.services.find(*send.target);
+      if (service == plan.services.end()) continue;
+      const idl::Method* method = service->second.service->find(*send.event);
+      if (method == nullptr || method->oneway) continue;
+      for (const std::string_view outcome : kOutcomes)
+        can({Kind::kMethod, *send.target + "." + *send.event, std::string(outcome), ""});
+    }
+  }
+  for (const monitor::Model& model : plan.monitors) can({Kind::kRequirement, model.name(), "", ""});
+}
+
+void Coverage::reach(const Thing& thing) {
+  if (const auto found = things_.find(thing); found != things_.end()) found->second = true;
+}
+
+Coverage::Count Coverage::count(Kind kind) const {
+  Count count;
+  for (const auto& [thing, reached] : things_) {
+    if (thing.kind != kind) continue;
+    ++count.of;
+    count.reached += reached ? 1 : 0;
+  }
+  return count;
+}
+
+Coverage::Count Coverage::all() const {
+  Count count;
+  for (const auto& [thing, reached] : things_) {
+    ++count.of;
+    count.reached += reached ? 1 : 0;
+  }
+  return count;
+}
+
+Value Coverage::to_value() const {
+  const auto value = [](const Count& count) {
+    return Map{{"reached", static_cast<std::int64_t>(count.reached)}, {"of", static_cast<std::int64_t>(count.of)}};
+  };
+  Map out{{"all", value(all())}};
+  for (std::size_t i = 0; i < kKinds.size(); ++i) out[std::string(kKinds[i])] = value(count(static_cast<Kind>(i)));
+  List missing;
+  for (const auto& [thing, reached] : things_) {
+    if (reached) continue;
+    Map one{{"kind", to_string(thing.kind)}, {"of", thing.of}, {"what", thing.what}};
+    if (!thing.at.empty()) one["at"] = thing.at;
+    missing.emplace_back(std::move(one));
+  }
+  out["not_reached"] = std::move(missing);
+  return out;
+}
+
+std::string Coverage::to_text() const {
+  std::string out;
+  for (std::size_t i = 0; i < kKinds.size(); ++i) {
+    const Count counted = count(static_cast<Kind>(i));
+    if (counted.of == 0) continue;
+    out += fmt::format("{:<13} {:>5} of {:<5} {:>5.1f} %\n", kKinds[i], counted.reached, counted.of,
+                       100.0 * static_cast<double>(counted.reached) / static_cast<double>(counted.of));
+    std::size_t shown = 0;
+    for (const auto& [thing, reached] : things_) {
+      if (reached || thing.kind != static_cast<Kind>(i)) continue;
+      if (++shown > kShownMax) continue;
+      out +=
+          fmt::format("  never {}{}{}\n", thing.kind == Kind::kRequirement ? thing.of + " put to the test" : thing.of,
+                      thing.what.empty() ? "" : ": " + thing.what, thing.at.empty() ? "" : "   (" + thing.at + ")");
+    }
+    if (shown > kShownMax) out += fmt::format("  … and {} more (--json has all)\n", shown - kShownMax);
+  }
+  return out;
+}
+
+class CoverageWatch::Impl {
+ public:
+  Impl(const project::Plan& plan, Coverage& coverage, runtime::RunOptions& options) : plan_(plan), coverage_(coverage) {
+    nodes_.resize(plan.tree.size());
+    states_.resize(plan.leaves.size());
+    transitions_.resize(plan.leaves.size());
+    options.listeners.emplace_back([this](const Message& message) { observe(message); });
+    options.on_skill_step = [this, before = std::move(options.on_skill_step)](std::size_t leaf,
+                                                                              const runtime::Skill& skill) {
+      if (before) before(leaf, skill);
+      rests(leaf, skill);
+    };
+    options.on_begin = [this, before = std::move(options.on_begin)](runtime::RunInside& inside) {
+      if (before) before(inside);
+      for (std::size_t leaf = 0; leaf < plan_.leaves.size(); ++leaf) {
+        if (runtime::SkillActor* skill = inside.skill(leaf)) {
+          skill->watch_transitions([this, leaf](scxml::TransitionIndex transition) {
+            const std::lock_guard lock(mutex_);
+            transitions_[leaf].insert(transition);
+          });
+        }
+      }
+    };
+  }
+
+  void finish(const runtime::RunReport& report) {
+    const std::lock_guard lock(mutex_);
+    for (bt::NodeId node = 0; node < nodes_.size(); ++node) {
+      for (const std::string& status : nodes_[node])
+        coverage_.reach({Kind::kNode, plan_.tree.path(node), status, place(plan_.tree.span(node))});
+    }
+    for (std::size_t leaf = 0; leaf < plan_.leaves.size(); ++leaf) {
+      if (!plan_.leaves[leaf].chart) continue;
+      const scxml::Chart& chart = *plan_.leaves[leaf].chart;
+      for (const scxml::TransitionIndex index : transitions_[leaf]) {
+        coverage_.reach(transition_thing(chart, index));
+        // What a chart only passes through it does not rest in.
+        const scxml::Transition& transition = chart.transitions()[index];
+        states_[leaf].insert(transition.source);
+        states_[leaf].insert(transition.targets.begin(), transition.targets.end());
+      }
+      for (scxml::StateIndex state : states_[leaf]) {
+        for (; state != scxml::kNoState; state = chart.states()[state].parent) {
+          if (is_a_place_to_be(chart.states()[state])) coverage_.reach(state_thing(chart, state));
+        }
+      }
+    }
+    for (const auto& [call, outcome] : calls_) coverage_.reach({Kind::kMethod, call, outcome, ""});
+    for (const runtime::MonitorReport& monitor : report.monitors) {
+      if (monitor.vacuity.empty()) coverage_.reach({Kind::kRequirement, monitor.name, "", ""});
+    }
+  }
+
+ private:
+  void observe(const Message& message) {
+    const std::lock_guard lock(mutex_);
+    if (message.name == "node.status") {
+      const Value* node = message.data.find("node");
+      const Value* to = message.data.find("to");
+      if (node == nullptr || to == nullptr || node->as_int() == nullptr) return;
+      const auto index = static_cast<std::size_t>(*node->as_int());
+      if (index < nodes_.size()) nodes_[index].insert(std::string(to->text()));
+      return;
+    }
+    if (message.kind != MessageKind::kReply && message.kind != MessageKind::kError) return;
+    if (!plan_.services.contains(message.target)) return;
+    const bool is_error = message.kind == MessageKind::kError;
+    const std::string call = message.name.substr(0, message.name.rfind('.'));
+    const Value* kind = is_error ? message.data.find("kind") : nullptr;
+    calls_.emplace(call, !is_error ? "reply" : kind != nullptr && kind->text() == "late" ? "late" : "error");
+  }
+
+  void rests(std::size_t leaf, const runtime::Skill& skill) {
+    const std::lock_guard lock(mutex_);
+    const scxml::Chart& chart = skill.chart();
+    for (scxml::StateIndex state = 0; state < chart.states().size(); ++state) {
+      if (skill.session().is_active(state)) states_[leaf].insert(state);
+    }
+  }
+
+  const project::Plan& plan_;
+  Coverage& coverage_;
+  std::mutex mutex_;  // in real time actors are threads
+  std::vector<std::set<std::string>> nodes_;
+  std::vector<std::set<scxml::StateIndex>> states_;  // by leaf, those it has rested in
+  std::vector<std::set<scxml::TransitionIndex>> transitions_;
+  std::set<std::pair<std::string, std::string>> calls_;
+};
+
+CoverageWatch::CoverageWatch(const project::Plan& plan, Coverage& coverage, runtime::RunOptions& options)
+    : impl_(std::make_unique<Impl>(plan, coverage, options)) {
+  coverage.add(plan);
+}
+CoverageWatch::~CoverageWatch() = default;
+void CoverageWatch::finish(const runtime::RunReport& report) { impl_->finish(report); }
+
+}  // namespace sentree::campaign

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sentree/base/value.h"
+#include "sentree/project/plan.h"
+#include "sentree/runtime/run.h"
+
+namespace sentree::campaign {
+
+/// What of a project runs have reached.
+///
+/// Things that can be reached: SUCCESS and FAILURE of each node, and RUNNING of actions; each state and transition of
+/// the charts of skills that run in this process; of each method that these charts call a reply, an error and a late
+/// answer; each requirement or monitor put to the test. Some may be impossible in a correct project.
+class Coverage {
+ public:
+  enum class Kind : std::uint8_t { kNode, kState, kTransition, kMethod, kRequirement };
+  struct Thing {
+    Kind kind;
+    std::string of;    ///< The node's path, the chart's file, the call, the requirement.
+    std::string what;  ///< Status, state, transition, outcome; empty: put to the test.
+    std::string at;    ///< "file:line", where there is one.
+    friend auto operator<=>(const Thing&, const Thing&) = default;
+  };
+
+  /// Adds what of the plan can be reached.
+  void add(const project::Plan& plan);
+  void reach(const Thing& thing);
+  [[nodiscard]] const std::map<Thing, bool>& things() const { return things_; }
+  struct Count {
+    std::size_t reached = 0;
+    std::size_t of = 0;
+  };
+  [[nodiscard]] Count count(Kind kind) const;
+  [[nodiscard]] Count all() const;
+  [[nodiscard]] Value to_value() const;
+  /// A line a kind, and what has not been reached.
+  [[nodiscard]] std::string to_text() const;
+
+ private:
+  std::map<Thing, bool> things_;
+};
+[[nodiscard]] std::string_view to_string(Coverage::Kind kind);
+
+/// Looks on at one run and notes what it reaches.
+class CoverageWatch {
+ public:
+  /// Sees the run through `options`, which it adds to. All are borrowed.
+  CoverageWatch(const project::Plan& plan, Coverage& coverage, runtime::RunOptions& options);
+  ~CoverageWatch();
+  CoverageWatch(const CoverageWatch&) = delete;
+  CoverageWatch& operator=(const CoverageWatch&) = delete;
+
+  /// After the run.
+  void finish(const runtime::RunReport& report);
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace sentree::campaign
