@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <filesystem>
+#include <map>
+#include <optional>
 #include <set>
 
 #include "sentree/cli/commands.h"
@@ -26,8 +28,51 @@ void add_new(Diagnostics& all, const Diagnostics& found) {
   }
 }
 
-// A chart that stands alone; its services are taken on trust.
-Diagnostics check_chart(const std::filesystem::path& path) {
+// What is said of the projects that charts lie in, by folder: each is checked once.
+struct ProjectFindings {
+  Diagnostics all;
+  std::set<std::filesystem::path> files;  ///< That were read.
+};
+using KnownProjects = std::map<std::filesystem::path, ProjectFindings>;
+
+// What the project above a chart says of it, if that names the chart: services, leaves and what is renamed for it are
+// known then. Nothing: it stands alone.
+std::optional<Diagnostics> check_in_project(const std::filesystem::path& chart, KnownProjects& projects) {
+  const std::filesystem::path folder = project_above(chart);
+  if (folder.empty()) return std::nullopt;
+  std::error_code error;
+  const auto place = [&](const std::filesystem::path& file) { return std::filesystem::weakly_canonical(file, error); };
+  const auto [slot, is_new] = projects.try_emplace(folder);
+  ProjectFindings& found = slot->second;
+  if (is_new) {
+    const text::ReadLog log;
+    found.all = project::check_project(folder);
+    for (const text::ReadFile& file : log.files()) found.files.insert(place(file.path));
+  }
+  const std::filesystem::path wanted = place(chart);
+  if (!found.files.contains(wanted)) return std::nullopt;
+  Diagnostics own;
+  bool others = false;
+  for (Diagnostic diagnostic : found.all) {
+    if (place(diagnostic.span.file) == wanted) {
+      diagnostic.span.file = chart.string();
+      own.push_back(std::move(diagnostic));
+    } else {
+      others = others || diagnostic.severity == Severity::kError;
+    }
+  }
+  if (others) {
+    own.push_back({Severity::kWarning, "check.project",
+                   "the project in " + folder.string() +
+                       " has errors elsewhere, so not all that it says of this chart could be checked",
+                   SourceSpan{chart.string()}});
+  }
+  return own;
+}
+
+// A chart; of one that stands alone the services are taken on trust.
+Diagnostics check_chart(const std::filesystem::path& path, KnownProjects& projects) {
+  if (auto found = check_in_project(path, projects)) return std::move(*found);
   const auto source = text::read_file(path);
   if (!source) return {source.error()};
   auto loaded = look_at_chart(*source, path.string());
@@ -78,21 +123,12 @@ Diagnostics check_scenario(const std::filesystem::path& path) {
 
 // A project, or a file that is neither a tree nor a chart.
 Diagnostics check_one(const std::string& path) {
-  Diagnostics all;
   if (is_world(path)) return sim::load_world(path).diagnostics;
   const std::filesystem::path file(path);
   if (file.extension() == ".req") return check_requirements(file);
   if (file.extension() == ".thrift") return project::load_interface(file, path).diagnostics;
   if (is_scenario(file)) return check_scenario(file);
-  auto project = project::load_project(path);
-  add_new(all, project.diagnostics);
-  if (!project.ok()) return all;
-  const auto files = project::scenario_files(*project.value);
-  add_new(all, project::prepare(project::plain_scenario(std::move(*project.value))).diagnostics);
-  for (const auto& each : files) {
-    add_new(all, check_scenario(each));
-  }
-  return all;
+  return project::check_project(path);
 }
 
 // Whether that is a project, and not just a folder with trees and charts in it.
@@ -132,12 +168,13 @@ Diagnostics check_all(const CheckCommand& command) {
   // The hint that a project is a folder with a sentree.yaml.
   if (files.empty() && !trees_and_charts.empty() && problems.empty()) problems = check_one(trees_and_charts.front());
   const TreeFiles trees(files, command.trees, problems);
+  KnownProjects projects;
   findings.add(problems);
   for (const GivenFile& file : files) {
     const auto source = text::read_file(file.path);
     const std::string kind = source ? document_kind(*source) : "";
     if (kind == "chart" || (kind.empty() && file.path.extension() == ".scxml"))
-      findings.add(check_chart(file.path));
+      findings.add(check_chart(file.path, projects));
     else if (kind == "tree" || file.named)
       findings.add(trees.load(file.path).diagnostics);
   }

@@ -167,7 +167,7 @@ TEST(Requirement, BoundsOfFilesAreReached) {
   for (std::size_t i = 0; i <= kRequirementsMax; ++i) many += "R" + std::to_string(i) + ": always a.\n";
   EXPECT_EQ(parse_requirements(many).diagnostics.front().code, "requirement.too-large");
   EXPECT_EQ(to_string(parse_requirements("// a\n// b\xff", "r.req").diagnostics.front()),
-            "r.req:2:5: not UTF-8; save the file in that encoding");
+            "r.req:2:5: not UTF-8; convert the file, for example with iconv -f ISO-8859-1 -t UTF-8");
   EXPECT_EQ(parse_requirements(std::string(kRequirementBytesMax + 1, ' ')).diagnostics.front().code,
             "requirement.too-large");
   const std::string deep(static_cast<std::size_t>(kConditionNestingMax) + 1, '(');

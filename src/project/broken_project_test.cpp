@@ -143,6 +143,8 @@ const Broken kBroken[] = {
      "\"battery\" in sentree.yaml does not name it\nmonitors/battery.scxml:15:5: event "
      "\"battery.getBatteryState.error\" never comes: \"events\" of monitor \"battery\" in sentree.yaml does not name "
      "it\nsentree.yaml:10:73: monitor \"battery\": its chart has no transition for event \"tick\""},
+    {"MainTreeOfNoTree", "mission.xml", "main_tree_to_execute=\"Main\"", "main_tree_to_execute=\"Man\"",
+     "mission.xml:9:24: warning: there is no BehaviorTree \"Man\"; did you mean \"Main\"?"},
 };
 
 class BrokenProject : public testing::TestWithParam<Broken> {};

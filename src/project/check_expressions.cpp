@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "sentree/scxml/event.h"
+#include "sentree/scxml/loader.h"
 #include "sentree/scxml/model.h"
 #include "sentree/scxml/script_syntax.h"
 
@@ -77,6 +78,7 @@ bool is_order(const std::string& sign) { return sign == "<" || sign == ">" || si
 struct Scope {
   const std::map<std::string, ExpressionType, std::less<>>* names = nullptr;  ///< Declared.
   bool open = false;                                                          ///< There may be others.
+  const std::set<std::string>* functions = nullptr;                           ///< That a run offers; null: none.
   std::optional<ExpressionType> event;                                        ///< `_event.data`.
 };
 
@@ -139,8 +141,10 @@ class Reader {
 
   ExpressionType name(const std::string& text) {
     if (const auto found = scope_.names->find(text); found != scope_.names->end()) return found->second;
-    if (scope_.open || scxml::is_script_global(text)) return {};
+    const bool is_function = scope_.functions != nullptr && scope_.functions->contains(text);
+    if (scope_.open || is_function || scxml::is_script_global(text)) return {};
     std::vector<std::string> known{"_event"};
+    if (scope_.functions != nullptr) known.insert(known.end(), scope_.functions->begin(), scope_.functions->end());
     for (const auto& [declared, type] : *scope_.names) known.push_back(declared);
     error("check.unknown-name", quoted(text) + " is declared nowhere: no <data> is called so" +
                                     did_you_mean(text, known) +
@@ -216,7 +220,7 @@ class Reader {
     for (std::size_t i = 1; i < n.operands.size(); ++i) arguments.push_back(visit(n.operands[i]));
     if (called.kind != Node::kMember) {
       visit(n.operands[0]);
-      return {};
+      return called.kind == Node::kName ? chosen(called.text, arguments) : ExpressionType();
     }
     const ScriptNode& object = at(called.operands[0]);
     if (object.kind == Node::kName && object.text == "Math" && !scope_.names->contains("Math"))
@@ -232,6 +236,18 @@ class Reader {
     return {};
   }
 
+  // What models choose.
+  [[nodiscard]] ExpressionType chosen(const std::string& function, const std::vector<ExpressionType>& arguments) const {
+    if (scope_.functions == nullptr || !scope_.functions->contains(function)) return {};
+    if (function == "between" || function == "fresh") return of(Kind::kNumber, "number");
+    if (function == "chance") return of(Kind::kTruth, "bool");
+    const std::size_t first = function == "pick" ? 1 : 0;
+    if ((function != "choose" && function != "pick") || arguments.size() <= first) return {};
+    ExpressionType result = arguments[first];
+    for (std::size_t i = first + 1; i < arguments.size(); ++i) join(result, arguments[i]);
+    return result;
+  }
+
   ExpressionType math(const std::string& function) {
     static const std::vector<std::string> kFunctions{
         "abs",  "acos", "acosh",  "asin",  "asinh",  "atan",  "atan2", "atanh", "cbrt",  "ceil",  "clz32", "cos",
@@ -242,11 +258,24 @@ class Reader {
     return of(Kind::kNumber, "number");
   }
 
+  // Several texts are one of them; other mixtures can be anything.
+  static DataType as_one(const ExpressionType& type) {
+    if (type.open || type.forms.empty()) return {};
+    DataType one = type.forms[0];
+    for (std::size_t i = 1; i < type.forms.size(); ++i) {
+      const DataType& other = type.forms[i];
+      const bool are_texts = one.kind == Kind::kText && other.kind == Kind::kText && one.samples_are_all &&
+                             other.samples_are_all && one.words.empty() && other.words.empty();
+      if (!are_texts) return {};
+      one.samples.insert(one.samples.end(), other.samples.begin(), other.samples.end());
+    }
+    return one;
+  }
+
   ExpressionType record(const ScriptNode& n) {
     DataType type{.kind = Kind::kRecord, .may_be_absent = false};
     for (std::size_t i = 0; i < n.operands.size(); ++i) {
-      const ExpressionType inner = visit(n.operands[i]);
-      type.members.push_back({n.names[i], inner.open || inner.forms.size() != 1 ? DataType{} : inner.forms[0]});
+      type.members.push_back({n.names[i], as_one(visit(n.operands[i]))});
     }
     return of(std::move(type));
   }
@@ -576,7 +605,8 @@ class ChartReader {
 
   void visit_all(Diagnostics* out) {
     told_ = out;
-    Scope any{.names = &names_, .open = !model_.invokes.empty(), .event = event_of_any()};
+    Scope any{
+        .names = &names_, .open = !model_.invokes.empty(), .functions = &events_.functions, .event = event_of_any()};
     for (const scxml::Variable& variable : model_.variables) {
       if (variable.expr != scxml::kNoExpression) write(variable.id, expression(variable.expr, any));
     }
@@ -609,9 +639,9 @@ class ChartReader {
         const ExpressionType value = expression(assign->expr, scope);
         if (assign->location != scxml::kNoExpression) write(model_.expressions[assign->location].text, value);
       } else if (const auto* send = std::get_if<scxml::Send>(&action.what)) {
-        for (const scxml::Text* text : {&send->event, &send->target, &send->type, &send->delay})
-          expression(text->expr, scope);
-        payload(send->payload, scope);
+        for (const scxml::Text* text : {&send->event, &send->target, &send->type}) expression(text->expr, scope);
+        check_delay(send->delay, scope);
+        payload(send->payload, scope, send);
       } else if (const auto* choice = std::get_if<scxml::If>(&action.what)) {
         for (const scxml::If::Branch& branch : choice->branches) {
           expression(branch.condition, scope, true);
@@ -623,6 +653,61 @@ class ChartReader {
       } else if (const auto* cancel = std::get_if<scxml::Cancel>(&action.what)) {
         expression(cancel->sendid_expr, scope);
         check_cancel(*cancel, action.place);
+      }
+    }
+  }
+
+  void check_delay(const scxml::Text& delay, const Scope& scope) {
+    const ExpressionType type = expression(delay.expr, scope);
+    if (told_ == nullptr || type.open) return;
+    for (const DataType& form : type.forms) {
+      if (form.kind != Kind::kText || !form.samples_are_all) continue;
+      for (const std::string& text : form.samples) {
+        if (text.empty() || scxml::parse_delay(text)) continue;
+        told_->push_back({Severity::kError, "check.delay",
+                          "\"" + text + "\" is no time; write a number with s or ms, as in '1.5s'",
+                          chart_.span(model_.expressions[delay.expr].place)});
+      }
+    }
+  }
+
+  // What is sent is compared with the interface as far as it is known before it is sent.
+  void check_param(const scxml::Send& send, const scxml::Param& param, const ExpressionType& type) {
+    const bool is_constant = send.event.expr == scxml::kNoExpression && send.target.expr == scxml::kNoExpression;
+    if (told_ == nullptr || !events_.param_of || !is_constant || send.type.constant != "thrift") return;
+    if (const auto& tree = trees_[param.expr]; tree && tree->nodes.size() == 1 && tree->at(0).kind == Node::kText)
+      return;  // of constants it has been said
+    const DataType wanted = events_.param_of(send.target.constant, send.event.constant, param.name);
+    check_sent(wanted, type, "param " + quoted(param.name), chart_.span(model_.expressions[param.expr].place));
+  }
+
+  void check_sent(const DataType& wanted, const ExpressionType& type, const std::string& path, const SourceSpan& span) {
+    if (wanted.kind == Kind::kUnknown || wanted.kind == Kind::kOther) return;
+    const auto error = [&](const char* code, std::string message) {
+      Diagnostic diagnostic{Severity::kError, code, std::move(message), span};
+      if (std::find(told_->begin(), told_->end(), diagnostic) == told_->end()) told_->push_back(std::move(diagnostic));
+    };
+    for (const DataType& form : type.forms) {
+      if (form.kind == Kind::kText && !wanted.words.empty() && form.words.empty()) {
+        for (const std::string& text : form.samples) {
+          if (std::find(wanted.words.begin(), wanted.words.end(), text) != wanted.words.end()) continue;
+          // Data may begin with a text that is never sent.
+          const std::string near = did_you_mean(text, wanted.words);
+          if (!near.empty()) error("check.unknown-word", path + ": '" + text + "' is no " + wanted.name + near);
+        }
+      } else if (form.kind == Kind::kRecord && wanted.kind == Kind::kRecord) {
+        std::vector<std::string> known;
+        for (const monitor::DataMember& member : wanted.members) known.push_back(member.name);
+        for (const monitor::DataMember& member : form.members) {
+          const auto found = std::find_if(wanted.members.begin(), wanted.members.end(),
+                                          [&](const auto& one) { return one.name == member.name; });
+          if (found != wanted.members.end()) {
+            check_sent(found->type, of(member.type), path + "." + member.name, span);
+          } else if (const std::string near = did_you_mean(member.name, known); !near.empty()) {
+            error("check.unknown-member", path + ": " + (wanted.name.empty() ? "it" : wanted.name) + " has no member " +
+                                              quoted(member.name) + near);
+          }
+        }
       }
     }
   }
@@ -640,9 +725,12 @@ class ChartReader {
                       chart_.span(place)});
   }
 
-  void payload(const scxml::Payload& payload, const Scope& scope) {
+  void payload(const scxml::Payload& payload, const Scope& scope, const scxml::Send* send = nullptr) {
     for (const auto* params : {&payload.params, &payload.namelist}) {
-      for (const scxml::Param& param : *params) expression(param.expr, scope);
+      for (const scxml::Param& param : *params) {
+        const ExpressionType type = expression(param.expr, scope);
+        if (send != nullptr && param.expr != scxml::kNoExpression) check_param(*send, param, type);
+      }
     }
     expression(payload.content_expr, scope);
   }

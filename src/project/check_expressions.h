@@ -25,13 +25,18 @@ struct ChartEvents {
   std::function<monitor::DataType(const std::string& name)> data_of;
   /// Names that a run gives to the chart's data (ports): they can be anything.
   std::set<std::string> given;
+  /// Functions that a run offers to its scripts: those of models, which choose.
+  std::set<std::string> functions = {};
+  /// What a param of a <send type="thrift"> must be: a type, or unknown. Null: that is not looked at.
+  std::function<monitor::DataType(const std::string& target, const std::string& event, const std::string& param)>
+      param_of = {};
 };
 
 /// What the expressions of a chart say that cannot be: names that nobody declares, members that the event's data do not
 /// have, words that are no enumerator, values compared that are never equal, numbers of another unit.
 ///
 /// What cannot be told is taken to be right: data that scripts write, events of the chart itself, functions.
-/// Errors: check.unknown-send (of <cancel>), check.unknown-name, check.unknown-member, check.unknown-word,
+/// Errors: check.unknown-send (of <cancel>), check.delay, check.unknown-name, check.unknown-member, check.unknown-word,
 /// check.never-equal, check.unit. Warnings: check.unknown-word (where other words are possible), check.out-of-range,
 /// check.always-true. Cost: O(size of the chart · events that a transition takes).
 void check_expressions(const scxml::Chart& chart, const ChartEvents& events, Diagnostics& diagnostics);

@@ -80,7 +80,18 @@ class Check {
     if (!args) return refuse(args.error().code, args.error().message);
     if (const auto checked = idl::check_ranges(**method, *args); !checked)
       return refuse(checked.error().code, checked.error().message);
-    return {};
+    return is_control ? door(**method, *args) : Result<void>();
+  }
+
+  // Obstacles come and go in a run; doors are those of the world.
+  Result<void> door(const idl::Method& method, const Value& args) const {
+    const Value* const id = args.find("id");
+    if (scope_.world == nullptr || method.name != "setDoor" || id == nullptr) return {};
+    Names names;
+    for (const auto& door : scope_.world->doors) names.push_back(door.id);
+    const std::string wanted(id->text());
+    if (contains(names, wanted)) return {};
+    return refuse("scenario.call", "the world has no door \"" + wanted + "\"" + did_you_mean(wanted, names));
   }
 
   Result<void> part() const {

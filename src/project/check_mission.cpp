@@ -23,9 +23,26 @@ void check_root(const text::XmlElement& root, Diagnostics& diagnostics) {
     if (name.find(':') != std::string::npos || name.starts_with("xmlns")) continue;
     if (std::find(kKnown.begin(), kKnown.end(), name) != kKnown.end()) continue;
     const std::string near = did_you_mean(name, kKnown);
-    if (near.empty()) continue;
     warn(diagnostics, "check.unknown-attribute", "attribute \"" + name + "\" of <root> says nothing" + near,
          root.attribute_span(name));
+  }
+}
+
+// Which tree is executed may be said in sentree.yaml too; what the file says must be one all the same.
+void check_main_tree(const std::vector<text::XmlDocument>& documents, Diagnostics& diagnostics) {
+  std::vector<std::string> trees;
+  for (const text::XmlDocument& document : documents) {
+    for (text::XmlElement tree = document.root().first_child(); tree; tree = tree.next_sibling()) {
+      if (tree.name() == "BehaviorTree") trees.emplace_back(tree.attribute("ID").value_or(""));
+    }
+  }
+  for (const text::XmlDocument& document : documents) {
+    const auto main = document.root().attribute("main_tree_to_execute");
+    if (!main || main->empty() || std::find(trees.begin(), trees.end(), *main) != trees.end()) continue;
+    const std::string near = did_you_mean(*main, trees);
+    if (near.empty()) continue;  // it may lie in a file that is included
+    warn(diagnostics, "check.main-tree", "there is no BehaviorTree \"" + std::string(*main) + "\"" + near,
+         document.root().attribute_span("main_tree_to_execute"));
   }
 }
 
@@ -33,7 +50,17 @@ void check_root(const text::XmlElement& root, Diagnostics& diagnostics) {
 void check_types(const text::XmlElement& model, Diagnostics& diagnostics) {
   static const std::vector<std::string> kKnown{"bool",  "int",    "int64_t",     "unsigned", "uint64_t",
                                                "float", "double", "std::string", "string",   "BT::NodeStatus"};
+  static const std::vector<std::string> kKinds{"Action", "Condition", "Control", "Decorator", "SubTree"};
   for (text::XmlElement node = model.first_child(); node; node = node.next_sibling()) {
+    const std::string kind(node.local_name());
+    if (kind != "SubTreePlus" && std::find(kKinds.begin(), kKinds.end(), kind) == kKinds.end()) {
+      warn(diagnostics, "check.unknown-model",
+           "<" + kind + "> declares no node; there are Action, Condition, Control, Decorator and SubTree" +
+               did_you_mean(kind, kKinds),
+           node.span());
+    } else if (!node.attribute("ID")) {
+      warn(diagnostics, "check.unknown-model", "<" + kind + "> declares a node without an ID", node.span());
+    }
     for (text::XmlElement port = node.first_child(); port; port = port.next_sibling()) {
       const std::string type(port.attribute("type").value_or(""));
       if (type.empty() || bt::type_named(type) != nullptr) continue;
@@ -65,11 +92,14 @@ void check_declared(const bt::Tree& tree, const std::set<std::string>& declared,
 
 void check_mission(const bt::Tree& tree, const std::vector<MissionSource>& files, Diagnostics& diagnostics) {
   std::optional<std::set<std::string>> declared;  // in all files together
+  std::vector<text::XmlDocument> documents;
   for (const MissionSource& file : files) {
-    const auto document = text::XmlDocument::parse(file.text, file.shown);
-    if (!document) continue;
-    check_root(document->root(), diagnostics);
-    for (text::XmlElement child = document->root().first_child(); child; child = child.next_sibling()) {
+    if (auto document = text::XmlDocument::parse(file.text, file.shown)) documents.push_back(std::move(*document));
+  }
+  check_main_tree(documents, diagnostics);
+  for (const text::XmlDocument& document : documents) {
+    check_root(document.root(), diagnostics);
+    for (text::XmlElement child = document.root().first_child(); child; child = child.next_sibling()) {
       if (child.local_name() != "TreeNodesModel") continue;
       check_types(child, diagnostics);
       if (!declared) declared.emplace();

@@ -74,11 +74,24 @@ TEST(CheckModel, TellsWhatIsWrongWithItsPlace) {
        "skills/SwitchOn.scxml:14:14: no transition of models/hall.scxml takes lamp.brightness.request, so this call is "
        "always "
        "late; it answers 3 of the 4 methods that skills call"},
+      {"models/hall.scxml", "pick('opens_in'", "pik('opens_in'",
+       "models/hall.scxml:28:50: \"pik\" is declared nowhere: no <data> is called so; did you mean \"pick\"?"},
+      {"models/hall.scxml", "'1500ms'", "'1500mss'",
+       "models/hall.scxml:28:50: \"1500mss\" is no time; write a number with s or ms, as in '1.5s'"},
       {"sentree.yaml", "serves: [door, lamp]", "name: door, serves: [door, lamp]",
        "sentree.yaml:9:5: model \"door\" and a service have the same name, so their messages would look alike; give it "
        "another with \"name\""},
   };
   for (const Case& one : cases) EXPECT_THAT(messages_of(one), testing::Contains(std::string(one.message))) << one.after;
+}
+
+TEST(CheckModel, TellsWhatItsDataCannotAnswer) {
+  const auto robot = [](const char* before, const char* after) {
+    return messages_of({"models/robot.scxml", before, after, ""}, "recharge");
+  };
+  EXPECT_THAT(robot("GOAL_REACHED", "GOAL_REACHD"),
+              testing::Contains(testing::HasSubstr("'GOAL_REACHD' is no NavigationStatus; did you mean "
+                                                   "\"GOAL_REACHED\"?")));
 }
 
 TEST(CheckTopics, ASoundProjectHasNothingToComplainAbout) {

@@ -197,7 +197,56 @@ void check_receivers(const scxml::Chart& chart, const std::map<std::string, Serv
   }
 }
 
+const monitor::Vocabulary::Method* method_of(const std::string& service, const std::string& method,
+                                             const monitor::Vocabulary& vocabulary) {
+  const auto found = vocabulary.services.find(service);
+  if (found == vocabulary.services.end()) return nullptr;
+  const auto of = found->second.find(method);
+  return of == found->second.end() ? nullptr : &of->second;
+}
+
+DataType member_of(const DataType& record, const std::string& name) {
+  const auto found = std::find_if(record.members.begin(), record.members.end(),
+                                  [&](const monitor::DataMember& member) { return member.name == name; });
+  return found == record.members.end() ? DataType() : found->type;
+}
+
+DataType arguments_of(const std::string& service, const std::string& method, const monitor::Vocabulary& vocabulary) {
+  const auto* const found = method_of(service, method, vocabulary);
+  return found == nullptr ? DataType() : found->arguments;
+}
+
 }  // namespace
+
+void check_model_expressions(const ModelEntry& entry, const scxml::Chart& chart, const monitor::Vocabulary& vocabulary,
+                             Diagnostics& diagnostics) {
+  ChartEvents events;
+  for (const std::string& service : entry.serves) {
+    const auto methods = vocabulary.services.find(service);
+    if (methods == vocabulary.services.end()) continue;
+    for (const auto& [name, method] : methods->second) events.names.push_back(service + "." + name + ".request");
+  }
+  events.names.insert(events.names.end(), entry.subscribes.topics.begin(), entry.subscribes.topics.end());
+  events.functions = {"choose", "pick", "between", "chance", "draw", "fresh"};
+  events.data_of = [&](const std::string& name) {
+    const auto& topics = entry.subscribes.topics;
+    if (std::find(topics.begin(), topics.end(), name) != topics.end()) return topic_data(name, vocabulary);
+    const auto dot = name.find('.');
+    const auto last = name.rfind('.');
+    DataType data{.kind = DataType::Kind::kRecord, .name = "the data of " + name, .may_be_absent = false};
+    data.members.push_back(
+        {"args", arguments_of(name.substr(0, dot), name.substr(dot + 1, last - dot - 1), vocabulary)});
+    data.members.push_back({"source", {.kind = DataType::Kind::kText, .name = "string", .may_be_absent = false}});
+    data.members.push_back({"id", {.kind = DataType::Kind::kNumber, .name = "number", .may_be_absent = false}});
+    return data;
+  };
+  events.param_of = [&](const std::string& target, const std::string& event, const std::string& param) {
+    if (!event.ends_with(".reply")) return member_of(arguments_of(target, event, vocabulary), param);
+    const auto* const method = method_of(target, event.substr(0, event.rfind('.')), vocabulary);
+    return method == nullptr || param != "result" ? DataType() : method->result;
+  };
+  check_expressions(chart, events, diagnostics);
+}
 
 void check_monitor(const MonitorEntry& entry, const scxml::Chart& chart, const monitor::Vocabulary* vocabulary,
                    Diagnostics& diagnostics) {
@@ -276,6 +325,10 @@ void check_skill_events(const scxml::Chart& chart, const std::map<std::string, S
     return data;
   };
   events.given = use.given;
+  events.param_of = [&](const std::string& target, const std::string& event, const std::string& param) {
+    const auto arguments = arguments_of(target, event, vocabulary);
+    return member_of(arguments, param);
+  };
 
   for_each_unknown(chart, events.names,
                    [&](const std::string& descriptor, const scxml::Place& place, const std::string& near) {

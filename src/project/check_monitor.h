@@ -21,6 +21,11 @@ namespace sentree::project {
 void check_monitor(const MonitorEntry& entry, const scxml::Chart& chart, const monitor::Vocabulary* vocabulary,
                    Diagnostics& diagnostics);
 
+/// What the expressions of a model's chart say of calls and topics that it gets, and of what it answers and publishes.
+/// Errors: those of `check_expressions`.
+void check_model_expressions(const ModelEntry& entry, const scxml::Chart& chart, const monitor::Vocabulary& vocabulary,
+                             Diagnostics& diagnostics);
+
 /// How the leaves of a mission use one chart.
 struct SkillUse {
   std::set<std::string> given;                       ///< Names of its <data> that ports or sentree.yaml give values.

@@ -36,6 +36,10 @@ Scenario in_processes(const Plan& plan) {
     }
   }
 
+  // Models serve skills of their own process.
+  const bool is_modelled =
+      std::any_of(project.services.begin(), project.services.end(), [](const auto& s) { return s.at == "model"; });
+  if (is_modelled) return scenario;
   std::set<std::string> placed;  // skills: leaves of one entry share a process
   for (const LeafPlan& leaf : plan.leaves) {
     if (!leaf.at.empty()) continue;

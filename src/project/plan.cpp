@@ -13,6 +13,7 @@
 #include "sentree/project/check_monitor.h"
 #include "sentree/project/check_skills.h"
 #include "sentree/project/check_topics.h"
+#include "sentree/project/check_verify.h"
 #include "sentree/project/checks.h"
 #include "sentree/project/interface_file.h"
 #include "sentree/project/mission_tree.h"
@@ -43,9 +44,18 @@ Diagnostic missing(const Project& project, const FileRef& file, Diagnostic why) 
   return why;
 }
 
+// Charts that have been read and looked at, for what prepares a project several times.
+struct KnownCharts {
+  struct Looked {
+    std::optional<scxml::Chart> chart;
+    Diagnostics found;
+  };
+  std::map<std::pair<std::string, std::vector<std::string>>, Looked> by_file;  // and what is seen outside of it
+};
+
 class Preparation {
  public:
-  explicit Preparation(const Project& project) : project_(project) {}
+  explicit Preparation(const Project& project, KnownCharts* known = nullptr) : project_(project), known_(known) {}
 
   void services() {
     for (const ServiceEntry& entry : project_.services) {
@@ -101,8 +111,14 @@ class Preparation {
       }
       const auto chart = load_chart(entry.file);
       if (!chart) continue;
+      model_charts_.emplace_back(entry.name, *chart);
       // Of what it does not serve by mistake nothing more need be said.
-      if (are_known) check_model(entry, *chart, services_, leaves_, diagnostics);
+      if (are_known) {
+        check_model(entry, *chart, services_, leaves_, diagnostics);
+        if (services_.size() == project_.services.size()) {
+          check_model_expressions(entry, *chart, vocabulary_of(services_, nullptr, leaves_, world_.get()), diagnostics);
+        }
+      }
       check_subscriptions("model \"" + entry.name + "\"", entry.subscribes, *chart, services_, diagnostics);
       if (!serves.empty() || entry.serves.empty())
         models_.push_back({entry.name, *chart, std::move(serves), entry.subscribes.topics});
@@ -322,6 +338,7 @@ class Preparation {
   std::map<std::string, ServicePlan> services_;
   std::vector<LeafPlan> leaves_;
   std::vector<ModelPlan> models_;
+  ModelCharts model_charts_;
   std::vector<monitor::Model> monitors_;
   std::vector<GatePlan> gates_;
   std::vector<ObserverPlan> observers_;
@@ -368,6 +385,13 @@ class Preparation {
   std::optional<scxml::Chart> load_chart(const FileRef& file, const scxml::CheckOptions& checked = {}) {
     const std::string shown = project_.shown(file.path);
     const path full = project_.folder / file.path;
+    const std::pair key{full.string(), checked.seen_outside};
+    if (known_ != nullptr) {
+      if (const auto looked = known_->by_file.find(key); looked != known_->by_file.end()) {
+        append(diagnostics, looked->second.found);
+        return looked->second.chart;
+      }
+    }
     const auto source = text::read_file(full, shown);
     if (!source) {
       diagnostics.push_back(missing(project_, file, source.error()));
@@ -379,12 +403,14 @@ class Preparation {
                              project_.shown((path(file.path).parent_path() / uri).string()));
     };
     auto loaded = scxml::load(*source, shown, options);
+    if (loaded.value) append(loaded.diagnostics, scxml::check(*loaded.value, checked));
     append(diagnostics, loaded.diagnostics);
-    if (loaded.value) append(diagnostics, scxml::check(*loaded.value, checked));
+    if (known_ != nullptr) known_->by_file[key] = {loaded.value, std::move(loaded.diagnostics)};
     return std::move(loaded.value);
   }
 
   const Project& project_;
+  KnownCharts* known_;
   std::map<std::string, std::optional<idl::Schema>> schemas_;
   std::map<std::string, std::optional<scxml::Chart>> charts_;
   std::set<std::pair<std::string, std::string>> ways_checked_;  // of charts: to answer ticks
@@ -548,10 +574,12 @@ std::uint64_t identity_of(const Scenario& scenario, std::set<std::uint64_t> cont
 
 }  // namespace
 
-Loaded<Plan> prepare(Scenario scenario) {
+namespace {
+
+Loaded<Plan> prepare(Scenario scenario, KnownCharts* known) {
   Loaded<Plan> prepared;
   const text::ReadHashes read;
-  Preparation preparation(scenario.project);
+  Preparation preparation(scenario.project, known);
   preparation.services();
   preparation.world();
   auto tree = preparation.tree();
@@ -580,6 +608,16 @@ Loaded<Plan> prepare(Scenario scenario) {
     if (auto checked = check_intervention(what, scope, delay.span); !checked)
       preparation.diagnostics.push_back(checked.error());
   }
+  // What models serve, `sentree verify` lets them serve, wherever it is in a run.
+  std::map<std::string, ServicePlan> modelled = preparation.services_;
+  for (const ModelEntry& model : scenario.project.models) {
+    for (const std::string& name : model.serves) {
+      if (const auto service = modelled.find(name); service != modelled.end()) service->second.at = "model";
+    }
+  }
+  InterventionScope explored = scope;
+  explored.services = &modelled;
+  check_verify(scenario, explored, preparation.model_charts_, preparation.diagnostics);
   if (tree) check_process_skills(scenario, *tree, preparation.diagnostics);
   sort_by_place(preparation.diagnostics);
   prepared.diagnostics = std::move(preparation.diagnostics);
@@ -599,8 +637,13 @@ Loaded<Plan> prepare(Scenario scenario) {
   return prepared;
 }
 
+}  // namespace
+
+Loaded<Plan> prepare(Scenario scenario) { return prepare(std::move(scenario), nullptr); }
+
 Diagnostics check_project(const path& folder_or_file) {
   Diagnostics all;
+  KnownCharts known;
   // The same finding may be reached through the project and through each of its scenarios.
   const auto add_new = [&](const Diagnostics& found) {
     for (const Diagnostic& diagnostic : found) {
@@ -611,11 +654,11 @@ Diagnostics check_project(const path& folder_or_file) {
   add_new(project.diagnostics);
   if (!project.ok()) return all;
   const auto files = scenario_files(*project.value);
-  add_new(prepare(plain_scenario(std::move(*project.value))).diagnostics);
+  add_new(prepare(plain_scenario(std::move(*project.value)), &known).diagnostics);
   for (const path& file : files) {
     auto scenario = load_scenario(file);
     add_new(scenario.diagnostics);
-    if (scenario.ok()) add_new(prepare(std::move(*scenario.value)).diagnostics);
+    if (scenario.ok()) add_new(prepare(std::move(*scenario.value), &known).diagnostics);
   }
   return all;
 }

@@ -156,6 +156,11 @@ void read_verify(const text::YamlNode& node, Project& project, Diagnostics& diag
     verify.faults.push_back(std::move(what));
     verify.fault_spans.push_back(entry.span);
   }
+  if (verify.faults_at_most == 0 && !verify.faults.empty()) {
+    diagnostics.push_back({Severity::kWarning, "project.verify",
+                           "at_most is 0, so none of these faults is ever tried; write 1 or more, or leave them out",
+                           faults.span("at_most")});
+  }
 }
 
 void read_skills(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {

@@ -77,6 +77,9 @@ std::optional<Pose2> read_pose(const text::YamlNode& node) {
   if (!(std::abs(*x) <= kCoordinateMax_m && std::abs(*y) <= kCoordinateMax_m && std::abs(*theta) <= 1e3)) {
     return std::nullopt;
   }
+  // So many radians are degrees whose unit was forgotten.
+  const bool is_bare = node.items.size() == 3 && node.items[2].number();
+  if (is_bare && std::abs(*theta) > 2 * std::numbers::pi) return std::nullopt;
   return Pose2{*x, *y, wrap_angle(*theta)};
 }
 

@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "sentree/base/value.h"
+#include "sentree/text/encoding.h"
 
 namespace sentree::text {
 
@@ -58,6 +59,7 @@ Result<std::string> read_file(const std::filesystem::path& path, std::string sho
     if (std::none_of(files.begin(), files.end(), [&](const ReadFile& known) { return known.path == path; }))
       files.push_back({path, content});
   }
+  if (auto text = xml_as_utf8(content)) content = std::move(*text);
   return content;
 }
 

@@ -211,7 +211,8 @@ class Scanner {
     const auto standalone = pseudo_attribute(rest, "standalone");
     if (encoding && !is_readable(*encoding)) {
       return error(static_cast<std::size_t>(encoding->data() - source_.data()),
-                   "only the encoding UTF-8 is read; save the file as UTF-8");
+                   "of encodings UTF-8, UTF-16, ISO-8859-1 and Windows-1252 are read; convert the file (iconv -f " +
+                       std::string(*encoding) + " -t UTF-8) and write encoding=\"UTF-8\" here");
     }
     const bool other = standalone && *standalone != "yes" && *standalone != "no";
     if (!version || other || std::any_of(rest.begin(), rest.end(), [](char c) { return !is_space(c); }))
@@ -300,6 +301,7 @@ class Scanner {
 
   // The document type is skipped; what it defines is not defined for us.
   bool doctype() {
+    has_doctype_ = true;
     if (!scan_.elements.empty()) return error(at_, "DOCTYPE behind the root element"), false;
     int brackets = 0;
     char quote = 0;
@@ -378,7 +380,8 @@ class Scanner {
         error(at, "character reference \"&" + std::string(name) + ";\" names no character of XML");
     } else if (std::none_of(kPredefined.begin(), kPredefined.end(),
                             [name](const auto& entity) { return entity.first == name; })) {
-      lenient(at, "entity \"&" + std::string(name) + ";\" is not defined; only lt, gt, amp, quot and apos are");
+      lenient(at, "entity \"&" + std::string(name) + ";\" is not defined; only lt, gt, amp, quot and apos are" +
+                      (has_doctype_ ? ", for what a DOCTYPE defines is not read: write the text itself" : ""));
     }
     return !scan_.error;
   }
@@ -604,7 +607,8 @@ class Scanner {
   std::vector<Prefix> prefixes_;                             ///< Declared where we are, the innermost last.
   std::unordered_map<std::string_view, std::size_t> bound_;  ///< Of each name, the innermost.
   std::unordered_set<std::string_view> names_;               ///< Attributes of the present tag, where they are many.
-  bool prefixed_ = false;                                    ///< A name of the present tag has a colon.
+  bool has_doctype_ = false;
+  bool prefixed_ = false;  ///< A name of the present tag has a colon.
 };
 
 }  // namespace
@@ -643,7 +647,7 @@ std::optional<std::pair<std::size_t, std::string>> first_unreadable(std::string_
     if (valid && c == 0xEF && source[i + 1] == '\xBF' && static_cast<unsigned char>(source[i + 2]) >= 0xBE)
       return std::pair{i, std::string("U+FFFE and U+FFFF are no characters of XML")};
     if (!valid) {
-      return std::pair{i, std::string("not UTF-8; save the file in that encoding")};
+      return std::pair{i, std::string("not UTF-8; convert the file, for example with iconv -f ISO-8859-1 -t UTF-8")};
     }
     i += static_cast<std::size_t>(length);
   }

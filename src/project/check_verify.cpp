@@ -1,0 +1,160 @@
+#include "sentree/project/check_verify.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <optional>
+
+#include "sentree/scxml/model.h"
+#include "sentree/scxml/script_syntax.h"
+
+namespace sentree::project {
+
+namespace {
+
+using scxml::ScriptNode;
+using scxml::ScriptTree;
+using Node = ScriptNode::Kind;
+
+/// What is known of the choices that a chart makes by pick('NAME', …).
+struct NamedChoices {
+  struct Alternatives {
+    std::vector<Value> values;
+    bool open = false;  ///< Or others, which are computed.
+  };
+  std::map<std::string, Alternatives> by_name;
+  bool open = false;  ///< Or others, whose names are computed.
+
+  [[nodiscard]] std::vector<std::string> names() const {
+    std::vector<std::string> all;
+    for (const auto& [name, alternatives] : by_name) all.push_back(name);
+    return all;
+  }
+};
+
+// As it is written: 4, not 4.0.
+Value number(double number) {
+  constexpr double kIntegersMax = 1e15;
+  return std::abs(number) < kIntegersMax && number == std::floor(number) ? Value(static_cast<std::int64_t>(number))
+                                                                         : Value(number);
+}
+
+std::optional<Value> constant(const ScriptTree& tree, std::uint32_t id) {
+  const ScriptNode& n = tree.at(id);
+  switch (n.kind) {
+    case Node::kNumber: return number(n.number);
+    case Node::kText: return Value(n.text);
+    case Node::kTruth: return Value(n.number != 0);
+    case Node::kUnary:
+      if (n.text == "-" && tree.at(n.operands[0]).kind == Node::kNumber) return number(-tree.at(n.operands[0]).number);
+      return std::nullopt;
+    default: return std::nullopt;
+  }
+}
+
+NamedChoices choices_of(const scxml::Chart& chart) {
+  NamedChoices found;
+  for (const scxml::Expression& expression : chart.model().expressions) {
+    const auto tree = expression.use == scxml::ExpressionUse::kScript ? std::nullopt
+                                                                      : scxml::parse_script_expression(expression.text);
+    if (!tree) {
+      found.open = found.open || scxml::names_in_script(expression.text).contains("pick");
+      continue;
+    }
+    for (const ScriptNode& n : tree->nodes) {
+      // A function's body is not looked into.
+      if (n.kind == Node::kOpaque) found.open = found.open || scxml::names_in_script(expression.text).contains("pick");
+      if (n.kind != Node::kCall || tree->path(n.operands[0]) != "pick") continue;
+      if (n.operands.size() < 2 || tree->at(n.operands[1]).kind != Node::kText) {
+        found.open = true;
+        continue;
+      }
+      auto& alternatives = found.by_name[tree->at(n.operands[1]).text];
+      for (std::size_t i = 2; i < n.operands.size(); ++i) {
+        if (auto value = constant(*tree, n.operands[i]))
+          alternatives.values.push_back(std::move(*value));
+        else
+          alternatives.open = true;
+      }
+    }
+  }
+  return found;
+}
+
+bool is_same(const Value& a, const Value& b) {
+  if (a.is_number() && b.is_number()) return a.number() == b.number();
+  return to_json(a) == to_json(b);
+}
+
+void check_fair(const VerifySection& verify, const std::map<std::string, NamedChoices>& known,
+                Diagnostics& diagnostics) {
+  std::vector<std::string> all;
+  bool open = false;
+  for (const auto& [model, choices] : known) {
+    open = open || choices.open;
+    for (const std::string& name : choices.names()) all.push_back(model + "." + name);
+  }
+  for (const std::string& fair : verify.fair) {
+    if (open || std::find(all.begin(), all.end(), fair) != all.end()) continue;
+    diagnostics.push_back({Severity::kError, "verify.fair",
+                           "no model makes a choice called \"" + fair +
+                               "\"; a choice gets a name by pick('NAME', …), and is called MODEL.NAME" +
+                               did_you_mean(fair, all),
+                           verify.fair_span});
+  }
+}
+
+void check_choice(const ScenarioChoice& choice, const NamedChoices& known, Diagnostics& diagnostics) {
+  if (choice.name.empty()) return;
+  const auto error = [&](std::string message) {
+    diagnostics.push_back({Severity::kError, "scenario.choice", std::move(message), choice.span});
+  };
+  const auto named = known.by_name.find(choice.name);
+  if (named == known.by_name.end()) {
+    if (known.open) return;
+    error("model \"" + choice.model + "\" makes no choice called \"" + choice.name + "\"" +
+          did_you_mean(choice.name, known.names()));
+    return;
+  }
+  const auto& alternatives = named->second;
+  if (alternatives.open || std::any_of(alternatives.values.begin(), alternatives.values.end(),
+                                       [&](const Value& value) { return is_same(value, choice.value); }))
+    return;
+  std::string there;
+  std::vector<std::string> texts;
+  for (const Value& value : alternatives.values) {
+    there += (there.empty() ? "" : ", ") + to_json(value);
+    if (const std::string* text = value.as_string()) texts.push_back(*text);
+  }
+  const std::string* const text = choice.value.as_string();
+  error("choice \"" + choice.name + "\" of model \"" + choice.model + "\" has no alternative " + to_json(choice.value) +
+        "; there are " + there + (text != nullptr ? did_you_mean(*text, texts) : ""));
+}
+
+}  // namespace
+
+void check_verify(const Scenario& scenario, const InterventionScope& scope, const ModelCharts& models,
+                  Diagnostics& diagnostics) {
+  const VerifySection& verify = scenario.project.verify;
+  // What a scenario puts elsewhere is not there to be tried; nor are leaves known without a tree.
+  const bool is_known = scenario.file == scenario.project.file && scope.tree != nullptr;
+  for (std::size_t i = 0; i < (is_known ? verify.faults.size() : 0); ++i) {
+    if (auto checked = check_intervention(verify.faults[i], scope, verify.fault_spans[i]); !checked)
+      diagnostics.push_back(checked.error());
+    else if (auto doubt = doubt_about(verify.faults[i], scope, verify.fault_spans[i]))
+      diagnostics.push_back(std::move(*doubt));
+  }
+  if (verify.fair.empty() && !scenario.choices) return;
+  std::map<std::string, NamedChoices> known;
+  for (const auto& [name, chart] : models) known[name] = choices_of(chart);
+  // Charts that could not be read have been told, and may make any choice.
+  if (models.size() == scenario.project.models.size()) check_fair(verify, known, diagnostics);
+  if (!scenario.choices) return;
+  for (const ScenarioChoice& choice : *scenario.choices) {
+    if (const auto model = known.find(choice.model); model != known.end())
+      check_choice(choice, model->second, diagnostics);
+  }
+}
+
+}  // namespace sentree::project

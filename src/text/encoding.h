@@ -1,0 +1,16 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace sentree::text {
+
+/// XML that is not in UTF-8 as UTF-8, its declaration included: UTF-16 with or without a byte order mark, and what
+/// declares itself as ISO-8859-1 or Windows-1252. A declaration of UTF-16 that is itself written in bytes is wrong, and
+/// mended. Nothing: it is nothing of that, or no XML.
+/// Cost: O(1) where nothing is to be done, else O(size).
+/// Source: XML 1.0, appendix F; WHATWG Encoding, index windows-1252.
+[[nodiscard]] std::optional<std::string> xml_as_utf8(std::string_view source);
+
+}  // namespace sentree::text
