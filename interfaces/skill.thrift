@@ -48,3 +48,28 @@ service Skill {
   // Forgets every run, as if just started.
   void reset()
 }
+
+/// A status as programs tell it that tick skills over YARP.
+enum SkillAck {
+  SKILL_IDLE = 0,
+  SKILL_RUNNING = 1,
+  SKILL_SUCCESS = 2,
+  SKILL_FAILURE = 3
+}
+
+/// What `sentree skill` serves: also the ticks of programs that know neither leaves nor runs. They all concern one leaf,
+/// named like the skill.
+service SkillRequest extends Skill {
+  // Ticks a skill that runs. A status that ends the run is told once; then the skill is idle.
+  SkillAck request_ack()
+
+  // Starts an idle skill; one that runs goes on.
+  void send_start()
+
+  // Halts it.
+  void send_stop()
+
+  // Starts an idle skill or ticks one that runs, and tells its status.
+  SkillAck request_tick()
+  void request_halt()
+}

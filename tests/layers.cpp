@@ -148,6 +148,7 @@ const std::vector<LibraryRule>& library_rules() {
       {"monitor", {"base", "text", "scxml"}},
       {"http", {"base", "text"}},
       {"rpc", {"base", "text", "idl"}},
+      {"yarp", {"base", "text", "idl", "rpc"}},
       {"sim", {"base", "text"}},
       {"record", {"base", "text", "idl"}},
       {"project", {"base", "text", "idl", "bt", "nav2", "scxml", "monitor", "rpc", "sim"}},
@@ -163,7 +164,7 @@ const std::vector<LibraryRule>& library_rules() {
         "mission", "runtime", "replay", "groot"}},
       {"cli", {"base",    "text",    "idl",     "draw",     "bt",     "nav2",   "exec",    "scxml",
                "graph",   "monitor", "http",    "rpc",      "sim",    "record", "project", "import",
-               "mission", "verify",  "runtime", "campaign", "replay", "studio", "groot"}},
+               "mission", "verify",  "runtime", "campaign", "replay", "studio", "groot",   "yarp"}},
   };
   return kRules;
 }

@@ -1,12 +1,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <future>
 
 #include "sentree/base/temporary_folder.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/serve.h"
-#include "sentree/rpc/client.h"
+#include "sentree/cli/yarp_network.h"
+#include "sentree/rpc/middleware.h"
 #include "sentree/runtime/supervisor.h"
 
 namespace sentree::cli {
@@ -24,6 +26,45 @@ idl::ServicePtr empty_interface() {
 
 double microseconds(SteadyClock::duration duration) { return seconds(duration) * 1e6; }
 
+// Each call is made where the one before has ended, as charts make them.
+class Measured {
+ public:
+  Measured(rpc::Caller& caller, const idl::Method& method, int calls)
+      : caller_(caller), method_(method), calls_(calls) {
+    taken_.reserve(static_cast<std::size_t>(calls));
+  }
+  std::vector<double> run() {
+    next();
+    over_.get_future().wait();
+    return std::move(taken_);
+  }
+  [[nodiscard]] const std::string& error() const { return error_; }
+
+ private:
+  void next() {
+    caller_.call(method_, Value(), rpc::kNoDeadline, [this, from = SteadyClock::now()](const rpc::Outcome& outcome) {
+      taken_.push_back(microseconds(SteadyClock::now() - from));
+      if (!outcome) error_ = outcome.error().message;
+      if (!outcome || std::ssize(taken_) == calls_)
+        over_.set_value();
+      else
+        next();
+    });
+  }
+
+  rpc::Caller& caller_;
+  const idl::Method& method_;
+  const int calls_;
+  std::vector<double> taken_;
+  std::string error_;
+  std::promise<void> over_;
+};
+
+std::uint16_t free_port() {
+  const auto server = rpc::Server::start(*rpc::Address::parse("tcp://127.0.0.1:0"), {});
+  return server ? (*server)->address().port : 0;
+}
+
 }  // namespace
 
 int bench_rpc(const BenchRpcCommand& command) {
@@ -39,27 +80,32 @@ int bench_rpc(const BenchRpcCommand& command) {
     return kEnvironment;
   }
   int code = kOk;
+  std::string listen = "unix:" + (folder.path() / "empty.sock").string();
+  std::unique_ptr<yarp::NameServer> names;
+  if (command.over == "yarp") {
+    auto started = start_name_server("127.0.0.1:" + std::to_string(free_port()), false);
+    if (!started) {
+      say(to_string(started.error()));
+      return kEnvironment;
+    }
+    names = std::move(*started);
+    listen = "yarp:/sentree/bench/rpc:i";
+  }
   runtime::Supervisor server(runtime::own_program(), [](const runtime::ProcessEvent&) {});
-  const auto address = server.start({.name = "server",
-                                     .arguments = {"bench", "rpc"},
-                                     .listen = "unix:" + (folder.path() / "empty.sock").string(),
-                                     .restarts = 0});
+  const auto address = server.start({.name = "server", .arguments = {"bench", "rpc"}, .listen = listen, .restarts = 0});
   const auto client =
-      address ? rpc::Client::remote(*rpc::Address::parse(*address), interface) : tl::unexpected(address.error());
+      address ? rpc::connect(*rpc::Address::parse(*address), interface) : tl::unexpected(address.error());
   if (!client) {
     say(to_string(client.error()));
     code = kEnvironment;
   } else {
-    std::vector<double> taken;
-    const idl::Method& nothing = *interface->find("nothing");
-    for (int i = 0; i < kWarmUp + command.calls && code == kOk; ++i) {
-      const auto from = SteadyClock::now();
-      const auto outcome = (*client)->call(nothing, Value());
-      if (i >= kWarmUp) taken.push_back(microseconds(SteadyClock::now() - from));
-      if (outcome) continue;
-      say(outcome.error().message);
+    Measured measured(**client, *interface->find("nothing"), kWarmUp + command.calls);
+    std::vector<double> taken = measured.run();
+    if (!measured.error().empty()) {
+      say(measured.error());
       code = kEnvironment;
     }
+    taken.erase(taken.begin(), taken.begin() + std::min<std::ptrdiff_t>(kWarmUp, std::ssize(taken)));
     if (code == kOk) {
       std::sort(taken.begin(), taken.end());
       const double median = taken[taken.size() / 2];
@@ -67,9 +113,8 @@ int bench_rpc(const BenchRpcCommand& command) {
       if (command.json) {
         print(to_json(Value(Map{{"median_us", median}, {"p99_us", p99}, {"calls", command.calls}})) + "\n");
       } else {
-        print(fmt::format(
-            "an empty call between two processes over a Unix socket: {:.1f} µs (median), {:.1f} µs (99 %) of {}\n",
-            median, p99, command.calls));
+        print(fmt::format("an empty call between two processes over {}: {:.1f} µs (median), {:.1f} µs (99 %) of {}\n",
+                          command.over == "yarp" ? "YARP" : "a Unix socket", median, p99, command.calls));
       }
     }
   }

@@ -13,6 +13,7 @@
 #include "sentree/groot/server.h"
 #include "sentree/project/plan.h"
 #include "sentree/rpc/certificates.h"
+#include "sentree/rpc/middleware.h"
 #include "sentree/rpc/server.h"
 #include "sentree/runtime/control.h"
 #include "sentree/runtime/environment.h"
@@ -88,6 +89,17 @@ Finding check_groot() {
           ""};
 }
 
+// What addresses can be, and who would answer.
+std::vector<Finding> check_middlewares() {
+  std::vector<Finding> findings;
+  for (const rpc::Middleware* each : rpc::middlewares()) {
+    std::string schemes;
+    for (const std::string& scheme : each->schemes()) schemes += (schemes.empty() ? "" : ", ") + scheme;
+    findings.push_back({schemes, each->about(), ""});
+  }
+  return findings;
+}
+
 // How late a timer of 1 ms wakes up: what the machine adds to the jitter of ticks.
 Finding check_timer() {
   std::mutex mutex;
@@ -117,7 +129,7 @@ Finding check_cores() {
 }  // namespace
 
 int doctor(const DoctorCommand& command) {
-  const std::vector<Finding> findings{
+  std::vector<Finding> findings{
       check_shipped(),
       check_control_folder(),
       check_socket("unix sockets",
@@ -127,6 +139,7 @@ int doctor(const DoctorCommand& command) {
       check_groot(),
       check_timer(),
       check_cores()};
+  for (Finding& finding : check_middlewares()) findings.push_back(std::move(finding));
   const bool good = std::all_of(findings.begin(), findings.end(), [](const Finding& f) { return f.remedy.empty(); });
   if (command.json) {
     List list;

@@ -1,10 +1,13 @@
+#include <condition_variable>
 #include <csignal>
+#include <mutex>
 
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/report.h"
 #include "sentree/project/project.h"
 #include "sentree/rpc/client.h"
+#include "sentree/rpc/middleware.h"
 #include "sentree/runtime/control.h"
 #include "sentree/runtime/wire_message.h"
 #include "sentree/text/json.h"
@@ -19,17 +22,63 @@ constexpr std::chrono::milliseconds kWait{500};
 
 }  // namespace
 
+namespace {
+
+void note_interrupts() {
+  struct sigaction on_interrupt {};
+  on_interrupt.sa_handler = [](int) { interrupted = 1; };
+  sigaction(SIGINT, &on_interrupt, nullptr);
+  sigaction(SIGTERM, &on_interrupt, nullptr);
+}
+
+// What comes at an address that is read from.
+int echo_address(const EchoCommand& command) {
+  const auto address = rpc::Address::parse(command.pattern);
+  if (!address) {
+    say(address.error().message);
+    return kUsage;
+  }
+  rpc::Middleware& middleware = rpc::middleware_of(*address);
+  if (!middleware.is_source(*address)) {
+    say("nothing can be read from " + command.pattern + "; a port for data is yarp:/NAME:o");
+    return kUsage;
+  }
+  note_interrupts();
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::uint64_t shown = 0;
+  const auto is_enough = [&] { return command.count > 0 && shown >= command.count; };
+  const auto opened = middleware.watch(
+      *address,
+      [&](const std::string& text) {
+        const std::lock_guard lock(mutex);
+        if (is_enough()) return;
+        print((command.json ? to_json(Value(Map{{"at", command.pattern}, {"text", text}})) : text) + "\n");
+        ++shown;
+        changed.notify_all();
+      },
+      {.target = "echo", .problem = [](const std::string& what) { say("! " + what); }});
+  if (!opened) {
+    say(to_string(opened.error()));
+    return kEnvironment;
+  }
+  std::unique_lock lock(mutex);
+  while (interrupted == 0 && !is_enough()) changed.wait_for(lock, kWait);
+  lock.unlock();
+  (*opened)->stop();
+  return kOk;
+}
+
+}  // namespace
+
 int echo(const EchoCommand& command) {
+  if (command.pattern.find(':') != std::string::npos) return echo_address(command);
   const auto run = runtime::connect_control(std::atoi(command.run.c_str()));
   if (!run) {
     say(run.error().message);
     return kEnvironment;
   }
-  struct sigaction on_interrupt {};
-  on_interrupt.sa_handler = [](int) { interrupted = 1; };
-  sigaction(SIGINT, &on_interrupt, nullptr);
-  sigaction(SIGTERM, &on_interrupt, nullptr);
-
+  note_interrupts();
   std::int64_t after = -1;
   std::uint64_t shown = 0;
   std::uint64_t missed = 0;

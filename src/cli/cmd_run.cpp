@@ -18,6 +18,7 @@
 #include "sentree/cli/progress.h"
 #include "sentree/cli/report.h"
 #include "sentree/cli/run_recording.h"
+#include "sentree/cli/yarp_network.h"
 #include "sentree/project/distribute.h"
 #include "sentree/studio/groot_run.h"
 #include "sentree/studio/live.h"
@@ -335,6 +336,17 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, std::u
 int run(const RunCommand& command) {
   std::optional<RunCommand> next = command;
   std::unique_ptr<studio::GrootRun> groot;
+  std::unique_ptr<yarp::NameServer> names;
+  if (!command.yarp_server.empty()) {
+    // Before its threads begin, so that they inherit it.
+    Interrupts::block();
+    auto started = start_name_server(command.yarp_server, command.insecure);
+    if (!started) {
+      say(to_string(started.error()));
+      return kEnvironment;
+    }
+    names = std::move(*started);
+  }
   for (;;) {
     const RunCommand now = *std::exchange(next, std::nullopt);
     const int code = run_once(now, next, groot);

@@ -6,6 +6,7 @@
 #include "sentree/cli/output.h"
 #include "sentree/project/project.h"
 #include "sentree/rpc/client.h"
+#include "sentree/rpc/middleware.h"
 #include "sentree/runtime/control.h"
 #include "sentree/runtime/environment.h"
 #include "sentree/text/json.h"
@@ -71,14 +72,14 @@ Ping ping_address(const std::string& name, const std::string& text) {
   rpc::ClientOptions options;
   options.target = name;
   options.tls = runtime::environment_tls();
-  const auto client = rpc::Client::remote(*address, probe_interface(), std::move(options));
+  const auto client = rpc::connect(*address, probe_interface(), std::move(options));
   if (!client) {
     ping.message = client.error().message;
     return ping;
   }
   for (int i = 0; i < 2; ++i) {
     const auto from = SteadyClock::now();
-    const auto outcome = (*client)->call("sentree_ping", Map(), in_time());
+    const auto outcome = rpc::call_and_wait(**client, "sentree_ping", Map(), in_time());
     ping.milliseconds = seconds(SteadyClock::now() - from) * 1e3;
     ping.alive = outcome || outcome.error().kind == rpc::CallErrorKind::kProtocol;
     if (!ping.alive) ping.message = outcome.error().message;
@@ -121,7 +122,34 @@ int report(const std::vector<Ping>& pings, bool json) {
 
 }  // namespace
 
+namespace {
+
+int services_on(const ServicesCommand& command) {
+  const auto address = rpc::Address::parse(command.on);
+  if (!address) {
+    say("--on: " + address.error().message);
+    return kUsage;
+  }
+  const auto all = rpc::middleware_of(*address).list(*address, kDeadline);
+  if (!all) {
+    say(to_string(all.error()));
+    return kEnvironment;
+  }
+  List list;
+  for (const rpc::NetworkEntry& entry : *all) {
+    if (command.json)
+      list.push_back(Map{{"name", entry.name}, {"at", entry.at}, {"kind", entry.kind}});
+    else
+      print(fmt::format("{:<32} {}\n", entry.at, entry.kind));
+  }
+  if (command.json) print(to_json(Value(std::move(list))) + "\n");
+  return kOk;
+}
+
+}  // namespace
+
 int services(const ServicesCommand& command) {
+  if (!command.on.empty()) return services_on(command);
   const auto run = runtime::connect_control(std::atoi(command.run.c_str()));
   if (!run) {
     say(run.error().message);

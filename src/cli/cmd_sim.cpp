@@ -12,6 +12,8 @@
 #include "sentree/cli/output.h"
 #include "sentree/cli/terminal_map.h"
 #include "sentree/cli/tour.h"
+#include "sentree/cli/yarp_network.h"
+#include "sentree/rpc/middleware.h"
 #include "sentree/runtime/component.h"
 #include "sentree/runtime/control.h"
 #include "sentree/sim/services.h"
@@ -214,7 +216,7 @@ int sim(const SimCommand& command) {
     return kUsage;
   }
   if (command.speed == 0.0) {
-    if (!command.at.empty()) {
+    if (!command.at.empty() || command.yarp) {
       say("--speed 0 leaves no time for others to connect; serve at a speed above 0");
       return kUsage;
     }
@@ -242,17 +244,30 @@ int sim(const SimCommand& command) {
   runtime::SimServer server(std::move(*component.value), command.seed, command.speed);
   const auto control = runtime::start_control(server.control(command.world));
   if (!control) say("no control socket: " + to_string(control.error()));
-  std::unique_ptr<rpc::Server> served;
-  if (address) {
+  std::unique_ptr<yarp::NameServer> names;
+  std::vector<rpc::Address> addresses;
+  if (address) addresses.push_back(*address);
+  if (command.yarp) {
+    auto there = ensure_name_server(command.insecure);
+    if (!there) {
+      say(to_string(there.error()));
+      return kEnvironment;
+    }
+    names = std::move(*there);
+    addresses.push_back(*rpc::Address::parse("yarp:/"));
+  }
+  std::vector<std::unique_ptr<rpc::Opened>> served;
+  for (const rpc::Address& each : addresses) {
     rpc::ServerOptions options;
     options.insecure = command.insecure;
-    auto started = rpc::Server::start(*address, server.services(), std::move(options));
+    options.on_peer_error = [](const std::string& what) { say("! " + what); };
+    auto started = rpc::serve(each, server.services(), std::move(options));
     if (!started) {
       say(to_string(started.error()));
       return kEnvironment;
     }
-    served = std::move(*started);
-    say("listening on " + to_string(served->address()));
+    served.push_back(std::move(*started));
+    say("listening on " + served.back()->address());
   }
   return watch(server, *world, *std::move(tour), command, duration, signals);
 }

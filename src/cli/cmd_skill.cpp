@@ -40,7 +40,7 @@ int skill(const SkillCommand& command) {
         ", which is inside another process; give its address with --at " + name + "=ADDRESS");
     return kInvalidInput;
   }
-  const auto interface = runtime::skill_interface();
+  const auto interface = runtime::served_skill_interface();
   const auto observers = runtime::observer_interface();
   if (!interface || !observers) {
     say(to_string(interface ? observers.error() : interface.error()));

@@ -38,6 +38,8 @@ struct RunCommand {
   bool paused = false;       ///< The run stands at its beginning until the page lets it go on.
   std::string groot;  ///< Where the run is shown to Groot, [HOST:]PORT, or "true" for the usual place; empty: as the
                       ///< project says.
+  std::string yarp_server;  ///< Where a name server of YARP listens, HOST:PORT, or "true" where it is configured;
+                            ///< empty: nowhere.
 };
 int run(const RunCommand& command);
 
@@ -212,6 +214,7 @@ int call(const CallCommand& command);
 /// What the services of a running mission are, and whether they answer.
 struct ServicesCommand {
   std::string run;
+  std::string on;  ///< A network, "yarp:"; empty: a run.
   bool json = false;
 };
 int services(const ServicesCommand& command);
@@ -241,6 +244,7 @@ struct MonitorServeCommand {
 int monitor_serve(const MonitorServeCommand& command);
 
 struct BenchRpcCommand {
+  std::string over = "unix";  ///< Or "yarp".
   int calls = 20'000;
   std::string listen;  ///< Serves there instead; how it starts its other process.
   bool json = false;
@@ -299,6 +303,7 @@ struct SimCommand {
   bool json = false;
   bool headless = false;
   bool insecure = false;
+  bool yarp = false;  ///< Serve it as ports of YARP.
 };
 int sim(const SimCommand& command);
 

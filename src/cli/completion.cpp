@@ -9,6 +9,7 @@
 #include "sentree/project/mission_tree.h"
 #include "sentree/project/plan.h"
 #include "sentree/project/project.h"
+#include "sentree/rpc/middleware.h"
 #include "sentree/runtime/control.h"
 #include "sentree/text/file.h"
 #include "sentree/text/json.h"
@@ -203,6 +204,20 @@ Method parse_signature(const std::string& signature) {
   return method;
 }
 
+/// The ports of a network that a word begins to name.
+Candidates network_words(const std::string& network, std::string_view ending) {
+  Candidates all;
+  const auto address = rpc::Address::parse(network);
+  if (!address) return all;
+  const auto listed = rpc::middleware_of(*address).list(
+      *address, std::chrono::duration_cast<std::chrono::milliseconds>(kControlDeadline));
+  if (!listed) return all;
+  for (const rpc::NetworkEntry& entry : *listed) {
+    if (entry.name.ends_with(ending)) all.push_back({entry.at, entry.kind});
+  }
+  return all;
+}
+
 Candidates call_words(const Line& line) {
   Candidates all;
   const auto services = offered(line);
@@ -241,6 +256,7 @@ void value(const Line& line, Completion& completion) {
   if (!completion.candidates.empty()) return;
   if (name == "attach") completion.candidates = attachable();
   if (name == "scenario") completion.candidates = scenarios(line);
+  if (name == "on") completion.candidates = {{"yarp:", "ports that the name server of YARP knows"}};
   if (name == "tree") completion.candidates = trees(line);
   if (name == "output") files(completion, {});
   if (name == "into") files(completion, {"xml"});
@@ -252,7 +268,11 @@ void value(const Line& line, Completion& completion) {
 void positional(const Line& line, Completion& completion) {
   const std::string name = line.command->get_name();
   const std::size_t place = line.positionals.size();
-  if (name == "call") {
+  const auto colon = line.word.find(':');
+  const bool of_network = colon != std::string::npos && (name == "call" || name == "ping" || name == "echo");
+  if (of_network && place == 0) {
+    completion.candidates = network_words(line.word.substr(0, colon + 1), name == "echo" ? ":o" : "");
+  } else if (name == "call") {
     completion.candidates = call_words(line);
   } else if (name == "fmt") {
     files(completion, {"xml", "scxml"});

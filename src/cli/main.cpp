@@ -7,6 +7,8 @@
 #include "sentree/cli/coverage_command.h"
 #include "sentree/cli/import_command.h"
 #include "sentree/cli/output.h"
+#include "sentree/rpc/middleware.h"
+#include "sentree/yarp/middleware.h"
 
 namespace {
 
@@ -73,6 +75,10 @@ void add_run(CLI::App& app, RunCommand& command, std::string& vary) {
   sub->add_flag("--studio-exit", command.studio_exit, "The page ends with the run")->needs(studio);
   sub->add_flag("--open", command.open, "Open the page in a browser")->needs(studio);
   sub->add_flag("--paused", command.paused, "Begin paused; the page lets the run go on")->needs(studio);
+  sub->add_flag(
+      "--yarp-server", command.yarp_server,
+      "A name server of YARP on board, where yarp.conf says, else at 127.0.0.1:10000; --yarp-server=HOST:PORT "
+      "elsewhere");
   sub->add_flag("--groot", command.groot,
                 "Show the run to Groot 2 at 127.0.0.1:1667 and to Groot 1 at the ports 1666 and 1669; --groot=PORT or "
                 "--groot=HOST:PORT elsewhere");
@@ -504,7 +510,11 @@ void add_skill(CLI::App& app, SkillCommand& command) {
 
 void add_services(CLI::App& app, ServicesCommand& command) {
   auto* sub = app.add_subcommand("services", "List the services of a running mission");
-  sub->footer("Example:\n  sentree services");
+  sub->footer(
+      "Examples:\n"
+      "  sentree services\n"
+      "  sentree services --on yarp:        the ports that the name server of YARP knows");
+  sub->add_option("--on", command.on, "A network instead of a run: yarp:, or yarp:/robot for what is named so");
   sub->add_option("--run", command.run, "Process id of the run, where several run")->check(CLI::PositiveNumber);
   sub->add_flag("--json", command.json, "Print the list as JSON");
 }
@@ -516,6 +526,7 @@ void add_ping(CLI::App& app, PingCommand& command) {
       "  sentree ping                                  the run and every service elsewhere\n"
       "  sentree ping navigation\n"
       "  sentree ping tcp://127.0.0.1:9090/battery\n"
+      "  sentree ping yarp:/battery/rpc:i\n"
       "Exit code: 0 all answer, 4 one does not.");
   sub->add_option("target", command.target, "Service or address; default: all");
   sub->add_option("--run", command.run, "Process id of the run, where several run")->check(CLI::PositiveNumber);
@@ -528,6 +539,7 @@ void add_echo(CLI::App& app, EchoCommand& command) {
       "Examples:\n"
       "  sentree echo\n"
       "  sentree echo 'battery.*'\n"
+      "  sentree echo yarp:/battery/state:o            what a port of YARP sends\n"
       "  sentree echo '*.tick.reply' --json -n 10");
   sub->add_option("pattern", command.pattern, "Of names; * stands for any characters")->capture_default_str();
   sub->add_option("--count,-n", command.count, "End after so many");
@@ -538,8 +550,10 @@ void add_echo(CLI::App& app, EchoCommand& command) {
 void add_bench(CLI::App& app, BenchRpcCommand& command) {
   auto* sub = app.add_subcommand("bench", "Measure this machine");
   sub->require_subcommand(1);
-  auto* rpc = sub->add_subcommand("rpc", "An empty call between two processes over a Unix socket");
-  rpc->footer("Example:\n  sentree bench rpc --json");
+  auto* rpc = sub->add_subcommand("rpc", "An empty call between two processes, over a Unix socket or YARP");
+  rpc->footer("Examples:\n  sentree bench rpc --json\n  sentree bench rpc --over yarp");
+  rpc->add_option("--over", command.over, "unix: a Unix socket; yarp: ports of YARP, tcp")
+      ->check(CLI::IsMember({"unix", "yarp"}));
   rpc->add_option("--calls", command.calls)->check(CLI::Range(1, 10'000'000))->capture_default_str();
   rpc->add_option("--listen", command.listen)->group("");
   rpc->add_flag("--json", command.json, "Print median and 99th percentile as JSON [µs]");
@@ -608,10 +622,13 @@ void add_sim(CLI::App& app, SimCommand& command) {
       "  sentree sim --world W.yaml --speed 20 --goto kitchen --goto station\n"
       "  sentree sim --world W.yaml --speed 0 --goto kitchen --json    as fast as the machine allows\n"
       "  sentree sim --world W.yaml --at tcp://127.0.0.1:9090          also for other programs\n"
+      "  sentree sim --world W.yaml --yarp                             as ports of YARP: /battery/rpc:i ...\n"
       "Exit code: 0 ok, 1 a place was not reached, 3 invalid world, 4 environment (port taken), 130 interrupted\n"
       "before --duration was over.");
   sub->add_option("--world", command.world, "World file")->required();
-  sub->add_option("--at", command.at, "Serve it here too: unix:PATH, tcp://HOST:PORT (port 0: any)");
+  sub->add_option("--at", command.at, "Serve it here too: unix:PATH, tcp://HOST:PORT (port 0: any), yarp:/PREFIX");
+  sub->add_flag("--yarp", command.yarp,
+                "Serve it as ports of YARP, too; with a name server on board where none answers");
   sub->add_option("--speed", command.speed, "Simulated seconds per second; 0: as fast as the machine allows")
       ->check(CLI::Range(0.0, 1000.0));
   sub->add_option("--seed", command.seed, "Of all that is random");
@@ -799,4 +816,7 @@ int command_line(int argc, char** argv) {
 
 }  // namespace
 
-int main(int argc, char** argv) { return finished(command_line(argc, argv)); }
+int main(int argc, char** argv) {
+  sentree::rpc::register_middleware(sentree::yarp::make_middleware());
+  return finished(command_line(argc, argv));
+}

@@ -5,6 +5,7 @@
 
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
+#include "sentree/rpc/middleware.h"
 #include "sentree/runtime/environment.h"
 
 namespace sentree::cli {
@@ -25,12 +26,12 @@ int serve_until_signal(const std::string& listen, std::vector<rpc::NamedService>
   options.insecure = insecure;
   options.tls = runtime::environment_tls();
   options.on_peer_error = [](const std::string& message) { say(message); };
-  auto server = rpc::Server::start(*address, std::move(services), std::move(options));
+  auto server = rpc::serve(*address, std::move(services), std::move(options));
   if (!server) {
     say(to_string(server.error()));
     return kEnvironment;
   }
-  print("listening on " + to_string((*server)->address()) + "\n");
+  print("listening on " + (*server)->address() + "\n");
   int signal = 0;
   sigwait(&signals, &signal);
   // The server would wait for a thread that hangs in a script.

@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <charconv>
 
+#include "sentree/rpc/middleware.h"
+
 namespace sentree::rpc {
 namespace {
 
-constexpr std::string_view kForms = "; an address is unix:/path, tcp://host:port or tls://host:port";
-
 tl::unexpected<Diagnostic> wrong(std::string_view text, std::string_view why) {
-  return fail("rpc.address", "address \"" + std::string(text) + "\" " + std::string(why) + std::string(kForms));
+  return fail("rpc.address",
+              "address \"" + std::string(text) + "\" " + std::string(why) + "; an address is " + address_forms());
 }
 
 bool set_option(std::string_view option, Address& out) {
@@ -28,6 +29,14 @@ constexpr std::size_t kSocketPathMax = 107;
 Result<Address> Address::parse(std::string_view text) {
   Address out;
   std::string_view rest = text;
+  const std::string_view scheme = text.substr(0, std::min(text.find(':'), text.size()));
+  if (const Middleware* other = find_middleware(scheme); other != nullptr && other != &thrift()) {
+    out.kind = Kind::kOther;
+    out.scheme = scheme;
+    out.path = text.substr(scheme.size() + 1);
+    if (auto known = other->check(out); !known) return tl::unexpected(std::move(known.error()));
+    return out;
+  }
   if (const auto question = rest.find('?'); question != std::string_view::npos) {
     std::string_view options = rest.substr(question + 1);
     rest = rest.substr(0, question);
@@ -86,6 +95,7 @@ Result<Address> Address::parse(std::string_view text) {
 std::string to_string(const Address& address) {
   std::string out;
   switch (address.kind) {
+    case Address::Kind::kOther: return address.scheme + ":" + address.path;
     case Address::Kind::kLocal: out = "local:" + address.path; break;
     case Address::Kind::kUnix: out = "unix:" + address.path; break;
     case Address::Kind::kTcp:
@@ -105,7 +115,10 @@ std::string to_string(const Address& address) {
     out += "?protocol=compact";
     mark = '&';
   }
-  if (address.framed) out += std::string(1, mark) + "transport=framed";
+  if (address.framed) {
+    out += mark;
+    out += "transport=framed";
+  }
   return out;
 }
 

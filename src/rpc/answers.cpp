@@ -6,6 +6,8 @@
 
 #include <utility>
 
+#include "sentree/rpc/service.h"
+
 namespace sentree::rpc {
 
 using std::chrono::steady_clock;

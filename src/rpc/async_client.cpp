@@ -12,7 +12,7 @@
 
 #include "sentree/base/alarm.h"
 #include "sentree/rpc/detail/calls.h"
-#include "sentree/rpc/detail/line.h"
+#include "sentree/rpc/detail/thrift_line.h"
 
 namespace sentree::rpc {
 
@@ -20,8 +20,8 @@ using std::chrono::steady_clock;
 
 class AsyncClient::Impl {
  public:
-  Impl(const Address& address, idl::ServicePtr interface, ClientOptions options, std::shared_ptr<const TlsContext> tls)
-      : interface_(std::move(interface)), line_(address, named(std::move(options), *interface_), std::move(tls)) {}
+  Impl(std::unique_ptr<Line> line, idl::ServicePtr interface)
+      : interface_(std::move(interface)), line_(std::move(line)) {}
   ~Impl() { end(); }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
@@ -43,13 +43,13 @@ class AsyncClient::Impl {
     Job job{&method, std::move(arguments), deadline, std::move(done)};
     std::unique_lock lock(mutex_);
     if (closed_ || waiting_.size() >= kAsyncCallsMax) {
-      CallError error = line_.unreachable(closed_ ? "the client has been closed"
-                                                  : std::to_string(kAsyncCallsMax) + " calls are waiting already");
+      CallError error = line_->unreachable(closed_ ? "the client has been closed"
+                                                   : std::to_string(kAsyncCallsMax) + " calls are waiting already");
       lock.unlock();
       return finish(std::move(job), tl::unexpected(std::move(error)));
     }
     const bool free = !busy_ && !sending_ && !flight_ && waiting_.empty();
-    const std::shared_ptr<Connection> connection = free ? line_.prepare(method, job.arguments) : nullptr;
+    const std::shared_ptr<Link> connection = free ? line_->prepare(method, job.arguments) : nullptr;
     if (connection == nullptr) {
       waiting_.push_back(std::move(job));
       if (free) wake();
@@ -60,13 +60,14 @@ class AsyncClient::Impl {
     sending_ = true;
     // Without the lock: the reply may be there before the sender is back.
     lock.unlock();
-    const std::size_t sent = Line::send_now(*connection);
+    const auto [data, size] = connection->message();
+    const std::size_t sent = connection->stream->send_now(data, size);
     lock.lock();
     sending_ = false;
-    has_rest_ = sent < connection->out.finish().second;
+    has_rest_ = sent < size;
     if (!flight_) {
       // It has failed meanwhile.
-      if (std::exchange(has_rest_, false)) line_.drop();
+      if (std::exchange(has_rest_, false)) line_->drop();
     } else if (has_rest_) {
       sent_ = sent;
       wake();
@@ -79,7 +80,7 @@ class AsyncClient::Impl {
   void close() {
     const std::lock_guard lock(mutex_);
     if (std::exchange(closed_, true)) return;
-    line_.interrupt(true);
+    line_->interrupt(true);
     wake();
   }
 
@@ -91,8 +92,8 @@ class AsyncClient::Impl {
 
   ClientCounters counters() const {
     ClientCounters out = calls_.counters();
-    out.late_replies = line_.counts().late_replies;
-    out.connections = line_.counts().connections;
+    out.late_replies = line_->counts().late_replies;
+    out.connections = line_->counts().connections;
     return out;
   }
 
@@ -122,7 +123,7 @@ class AsyncClient::Impl {
     while (!closed_) {
       if (has_rest_) {
         has_rest_ = false;
-        settle(lock, [this] { return line_.send_rest(sent_, flight_->deadline); });
+        settle(lock, [this] { return line_->send_rest(sent_, flight_->deadline); });
       } else if (!sending_ && !flight_ && take_next()) {
         settle(lock, [this] { return send(*flight_); });
       } else {
@@ -131,7 +132,7 @@ class AsyncClient::Impl {
     }
     while (take_next()) {
       settle(lock, [this]() -> std::optional<Outcome> {
-        return tl::unexpected(line_.unreachable("the client has been closed"));
+        return tl::unexpected(line_->unreachable("the client has been closed"));
       });
     }
   }
@@ -146,9 +147,9 @@ class AsyncClient::Impl {
   }
 
   std::optional<Outcome> send(const Job& job) {
-    if (steady_clock::now() >= job.deadline) return tl::unexpected(line_.late("other calls kept the connection busy"));
-    line_.begin();
-    return line_.send(*job.method, job.arguments, job.deadline);
+    if (steady_clock::now() >= job.deadline) return tl::unexpected(line_->late("other calls kept the connection busy"));
+    line_->begin();
+    return line_->send(*job.method, job.arguments, job.deadline);
   }
 
   // Does something with the line that may end the call in flight. Meanwhile new calls wait.
@@ -167,7 +168,7 @@ class AsyncClient::Impl {
     Job job = std::move(*flight_);
     flight_.reset();
     // What follows half a request would be taken for its other half.
-    if (std::exchange(has_rest_, false)) line_.drop();
+    if (std::exchange(has_rest_, false)) line_->drop();
     lock.unlock();
     finish(std::move(job), std::move(out));
     lock.lock();
@@ -175,8 +176,8 @@ class AsyncClient::Impl {
 
   // Until the line or a caller has something to do, or a time has come.
   void await(std::unique_lock<std::mutex>& lock) {
-    ring_at(flight_ ? flight_->deadline : line_.gives_up());
-    const std::shared_ptr<Connection> connection = line_.connection();
+    ring_at(flight_ ? flight_->deadline : line_->gives_up());
+    const std::shared_ptr<Link> connection = line_->connection();
     lock.unlock();
     pollfd watched[2] = {{alarm_.descriptor(), POLLIN, 0},
                          {connection != nullptr ? connection->stream->descriptor() : -1, POLLIN, 0}};
@@ -188,26 +189,26 @@ class AsyncClient::Impl {
     }
     if (closed_) return;
     if (has_rest_) return;
-    const bool came = watched[1].revents != 0 && line_.connection() == connection;
+    const bool came = watched[1].revents != 0 && line_->connection() == connection;
     const auto now = steady_clock::now();
     if (flight_ && !flight_->method->oneway && (is_reply(came) || (!sending_ && now >= flight_->deadline))) {
-      settle(lock, [this] { return line_.receive(*flight_->method, flight_->deadline); });
+      settle(lock, [this] { return line_->receive(*flight_->method, flight_->deadline); });
     } else if (!flight_ && came) {
       settle(lock, [this] {
-        line_.take_late_replies();
+        line_->take_late_replies();
         return std::optional<Outcome>();
       });
-    } else if (!flight_ && now >= line_.gives_up()) {
-      line_.drop();
+    } else if (!flight_ && now >= line_->gives_up()) {
+      line_->drop();
     }
   }
 
   // While the request is being sent, only its reply may be waited for: it has gone whole if that is what came.
-  [[nodiscard]] bool is_reply(bool came) const { return came && !(sending_ && line_.owes()); }
+  [[nodiscard]] bool is_reply(bool came) const { return came && !(sending_ && line_->owes()); }
 
   const idl::ServicePtr interface_;
   Calls calls_;
-  Line line_;  // of whoever holds the lock while nobody is busy, else of the thread
+  const std::unique_ptr<Line> line_;  // of whoever holds the lock while nobody is busy, else of the thread
 
   std::mutex mutex_;
   bool closed_ = false;
@@ -230,7 +231,12 @@ Result<std::unique_ptr<AsyncClient>> AsyncClient::remote(const Address& address,
                                                          ClientOptions options) {
   auto tls = prepare_remote(address, options.tls);
   if (!tls) return tl::unexpected(tls.error());
-  auto impl = std::make_unique<Impl>(address, std::move(interface), std::move(options), std::move(*tls));
+  auto line = std::make_unique<ThriftLine>(address, named(std::move(options), *interface), std::move(*tls));
+  return over(std::move(line), std::move(interface));
+}
+
+Result<std::unique_ptr<AsyncClient>> AsyncClient::over(std::unique_ptr<Line> line, idl::ServicePtr interface) {
+  auto impl = std::make_unique<Impl>(std::move(line), std::move(interface));
   if (auto started = impl->start(); !started) return tl::unexpected(started.error());
   return std::unique_ptr<AsyncClient>(new AsyncClient(std::move(impl)));
 }
@@ -239,12 +245,6 @@ const idl::Service& AsyncClient::interface() const { return impl_->interface(); 
 
 void AsyncClient::call(const idl::Method& method, Value arguments, Deadline deadline, Done done) {
   impl_->call(method, std::move(arguments), deadline, std::move(done));
-}
-
-void AsyncClient::call(std::string_view method, Value arguments, Deadline deadline, Done done) {
-  const auto found = idl::find_method(interface(), method, interface().name);
-  if (!found) return done(refused(CallErrorKind::kArguments, found.error().message));
-  impl_->call(**found, std::move(arguments), deadline, std::move(done));
 }
 
 void AsyncClient::close() { impl_->close(); }

@@ -42,6 +42,9 @@ Result<std::shared_ptr<const TlsContext>> prepare_remote(const Address& address,
     return fail("rpc.address",
                 "address \"" + to_string(address) + "\" is in this process, so nothing can connect to it");
   }
+  if (address.kind == Address::Kind::kOther) {
+    return fail("rpc.address", "address \"" + to_string(address) + "\" is none of Thrift, which is needed here");
+  }
   if (address.kind != Address::Kind::kTls) return std::shared_ptr<const TlsContext>();
   return tls_context(files, false);
 }

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <chrono>
-#include <cstdint>
-#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -10,6 +8,7 @@
 #include "sentree/base/result.h"
 #include "sentree/rpc/address.h"
 #include "sentree/rpc/call.h"
+#include "sentree/rpc/caller.h"
 #include "sentree/rpc/service.h"
 #include "sentree/rpc/transport.h"
 
@@ -29,14 +28,6 @@ struct ClientOptions {
   TlsFiles tls;
   std::chrono::milliseconds late_wait{kLateWaitMax};
   std::chrono::milliseconds backoff_last{kBackoffLast};
-};
-
-struct ClientCounters {
-  std::uint64_t calls = 0;
-  std::uint64_t errors = 0;        ///< All kinds but kException.
-  std::uint64_t late = 0;          ///< Calls whose deadline passed.
-  std::uint64_t late_replies = 0;  ///< Of those, replies that still came; the rest was never answered.
-  std::uint64_t connections = 0;   ///< Made so far.
 };
 
 /// Calls one service of another process. Thread-safe: calls from several threads are made one after the other.

@@ -1,4 +1,4 @@
-#include "sentree/rpc/detail/listener.h"
+#include "sentree/rpc/listener.h"
 
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -60,6 +60,8 @@ Result<Listener> Listener::open(Address& address, bool insecure) {
   if (address.kind == Address::Kind::kLocal) {
     return fail("rpc.address", "address \"" + to_string(address) + "\" is in this process; nothing can listen there");
   }
+  if (address.kind == Address::Kind::kOther)
+    return fail("rpc.address", "address \"" + to_string(address) + "\" is none of a socket");
   if (address.kind == Address::Kind::kUnix) {
     sockaddr_un at{};
     at.sun_family = AF_UNIX;

@@ -1,60 +1,32 @@
 #include "sentree/rpc/server.h"
 
-#include <fcntl.h>
-#include <poll.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
-#include <list>
-#include <mutex>
-#include <system_error>
-#include <thread>
 #include <utility>
 
 #include "sentree/idl/conform.h"
+#include "sentree/rpc/acceptor.h"
 #include "sentree/rpc/detail/answers.h"
 #include "sentree/rpc/detail/connection.h"
-#include "sentree/rpc/detail/listener.h"
 
 namespace sentree::rpc {
-namespace {
-
-using std::chrono::milliseconds;
 using std::chrono::steady_clock;
-
-// Without a free descriptor nothing can be accepted; the next try comes after this.
-constexpr milliseconds kExhaustedWait{100};
-
-std::int64_t now_ns() { return steady_clock::now().time_since_epoch().count(); }
-
-}  // namespace
 
 class Server::Impl {
  public:
-  Impl(Listener listener, Address address, std::vector<NamedService> services, ServerOptions options,
+  Impl(Address address, std::vector<NamedService> services, ServerOptions options,
        std::shared_ptr<const TlsContext> tls)
-      : listener_(std::make_unique<Listener>(std::move(listener))),
-        address_(std::move(address)),
+      : address_(std::move(address)),
         services_(std::move(services)),
         options_(std::move(options)),
         tls_(std::move(tls)) {}
-  ~Impl() {
-    stop();
-    for (const int fd : wake_) {
-      if (fd >= 0) ::close(fd);
-    }
-  }
-  Impl(const Impl&) = delete;
-  Impl& operator=(const Impl&) = delete;
 
-  Result<void> run() {
-    if (::pipe2(wake_, O_CLOEXEC | O_NONBLOCK) != 0) return fail("rpc.address", "no descriptor left for a server");
-    try {
-      acceptor_ = std::thread([this] { accept_all(); });
-    } catch (const std::system_error& e) {
-      return fail("rpc.address", std::string("no thread left for a server: ") + e.what());
-    }
+  Result<void> run(Listener listener) {
+    auto acceptor = Acceptor::start(
+        std::move(listener), [this](Visitor& visitor) { attend(visitor); },
+        {.connections_max = options_.connections_max, .idle_before_eviction = options_.idle_before_eviction});
+    if (!acceptor) return tl::unexpected(std::move(acceptor.error()));
+    acceptor_ = std::move(*acceptor);
     return {};
   }
 
@@ -62,121 +34,26 @@ class Server::Impl {
 
   void stop() {
     stopping_.store(true);
-    wake();
-    if (acceptor_.joinable()) acceptor_.join();
-    listener_.reset();
-    {
-      const std::lock_guard lock(mutex_);
-      for (Peer& p : peers_) p.stream->shut_down();
-    }
-    for (Peer& p : peers_) p.thread.join();
-    peers_.clear();
+    acceptor_->stop();
   }
 
-  ServerCounters counters() const { return {connections_.load(), refused_.load(), calls_.load(), peer_errors_.load()}; }
+  ServerCounters counters() const {
+    const Acceptor::Counters accepted = acceptor_->counters();
+    return {accepted.connections, accepted.refused, calls_.load(), peer_errors_.load()};
+  }
 
  private:
-  struct Peer {
-    std::unique_ptr<Stream> accepted;  // taken over by the thread
-    Stream* stream = nullptr;          // outlives the thread, for shut_down
-    std::unique_ptr<Connection> connection;
-    std::thread thread;
-    std::atomic<std::int64_t> idle_since_ns{0};  // 0: within a call
-    std::atomic<bool> done{false};
-  };
-
-  // The acceptor looks up: the server stops, or a connection has ended.
-  void wake() const {
-    const char byte = 0;
-    [[maybe_unused]] const auto written = ::write(wake_[1], &byte, 1);  // A full pipe wakes as well.
-  }
-
-  void accept_all() {
-    while (!stopping_.load()) {
-      pollfd watched[2] = {{listener_->descriptor(), POLLIN, 0}, {wake_[0], POLLIN, 0}};
-      ::poll(watched, 2, -1);
-      if (stopping_.load()) return;
-      if (watched[1].revents != 0) {
-        char bytes[64];
-        [[maybe_unused]] const auto read = ::read(wake_[0], bytes, sizeof bytes);
-      }
-      reap();
-      if (watched[0].revents == 0) continue;
-      bool exhausted = false;
-      Descriptor socket = listener_->accept(exhausted);
-      if (exhausted) ::poll(&watched[1], 1, static_cast<int>(kExhaustedWait.count()));
-      if (!socket) continue;
-      if (!make_room()) {
-        refused_.fetch_add(1);
-        continue;
-      }
-      connections_.fetch_add(1);
-      welcome(std::move(socket));
-    }
-  }
-
-  void reap() {
-    const std::lock_guard lock(mutex_);
-    for (auto p = peers_.begin(); p != peers_.end();) {
-      if (p->done.load()) {
-        p->thread.join();
-        p = peers_.erase(p);
-      } else {
-        ++p;
-      }
-    }
-  }
-
-  // At the bound, the connection on which nothing has come for longest has to go, if that is long enough.
-  bool make_room() {
-    Peer* oldest = nullptr;
-    {
-      const std::lock_guard lock(mutex_);
-      if (peers_.size() < options_.connections_max) return true;
-      for (Peer& p : peers_) {
-        const std::int64_t since = p.idle_since_ns.load();
-        if (since != 0 && (oldest == nullptr || since < oldest->idle_since_ns.load())) oldest = &p;
-      }
-      const std::int64_t limit = std::chrono::nanoseconds(options_.idle_before_eviction).count();
-      if (oldest == nullptr || now_ns() - oldest->idle_since_ns.load() < limit) return false;
-      oldest->stream->shut_down();
-    }
-    oldest->thread.join();
-    const std::lock_guard lock(mutex_);
-    peers_.remove_if([&](const Peer& p) { return &p == oldest; });
-    return true;
-  }
-
-  void welcome(Descriptor socket) {
-    const std::lock_guard lock(mutex_);
-    Peer& p = peers_.emplace_back();
-    p.idle_since_ns.store(now_ns());
-    p.accepted = plain_stream(std::move(socket));
-    p.stream = p.accepted.get();
+  void attend(Visitor& visitor) {
     try {
-      p.thread = std::thread([this, &p] {
-        attend(p);
-        p.stream->shut_down();
-        p.done.store(true);
-        wake();  // What is left of the connection goes now, not with the next one.
-      });
-    } catch (const std::system_error&) {
-      peers_.pop_back();
-      refused_.fetch_add(1);
-    }
-  }
-
-  void attend(Peer& p) {
-    try {
-      if (tls_ != nullptr) {
-        Connected secured = tls_stream(std::make_unique<Borrowed>(*p.stream), tls_, {},
-                                       steady_clock::now() + options_.message_time_max);
-        if (secured.stream == nullptr) throw WireError{StreamStatus::kFailed, secured.why};
-        p.connection = std::make_unique<Connection>(std::move(secured.stream), options_.limits);
-      } else {
-        p.connection = std::make_unique<Connection>(std::make_unique<Borrowed>(*p.stream), options_.limits);
+      auto stream = std::make_unique<Borrowed>(visitor.stream());
+      if (tls_ == nullptr) {
+        Connection connection(std::move(stream), options_.limits);
+        return serve(visitor, connection);
       }
-      serve(p);
+      Connected secured = tls_stream(std::move(stream), tls_, {}, steady_clock::now() + options_.message_time_max);
+      if (secured.stream == nullptr) throw WireError{StreamStatus::kFailed, secured.why};
+      Connection connection(std::move(secured.stream), options_.limits);
+      serve(visitor, connection);
     } catch (const WireError& e) {
       complain(e.why);
     } catch (const std::exception& e) {
@@ -184,7 +61,7 @@ class Server::Impl {
     }
   }
 
-  // The stream stays with the peer, so that `stop` can shut it down whatever the thread is doing.
+  // The stream stays with the visitor, so that `stop` can shut it down whatever the thread is doing.
   class Borrowed final : public Stream {
    public:
     explicit Borrowed(Stream& stream) : stream_(stream) {}
@@ -216,20 +93,19 @@ class Server::Impl {
     ~Closing() { answers.close(); }
   };
 
-  void serve(Peer& p) {
-    Connection& c = *p.connection;
+  void serve(Visitor& visitor, Connection& c) {
     const auto answers = std::make_shared<Answers>(c, options_.message_time_max);
     const Closing closing{*answers};
     while (!stopping_.load()) {
       if (answers->wait() != StreamStatus::kOk) return;  // Gone between messages, as peers do.
-      p.idle_since_ns.store(0);
+      visitor.busy();
       c.in.begin_message(steady_clock::now() + options_.message_time_max);
       if (c.wire == nullptr) {
         const Encoding e = detect_encoding(c.in);
         c.wire = Wire::make(e.protocol, e.framed, c.in, c.out, options_.limits);
       }
       answer(c, answers);
-      p.idle_since_ns.store(now_ns());
+      visitor.idle();
     }
   }
 
@@ -296,20 +172,14 @@ class Server::Impl {
     }
   }
 
-  std::unique_ptr<Listener> listener_;
-  Address address_;
+  const Address address_;
   const std::vector<NamedService> services_;
   const ServerOptions options_;
   const std::shared_ptr<const TlsContext> tls_;
-  int wake_[2] = {-1, -1};
   std::atomic<bool> stopping_{false};
-  std::thread acceptor_;
-  std::mutex mutex_;  // peers_: the acceptor changes it, stop reads it
-  std::list<Peer> peers_;
-  std::atomic<std::uint64_t> connections_{0};
-  std::atomic<std::uint64_t> refused_{0};
   std::atomic<std::uint64_t> calls_{0};
   std::atomic<std::uint64_t> peer_errors_{0};
+  std::unique_ptr<Acceptor> acceptor_;  // last: its threads use the others
 };
 
 Server::Server(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -326,9 +196,8 @@ Result<std::unique_ptr<Server>> Server::start(const Address& address, std::vecto
   Address bound = address;
   auto listener = Listener::open(bound, options.insecure);
   if (!listener) return tl::unexpected(listener.error());
-  auto impl = std::make_unique<Impl>(std::move(*listener), std::move(bound), std::move(services), std::move(options),
-                                     std::move(tls));
-  if (auto running = impl->run(); !running) return tl::unexpected(running.error());
+  auto impl = std::make_unique<Impl>(std::move(bound), std::move(services), std::move(options), std::move(tls));
+  if (auto running = impl->run(std::move(*listener)); !running) return tl::unexpected(running.error());
   return std::unique_ptr<Server>(new Server(std::move(impl)));
 }
 

@@ -57,6 +57,10 @@ class Service {
   }
 };
 
+/// What a service's answer means for its caller, checked against the IDL: a result brought into form, a declared
+/// exception with its fields; everything else becomes kProtocol with a message that names the method.
+[[nodiscard]] Outcome checked(const idl::Method& method, Outcome outcome);
+
 /// A service that is one function; for tests and small components.
 class FunctionService final : public Service {
  public:

@@ -1,4 +1,4 @@
-#include "sentree/rpc/detail/stream.h"
+#include "sentree/rpc/stream.h"
 
 #include <fcntl.h>
 #include <netdb.h>

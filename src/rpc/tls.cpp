@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "sentree/rpc/certificates.h"
-#include "sentree/rpc/detail/stream.h"
+#include "sentree/rpc/stream.h"
 
 namespace sentree::rpc {
 namespace {

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "sentree/base/rng.h"
-#include "sentree/rpc/detail/stream.h"
 #include "sentree/rpc/detail/test_peers.h"
+#include "sentree/rpc/stream.h"
 
 namespace sentree::rpc {
 namespace {

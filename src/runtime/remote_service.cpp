@@ -1,7 +1,6 @@
 #include "sentree/runtime/remote_service.h"
 
-#include "sentree/rpc/async_client.h"
-#include "sentree/rpc/client.h"
+#include "sentree/rpc/middleware.h"
 #include "sentree/runtime/environment.h"
 
 namespace sentree::runtime {
@@ -16,7 +15,7 @@ namespace {
 
 class RemotePort final : public ServicePort {
  public:
-  RemotePort(std::unique_ptr<rpc::AsyncClient> client, Duration deadline)
+  RemotePort(std::unique_ptr<rpc::Caller> client, Duration deadline)
       : deadline_(deadline), client_(std::move(client)) {}
 
   void call(const idl::Method& method, Value args, Done done) override {
@@ -26,7 +25,7 @@ class RemotePort final : public ServicePort {
 
  private:
   const Duration deadline_;
-  const std::unique_ptr<rpc::AsyncClient> client_;
+  const std::unique_ptr<rpc::Caller> client_;
 };
 
 }  // namespace
@@ -36,7 +35,7 @@ Result<std::unique_ptr<ServicePort>> make_remote_port(const rpc::Address& addres
   rpc::ClientOptions options;
   options.target = std::move(name);
   options.tls = environment_tls();
-  auto client = rpc::AsyncClient::remote(address, std::move(interface), std::move(options));
+  auto client = rpc::connect(address, std::move(interface), std::move(options));
   if (!client) return tl::unexpected(client.error());
   return std::unique_ptr<ServicePort>(std::make_unique<RemotePort>(std::move(*client), deadline));
 }
@@ -48,9 +47,9 @@ mission::CallOutcome call_once(const rpc::Address& address, const idl::ServicePt
   rpc::ClientOptions options;
   options.target = name;
   options.tls = environment_tls();
-  const auto client = rpc::Client::remote(target, interface, std::move(options));
+  const auto client = rpc::connect(target, interface, std::move(options));
   if (!client) return {.ok = false, .result = {}, .kind = "unreachable", .message = client.error().message};
-  return to_call_outcome((*client)->call(method, args, std::chrono::steady_clock::now() + deadline));
+  return to_call_outcome(rpc::call_and_wait(**client, method, args, std::chrono::steady_clock::now() + deadline));
 }
 
 }  // namespace sentree::runtime

@@ -8,9 +8,9 @@
 
 namespace sentree::runtime {
 
-/// A service at an address, called as `rpc::AsyncClient` does: the caller never waits. Each call has `deadline`
-/// [wall time] from the moment it was asked for.
-/// The error of a service that does not exist yet or is gone is kind unreachable.
+/// A service at an address, called through the middleware of its scheme: the caller never waits. Each call has
+/// `deadline` [wall time] from the moment it was asked for. The error of a service that does not exist yet or is gone
+/// is kind unreachable.
 [[nodiscard]] Result<std::unique_ptr<ServicePort>> make_remote_port(const rpc::Address& address,
                                                                     idl::ServicePtr interface, std::string name,
                                                                     Duration deadline);

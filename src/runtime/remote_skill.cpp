@@ -10,8 +10,8 @@
 #include "sentree/base/assert.h"
 #include "sentree/idl/conform.h"
 #include "sentree/project/project.h"
-#include "sentree/rpc/async_client.h"
 #include "sentree/rpc/client.h"
+#include "sentree/rpc/middleware.h"
 #include "sentree/runtime/environment.h"
 #include "sentree/runtime/monitors.h"
 #include "sentree/runtime/observation_socket.h"
@@ -34,7 +34,7 @@ Result<idl::ServicePtr> shipped_interface(const std::string& file, std::string_v
 
 class RemoteSkill final : public RemoteLeafDriver {
  public:
-  RemoteSkill(std::unique_ptr<rpc::AsyncClient> client, RemoteSkillOptions options, RemoteSkillReplies replies)
+  RemoteSkill(std::unique_ptr<rpc::Caller> client, RemoteSkillOptions options, RemoteSkillReplies replies)
       : options_(std::move(options)), replies_(std::move(replies)), client_(std::move(client)) {}
 
   void tick(std::uint64_t tick, bool started, const Map& inputs) override {
@@ -95,7 +95,7 @@ class RemoteSkill final : public RemoteLeafDriver {
   const RemoteSkillReplies replies_;
   std::uint64_t run_ = 0;  // of the mission's actor
   std::atomic<bool> closed_ = false;
-  const std::unique_ptr<rpc::AsyncClient> client_;  // last: its thread uses the others
+  const std::unique_ptr<rpc::Caller> client_;  // last: its thread uses the others
 };
 
 List to_list(const std::vector<std::string>& texts) { return {texts.begin(), texts.end()}; }
@@ -247,6 +247,7 @@ class SkillService final : public rpc::Service {
       for (auto& [name, leaf] : leaves_) leaf->actor->cancel();
       return reply.give(Value());
     }
+    if (method.service == "SkillRequest") return serve_plain(method.name, reply);
     const Value* tick = arguments.find("tick");
     ServedLeaf* leaf = find(text_of(tick != nullptr ? *tick : arguments, "leaf"));
     if (leaf == nullptr) return reply.give(refused("runs " + std::to_string(kServedLeavesMax) + " leaves already"));
@@ -350,6 +351,54 @@ class SkillService final : public rpc::Service {
     leaf.actor->tick(number, started, json_object(request.find("inputs")));
   }
 
+  // Of who knows neither leaves nor runs.
+  void serve_plain(const std::string& method, const rpc::Reply& reply) {
+    ServedLeaf* const leaf = find(plan_.id);
+    if (leaf == nullptr) return reply.give(refused("runs " + std::to_string(kServedLeavesMax) + " leaves already"));
+    const bool wants_status = method == "request_ack" || method == "request_tick";
+    if (method == "send_stop" || method == "request_halt") {
+      {
+        const std::lock_guard lock(plain_.mutex);
+        plain_.status = "SKILL_IDLE";
+      }
+      const rpc::Outcome halted = serve_halt(*leaf);
+      return reply.give(halted ? rpc::Outcome(Value()) : halted);
+    }
+    std::int64_t run = 0;
+    std::int64_t tick = 0;
+    {
+      const std::lock_guard lock(plain_.mutex);
+      const bool starts = method == "send_start" || method == "request_tick";
+      const bool is_over = plain_.status == "SKILL_SUCCESS" || plain_.status == "SKILL_FAILURE";
+      // What was not asked for yet is told before anything new begins.
+      const bool is_told = is_over && wants_status;
+      if (is_told || (plain_.status == "SKILL_IDLE" && !starts) ||
+          (plain_.status == "SKILL_RUNNING" && !wants_status)) {
+        Value status =
+            wants_status ? Value(is_told ? std::exchange(plain_.status, "SKILL_IDLE") : plain_.status) : Value();
+        return reply.give(std::move(status));
+      }
+      if (plain_.status != "SKILL_RUNNING") ++plain_.run;
+      plain_.status = "SKILL_RUNNING";
+      run = plain_.run;
+      tick = ++plain_.tick;
+    }
+    const rpc::Reply answered([this, reply, run, wants_status](rpc::Outcome outcome, bool is_last) {
+      const Value* const status = outcome ? outcome->find("status") : nullptr;
+      std::string told = status != nullptr ? "SKILL_" + std::string(status->text()) : "SKILL_FAILURE";
+      {
+        const std::lock_guard lock(plain_.mutex);
+        const bool is_running = told == "SKILL_RUNNING";
+        // Halted meanwhile, perhaps started anew.
+        if (plain_.run == run && plain_.status == "SKILL_RUNNING" && !is_running)
+          plain_.status = wants_status ? "SKILL_IDLE" : told;
+      }
+      Value answer = wants_status ? Value(std::move(told)) : Value();
+      is_last ? reply.give_last(std::move(answer)) : reply.give(std::move(answer));
+    });
+    serve_tick(*leaf, Map{{"leaf", plan_.id}, {"run", run}, {"tick", tick}, {"inputs", "{}"}}, answered);
+  }
+
   rpc::Outcome serve_halt(ServedLeaf& leaf) {
     std::unique_lock lock(leaf.mutex);
     const bool asked_already = leaf.halts_asked != leaf.halts_done;
@@ -370,18 +419,26 @@ class SkillService final : public rpc::Service {
   Watchdog watchdog_{plan_.deadlines.script};
   std::mutex mutex_;
   std::map<std::string, std::unique_ptr<ServedLeaf>> leaves_;
+  // Of the leaf that is ticked without a name.
+  struct Plain {
+    std::mutex mutex;
+    std::string status = "SKILL_IDLE";
+    std::int64_t run = 0;
+    std::int64_t tick = 0;
+  } plain_;
 };
 
 }  // namespace
 
 Result<idl::ServicePtr> skill_interface() { return shipped_interface("skill.thrift", "Skill"); }
+Result<idl::ServicePtr> served_skill_interface() { return shipped_interface("skill.thrift", "SkillRequest"); }
 Result<idl::ServicePtr> observer_interface() { return shipped_interface("observer.thrift", "Observer"); }
 
 Result<std::unique_ptr<RemoteLeafDriver>> make_remote_skill(RemoteSkillOptions options, RemoteSkillReplies replies) {
   rpc::ClientOptions client_options;
   client_options.target = options.leaf;
   client_options.tls = environment_tls();
-  auto client = rpc::AsyncClient::remote(options.address, options.interface, std::move(client_options));
+  auto client = rpc::connect(options.address, options.interface, std::move(client_options));
   if (!client) return tl::unexpected(client.error());
   return std::unique_ptr<RemoteLeafDriver>(
       std::make_unique<RemoteSkill>(std::move(*client), std::move(options), std::move(replies)));

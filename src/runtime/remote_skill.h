@@ -14,6 +14,8 @@ namespace sentree::runtime {
 /// The interface in interfaces/skill.thrift and interfaces/observer.thrift. Error: file.not-found where Sentree is not
 /// installed whole.
 [[nodiscard]] Result<idl::ServicePtr> skill_interface();
+/// What this program serves of a skill: `skill_interface`, and the ticks of programs that know neither leaves nor runs.
+[[nodiscard]] Result<idl::ServicePtr> served_skill_interface();
 [[nodiscard]] Result<idl::ServicePtr> observer_interface();
 
 /// Carries a leaf's ticks and halts to a skill in another process. A skill that cannot be reached fails its leaf.

@@ -11,6 +11,7 @@
 #include "sentree/base/assert.h"
 #include "sentree/base/temporary_folder.h"
 #include "sentree/idl/conform.h"
+#include "sentree/rpc/middleware.h"
 #include "sentree/runtime/control.h"
 #include "sentree/runtime/environment.h"
 #include "sentree/runtime/local_skill.h"
@@ -138,7 +139,8 @@ class Run::Impl final : public RunView, private RunInside {
     if (interrupted_) steering_.ask_to_stop("interrupt");  // while the parts were started
     // In virtual time nothing goes on without a thread, so a script that never ends has ended the run.
     const auto hung = scenario_.virtual_time ? monitors_.hung() : std::nullopt;
-    const auto error = hung ? hung : scheduler_->run();
+    const auto unheard = subscribe_elsewhere();
+    const auto error = hung ? hung : unheard ? unheard : scheduler_->run();
     steering_.finish();
     if (options_.on_view) options_.on_view(nullptr);
     // Skills elsewhere first: they still publish while they halt. Monitors and observers see what they say.
@@ -150,6 +152,7 @@ class Run::Impl final : public RunView, private RunInside {
       }
       supervisor_->end(publishing, kEndPatience);
     }
+    sources_.clear();
     observer_servers_.clear();
     if (inbox_) inbox_->close();
     // Ended as it is, with no tick in which the mission could have said so.
@@ -376,7 +379,7 @@ class Run::Impl final : public RunView, private RunInside {
     options.insecure = options_.insecure;
     options.tls = environment_tls();
     auto server =
-        rpc::Server::start(*address, {{"observer", make_observer_service(*interface, publisher_)}}, std::move(options));
+        rpc::serve(*address, {{"observer", make_observer_service(*interface, publisher_)}}, std::move(options));
     if (!server) return server.error().message;
     observer_servers_.push_back(std::move(*server));
     return std::nullopt;
@@ -408,6 +411,37 @@ class Run::Impl final : public RunView, private RunInside {
       auto observer = RemoteObserver::connect(plan.name, *address, *interface, std::move(callbacks));
       if (!observer) return observer.error().message;
       observers_.push_back(std::move(*observer));
+    }
+    return std::nullopt;
+  }
+
+  // What is published elsewhere on the topics of this project.
+  std::optional<std::string> subscribe_elsewhere() {
+    for (const auto& [name, service] : services_) {
+      const auto address = rpc::Address::parse(service.at);
+      if (!address || address->kind != rpc::Address::Kind::kOther) continue;
+      if (!rpc::middleware_of(*address).is_source(*address)) {
+        // Others may connect what is published on before anything is.
+        auto published = rpc::connect(*address, service.service, {.target = name});
+        if (!published) return published.error().message;
+        published_.push_back(std::move(*published));
+        continue;
+      }
+      auto opened = rpc::middleware_of(*address).subscribe(
+          *address, service.service,
+          [this, name = name](const idl::Method& method, Value arguments) {
+            Message request;
+            request.kind = MessageKind::kRequest;
+            request.source = name;
+            request.target = name;
+            request.name = name + "." + method.name + ".request";
+            request.call = publisher_.next_call();
+            request.data = Map{{"args", std::move(arguments)}};
+            stream_.publish(std::move(request));
+          },
+          {.target = name, .problem = [this](const std::string& what) { problem(what); }});
+      if (!opened) return opened.error().message;
+      sources_.push_back(std::move(*opened));
     }
     return std::nullopt;
   }
@@ -667,14 +701,13 @@ class Run::Impl final : public RunView, private RunInside {
   }
 
   // Test control is served beside the simulated services, wherever that is.
-  std::string simulator_address() const {
+  std::string simulator_address(const std::string& control) const {
     if (sim_) return "sim";
     if (!component_.empty()) return supervisor_->address(component_);
     for (const auto& [name, service] : services_) {
       if (sim::find_service(service.interface) == nullptr) continue;
       if (auto address = rpc::Address::parse(service.at)) {
-        address->service.clear();
-        return to_string(*address);
+        return to_string(rpc::middleware_of(*address).beside(*address, name, control));
       }
     }
     return {};
@@ -695,7 +728,7 @@ class Run::Impl final : public RunView, private RunInside {
     if (!args) return {.ok = false, .result = {}, .kind = "arguments", .message = args.error().message};
     if (const auto checked = idl::check_ranges(**found, *args); !checked)
       return {.ok = false, .result = {}, .kind = "arguments", .message = checked.error().message};
-    const std::string at = controlled ? simulator_address() : service->second.at;
+    const std::string at = controlled ? simulator_address(name) : service->second.at;
     if ((*found)->oneway) {
       Message request;
       request.kind = MessageKind::kRequest;
@@ -755,6 +788,8 @@ class Run::Impl final : public RunView, private RunInside {
   // and before whoever executes the run is told that it is over.
   void end_callers() {
     control_server_.reset();
+    sources_.clear();
+    published_.clear();
     observer_servers_.clear();
     supervisor_.reset();
     if (inbox_) inbox_->close();
@@ -805,7 +840,9 @@ class Run::Impl final : public RunView, private RunInside {
   StreamPublisher::Observers observers_;
   std::vector<MonitorReport> remote_reports_;  // of monitors elsewhere; under problems_mutex_
   std::vector<std::pair<std::string, monitor::Decision>> decided_elsewhere_;  // not yet taken; likewise
-  std::vector<std::unique_ptr<rpc::Server>> observer_servers_;
+  std::vector<std::unique_ptr<rpc::Opened>> observer_servers_;
+  std::vector<std::unique_ptr<rpc::Opened>> sources_;    // of topics
+  std::vector<std::unique_ptr<rpc::Caller>> published_;  // where topics go
   Tap tap_;
   std::unique_ptr<rpc::Server> control_server_;
   std::vector<std::unique_ptr<ModelActor>> models_;  // as in the plan

@@ -7,7 +7,7 @@
 
 #include "sentree/idl/conform.h"
 #include "sentree/rpc/client.h"
-#include "sentree/rpc/detail/stream.h"
+#include "sentree/rpc/stream.h"
 
 /// What clients of both kinds do around a call. Private to the library.
 namespace sentree::rpc {

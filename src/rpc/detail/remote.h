@@ -4,7 +4,7 @@
 #include <memory>
 #include <mutex>
 
-#include "sentree/rpc/detail/line.h"
+#include "sentree/rpc/detail/thrift_line.h"
 
 /// A line that the threads of several callers share, one call after the other. Private to the library.
 namespace sentree::rpc {
@@ -19,14 +19,14 @@ class Remote {
   /// Sends and waits for the reply; `arguments` conform.
   [[nodiscard]] Outcome exchange(const idl::Method& method, const Value& arguments, Deadline deadline);
   void interrupt(bool for_good) { line_.interrupt(for_good); }
-  [[nodiscard]] Line::Counts counts() const { return line_.counts(); }
+  [[nodiscard]] ThriftLine::Counts counts() const { return line_.counts(); }
 
  private:
   // Being the one who may use the line; others wait, but not beyond their deadline.
   [[nodiscard]] bool acquire(Deadline deadline);
   void release();
 
-  Line line_;
+  ThriftLine line_;
   std::mutex mutex_;
   std::condition_variable freed_;
   bool busy_ = false;

@@ -13,7 +13,7 @@
 #include "sentree/base/message.h"
 #include "sentree/idl/schema.h"
 #include "sentree/rpc/address.h"
-#include "sentree/rpc/detail/stream.h"
+#include "sentree/rpc/stream.h"
 
 /// Thrift messages on a stream. Private to the library; the only header that includes Thrift's.
 namespace sentree::rpc {

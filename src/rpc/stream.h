@@ -12,7 +12,7 @@
 #include "sentree/rpc/call.h"
 #include "sentree/rpc/transport.h"
 
-/// Sockets with deadlines. Private to the library.
+/// Sockets with deadlines, for every middleware that speaks over streams.
 namespace sentree::rpc {
 
 enum class StreamStatus : std::uint8_t { kOk, kLate, kClosed, kFailed };

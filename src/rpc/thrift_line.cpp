@@ -1,4 +1,4 @@
-#include "sentree/rpc/detail/line.h"
+#include "sentree/rpc/detail/thrift_line.h"
 
 #include <algorithm>
 #include <limits>
@@ -20,41 +20,41 @@ std::string wire_name(const Address& address, const std::string& method) {
 
 }  // namespace
 
-Line::Line(const Address& address, const ClientOptions& options, std::shared_ptr<const TlsContext> tls)
+ThriftLine::ThriftLine(const Address& address, const ClientOptions& options, std::shared_ptr<const TlsContext> tls)
     : address_(address), options_(options), tls_(std::move(tls)) {}
 
-std::string Line::where() const { return "\"" + options_.target + "\" at " + to_string(address_); }
+std::string ThriftLine::where() const { return "\"" + options_.target + "\" at " + to_string(address_); }
 
-CallError Line::unreachable(const std::string& why) const {
+CallError ThriftLine::unreachable(const std::string& why) const {
   return {CallErrorKind::kUnreachable, where() + " is unreachable: " + why, {}, {}};
 }
 
-CallError Line::late(const std::string& what) const {
+CallError ThriftLine::late(const std::string& what) const {
   return {CallErrorKind::kLate, where() + " did not answer in time: " + what, {}, {}};
 }
 
-CallError Line::broken(const WireError& error) {
+CallError ThriftLine::broken(const WireError& error) {
   drop();
   if (error.status == StreamStatus::kClosed) return unreachable(error.why);
   return {CallErrorKind::kProtocol, where() + " broke the protocol: " + error.why, {}, {}};
 }
 
-Line::Counts Line::counts() const {
+ThriftLine::Counts ThriftLine::counts() const {
   const std::lock_guard lock(mutex_);
   return counts_;
 }
 
-std::shared_ptr<Connection> Line::connection() const {
+std::shared_ptr<Link> ThriftLine::connection() const {
   const std::lock_guard lock(mutex_);
   return connection_;
 }
 
-void Line::begin() {
+void ThriftLine::begin() {
   const std::lock_guard lock(mutex_);
   interrupted_ = false;
 }
 
-void Line::interrupt(bool for_good) {
+void ThriftLine::interrupt(bool for_good) {
   std::shared_ptr<Connection> connection;
   {
     const std::lock_guard lock(mutex_);
@@ -65,7 +65,7 @@ void Line::interrupt(bool for_good) {
   if (connection != nullptr) connection->stream->shut_down();
 }
 
-void Line::drop() {
+void ThriftLine::drop() {
   const std::lock_guard lock(mutex_);
   // Somebody may be waiting for it.
   if (connection_ != nullptr) connection_->stream->shut_down();
@@ -73,7 +73,7 @@ void Line::drop() {
   owed_.clear();
 }
 
-tl::expected<void, CallError> Line::connected(Deadline deadline) {
+tl::expected<void, CallError> ThriftLine::connected(Deadline deadline) {
   const auto now = steady_clock::now();
   {
     const std::lock_guard lock(mutex_);
@@ -110,7 +110,7 @@ tl::expected<void, CallError> Line::connected(Deadline deadline) {
   return {};
 }
 
-void Line::write(const idl::Method& method, const Value& arguments) {
+void ThriftLine::write(const idl::Method& method, const Value& arguments) {
   sequence_ = sequence_ == std::numeric_limits<std::int32_t>::max() ? 1 : sequence_ + 1;
   oneway_ = method.oneway;
   connection_->wire->write_call(address_.service.empty() ? method.name : wire_name(address_, method.name),
@@ -118,7 +118,7 @@ void Line::write(const idl::Method& method, const Value& arguments) {
                                 arguments);
 }
 
-std::optional<Outcome> Line::transmit(std::size_t from, Deadline deadline) {
+std::optional<Outcome> ThriftLine::transmit(std::size_t from, Deadline deadline) {
   Connection& c = *connection_;
   const auto [data, size] = c.out.finish();
   const StreamStatus sent = c.stream->send(data + from, size - from, deadline);
@@ -132,7 +132,7 @@ std::optional<Outcome> Line::transmit(std::size_t from, Deadline deadline) {
   return std::nullopt;
 }
 
-std::optional<Outcome> Line::send(const idl::Method& method, const Value& arguments, Deadline deadline) {
+std::optional<Outcome> ThriftLine::send(const idl::Method& method, const Value& arguments, Deadline deadline) {
   if (auto ready = connected(deadline); !ready) return tl::unexpected(std::move(ready.error()));
   try {
     write(method, arguments);
@@ -142,7 +142,7 @@ std::optional<Outcome> Line::send(const idl::Method& method, const Value& argume
   return transmit(0, deadline);
 }
 
-std::shared_ptr<Connection> Line::prepare(const idl::Method& method, const Value& arguments) {
+std::shared_ptr<Link> ThriftLine::prepare(const idl::Method& method, const Value& arguments) {
   if (connection_ == nullptr || owed_.size() >= kLateRepliesMax || steady_clock::now() >= gives_up()) return nullptr;
   try {
     write(method, arguments);
@@ -154,22 +154,17 @@ std::shared_ptr<Connection> Line::prepare(const idl::Method& method, const Value
   return connection_;
 }
 
-std::size_t Line::send_now(Connection& connection) {
-  const auto [data, size] = connection.out.finish();
-  return connection.stream->send_now(data, size);
-}
-
-std::optional<Outcome> Line::send_rest(std::size_t sent, Deadline deadline) {
+std::optional<Outcome> ThriftLine::send_rest(std::size_t sent, Deadline deadline) {
   if (connection_ == nullptr) return tl::unexpected(unreachable("the connection broke while the request was sent"));
   return transmit(sent, deadline);
 }
 
-Outcome Line::exchange(const idl::Method& method, const Value& arguments, Deadline deadline) {
+Outcome ThriftLine::exchange(const idl::Method& method, const Value& arguments, Deadline deadline) {
   if (auto over = send(method, arguments, deadline)) return std::move(*over);
   return receive(method, deadline);
 }
 
-Outcome Line::receive(const idl::Method& method, Deadline deadline) {
+Outcome ThriftLine::receive(const idl::Method& method, Deadline deadline) {
   if (connection_ == nullptr) return tl::unexpected(unreachable("the connection broke before the reply"));
   Connection& c = *connection_;
   try {
@@ -205,7 +200,7 @@ Outcome Line::receive(const idl::Method& method, Deadline deadline) {
   }
 }
 
-Outcome Line::outcome_of(const idl::Method& method, ReplyBody body) {
+Outcome ThriftLine::outcome_of(const idl::Method& method, ReplyBody body) {
   if (body.form == ReplyBody::Form::kResult) return std::move(body.value);
   if (body.form == ReplyBody::Form::kException) {
     const std::string& name = body.exception->type->structure->name;
@@ -218,7 +213,7 @@ Outcome Line::outcome_of(const idl::Method& method, ReplyBody body) {
   return tl::unexpected(CallError{CallErrorKind::kProtocol, where() + why + body.failure, {}, {}});
 }
 
-void Line::take_late(const MessageHead& head) {
+void ThriftLine::take_late(const MessageHead& head) {
   const auto found =
       std::find_if(owed_.begin(), owed_.end(), [&](const Owed& o) { return o.sequence == head.sequence; });
   if (found == owed_.end()) throw WireError{StreamStatus::kFailed, "a reply that nobody waits for"};
@@ -230,7 +225,7 @@ void Line::take_late(const MessageHead& head) {
   ++counts_.late_replies;
 }
 
-void Line::take_late_replies() {
+void ThriftLine::take_late_replies() {
   Connection& c = *connection_;
   const Deadline passed{};
   try {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "sentree/rpc/detail/stream.h"
+#include "sentree/rpc/stream.h"
 
 namespace sentree::rpc {
 

@@ -1,0 +1,1 @@
+target_link_libraries(yarp_bench PRIVATE sentree::runtime)

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sentree/base/result.h"
+#include "sentree/base/value.h"
+#include "sentree/idl/schema.h"
+#include "sentree/rpc/address.h"
+#include "sentree/rpc/caller.h"
+#include "sentree/rpc/client.h"
+#include "sentree/rpc/server.h"
+
+namespace sentree::rpc {
+
+/// Something that was opened and goes when it is destroyed.
+class Opened {
+ public:
+  virtual ~Opened() = default;
+  /// Where it is reached, chosen parts filled in; for people and for `Address::parse`.
+  [[nodiscard]] virtual std::string address() const = 0;
+  /// Ends it, and waits for what is in progress. Idempotent.
+  virtual void stop() = 0;
+};
+
+/// A service, or a stream of data, that a network tells of.
+struct NetworkEntry {
+  std::string name;
+  std::string at;    ///< An address of ours.
+  std::string kind;  ///< "tcp", as the network says; may be empty.
+};
+
+/// A way to reach services, chosen by the scheme of their address. Runs, skills, components and commands know this
+/// and nothing of what is behind it. Thread-safe once registered.
+class Middleware {
+ public:
+  virtual ~Middleware() = default;
+
+  /// Of its addresses, without the colon.
+  [[nodiscard]] virtual std::vector<std::string> schemes() const = 0;
+  /// How its addresses look, for messages: "yarp:/port".
+  [[nodiscard]] virtual std::vector<std::string> forms() const = 0;
+  /// One line for people: what it speaks, and what this machine lacks for it.
+  [[nodiscard]] virtual std::string about() const = 0;
+  /// Whether the address can be meant. Error: rpc.address.
+  [[nodiscard]] virtual Result<void> check(const Address& address) const = 0;
+
+  /// A service elsewhere. Nothing is asked of the network before the first call.
+  [[nodiscard]] virtual Result<std::unique_ptr<Caller>> connect(const Address& address, idl::ServicePtr interface,
+                                                                ClientOptions options) = 0;
+  /// Serves until what is returned is stopped. Listens on loopback only, unless the address says otherwise and
+  /// `ServerOptions::insecure`, or its own means, allow it.
+  [[nodiscard]] virtual Result<std::unique_ptr<Opened>> serve(const Address& address,
+                                                              std::vector<NamedService> services,
+                                                              ServerOptions options) = 0;
+
+  /// What is published elsewhere on one-way methods. From a thread of the middleware; the arguments conform.
+  using Take = std::function<void(const idl::Method& method, Value arguments)>;
+  struct SubscribeOptions {
+    std::string target;  ///< The service's name in the project.
+    std::function<void(const std::string&)> problem;
+  };
+  /// Whether that address is one to read from, not to write to.
+  [[nodiscard]] virtual bool is_source(const Address& /*address*/) const { return false; }
+  /// Only of an address that is a source.
+  [[nodiscard]] virtual Result<std::unique_ptr<Opened>> subscribe(const Address& address, idl::ServicePtr interface,
+                                                                  Take take, SubscribeOptions options);
+
+  /// Only of a source: the same as text, whatever it is, without knowing its interface.
+  [[nodiscard]] virtual Result<std::unique_ptr<Opened>> watch(const Address& address,
+                                                              std::function<void(const std::string&)> take,
+                                                              SubscribeOptions options);
+
+  /// What the network offers. Error: rpc.address where there is nobody to ask, or who is to tell does not answer.
+  [[nodiscard]] virtual Result<std::vector<NetworkEntry>> list(const Address& address,
+                                                               std::chrono::milliseconds patience);
+
+  /// The address of another service that whoever serves `address` serves beside it.
+  [[nodiscard]] virtual Address beside(const Address& address, const std::string& service,
+                                       const std::string& other) const;
+};
+
+/// Apache Thrift: unix:, tcp: and tls:. Always there.
+[[nodiscard]] Middleware& thrift();
+
+/// Makes a middleware known to this process, for good: by the program, before it starts threads. One of the same
+/// schemes is there already: nothing happens.
+void register_middleware(std::unique_ptr<Middleware> middleware);
+/// Null: none of that scheme.
+[[nodiscard]] Middleware* find_middleware(std::string_view scheme);
+/// All, Thrift first.
+[[nodiscard]] std::vector<Middleware*> middlewares();
+/// "unix:/path, tcp://host:port or tls://host:port".
+[[nodiscard]] std::string address_forms();
+
+/// That of an address; Thrift's for local: too, which it refuses.
+[[nodiscard]] Middleware& middleware_of(const Address& address);
+
+/// By the middleware of the address.
+[[nodiscard]] Result<std::unique_ptr<Caller>> connect(const Address& address, idl::ServicePtr interface,
+                                                      ClientOptions options = {});
+[[nodiscard]] Result<std::unique_ptr<Opened>> serve(const Address& address, std::vector<NamedService> services,
+                                                    ServerOptions options = {});
+
+}  // namespace sentree::rpc

@@ -1,0 +1,108 @@
+#include "sentree/yarp/address.h"
+
+#include <algorithm>
+#include <charconv>
+
+namespace sentree::yarp {
+namespace {
+
+tl::unexpected<Diagnostic> wrong(std::string_view text, std::string_view why) {
+  return fail("rpc.address", "address \"yarp:" + std::string(text) + "\" " + std::string(why) +
+                                 "; a port of YARP is yarp:/port, or yarp://host:number/port");
+}
+
+}  // namespace
+
+std::string_view to_string(Carrier carrier) { return carrier == Carrier::kTcp ? "tcp" : "fast_tcp"; }
+
+Result<HostPort> parse_host_port(std::string_view text) {
+  HostPort out;
+  const auto colon = text.rfind(':');
+  if (colon != std::string_view::npos && colon > 0) {
+    const std::string_view number = text.substr(colon + 1);
+    const auto read = std::from_chars(number.data(), number.data() + number.size(), out.port);
+    if (!number.empty() && read.ec == std::errc() && read.ptr == number.data() + number.size() && out.port != 0) {
+      out.host = text.substr(0, colon);
+      return out;
+    }
+  }
+  return fail("rpc.address", "\"" + std::string(text) + "\" is no HOST:PORT, e.g. 127.0.0.1:10000");
+}
+
+std::string to_string(const HostPort& at) { return at.host + ":" + std::to_string(at.port); }
+
+Result<PortAddress> PortAddress::parse(std::string_view text) {
+  PortAddress out;
+  std::string_view rest = text;
+  if (const auto question = rest.find('?'); question != std::string_view::npos) {
+    std::string_view options = rest.substr(question + 1);
+    rest = rest.substr(0, question);
+    while (!options.empty()) {
+      const std::string_view option = options.substr(0, options.find('&'));
+      const std::string_view value = option.substr(std::min(option.find('=') + 1, option.size()));
+      if (option == "carrier=tcp" || option == "carrier=fast_tcp") {
+        out.carrier = value == "tcp" ? Carrier::kTcp : Carrier::kFastTcp;
+      } else if (option.starts_with("carrier=")) {
+        return wrong(
+            text, "wants the carrier \"" + std::string(value) + "\", which is not spoken here (tcp and fast_tcp are)");
+      } else if (option == "yarp=3" || option == "yarp=4") {
+        out.version = value == "3" ? Version::kYarp3 : Version::kYarp4;
+      } else if (option.starts_with("server=")) {
+        auto server = parse_host_port(value);
+        if (!server) return wrong(text, "names its name server badly: " + server.error().message);
+        out.server = std::move(*server);
+      } else if (option.starts_with("listen=") && !value.empty()) {
+        out.listen = value;
+      } else if (option == "open") {
+        out.open = true;
+      } else if (option == "named") {
+        out.named = true;
+      } else {
+        return wrong(text,
+                     "has the unknown option \"" + std::string(option) +
+                         "\" (there is carrier=tcp|fast_tcp, yarp=3|4, server=HOST:PORT, open, named, listen=HOST)");
+      }
+      options.remove_prefix(std::min(option.size() + 1, options.size()));
+    }
+  }
+  if (rest.starts_with("//")) {
+    rest.remove_prefix(2);
+    const auto slash = rest.find('/');
+    auto direct = parse_host_port(rest.substr(0, slash));
+    if (!direct) return wrong(text, "has a bad host: " + direct.error().message);
+    out.direct = std::move(*direct);
+    rest = slash == std::string_view::npos ? std::string_view("/") : rest.substr(slash);
+  }
+  if (rest.empty()) rest = "/";
+  if (rest.front() != '/') return wrong(text, "has a name that does not begin with \"/\"");
+  if (rest.size() > kNameMax) return wrong(text, "has a name of more than " + std::to_string(kNameMax) + " bytes");
+  if (std::any_of(rest.begin(), rest.end(), [](char c) { return static_cast<unsigned char>(c) <= ' ' || c == '"'; }))
+    return wrong(text, "has a blank or a quote in its name");
+  out.name = rest;
+  return out;
+}
+
+std::string to_string(const PortAddress& address) {
+  std::string out = "yarp:";
+  if (!address.direct.host.empty()) out += "//" + to_string(address.direct);
+  out += address.name;
+  char mark = '?';
+  const auto option = [&](const std::string& text) {
+    out += mark + text;
+    mark = '&';
+  };
+  if (address.carrier != Carrier::kTcp) option("carrier=" + std::string(to_string(address.carrier)));
+  if (address.version == Version::kYarp4) option("yarp=4");
+  if (!address.server.host.empty()) option("server=" + to_string(address.server));
+  if (address.listen != PortAddress().listen) option("listen=" + address.listen);
+  if (address.open) option("open");
+  if (address.named) option("named");
+  return out;
+}
+
+bool PortAddress::is_source() const {
+  if (name.ends_with(":o")) return !open;
+  return open && name.ends_with(":i");
+}
+
+}  // namespace sentree::yarp
