@@ -152,6 +152,7 @@ const std::vector<LibraryRule>& library_rules() {
       {"sim", {"base", "text"}},
       {"record", {"base", "text", "idl"}},
       {"project", {"base", "text", "idl", "bt", "nav2", "scxml", "monitor", "rpc", "sim"}},
+      {"design", {"base", "text", "idl", "draw", "bt", "scxml", "graph", "monitor", "sim", "project"}},
       {"import", {"base", "text", "idl", "bt", "scxml", "project"}},
       {"mission", {"base", "text", "idl", "bt", "scxml", "monitor", "sim", "project"}},
       {"verify", {"base", "text", "bt", "scxml", "monitor", "project", "mission"}},
@@ -161,10 +162,10 @@ const std::vector<LibraryRule>& library_rules() {
        {"base", "text", "idl", "bt", "scxml", "monitor", "rpc", "sim", "record", "project", "mission", "runtime"}},
       {"studio",
        {"base", "text", "idl", "draw", "bt", "scxml", "graph", "monitor", "http", "rpc", "sim", "record", "project",
-        "mission", "runtime", "replay", "groot"}},
-      {"cli", {"base",    "text",    "idl",     "draw",     "bt",     "nav2",   "exec",    "scxml",
-               "graph",   "monitor", "http",    "rpc",      "sim",    "record", "project", "import",
-               "mission", "verify",  "runtime", "campaign", "replay", "studio", "groot",   "yarp"}},
+        "design", "mission", "runtime", "replay", "groot"}},
+      {"cli", {"base",    "text",    "idl",      "draw",   "bt",     "nav2",    "exec",   "scxml",  "graph",
+               "monitor", "http",    "rpc",      "sim",    "record", "project", "design", "import", "mission",
+               "verify",  "runtime", "campaign", "replay", "studio", "groot",   "yarp"}},
   };
   return kRules;
 }

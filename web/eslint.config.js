@@ -4,7 +4,7 @@ import hooks from "eslint-plugin-react-hooks";
 import typescript from "typescript-eslint";
 
 // Who may import whom, from the bottom up; also in README.md.
-const kLayers = ["protocol", "draw", "store", "widgets", "picture", "panels", "shell"];
+const kLayers = ["protocol", "draw", "store", "widgets", "picture", "panels", "design", "shell"];
 
 export default typescript.config(
   { ignores: ["dist/", "node_modules/"] },

@@ -1,17 +1,49 @@
 #include <signal.h>
 
+#include <filesystem>
+#include <optional>
+
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/page.h"
 #include "sentree/studio/groot_play.h"
 #include "sentree/studio/recorded.h"
+#include "sentree/studio/workshop.h"
 
 namespace sentree::cli {
+
+namespace {
+
+// A project to edit: a folder, or its sentree.yaml.
+std::optional<std::filesystem::path> project_folder(const std::string& named) {
+  const std::filesystem::path path(named);
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) return path;
+  if (path.filename() != "sentree.yaml") return std::nullopt;
+  return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+}
+
+int design(const std::filesystem::path& folder, const StudioCommand& command,
+           const sentree::studio::ServerOptions& where, const sigset_t& signals) {
+  auto page = start_page(where, command.at.empty(), [&](const sentree::studio::ServerOptions& there) {
+    return sentree::studio::Workshop::start(folder, there);
+  });
+  if (!page) {
+    say(to_string(page.error()));
+    return page.error().code.starts_with("http.") ? kEnvironment : kInvalidInput;
+  }
+  announce((*page)->server().url(), command.open);
+  int signal = 0;
+  sigwait(&signals, &signal);
+  return kOk;
+}
+
+}  // namespace
 
 int studio(const StudioCommand& command) {
   if (command.attach) return attach(command);
   if (command.recording.empty()) {
-    say("sentree studio needs a recording, or --attach for a run that goes on");
+    say("sentree studio needs a project to edit, a recording, or --attach for a run that goes on");
     return kUsage;
   }
   sigset_t signals;
@@ -20,6 +52,7 @@ int studio(const StudioCommand& command) {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   const auto where = page_options(command.at.empty() ? "true" : command.at, command.insecure);
   if (!where) return kUsage;
+  if (const auto folder = project_folder(command.recording)) return design(*folder, command, *where, signals);
   Diagnostics diagnostics;
   auto page = start_page(*where, command.at.empty(), [&](const sentree::studio::ServerOptions& there) {
     return sentree::studio::Recorded::open(command.recording, command.allow_plugins, there, diagnostics);

@@ -97,9 +97,11 @@ void add_allow_plugins(CLI::App& sub, bool& allowed) {
 }
 
 void add_studio(CLI::App& app, StudioCommand& command) {
-  auto* sub = app.add_subcommand("studio", "Show a recording, or a run that goes on, in a web page");
+  auto* sub =
+      app.add_subcommand("studio", "Design a project, or show a recording or a run that goes on, in a web page");
   sub->footer(
       "Examples:\n"
+      "  sentree studio my_robot --open                  edit a project, and see what each edit changes\n"
       "  sentree studio runs/recharge-20260102-101500.mcap --open\n"
       "  sentree studio RUN.mcap --at 8080\n"
       "  sentree studio RUN.mcap --groot --factor 4      also played to Groot, when it connects\n"
@@ -109,8 +111,9 @@ void add_studio(CLI::App& app, StudioCommand& command) {
       "A recording's page stays until Ctrl-C. That of a run is the run's own and ends with it, unless it was started "
       "with\n"
       "sentree run PROJECT --studio.\n"
-      "Exit code: 0, 3 not a recording, 4 port taken, or nothing to attach to.");
-  auto* recording = sub->add_option("recording", command.recording, "MCAP file of sentree run");
+      "Exit code: 0, 3 neither a project nor a recording, 4 port taken, or nothing to attach to.");
+  auto* recording = sub->add_option("recording", command.recording,
+                                    "A project's folder or sentree.yaml, or an MCAP file of sentree run");
   sub->add_option_function<std::vector<std::string>>(
          "--attach",
          [&](const std::vector<std::string>& to) { command.attach = to.empty() ? std::string() : to.front(); },

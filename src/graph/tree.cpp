@@ -18,21 +18,6 @@ draw::TreeShape shape(bt::Category category) {
   return draw::TreeShape::kAction;
 }
 
-/// The literature's signs; an R marks the memoryless ones, a star the one that remembers. Others are written out.
-std::string symbol(std::string_view id) {
-  const std::string sequence(draw::kSequenceSymbol);
-  const std::string fallback(draw::kFallbackSymbol);
-  if (id == "Sequence") return sequence;
-  if (id == "Fallback") return fallback;
-  if (id == "ReactiveSequence") return "R" + sequence;
-  if (id == "ReactiveFallback") return "R" + fallback;
-  if (id == "AsyncSequence") return "A" + sequence;
-  if (id == "AsyncFallback") return "A" + fallback;
-  if (id == "SequenceWithMemory" || id == "SequenceStar") return sequence + "*";
-  if (id == "Parallel" || id == "ParallelAll") return std::string(draw::kParallelSymbol);
-  return std::string(id);
-}
-
 draw::TreeStatus status_of(bt::Status status) {
   switch (status) {
     case bt::Status::kIdle: return draw::TreeStatus::kIdle;
@@ -46,6 +31,20 @@ draw::TreeStatus status_of(bt::Status status) {
 
 }  // namespace
 
+std::string symbol_of(std::string_view id) {
+  const std::string sequence(draw::kSequenceSymbol);
+  const std::string fallback(draw::kFallbackSymbol);
+  if (id == "Sequence") return sequence;
+  if (id == "Fallback") return fallback;
+  if (id == "ReactiveSequence") return "R" + sequence;
+  if (id == "ReactiveFallback") return "R" + fallback;
+  if (id == "AsyncSequence") return "A" + sequence;
+  if (id == "AsyncFallback") return "A" + fallback;
+  if (id == "SequenceWithMemory" || id == "SequenceStar") return sequence + "*";
+  if (id == "Parallel" || id == "ParallelAll") return std::string(draw::kParallelSymbol);
+  return std::string(id);
+}
+
 draw::Tree drawing_of(const bt::Tree& tree, const bt::State* state, const TreeOptions& options) {
   draw::Tree graph;
   graph.nodes.reserve(tree.size());
@@ -57,7 +56,7 @@ draw::Tree drawing_of(const bt::Tree& tree, const bt::State* state, const TreeOp
     const std::string_view name = tree.name(id);
     node.shape = shape(category);
     if (category == bt::Category::kControl || category == bt::Category::kDecorator) {
-      node.symbol = symbol(registration);
+      node.symbol = symbol_of(registration);
       if (name != registration) node.title = name;
       if (tree.is_unknown(id)) node.lines.emplace_back("of unknown kind");
     } else if (category == bt::Category::kSubTree) {

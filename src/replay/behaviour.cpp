@@ -1,5 +1,8 @@
 #include "sentree/replay/behaviour.h"
 
+#include <algorithm>
+#include <set>
+
 namespace sentree::replay {
 
 namespace {
@@ -42,6 +45,43 @@ void Behaviour::observe(const Message& message) {
     const std::string call = name.substr(0, name.rfind('.'));
     did(message, message.source, "error " + call, call + " fails: " + text_of(message, "kind"));
   }
+}
+
+std::vector<Difference> differences(const Behaviour& then, const Behaviour& now, bool exact, TimePoint until) {
+  std::vector<Difference> found;
+  std::set<std::string> all;
+  for (const auto& [who, deeds] : then.deeds()) all.insert(who);
+  for (const auto& [who, deeds] : now.deeds()) all.insert(who);
+  for (const std::string& who : all) {
+    static const std::vector<Deed> kNone;
+    const auto of = [&](const Behaviour& behaviour) -> const std::vector<Deed>& {
+      const auto deeds = behaviour.deeds().find(who);
+      return deeds != behaviour.deeds().end() ? deeds->second : kNone;
+    };
+    const std::vector<Deed>& a = of(then);
+    const std::vector<Deed>& b = of(now);
+    for (std::size_t i = 0; i < std::max(a.size(), b.size()); ++i) {
+      const Deed* recorded = i < a.size() ? &a[i] : nullptr;
+      const Deed* replayed = i < b.size() ? &b[i] : nullptr;
+      if (recorded != nullptr && replayed != nullptr && recorded->what == replayed->what &&
+          (!exact || recorded->tick == replayed->tick))
+        continue;
+      // What comes first is where they part.
+      const bool now_first = recorded == nullptr || (replayed != nullptr && replayed->time <= recorded->time);
+      const Deed& first = now_first ? *replayed : *recorded;
+      if (first.time > until) break;
+      const auto text = [&](const Deed* deed) {
+        if (deed != nullptr && (!exact || deed->tick == first.tick)) return deed->what;
+        return i > 0 ? "no change: it last " + a[i - 1].what : std::string("nothing yet");
+      };
+      found.push_back({first.time, first.tick, first.sequence, who, text(recorded), text(replayed)});
+      break;
+    }
+  }
+  std::stable_sort(found.begin(), found.end(), [](const Difference& x, const Difference& y) {
+    return x.time != y.time ? x.time < y.time : x.sequence < y.sequence;
+  });
+  return found;
 }
 
 }  // namespace sentree::replay

@@ -16,6 +16,16 @@ struct Deed {
   std::string what;
 };
 
+/// Where two runs part ways, for one leaf, the mission or a monitor.
+struct Difference {
+  TimePoint time{};
+  std::uint64_t tick = 0;
+  std::uint64_t sequence = 0;  ///< Of the observation that shows it, in the run that did it first.
+  std::string who;
+  std::string recorded;  ///< What it did then: this, or still the same as before.
+  std::string replayed;  ///< What it did now.
+};
+
 /// Picks the behaviour out of a run's observations: repeated answers and requests count once.
 class Behaviour {
  public:
@@ -29,5 +39,9 @@ class Behaviour {
   std::map<std::string, std::vector<Deed>> deeds_;
   std::map<std::string, std::map<std::string, std::string>> last_;  // by who, by kind
 };
+
+/// The first difference of each, by time; none later than `until`. `exact`: the tick counts as well as the order.
+[[nodiscard]] std::vector<Difference> differences(const Behaviour& then, const Behaviour& now, bool exact,
+                                                  TimePoint until);
 
 }  // namespace sentree::replay

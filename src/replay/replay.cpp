@@ -547,42 +547,8 @@ class Replay {
                             : options_.go_on_at         ? *options_.go_on_at - Duration(1)
                             : whole                     ? kNever
                                                         : recorded_.ended() - std::chrono::seconds(1);
-    const auto& then = then_behaviour_.deeds();
-    const auto& now = now_behaviour_.deeds();
-    std::map<std::string, bool> all;
-    for (const auto& [who, deeds] : then) all[who] = true;
-    for (const auto& [who, deeds] : now) all[who] = true;
-    for (const auto& [who, unused] : all) {
-      static const std::vector<Deed> kNone;
-      const auto at = [&](const auto& map) -> const std::vector<Deed>& {
-        const auto found = map.find(who);
-        return found != map.end() ? found->second : kNone;
-      };
-      const std::vector<Deed>& a = at(then);
-      const std::vector<Deed>& b = at(now);
-      for (std::size_t i = 0; i < std::max(a.size(), b.size()); ++i) {
-        const Deed* recorded = i < a.size() ? &a[i] : nullptr;
-        const Deed* replayed = i < b.size() ? &b[i] : nullptr;
-        if (recorded != nullptr && replayed != nullptr && recorded->what == replayed->what &&
-            (!exact || recorded->tick == replayed->tick))
-          continue;
-        // What comes first is where they part.
-        const bool now_first = recorded == nullptr || (replayed != nullptr && replayed->time <= recorded->time);
-        const Deed& first = now_first ? *replayed : *recorded;
-        if (first.time > until) break;
-        const auto text = [&](const Deed* deed) {
-          if (deed != nullptr && (!exact || deed->tick == first.tick)) return deed->what;
-          return i > 0 ? "no change: it last " + a[i - 1].what : std::string("nothing yet");
-        };
-        if (report_.differences.size() < kDifferencesMax)
-          report_.differences.push_back({first.time, first.tick, first.sequence, who, text(recorded), text(replayed)});
-        break;
-      }
-    }
-    std::stable_sort(report_.differences.begin(), report_.differences.end(),
-                     [](const Difference& x, const Difference& y) {
-                       return x.time != y.time ? x.time < y.time : x.sequence < y.sequence;
-                     });
+    report_.differences = differences(then_behaviour_, now_behaviour_, exact, until);
+    if (report_.differences.size() > kDifferencesMax) report_.differences.resize(kDifferencesMax);
   }
 
   RecordedRun& recorded_;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "sentree/replay/behaviour.h"
 #include "sentree/replay/recorded_run.h"
 #include "sentree/runtime/run.h"
 
@@ -15,16 +16,6 @@ namespace sentree::replay {
 inline constexpr std::uint64_t kReplayTicksMax = 10;
 /// Differences that are kept.
 inline constexpr std::size_t kDifferencesMax = 100;
-
-/// Where the replay and the recording part ways, for one leaf, the mission or a monitor.
-struct Difference {
-  TimePoint time{};
-  std::uint64_t tick = 0;
-  std::uint64_t sequence = 0;  ///< Of the observation that shows it, in the run that did it first.
-  std::string who;
-  std::string recorded;  ///< What it did then: this, or still the same as before.
-  std::string replayed;  ///< What it did now.
-};
 
 struct ReplayReport {
   runtime::RunReport run;

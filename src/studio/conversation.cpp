@@ -147,16 +147,42 @@ void Composer::refresh() {
 // ---- Conversation ----
 
 Conversation::Conversation(Composer& composer, std::uint64_t client, std::unique_ptr<MessageSink> sink)
-    : composer_(composer), client_(client), sink_(std::move(sink)), may_steer_(composer.options.token.empty()) {
-  composer_.refresh();
-  send(composer_.options.hello);
-  sink_->send(composer_.model);
-  send_news();
+    : composer_(&composer), client_(client), sink_(std::move(sink)), may_steer_(composer.options.token.empty()) {
+  composer_->refresh();
+  send_model();
   send_present_state();
 }
 
+void Conversation::send_model() {
+  send(composer_->options.hello);
+  sink_->send(composer_->model);
+  send_news();
+}
+
+void Conversation::told(const std::shared_ptr<const std::string>& message) {
+  if (may_steer_ && !sink_->send(message)) sink_->close(kTooBig, "the page does not keep up");
+}
+
+void Conversation::show(Composer& composer) {
+  composer_ = &composer;
+  composer_->refresh();
+  sent_.clear();
+  sent_facts_.clear();
+  sent_violations_ = sent_problems_ = 0;
+  // A search of the run before would be answered with what is no longer there.
+  for (Request& request : requests_) {
+    request.begun = false;
+    request.found.clear();
+  }
+  send_model();
+  if (live_)
+    send_present_state();
+  else
+    send_past_state(asked_time_);
+}
+
 Conversation::~Conversation() {
-  if (composer_.queue != nullptr) composer_.queue->forget(client_);
+  if (composer_->queue != nullptr) composer_->queue->forget(client_);
 }
 
 void Conversation::send(std::string text) {
@@ -165,27 +191,27 @@ void Conversation::send(std::string text) {
 }
 
 void Conversation::send_present_state() {
-  const History::Present& present = composer_.present;
+  const History::Present& present = composer_->present;
   std::string out = head("state", present.time, present.moment, true, present.begin, present.time);
-  StateText text(out, composer_.subject, composer_.facts);
-  sent_.resize(composer_.fragments.size());
-  for (std::size_t i = 0; i < composer_.fragments.size(); ++i) {
-    text.add(composer_.history.parts()[i], composer_.fragments[i].json);
-    sent_[i] = composer_.fragments[i].version;
+  StateText text(out, composer_->subject, composer_->facts);
+  sent_.resize(composer_->fragments.size());
+  for (std::size_t i = 0; i < composer_->fragments.size(); ++i) {
+    text.add(composer_->history.parts()[i], composer_->fragments[i].json);
+    sent_[i] = composer_->fragments[i].version;
   }
   text.close();
-  sent_facts_ = composer_.facts;
+  sent_facts_ = composer_->facts;
   sent_time_ = present.time;
   next_observation_ = present.moment.observations;
   send(out + "}");
 }
 
 void Conversation::send_news() {
-  const std::size_t violations = composer_.history.violations();
-  while (sent_violations_ < violations) send(composer_.history.violation(sent_violations_++));
-  const std::size_t problems = composer_.history.problems();
+  const std::size_t violations = composer_->history.violations();
+  while (sent_violations_ < violations) send(composer_->history.violation(sent_violations_++));
+  const std::size_t problems = composer_->history.problems();
   while (sent_problems_ < problems) {
-    const History::Problem problem = composer_.history.problem(sent_problems_++);
+    const History::Problem problem = composer_->history.problem(sent_problems_++);
     send(to_json(Value(Map{{"type", "problem"}, {"text", problem.text}, {"time", problem.time}})));
   }
 }
@@ -194,28 +220,28 @@ void Conversation::send_delta() {
   if (is_behind()) return;
   send_news();
   if (!live_) return send_growth();
-  const History::Present& present = composer_.present;
+  const History::Present& present = composer_->present;
   std::string out = head("delta", present.time, present.moment, true, present.begin, present.time);
-  StateText text(out, composer_.subject, composer_.facts);
+  StateText text(out, composer_->subject, composer_->facts);
   bool changed = present.time != sent_time_;
-  for (std::size_t i = 0; i < composer_.fragments.size(); ++i) {
-    const bool is_run = composer_.history.parts()[i].part == History::Part::kMission;
-    if (sent_[i] == composer_.fragments[i].version && !(is_run && sent_facts_ != composer_.facts)) continue;
-    text.add(composer_.history.parts()[i], composer_.fragments[i].json);
-    sent_[i] = composer_.fragments[i].version;
+  for (std::size_t i = 0; i < composer_->fragments.size(); ++i) {
+    const bool is_run = composer_->history.parts()[i].part == History::Part::kMission;
+    if (sent_[i] == composer_->fragments[i].version && !(is_run && sent_facts_ != composer_->facts)) continue;
+    text.add(composer_->history.parts()[i], composer_->fragments[i].json);
+    sent_[i] = composer_->fragments[i].version;
     changed = true;
   }
   text.close();
-  sent_facts_ = composer_.facts;
+  sent_facts_ = composer_->facts;
   sent_time_ = present.time;
   const std::size_t end = present.moment.observations;
   if (next_observation_ < end) {
     changed = true;
-    std::size_t from = std::max(next_observation_, composer_.history.first_observation());
+    std::size_t from = std::max(next_observation_, composer_->history.first_observation());
     if (end - from > kDeltaMessagesMax) from = end - kDeltaMessagesMax;
     out += ",\"missed\":" + std::to_string(from - next_observation_) + ",\"messages\":[";
     for (std::size_t position = from; position < end; ++position) {
-      const std::string message = composer_.history.observation(position);
+      const std::string message = composer_->history.observation(position);
       if (message.empty()) continue;
       if (out.back() != '[') out += ',';
       out += message;
@@ -227,16 +253,16 @@ void Conversation::send_delta() {
 }
 
 void Conversation::send_growth() {
-  const History::Present& present = composer_.present;
-  const bool has_other_facts = sent_facts_ != composer_.facts;
+  const History::Present& present = composer_->present;
+  const bool has_other_facts = sent_facts_ != composer_->facts;
   if (present.time == sent_time_ && !has_other_facts) return;
   std::string out =
       "{\"type\":\"delta\",\"begin\":" + std::to_string(present.begin) + ",\"end\":" + std::to_string(present.time);
   if (has_other_facts) {
-    StateText text(out, composer_.subject, composer_.facts);
+    StateText text(out, composer_->subject, composer_->facts);
     text.add({History::Part::kMission, 0}, past_mission_);
   }
-  sent_facts_ = composer_.facts;
+  sent_facts_ = composer_->facts;
   sent_time_ = present.time;
   send(out + "}");
 }
@@ -272,8 +298,8 @@ void Conversation::refuse(std::int64_t id, const std::string& why) {
 bool Conversation::advance(Request& request) {
   if (request.op == "messages" || request.op == "find") return advance_search(request);
   if (request.op == "hello") {
-    may_steer_ = may_steer_ || text_of(request.body, "token") == composer_.options.token;
-    answer(request.id, Map{{"steerable", composer_.queue != nullptr && may_steer_}});
+    may_steer_ = may_steer_ || text_of(request.body, "token") == composer_->options.token;
+    answer(request.id, Map{{"steerable", composer_->queue != nullptr && may_steer_}});
   } else if (request.op == "live") {
     follow();
     answer(request.id, {});
@@ -287,13 +313,13 @@ bool Conversation::advance(Request& request) {
         if (id.as_int() != nullptr && *id.as_int() >= 0) collapsed.push_back(static_cast<bt::NodeId>(*id.as_int()));
       }
     }
-    answer(request.id, folded_layout(composer_.subject, collapsed));
+    answer(request.id, folded_layout(composer_->subject, collapsed));
   } else if (request.op == "lanes") {
     const auto from = integer_of(request.body, "from").value_or(0);
-    const auto to = integer_of(request.body, "to").value_or(composer_.history.end());
+    const auto to = integer_of(request.body, "to").value_or(composer_->history.end());
     const auto width = std::clamp<std::int64_t>(integer_of(request.body, "width").value_or(1000), 1, kLaneWidthMax);
-    answer(request.id, composer_.history.lanes(std::max<Nanoseconds>(from, 0), std::max<Nanoseconds>(to, 0),
-                                               static_cast<int>(width)));
+    answer(request.id, composer_->history.lanes(std::max<Nanoseconds>(from, 0), std::max<Nanoseconds>(to, 0),
+                                                static_cast<int>(width)));
   } else {
     steer(request);
   }
@@ -301,7 +327,7 @@ bool Conversation::advance(Request& request) {
 }
 
 void Conversation::follow() {
-  composer_.refresh();
+  composer_->refresh();
   live_ = true;
   send_present_state();
 }
@@ -310,30 +336,35 @@ void Conversation::seek(const Request& request) {
   const auto time = integer_of(request.body, "time");
   if (!time) return refuse(request.id, "seek needs a time");
   live_ = false;
-  const Nanoseconds begin = composer_.history.begin();
-  const Nanoseconds end = composer_.history.end();
-  const Nanoseconds at = std::clamp(*time, begin, std::max(begin, end));
-  std::string out = head("state", at, composer_.history.moment(at), false, begin, end);
-  StateText text(out, composer_.subject, composer_.facts);
+  asked_time_ = *time;
+  answer(request.id, Map{{"time", send_past_state(*time)}});
+}
+
+Nanoseconds Conversation::send_past_state(Nanoseconds time) {
+  const Nanoseconds begin = composer_->history.begin();
+  const Nanoseconds end = composer_->history.end();
+  const Nanoseconds at = std::clamp(time, begin, std::max(begin, end));
+  std::string out = head("state", at, composer_->history.moment(at), false, begin, end);
+  StateText text(out, composer_->subject, composer_->facts);
   std::string json;
-  for (const History::PartId& part : composer_.history.parts()) {
+  for (const History::PartId& part : composer_->history.parts()) {
     json.clear();
-    composer_.history.append(json, part, at);
+    composer_->history.append(json, part, at);
     text.add(part, json);
     if (part.part == History::Part::kMission) past_mission_ = json;
   }
   text.close();
-  sent_facts_ = composer_.facts;
+  sent_facts_ = composer_->facts;
   sent_time_ = end;
   send(out + "}");
-  answer(request.id, Map{{"time", at}});
+  return at;
 }
 
 void Conversation::steer(const Request& request) {
-  if (composer_.queue == nullptr) return refuse(request.id, "this run cannot be steered");
+  if (composer_->queue == nullptr) return refuse(request.id, "this run cannot be steered");
   if (!may_steer_) return refuse(request.id, "only who came with the token of the printed address may steer");
   ++steering_;
-  composer_.queue->put({client_, request.id, request.op, request.body});
+  composer_->queue->put({client_, request.id, request.op, request.body});
 }
 
 void Conversation::steered(std::int64_t id, Result<Value> result) {
@@ -352,7 +383,7 @@ void Conversation::begin_search(Request& request) {
     request.filter = {text_of(*filter, "text"), text_of(*filter, "service"), text_of(*filter, "leaf"),
                       text_of(*filter, "kind"), text_of(*filter, "name")};
   }
-  const History& history = composer_.history;
+  const History& history = composer_->history;
   const auto before = integer_of(request.body, "before");
   const auto after = integer_of(request.body, "after");
   request.forwards = after.has_value();
@@ -376,7 +407,7 @@ void Conversation::begin_search(Request& request) {
 bool Conversation::advance_search(Request& request) {
   if (!request.begun) begin_search(request);
   const std::size_t budget = request.filter.text.empty() ? kSlice : kTextSlice;
-  const History& history = composer_.history;
+  const History& history = composer_->history;
   bool more = true;
   for (std::size_t left = budget; left > 0;) {
     const History::Found found = history.find(request.filter, request.position, request.forwards, left);

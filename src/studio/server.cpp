@@ -47,12 +47,13 @@ std::string host_name() {
 // Between the network's thread and the one that composes.
 struct Inbox {
   struct Event {
-    enum class Kind : std::uint8_t { kOpened, kReceived, kSteered, kClosed };
+    enum class Kind : std::uint8_t { kOpened, kReceived, kSteered, kClosed, kTold, kShown };
     std::uint64_t client = 0;
     Kind kind = Kind::kOpened;
     std::string text;
     std::optional<http::Socket> socket = {};
     std::optional<SteeringQueue::Outcome> outcome = {};
+    std::optional<Server::Shown> shown = {};
   };
 
   void put(Event event) {
@@ -117,8 +118,9 @@ struct Server::Impl {
   RunAccess run;
   ServerOptions options;
   std::string token;  // empty: whoever reaches the server may steer
+  mutable std::mutex map_mutex;
   std::string map;
-  std::string hello;
+  std::string boot = random_word();
   std::shared_ptr<Inbox> inbox = std::make_shared<Inbox>();
   std::shared_ptr<std::atomic<std::size_t>> open = std::make_shared<std::atomic<std::size_t>>(0);
   std::atomic<std::uint64_t> next_client = 1;
@@ -126,6 +128,8 @@ struct Server::Impl {
   std::atomic<std::uint16_t> bound = 0;
   std::thread thread;
 
+  Impl(const Subject& shown, const History& past, RunAccess access, ServerOptions given)
+      : subject(shown), history(past), run(std::move(access)), options(std::move(given)) {}
   ~Impl() {
     http.reset();
     {
@@ -139,6 +143,7 @@ struct Server::Impl {
   Result<void> start();
   std::optional<http::Response> refusal(const http::Request& request) const;
   http::Response answer(const http::Request& request) const;
+  std::string hello_of(const Subject& shown) const;
   void compose();
 };
 
@@ -198,6 +203,7 @@ http::Response Server::Impl::answer(const http::Request& request) const {
         to_json(Value(Map{{"ok", true}, {"version", options.version}, {"mode", options.live ? "live" : "recording"}})) +
             "\n"};
   } else if (path == "/api/map") {
+    const std::lock_guard lock(map_mutex);
     response =
         map.empty() ? text_response(404, "this run has no map") : http::Response{200, "application/octet-stream", map};
   } else {
@@ -207,23 +213,29 @@ http::Response Server::Impl::answer(const http::Request& request) const {
   return secured(std::move(response));
 }
 
+std::string Server::Impl::hello_of(const Subject& shown) const {
+  const project::Scenario& scenario = shown.plan.scenario;
+  return to_json(Value(Map{{"type", "hello"},
+                           {"protocol", kProtocol},
+                           {"version", options.version},
+                           {"mode", options.live ? "live" : "recording"},
+                           {"title", scenario.name},
+                           {"description", scenario.description},
+                           {"clock", scenario.virtual_time ? "virtual" : "real"},
+                           {"seed", static_cast<std::int64_t>(scenario.seed)},
+                           {"steerable", static_cast<bool>(run.steer) && !options.design},
+                           {"repeatable", static_cast<bool>(options.again)},
+                           {"design", options.design},
+                           {"boot", boot}}));
+}
+
 Result<void> Server::Impl::start() {
   map = map_octets(subject);
   if (!http::is_loopback(options.address)) token = random_word();
-  const project::Scenario& scenario = subject.plan.scenario;
-  hello = to_json(Value(Map{{"type", "hello"},
-                            {"protocol", kProtocol},
-                            {"version", options.version},
-                            {"mode", options.live ? "live" : "recording"},
-                            {"title", scenario.name},
-                            {"description", scenario.description},
-                            {"clock", scenario.virtual_time ? "virtual" : "real"},
-                            {"seed", static_cast<std::int64_t>(scenario.seed)},
-                            {"steerable", static_cast<bool>(run.steer)},
-                            {"repeatable", static_cast<bool>(options.again)},
-                            {"boot", random_word()}}));
 
   http::SocketService sockets;
+  constexpr std::size_t kEditBytesMax = std::size_t{8} << 20U;
+  if (options.design) sockets.limits.message_bytes_max = kEditBytesMax;
   sockets.refuse = [this](const http::Request& request) -> std::optional<http::Response> {
     if (auto refused = refusal(request)) return refused;
     if (request.target != "/api/ws") return secured(text_response(404, "the socket is at /api/ws"));
@@ -263,7 +275,14 @@ void Server::Impl::compose() {
       inbox->put({.client = client, .kind = Inbox::Event::Kind::kSteered, .text = {}, .outcome = std::move(outcome)});
     });
   }
-  Composer composer(subject, history, run, queue ? &*queue : nullptr, {.hello = hello, .token = token});
+  // What is shown is changed only by what comes through the inbox, and outlives who shows it.
+  Shown shown;
+  RunAccess access = run;
+  const auto make_composer = [&](const Subject& shown_subject, const History& shown_history) {
+    return std::make_unique<Composer>(shown_subject, shown_history, access, queue ? &*queue : nullptr,
+                                      Composer::Options{.hello = hello_of(shown_subject), .token = token});
+  };
+  std::unique_ptr<Composer> composer = make_composer(subject, history);
   std::map<std::uint64_t, std::unique_ptr<Conversation>> clients;
   auto next_delta = SteadyClock::now();
   for (;;) {
@@ -283,7 +302,7 @@ void Server::Impl::compose() {
       switch (event.kind) {
         case Inbox::Event::Kind::kOpened:
           clients[event.client] = std::make_unique<Conversation>(
-              composer, event.client, std::make_unique<SocketSink>(std::move(*event.socket)));
+              *composer, event.client, std::make_unique<SocketSink>(std::move(*event.socket)));
           break;
         case Inbox::Event::Kind::kReceived:
           if (const auto client = clients.find(event.client); client != clients.end())
@@ -293,6 +312,24 @@ void Server::Impl::compose() {
           if (const auto client = clients.find(event.client); client != clients.end())
             client->second->steered(event.outcome->id, std::move(event.outcome->result));
           break;
+        case Inbox::Event::Kind::kTold: {
+          const auto text = std::make_shared<const std::string>(std::move(event.text));
+          for (auto& [id, client] : clients) client->told(text);
+          break;
+        }
+        case Inbox::Event::Kind::kShown: {
+          const Shown before = std::exchange(shown, std::move(*event.shown));
+          access.update = {};
+          access.facts = [facts = shown.facts] { return facts; };
+          auto next = make_composer(*shown.subject, *shown.history);
+          {
+            const std::lock_guard lock(map_mutex);
+            map = map_octets(*shown.subject);
+          }
+          for (auto& [id, client] : clients) client->show(*next);
+          composer = std::move(next);
+          break;
+        }
         case Inbox::Event::Kind::kClosed: clients.erase(event.client); break;
       }
     }
@@ -300,7 +337,7 @@ void Server::Impl::compose() {
     if (SteadyClock::now() < next_delta) continue;
     next_delta = SteadyClock::now() + kDeltaPeriod;
     if (clients.empty()) continue;
-    composer.refresh();
+    composer->refresh();
     for (auto& [id, client] : clients) client->send_delta();
   }
 }
@@ -310,7 +347,7 @@ Server::~Server() = default;
 
 Result<std::unique_ptr<Server>> Server::start(const Subject& subject, const History& history, RunAccess run,
                                               ServerOptions options) {
-  auto impl = std::unique_ptr<Impl>(new Impl{subject, history, std::move(run), std::move(options)});
+  auto impl = std::unique_ptr<Impl>(new Impl(subject, history, std::move(run), std::move(options)));
   if (auto started = impl->start(); !started) return tl::unexpected(started.error());
   return std::unique_ptr<Server>(new Server(std::move(impl)));
 }
@@ -320,5 +357,11 @@ std::string Server::url() const {
 }
 std::uint16_t Server::port() const { return impl_->bound; }
 std::size_t Server::clients() const { return *impl_->open; }
+void Server::tell(std::string message) {
+  impl_->inbox->put({.kind = Inbox::Event::Kind::kTold, .text = std::move(message)});
+}
+void Server::show(Shown shown) {
+  impl_->inbox->put({.kind = Inbox::Event::Kind::kShown, .text = {}, .shown = std::move(shown)});
+}
 
 }  // namespace sentree::studio

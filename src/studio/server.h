@@ -52,6 +52,8 @@ struct ServerOptions {
   bool insecure = false;   ///< Others may reach it, without TLS.
   std::string version;
   bool live = true;  ///< Else a recording.
+  /// A project is edited; `RunAccess::steer` takes the requests, and what a page sends may be as large as a file.
+  bool design = false;
   /// Begins the run again, with {seed, scenario} where they are given; not set: it cannot. Called in a thread that may
   /// wait; the server is gone soon afterwards.
   std::function<Result<void>(const Value& request)> again = {};
@@ -75,6 +77,17 @@ class Server {
   [[nodiscard]] std::uint16_t port() const;
   /// Pages that are connected.
   [[nodiscard]] std::size_t clients() const;
+
+  /// A message, as JSON, to all pages that may steer. From any thread; in order with the answers to requests that are
+  /// carried out after it.
+  void tell(std::string message);
+  /// What pages are shown from now on instead, each at the moment that it looks at.
+  struct Shown {
+    std::shared_ptr<const Subject> subject;
+    std::shared_ptr<const History> history;
+    RunFacts facts;
+  };
+  void show(Shown shown);
 
  private:
   struct Impl;

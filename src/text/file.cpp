@@ -21,18 +21,17 @@ using File = std::unique_ptr<std::FILE, CloseFile>;
 
 thread_local ReadLog* read_log = nullptr;
 thread_local ReadHashes* read_hashes = nullptr;
+thread_local const Overlay* read_through = nullptr;
 
-}  // namespace
+// What stands for the file, or null.
+const std::string* overlaid(const std::filesystem::path& path) {
+  if (read_through == nullptr || read_through->empty()) return nullptr;
+  std::error_code error;
+  const auto found = read_through->find(std::filesystem::absolute(path, error).lexically_normal());
+  return found != read_through->end() ? &found->second : nullptr;
+}
 
-ReadLog::ReadLog() { read_log = this; }
-ReadLog::~ReadLog() { read_log = nullptr; }
-
-ReadHashes::ReadHashes() { read_hashes = this; }
-ReadHashes::~ReadHashes() { read_hashes = nullptr; }
-
-Result<std::string> read_file(const std::filesystem::path& path, std::string shown_as, std::size_t size_max) {
-  if (shown_as.empty()) shown_as = path.string();
-  const SourceSpan place{shown_as};
+Result<std::string> read_from_disk(const std::filesystem::path& path, const SourceSpan& place, std::size_t size_max) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (status.type() == std::filesystem::file_type::not_found) return fail("file.not-found", "no such file", place);
@@ -53,11 +52,30 @@ Result<std::string> read_file(const std::filesystem::path& path, std::string sho
   }
   if (std::ferror(file.get()))
     return fail("file.unreadable", std::string("cannot be read: ") + std::strerror(errno), place);
-  if (read_hashes != nullptr) read_hashes->hashes_.insert(hash_bytes(content));
+  return content;
+}
+
+}  // namespace
+
+ReadThrough::ReadThrough(const Overlay& overlay) { read_through = &overlay; }
+ReadThrough::~ReadThrough() { read_through = nullptr; }
+
+ReadLog::ReadLog() { read_log = this; }
+ReadLog::~ReadLog() { read_log = nullptr; }
+
+ReadHashes::ReadHashes() { read_hashes = this; }
+ReadHashes::~ReadHashes() { read_hashes = nullptr; }
+
+Result<std::string> read_file(const std::filesystem::path& path, std::string shown_as, std::size_t size_max) {
+  if (shown_as.empty()) shown_as = path.string();
+  const std::string* const edited = overlaid(path);
+  auto content = edited != nullptr ? Result<std::string>(*edited) : read_from_disk(path, {shown_as}, size_max);
+  if (!content) return content;
+  if (read_hashes != nullptr) read_hashes->hashes_.insert(hash_bytes(*content));
   if (read_log != nullptr) {
     auto& files = read_log->files_;
     if (std::none_of(files.begin(), files.end(), [&](const ReadFile& known) { return known.path == path; }))
-      files.push_back({path, content});
+      files.push_back({path, *content});
   }
   if (auto text = xml_as_utf8(content)) content = std::move(*text);
   return content;

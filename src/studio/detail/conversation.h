@@ -58,6 +58,10 @@ class Conversation {
   void received(const std::string& text);
   /// What became of a request to steer.
   void steered(std::int64_t id, Result<Value> result);
+  /// A message for who may steer.
+  void told(const std::shared_ptr<const std::string>& message);
+  /// Another run, at the same moment.
+  void show(Composer& composer);
   /// Does a slice of what was asked for.
   void work();
   [[nodiscard]] bool has_work() const { return !requests_.empty() && !is_behind(); }
@@ -83,6 +87,9 @@ class Conversation {
   bool advance_search(Request& request);
   void begin_search(Request& request);
   void seek(const Request& request);
+  /// The state of that moment, or of the nearest one that is known, which it returns.
+  Nanoseconds send_past_state(Nanoseconds time);
+  void send_model();
   void follow();
   void steer(const Request& request);
   void send(std::string text);
@@ -93,7 +100,7 @@ class Conversation {
   void send_news();
   void send_growth();
 
-  Composer& composer_;
+  Composer* composer_;
   const std::uint64_t client_;
   std::unique_ptr<MessageSink> sink_;
   bool live_ = true;
@@ -102,6 +109,7 @@ class Conversation {
   std::size_t steering_ = 0;         // requests in the queue
   std::vector<std::uint64_t> sent_;  // versions of the parts
   std::string sent_facts_;
+  Nanoseconds asked_time_ = 0;  // the moment in the past that the page looks at
   Nanoseconds sent_time_ = -1;  // the newest that the page knows of
   std::string past_mission_;    // its status at the moment in the past that the page shows
   std::size_t next_observation_ = 0;

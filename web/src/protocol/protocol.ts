@@ -33,6 +33,7 @@ export const Hello = object({
   seed: Type.Integer(),
   steerable: Type.Boolean({ description: "Whether the run can be steered at all" }),
   repeatable: Type.Boolean({ description: "Whether `run_again` begins it once more" }),
+  design: Type.Boolean({ description: "A project is edited; what is shown is a scenario that runs again after each edit" }),
   boot: Type.String({ description: "Random id of this server: another one means another run" }),
 });
 
@@ -226,6 +227,87 @@ export const Violation = object({
 });
 export const Problem = object({ text: string(), time: Time });
 
+// ---- design: bytes count from the beginning of a file's text in UTF-8 ----
+
+const byte = () => Type.Integer({ minimum: 0 });
+export const TextEdit = object({ from: byte(), to: byte(), text: string() });
+export const FileKind = one_of("project", "mission", "skill", "monitor", "requirement", "scenario", "world", "interface", "model", "other");
+export const DesignFile = object({ file: string(), kind: FileKind, version: index(), dirty: boolean(), conflict: boolean(), errors: index(), warnings: index() });
+export const Finding = object({
+  file: Type.String({ description: "Inside the project; empty: elsewhere" }),
+  line: index(),
+  column: index(),
+  from: byte(),
+  to: byte(),
+  severity: one_of("error", "warning", "note"),
+  code: string(),
+  message: string(),
+  fixes: list(object({ title: string(), from: byte(), to: byte(), text: string() })),
+});
+export const RunDifference = object({ time: Time, who: string(), before: string(), after: string() });
+export const Design = object({
+  project: string(),
+  files: list(DesignFile),
+  findings: list(Finding),
+  checked: Type.Boolean({ description: "The findings are of the texts as they are now" }),
+  undo: or_null(string()),
+  undo_count: index(),
+  redo: or_null(string()),
+  redo_count: index(),
+  scenario: Type.String({ description: "That runs again; empty: the mission without one" }),
+  scenarios: list(string()),
+  shadow: object({
+    ready: boolean(),
+    current: Type.Boolean({ description: "It ran with the texts as they are now" }),
+    problem: string(),
+    ended: Time,
+    differences: or_null(Type.Array(RunDifference, { description: "From the run with what is saved; the first of each part" })),
+  }),
+});
+export const OutlineNode = object({
+  element: index(),
+  parent: Type.Integer({ description: "Place in the list; -1: the root" }),
+  id: string(),
+  name: string(),
+  kind: NodeKind,
+  known: boolean(),
+  children_min: index(),
+  children_max: index(),
+  from: byte(),
+  open_end: byte(),
+  to: byte(),
+  attributes: list(tuple([string(), string()])),
+});
+export const OutlineTree = object({ element: index(), id: string(), from: byte(), to: byte(), direction: one_of("down", "right"), nodes: list(OutlineNode), layout: TreeLayout });
+export const OutlineChart = object({ layout: ChartLayout, states: list(object({ id: string(), line: index() })), transitions: list(object({ line: index() })) });
+export const DesignDocument = object({
+  file: string(),
+  version: index(),
+  kind: FileKind,
+  text: string(),
+  theirs: or_null(Type.String({ description: "What is on disk, where both changed the same" })),
+  error: or_null(object({ line: index(), column: index(), message: string() })),
+  main: or_null(string()),
+  trees: or_null(list(OutlineTree)),
+  chart: or_null(OutlineChart),
+});
+export const PaletteNode = object({
+  id: string(),
+  kind: NodeKind,
+  children_max: index(),
+  own: Type.Boolean({ description: "A skill of the project" }),
+  description: string(),
+  ports: list(object({ name: string(), direction: string(), type: string(), default: or_null(string()), description: string() })),
+});
+export const Gesture = Type.Union([
+  object({ what: Type.Literal("insert"), id: string(), subtree: optional(boolean()), name: optional(string()), ports: optional(by_name(string())), parent: index(), index: index() }),
+  object({ what: Type.Literal("delete"), node: index() }),
+  object({ what: Type.Literal("move"), node: index(), parent: index(), index: index(), copy: optional(boolean()) }),
+  object({ what: Type.Literal("wrap"), node: index(), id: string() }),
+  object({ what: Type.Literal("unwrap"), node: index() }),
+  object({ what: Type.Literal("set"), node: index(), name: string(), value: or_null(string()) }),
+]);
+
 // ---- requests: by operation, what is sent beside `op` and `id`, and the value of the answer ----
 
 export const Filter = object({
@@ -276,6 +358,21 @@ export const Operations = {
   clear: [object({ what: Type.Integer() }), Type.Unknown()],
   interventions: [nothing(), Interventions],
   save_scenario: [object({ name: string() }), object({ yaml: string(), file: string() })],
+  design: [nothing(), Design],
+  design_palette: [nothing(), object({ nodes: list(PaletteNode), places: list(string()) })],
+  design_read: [object({ file: string() }), DesignDocument],
+  design_edit: [object({ file: string(), base: index(), edits: list(TextEdit), cause: string(), join: optional(boolean()) }), object({ version: index() })],
+  design_gesture: [
+    object({ file: string(), base: index(), gesture: Gesture, try: optional(Type.Boolean({ description: "Only say whether it is possible" })) }),
+    object({ name: string(), version: optional(index()), at: optional(Type.Integer({ description: "Byte where the element stands now" })) }),
+  ],
+  design_undo: [nothing(), object({ files: list(string()) })],
+  design_redo: [nothing(), object({ files: list(string()) })],
+  design_save: [object({ file: optional(string()) }), object({ saved: index() })],
+  design_resolve: [object({ file: string(), keep: one_of("mine", "theirs") }), Type.Unknown()],
+  design_add: [object({ kind: one_of("skill", "monitor", "requirement", "scenario", "component"), name: string() }), object({ file: string() })],
+  design_remove: [object({ file: string() }), Type.Unknown()],
+  design_scenario: [object({ scenario: string() }), Type.Unknown()],
 } as const satisfies Record<string, readonly [TSchema, TSchema]>;
 
 export const Answer = object({ id: Type.Integer(), ok: boolean(), error: optional(string()), value: optional(Type.Unknown()) });
@@ -290,5 +387,8 @@ export const ServerMessages = {
   delta: said("delta", Delta),
   violation: said("violation", Violation),
   problem: said("problem", Problem),
+  design: said("design", Design),
+  design_document: said("design_document", DesignDocument),
+  design_gone: said("design_gone", object({ file: string() })),
   answer: said("answer", Answer),
 } as const;

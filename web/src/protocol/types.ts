@@ -51,6 +51,17 @@ export type Problem = Static<typeof protocol.Problem>;
 export type Filter = Static<typeof protocol.Filter>;
 export type Lane = Static<typeof protocol.Lane>;
 export type Mark = Static<typeof protocol.Mark>;
+export type TextEdit = Static<typeof protocol.TextEdit>;
+export type FileKind = Static<typeof protocol.FileKind>;
+export type DesignFile = Static<typeof protocol.DesignFile>;
+export type Finding = Static<typeof protocol.Finding>;
+export type Design = Static<typeof protocol.Design>;
+export type OutlineNode = Static<typeof protocol.OutlineNode>;
+export type OutlineTree = Static<typeof protocol.OutlineTree>;
+export type OutlineChart = Static<typeof protocol.OutlineChart>;
+export type DesignDocument = Static<typeof protocol.DesignDocument>;
+export type PaletteNode = Static<typeof protocol.PaletteNode>;
+export type Gesture = Static<typeof protocol.Gesture>;
 export type Interventions = Static<typeof protocol.Interventions>;
 
 /** By operation: what is sent beside `op` and `id`, and the value of the answer. */

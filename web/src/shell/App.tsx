@@ -1,5 +1,6 @@
-import { useEffect } from "react";
+import { lazy, Suspense, useEffect } from "react";
 
+import { useMode } from "../design/mode";
 import { panels } from "../panels/registry";
 import { useStudio } from "../store/store";
 import { handle_key, useCommand } from "../widgets/commands";
@@ -14,6 +15,9 @@ import { toggle_theme } from "../widgets/theme";
 import { ViolationStrip } from "../panels/violation/ViolationStrip";
 import { Work } from "./Work";
 
+/** Comes when a project is edited; who looks at a run needs nothing of it. */
+const DesignView = lazy(() => import("../design/DesignView"));
+
 /** The panel that has the focus. */
 function focused_panel() {
   const id = document.activeElement?.closest(".panel")?.id.replace("panel-", "");
@@ -23,6 +27,8 @@ function focused_panel() {
 export function App() {
   const known = useStudio((studio) => studio.index !== null && studio.state !== null);
   const title = useStudio((studio) => studio.hello?.title);
+  const is_design = useStudio((studio) => studio.hello?.design ?? false);
+  const designs = useMode(({ mode }) => mode === "design") && is_design;
   useEffect(() => {
     window.addEventListener("keydown", handle_key);
     return () => window.removeEventListener("keydown", handle_key);
@@ -55,9 +61,17 @@ export function App() {
   return (
     <div className="studio">
       <Header />
-      <TravelStrip />
-      <ViolationStrip />
-      {known ? <Work /> : <p className="empty waiting">Waiting for the run …</p>}
+      {!designs && <TravelStrip />}
+      {!designs && <ViolationStrip />}
+      {designs ? (
+        <Suspense fallback={<p className="empty waiting">Opening the project …</p>}>
+          <DesignView />
+        </Suspense>
+      ) : known ? (
+        <Work />
+      ) : (
+        <p className="empty waiting">Waiting for the run …</p>
+      )}
       <Notes />
       <Palette />
       <Help />

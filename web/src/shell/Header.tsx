@@ -1,3 +1,4 @@
+import { useMode } from "../design/mode";
 import { useStudio } from "../store/store";
 import { go_live } from "../store/time_travel";
 import { ask, retry } from "../store/store";
@@ -111,6 +112,23 @@ function RunAgain() {
   );
 }
 
+/** The two views of a project that is edited. */
+function ModeSwitch() {
+  const is_design = useStudio((studio) => studio.hello?.design ?? false);
+  const mode = useMode((state) => state.mode);
+  if (!is_design) return null;
+  return (
+    <div className="mode-switch" role="group" aria-label="View of the project">
+      <button className="button" aria-pressed={mode === "design"} onClick={() => useMode.setState({ mode: "design" })}>
+        Design
+      </button>
+      <button className="button" aria-pressed={mode === "run"} title="The shadow run, in all panels" onClick={() => useMode.setState({ mode: "run" })}>
+        Run
+      </button>
+    </div>
+  );
+}
+
 function Violations() {
   const count = useStudio((studio) => studio.violations.length);
   const shown = useViolations((state) => state.shown);
@@ -127,7 +145,9 @@ export function Header() {
   const title = useStudio((studio) => studio.hello?.title ?? "Sentree Studio");
   const description = useStudio((studio) => studio.hello?.description ?? "");
   const boot = useStudio((studio) => studio.hello?.boot);
+  const mode = useMode((state) => state.mode);
   const dark = useTheme(({ theme }) => theme === "dark");
+  const designs = useStudio((studio) => studio.hello?.design ?? false) && mode === "design";
   return (
     <header className="header" data-boot={boot}>
       <img className="logo" src="./icon.svg" alt="" width="22" height="22" />
@@ -135,11 +155,12 @@ export function Header() {
         {title}
         {description && <span className="description">{description}</span>}
       </h1>
-      <Mission />
-      <Violations />
+      <ModeSwitch />
+      {!designs && <Mission />}
+      {!designs && <Violations />}
       <span className="header-space" />
-      <Presence />
-      <Clock />
+      {!designs && <Presence />}
+      {!designs && <Clock />}
       <RunControls />
       <RunAgain />
       <span className="header-space short" />

@@ -1,8 +1,8 @@
 import { describe, expect, it } from "vitest";
 
-import type { Observation, ServerMessage, State } from "../protocol/types";
+import type { Observation, State } from "../protocol/types";
 import { append, fold } from "./fold";
-import { kEmpty, kLiveMessagesMax, receive, type Studio } from "./store";
+import { kEmpty, kLiveMessagesMax, receive, type RunMessage, type Studio } from "./store";
 
 const state: State = {
   time: 1e9,
@@ -36,17 +36,17 @@ const observation = (sequence: number): Observation => ({
   data: { tick: 1 },
 });
 
-const hello = (boot: string): Exclude<ServerMessage, { type: "answer" }> => ({
+const hello = (boot: string): RunMessage => ({
   type: "hello",
-  ...{ protocol: 1, version: "0.1.0", mode: "live", title: "t", description: "", clock: "virtual", seed: 1, steerable: true, repeatable: false, boot },
+  ...{ protocol: 1, version: "0.1.0", mode: "live", title: "t", description: "", clock: "virtual", seed: 1, steerable: true, repeatable: false, design: false, boot },
 });
 
-const violated = (time: number, sequence: number): Exclude<ServerMessage, { type: "answer" }> => ({
+const violated = (time: number, sequence: number): RunMessage => ({
   type: "violation",
   ...{ monitor: "battery", time, sequence, story: "", witness: [], witness_complete: true, witness_minimal: true, explanation: null },
 });
 
-const play = (studio: Studio, ...messages: Exclude<ServerMessage, { type: "answer" }>[]) => messages.reduce(receive, studio);
+const play = (studio: Studio, ...messages: RunMessage[]) => messages.reduce(receive, studio);
 
 describe("a delta", () => {
   it("replaces what it names and shares the rest", () => {
@@ -96,7 +96,7 @@ describe("the newest observations", () => {
 
 it("a state from before anything was observed has no charts and no robots", () => {
   const { charts: _, robots: __, monitors: ___, ...bare } = state;
-  const studio = receive(kEmpty, { type: "state", ...bare } as Exclude<ServerMessage, { type: "answer" }>);
+  const studio = receive(kEmpty, { type: "state", ...bare } as RunMessage);
   expect(studio.state).toMatchObject({ charts: {}, robots: {}, monitors: {} });
 });
 

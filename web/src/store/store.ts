@@ -102,8 +102,23 @@ export function make_index(model: Model): Index {
   return { model, children, node_of_leaf, chart: new Map(model.charts.map((chart) => [chart.id, chart])) };
 }
 
+/** What is said of a project that is edited; the store of design mode takes it. */
+export type DesignMessage = Extract<ServerMessage, { type: "design" | "design_document" | "design_gone" }>;
+export type RunMessage = Exclude<ServerMessage, { type: "answer" } | DesignMessage>;
+
+function is_of_design(message: RunMessage | DesignMessage): message is DesignMessage {
+  return message.type === "design" || message.type === "design_document" || message.type === "design_gone";
+}
+
+/** Told of each message of design mode at once, in order. */
+const design_listeners = new Set<(message: DesignMessage) => void>();
+export function on_design(listener: (message: DesignMessage) => void): () => void {
+  design_listeners.add(listener);
+  return () => design_listeners.delete(listener);
+}
+
 /** The store after one message of the program. */
-export function receive(studio: Studio, message: Exclude<ServerMessage, { type: "answer" }>): Studio {
+export function receive(studio: Studio, message: RunMessage): Studio {
   switch (message.type) {
     case "hello": {
       const { type: _, ...hello } = message;
@@ -203,6 +218,10 @@ export function connect(): void {
   client = new Client({
     open: () => new WebSocket(socket_address(window.location)),
     receive: (message) => {
+      if (is_of_design(message)) {
+        design_listeners.forEach((listener) => listener(message));
+        return;
+      }
       stage((studio) => receive(studio, message));
       if (message.type === "state" && message.live) void fill_messages(message.sequence);
     },

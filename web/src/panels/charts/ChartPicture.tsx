@@ -189,7 +189,7 @@ const StateView = memo(function StateView({ chart, s, nest }: { chart: ChartMode
   );
 });
 
-const StateTexts = memo(function StateTexts({ drawn, nest }: { drawn: ChartLayout["states"][number]; nest: boolean }) {
+export const StateTexts = memo(function StateTexts({ drawn, nest }: { drawn: ChartLayout["states"][number]; nest: boolean }) {
   const inset = drawn.kind === "final" ? kInset : 0;
   const ruled = drawn.name.length > 0 && drawn.lines.length > 0;
   const height = drawn.name.length * 18 + drawn.lines.length * 15 + (ruled ? 7 : 0);
@@ -218,7 +218,7 @@ const StateTexts = memo(function StateTexts({ drawn, nest }: { drawn: ChartLayou
   return <>{parts}</>;
 });
 
-const Edge = memo(function Edge({ edge, last }: { edge: ChartLayout["edges"][number]; last: boolean }) {
+export const Edge = memo(function Edge({ edge, last }: { edge: ChartLayout["edges"][number]; last: boolean }) {
   const shape = arrow(edge.curve);
   if (!shape) return null;
   return (
@@ -229,7 +229,7 @@ const Edge = memo(function Edge({ edge, last }: { edge: ChartLayout["edges"][num
   );
 });
 
-const Label = memo(function Label({ edge, last, whole }: { edge: ChartLayout["edges"][number]; last: boolean; whole: string }) {
+export const Label = memo(function Label({ edge, last, whole }: { edge: ChartLayout["edges"][number]; last: boolean; whole: string }) {
   if (edge.lines.length === 0) return null;
   return (
     <g className={last ? "label last" : "label"}>

@@ -153,7 +153,8 @@ export function TreePicture({ index, handle }: { index: Index; handle: Ref<TreeH
   );
 }
 
-const Links = memo(function Links({ layout }: { layout: TreeLayout }) {
+/** The lines from parents to children. */
+export const Links = memo(function Links({ layout }: { layout: TreeLayout }) {
   return (
     <g className="links">
       {layout.edges.map((edge, i) => edge.length > 0 && <path key={i} className="link" d={curve(edge)} />)}
@@ -264,7 +265,7 @@ const NodeView = memo(function NodeView({ node, drawn, folded, hidden, parent_of
   );
 });
 
-const Outline = memo(function Outline({ drawn }: { drawn: Drawn }) {
+export const Outline = memo(function Outline({ drawn }: { drawn: Drawn }) {
   const { x, y, width, height } = drawn;
   const [right, bottom, middle] = [x + width, y + height, y + height / 2];
   switch (drawn.shape) {
@@ -284,7 +285,7 @@ const Outline = memo(function Outline({ drawn }: { drawn: Drawn }) {
   }
 });
 
-const Texts = memo(function Texts({ drawn, middle }: { drawn: Drawn; middle: number }) {
+export const Texts = memo(function Texts({ drawn, middle }: { drawn: Drawn; middle: number }) {
   const sign = drawn.symbol !== "" && [...drawn.symbol].length <= 3;
   const symbol_height = drawn.symbol === "" ? 0 : sign ? 24 : kTitleHeight;
   const height = symbol_height + drawn.title.length * kTitleHeight + drawn.lines.length * kLineHeight;

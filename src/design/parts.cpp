@@ -1,0 +1,172 @@
+#include "sentree/design/parts.h"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <cctype>
+
+namespace sentree::design {
+
+namespace {
+
+/// A call that the templates make: one without arguments that answers, where the project has one.
+struct Call {
+  std::string service;
+  std::string method;
+};
+
+std::optional<Call> example_call(const project::Plan& plan) {
+  for (const auto& [name, service] : plan.services) {
+    for (const idl::Method* method : service.service->methods) {
+      if (!method->oneway && method->arguments.fields.empty() && method->result->kind != idl::Kind::kVoid)
+        return Call{name, method->name};
+    }
+  }
+  return std::nullopt;
+}
+
+std::string chart(const std::string& name, const std::string& about, const std::string& initial,
+                  const std::string& body) {
+  return fmt::format(
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- {} -->\n"
+      "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" name=\"{}\" "
+      "initial=\"{}\">\n{}</scxml>\n",
+      about, name, initial, body);
+}
+
+constexpr const char* kOutcomes = "  <final id=\"success\"/>\n  <final id=\"failure\"/>\n  <final id=\"halted\"/>\n";
+
+Part skill(const std::string& name, const std::optional<Call>& call) {
+  Part part;
+  const std::string body = call ? fmt::format(
+                                      "  <state id=\"asking\">\n"
+                                      "    <onentry><send type=\"thrift\" target=\"{0}\" event=\"{1}\"/></onentry>\n"
+                                      "    <transition event=\"halt\" target=\"halted\"/>\n"
+                                      "    <!-- cond=\"_event.data.result …\" looks at the answer -->\n"
+                                      "    <transition event=\"{0}.{1}.reply\" target=\"success\"/>\n"
+                                      "    <!-- no answer in time, or none at all -->\n"
+                                      "    <transition event=\"{0}.{1}.error error\" target=\"failure\"/>\n"
+                                      "  </state>\n",
+                                      call->service, call->method)
+                                : "  <state id=\"waiting\">\n"
+                                  "    <onentry><send event=\"enough\" delay=\"2s\"/></onentry>\n"
+                                  "    <transition event=\"halt\" target=\"halted\"/>\n"
+                                  "    <transition event=\"enough\" target=\"success\"/>\n"
+                                  "    <transition event=\"error\" target=\"failure\"/>\n"
+                                  "  </state>\n";
+  part.files.emplace_back("skills/" + name + ".scxml",
+                          chart(name, "Each tick is RUNNING until a final state is entered.",
+                                call ? "asking" : "waiting", body + kOutcomes));
+  part.next = fmt::format(
+      "put <{0} name=\"{0}\"/> into the tree, then `sentree model {{project}} --into {{mission}}` makes it known to "
+      "editors",
+      name);
+  return part;
+}
+
+Part monitor(const std::string& name, const std::optional<Call>& call) {
+  Part part;
+  const std::string request = call ? call->service + "." + call->method + ".request" : "mission.tick";
+  const std::string answer =
+      call ? fmt::format("{0}.{1}.reply {0}.{1}.error", call->service, call->method) : "mission.status";
+  part.files.emplace_back(
+      "monitors/" + name + ".scxml",
+      chart(name,
+            call ? fmt::format("Requirement: {}.{} is answered within two seconds.", call->service, call->method)
+                 : "Requirement: the mission ends within two seconds of a tick.",
+            "content",
+            fmt::format("  <state id=\"content\">\n"
+                        "    <transition event=\"{}\" target=\"waiting\"/>\n"
+                        "  </state>\n"
+                        "  <state id=\"waiting\">\n"
+                        "    <onentry><send event=\"late\" id=\"late\" delay=\"2s\"/></onentry>\n"
+                        "    <onexit><cancel sendid=\"late\"/></onexit>\n"
+                        "    <transition event=\"{}\" target=\"content\"/>\n"
+                        "    <transition event=\"late\" target=\"violated\"/>\n"
+                        "  </state>\n"
+                        "  <final id=\"violated\"/>\n",
+                        request, answer)));
+  part.entries.emplace_back("monitors", "- {file: monitors/" + name + ".scxml}");
+  part.next = "docs/observations.md lists what a monitor can see";
+  return part;
+}
+
+Part requirement(const std::string& name, const std::optional<Call>& call) {
+  Part part;
+  const std::string what = call ? call->service + "." + call->method : "";
+  part.files.emplace_back("requirements/" + name + ".req",
+                          call ? fmt::format("# docs/requirements.md tells what can be said.\n"
+                                             "event asked    = request({0})\n"
+                                             "event answered = reply({0})\n\n"
+                                             "{1} \"{0} is answered within two seconds.\":\n"
+                                             "  whenever event(asked), {2} shall event(answered) within 2 s.\n",
+                                             what, name, call->service)
+                               : fmt::format("# docs/requirements.md tells what can be said.\n"
+                                             "{} \"The mission is ticked at least once a second.\":\n"
+                                             "  observation(mission.tick) at least every 1 s.\n",
+                                             name));
+  part.entries.emplace_back("monitors", "- {file: requirements/" + name + ".req}");
+  part.next = "`sentree run {project}` judges it, `sentree monitor check RUN.mcap --project {project}` on a past run";
+  return part;
+}
+
+Part scenario(const std::string& name) {
+  Part part;
+  part.files.emplace_back("scenarios/" + name + ".yaml",
+                          "description: the mission succeeds\n"
+                          "# What happens to it, for example a call of the simulator's control, or of a service:\n"
+                          "# timeline:\n"
+                          "#   - {at: 20 s, call: simulation.setBatteryCharge, args: {percent: 10}}\n"
+                          "duration: 2 min\n"
+                          "expect:\n"
+                          "  mission: SUCCESS\n");
+  part.next = "`sentree test {project} --scenario " + name + "` runs it";
+  return part;
+}
+
+Part component(const std::string& name) {
+  Part part;
+  std::string service = name;
+  service.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(service.front())));
+  part.files.emplace_back("interfaces/" + name + ".thrift", fmt::format("// What {0} can be asked.\n"
+                                                                        "service {1} {{\n"
+                                                                        "  bool isReady()\n"
+                                                                        "}}\n",
+                                                                        name, service));
+  part.files.emplace_back("models/" + name + ".scxml",
+                          chart(name, "Stands in for " + name + ": one session for the whole run.", "ready",
+                                fmt::format("  <state id=\"ready\">\n"
+                                            "    <transition event=\"{0}.isReady.request\">\n"
+                                            "      <send type=\"thrift\" target=\"{0}\" event=\"isReady.reply\">"
+                                            "<param name=\"result\" expr=\"true\"/></send>\n"
+                                            "    </transition>\n"
+                                            "  </state>\n",
+                                            name)));
+  part.entries.emplace_back("services", fmt::format("{0}: {{interface: {0}.thrift/{1}, at: model}}", name, service));
+  part.entries.emplace_back("models",
+                            fmt::format("- {{file: models/{0}.scxml, name: {0}_model, serves: [{0}]}}", name));
+  part.next = "skills call it by <send type=\"thrift\" target=\"" + name +
+              "\" event=\"isReady\"/>; an address in place of `model` reaches the real one";
+  return part;
+}
+
+bool is_name(const std::string& name) {
+  const auto letter = [](unsigned char c) { return std::isalpha(c) != 0 || c == '_'; };
+  return !name.empty() && letter(static_cast<unsigned char>(name.front())) &&
+         std::all_of(name.begin(), name.end(), [&](unsigned char c) { return letter(c) || std::isdigit(c) != 0; });
+}
+
+}  // namespace
+
+Result<Part> new_part(const std::string& kind, const std::string& name, const project::Plan* plan) {
+  if (!is_name(name))
+    return fail("design.bad-name", "\"" + name + "\" is no name: letters, digits and _, with a letter first");
+  const auto call = plan != nullptr ? example_call(*plan) : std::nullopt;
+  if (kind == "skill") return skill(name, call);
+  if (kind == "monitor") return monitor(name, call);
+  if (kind == "requirement") return requirement(name, call);
+  if (kind == "scenario") return scenario(name);
+  if (kind == "component") return component(name);
+  return fail("design.no-such-part", "\"" + kind + "\" is no part of a project");
+}
+
+}  // namespace sentree::design

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sentree/base/result.h"
+#include "sentree/project/plan.h"
+
+namespace sentree::design {
+
+/// A part as it comes into a project: files, and entries of sentree.yaml.
+struct Part {
+  std::vector<std::pair<std::string, std::string>> files;    ///< Path inside the project, and text.
+  std::vector<std::pair<std::string, std::string>> entries;  ///< Section and line.
+  std::string next;  ///< What to do with it; {project} and {mission} stand for their names.
+};
+
+inline constexpr const char* kPartKinds[] = {"skill", "monitor", "requirement", "scenario", "component"};
+
+/// A part that runs as it is, to begin with. What it calls, if anything, is a call of `plan` without arguments that
+/// answers; null: the project does not load.
+/// Errors: design.bad-name (letters, digits and _, with a letter first), design.no-such-part.
+[[nodiscard]] Result<Part> new_part(const std::string& kind, const std::string& name, const project::Plan* plan);
+
+}  // namespace sentree::design

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sentree/base/result.h"
+
+namespace sentree::design {
+
+/// Bytes `from` to `to` of a text replaced by `text`.
+struct TextEdit {
+  std::size_t from = 0;
+  std::size_t to = 0;
+  std::string text;
+  friend bool operator==(const TextEdit&, const TextEdit&) = default;
+};
+
+/// By place, without overlap, all of one and the same text.
+using TextEdits = std::vector<TextEdit>;
+
+/// Lines that a comparison may find inserted and deleted before it calls the whole middle changed.
+inline constexpr int kDifferentLinesMax = 1000;
+
+/// The edited text. Errors: design.bad-edit (out of bounds, out of order, or overlapping).
+[[nodiscard]] Result<std::string> with_edits(std::string_view text, const TextEdits& edits);
+
+/// What makes the edited text `text` again, byte for byte. `edits` can be applied to `text`.
+[[nodiscard]] TextEdits inverse(std::string_view text, const TextEdits& edits);
+
+/// Edits that make `after` of `before`: lines are compared, and what differs in a run of lines is cut to the characters
+/// that differ. Cuts lie between characters of UTF-8.
+/// Source: Myers, "An O(ND) Difference Algorithm and Its Variations", 1986.
+[[nodiscard]] TextEdits edits_between(std::string_view before, std::string_view after);
+
+/// Both changes of `base` in one text, line by line; what both made alike counts once. Nothing: they change lines that
+/// are the same or stand next to each other.
+[[nodiscard]] std::optional<std::string> merge(std::string_view base, std::string_view mine, std::string_view theirs);
+
+}  // namespace sentree::design

@@ -1,0 +1,540 @@
+#include "sentree/design/tree_edit.h"
+
+#include <algorithm>
+#include <set>
+
+#include "sentree/base/diagnostic.h"
+#include "sentree/bt/model.h"
+#include "sentree/bt/write.h"
+#include "sentree/text/xml.h"
+
+namespace sentree::design {
+
+namespace {
+
+using text::XmlDocument;
+using text::XmlElement;
+
+constexpr std::size_t kAnyNumber = 0xFFFFFFFFU;
+
+bool is_blank(char c) { return c == ' ' || c == '\t'; }
+bool is_space(char c) { return is_blank(c) || c == '\n' || c == '\r'; }
+
+bool is_subtree(std::string_view tag) { return tag == "SubTree" || tag == "SubTreePlus"; }
+
+// The tag says the category, and the ID what it is.
+std::optional<bt::Category> explicit_category(std::string_view tag) {
+  if (tag == "Action") return bt::Category::kAction;
+  if (tag == "Condition") return bt::Category::kCondition;
+  if (tag == "Control") return bt::Category::kControl;
+  if (tag == "Decorator") return bt::Category::kDecorator;
+  return std::nullopt;
+}
+
+std::string id_of(const XmlElement& element) {
+  if (is_subtree(element.name()) || explicit_category(element.name()))
+    return std::string(element.attribute("ID").value_or(""));
+  return std::string(element.name());
+}
+
+std::string shown(const XmlElement& element) {
+  if (element.name() == "BehaviorTree") return "tree " + std::string(element.attribute("ID").value_or(""));
+  return std::string(element.attribute("name").value_or(id_of(element)));
+}
+
+bool is_name(std::string_view name) {
+  const auto is_letter = [](unsigned char c) { return std::isalpha(c) != 0 || c == '_' || c >= 0x80; };
+  return !name.empty() && is_letter(static_cast<unsigned char>(name.front())) &&
+         std::all_of(name.begin(), name.end(), [&](char c) {
+           const auto u = static_cast<unsigned char>(c);
+           return is_letter(u) || std::isdigit(u) != 0 || c == '-' || c == '.' || c == ':';
+         });
+}
+
+// Makes the edits of one document.
+class Editor {
+ public:
+  Editor(XmlDocument document, const Kinds& kinds) : document_(std::move(document)), kinds_(kinds) {
+    std::vector<XmlElement> open{document_.root()};
+    while (!open.empty()) {
+      const XmlElement element = open.back();
+      open.pop_back();
+      elements_.push_back(element);
+      const auto children = element.children();
+      open.insert(open.end(), children.rbegin(), children.rend());
+    }
+  }
+
+  Result<GestureResult> operator()(const InsertNode& insert) {
+    if (insert.subtree ? insert.id.empty() : !is_name(insert.id))
+      return fail("design.bad-name", "\"" + insert.id + "\" is no name of a node");
+    const auto parent = parent_of(insert.at);
+    if (!parent) return tl::unexpected(parent.error());
+    if (auto room = check_room(*parent, 1, {}); !room) return tl::unexpected(room.error());
+    if (insert.subtree) {
+      if (auto ok = check_recursion(*parent, {insert.id}); !ok) return tl::unexpected(ok.error());
+    }
+    std::string xml = insert.subtree ? "<SubTree ID=\"" + text::xml_escape(insert.id) + "\"" : "<" + insert.id;
+    if (!insert.name.empty()) xml += " name=\"" + text::xml_escape(insert.name) + "\"";
+    for (const auto& [name, value] : insert.ports) {
+      if (!is_name(name)) return fail("design.bad-name", "\"" + name + "\" is no name of a port");
+      xml += " " + name + "=\"" + text::xml_escape(value) + "\"";
+    }
+    xml += "/>";
+    put(*parent, insert.at.index, xml, "");
+    return done("add " + (insert.name.empty() ? insert.id : insert.name) + " to " + shown(*parent));
+  }
+
+  Result<GestureResult> operator()(const DeleteNode& gesture) {
+    const auto node = node_at(gesture.node);
+    if (!node) return tl::unexpected(node.error());
+    take_out(*node);
+    return done("delete " + shown(*node));
+  }
+
+  Result<GestureResult> operator()(const MoveNode& move) {
+    const auto node = node_at(move.node);
+    if (!node) return tl::unexpected(node.error());
+    const auto parent = parent_of(move.to);
+    if (!parent) return tl::unexpected(parent.error());
+    if (!move.copy && is_in(*parent, *node))
+      return fail("design.inside-itself", shown(*node) + " cannot go into itself");
+    const bool stays = !move.copy && node->parent() == *parent;
+    if (stays) {
+      const auto siblings = parent->children();
+      const auto own = static_cast<std::size_t>(std::find(siblings.begin(), siblings.end(), *node) - siblings.begin());
+      if (move.to.index == own || move.to.index == own + 1)
+        return fail("design.nothing-to-do", shown(*node) + " is there already");
+    } else if (auto room = check_room(*parent, 1, {}); !room) {
+      return tl::unexpected(room.error());
+    }
+    if (auto ok = check_recursion(*parent, subtrees_in(*node)); !ok) return tl::unexpected(ok.error());
+    put(*parent, move.to.index, std::string(source().substr(node->offset(), node->end_offset() - node->offset())),
+        indentation(node->offset()), *node);
+    if (!move.copy) take_out(*node);
+    return done((move.copy ? "copy " : "move ") + shown(*node) + (stays ? " within " : " under ") + shown(*parent));
+  }
+
+  Result<GestureResult> operator()(const WrapNode& wrap) {
+    const auto node = node_at(wrap.node);
+    if (!node) return tl::unexpected(node.error());
+    if (!is_name(wrap.id)) return fail("design.bad-name", "\"" + wrap.id + "\" is no name of a node");
+    const bt::NodeModel* model = kinds_.model(wrap.id);
+    if (model == nullptr) return fail("design.no-such-node", "nobody says what " + wrap.id + " is");
+    if (kinds_.kind(wrap.id, *model).children_max == 0)
+      return fail("design.arity", wrap.id + " is a leaf: nothing can be in it");
+    if (starts_line(node->offset())) {
+      const std::string outer = indentation(node->offset());
+      const std::string step = indentation_step(node->parent());
+      edits_.push_back({node->offset(), node->offset(), "<" + wrap.id + ">" + eol() + outer + step});
+      for (const std::size_t line : line_starts(*node)) edits_.push_back({line, line, step});
+      edits_.push_back({node->end_offset(), node->end_offset(), eol() + outer + "</" + wrap.id + ">"});
+    } else {
+      edits_.push_back({node->offset(), node->offset(), "<" + wrap.id + ">"});
+      edits_.push_back({node->end_offset(), node->end_offset(), "</" + wrap.id + ">"});
+    }
+    return done("wrap " + shown(*node) + " in " + wrap.id);
+  }
+
+  Result<GestureResult> operator()(const UnwrapNode& unwrap) {
+    const auto node = node_at(unwrap.node);
+    if (!node) return tl::unexpected(node.error());
+    const auto children = node->children();
+    if (children.empty()) return fail("design.nothing-to-do", "nothing is in " + shown(*node) + "; delete it instead");
+    if (auto room = check_room(node->parent(), children.size(), *node); !room) return tl::unexpected(room.error());
+    const std::string_view inner = node->inner_source();
+    std::size_t begin = static_cast<std::size_t>(inner.data() - source().data());
+    std::size_t end = begin + inner.size();
+    while (begin < end && is_space(source()[begin])) ++begin;
+    while (end > begin && is_space(source()[end - 1])) --end;
+    edits_.push_back({node->offset(), begin, ""});
+    const std::string outer = indentation(node->offset());
+    const std::string first = indentation(begin);
+    if (first.size() > outer.size() && first.starts_with(outer) && starts_line(node->offset())) {
+      const std::string step = first.substr(outer.size());
+      for (const std::size_t line : line_starts(begin, end)) {
+        const std::size_t at = line + outer.size();
+        if (source().substr(line, first.size()) == first) edits_.push_back({at, at + step.size(), ""});
+      }
+    }
+    edits_.push_back({end, node->end_offset(), ""});
+    return done("unwrap " + shown(*node));
+  }
+
+  Result<GestureResult> operator()(const SetAttribute& set) {
+    const auto node = node_at(set.node);
+    if (!node) return tl::unexpected(node.error());
+    if (!is_name(set.name)) return fail("design.bad-name", "\"" + set.name + "\" is no name of an attribute");
+    if (set.value == node->attribute(set.name)) return fail("design.nothing-to-do", "it is so already");
+    text::XmlEdit edit(document_);
+    if (set.value)
+      edit.set_attribute(*node, set.name, *set.value);
+    else
+      edit.remove_attribute(*node, set.name);
+    const auto text = edit.apply();
+    if (!text) return tl::unexpected(text.error());
+    edits_ = edits_between(source(), *text);
+    if (set.name == "name" && set.value) return done("rename " + shown(*node) + " to " + *set.value);
+    return done((set.value ? "set " : "remove ") + set.name + " of " + shown(*node));
+  }
+
+ private:
+  [[nodiscard]] std::string_view source() const { return document_.source(); }
+
+  GestureResult done(std::string name) {
+    // What is put in at the place where something is taken away comes first.
+    std::stable_sort(edits_.begin(), edits_.end(), [](const TextEdit& a, const TextEdit& b) {
+      return a.from != b.from ? a.from < b.from : (a.to == a.from) > (b.to == b.from);
+    });
+    return {std::move(edits_), std::move(name)};
+  }
+
+  Result<XmlElement> element_at(std::uint32_t number) const {
+    if (number < elements_.size()) return elements_[number];
+    return fail("design.no-such-node", "there is no such node in the text as it is now");
+  }
+
+  // A node of a tree, not the document around it.
+  Result<XmlElement> node_at(std::uint32_t number) const {
+    auto element = element_at(number);
+    if (!element) return element;
+    for (XmlElement above = element->parent(); above; above = above.parent()) {
+      if (above.name() == "BehaviorTree") return element;
+    }
+    return fail("design.no-such-node", "<" + std::string(element->name()) + "> is no node of a tree");
+  }
+
+  Result<XmlElement> parent_of(const Slot& slot) const {
+    auto element = element_at(slot.parent);
+    if (!element) return element;
+    if (element->name() != "BehaviorTree") {
+      element = node_at(slot.parent);
+      if (!element) return element;
+    }
+    if (slot.index > element->children().size())
+      return fail("design.no-such-node", shown(*element) + " has fewer children than that");
+    return element;
+  }
+
+  static bool is_in(XmlElement element, const XmlElement& above) {
+    for (; element; element = element.parent()) {
+      if (element == above) return true;
+    }
+    return false;
+  }
+
+  // Whether `count` more children fit, `instead` of one that is there if it is given.
+  Result<void> check_room(const XmlElement& parent, std::size_t count, const XmlElement& instead) const {
+    const std::size_t there = parent.children().size() - (instead ? 1 : 0);
+    if (parent.name() == "BehaviorTree") {
+      if (there + count <= 1) return {};
+      return fail("design.arity",
+                  "a tree has one root; wrap " + shown(parent.first_child()) + " in a control node first");
+    }
+    const std::string id = id_of(parent);
+    if (is_subtree(parent.name()))
+      return fail("design.arity", shown(parent) + " is a SubTree: its nodes are in the tree " + id);
+    const bt::NodeModel* model = kinds_.model(id);
+    const auto category = explicit_category(parent.name());
+    if (model == nullptr && (!category || *category == bt::Category::kAction || *category == bt::Category::kCondition))
+      return fail("design.arity", shown(parent) + " takes no children, as far as anybody says");
+    bt::NodeModel said;
+    said.category = category.value_or(bt::Category::kControl);
+    const Kinds::Kind kind = kinds_.kind(id, model != nullptr ? *model : said);
+    if (there + count <= kind.children_max) return {};
+    if (kind.children_max == 0) {
+      return fail("design.arity", shown(parent) + " is " +
+                                      (kind.category == bt::Category::kCondition ? "a condition" : "an action") +
+                                      ": it has no children");
+    }
+    return fail("design.arity",
+                shown(parent) + " takes " +
+                    (kind.children_max == 1 ? "one child" : std::to_string(kind.children_max) + " children") +
+                    (kind.children_max == 1 ? " only, and has it" : " at most"));
+  }
+
+  static std::set<std::string> subtrees_in(const XmlElement& node) {
+    std::set<std::string> found;
+    std::vector<XmlElement> open{node};
+    while (!open.empty()) {
+      const XmlElement element = open.back();
+      open.pop_back();
+      if (is_subtree(element.name())) found.insert(id_of(element));
+      const auto children = element.children();
+      open.insert(open.end(), children.begin(), children.end());
+    }
+    return found;
+  }
+
+  // Refuses that a tree contains itself, directly or through others of this file.
+  Result<void> check_recursion(const XmlElement& parent, std::set<std::string> called) const {
+    XmlElement tree = parent;
+    while (tree && tree.name() != "BehaviorTree") tree = tree.parent();
+    if (!tree) return {};
+    const std::string own(tree.attribute("ID").value_or(""));
+    for (bool grew = true; grew;) {
+      grew = false;
+      for (const XmlElement& other : document_.root().children()) {
+        if (other.name() != "BehaviorTree" || !called.contains(std::string(other.attribute("ID").value_or(""))))
+          continue;
+        for (const std::string& id : subtrees_in(other)) grew = called.insert(id).second || grew;
+      }
+    }
+    if (!called.contains(own)) return {};
+    return fail("design.inside-itself", "the tree " + own + " would contain itself");
+  }
+
+  // ---- The text ----
+
+  [[nodiscard]] std::string eol() const {
+    const std::size_t first = source().find('\n');
+    return first != std::string_view::npos && first > 0 && source()[first - 1] == '\r' ? "\r\n" : "\n";
+  }
+
+  [[nodiscard]] std::size_t line_begin(std::size_t offset) const {
+    while (offset > 0 && source()[offset - 1] != '\n') --offset;
+    return offset;
+  }
+
+  // The blanks before the first sign of the line.
+  [[nodiscard]] std::string indentation(std::size_t offset) const {
+    const std::size_t begin = line_begin(offset);
+    std::size_t end = begin;
+    while (end < source().size() && is_blank(source()[end])) ++end;
+    return std::string(source().substr(begin, end - begin));
+  }
+
+  [[nodiscard]] bool starts_line(std::size_t offset) const {
+    const std::size_t begin = line_begin(offset);
+    return std::all_of(source().begin() + static_cast<std::ptrdiff_t>(begin),
+                       source().begin() + static_cast<std::ptrdiff_t>(offset), is_blank);
+  }
+
+  // How much further inside than the element its children stand, as the document does it.
+  [[nodiscard]] std::string indentation_step(const XmlElement& element) const {
+    for (XmlElement at = element; at && at.parent(); at = at.parent()) {
+      const std::string inner = indentation(at.offset());
+      const std::string outer = indentation(at.parent().offset());
+      if (inner.size() > outer.size() && inner.starts_with(outer)) return inner.substr(outer.size());
+    }
+    return "  ";
+  }
+
+  // Where lines begin in [from, to), but those inside of attribute values.
+  [[nodiscard]] std::vector<std::size_t> line_starts(std::size_t from, std::size_t to) const {
+    std::vector<std::pair<std::size_t, std::size_t>> values;
+    for (const XmlElement& element : elements_) {
+      if (element.offset() < from || element.offset() >= to) continue;
+      for (const auto& place : element.attribute_places()) values.emplace_back(place.value_begin, place.value_end);
+    }
+    std::vector<std::size_t> starts;
+    for (std::size_t at = from; at < to; ++at) {
+      if (source()[at] != '\n' || at + 1 >= to) continue;
+      // An empty line stays empty.
+      if (source()[at + 1] == '\n' || source()[at + 1] == '\r') continue;
+      const bool in_value =
+          std::any_of(values.begin(), values.end(), [&](const auto& v) { return at >= v.first && at < v.second; });
+      if (!in_value) starts.push_back(at + 1);
+    }
+    return starts;
+  }
+  [[nodiscard]] std::vector<std::size_t> line_starts(const XmlElement& node) const {
+    return line_starts(node.offset(), node.end_offset());
+  }
+
+  // `xml`, whose lines after the first are indented by `from`, indented by `to`. It is the text of `node`, if that is
+  // given: then lines inside of values are left alone.
+  [[nodiscard]] std::string indented(const std::string& xml, const std::string& from, const std::string& to,
+                                     const XmlElement& node) const {
+    if (!node || from == to) return xml;
+    std::string out;
+    std::size_t at = node.offset();
+    for (const std::size_t line : line_starts(node)) {
+      out += source().substr(at, line - at);
+      at = line;
+      if (source().substr(line, from.size()) != from) continue;
+      out += to;
+      at += from.size();
+    }
+    out += source().substr(at, node.end_offset() - at);
+    return out;
+  }
+
+  // Behind the comments that stand behind a tag on its line.
+  [[nodiscard]] std::size_t end_with_comment(std::size_t tag_end) const {
+    std::size_t at = tag_end;
+    std::size_t end = at;
+    for (;;) {
+      while (at < source().size() && is_blank(source()[at])) ++at;
+      if (source().substr(at, 4) != "<!--") return end;
+      const std::size_t close = source().find("-->", at);
+      if (close == std::string_view::npos || source().substr(at, close - at).find('\n') != std::string_view::npos)
+        return end;
+      at = end = close + 3;
+    }
+  }
+
+  void put(const XmlElement& parent, std::size_t index, const std::string& xml, const std::string& from,
+           const XmlElement& node = {}) {
+    const auto children = parent.children();
+    const std::size_t open_end = static_cast<std::size_t>(parent.inner_source().data() - source().data());
+    if (!children.empty()) {
+      const XmlElement& beside = children[index == 0 ? 0 : index - 1];
+      const std::size_t at = end_with_comment(index == 0 ? open_end : beside.end_offset());
+      if (!starts_line(beside.offset())) {
+        edits_.push_back({at, at, xml});
+        return;
+      }
+      const std::string inner = indentation(beside.offset());
+      edits_.push_back({at, at, eol() + inner + indented(xml, from, inner, node)});
+      return;
+    }
+    const std::string outer = indentation(parent.offset());
+    const std::string inner = outer + indentation_step(parent);
+    const std::string line = eol() + inner + indented(xml, from, inner, node);
+    if (source()[parent.end_offset() - 2] == '/' && parent.inner_source().empty()) {
+      std::size_t slash = parent.end_offset() - 2;
+      while (is_space(source()[slash - 1])) --slash;
+      edits_.push_back(
+          {slash, parent.end_offset(), ">" + line + eol() + outer + "</" + std::string(parent.name()) + ">"});
+      return;
+    }
+    const std::size_t close = open_end + parent.inner_source().size();
+    std::size_t end = close;
+    while (end > open_end && is_space(source()[end - 1])) --end;
+    edits_.push_back({end, close, line + eol() + outer});
+  }
+
+  void take_out(const XmlElement& node) {
+    std::size_t begin = node.offset();
+    std::size_t end = node.end_offset();
+    std::size_t rest = end;
+    while (rest < source().size() && is_blank(source()[rest])) ++rest;
+    const bool ends_line = rest >= source().size() || source()[rest] == '\n' || source()[rest] == '\r';
+    if (starts_line(begin) && ends_line) {
+      begin = line_begin(begin);
+      if (begin > 0) --begin;
+      if (begin > 0 && source()[begin - 1] == '\r') --begin;
+      end = rest;
+    }
+    edits_.push_back({begin, end, ""});
+  }
+
+  XmlDocument document_;
+  const Kinds& kinds_;
+  std::vector<XmlElement> elements_;
+  TextEdits edits_;
+};
+
+// What the file itself declares, before what the project says.
+Kinds kinds_for(const XmlDocument& document, const Kinds& kinds) {
+  std::vector<bt::NodeModel> models;
+  for (const XmlElement& element : document.root().children()) {
+    if (element.name() != "TreeNodesModel") continue;
+    for (const XmlElement& described : element.children()) {
+      if (auto model = bt::read_model(described)) models.push_back(std::move(*model));
+    }
+  }
+  for (const auto& [id, model] : kinds.palette().nodes()) models.push_back(model);
+  return Kinds(models);
+}
+
+Result<XmlDocument> parse_tree(std::string_view xml, const std::string& file) {
+  auto document = XmlDocument::parse(std::string(xml), file, {.lenient = true});
+  if (document && document->root().name() != "root")
+    return fail("bt.not-a-tree", "<" + std::string(document->root().name()) + "> is no file of trees", {file, 1});
+  return document;
+}
+
+}  // namespace
+
+Kinds::Kinds(const std::vector<bt::NodeModel>& own) {
+  palette_.add(own);
+  palette_.add(bt::models(bt::Registry(), true));
+}
+
+Kinds::Kind Kinds::kind(std::string_view id, const bt::NodeModel& model) const {
+  Kind kind{model.category};
+  constexpr int kFormat = 4;
+  if (const bt::Manifest* builtin = bt::find_builtin(id, kFormat);
+      builtin != nullptr && builtin->category == model.category) {
+    kind.children_min = builtin->children_min;
+    kind.children_max = builtin->children_max;
+  } else if (model.category == bt::Category::kControl) {
+    kind.children_min = 1;
+    kind.children_max = kAnyNumber;
+  } else if (model.category == bt::Category::kDecorator) {
+    kind.children_min = kind.children_max = 1;
+  }
+  return kind;
+}
+
+Result<Outline> outline_of(std::string_view xml, const Kinds& given, const std::string& file) {
+  const auto document = parse_tree(xml, file);
+  if (!document) return tl::unexpected(document.error());
+  const Kinds kinds = kinds_for(*document, given);
+  Outline outline;
+  outline.main = document->root().attribute("main_tree_to_execute").value_or("");
+  struct Open {
+    XmlElement element;
+    int parent = -1;  // -2: no node of a tree
+  };
+  std::vector<Open> open{{document->root(), -2}};
+  std::uint32_t number = 0;
+  while (!open.empty()) {
+    const auto [element, parent] = open.back();
+    open.pop_back();
+    const std::uint32_t own = number++;
+    int inside = -2;
+    if (element.name() == "BehaviorTree") {
+      outline.trees.push_back(
+          {own, std::string(element.attribute("ID").value_or("")), element.offset(), element.end_offset(), {}});
+      inside = -1;
+    } else if (parent != -2) {
+      OutlineTree& tree = outline.trees.back();
+      OutlineNode node;
+      node.element = own;
+      node.parent = parent;
+      node.id = id_of(element);
+      node.name = element.attribute("name").value_or("");
+      const auto category = explicit_category(element.name());
+      const bt::NodeModel* model = kinds.model(node.id);
+      if (is_subtree(element.name())) {
+        node.category = bt::Category::kSubTree;
+      } else if (model != nullptr || category) {
+        bt::NodeModel said;
+        said.category = category.value_or(bt::Category::kAction);
+        const Kinds::Kind kind = kinds.kind(node.id, model != nullptr ? *model : said);
+        node.category = kind.category;
+        node.children_min = kind.children_min;
+        node.children_max = kind.children_max;
+        node.known = model != nullptr;
+      } else {
+        node.known = false;
+        if (element.first_child()) node.category = bt::Category::kControl;
+      }
+      node.from = element.offset();
+      node.open_end = static_cast<std::size_t>(element.inner_source().data() - document->source().data());
+      if (element.inner_source().empty()) node.open_end = std::min(node.open_end, element.end_offset());
+      node.to = element.end_offset();
+      element.for_each_attribute([&](std::string_view name, std::string_view value) {
+        if (name != "ID" && name != "name") node.attributes.emplace_back(name, value);
+      });
+      inside = static_cast<int>(tree.nodes.size());
+      tree.nodes.push_back(std::move(node));
+    }
+    const auto children = element.children();
+    for (auto child = children.rbegin(); child != children.rend(); ++child) open.push_back({*child, inside});
+  }
+  return outline;
+}
+
+Result<GestureResult> edit_tree(std::string_view xml, const TreeGesture& gesture, const Kinds& given,
+                                const std::string& file) {
+  auto document = parse_tree(xml, file);
+  if (!document) return tl::unexpected(document.error());
+  const Kinds kinds = kinds_for(*document, given);
+  return std::visit(Editor(std::move(*document), kinds), gesture);
+}
+
+}  // namespace sentree::design

@@ -1,0 +1,249 @@
+#include "sentree/design/tree_edit.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <random>
+
+#include "sentree/bt/load.h"
+#include "sentree/text/file.h"
+#include "sentree/text/xml.h"
+
+namespace sentree::design {
+namespace {
+
+using testing::HasSubstr;
+
+const std::string kFile = R"(<root BTCPP_format="4" main_tree_to_execute="Main">
+  <BehaviorTree ID="Main">
+    <Sequence name="All">
+      <!-- first -->
+      <A x='1'   y="2"/> <!-- behind A -->
+      <Inverter>
+        <B/>
+      </Inverter>
+      <SubTree ID="Other"/>
+    </Sequence>
+  </BehaviorTree>
+  <BehaviorTree ID="Other"><Fallback><B name="b1"/><B name="b2"/></Fallback></BehaviorTree>
+  <TreeNodesModel>
+    <Action ID="A"/>
+    <Condition ID="B"/>
+  </TreeNodesModel>
+</root>
+)";
+
+const Kinds& kinds() {
+  static const Kinds kinds({});
+  return kinds;
+}
+
+std::uint32_t element(const std::string& xml, const std::string& what) {
+  const auto outline = outline_of(xml, kinds()).value();
+  for (const OutlineTree& tree : outline.trees) {
+    if (tree.id == what) return tree.element;
+    for (const OutlineNode& node : tree.nodes) {
+      if (node.name == what || (node.name.empty() && node.id == what)) return node.element;
+    }
+  }
+  ADD_FAILURE() << "no " << what;
+  return 0;
+}
+
+std::string edited(const std::string& xml, const TreeGesture& gesture) {
+  const auto result = edit_tree(xml, gesture, kinds());
+  if (!result) return result.error().message;
+  return with_edits(xml, result->edits).value();
+}
+
+std::string with(std::string xml, const std::string& old_text, const std::string& new_text) {
+  const std::size_t at = xml.find(old_text);
+  EXPECT_NE(at, std::string::npos) << old_text;
+  return xml.replace(at, old_text.size(), new_text);
+}
+
+TEST(TreeEdit, PutsANodeOnALineOfItsOwn) {
+  const std::uint32_t all = element(kFile, "All");
+  EXPECT_EQ(edited(kFile, InsertNode{"C", false, "c", {{"p", "a<b"}}, {all, 0}}),
+            with(kFile, "      <!-- first -->", "      <C name=\"c\" p=\"a&lt;b\"/>\n      <!-- first -->"));
+  EXPECT_EQ(edited(kFile, InsertNode{"C", false, "", {}, {all, 1}}),
+            with(kFile, "<!-- behind A -->\n", "<!-- behind A -->\n      <C/>\n"));
+  EXPECT_EQ(edited(kFile, InsertNode{"Other2", true, "", {}, {all, 3}}),
+            with(kFile, "<SubTree ID=\"Other\"/>\n", "<SubTree ID=\"Other\"/>\n      <SubTree ID=\"Other2\"/>\n"));
+}
+
+TEST(TreeEdit, PutsANodeIntoAnEmptyOne) {
+  const std::string empty = with(kFile, "<A x='1'   y=\"2\"/>", "<Fallback />");
+  EXPECT_EQ(edited(empty, InsertNode{"A", false, "", {}, {element(empty, "Fallback"), 0}}),
+            with(empty, "<Fallback />", "<Fallback>\n        <A/>\n      </Fallback>"));
+}
+
+TEST(TreeEdit, KeepsWhatStandsOnOneLineThere) {
+  const std::string result = edited(kFile, DeleteNode{element(kFile, "b1")});
+  EXPECT_EQ(result, with(kFile, "<B name=\"b1\"/>", ""));
+  EXPECT_EQ(edited(kFile, MoveNode{element(kFile, "b2"), {element(kFile, "Fallback"), 0}, false}),
+            with(kFile, "<B name=\"b1\"/><B name=\"b2\"/>", "<B name=\"b2\"/><B name=\"b1\"/>"));
+}
+
+TEST(TreeEdit, MovesWithTheIndentationOfTheNewPlace) {
+  const std::string target = with(kFile, "<SubTree ID=\"Other\"/>", "<Sequence name=\"In\"><A/></Sequence>");
+  const std::uint32_t all = element(target, "All");
+  const std::string moved = edited(target, MoveNode{element(target, "Inverter"), {all, 0}, false});
+  EXPECT_EQ(moved, with(with(target, "      <Inverter>\n        <B/>\n      </Inverter>\n", ""), "      <!-- first -->",
+                        "      <Inverter>\n        <B/>\n      </Inverter>\n      <!-- first -->"));
+}
+
+TEST(TreeEdit, WrapsAndUnwrapsToTheSameBytes) {
+  const std::string wrapped = edited(kFile, WrapNode{element(kFile, "Inverter"), "Fallback"});
+  EXPECT_EQ(wrapped,
+            with(kFile, "      <Inverter>\n        <B/>\n      </Inverter>\n",
+                 "      <Fallback>\n        <Inverter>\n          <B/>\n        </Inverter>\n      </Fallback>\n"));
+  EXPECT_EQ(edited(wrapped, UnwrapNode{element(wrapped, "Fallback")}), kFile);
+}
+
+TEST(TreeEdit, SetsAnAttributeInItsQuotes) {
+  EXPECT_EQ(edited(kFile, SetAttribute{element(kFile, "A"), "x", "it's"}), with(kFile, "'1'", "'it&apos;s'"));
+  EXPECT_EQ(edited(kFile, SetAttribute{element(kFile, "A"), "y", std::nullopt}), with(kFile, "   y=\"2\"", ""));
+}
+
+TEST(TreeEdit, SaysWhyADropIsImpossible) {
+  const auto drop = [](const std::string& into, const InsertNode& node) {
+    InsertNode at = node;
+    at.at = {element(kFile, into), 0};
+    return edited(kFile, at);
+  };
+  EXPECT_EQ(drop("Inverter", {"A", false, "", {}, {}}), "Inverter takes one child only, and has it");
+  EXPECT_EQ(drop("A", {"A", false, "", {}, {}}), "A is an action: it has no children");
+  EXPECT_EQ(drop("b1", {"A", false, "", {}, {}}), "b1 is a condition: it has no children");
+  EXPECT_EQ(drop("Main", {"A", false, "", {}, {}}), "a tree has one root; wrap All in a control node first");
+  EXPECT_EQ(edited(kFile, InsertNode{"Main", true, "", {}, {element(kFile, "Fallback"), 0}}),
+            "the tree Other would contain itself");
+  EXPECT_EQ(edited(kFile, MoveNode{element(kFile, "Inverter"), {element(kFile, "Inverter"), 0}, false}),
+            "Inverter cannot go into itself");
+  EXPECT_THAT(edited(kFile, UnwrapNode{element(kFile, "A")}), HasSubstr("delete it instead"));
+}
+
+TEST(TreeEdit, KeepsLineEndsOfOtherSystems) {
+  std::string crlf;
+  for (const char c : kFile) crlf += c == '\n' ? std::string("\r\n") : std::string(1, c);
+  const std::string result = edited(crlf, InsertNode{"C", false, "", {}, {element(crlf, "All"), 1}});
+  EXPECT_THAT(result, HasSubstr("<!-- behind A -->\r\n      <C/>\r\n"));
+  EXPECT_EQ(edited(result, DeleteNode{element(result, "C")}), crlf);
+}
+
+std::vector<std::filesystem::path> mission_files() {
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry :
+       std::filesystem::recursive_directory_iterator(std::filesystem::path(SENTREE_SOURCE_DIR) / "examples")) {
+    if (entry.path().filename() == "mission.xml") files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+// A gesture at a node of the outline, whatever comes.
+TreeGesture any_gesture(const Outline& outline, std::mt19937& random) {
+  const OutlineTree& tree = outline.trees[random() % outline.trees.size()];
+  const auto any = [&]() -> std::uint32_t {
+    return tree.nodes.empty() ? tree.element : tree.nodes[random() % tree.nodes.size()].element;
+  };
+  const Slot slot{random() % 8 == 0 ? tree.element : any(), random() % 4};
+  switch (random() % 7) {
+    case 0: return InsertNode{random() % 2 == 0 ? "Sequence" : "AlwaysSuccess", false, "made", {}, slot};
+    case 1: return DeleteNode{any()};
+    case 2: return MoveNode{any(), slot, false};
+    case 3: return MoveNode{any(), slot, true};
+    case 4: return WrapNode{any(), random() % 2 == 0 ? "Fallback" : "Inverter"};
+    case 5: return UnwrapNode{any()};
+    default: return SetAttribute{any(), "name", "called \"" + std::to_string(random() % 100) + "\""};
+  }
+}
+
+std::string signs(std::string_view text) {
+  std::string kept;
+  for (const char c : text) {
+    if (c != ' ' && c != '\t' && c != '\n' && c != '\r') kept += c;
+  }
+  return kept;
+}
+
+TEST(TreeEdit, EditsLeastAndUndoesToIdenticalBytesWhateverTheGesture) {
+  const auto seed = std::random_device()();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  const auto files = mission_files();
+  ASSERT_GE(files.size(), 5U);
+  for (const auto& file : files) {
+    SCOPED_TRACE(file.string());
+    std::mt19937 random(seed);
+    const std::string original = text::read_file(file).value();
+    std::string now = original;
+    std::vector<TextEdits> back;
+    int done = 0;
+    int tried = 0;
+    for (; done < 200 && tried < 5000; ++tried) {
+      const Outline outline = outline_of(now, kinds()).value();
+      ASSERT_FALSE(outline.trees.empty());
+      const TreeGesture gesture = any_gesture(outline, random);
+      const auto result = edit_tree(now, gesture, kinds());
+      if (!result) {
+        EXPECT_FALSE(result.error().message.empty());
+        continue;
+      }
+      SCOPED_TRACE(result->name);
+      const std::string after = with_edits(now, result->edits).value();
+      // Still a document; its size stays bounded by the deletions.
+      ASSERT_TRUE(text::XmlDocument::parse(after)) << after;
+      // What is outside the trees is the same.
+      ASSERT_EQ(after.substr(0, outline.trees.front().from), now.substr(0, outline.trees.front().from));
+      ASSERT_TRUE(after.ends_with(std::string_view(now).substr(outline.trees.back().to)));
+      // Wrapping and unwrapping add and take one node; all other signs stay in their order.
+      if (const auto* wrap = std::get_if<WrapNode>(&gesture)) {
+        std::string added = signs(after);
+        const std::string tag = "<" + wrap->id + ">";
+        const std::string end = "</" + wrap->id + ">";
+        ASSERT_EQ(added.size(), signs(now).size() + tag.size() + end.size());
+      }
+      if (std::holds_alternative<MoveNode>(gesture) && !std::get<MoveNode>(gesture).copy) {
+        std::string x = signs(now);
+        std::string y = signs(after);
+        std::sort(x.begin(), x.end());
+        std::sort(y.begin(), y.end());
+        // An empty element gets an end tag when something comes into it.
+        ASSERT_GE(y.size(), x.size());
+      }
+      // Edits are no larger than the element that is touched.
+      std::size_t removed = 0;
+      for (const TextEdit& edit : result->edits) removed += edit.to - edit.from;
+      if (const auto* set = std::get_if<SetAttribute>(&gesture)) {
+        for (const OutlineTree& tree : outline.trees) {
+          for (const OutlineNode& node : tree.nodes) {
+            if (node.element != set->node) continue;
+            for (const TextEdit& edit : result->edits) {
+              ASSERT_GE(edit.from, node.from);
+              ASSERT_LE(edit.to, node.open_end);
+            }
+          }
+        }
+      }
+      back.push_back(inverse(now, result->edits));
+      ASSERT_EQ(with_edits(after, back.back()).value(), now);
+      now = after;
+      ++done;
+      if (now.size() > original.size() + 20'000) {  // copies of copies
+        now = with_edits(now, back.back()).value();
+        back.pop_back();
+      }
+    }
+    EXPECT_EQ(done, 200) << "after " << tried;
+    while (!back.empty()) {
+      now = with_edits(now, back.back()).value();
+      back.pop_back();
+    }
+    EXPECT_EQ(now, original);
+  }
+}
+
+}  // namespace
+}  // namespace sentree::design

@@ -1,0 +1,133 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sentree/base/result.h"
+#include "sentree/design/text_edit.h"
+#include "sentree/text/file.h"
+
+namespace sentree::design {
+
+/// Files of a project that are edited, and the size of one.
+inline constexpr std::size_t kFilesMax = 2'000;
+inline constexpr std::size_t kDocumentBytesMax = std::size_t{4} << 20U;
+/// Steps that can be undone; older ones are forgotten.
+inline constexpr std::size_t kStepsMax = 500;
+/// Earlier texts of a file that a late edit may still be based on.
+inline constexpr std::size_t kVersionsMax = 32;
+/// Folders inside each other that are looked into.
+inline constexpr int kFoldersDeepMax = 16;
+
+/// A file that is edited.
+struct Document {
+  std::string text;           ///< As edited.
+  std::string saved;          ///< As it is on disk, as far as is known.
+  std::uint64_t version = 1;  ///< Of `text`; grows with each change.
+  /// What somebody else has written, where it cannot be joined with what is edited here: one of both must be chosen.
+  std::optional<std::string> theirs;
+  std::deque<std::pair<std::uint64_t, std::string>> earlier;  ///< Versions before, newest last.
+
+  [[nodiscard]] bool is_dirty() const { return text != saved; }
+};
+
+/// What one step did to one file.
+struct FileChange {
+  std::string file;
+  TextEdits edits;
+  TextEdits back;        ///< What undoes them.
+  bool created = false;  ///< The file came with it; `edits` are of an empty text.
+  bool removed = false;  ///< The file went with it; `back` is of an empty text.
+};
+
+/// What is undone at once.
+struct Step {
+  std::string name;  ///< "move GoToKitchen under Recharge".
+  std::vector<FileChange> changes;
+};
+
+/// The texts of a project while they are edited, with one stack of undo over all files. Texts are UTF-8; a byte order
+/// mark, kinds of line ends, and whether the last line has one stay as they are.
+///
+/// Files that come and go do so on disk at once; what is edited waits for `save`. Undoing restores identical bytes.
+/// The stack and what is not saved are kept in `.sentree/journal` of the folder, and found there again.
+class Workspace {
+ public:
+  /// The texts of a folder: sentree.yaml, trees, charts, requirements, scenarios, worlds, interfaces. Left out are what
+  /// is hidden, `runs`, links, and files that are no text or larger than `kDocumentBytesMax`.
+  /// What changed on disk since the journal was written is one step more.
+  /// Errors: file.not-found, design.too-many-files.
+  [[nodiscard]] static Result<Workspace> open(const std::filesystem::path& folder);
+
+  [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
+  /// By path inside the folder, with '/'.
+  [[nodiscard]] const std::map<std::string, Document>& documents() const { return documents_; }
+  [[nodiscard]] const Document* find(std::string_view file) const;
+  [[nodiscard]] const std::deque<Step>& undo_steps() const { return undo_; }
+  [[nodiscard]] const std::vector<Step>& redo_steps() const { return redo_; }
+  /// Texts that are not saved, by absolute path.
+  [[nodiscard]] text::Overlay overlay() const;
+
+  /// Edits a file. `base` is the version that the edits are of; from an earlier one they are joined with what happened
+  /// since. `join`: part of the step before, if that did the same (`name`) to the same file, as while one types.
+  /// Errors: design.no-such-file, design.bad-edit, design.not-text, design.too-large, design.conflict (both changed the
+  /// same lines: nothing is changed), design.unresolved (a conflict with the file on disk waits).
+  Result<void> edit(const std::string& file, std::uint64_t base, const TextEdits& edits, const std::string& name,
+                    bool join = false);
+  struct NewText {
+    std::string file;
+    std::string text;
+  };
+  /// Several files become `texts` in one step; those that are not there are made, on disk too.
+  /// Errors: those of `edit`; design.outside (a path that leads out of the folder), file.unwritable.
+  Result<void> put(const std::vector<NewText>& texts, const std::string& name);
+  /// Deletes a file, on disk too. Errors: design.no-such-file, file.unwritable.
+  Result<void> remove(const std::string& file);
+
+  /// The files that it changed. Errors: design.nothing-to-undo, file.unwritable.
+  Result<std::vector<std::string>> undo();
+  Result<std::vector<std::string>> redo();
+
+  /// Writes a text so that whoever reads, or a machine that stops, finds the old or the new one: beside the file, with
+  /// its mode, synchronised, renamed. Errors: design.no-such-file, design.unresolved, design.conflict (it was changed
+  /// on disk meanwhile, and is joined or waits to be resolved now), file.unwritable.
+  Result<void> save(const std::string& file);
+
+  /// Looks at a file, or at all of a folder ("": the whole project), on disk: what is new there is joined with what is
+  /// edited here, as one step named "changed on disk", or waits in `theirs`. The files that are not as they were.
+  std::vector<std::string> refresh(const std::string& path);
+  /// Ends a conflict with this text; saving writes it over the file. Errors: design.no-such-file, design.bad-edit
+  /// (there is no conflict).
+  Result<void> resolve(const std::string& file, const std::string& text);
+
+  /// Writes the journal, if anything has changed since. Failing costs only what a restart would find.
+  void keep_journal();
+
+ private:
+  explicit Workspace(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  Result<Document*> editable(const std::string& file);
+  void set_text(Document& document, std::string text);
+  void did(Step step, bool join);
+  Result<std::vector<std::string>> revert(const Step& step, bool back);
+  bool take_from_disk(const std::string& file, Step& step);
+  Result<void> write(const std::string& file, const std::string& text) const;
+  Result<std::filesystem::path> place_of(const std::string& file) const;
+  void read_journal();
+
+  std::filesystem::path folder_;  // canonical
+  std::map<std::string, Document> documents_;
+  std::deque<Step> undo_;
+  std::vector<Step> redo_;
+  bool journal_due_ = false;
+};
+
+/// Whether the files of that name are texts of a project.
+[[nodiscard]] bool is_project_text(const std::filesystem::path& path);
+
+}  // namespace sentree::design

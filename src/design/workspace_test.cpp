@@ -1,0 +1,189 @@
+#include "sentree/design/workspace.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "sentree/base/temporary_folder.h"
+
+namespace sentree::design {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::Pair;
+
+class WorkspaceTest : public testing::Test {
+ protected:
+  WorkspaceTest() {
+    write("sentree.yaml", "mission: {file: mission.xml}\n");
+    write("mission.xml", "<root>\n  <a/>\n  <b/>\n  <c/>\n  <d/>\n</root>\n");
+  }
+  void write(const std::string& file, const std::string& text) {
+    fs::create_directories((folder_.path() / file).parent_path());
+    std::ofstream(folder_.path() / file, std::ios::binary) << text;
+  }
+  std::string read(const std::string& file) { return text::read_file(folder_.path() / file).value_or("(none)"); }
+  Workspace open() { return Workspace::open(folder_.path()).value(); }
+  static void replace(Workspace& workspace, const std::string& file, const std::string& old_text,
+                      const std::string& new_text, bool join = false) {
+    const Document* document = workspace.find(file);
+    const std::size_t at = document->text.find(old_text);
+    ASSERT_NE(at, std::string::npos);
+    const auto edited = workspace.edit(file, document->version, {{at, at + old_text.size(), new_text}}, "type", join);
+    ASSERT_TRUE(edited) << edited.error().message;
+  }
+  TemporaryFolder folder_{"workspace"};
+};
+
+TEST_F(WorkspaceTest, HasTheTextsAndNothingElse) {
+  write("runs/old.xml", "");
+  write(".hidden/x.xml", "");
+  write("skills/A.scxml", "<scxml/>");
+  write("picture.png", "");
+  write("latin.xml", "\xE4");
+  fs::create_symlink("/etc/hostname", folder_.path() / "link.xml");
+  std::vector<std::string> files;
+  const Workspace workspace = open();
+  for (const auto& [file, document] : workspace.documents()) files.push_back(file);
+  EXPECT_THAT(files, ElementsAre("mission.xml", "sentree.yaml", "skills/A.scxml"));
+}
+
+TEST_F(WorkspaceTest, UndoesOverFilesToIdenticalBytes) {
+  const std::string bom = "\xEF\xBB\xBF<root>\r\n  <a/>\r\n</root>";
+  write("mission.xml", bom);
+  Workspace workspace = open();
+  replace(workspace, "mission.xml", "<a/>", "<ä/>");
+  replace(workspace, "sentree.yaml", "mission", "MISSION");
+  ASSERT_TRUE(workspace.put({{"skills/A.scxml", "<scxml/>\n"}, {"sentree.yaml", "other\n"}}, "add"));
+  EXPECT_EQ(read("skills/A.scxml"), "<scxml/>\n");
+  EXPECT_TRUE(workspace.find("mission.xml")->is_dirty());
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(workspace.undo());
+  EXPECT_EQ(workspace.find("mission.xml")->text, bom);
+  EXPECT_FALSE(workspace.find("mission.xml")->is_dirty());
+  EXPECT_EQ(workspace.find("skills/A.scxml"), nullptr);
+  EXPECT_FALSE(fs::exists(folder_.path() / "skills/A.scxml"));
+  EXPECT_FALSE(workspace.undo());
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(workspace.redo());
+  EXPECT_EQ(workspace.find("sentree.yaml")->text, "other\n");
+  EXPECT_EQ(read("skills/A.scxml"), "<scxml/>\n");
+}
+
+TEST_F(WorkspaceTest, WhatOneTypesIsOneStep) {
+  Workspace workspace = open();
+  replace(workspace, "mission.xml", "<a/>", "<a x/>");
+  replace(workspace, "mission.xml", "<a x/>", "<a xy/>", true);
+  replace(workspace, "sentree.yaml", "mission:", "mission :", true);
+  EXPECT_EQ(workspace.undo_steps().size(), 2U);
+  ASSERT_TRUE(workspace.undo());
+  ASSERT_TRUE(workspace.undo());
+  EXPECT_EQ(workspace.find("mission.xml")->text, read("mission.xml"));
+}
+
+TEST_F(WorkspaceTest, JoinsALateEditOrRefusesIt) {
+  Workspace workspace = open();
+  const std::uint64_t base = workspace.find("mission.xml")->version;
+  const std::string old_text = workspace.find("mission.xml")->text;
+  replace(workspace, "mission.xml", "<a/>", "<A/>");
+  const std::size_t d = old_text.find("<d/>");
+  ASSERT_TRUE(workspace.edit("mission.xml", base, {{d, d + 4, "<D/>"}}, "late"));
+  EXPECT_EQ(workspace.find("mission.xml")->text, "<root>\n  <A/>\n  <b/>\n  <c/>\n  <D/>\n</root>\n");
+  const std::size_t a = old_text.find("<a/>");
+  const auto refused = workspace.edit("mission.xml", base, {{a, a + 4, "<x/>"}}, "late");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, "design.conflict");
+}
+
+TEST_F(WorkspaceTest, TakesWhatAnotherEditorWrites) {
+  Workspace workspace = open();
+  replace(workspace, "mission.xml", "<d/>", "<D/>");
+  write("mission.xml", "<root>\n  <A/>\n  <b/>\n  <c/>\n  <d/>\n</root>\n");
+  EXPECT_THAT(workspace.refresh(""), ElementsAre("mission.xml"));
+  EXPECT_EQ(workspace.find("mission.xml")->text, "<root>\n  <A/>\n  <b/>\n  <c/>\n  <D/>\n</root>\n");
+  EXPECT_EQ(workspace.undo_steps().back().name, "changed on disk");
+  ASSERT_TRUE(workspace.save("mission.xml"));
+  EXPECT_THAT(workspace.refresh("mission.xml"), ElementsAre());
+}
+
+TEST_F(WorkspaceTest, KeepsBothWhereBothChangedTheSame) {
+  Workspace workspace = open();
+  replace(workspace, "mission.xml", "<a/>", "<mine/>");
+  write("mission.xml", "<root>\n  <theirs/>\n  <b/>\n  <c/>\n  <d/>\n</root>\n");
+  // Saving does not write over what is there.
+  const auto saved = workspace.save("mission.xml");
+  ASSERT_FALSE(saved);
+  EXPECT_EQ(saved.error().code, "design.conflict");
+  EXPECT_EQ(workspace.find("mission.xml")->theirs, read("mission.xml"));
+  EXPECT_EQ(workspace.edit("mission.xml", 1, {}, "type").error().code, "design.unresolved");
+  const std::string mine = workspace.find("mission.xml")->text;
+  ASSERT_TRUE(workspace.resolve("mission.xml", mine));
+  ASSERT_TRUE(workspace.save("mission.xml"));
+  EXPECT_EQ(read("mission.xml"), mine);
+}
+
+TEST_F(WorkspaceTest, FindsAgainWhatWasNotSaved) {
+  std::string edited;
+  {
+    Workspace workspace = open();
+    replace(workspace, "mission.xml", "<a/>", "<A/>");
+    replace(workspace, "mission.xml", "<b/>", "<B/>");
+    ASSERT_TRUE(workspace.undo());
+    edited = workspace.find("mission.xml")->text;
+    workspace.keep_journal();
+  }
+  write("sentree.yaml", "changed: true\n");
+  Workspace workspace = open();
+  EXPECT_EQ(workspace.find("mission.xml")->text, edited);
+  EXPECT_TRUE(workspace.find("mission.xml")->is_dirty());
+  EXPECT_EQ(workspace.find("sentree.yaml")->text, "changed: true\n");
+  ASSERT_TRUE(workspace.redo());
+  ASSERT_TRUE(workspace.undo());
+  ASSERT_TRUE(workspace.undo());
+  EXPECT_EQ(workspace.find("mission.xml")->text, read("mission.xml"));
+}
+
+TEST_F(WorkspaceTest, ADamagedJournalCostsNothing) {
+  write(".sentree/journal",
+        "{\"form\":1,\"files\":{\"../"
+        "x.xml\":{\"text\":\"\"}},\"undo\":[{\"name\":\"n\",\"changes\":[{\"file\":\"mission.xml\",\"edits\":[[0,99999,"
+        "\"\"]],\"back\":[[5,1,\"\"]]}]}]}");
+  Workspace workspace = open();
+  EXPECT_EQ(workspace.documents().size(), 2U);
+  EXPECT_FALSE(workspace.undo());
+  EXPECT_EQ(workspace.find("mission.xml")->text, read("mission.xml"));
+}
+
+TEST_F(WorkspaceTest, StaysInsideTheFolder) {
+  Workspace workspace = open();
+  fs::create_directory_symlink("/tmp", folder_.path() / "out");
+  for (const char* file : {"../x.yaml", "/tmp/x.yaml", "a/../../x.yaml", "out/x.yaml", "x.sh", ".sentree/x.yaml", ""}) {
+    const auto put = workspace.put({{file, "x"}}, "add");
+    ASSERT_FALSE(put) << file;
+    EXPECT_EQ(put.error().code, "design.outside") << file;
+  }
+  EXPECT_EQ(workspace.edit("../x.yaml", 1, {}, "type").error().code, "design.no-such-file");
+}
+
+TEST_F(WorkspaceTest, SavingKeepsTheMode) {
+  ::chmod((folder_.path() / "mission.xml").c_str(), 0600);
+  Workspace workspace = open();
+  replace(workspace, "mission.xml", "<a/>", "<A/>");
+  ASSERT_TRUE(workspace.save("mission.xml"));
+  EXPECT_EQ(fs::status(folder_.path() / "mission.xml").permissions(), fs::perms::owner_read | fs::perms::owner_write);
+  EXPECT_THAT(read("mission.xml"), testing::HasSubstr("<A/>"));
+}
+
+TEST_F(WorkspaceTest, WhatIsEditedStandsForTheFile) {
+  Workspace workspace = open();
+  replace(workspace, "mission.xml", "<a/>", "<A/>");
+  const text::Overlay overlay = workspace.overlay();
+  ASSERT_EQ(overlay.size(), 1U);
+  const text::ReadThrough through(overlay);
+  EXPECT_EQ(read("mission.xml"), workspace.find("mission.xml")->text);
+}
+
+}  // namespace
+}  // namespace sentree::design

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sentree/base/value.h"
+#include "sentree/design/findings.h"
+#include "sentree/design/tree_edit.h"
+#include "sentree/design/workspace.h"
+
+// What is edited, as data for pages: docs/studio-protocol.md.
+
+namespace sentree::studio {
+
+/// "project", "mission", "skill", "monitor", "requirement", "scenario", "world", "interface", "model" or "other".
+[[nodiscard]] std::string_view kind_of_file(const std::string& file, std::string_view text);
+
+/// A file's text and, of a file of trees or of a chart, its picture with the places of its parts.
+[[nodiscard]] Value document_value(const std::string& file, const design::Document& document,
+                                   const design::Kinds& kinds);
+
+[[nodiscard]] Value finding_value(const design::Finding& finding);
+
+/// Nodes that can be put into trees; `own` are the project's.
+[[nodiscard]] Value palette_value(const design::Kinds& kinds, const std::vector<bt::NodeModel>& own);
+
+/// What a page wants done to a tree. Errors: studio.request.
+[[nodiscard]] Result<design::TreeGesture> gesture_of(const Value& gesture);
+
+}  // namespace sentree::studio

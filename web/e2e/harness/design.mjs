@@ -1,0 +1,87 @@
+import { cpSync, readdirSync, readFileSync, rmSync } from "node:fs";
+import { join } from "node:path";
+
+import { browser, until } from "./browser.mjs";
+import { example, kPatience_ms, scratch, serve } from "./program.mjs";
+
+/** A copy of an example that may be changed. */
+export function copy_of(name) {
+  const folder = join(scratch(), name);
+  cpSync(example(name), folder, { recursive: true });
+  rmSync(join(folder, "runs"), { recursive: true, force: true });
+  return folder;
+}
+
+export const serve_design = (folder, args = ["--at", "127.0.0.1:0"]) => serve(["studio", folder, ...args]);
+
+/** The page of a project that is edited, with its tree shown. Errors of the page are failures, told by `close`. */
+export async function open_design(url, { width = 1440, height = 900, file } = {}) {
+  const context = await (await browser()).newContext({ viewport: { width, height }, reducedMotion: "reduce", deviceScaleFactor: 1 });
+  const page = await context.newPage();
+  page.setDefaultTimeout(kPatience_ms);
+  const errors = [];
+  page.on("console", (message) => message.type() === "error" && !/WebSocket connection to|ERR_CONNECTION|net::ERR_/.test(message.text()) && errors.push(message.text()));
+  page.on("pageerror", (error) => errors.push(String(error.stack ?? error)));
+  await page.goto(url);
+  await page.locator(".design").waitFor();
+  if (file) await page.locator(`[data-file="${file}"]`).first().click();
+  return {
+    page,
+    async close() {
+      await context.close();
+      if (errors.length > 0) throw new Error(`the page wrote errors:\n${errors.join("\n")}`);
+    },
+  };
+}
+
+/** The files of a folder and what is in them, but for what the studio keeps for itself. */
+export function contents(folder, below = "") {
+  const found = {};
+  for (const entry of readdirSync(join(folder, below), { withFileTypes: true })) {
+    if (entry.name === ".sentree") continue;
+    const path = below === "" ? entry.name : `${below}/${entry.name}`;
+    if (entry.isDirectory()) Object.assign(found, contents(folder, path));
+    else found[path] = readFileSync(join(folder, path), "latin1");
+  }
+  return found;
+}
+
+export const node = (page, name) => page.locator(`[data-testid=design-tree] [data-name="${name}"]`);
+
+/** A word of a line of the text is selected, as by a double click. */
+export async function select_word(page, line, word) {
+  const found = page.locator(".cm-line", { hasText: line }).first();
+  await found.scrollIntoViewIfNeeded();
+  const at = await found.evaluate((element, wanted) => {
+    const walker = document.createTreeWalker(element, NodeFilter.SHOW_TEXT);
+    for (let text = walker.nextNode(); text; text = walker.nextNode()) {
+      const begin = text.data.indexOf(wanted);
+      if (begin < 0) continue;
+      const range = document.createRange();
+      range.setStart(text, begin);
+      range.setEnd(text, begin + wanted.length);
+      const box = range.getBoundingClientRect();
+      return { x: box.left + box.width / 2, y: box.top + box.height / 2 };
+    }
+    return null;
+  }, word);
+  if (!at) throw new Error(`no ${word} in the line with ${line}`);
+  await page.mouse.dblclick(at.x, at.y);
+}
+
+/** Everything that was done is checked and run. */
+export const settled = (page) => until(async () => (await page.getByTestId("shadow").getAttribute("data-current")) === "true", "the shadow run is that of the texts");
+
+export async function drag(page, from, to) {
+  await page.mouse.move(from.x, from.y);
+  await page.mouse.down();
+  await page.mouse.move((from.x + to.x) / 2, (from.y + to.y) / 2, { steps: 4 });
+  await page.mouse.move(to.x, to.y, { steps: 4 });
+}
+
+export async function middle(locator) {
+  const box = await locator.boundingBox();
+  return { x: box.x + box.width / 2, y: box.y + box.height / 2, box };
+}
+
+export const undo_name = (page) => page.getByTestId("undo").getAttribute("data-name");

@@ -1,0 +1,170 @@
+import { autocompletion, closeBrackets, completionKeymap } from "@codemirror/autocomplete";
+import { defaultKeymap } from "@codemirror/commands";
+import { xml } from "@codemirror/lang-xml";
+import { yaml } from "@codemirror/lang-yaml";
+import { bracketMatching, HighlightStyle, indentOnInput, StreamLanguage, syntaxHighlighting } from "@codemirror/language";
+import { lintGutter, setDiagnostics, type Diagnostic } from "@codemirror/lint";
+import { highlightSelectionMatches, search, searchKeymap } from "@codemirror/search";
+import { Annotation, Compartment, EditorState, type Extension } from "@codemirror/state";
+import { drawSelection, EditorView, highlightActiveLine, highlightActiveLineGutter, keymap, lineNumbers } from "@codemirror/view";
+import { tags } from "@lezer/highlight";
+import { useEffect, useRef } from "react";
+
+import { choose_at, doc_of, findings_of, fix, redo, save_all, session_of, undo, useCaret, useDesign } from "./design";
+import { splice_between } from "./places";
+
+/** A change that the program made: it is not told to it again. */
+const kFromProgram = Annotation.define<boolean>();
+
+const kRequirementWords =
+  /^(?:always|never|globally|between|after|until|before|whenever|while|when|shall|within|at least|every|event|observation|request|reply|and|or|not|implies|since|if|then|is|holds|eventually|exactly|once)\b/;
+const requirements = StreamLanguage.define({
+  token(stream) {
+    if (stream.eatSpace()) return null;
+    if (stream.match(/^#.*/)) return "comment";
+    if (stream.match(/^"[^"]*"?/)) return "string";
+    if (stream.match(/^\d+(?:\.\d+)?(?:\s*(?:ms|s|min|h|%|m))?/)) return "number";
+    if (stream.match(kRequirementWords)) return "keyword";
+    if (stream.match(/^[\w.]+/)) return "variableName";
+    stream.next();
+    return "operator";
+  },
+});
+
+function language_of(file: string): Extension {
+  if (/\.(?:xml|scxml)$/.test(file)) return xml();
+  if (/\.ya?ml$/.test(file)) return yaml();
+  return requirements;
+}
+
+const highlight = HighlightStyle.define([
+  { tag: [tags.tagName, tags.keyword, tags.propertyName], color: "var(--accent)" },
+  { tag: [tags.attributeName, tags.definition(tags.propertyName)], color: "var(--past)" },
+  { tag: [tags.string, tags.attributeValue], color: "var(--success)" },
+  { tag: [tags.number, tags.bool], color: "var(--failure)" },
+  { tag: tags.comment, color: "var(--muted)", fontStyle: "italic" },
+  { tag: [tags.angleBracket, tags.punctuation, tags.operator], color: "var(--muted)" },
+]);
+
+const look = EditorView.theme({
+  "&": { height: "100%", fontSize: "13px", backgroundColor: "var(--surface)", color: "var(--ink)" },
+  ".cm-scroller": { fontFamily: "var(--mono)", lineHeight: "1.5" },
+  ".cm-gutters": { backgroundColor: "var(--nested)", color: "var(--muted)", border: "none" },
+  ".cm-activeLine": { backgroundColor: "color-mix(in srgb, var(--accent) 7%, transparent)" },
+  ".cm-activeLineGutter": { backgroundColor: "var(--hover)", color: "var(--ink)" },
+  ".cm-cursor": { borderLeftColor: "var(--ink)" },
+  "&.cm-focused > .cm-scroller > .cm-selectionLayer .cm-selectionBackground, .cm-selectionBackground": { backgroundColor: "var(--accent-fill) !important" },
+  ".cm-tooltip, .cm-panels": { backgroundColor: "var(--surface)", color: "var(--ink)", border: "1px solid var(--line-strong)" },
+  ".cm-diagnostic": { fontFamily: "var(--font)" },
+  ".cm-diagnosticAction": { backgroundColor: "var(--accent)", color: "var(--on-accent)" },
+});
+
+function extensions(file: string): Extension {
+  return [
+    lineNumbers(),
+    lintGutter(),
+    highlightActiveLine(),
+    highlightActiveLineGutter(),
+    drawSelection(),
+    bracketMatching(),
+    closeBrackets(),
+    indentOnInput(),
+    autocompletion({ icons: false }),
+    highlightSelectionMatches(),
+    search({ top: true }),
+    syntaxHighlighting(highlight),
+    look,
+    language_of(file),
+    EditorView.contentAttributes.of({ "aria-label": `Text of ${file}` }),
+    keymap.of([
+      { key: "Mod-z", run: () => (void undo(), true), preventDefault: true },
+      { key: "Mod-Shift-z", run: () => (void redo(), true), preventDefault: true },
+      { key: "Mod-y", run: () => (void redo(), true), preventDefault: true },
+      { key: "Mod-s", run: () => (void save_all(), true), preventDefault: true },
+      ...completionKeymap,
+      ...searchKeymap,
+      ...defaultKeymap,
+    ]),
+    EditorView.updateListener.of((update) => {
+      const own = update.transactions.every((transaction) => !transaction.annotation(kFromProgram));
+      if (update.docChanged && own) session_of(file).typed(update.state.doc.toString());
+      if (own && (update.selectionSet || update.docChanged) && update.view.hasFocus) {
+        const doc = doc_of(useDesign.getState());
+        if (doc && doc.places.shown === update.state.doc.toString()) choose_at(doc.places.byte(update.state.selection.main.head));
+      }
+    }),
+  ];
+}
+
+/** The open file as text, with what is wrong in it. */
+export default function CodeEditor({ file }: { file: string }) {
+  const place = useRef<HTMLDivElement>(null);
+  const view = useRef<EditorView | null>(null);
+  const blocked = useRef(new Compartment());
+  const conflict = useDesign((state) => (state.docs[file]?.theirs ?? null) !== null);
+
+  useEffect(() => {
+    if (!place.current) return;
+    const session = session_of(file);
+    const made = new EditorView({
+      parent: place.current,
+      state: EditorState.create({ doc: session.text, extensions: [extensions(file), blocked.current.of(EditorState.readOnly.of(false))] }),
+    });
+    view.current = made;
+    session.show = (text) => {
+      const splice = splice_between(made.state.doc.toString(), text);
+      if (splice) made.dispatch({ changes: { from: splice.from, to: splice.to, insert: splice.text }, annotations: kFromProgram.of(true) });
+    };
+    const marks = () => mark(made, file);
+    const stop_marks = useDesign.subscribe((state, before) => {
+      if (state.summary !== before.summary || state.docs[file] !== before.docs[file]) marks();
+    });
+    const show_caret = () => {
+      const { wanted } = useCaret.getState();
+      const doc = useDesign.getState().docs[file];
+      if (!wanted || !doc || useDesign.getState().file !== file) return;
+      const at = Math.min(doc.places.at(wanted.byte), made.state.doc.length);
+      made.dispatch({ selection: { anchor: at }, effects: EditorView.scrollIntoView(at, { y: "center" }), annotations: kFromProgram.of(true) });
+      if (wanted.focus) made.focus();
+      useCaret.setState({ wanted: null });
+    };
+    const stop_caret = useCaret.subscribe(show_caret);
+    marks();
+    show_caret();
+    return () => {
+      stop_marks();
+      stop_caret();
+      session.show = null;
+      made.destroy();
+      view.current = null;
+    };
+  }, [file]);
+
+  useEffect(() => {
+    view.current?.dispatch({ effects: blocked.current.reconfigure(EditorState.readOnly.of(conflict)) });
+  }, [conflict, file]);
+
+  return <div className="code" ref={place} data-testid="code" data-file={file} />;
+}
+
+/** Shows the findings of the text that is shown; those of another version come again. */
+function mark(view: EditorView, file: string): void {
+  const { summary, docs } = useDesign.getState();
+  const doc = docs[file];
+  if (!doc || doc.places.shown !== view.state.doc.toString()) return;
+  const marks: Diagnostic[] = findings_of(summary, file).map((finding) => {
+    const from = Math.min(doc.places.at(finding.from), view.state.doc.length);
+    return {
+      from,
+      to: Math.max(from, Math.min(doc.places.at(finding.to), view.state.doc.length)),
+      severity: finding.severity === "note" ? "info" : finding.severity,
+      message: finding.message,
+      actions: finding.fixes.map((which) => ({ name: `Write “${which.title}”`, apply: () => void fix(finding, which) })),
+    };
+  });
+  if (doc.error && !marks.some(({ severity }) => severity === "error")) {
+    const line = view.state.doc.line(Math.min(Math.max(doc.error.line, 1), view.state.doc.lines));
+    marks.push({ from: line.from, to: line.to, severity: "error", message: doc.error.message });
+  }
+  view.dispatch(setDiagnostics(view.state, marks));
+}

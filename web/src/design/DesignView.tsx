@@ -1,0 +1,290 @@
+import "../styles/design.css";
+import "../styles/mission.css";
+import "../styles/picture.css";
+import "../styles/charts.css";
+
+import { lazy, Suspense, useEffect, useRef, useState } from "react";
+
+import { TimelinePanel } from "../panels/TimelinePanel";
+import type { OutlineTree, PaletteNode } from "../protocol/types";
+import { useStudio } from "../store/store";
+import { useCommand } from "../widgets/commands";
+import { Icon } from "../widgets/Icon";
+import { useWindow } from "../widgets/layout";
+import { ChartView } from "./ChartView";
+import { Completer, type Asked } from "./Completer";
+import { doc_of, obstacle, redo, resolve, save_all, set_look, start_design, tree_of, undo, useDesign, type Look } from "./design";
+import { Inspector } from "./Inspector";
+import { matches } from "../widgets/match";
+import { Picture, type PictureHandle } from "./Picture";
+import { ProjectTree } from "./ProjectTree";
+import { Problems, ShadowStrip } from "./Strip";
+
+const CodeEditor = lazy(() => import("./CodeEditor"));
+
+/** The project, its texts and their pictures. */
+export default function DesignView() {
+  const phase = useStudio((studio) => studio.phase);
+  const boot = useStudio((studio) => studio.hello?.boot);
+  const known = useDesign((state) => state.summary !== null);
+  useEffect(() => {
+    if (phase !== "open" || boot === undefined) return;
+    let stop: (() => void) | null = null;
+    let gone = false;
+    void start_design().then((stopped) => {
+      if (gone) stopped();
+      else stop = stopped;
+    });
+    return () => {
+      gone = true;
+      stop?.();
+    };
+  }, [phase, boot]);
+  useCommand(
+    { id: "design.undo", title: "Undo", group: "Design", keys: ["Ctrl+Z"], run: () => void undo() },
+    { id: "design.redo", title: "Do again what was undone", group: "Design", keys: ["Ctrl+Shift+Z", "Ctrl+Y"], run: () => void redo() },
+    { id: "design.save", title: "Save all files", group: "Design", keys: ["Ctrl+S"], run: () => void save_all() },
+    { id: "design.problems", title: "Show the problems, or hide them", group: "Design", run: () => useDesign.setState(({ problems_open }) => ({ problems_open: !problems_open })) },
+    ...(["both", "picture", "text"] as const).map((look) => ({ id: `design.look.${look}`, title: kLooks[look].title, group: "Design", run: () => set_look(look) })),
+  );
+  if (!known) return <p className="empty waiting">Opening the project …</p>;
+  return <Bench />;
+}
+
+const kLooks: Record<Look, { label: string; title: string }> = {
+  picture: { label: "Picture", title: "Show the picture alone" },
+  both: { label: "Both", title: "Show picture and text side by side" },
+  text: { label: "Text", title: "Show the text alone" },
+};
+
+function Bench() {
+  const { narrow, height } = useWindow();
+  const [asked, set_asked] = useState<Asked | null>(null);
+  const picture = useRef<PictureHandle>(null);
+  const problems_open = useDesign((state) => state.problems_open);
+  const is_tree = useDesign((state) => (doc_of(state)?.shown_trees ?? null) !== null);
+  const empty = useDesign((state) => state.summary?.files.length === 0);
+  const timeline = useDesign((state) => state.summary?.shadow.ready ?? false) && height >= 780;
+  return (
+    <main className="design" data-narrow={narrow}>
+      <div className="design-left">
+        <ProjectTree />
+        {is_tree && !narrow && <PaletteList picture={picture} />}
+        {is_tree && narrow && <Inspector />}
+      </div>
+      <div className="design-middle">
+        <DesignBar />
+        <Conflict />
+        {empty ? <p className="empty">This folder is empty. Make a project in it: sentree init {"<folder>"}</p> : <Views picture={picture} ask={set_asked} />}
+        {problems_open && (
+          <div className="problems-frame">
+            <Problems />
+          </div>
+        )}
+      </div>
+      {is_tree && !narrow && (
+        <aside className="design-right" aria-label="Node">
+          <Inspector />
+        </aside>
+      )}
+      <div className="design-foot">
+        <ShadowStrip />
+        {timeline && (
+          <div className="design-timeline" id="panel-timeline">
+            <TimelinePanel />
+          </div>
+        )}
+      </div>
+      {asked && <Completer asked={asked} close={() => set_asked(null)} />}
+    </main>
+  );
+}
+
+function DesignBar() {
+  const summary = useDesign((state) => state.summary);
+  const file = useDesign((state) => state.file);
+  const look = useDesign((state) => state.look);
+  const refused = useDesign((state) => state.refused);
+  const has_picture = useDesign((state) => {
+    const doc = doc_of(state);
+    return (doc?.shown_trees ?? null) !== null || (doc?.shown_chart ?? null) !== null;
+  });
+  const trees = useDesign((state) => doc_of(state)?.shown_trees ?? null);
+  const shown = useDesign((state) => tree_of(state)?.id);
+  const errors = summary?.files.reduce((sum, each) => sum + each.errors, 0) ?? 0;
+  const warnings = summary?.files.reduce((sum, each) => sum + each.warnings, 0) ?? 0;
+  const dirty = summary?.files.filter((each) => each.dirty).length ?? 0;
+  return (
+    <div className="design-bar" role="toolbar" aria-label="Design">
+      <strong className="ellipsis" title={file ?? ""}>
+        {file ?? "No file"}
+      </strong>
+      {trees && trees.length > 1 && (
+        <select className="field" aria-label="Tree" value={shown} onChange={(event) => useDesign.setState({ tree: event.target.value, chosen: null })}>
+          {trees.map(({ id }) => (
+            <option key={id} value={id}>
+              {id}
+            </option>
+          ))}
+        </select>
+      )}
+      <span className="refused ellipsis" role="status" data-testid="refused" title={refused ?? undefined}>
+        {refused}
+      </span>
+      <button className={`button small problems-button${errors > 0 ? " error" : ""}`} aria-pressed={summary !== null && useDesign.getState().problems_open} data-testid="problems" onClick={() => useDesign.setState(({ problems_open }) => ({ problems_open: !problems_open }))}>
+        {errors > 0 ? `✗ ${errors} ${errors === 1 ? "error" : "errors"}` : warnings > 0 ? `! ${warnings} ${warnings === 1 ? "warning" : "warnings"}` : summary?.checked ? "✓ no problems" : "checking …"}
+      </button>
+      <button className="button small" disabled={!summary?.undo} title={summary?.undo ? `Undo: ${summary.undo} (Ctrl+Z)` : "Nothing to undo"} data-testid="undo" data-name={summary?.undo ?? ""} onClick={() => void undo()}>
+        Undo{summary && summary.undo_count > 0 ? ` ${summary.undo_count}` : ""}
+      </button>
+      <button className="button small" disabled={!summary?.redo} title={summary?.redo ? `Do again: ${summary.redo} (Ctrl+Shift+Z)` : "Nothing to do again"} data-testid="redo" onClick={() => void redo()}>
+        Redo
+      </button>
+      <button className={`button small${dirty > 0 ? " primary" : ""}`} disabled={dirty === 0} title="Save all files (Ctrl+S)" data-testid="save" onClick={() => void save_all()}>
+        {dirty > 0 ? `Save ${dirty}` : "Saved"}
+      </button>
+      {has_picture && (
+        <div className="tool-group" role="group" aria-label="View">
+          {(["picture", "both", "text"] as const).map((which) => (
+            <button key={which} className="button small" aria-pressed={look === which} title={kLooks[which].title} onClick={() => set_look(which)}>
+              {kLooks[which].label}
+            </button>
+          ))}
+        </div>
+      )}
+    </div>
+  );
+}
+
+/** Two changes of the same lines: one of them must be chosen. */
+function Conflict() {
+  const doc = useDesign(doc_of);
+  if (!doc || doc.theirs === null) return null;
+  return (
+    <div className="conflict" role="alert" data-testid="conflict">
+      <p>
+        <Icon name="warning" />
+        <strong>{doc.file} was changed on disk where it is edited here.</strong> Neither is lost; choose one.
+      </p>
+      <div className="conflict-texts">
+        <section aria-label="Edited here">
+          <h3>
+            Edited here
+            <button className="button small" onClick={() => void resolve(doc.file, "mine")}>
+              Keep this
+            </button>
+          </h3>
+          <Differing text={doc.places.shown} other={doc.theirs.replace(/\r\n?/g, "\n")} />
+        </section>
+        <section aria-label="On disk">
+          <h3>
+            On disk
+            <button className="button small" onClick={() => void resolve(doc.file, "theirs")}>
+              Take this
+            </button>
+          </h3>
+          <Differing text={doc.theirs.replace(/\r\n?/g, "\n")} other={doc.places.shown} />
+        </section>
+      </div>
+    </div>
+  );
+}
+
+/** The lines that the other text does not have, with two around them. */
+function Differing({ text, other }: { text: string; other: string }) {
+  const lines = text.split("\n");
+  const others = new Set(other.split("\n"));
+  const differs = lines.map((line) => !others.has(line));
+  const near = (i: number) => differs.slice(Math.max(0, i - 2), i + 3).some(Boolean);
+  return (
+    <pre className="mono scroll" tabIndex={0}>
+      {lines.map((line, i) => near(i) && <div key={i} className={differs[i] ? "differs" : undefined}>{`${i + 1}  ${line}`}</div>)}
+    </pre>
+  );
+}
+
+function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null>; ask(asked: Asked): void }) {
+  const look = useDesign((state) => state.look);
+  const doc = useDesign(doc_of);
+  const tree = useDesign(tree_of);
+  const why_dim = useDesign(obstacle);
+  const stacked = useWindow().narrow;
+  if (!doc) return <p className="empty">Choose a file.</p>;
+  const drawn = tree ? <Picture key={doc.file} tree={tree} handle={picture} ask={ask} /> : doc.shown_chart ? <ChartView key={doc.file} chart={doc.shown_chart} file={doc.file} /> : null;
+  const with_picture = drawn !== null && look !== "text";
+  const with_text = drawn === null || look !== "picture";
+  return (
+    <div className={`design-views${stacked ? " stacked" : ""}`}>
+      {with_picture && (
+        <div className="design-view" data-testid="picture-view">
+          {why_dim && (
+            <p className="dim-why" role="status" data-testid="broken">
+              {why_dim}
+            </p>
+          )}
+          {drawn}
+        </div>
+      )}
+      {with_text && (
+        <div className="design-view text">
+          <Suspense fallback={<p className="empty">Loading the editor …</p>}>
+            <CodeEditor key={doc.file} file={doc.file} />
+          </Suspense>
+        </div>
+      )}
+    </div>
+  );
+}
+
+const kSections: readonly { title: string; of(node: PaletteNode): boolean }[] = [
+  { title: "Skills", of: (node) => node.own },
+  { title: "Control", of: (node) => !node.own && node.kind === "control" },
+  { title: "Decorators", of: (node) => !node.own && node.kind === "decorator" },
+  { title: "Leaves", of: (node) => !node.own && (node.kind === "action" || node.kind === "condition") },
+];
+
+/** Nodes to drag into the tree. */
+function PaletteList({ picture }: { picture: React.RefObject<PictureHandle | null> }) {
+  const palette = useDesign((state) => state.palette);
+  const trees: readonly OutlineTree[] = useDesign((state) => doc_of(state)?.shown_trees) ?? kNoTrees;
+  const [text, set_text] = useState("");
+  const row = (id: string, subtree: boolean, title: string) => (
+    <li
+      key={id}
+      className={`palette-row${subtree ? " subtree" : ""}`}
+      title={title || `Drag ${id} into the tree`}
+      data-palette={id}
+      onPointerDown={(event) => {
+        if (event.button !== 0) return;
+        event.preventDefault();
+        picture.current?.drag({ id, subtree }, event);
+      }}
+    >
+      <span className="ellipsis">{id}</span>
+    </li>
+  );
+  return (
+    <section className="design-palette" aria-label="Palette">
+      <input className="field" type="search" aria-label="Find in the palette" placeholder="Find a node" value={text} onChange={(event) => set_text(event.target.value)} />
+      <div className="scroll">
+        {kSections.map(({ title, of }) => {
+          const nodes = palette.filter((node) => of(node) && matches(text, node.id));
+          if (nodes.length === 0) return null;
+          return (
+            <section key={title} aria-label={title}>
+              <h3>{title}</h3>
+              <ul>{nodes.map((node) => row(node.id, false, [node.description, ...node.ports.map((port) => `${port.name}: ${port.description || port.type}`)].filter(Boolean).join("\n")))}</ul>
+            </section>
+          );
+        })}
+        {trees.length > 0 && (
+          <section aria-label="SubTrees">
+            <h3>SubTrees</h3>
+            <ul>{trees.filter(({ id }) => matches(text, id)).map(({ id }) => row(id, true, ""))}</ul>
+          </section>
+        )}
+      </div>
+    </section>
+  );
+}
+const kNoTrees: readonly OutlineTree[] = [];

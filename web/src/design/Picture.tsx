@@ -1,0 +1,281 @@
+import { memo, useEffect, useImperativeHandle, useLayoutEffect, useMemo, useRef, useState, type Ref } from "react";
+
+import { Links, Outline, Texts } from "../panels/mission/TreePicture";
+import { neighbour, type Arrow } from "../panels/mission/tree";
+import { PictureView } from "../picture/picture_view";
+import { to_picture } from "../picture/viewport";
+import type { Finding, Gesture, OutlineNode, OutlineTree, Rect } from "../protocol/types";
+import { choose, findings_at, findings_of, gesture, obstacle, refusal, useDesign } from "./design";
+import { near, type SlotPlace } from "./slots";
+
+/** What is dragged: a node of the tree, or one that is to be made. */
+export type Dragged = { node: OutlineNode } | { id: string; subtree: boolean; name?: string };
+
+export interface PictureHandle {
+  /** Follows the pointer with something new, until it is dropped. */
+  drag(what: Dragged, event: { clientX: number; clientY: number }): void;
+  fit(): void;
+  focus(): void;
+}
+
+/** Asks for a node's kind, and does something with it. */
+export type Ask = (what: { title: string; x: number; y: number; leaves: boolean; pick(id: string, subtree: boolean): void }) => void;
+
+interface Drag {
+  what: Dragged;
+  x: number;
+  y: number;
+  slot: SlotPlace | null;
+  why_not: string | null;
+  copy: boolean;
+}
+
+const kDragFrom_px = 5;
+
+export function gesture_for(what: Dragged, slot: { parent: number; index: number }, copy: boolean): Gesture {
+  if ("node" in what) return { what: "move", node: what.node.element, parent: slot.parent, index: slot.index, ...(copy ? { copy } : {}) };
+  return { what: "insert", id: what.id, ...(what.subtree ? { subtree: true } : {}), ...(what.name ? { name: what.name } : {}), parent: slot.parent, index: slot.index };
+}
+
+/** The tree as its text has it, with every gesture on it. */
+export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<PictureHandle>; ask: Ask }) {
+  const svg = useRef<SVGSVGElement>(null);
+  const group = useRef<SVGGElement>(null);
+  const chosen = useDesign((state) => state.chosen?.element ?? null);
+  const why_dim = useDesign(obstacle);
+  const summary = useDesign((state) => state.summary);
+  const file = useDesign((state) => state.file);
+  const [drag, set_drag] = useState<Drag | null>(null);
+  const findings = useMemo(() => findings_of(summary, file), [summary, file]);
+
+  const latest = useRef({ tree, drag });
+  latest.current = { tree, drag };
+  const rects = useMemo(() => new Map(tree.nodes.map(({ element }, i) => [element, tree.layout.nodes[i]!] as const)), [tree]);
+  const box: Rect = useMemo(() => ({ x: 0, y: 0, width: Math.max(tree.layout.size.width, 60), height: Math.max(tree.layout.size.height, 60) }), [tree]);
+
+  const [view] = useState(
+    () =>
+      new PictureView({
+        limits: { min: 0.05, max: 4 },
+        margin: 12,
+        fit_max: 1.15,
+        readable: { from: 0, scale: 0.55 },
+        change: ({ scale, x, y }) => {
+          group.current?.setAttribute("transform", `translate(${x} ${y}) scale(${scale})`);
+          group.current?.style.setProperty("--lens", String(Math.max(1, 11.5 / (13 * scale))));
+        },
+        grab: (event) => {
+          const found = event.target instanceof Element ? event.target.closest("[data-element]") : null;
+          if (!found) return false;
+          press(Number(found.getAttribute("data-element")), event);
+          return true;
+        },
+      }),
+  );
+  useEffect(() => {
+    if (svg.current) view.attach(svg.current);
+    return () => view.detach();
+  }, [view]);
+  useLayoutEffect(() => view.set_box(box), [view, box]);
+
+  // What is chosen in the text, or made by a gesture, comes into view.
+  const rect = chosen === null ? undefined : rects.get(chosen);
+  useEffect(() => {
+    if (rect) view.reveal(rect);
+  }, [rect, view]);
+
+  const follow = useRef<((what: Dragged, event: { clientX: number; clientY: number; altKey?: boolean }) => void) | null>(null);
+  follow.current = (what, event) => {
+    const at = svg.current?.getBoundingClientRect();
+    if (!at) return;
+    const { tree: now, drag: before } = latest.current;
+    const inside = event.clientX >= at.left && event.clientX <= at.right && event.clientY >= at.top && event.clientY <= at.bottom;
+    const slot = inside ? near(now, to_picture(view.view, [event.clientX - at.left, event.clientY - at.top])) : null;
+    const copy = event.altKey ?? false;
+    const same = before?.slot?.parent === slot?.parent && before?.slot?.index === slot?.index && before?.copy === copy;
+    set_drag({ what, x: event.clientX, y: event.clientY, slot, copy, why_not: same ? (before?.why_not ?? null) : null });
+    if (!slot || same) return;
+    void refusal(gesture_for(what, slot, copy)).then((why_not) => {
+      set_drag((drag) => (drag && drag.slot?.parent === slot.parent && drag.slot.index === slot.index ? { ...drag, why_not } : drag));
+    });
+  };
+
+  const begin = (what: Dragged, event: { clientX: number; clientY: number }, at_once: boolean) => {
+    const from = { x: event.clientX, y: event.clientY };
+    let moving = at_once;
+    const move = (moved: PointerEvent) => {
+      if (!moving && Math.hypot(moved.clientX - from.x, moved.clientY - from.y) < kDragFrom_px) return;
+      moving = true;
+      follow.current?.(what, moved);
+    };
+    const stop = () => {
+      window.removeEventListener("pointermove", move);
+      window.removeEventListener("pointerup", drop);
+      window.removeEventListener("pointercancel", stop);
+      window.removeEventListener("keydown", key, true);
+      set_drag(null);
+    };
+    const drop = (dropped: PointerEvent) => {
+      const slot = moving ? latest.current.drag?.slot : null;
+      stop();
+      if (slot) void gesture(gesture_for(what, slot, dropped.altKey));
+    };
+    const key = (pressed: KeyboardEvent) => {
+      if (pressed.key !== "Escape") return;
+      pressed.stopPropagation();
+      stop();
+    };
+    window.addEventListener("pointermove", move);
+    window.addEventListener("pointerup", drop);
+    window.addEventListener("pointercancel", stop);
+    window.addEventListener("keydown", key, true);
+    if (at_once) follow.current?.(what, event);
+  };
+  const press = (element: number, event: PointerEvent) => {
+    const node = latest.current.tree.nodes.find((candidate) => candidate.element === element);
+    if (!node) return;
+    choose(node);
+    svg.current?.focus({ preventScroll: true });
+    begin({ node }, event, false);
+  };
+  useImperativeHandle(handle, () => ({ drag: (what, event) => begin(what, event, true), fit: () => view.fit(), focus: () => svg.current?.focus() }), [view]);
+
+  // ---- keys ----
+  const node_of = (element: number | null) => tree.nodes.find((node) => node.element === element) ?? null;
+  const children_of = (place: number) => tree.nodes.filter(({ parent }) => parent === place);
+  const slot_of = (node: OutlineNode) => {
+    const siblings = children_of(node.parent);
+    return { parent: node.parent >= 0 ? tree.nodes[node.parent]!.element : tree.element, index: siblings.indexOf(node), count: siblings.length };
+  };
+  const ask_at = (node: OutlineNode | null, title: string, pick: (id: string, subtree: boolean) => void, leaves = true) => {
+    const element = (node && svg.current?.querySelector(`[data-element="${node.element}"]`)) ?? svg.current;
+    const at = element?.getBoundingClientRect();
+    ask({ title, x: (at?.left ?? 0) + 10, y: node ? (at?.bottom ?? 0) + 4 : (at?.top ?? 0) + 60, leaves, pick });
+  };
+  const insert = (node: OutlineNode | null, slot: { parent: number; index: number }, title: string) =>
+    ask_at(node, title, (id, subtree) => void gesture({ what: "insert", id, ...(subtree ? { subtree } : {}), parent: slot.parent, index: slot.index }));
+
+  const key = (event: React.KeyboardEvent) => {
+    const node = node_of(chosen);
+    if (event.ctrlKey || event.metaKey) {
+      if (!node || !["ArrowUp", "ArrowDown", "ArrowLeft", "ArrowRight"].includes(event.key)) return;
+      const { parent, index } = slot_of(node);
+      void gesture({ what: "move", node: node.element, parent, index: event.key === "ArrowUp" || event.key === "ArrowLeft" ? index - 1 : index + 2 }).then(() => svg.current?.focus());
+    } else if (event.altKey) return;
+    else if (event.key.startsWith("Arrow")) {
+      const shape = new Map(tree.nodes.map((_, i) => [i, tree.layout.nodes[i]!] as const));
+      const at = node ? tree.nodes.indexOf(node) : -1;
+      const next = at < 0 ? 0 : neighbour(shape, (i) => tree.nodes[i]?.parent ?? -1, at, event.key as Arrow);
+      if (next !== null && tree.nodes[next]) choose(tree.nodes[next]);
+    } else if (event.key === "Home") choose(tree.nodes[0] ?? null);
+    else if (event.key === "Enter") {
+      if (!node) insert(null, { parent: tree.element, index: 0 }, "Root of the tree");
+      else {
+        const { parent, index } = slot_of(node);
+        // The root has no siblings.
+        if (node.parent < 0) insert(node, { parent: node.element, index: children_of(tree.nodes.indexOf(node)).length }, `New child of ${node.name || node.id}`);
+        else insert(node, { parent, index: index + 1 }, `New node after ${node.name || node.id}`);
+      }
+    } else if (event.key === "Tab" && node) {
+      if (event.shiftKey) {
+        const parent = node.parent >= 0 ? tree.nodes[node.parent]! : null;
+        if (!parent) return;
+        const out = slot_of(parent);
+        void gesture({ what: "move", node: node.element, parent: out.parent, index: out.index + 1 });
+      } else insert(node, { parent: node.element, index: children_of(tree.nodes.indexOf(node)).length }, `New child of ${node.name || node.id}`);
+    } else if (event.key === "Escape") choose(null);
+    else if (!node) {
+      if (!view.key(event, true)) return;
+    } else if (event.key === "Delete" || event.key === "Backspace") void gesture({ what: "delete", node: node.element });
+    else if (event.key === "w" || event.key === "W") ask_at(node, `Wrap ${node.name || node.id} in`, (id) => void gesture({ what: "wrap", node: node.element, id }), false);
+    else if (event.key === "u" || event.key === "U") void gesture({ what: "unwrap", node: node.element });
+    else if (event.key === "F2") document.getElementById("design-name")?.focus();
+    else if (!view.key(event, false)) return;
+    event.preventDefault();
+    event.stopPropagation();
+  };
+
+  return (
+    <>
+      <svg
+        ref={svg}
+        className={`picture tree-picture design-picture${why_dim ? " dim" : ""}${drag ? " dragging" : ""}`}
+        role="tree"
+        aria-label={`Tree ${tree.id}`}
+        aria-activedescendant={chosen === null ? undefined : `element-${chosen}`}
+        tabIndex={0}
+        data-testid="design-tree"
+        onKeyDown={key}
+        onClick={(event) => {
+          if (event.target === svg.current) choose(null);
+        }}
+        onDoubleClick={(event) => {
+          if (event.target === svg.current) view.fit();
+        }}
+      >
+        <g ref={group}>
+          <Links layout={tree.layout} />
+          {tree.nodes.map((node, i) => (
+            <NodeView key={node.element} node={node} drawn={tree.layout.nodes[i]!} chosen={node.element === chosen} findings={findings} faded={drag !== null && "node" in drag.what && drag.what.node.element === node.element && !drag.copy} />
+          ))}
+          {tree.nodes.length === 0 && <circle className="slot" cx={30} cy={30} r={9} />}
+          {drag?.slot && <SlotMark slot={drag.slot} refused={drag.why_not !== null} />}
+        </g>
+      </svg>
+      {drag && (
+        <div className={`drag-label${drag.why_not ? " refused" : ""}`} style={{ left: drag.x + 14, top: drag.y + 12 }} role="status" data-testid="drag-label">
+          {"node" in drag.what ? drag.what.node.name || drag.what.node.id : drag.what.id}
+          {drag.why_not && <span> ✗ {drag.why_not}</span>}
+        </div>
+      )}
+    </>
+  );
+}
+
+function SlotMark({ slot, refused }: { slot: SlotPlace; refused: boolean }) {
+  return <path className={`slot-mark${refused ? " refused" : ""}`} d={`M${slot.a[0]} ${slot.a[1]}L${slot.b[0]} ${slot.b[1]}`} />;
+}
+
+interface NodeProps {
+  node: OutlineNode;
+  drawn: OutlineTree["layout"]["nodes"][number];
+  chosen: boolean;
+  faded: boolean;
+  findings: readonly Finding[];
+}
+
+const NodeView = memo(
+  function NodeView({ node, drawn, chosen, faded, findings }: NodeProps) {
+    const wrong = findings_at(findings, node);
+    const errors = wrong.filter(({ severity }) => severity === "error").length;
+    const called = node.name || node.id;
+    const said = [`${called}${node.name && node.name !== node.id ? `, ${node.id}` : ""}`, ...wrong.map(({ message }) => message)].join("; ");
+    return (
+      <g
+        id={`element-${node.element}`}
+        data-element={node.element}
+        data-name={called}
+        data-errors={errors}
+        className={["node", chosen ? "chosen" : "", faded ? "faded" : "", node.known ? "" : "unknown"].filter(Boolean).join(" ")}
+        role="treeitem"
+        aria-label={said}
+        aria-selected={chosen}
+      >
+        <title>{said}</title>
+        {chosen && <rect className="halo" x={drawn.x - 5} y={drawn.y - 5} width={drawn.width + 10} height={drawn.height + 10} rx={7} />}
+        <Outline drawn={drawn} />
+        <Texts drawn={drawn} middle={drawn.x + drawn.width / 2} />
+        {wrong.length > 0 && (
+          <g className={`finding ${errors > 0 ? "error" : "warning"}`} transform={`translate(${drawn.x + drawn.width} ${drawn.y})`}>
+            <circle r={9} />
+            <text y={4} textAnchor="middle">
+              {errors > 0 ? "!" : "?"}
+            </text>
+          </g>
+        )}
+      </g>
+    );
+  },
+  (a, b) =>
+    a.node === b.node && a.drawn === b.drawn && a.chosen === b.chosen && a.faded === b.faded && (a.findings === b.findings || (findings_at(a.findings, a.node).length === 0 && findings_at(b.findings, b.node).length === 0)),
+);

@@ -1,0 +1,90 @@
+import { useState } from "react";
+
+import type { DesignFile, FileKind } from "../protocol/types";
+import { Icon } from "../widgets/Icon";
+import { add_part, open_file, useDesign, type PartKind, kNoFiles } from "./design";
+
+const kGroups: readonly { title: string; kinds: readonly FileKind[]; part: PartKind | null }[] = [
+  { title: "Mission", kinds: ["project", "mission"], part: null },
+  { title: "Skills", kinds: ["skill"], part: "skill" },
+  { title: "Monitors", kinds: ["monitor"], part: "monitor" },
+  { title: "Requirements", kinds: ["requirement"], part: "requirement" },
+  { title: "Scenarios", kinds: ["scenario"], part: "scenario" },
+  { title: "Components", kinds: ["interface", "model"], part: "component" },
+  { title: "World and others", kinds: ["world", "other"], part: null },
+];
+
+/** The project's files by what they are, with what is wrong and what is not saved. */
+export function ProjectTree() {
+  const files = useDesign((state) => state.summary?.files ?? kNoFiles);
+  const [adding, set_adding] = useState<PartKind | null>(null);
+  return (
+    <nav className="project-tree scroll" aria-label="Project">
+      {kGroups.map(({ title, kinds, part }) => {
+        const own = files.filter(({ kind }) => kinds.includes(kind));
+        if (own.length === 0 && !part) return null;
+        return (
+          <section key={title} aria-label={title}>
+            <h2>
+              {title}
+              {part && (
+                <button className="icon-button small" aria-label={`Add a ${part}`} title={`Add a ${part}`} onClick={() => set_adding(adding === part ? null : part)}>
+                  <Icon name="plus" />
+                </button>
+              )}
+            </h2>
+            {part && adding === part && <NewPart part={part} done={() => set_adding(null)} />}
+            <ul>
+              {own.map((file) => (
+                <FileRow key={file.file} {...file} />
+              ))}
+            </ul>
+          </section>
+        );
+      })}
+    </nav>
+  );
+}
+
+function FileRow({ file, kind, dirty, conflict, errors, warnings }: DesignFile) {
+  const open = useDesign((state) => state.file === file);
+  const name = kind === "project" || kind === "mission" ? file : (file.split("/").at(-1) ?? file).replace(/\.(?:scxml|req|thrift)$/, "").replace(/^(.*)\.yaml$/, kind === "scenario" ? "$1" : "$1.yaml");
+  const said = [file, dirty && "not saved", conflict && "changed on disk as well", errors > 0 && `${errors} ${errors === 1 ? "error" : "errors"}`, warnings > 0 && `${warnings} ${warnings === 1 ? "warning" : "warnings"}`].filter(Boolean).join(", ");
+  return (
+    <li>
+      <button className="file-row" aria-current={open ? "true" : undefined} aria-label={said} title={said} data-file={file} data-dirty={dirty} onClick={() => void open_file(file)}>
+        <span className="ellipsis">{name}</span>
+        {dirty && <span className="dirty" aria-hidden="true" />}
+        {conflict && <span className="file-badge error">≠</span>}
+        {errors > 0 ? <span className="file-badge error">{errors}</span> : warnings > 0 && <span className="file-badge warning">{warnings}</span>}
+      </button>
+    </li>
+  );
+}
+
+function NewPart({ part, done }: { part: PartKind; done(): void }) {
+  const [name, set_name] = useState("");
+  return (
+    <form
+      className="new-part"
+      onSubmit={(event) => {
+        event.preventDefault();
+        void add_part(part, name.trim()).then((made) => made && done());
+      }}
+    >
+      <input
+        className="field"
+        aria-label={`Name of the new ${part}`}
+        placeholder={`Name of the ${part}`}
+        autoFocus
+        spellCheck={false}
+        value={name}
+        onChange={(event) => set_name(event.target.value)}
+        onKeyDown={(event) => event.key === "Escape" && done()}
+      />
+      <button className="button small primary" disabled={name.trim() === ""}>
+        Add
+      </button>
+    </form>
+  );
+}

@@ -1,0 +1,102 @@
+import { clock_text } from "../draw/format";
+import { useStudio } from "../store/store";
+import { seek } from "../store/time_travel";
+import { Icon } from "../widgets/Icon";
+import { choose_scenario, fix, open_file, useDesign, kNoFindings, kNoNames } from "./design";
+
+const kSigns: Record<string, string> = { violated: "✗", satisfied: "✓", undecided: "·" };
+
+/** The chosen scenario as it goes with what is edited: what is different from what is saved, and the verdicts. */
+export function ShadowStrip() {
+  const shadow = useDesign((state) => state.summary?.shadow);
+  const scenario = useDesign((state) => state.summary?.scenario ?? "");
+  const scenarios = useDesign((state) => state.summary?.scenarios ?? kNoNames);
+  const errors = useDesign((state) => state.summary?.files.reduce((sum, file) => sum + file.errors, 0) ?? 0);
+  const checked = useDesign((state) => state.summary?.checked ?? false);
+  const first = shadow?.differences?.[0];
+  const said = () => {
+    if (!shadow) return "";
+    if (errors > 0 && checked && !shadow.current) return shadow.ready ? "Shows the run before the errors" : "Runs when the errors are mended";
+    if (shadow.problem) return shadow.problem;
+    if (!shadow.current) return "Runs again …";
+    if (!shadow.differences) return "Runs as it is saved";
+    if (!first) return "As with what is saved";
+    return null;
+  };
+  const text = said();
+  return (
+    <div className="shadow-strip" data-testid="shadow" data-current={shadow?.current ?? false}>
+      <label>
+        Shadow run{" "}
+        <select className="field" aria-label="Scenario of the shadow run" value={scenario} onChange={(event) => void choose_scenario(event.target.value)}>
+          <option value="">the mission alone</option>
+          {scenarios.map((name) => (
+            <option key={name} value={name}>
+              {name}
+            </option>
+          ))}
+        </select>
+      </label>
+      {text !== null ? (
+        <span className="muted ellipsis" role="status">
+          {text}
+        </span>
+      ) : (
+        first && (
+          <button className="difference ellipsis" data-testid="difference" title="Go to the moment" onClick={() => seek(first.time)}>
+            <Icon name="follow" />
+            <strong>First difference {(first.time / 1e9).toFixed(1)} s</strong> {first.who}: {first.after} <span className="muted">instead of {first.before}</span>
+            {shadow!.differences!.length > 1 && <span className="badge">+{shadow!.differences!.length - 1}</span>}
+          </button>
+        )
+      )}
+      <span className="header-space" />
+      <Verdicts />
+    </div>
+  );
+}
+
+function Verdicts() {
+  const monitors = useStudio((studio) => studio.state?.monitors);
+  const time = useStudio((studio) => studio.state?.time ?? 0);
+  const ready = useDesign((state) => state.summary?.shadow.ready ?? false);
+  if (!ready || !monitors) return null;
+  return (
+    <ul className="verdict-chips" aria-label={`Verdicts at ${clock_text(time)}`}>
+      <li className="mono muted" data-testid="design-clock">
+        {clock_text(time)}
+      </li>
+      {Object.entries(monitors).map(([name, { verdict }]) => (
+        <li key={name} className={`badge ${verdict}`} data-verdict={verdict} data-monitor-chip={name}>
+          {kSigns[verdict]} {name}
+        </li>
+      ))}
+    </ul>
+  );
+}
+
+/** Everything that is wrong, with its ways out. */
+export function Problems() {
+  const findings = useDesign((state) => state.summary?.findings ?? kNoFindings);
+  if (findings.length === 0) return <p className="problems-none muted">Nothing to complain about.</p>;
+  return (
+    <ul className="problems scroll" aria-label="Problems">
+      {findings.map((finding, i) => (
+        <li key={i} className={finding.severity}>
+          <button className="problem" onClick={() => finding.file !== "" && void open_file(finding.file, finding.from)}>
+            <span className="sign" aria-label={finding.severity}>{finding.severity === "error" ? "✗" : "!"}</span>
+            <span className="mono muted">
+              {finding.file}:{finding.line}
+            </span>
+            <span className="problem-text">{finding.message}</span>
+          </button>
+          {finding.fixes.map((which) => (
+            <button key={which.title} className="button small" onClick={() => void fix(finding, which)}>
+              Write “{which.title}”
+            </button>
+          ))}
+        </li>
+      ))}
+    </ul>
+  );
+}

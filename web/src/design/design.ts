@@ -1,0 +1,383 @@
+import { create } from "zustand";
+
+import type { Design, DesignDocument, Finding, Gesture, OutlineNode, OutlineTree, PaletteNode } from "../protocol/types";
+import { note, on_design, request, type DesignMessage } from "../store/store";
+import { Places, splice_between } from "./places";
+
+/** A file as the page has it. */
+export interface Doc extends DesignDocument {
+  places: Places;
+  /** The last picture there was, while the text has none. */
+  shown_trees: OutlineTree[] | null;
+  shown_chart: DesignDocument["chart"];
+}
+
+export type Look = "both" | "picture" | "text";
+
+export interface DesignState {
+  summary: Design | null;
+  docs: Readonly<Record<string, Doc>>;
+  palette: readonly PaletteNode[];
+  world_places: readonly string[];
+  file: string | null;
+  /** Of a file with several: which tree the picture shows. */
+  tree: string | null;
+  /** Element that is chosen, and what it is called, so that it is found again after an edit. */
+  chosen: { element: number; key: string } | null;
+  look: Look;
+  /** Says why something was refused, beside the picture. */
+  refused: string | null;
+  problems_open: boolean;
+}
+
+const kLookStored = "sentree.design.look";
+
+export const useDesign = create<DesignState>()(() => ({
+  summary: null,
+  docs: {},
+  palette: [],
+  world_places: [],
+  file: null,
+  tree: null,
+  chosen: null,
+  look: (localStorage.getItem(kLookStored) as Look | null) ?? "both",
+  refused: null,
+  problems_open: false,
+}));
+
+export function set_look(look: Look): void {
+  localStorage.setItem(kLookStored, look);
+  useDesign.setState({ look });
+}
+
+// ---- looking things up ----
+
+/** Of one identity, so that nothing is drawn anew. */
+export const kNoFiles: Design["files"] = [];
+export const kNoNames: readonly string[] = [];
+export const kNoFindings: readonly Finding[] = [];
+
+export const key_of = (node: OutlineNode) => `${node.id}|${node.name}`;
+
+export function doc_of({ file, docs }: DesignState): Doc | null {
+  return file === null ? null : (docs[file] ?? null);
+}
+
+/** The tree that is shown. */
+export function tree_of(state: DesignState): OutlineTree | null {
+  const doc = doc_of(state);
+  const trees = doc?.shown_trees;
+  if (!doc || !trees) return null;
+  return trees.find(({ id }) => id === state.tree) ?? trees.find(({ id }) => id === doc.main) ?? trees[0] ?? null;
+}
+
+export function node_of(state: DesignState): OutlineNode | null {
+  return tree_of(state)?.nodes.find(({ element }) => element === state.chosen?.element) ?? null;
+}
+
+export function findings_of(summary: Design | null, file: string | null): Finding[] {
+  return summary?.findings.filter((finding) => finding.file === file) ?? [];
+}
+
+/** What is wrong in the start tag of a node. */
+export function findings_at(findings: readonly Finding[], node: OutlineNode): Finding[] {
+  return findings.filter(({ from }) => from >= node.from && from < node.open_end);
+}
+
+// ---- what the program says ----
+
+function receive(message: DesignMessage): void {
+  switch (message.type) {
+    case "design": {
+      const { type: _, ...summary } = message;
+      const before = useDesign.getState().summary;
+      useDesign.setState({ summary });
+      if (summary.checked && before?.checked !== true) void load_palette();
+      break;
+    }
+    case "design_document": {
+      const { type: _, ...document } = message;
+      take(document);
+      break;
+    }
+    case "design_gone": {
+      const { [message.file]: _gone, ...docs } = useDesign.getState().docs;
+      useDesign.setState((state) => ({ docs, ...(state.file === message.file ? { file: null, chosen: null } : {}) }));
+      break;
+    }
+  }
+}
+
+function take(document: DesignDocument): void {
+  useDesign.setState((state) => {
+    const before = state.docs[document.file];
+    const doc: Doc = {
+      ...document,
+      places: before?.text === document.text ? before.places : new Places(document.text),
+      shown_trees: document.trees ?? before?.shown_trees ?? null,
+      shown_chart: document.chart ?? before?.shown_chart ?? null,
+    };
+    const docs = { ...state.docs, [document.file]: doc };
+    return { docs, ...(state.file === document.file && document.trees ? { chosen: kept(state, document.trees) } : {}) };
+  });
+  sessions.get(document.file)?.came();
+}
+
+/** The chosen node in another version of its file: at its place, or by what it is called. */
+function kept({ chosen }: DesignState, trees: readonly OutlineTree[]): DesignState["chosen"] {
+  if (!chosen) return null;
+  const nodes = trees.flatMap((tree) => tree.nodes);
+  const same = nodes.find((node) => node.element === chosen.element && key_of(node) === chosen.key);
+  const called = same ?? nodes.find((node) => key_of(node) === chosen.key) ?? nodes.find((node) => node.element === chosen.element);
+  return called ? { element: called.element, key: key_of(called) } : null;
+}
+
+async function load_palette(): Promise<void> {
+  try {
+    const { nodes, places } = await request("design_palette", {});
+    useDesign.setState({ palette: nodes, world_places: places });
+  } catch {
+    // The next summary asks again.
+  }
+}
+
+/** Of an operation's refusal. */
+const text_of = (error: unknown) => (error instanceof Error ? error.message : String(error));
+
+/** Begins to follow the project, and opens what it is about. */
+export async function start_design(): Promise<() => void> {
+  const stop = on_design(receive);
+  const summary = await request("design", {});
+  useDesign.setState({ summary });
+  if (summary.checked) void load_palette();
+  const { file } = useDesign.getState();
+  const first = summary.files.find(({ kind }) => kind === "mission") ?? summary.files[0];
+  if (file === null && first) await open_file(first.file);
+  else for (const open of Object.keys(useDesign.getState().docs)) await read(open);
+  return stop;
+}
+
+async function read(file: string): Promise<boolean> {
+  try {
+    take(await request("design_read", { file }));
+    return true;
+  } catch (error) {
+    note("error", text_of(error));
+    return false;
+  }
+}
+
+export async function open_file(file: string, byte?: number): Promise<void> {
+  const known = useDesign.getState().docs[file] !== undefined || (await read(file));
+  if (!known) return;
+  if (useDesign.getState().file !== file) useDesign.setState({ file, tree: null, chosen: null, refused: null });
+  if (byte !== undefined) go_to(byte);
+}
+
+// ---- choosing ----
+
+/** Where the caret of the text goes when something is chosen elsewhere. */
+export const useCaret = create<{ wanted: { byte: number; to: number; focus: boolean } | null }>()(() => ({ wanted: null }));
+
+export function choose(node: OutlineNode | null, show_text = true): void {
+  useDesign.setState({ chosen: node ? { element: node.element, key: key_of(node) } : null, refused: null });
+  if (node && show_text) useCaret.setState({ wanted: { byte: node.from, to: node.open_end, focus: false } });
+}
+
+/** Shows a place of the open file in its text, and the node that is there. */
+export function go_to(byte: number, focus = false): void {
+  useCaret.setState({ wanted: { byte, to: byte, focus } });
+  choose_at(byte);
+}
+
+/** The innermost node at a byte of the open file. */
+export function choose_at(byte: number): void {
+  const state = useDesign.getState();
+  const doc = doc_of(state);
+  if (!doc?.trees) return;
+  for (const tree of doc.trees) {
+    if (byte < tree.from || byte >= tree.to) continue;
+    const node = tree.nodes.findLast(({ from, to }) => byte >= from && byte < to);
+    const chosen = node ? { element: node.element, key: key_of(node) } : null;
+    if (tree.id !== tree_of(state)?.id) useDesign.setState({ tree: tree.id });
+    if (chosen?.element !== state.chosen?.element) useDesign.setState({ chosen });
+    return;
+  }
+}
+
+// ---- editing ----
+
+/** Writes of one who types come together, and are told so often at most. */
+const kTyping_ms = 60;
+/** What is typed after such a pause is another step. */
+const kPause_ms = 1000;
+
+/**
+ * One file while it is typed in. Its text is what the program has (`base`) and what was typed since (`local`); one edit
+ * is on its way at a time. The program joins what comes late with what happened meanwhile.
+ */
+export class Session {
+  private base: { version: number; places: Places };
+  private local: string;
+  private busy: Promise<void> | null = null;
+  private timer = 0;
+  private last_ms = 0;
+  /** Gives the editor another text. */
+  show: ((text: string) => void) | null = null;
+
+  constructor(readonly file: string) {
+    const doc = useDesign.getState().docs[file]!;
+    this.base = { version: doc.version, places: doc.places };
+    this.local = doc.places.shown;
+  }
+
+  get text(): string {
+    return this.local;
+  }
+
+  typed(text: string): void {
+    this.local = text;
+    if (this.timer === 0) this.timer = window.setTimeout(() => void this.flush(), kTyping_ms);
+  }
+
+  /** The program has another version. */
+  came(): void {
+    if (this.busy || this.local !== this.base.places.shown) return;
+    this.rebase();
+  }
+
+  private rebase(): void {
+    const doc = useDesign.getState().docs[this.file];
+    if (!doc) return;
+    this.base = { version: doc.version, places: doc.places };
+    if (this.local === doc.places.shown) return;
+    this.local = doc.places.shown;
+    this.show?.(this.local);
+  }
+
+  /** Everything that was typed is with the program. */
+  async flush(): Promise<void> {
+    window.clearTimeout(this.timer);
+    this.timer = 0;
+    while (this.busy) await this.busy;
+    if (this.local === this.base.places.shown) return;
+    this.busy = this.send();
+    await this.busy;
+    if (this.local !== this.base.places.shown) await this.flush();
+  }
+
+  private async send(): Promise<void> {
+    const sent = this.local;
+    const { places, version } = this.base;
+    const splice = splice_between(places.shown, sent)!;
+    const now = performance.now();
+    const join = now - this.last_ms < kPause_ms;
+    this.last_ms = now;
+    const text = places.end_of_line === "\n" ? splice.text : splice.text.replace(/\n/g, places.end_of_line);
+    try {
+      await request("design_edit", { file: this.file, base: version, edits: [{ from: places.byte(splice.from), to: places.byte(splice.to), text }], cause: `type in ${this.file}`, join });
+      this.busy = null;
+      const doc = useDesign.getState().docs[this.file]!;
+      if (this.local === sent) this.rebase();
+      else if (doc.places.shown === sent) this.base = { version: doc.version, places: doc.places };
+    } catch (error) {
+      this.busy = null;
+      // What was typed cannot be joined with what is there: the text that is there stays.
+      note("error", text_of(error));
+      this.rebase();
+    }
+  }
+}
+
+const sessions = new Map<string, Session>();
+
+export function session_of(file: string): Session {
+  let session = sessions.get(file);
+  if (!session) sessions.set(file, (session = new Session(file)));
+  return session;
+}
+
+async function flush_all(): Promise<void> {
+  for (const session of sessions.values()) await session.flush();
+}
+
+/** Does something that may be refused; then the reason is shown and the value is null. */
+async function attempt<T>(what: () => Promise<T>): Promise<T | null> {
+  try {
+    await flush_all();
+    const value = await what();
+    useDesign.setState({ refused: null });
+    return value;
+  } catch (error) {
+    useDesign.setState({ refused: text_of(error) });
+    return null;
+  }
+}
+
+/** The open file's text cannot be read: why its picture cannot be edited. */
+export function obstacle(state: DesignState): string | null {
+  const doc = doc_of(state);
+  if (!doc?.error) return null;
+  return `line ${doc.error.line}: ${doc.error.message}; mend the text first`;
+}
+
+/** A gesture on the open file; chooses the node that it made or moved. */
+export async function gesture(wanted: Gesture): Promise<boolean> {
+  const done = await attempt(async () => {
+    const state = useDesign.getState();
+    const doc = doc_of(state);
+    if (!doc) throw new Error("no file is open");
+    const why_not = obstacle(state);
+    if (why_not) throw new Error(why_not);
+    return request("design_gesture", { file: doc.file, base: doc.version, gesture: wanted });
+  });
+  if (done?.at !== undefined && wanted.what !== "delete") go_to(done.at);
+  return done !== null;
+}
+
+/** Why a gesture would be refused; null: it would not. */
+export async function refusal(wanted: Gesture): Promise<string | null> {
+  const state = useDesign.getState();
+  const doc = doc_of(state);
+  if (!doc) return "no file is open";
+  const why_not = obstacle(state);
+  if (why_not) return why_not;
+  try {
+    await request("design_gesture", { file: doc.file, base: doc.version, gesture: wanted, try: true });
+    return null;
+  } catch (error) {
+    return text_of(error);
+  }
+}
+
+export async function fix(finding: Finding, which: Finding["fixes"][number]): Promise<void> {
+  await attempt(async () => {
+    if (useDesign.getState().docs[finding.file] === undefined) await read(finding.file);
+    const doc = useDesign.getState().docs[finding.file];
+    if (!doc) return;
+    await request("design_edit", { file: finding.file, base: doc.version, edits: [{ from: which.from, to: which.to, text: which.text }], cause: `write ${which.title}` });
+  });
+}
+
+export async function undo(): Promise<void> {
+  await attempt(() => request("design_undo", {}));
+}
+export async function redo(): Promise<void> {
+  await attempt(() => request("design_redo", {}));
+}
+export async function save_all(): Promise<void> {
+  const done = await attempt(() => request("design_save", {}));
+  if (done && done.saved > 0) note("info", done.saved === 1 ? "saved" : `saved ${done.saved} files`);
+}
+export async function resolve(file: string, keep: "mine" | "theirs"): Promise<void> {
+  await attempt(() => request("design_resolve", { file, keep }));
+}
+export async function choose_scenario(scenario: string): Promise<void> {
+  await attempt(() => request("design_scenario", { scenario }));
+}
+export type PartKind = "skill" | "monitor" | "requirement" | "scenario" | "component";
+export async function add_part(kind: PartKind, name: string, open = true): Promise<boolean> {
+  const made = await attempt(() => request("design_add", { kind, name }));
+  if (made && open) await open_file(made.file);
+  return made !== null;
+}
