@@ -43,7 +43,7 @@ int design(const std::filesystem::path& folder, const StudioCommand& command,
 int studio(const StudioCommand& command) {
   if (command.attach) return attach(command);
   if (command.recording.empty()) {
-    say("sentree studio needs a project to edit, a recording, or --attach for a run that goes on");
+    say("sentree studio needs a project, a recording, or --attach for a run that goes on");
     return kUsage;
   }
   sigset_t signals;

@@ -230,4 +230,17 @@ Result<design::TreeGesture> gesture_of(const Value& gesture) {
   return fail("studio.request", "\"" + what + "\" is no gesture");
 }
 
+Result<design::ChartGesture> chart_gesture_of(const Value& gesture) {
+  const std::string what = string_of(gesture, "what");
+  if (what == "rename_state") return design::RenameState{string_of(gesture, "state"), string_of(gesture, "id")};
+  if (what == "add_state")
+    return design::AddState{string_of(gesture, "inside"), string_of(gesture, "id"), flag_of(gesture, "final")};
+  if (what == "remove_state") return design::RemoveState{string_of(gesture, "state")};
+  if (what == "add_transition") {
+    return design::AddTransition{string_of(gesture, "state"), string_of(gesture, "target"), string_of(gesture, "event"),
+                                 string_of(gesture, "condition")};
+  }
+  return fail("studio.request", "\"" + what + "\" is no gesture on a chart");
+}
+
 }  // namespace sentree::studio

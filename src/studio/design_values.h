@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sentree/base/value.h"
+#include "sentree/design/chart_edit.h"
 #include "sentree/design/findings.h"
 #include "sentree/design/tree_edit.h"
 #include "sentree/design/workspace.h"
@@ -26,5 +27,8 @@ namespace sentree::studio {
 
 /// What a page wants done to a tree. Errors: studio.request.
 [[nodiscard]] Result<design::TreeGesture> gesture_of(const Value& gesture);
+
+/// The same of a chart.
+[[nodiscard]] Result<design::ChartGesture> chart_gesture_of(const Value& gesture);
 
 }  // namespace sentree::studio

@@ -102,6 +102,8 @@ struct Workshop::Impl {
 
   Result<Value> carry_out(const std::string& op, const Value& request);
   Result<Value> edit_by_gesture(const Asked& asked);
+  [[nodiscard]] Result<design::GestureResult> gesture_result(const std::string& file, const std::string& text,
+                                                             const Value& wanted) const;
   Result<Value> add(const Asked& asked);
   Result<Value> save(const Asked& asked);
   void changed(const std::vector<std::string>& files);
@@ -126,6 +128,7 @@ struct Workshop::Impl {
   void run_shadow(project::Plan plan, bool as_baseline, bool and_show, std::uint64_t of_revision);
 
   void watch();
+  void read_events(std::set<std::string>& paths);
   void add_watches(const fs::path& below);
 
   mutable std::mutex mutex;
@@ -141,7 +144,6 @@ struct Workshop::Impl {
   std::vector<std::string> scenarios;
   std::uint64_t revision = 1;              // of the texts
   std::uint64_t checked = 0;               // revision whose findings are known
-  std::optional<project::Plan> plan;       // the newest that could be made
   std::shared_ptr<const Shadow> baseline;  // as it goes with what is saved
   std::shared_ptr<const Shadow> shadow;    // as it goes with what is edited
   std::uint64_t shadow_of = 0;             // its revision
@@ -318,6 +320,16 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
   return fail("studio.request", "\"" + op + "\" is not known here: a project is edited, no run goes on");
 }
 
+Result<design::GestureResult> Workshop::Impl::gesture_result(const std::string& file, const std::string& text,
+                                                             const Value& wanted) const {
+  if (file.ends_with(".scxml")) {
+    const auto gesture = chart_gesture_of(wanted);
+    return gesture ? design::edit_chart(text, *gesture, file) : tl::unexpected(gesture.error());
+  }
+  const auto gesture = gesture_of(wanted);
+  return gesture ? design::edit_tree(text, *gesture, kinds, file) : tl::unexpected(gesture.error());
+}
+
 Result<Value> Workshop::Impl::edit_by_gesture(const Asked& asked) {
   const std::string file = asked.text("file");
   const design::Document* document = workspace.find(file);
@@ -325,9 +337,7 @@ Result<Value> Workshop::Impl::edit_by_gesture(const Asked& asked) {
   if (asked.count("base") != document->version)
     return fail("design.conflict", "the text has changed meanwhile; try again");
   const Value* wanted = asked.find("gesture");
-  const auto gesture = gesture_of(wanted != nullptr ? *wanted : Value());
-  if (!gesture) return tl::unexpected(gesture.error());
-  auto result = design::edit_tree(document->text, *gesture, kinds, file);
+  const auto result = gesture_result(file, document->text, wanted != nullptr ? *wanted : Value());
   if (!result) return tl::unexpected(result.error());
   if (asked.flag("try")) return Value(Map{{"name", result->name}});
   if (auto edited = workspace.edit(file, document->version, result->edits, result->name); !edited)
@@ -341,7 +351,7 @@ Result<Value> Workshop::Impl::edit_by_gesture(const Asked& asked) {
 Result<Value> Workshop::Impl::add(const Asked& asked) {
   const std::string kind = asked.text("kind");
   const std::string name = asked.text("name");
-  const auto part = design::new_part(kind, name, plan ? &*plan : nullptr);
+  const auto part = design::new_part(kind, name, shadow ? &shadow->plan : nullptr);
   if (!part) return tl::unexpected(part.error());
   std::vector<design::Workspace::NewText> texts;
   for (const auto& [path, content] : part->files) {
@@ -525,7 +535,6 @@ void Workshop::Impl::check_and_run() {
     {
       const std::lock_guard lock(mutex);
       checked = at;
-      if (prepared.ok()) plan = *prepared.value;
       // The kinds of nodes are part of the pictures.
       for (const std::string& file : open) {
         const design::Document* document = workspace.find(file);
@@ -582,30 +591,15 @@ void Workshop::Impl::add_watches(const fs::path& below) {
 
 void Workshop::Impl::watch() {
   add_watches(folder);
-  alignas(inotify_event) char buffer[64 * 1024];
+  // Editors replace a file in several moves, of which only the last says what it is.
+  constexpr int kQuiet_ms = 15;
+  constexpr int kMovesMax = 10;
   for (;;) {
     pollfd waiting[] = {{inotify, POLLIN, 0}, {wake, POLLIN, 0}};
-    if (poll(waiting, 2, -1) < 0) continue;
-    if ((waiting[1].revents & POLLIN) != 0) return;
     std::set<std::string> paths;
-    const ssize_t size = read(inotify, buffer, sizeof buffer);
-    for (ssize_t at = 0; at < size;) {
-      const auto* event = reinterpret_cast<const inotify_event*>(buffer + at);
-      at += static_cast<ssize_t>(sizeof(inotify_event) + event->len);
-      if ((event->mask & IN_Q_OVERFLOW) != 0) paths.insert("");
-      const auto below = watched.find(event->wd);
-      if (below == watched.end()) continue;
-      if ((event->mask & IN_IGNORED) != 0) {
-        watched.erase(below);
-        continue;
-      }
-      const std::string path = (below->second.empty() ? "" : below->second + "/") + (event->len > 0 ? event->name : "");
-      if ((event->mask & IN_ISDIR) != 0) {
-        if ((event->mask & (IN_CREATE | IN_MOVED_TO)) != 0) add_watches(folder / path);
-        paths.insert(path);
-      } else if (design::is_project_text(path) && (event->mask & IN_CREATE) == 0) {
-        paths.insert(path);
-      }
+    for (int move = 0; poll(waiting, 2, move == 0 ? -1 : kQuiet_ms) > 0 && move < kMovesMax; ++move) {
+      if ((waiting[1].revents & POLLIN) != 0) return;
+      read_events(paths);
     }
     const std::lock_guard lock(mutex);
     std::vector<std::string> files;
@@ -616,6 +610,29 @@ void Workshop::Impl::watch() {
     if (files.empty()) continue;
     baseline.reset();
     changed(files);
+  }
+}
+
+void Workshop::Impl::read_events(std::set<std::string>& paths) {
+  alignas(inotify_event) char buffer[16 * 1024];
+  const ssize_t size = read(inotify, buffer, sizeof buffer);
+  for (ssize_t at = 0; at < size;) {
+    const auto* event = reinterpret_cast<const inotify_event*>(buffer + at);
+    at += static_cast<ssize_t>(sizeof(inotify_event) + event->len);
+    if ((event->mask & IN_Q_OVERFLOW) != 0) paths.insert("");
+    const auto below = watched.find(event->wd);
+    if (below == watched.end()) continue;
+    if ((event->mask & IN_IGNORED) != 0) {
+      watched.erase(below);
+      continue;
+    }
+    const std::string path = (below->second.empty() ? "" : below->second + "/") + (event->len > 0 ? event->name : "");
+    if ((event->mask & IN_ISDIR) != 0) {
+      if ((event->mask & (IN_CREATE | IN_MOVED_TO)) != 0) add_watches(folder / path);
+      paths.insert(path);
+    } else if (design::is_project_text(path) && (event->mask & IN_CREATE) == 0) {
+      paths.insert(path);
+    }
   }
 }
 

@@ -3,7 +3,7 @@ import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "react";
 import { Edge, Label, StateTexts } from "../panels/charts/ChartPicture";
 import { PictureView } from "../picture/picture_view";
 import type { OutlineChart, Rect } from "../protocol/types";
-import { doc_of, go_to, obstacle, useDesign } from "./design";
+import { doc_of, gesture, go_to, obstacle, useDesign } from "./design";
 
 /** A chart as its text has it; what one clicks is shown in the text. */
 export function ChartView({ chart, file }: { chart: OutlineChart; file: string }) {
@@ -30,6 +30,8 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
   const nests = useMemo(() => new Set(layout.states.map(({ parent }) => parent)), [layout]);
   const lines = useMemo(() => new Set((summary?.findings ?? []).filter((found) => found.file === file && found.severity === "error").map(({ line }) => line)), [summary, file]);
 
+  const chosen = useDesign((state) => state.state);
+
   const show_line = (line: number) => {
     const doc = doc_of(useDesign.getState());
     if (!doc || line < 1) return;
@@ -49,13 +51,18 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
       data-testid="design-chart"
       onDoubleClick={() => view.fit()}
       onKeyDown={(event) => {
-        if (!view.key(event, true)) return;
+        if (chosen && (event.key === "Delete" || event.key === "Backspace")) void gesture({ what: "remove_state", state: chosen });
+        else if (chosen && event.key === "F2") document.getElementById("design-state")?.focus();
+        else if (event.key === "Enter") document.getElementById("design-new-state")?.focus();
+        else if (!view.key(event, true)) return;
         event.preventDefault();
         event.stopPropagation();
       }}
       onClick={(event) => {
         const found = event.target instanceof Element ? event.target.closest("[data-line]") : null;
         if (found) show_line(Number(found.getAttribute("data-line")));
+        useDesign.setState({ state: found?.getAttribute("data-id") ?? null, refused: null });
+        svg.current?.focus({ preventScroll: true });
       }}
     >
       <g ref={group}>
@@ -64,7 +71,7 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
           const line = chart.states[i]?.line ?? 0;
           const [middle, centre] = [drawn.x + drawn.width / 2, drawn.y + drawn.height / 2];
           return (
-            <g key={i} data-line={line} data-id={chart.states[i]?.id} role="img" aria-label={`State ${drawn.name.join(" ") || drawn.kind}`} className={lines.has(line) ? "wrong" : undefined}>
+            <g key={i} data-line={line} data-id={chart.states[i]?.id} role="img" aria-label={`State ${drawn.name.join(" ") || drawn.kind}`} className={[lines.has(line) ? "wrong" : "", chosen !== null && chart.states[i]?.id === chosen ? "chosen" : ""].filter(Boolean).join(" ") || undefined}>
               {drawn.kind === "initial" ? (
                 <circle className="dot" cx={middle} cy={centre} r={7} />
               ) : drawn.kind.includes("history") ? (

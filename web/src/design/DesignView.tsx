@@ -11,6 +11,7 @@ import { useStudio } from "../store/store";
 import { useCommand } from "../widgets/commands";
 import { Icon } from "../widgets/Icon";
 import { useWindow } from "../widgets/layout";
+import { ChartForm } from "./ChartForm";
 import { ChartView } from "./ChartView";
 import { Completer, type Asked } from "./Completer";
 import { doc_of, obstacle, redo, resolve, save_all, set_look, start_design, tree_of, undo, useDesign, type Look } from "./design";
@@ -63,6 +64,7 @@ function Bench() {
   const picture = useRef<PictureHandle>(null);
   const problems_open = useDesign((state) => state.problems_open);
   const is_tree = useDesign((state) => (doc_of(state)?.shown_trees ?? null) !== null);
+  const is_chart = useDesign((state) => (doc_of(state)?.shown_chart ?? null) !== null);
   const empty = useDesign((state) => state.summary?.files.length === 0);
   const timeline = useDesign((state) => state.summary?.shadow.ready ?? false) && height >= 780;
   return (
@@ -71,6 +73,7 @@ function Bench() {
         <ProjectTree />
         {is_tree && !narrow && <PaletteList picture={picture} />}
         {is_tree && narrow && <Inspector />}
+        {is_chart && narrow && <ChartForm />}
       </div>
       <div className="design-middle">
         <DesignBar />
@@ -82,9 +85,9 @@ function Bench() {
           </div>
         )}
       </div>
-      {is_tree && !narrow && (
-        <aside className="design-right" aria-label="Node">
-          <Inspector />
+      {(is_tree || is_chart) && !narrow && (
+        <aside className="design-right" aria-label={is_tree ? "Node" : "State"}>
+          {is_tree ? <Inspector /> : <ChartForm />}
         </aside>
       )}
       <div className="design-foot">

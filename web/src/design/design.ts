@@ -24,6 +24,8 @@ export interface DesignState {
   tree: string | null;
   /** Element that is chosen, and what it is called, so that it is found again after an edit. */
   chosen: { element: number; key: string } | null;
+  /** Of a chart: the chosen state's id. */
+  state: string | null;
   look: Look;
   /** Says why something was refused, beside the picture. */
   refused: string | null;
@@ -40,6 +42,7 @@ export const useDesign = create<DesignState>()(() => ({
   file: null,
   tree: null,
   chosen: null,
+  state: null,
   look: (localStorage.getItem(kLookStored) as Look | null) ?? "both",
   refused: null,
   problems_open: false,
@@ -170,7 +173,7 @@ async function read(file: string): Promise<boolean> {
 export async function open_file(file: string, byte?: number): Promise<void> {
   const known = useDesign.getState().docs[file] !== undefined || (await read(file));
   if (!known) return;
-  if (useDesign.getState().file !== file) useDesign.setState({ file, tree: null, chosen: null, refused: null });
+  if (useDesign.getState().file !== file) useDesign.setState({ file, tree: null, chosen: null, state: null, refused: null });
   if (byte !== undefined) go_to(byte);
 }
 
@@ -331,7 +334,7 @@ export async function gesture(wanted: Gesture): Promise<boolean> {
     if (why_not) throw new Error(why_not);
     return request("design_gesture", { file: doc.file, base: doc.version, gesture: wanted });
   });
-  if (done?.at !== undefined && wanted.what !== "delete") go_to(done.at);
+  if (done?.at !== undefined && !/^(?:delete|remove_state)$/.test(wanted.what)) go_to(done.at);
   return done !== null;
 }
 

@@ -306,6 +306,10 @@ export const Gesture = Type.Union([
   object({ what: Type.Literal("wrap"), node: index(), id: string() }),
   object({ what: Type.Literal("unwrap"), node: index() }),
   object({ what: Type.Literal("set"), node: index(), name: string(), value: or_null(string()) }),
+  object({ what: Type.Literal("rename_state"), state: string(), id: string() }),
+  object({ what: Type.Literal("add_state"), inside: string(), id: string(), final: boolean() }),
+  object({ what: Type.Literal("remove_state"), state: string() }),
+  object({ what: Type.Literal("add_transition"), state: string(), target: string(), event: string(), condition: string() }),
 ]);
 
 // ---- requests: by operation, what is sent beside `op` and `id`, and the value of the answer ----
