@@ -53,7 +53,7 @@ export async function select_word(page, line, word) {
   const found = page.locator(".cm-line", { hasText: line }).first();
   await found.scrollIntoViewIfNeeded();
   const at = await found.evaluate((element, wanted) => {
-    const walker = document.createTreeWalker(element, NodeFilter.SHOW_TEXT);
+    const walker = document.createTreeWalker(element, 4) /* texts */;
     for (let text = walker.nextNode(); text; text = walker.nextNode()) {
       const begin = text.data.indexOf(wanted);
       if (begin < 0) continue;
