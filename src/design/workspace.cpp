@@ -10,6 +10,7 @@
 
 #include "sentree/base/json.h"
 #include "sentree/base/value.h"
+#include "sentree/text/file.h"
 #include "sentree/text/json.h"
 #include "sentree/text/xml.h"
 

@@ -11,7 +11,7 @@
 
 #include "sentree/base/result.h"
 #include "sentree/design/text_edit.h"
-#include "sentree/text/file.h"
+#include "sentree/text/overlay.h"
 
 namespace sentree::design {
 

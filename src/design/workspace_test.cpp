@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "sentree/base/temporary_folder.h"
+#include "sentree/text/file.h"
 
 namespace sentree::design {
 namespace {

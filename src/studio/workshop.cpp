@@ -250,6 +250,8 @@ void Workshop::Impl::tell_document(const std::string& file) {
 void Workshop::Impl::changed(const std::vector<std::string>& files) {
   ++revision;
   outdated = true;
+  // Before anybody is told: what a page has seen is there again after the program was killed.
+  workspace.keep_journal();
   for (const std::string& file : files) {
     if (open.contains(file)) tell_document(file);
   }
@@ -394,8 +396,8 @@ Result<Value> Workshop::Impl::save(const Asked& asked) {
   }
   // What goes with the saved texts is now what goes with the edited ones.
   if (is_saved() && shadow && shadow_of == revision) baseline = shadow;
+  workspace.keep_journal();
   tell_summary();
-  news.notify_all();  // for the journal
   return Value(Map{{"saved", number(files.size())}});
 }
 
@@ -499,7 +501,6 @@ void Workshop::Impl::check_and_run() {
     bool needs_baseline = false;
     {
       std::unique_lock lock(mutex);
-      workspace.keep_journal();
       news.wait(lock, [&] { return stopping || revision != done; });
       if (stopping) return;
       at = revision;

@@ -9,6 +9,7 @@
 
 #include "sentree/base/value.h"
 #include "sentree/text/encoding.h"
+#include "sentree/text/overlay.h"
 
 namespace sentree::text {
 

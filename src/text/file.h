@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <map>
 #include <set>
 #include <string>
 #include <string_view>
@@ -15,19 +14,6 @@ namespace sentree::text {
 
 /// No file that people write by hand is larger; maps have a bound of their own.
 inline constexpr std::size_t kFileSizeMax = 64U << 20U;
-
-/// Texts that stand for files, by absolute, lexically normal path: what somebody edits and has not saved.
-using Overlay = std::map<std::filesystem::path, std::string>;
-
-/// While it lives, `read_file` in this thread reads what `overlay` (borrowed) has instead of those files. One at a time
-/// per thread.
-class ReadThrough {
- public:
-  explicit ReadThrough(const Overlay& overlay);
-  ~ReadThrough();
-  ReadThrough(const ReadThrough&) = delete;
-  ReadThrough& operator=(const ReadThrough&) = delete;
-};
 
 /// The bytes of a regular file. `shown_as` is the name used in messages (default: the path).
 /// Errors: file.not-found, file.not-a-file, file.unreadable, file.too-large.

@@ -80,6 +80,7 @@ export async function drag(page, from, to) {
 }
 
 export async function middle(locator) {
+  await locator.scrollIntoViewIfNeeded();
   const box = await locator.boundingBox();
   return { x: box.x + box.width / 2, y: box.y + box.height / 2, box };
 }

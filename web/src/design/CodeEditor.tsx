@@ -66,6 +66,7 @@ function extensions(file: string): Extension {
     highlightActiveLine(),
     highlightActiveLineGutter(),
     drawSelection(),
+    EditorView.lineWrapping,
     bracketMatching(),
     closeBrackets(),
     indentOnInput(),
@@ -111,6 +112,7 @@ export default function CodeEditor({ file }: { file: string }) {
       state: EditorState.create({ doc: session.text, extensions: [extensions(file), blocked.current.of(EditorState.readOnly.of(false))] }),
     });
     view.current = made;
+    made.scrollDOM.tabIndex = 0;
     session.show = (text) => {
       const splice = splice_between(made.state.doc.toString(), text);
       if (splice) made.dispatch({ changes: { from: splice.from, to: splice.to, insert: splice.text }, annotations: kFromProgram.of(true) });

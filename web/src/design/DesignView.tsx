@@ -269,7 +269,7 @@ function PaletteList({ picture }: { picture: React.RefObject<PictureHandle | nul
   return (
     <section className="design-palette" aria-label="Palette">
       <input className="field" type="search" aria-label="Find in the palette" placeholder="Find a node" value={text} onChange={(event) => set_text(event.target.value)} />
-      <div className="scroll">
+      <div className="scroll" tabIndex={0} role="group" aria-label="Nodes">
         {kSections.map(({ title, of }) => {
           const nodes = palette.filter((node) => of(node) && matches(text, node.id));
           if (nodes.length === 0) return null;

@@ -57,7 +57,8 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     () =>
       new PictureView({
         limits: { min: 0.05, max: 4 },
-        margin: 12,
+        // More than what `reveal` keeps around a node: choosing one moves nothing while all of the tree is shown.
+        margin: 26,
         fit_max: 1.15,
         readable: { from: 0, scale: 0.55 },
         change: ({ scale, x, y }) => {
@@ -249,7 +250,8 @@ const NodeView = memo(
     const wrong = findings_at(findings, node);
     const errors = wrong.filter(({ severity }) => severity === "error").length;
     const called = node.name || node.id;
-    const said = [`${called}${node.name && node.name !== node.id ? `, ${node.id}` : ""}`, ...wrong.map(({ message }) => message)].join("; ");
+    // What is read aloud begins with what is to be seen.
+    const said = [[drawn.symbol, ...drawn.title, ...drawn.lines].filter(Boolean).join(" "), ...wrong.map(({ message }) => message)].join("; ");
     return (
       <g
         id={`element-${node.element}`}
