@@ -379,10 +379,13 @@ class Verifying {
     }
     if (judgement.can_stay_open)
       out += fmt::format("\n  can stay open when the mission ends, at tick {}", judgement.can_stay_open->edges.size());
-    if (judgement.violation) {
-      out += fmt::format("\n  violated with probability {:.10g}", judgement.violation->low);
-      if (judgement.violation->high - judgement.violation->low > 1e-9)
-        out += fmt::format(" to {:.10g}", judgement.violation->high);
+    if (judgement.least) {
+      constexpr double kAlike = 1e-9;
+      out += fmt::format("\n  violated with probability {:.10g}", judgement.least->low);
+      if (judgement.greatest->low - judgement.least->high > kAlike)
+        out += fmt::format(" to {:.10g}, as what is left open is chosen", judgement.greatest->low);
+      if (judgement.greatest->high - judgement.greatest->low > kAlike)
+        out += fmt::format("; bounds: {:.10g} to {:.10g}", judgement.least->low, judgement.greatest->high);
     }
     return out;
   }
@@ -422,9 +425,12 @@ class Verifying {
         one["holds_if_fair"] = std::move(avoided);
       }
       one["can_stay_open"] = judgement.can_stay_open.has_value();
-      if (judgement.violation) {
-        one["probability"] = Map{{"low", judgement.violation->low},
-                                 {"high", judgement.violation->high},
+      if (judgement.least) {
+        const auto bounds = [](const verify::Judgement::Probability& p) { return Map{{"low", p.low}, {"high", p.high}}; };
+        one["probability"] = Map{{"low", judgement.least->low},
+                                 {"high", judgement.greatest->high},
+                                 {"least", bounds(*judgement.least)},
+                                 {"greatest", bounds(*judgement.greatest)},
                                  {"method", "interval iteration"},
                                  {"confidence", 1.0}};
       }

@@ -50,7 +50,6 @@ class Judge {
 
   Judgement operator()() {
     out_.requirement = model_.name();
-    out_.fair = options_.fair;
     filter();
     const auto begin = intern(monitor::begin(model_, TimePoint{}), TimePoint{});
     if (!begin) return std::move(out_);
@@ -79,7 +78,7 @@ class Judge {
   };
 
   [[nodiscard]] bool wants_all() const {
-    return options_.probabilities && graph_.probabilistic && !graph_.nondeterministic && graph_.complete;
+    return options_.probabilities && graph_.probabilistic && graph_.complete;
   }
 
   // Of each sequence what this monitor listens to; equal ones are one.
@@ -256,7 +255,7 @@ class Judge {
   [[nodiscard]] bool is_fair(const Made& made) const {
     if (made.probability >= 0) return true;
     const ChoicePoint& point = graph_.choices[made.what];
-    if (point.name.empty()) return false;
+    if (point.name.empty() || none_fair_) return false;
     const std::string full = point.model + "." + point.name;
     return all_fair_ || std::find(options_.fair.begin(), options_.fair.end(), full) != options_.fair.end();
   }
@@ -281,14 +280,21 @@ class Judge {
       if (goes_on) steps_of_[step.from].push_back(s);
     }
     all_fair_ = options_.all_fair;
-    auto component = fair_component();
-    if (component.empty()) return;
-    const auto found = component;
+    const auto found = fair_component();
+    if (found.empty()) {
+      // Whether it would hold without fairness too.
+      none_fair_ = true;
+      if (const auto unfair = fair_component(); !unfair.empty()) {
+        std::set<std::string> names;
+        for (const Alternative& avoided : avoided_in(unfair)) names.insert(avoided.first);
+        out_.fair.assign(names.begin(), names.end());
+      }
+      return;
+    }
     if (!all_fair_) {
       all_fair_ = true;
       if (fair_component().empty()) {
         std::set<std::string> names;
-        all_fair_ = true;
         for (const Alternative& avoided : avoided_in(found)) names.insert(avoided.first + " = " + avoided.second);
         out_.avoided.assign(names.begin(), names.end());
       }
@@ -488,60 +494,112 @@ class Judge {
     return owed_ ? "" : "it is never triggered, or what it asks for holds then at once";
   }
 
-  // Of ever reaching a violation: bounds from below and above (Haddad, Monmege 2018: interval iteration; cycles that
-  // cannot be left any more count as 0 from above).
+  // Least (or greatest) over what is left open, mean over what is drawn, of a value at the end of each of `steps`, which
+  // begin alike up to decision `depth`. They come as they were tried: what goes on alike stands beside each other.
+  double mean(std::span<const std::uint32_t> steps, std::size_t depth, bool least,
+              const std::vector<double>& values) const {
+    const auto& first = made_of(steps.front());
+    if (depth >= first.size()) return values[steps_[steps.front()].to];
+    const bool is_drawn = first[depth].probability >= 0;
+    double result = is_drawn ? 0 : least ? 2 : -1;
+    for (std::size_t begin = 0; begin < steps.size();) {
+      const Made& made = made_of(steps[begin])[depth];
+      std::size_t end = begin + 1;
+      while (end < steps.size() && made_of(steps[end])[depth].alternative == made.alternative) ++end;
+      if (!is_drawn || made.probability > 0) {
+        const double inner = mean(steps.subspan(begin, end - begin), depth + 1, least, values);
+        result = is_drawn ? result + made.probability * inner : least ? std::min(result, inner) : std::max(result, inner);
+      }
+      begin = end;
+    }
+    return result;
+  }
+  [[nodiscard]] const std::vector<Made>& made_of(std::uint32_t step) const {
+    return graph_.decisions[graph_.edges[steps_[step].edge].made];
+  }
+
+  // Whether what is left open can be chosen so that only `allowed` pairs are reached, whatever is drawn.
+  bool can_stay(std::span<const std::uint32_t> steps, std::size_t depth, const std::vector<bool>& allowed) const {
+    const auto& first = made_of(steps.front());
+    if (depth >= first.size()) return allowed[steps_[steps.front()].to];
+    const bool is_drawn = first[depth].probability >= 0;
+    for (std::size_t begin = 0; begin < steps.size();) {
+      const Made& made = made_of(steps[begin])[depth];
+      std::size_t end = begin + 1;
+      while (end < steps.size() && made_of(steps[end])[depth].alternative == made.alternative) ++end;
+      if (!is_drawn || made.probability > 0) {
+        if (can_stay(steps.subspan(begin, end - begin), depth + 1, allowed) != is_drawn) return !is_drawn;
+      }
+      begin = end;
+    }
+    return is_drawn;
+  }
+
+  // Of ever reaching a violation, over all ways in which what is left open may be chosen: bounds from below and above
+  // (Haddad, Monmege 2018: interval iteration). From above, pairs count as 0 from which no violation can be reached;
+  // for the least, those from which it can be avoided. The bound of the greatest from above stays 1 where a cycle can
+  // be chosen for ever.
   void probability() {
     const std::size_t n = pairs_.size();
-    std::vector<std::vector<std::pair<std::uint32_t, double>>> next(n);
+    std::vector<std::vector<std::uint32_t>> steps(n);
     std::vector<std::vector<std::uint32_t>> before(n);
-    for (const Step& step : steps_) {
-      double p = 1;
-      for (const Made& made : graph_.decisions[graph_.edges[step.edge].made]) {
-        if (made.probability >= 0) p *= made.probability;
-      }
-      next[step.from].emplace_back(step.to, p);
-      before[step.to].push_back(step.from);
+    for (std::uint32_t s = 0; s < steps_.size(); ++s) {
+      steps[steps_[s].from].push_back(s);
+      before[steps_[s].to].push_back(steps_[s].from);
     }
+    const auto violated = [&](std::uint32_t i) { return cores_[pairs_[i].core].violated; };
     std::vector<bool> can(n);
     std::deque<std::uint32_t> queue;
     for (std::uint32_t i = 0; i < n; ++i) {
-      if (cores_[pairs_[i].core].violated) {
-        can[i] = true;
-        queue.push_back(i);
-      }
+      if (!violated(i)) continue;
+      can[i] = true;
+      queue.push_back(i);
     }
     while (!queue.empty()) {
       const std::uint32_t at = queue.front();
       queue.pop_front();
       for (const std::uint32_t from : before[at]) {
-        if (!can[from]) {
-          can[from] = true;
-          queue.push_back(from);
-        }
+        if (can[from]) continue;
+        can[from] = true;
+        queue.push_back(from);
       }
     }
-    std::vector<double> low(n);
-    std::vector<double> high(n);
-    for (std::uint32_t i = 0; i < n; ++i) {
-      low[i] = cores_[pairs_[i].core].violated ? 1 : 0;
-      high[i] = can[i] ? 1 : 0;
-    }
-    constexpr int kRoundsMax = 1'000'000;
-    constexpr double kEnough = 1e-10;
-    for (int round = 0; round < kRoundsMax && high[0] - low[0] > kEnough; ++round) {
-      for (std::uint32_t i = static_cast<std::uint32_t>(n); i-- > 0;) {
-        if (cores_[pairs_[i].core].violated || !can[i]) continue;
-        double l = 0;
-        double h = 0;
-        for (const auto& [to, p] : next[i]) {
-          l += p * low[to];
-          h += p * high[to];
-        }
-        low[i] = std::max(low[i], l);
-        high[i] = std::min(high[i], h);
+    std::vector<bool> avoids(n);
+    for (std::uint32_t i = 0; i < n; ++i) avoids[i] = !violated(i);
+    for (bool changed = graph_.nondeterministic; changed;) {
+      changed = false;
+      for (std::uint32_t i = 0; i < n; ++i) {
+        if (!avoids[i] || steps[i].empty() || can_stay(steps[i], 0, avoids)) continue;
+        avoids[i] = false;
+        changed = true;
       }
     }
-    out_.violation = Judgement::Probability{low[0], high[0]};
+    const auto bounds = [&](bool least) {
+      std::vector<double> low(n);
+      std::vector<double> high(n);
+      const auto is_zero = [&](std::uint32_t i) { return !can[i] || (least && graph_.nondeterministic && avoids[i]); };
+      for (std::uint32_t i = 0; i < n; ++i) {
+        low[i] = violated(i) ? 1 : 0;
+        high[i] = is_zero(i) ? 0 : 1;
+      }
+      constexpr int kRoundsMax = 1'000'000;
+      constexpr double kEnough = 1e-10;
+      bool changed = true;
+      for (int round = 0; round < kRoundsMax && changed && high[0] - low[0] > kEnough; ++round) {
+        changed = false;
+        for (std::uint32_t i = static_cast<std::uint32_t>(n); i-- > 0;) {
+          if (violated(i) || is_zero(i) || steps[i].empty()) continue;
+          const double l = std::max(low[i], mean(steps[i], 0, least, low));
+          const double h = std::min(high[i], mean(steps[i], 0, least, high));
+          changed = changed || l != low[i] || h != high[i];
+          low[i] = l;
+          high[i] = h;
+        }
+      }
+      return Judgement::Probability{low[0], high[0]};
+    };
+    out_.least = bounds(true);
+    out_.greatest = graph_.nondeterministic ? bounds(false) : *out_.least;
   }
 
   const Graph& graph_;
@@ -562,6 +620,7 @@ class Judge {
   Adjacent steps_of_;  // those that go on owing
   Adjacent all_steps_of_;
   bool all_fair_ = false;
+  bool none_fair_ = false;
   std::string form_;
   Message message_;
 };

@@ -38,15 +38,17 @@ struct Judgement {
   std::string vacuous;       ///< Why it says nothing that it holds; empty: it was put to the test.
   /// A bounded obligation can be open when the mission ends, on this path: no violation.
   std::optional<Path> can_stay_open;
-  std::vector<std::string> fair;  ///< Alternatives whose fairness it rests on.
+  std::vector<std::string> fair;  ///< Choices whose fairness it rests on: "MODEL.NAME".
   /// Refuted only since these alternatives need never be taken: "model.NAME = value".
   std::vector<std::string> avoided;
   struct Probability {
     double low = 0;
     double high = 1;
   };
-  /// That it is ever violated; nothing: something is left open without a probability.
-  std::optional<Probability> violation;
+  /// That it is ever violated, over all ways in which what is left open without a probability may be chosen; alike if
+  /// nothing is. Nothing: nothing is drawn, or not everything was explored.
+  std::optional<Probability> least;
+  std::optional<Probability> greatest;
   std::string error;  ///< It could not be judged.
 };
 

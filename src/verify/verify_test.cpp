@@ -106,10 +106,25 @@ TEST_F(Verify, GivesTheProbabilityOfADie) {
   requirements("never_six \"No six.\": always said <= 5.\n");
   const Verification found = verify(plan(), {});
   ASSERT_THAT(found.errors, IsEmpty());
-  ASSERT_TRUE(found.judgements.front().violation);
+  ASSERT_TRUE(found.judgements.front().least);
   // Two throws: 1 - (5/6)².
-  EXPECT_NEAR(found.judgements.front().violation->low, 11.0 / 36, 1e-9);
-  EXPECT_NEAR(found.judgements.front().violation->high, 11.0 / 36, 1e-9);
+  EXPECT_NEAR(found.judgements.front().least->low, 11.0 / 36, 1e-9);
+  EXPECT_NEAR(found.judgements.front().greatest->high, 11.0 / 36, 1e-9);
+}
+
+TEST_F(Verify, GivesTheLeastAndTheGreatestProbability) {
+  // Before each throw somebody picks one of two dice.
+  model("pick('die', 1, 2) === 1 ? draw([[0.9, 1], [0.1, 6]]) : draw([[0.5, 1], [0.5, 6]])");
+  requirements("never_six \"No six.\": always said <= 5.\n");
+  const Verification found = verify(plan(), {});
+  ASSERT_THAT(found.errors, IsEmpty());
+  const Judgement& judgement = found.judgements.front();
+  ASSERT_TRUE(judgement.least && judgement.greatest);
+  // A six ends it, so there is a second throw only after the first gave none.
+  EXPECT_NEAR(judgement.least->low, 1 - 0.9 * 0.9, 1e-9);
+  EXPECT_NEAR(judgement.least->high, 1 - 0.9 * 0.9, 1e-9);
+  EXPECT_NEAR(judgement.greatest->low, 1 - 0.5 * 0.5, 1e-9);
+  EXPECT_NEAR(judgement.greatest->high, 1 - 0.5 * 0.5, 1e-9);
 }
 
 TEST_F(Verify, LeavesALoopOnlyWhereItIsFair) {

@@ -1,0 +1,4 @@
+service Hand {
+  void open()
+  bool close()   // whether it holds something
+}

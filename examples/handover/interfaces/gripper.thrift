@@ -1,0 +1,4 @@
+service Gripper {
+  bool isPulled()   // somebody pulls at what it holds
+  void open()
+}
