@@ -113,6 +113,7 @@ class Verifying {
   bool read(verify::Asked& asked) {
     const project::VerifySection& section = plan_.scenario.project.verify;
     asked.only = command_.only;
+    asked.explore.memory_of_steps = !command_.no_memory;
     asked.explore.order = command_.order == "any" ? verify::Order::kAny : verify::Order::kVirtual;
     if (command_.faults != "none") asked.explore.faults = section.faults;
     asked.explore.faults_at_most = section.faults_at_most;

@@ -137,6 +137,7 @@ struct VerifyCommand {
   bool json = false;
   std::string out;     ///< Folder of counterexamples; empty: verify/ in the project.
   std::string graph;   ///< File for the graph: .aut or .dot.
+  bool no_memory = false;  ///< Every step of a chart is executed.
   bool model = false;  ///< Only write models of services that have none.
 };
 int verify(const VerifyCommand& command);

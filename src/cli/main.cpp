@@ -271,6 +271,7 @@ void add_verify(CLI::App& app, VerifyCommand& command) {
   sub->add_option("--time", command.time, "Stop after that time, e.g. \"30 s\"");
   sub->add_option("--out", command.out, "Folder of counterexamples (default: verify/ in the project)");
   sub->add_option("--graph", command.graph, "Write the graph of the mission: FILE.aut (Aldebaran) or FILE.dot");
+  sub->add_flag("--no-memo", command.no_memory, "Execute every step of a chart, also those that are known");
   sub->add_flag("--model", command.model, "Write models/SERVICE.scxml for services without a model: any reply");
   sub->add_flag("--explain", command.explain, "Tell counterexamples tick by tick");
   sub->add_flag("--json", command.json, "Print the results as JSON");

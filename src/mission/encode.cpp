@@ -157,6 +157,13 @@ class Writer {
     return scxml::encode(host_.model(index).model().chart, model.session, state_.now, out_);
   }
 
+  bool asks_for_ids(std::size_t leaf) const {
+    const auto ambient = host_.skill(leaf).model().chart.ambient();
+    return std::any_of(ambient.begin(), ambient.end(), [](const scxml::AmbientUse& use) {
+      return use.what == scxml::Ambient::kIds || use.what == scxml::Ambient::kAnything;
+    });
+  }
+
   // @param leaf  Whose skill made it.
   void write(const Shared<Call>& call, std::size_t leaf) {
     flag(leaf < state_.skills.size() && state_.skills[leaf].is_current(call->run));
@@ -164,7 +171,9 @@ class Writer {
     text(call->service);
     text(call->method);
     value(call->args);
-    text(call->sendid);
+    // Ids that the engine makes up matter to a chart that asks for them.
+    const bool asks = leaf >= state_.skills.size() || asks_for_ids(leaf);
+    text(asks ? call->sendid : "");
   }
   void write(const CallOutcome& outcome) {
     flag(outcome.ok);

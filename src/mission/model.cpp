@@ -58,6 +58,7 @@ ModelMachine::ModelMachine(ComponentModel model, scxml::ExecutionWatch* watch) :
     if (send.type != "thrift") return {};
     const auto meaning = meaning_of(send);
     if (meaning) return {};
+    if (memory_) memory_->spoil();
     wrong_.push_back(meaning.error());
     if (wrong_.back().span.line == 0) wrong_.back().span = send.span;
     return tl::unexpected(meaning.error());
@@ -67,15 +68,22 @@ ModelMachine::ModelMachine(ComponentModel model, scxml::ExecutionWatch* watch) :
 }
 
 Result<Value> ModelMachine::decide(Choice choice, const std::function<std::uint64_t(Rng&)>& by_chance) {
+  const auto given = memory_ ? memory_->given() : std::nullopt;
+  const std::uint64_t alternative = given ? *given : ask(choice, by_chance);
+  if (memory_) memory_->chosen(choice, alternative);
+  return choice.alternative(alternative);
+}
+
+std::uint64_t ModelMachine::ask(Choice choice, const std::function<std::uint64_t(Rng&)>& by_chance) {
   choice.model = model_.name;
   choice.number = ++stepped_->choices;
   const std::optional<std::uint64_t> told = surroundings_->choose(choice);
-  Value value = choice.alternative(told ? *told : by_chance(stepped_->rng));
+  const std::uint64_t alternative = told ? *told : by_chance(stepped_->rng);
   Map said{{"function", choice.function}};
   if (!choice.name.empty()) said["name"] = std::move(choice.name);
-  said["value"] = value;
+  said["value"] = choice.alternative(alternative);
   choices_.push_back(std::move(said));
-  return value;
+  return alternative;
 }
 
 void ModelMachine::add_choices() {
@@ -153,6 +161,7 @@ void ModelMachine::add_choices() {
   });
   add("fresh", [this](Arguments of) -> Result<Value> {
     if (!of.empty()) return fail("model.choice", "fresh() takes nothing");
+    if (memory_) memory_->spoil();
     return Value(static_cast<std::int64_t>(++stepped_->fresh));
   });
 }
@@ -224,9 +233,10 @@ class ModelMachine::Step {
 
   void operator()(const StartModel&) {
     state_.rng = Rng(model_.seed);
-    scxml::start(model_.chart, state_.session, {.data = {}, .session_id = model_.name, .seed = model_.seed},
-                 host_.now(), machine_.effects_, machine_.host_);
-    follow();
+    execute("start", true, [&] {
+      return scxml::start(model_.chart, state_.session, {.data = {}, .session_id = model_.name, .seed = model_.seed},
+                          host_.now(), machine_.effects_, machine_.host_).enabled;
+    });
   }
 
   void operator()(const ServeCall& serve) {
@@ -249,8 +259,7 @@ class ModelMachine::Step {
     event.origintype = "thrift";
     Map data{{"args", call.args}, {"source", serve.source}, {"id", static_cast<std::int64_t>(id)}};
     event.data = idl::for_script(std::move(data));
-    scxml::step(model_.chart, state_.session, event, host_.now(), machine_.effects_, machine_.host_);
-    follow();
+    take(event);
   }
 
   void operator()(const Published& published) { tell(published.what->topic, idl::for_script(published.what->args)); }
@@ -275,8 +284,9 @@ class ModelMachine::Step {
     if (state_.wake != timer.when) return;
     state_.wake = kNever;
     if (state_.session.running() && state_.session.next_timer() <= host_.now()) {
-      scxml::step_timers(model_.chart, state_.session, host_.now(), machine_.effects_, machine_.host_);
-      follow();
+      execute(StepMemory::kTimers, false, [&] {
+        return scxml::step_timers(model_.chart, state_.session, host_.now(), machine_.effects_, machine_.host_).enabled;
+      });
     }
     // An answer of the same instant is in time.
     while (!state_.open.empty() && state_.open.front().due <= host_.now()) {
@@ -309,7 +319,28 @@ class ModelMachine::Step {
     event.name = name;
     event.origintype = "thrift";
     event.data = std::move(data);
-    scxml::step(model_.chart, state_.session, event, host_.now(), machine_.effects_, machine_.host_);
+    take(event);
+  }
+
+  void take(const scxml::Event& event) {
+    execute(machine_.memory_ ? StepMemory::name_of(event) : std::string(), false, [&] {
+      return scxml::step(model_.chart, state_.session, event, host_.now(), machine_.effects_, machine_.host_).enabled;
+    });
+  }
+
+  // @param what  Tells steps apart; only with a memory.
+  void execute(std::string_view what, bool begins, const std::function<bool()>& run) {
+    if (machine_.memory_) {
+      const auto no_chance = [this](Rng&) -> std::uint64_t {
+        machine_.memory_->spoil();
+        return 0;
+      };
+      machine_.memory_->step(
+          what, begins, state_.session, host_.now(), machine_.effects_,
+          [&](Choice choice) { return machine_.ask(std::move(choice), no_chance); }, [](const StepMemory::Seen&) {}, run);
+    } else {
+      run();
+    }
     follow();
   }
 

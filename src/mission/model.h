@@ -16,6 +16,7 @@
 #include "sentree/idl/schema.h"
 #include "sentree/mission/choice.h"
 #include "sentree/mission/delivery.h"
+#include "sentree/mission/step_memory.h"
 #include "sentree/scxml/chart.h"
 #include "sentree/scxml/host.h"
 #include "sentree/scxml/session.h"
@@ -100,6 +101,8 @@ class ModelMachine {
   ModelMachine& operator=(const ModelMachine&) = delete;
 
   [[nodiscard]] const ComponentModel& model() const { return model_; }
+  /// Steps of its chart are looked up where they are known. Only with hosts that decide every choice.
+  void remember_steps() { memory_.emplace(model_.chart); }
   void step(ModelState& state, ModelDelivery delivery, ModelHost& host);
   /// What a model does that can do nothing any more, instead of `step`: calls are unreachable, open ones too.
   static void refuse(ModelState& state, const ModelDelivery& delivery, const std::string& why, ModelHost& host);
@@ -121,12 +124,15 @@ class ModelMachine {
   [[nodiscard]] Result<Topic> topic_of(const scxml::OutgoingSend& send, const idl::Service& service) const;
   // `by_chance` says what the generator of the state gives.
   Result<Value> decide(Choice choice, const std::function<std::uint64_t(Rng&)>& by_chance);
+  // The alternative that comes; it will be said.
+  std::uint64_t ask(Choice choice, const std::function<std::uint64_t(Rng&)>& by_chance);
   void add_choices();
 
   ComponentModel model_;
   scxml::Host host_;
   ModelState* stepped_ = nullptr;  // whose chart executes
   ModelHost* surroundings_ = nullptr;
+  std::optional<StepMemory> memory_;
   std::vector<Map> choices_;  // made in this step
   Diagnostics wrong_;         // likewise: what was no answer
   scxml::Effects effects_;

@@ -191,14 +191,20 @@ SkillMachine::SkillMachine(SkillModel model, scxml::ExecutionWatch* watch) : mod
 void SkillMachine::Observer::event(const scxml::Chart& chart, std::string_view, const scxml::Event& event) {
   if (!(chart == machine.model_.chart)) return;
   machine.stepped_->latest.event = event.name;
+  if (machine.memory_) machine.memory_->saw({std::nullopt, event.name});
   if (machine.model_.protocol) machine.hear(event);
 }
 
 void SkillMachine::Observer::transition(const scxml::Chart& chart, std::string_view, scxml::TransitionIndex taken) {
   if (!(chart == machine.model_.chart)) return;
-  machine.surroundings_->taken(taken);
-  machine.stepped_->latest.transition = taken;
-  ++machine.stepped_->latest.transitions;
+  if (machine.memory_) machine.memory_->saw({taken, {}});
+  machine.took(taken);
+}
+
+void SkillMachine::took(scxml::TransitionIndex taken) {
+  surroundings_->taken(taken);
+  stepped_->latest.transition = taken;
+  ++stepped_->latest.transitions;
 }
 
 void SkillMachine::Observer::entered(const scxml::Chart& chart, std::string_view, scxml::StateIndex state) {
@@ -274,7 +280,7 @@ class SkillMachine::Step {
     } else if (alive_) {
       scxml::Event event;
       event.name = "halt";
-      const bool enabled = step(event).enabled;
+      const bool enabled = step(event);
       if (alive_ && !enabled) cancel();
       if (alive_) state_.halt_due = add_saturating(host_.now(), model_.halt_deadline);
     }
@@ -305,7 +311,9 @@ class SkillMachine::Step {
     state_.wake = kNever;
     if (!lives_) return false;
     if (state_.session.next_timer() <= host_.now()) {
-      scxml::step_timers(model_.chart, state_.session, host_.now(), machine_.effects_, machine_.host_);
+      execute(StepMemory::kTimers, false, [&] {
+        return scxml::step_timers(model_.chart, state_.session, host_.now(), machine_.effects_, machine_.host_).enabled;
+      });
       follow();
     }
     if (alive_ && state_.halt_due && *state_.halt_due <= host_.now()) {
@@ -413,7 +421,7 @@ class SkillMachine::Step {
     // At most one tick that it has not answered; one that it does not take is none.
     if (alive_ && !state_.asked && !protocol.tick.empty()) {
       state_.asked = !protocol.answer.empty();
-      if (!step(inputs(protocol.tick)).enabled) state_.asked = false;
+      if (!step(inputs(protocol.tick))) state_.asked = false;
     }
     if (alive_) look_at_states();
     return settle();
@@ -486,17 +494,35 @@ class SkillMachine::Step {
     }
     options.session_id = model_.name + "." + std::to_string(state_.run);
     options.seed = hash_combine(model_.seed, state_.run);
-    scxml::start(chart, state_.session, std::move(options), host_.now(), machine_.effects_, machine_.host_);
+    execute(machine_.memory_ ? "start\n" + to_json(Value(options.data)) : std::string(), true, [&] {
+      return scxml::start(chart, state_.session, options, host_.now(), machine_.effects_, machine_.host_).enabled;
+    });
     // Where it begins is no answer: it has not been asked.
     machine_.said_.clear();
     follow();
   }
 
-  scxml::StepInfo step(const scxml::Event& event) {
-    const scxml::StepInfo info =
-        scxml::step(model_.chart, state_.session, event, host_.now(), machine_.effects_, machine_.host_);
+  // Whether the chart took it.
+  bool step(const scxml::Event& event) {
+    const bool enabled = execute(machine_.memory_ ? StepMemory::name_of(event) : std::string(), false, [&] {
+      return scxml::step(model_.chart, state_.session, event, host_.now(), machine_.effects_, machine_.host_).enabled;
+    });
     follow();
-    return info;
+    return enabled;
+  }
+
+  // @param what  Tells steps apart; only with a memory.
+  bool execute(std::string_view what, bool begins, const std::function<bool()>& run) {
+    if (!machine_.memory_) return run();
+    return machine_.memory_->step(
+        what, begins, state_.session, host_.now(), machine_.effects_, [](const Choice&) -> std::uint64_t { return 0; },
+        [this](const StepMemory::Seen& seen) {
+          if (seen.transition)
+            machine_.took(*seen.transition);
+          else
+            state_.latest.event = seen.event;
+        },
+        run);
   }
 
   void cancel() {
@@ -583,7 +609,7 @@ class SkillMachine::Step {
   bool tell(const std::string& name) {
     scxml::Event event;
     event.name = name;
-    return step(event).enabled;
+    return step(event);
   }
 
   void answer(bt::Status status, Map outputs) {

@@ -16,6 +16,7 @@
 #include "sentree/bt/status.h"
 #include "sentree/idl/schema.h"
 #include "sentree/mission/delivery.h"
+#include "sentree/mission/step_memory.h"
 #include "sentree/project/plan.h"
 #include "sentree/scxml/chart.h"
 #include "sentree/scxml/host.h"
@@ -157,6 +158,10 @@ class SkillMachine {
   SkillMachine& operator=(const SkillMachine&) = delete;
 
   [[nodiscard]] const SkillModel& model() const { return model_; }
+  /// Steps of its chart are looked up where they are known.
+  void remember_steps() {
+    if (!model_.protocol) memory_.emplace(model_.chart);
+  }
   /// Takes one delivery. True: the skill has taken a step that views want to know of.
   bool step(SkillState& state, SkillDelivery delivery, SkillHost& host);
   /// What a skill does that can do nothing any more, instead of `step`: its ticks fail and its halts are over.
@@ -173,6 +178,7 @@ class SkillMachine {
     Map outputs;
   };
   void hear(const scxml::Event& event);
+  void took(scxml::TransitionIndex taken);
 
   SkillModel model_;
   std::vector<std::optional<bt::Status>> meaning_of_state_;  // by state; empty without a protocol
@@ -181,6 +187,7 @@ class SkillMachine {
   SkillState* stepped_ = nullptr;  // whose chart executes
   SkillHost* surroundings_ = nullptr;
   scxml::Effects effects_;
+  std::optional<StepMemory> memory_;
   std::vector<Said> said_;
   std::vector<std::string> unclear_;  // answers without meaning
   struct Observer final : scxml::Observer {

@@ -178,6 +178,11 @@ VirtualHost::VirtualHost(const project::Plan& plan) : plan_(plan) {
 
 VirtualHost::~VirtualHost() = default;
 
+void VirtualHost::remember_steps() {
+  for (const auto& skill : skills_) skill->machine.remember_steps();
+  for (const auto& model : models_) model->machine.remember_steps();
+}
+
 const SkillMachine& VirtualHost::skill(std::size_t leaf) const { return skills_[leaf]->machine; }
 const ModelMachine& VirtualHost::model(std::size_t index) const { return models_[index]->machine; }
 

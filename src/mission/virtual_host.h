@@ -57,6 +57,9 @@ class VirtualHost {
   VirtualHost(const VirtualHost&) = delete;
   VirtualHost& operator=(const VirtualHost&) = delete;
 
+  /// Steps of charts are looked up where they are known: for who goes through many states, and decides every choice.
+  void remember_steps();
+
   /// Before anything has happened.
   [[nodiscard]] State begin();
   /// When the next delivery is due; kNever: nothing is left to do.

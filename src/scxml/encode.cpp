@@ -28,6 +28,25 @@ class SessionEncoder {
 
   static bool is_lost(const Session& session) { return session.heap_.data_lost; }
 
+  static void take_timers(Session& to, const Session& from) {
+    to.timers_ = from.timers_;
+    to.sequence_ = from.sequence_;
+  }
+
+  static void postpone(Session& session, Duration by) {
+    if (!session.timers_->empty()) {
+      TimerQueue later;
+      for (Timer timer : *session.timers_) {
+        timer.due = add_saturating(timer.due, by);
+        later.insert(std::move(timer));
+      }
+      session.timers_.edit() = std::move(later);
+    }
+    for (Invocation& invocation : session.invocations_) {
+      if (invocation.child) postpone(*invocation.child, by);
+    }
+  }
+
  private:
   enum : std::uint8_t { kUndefined = Encoder::kFree, kMadeUp };
 
@@ -182,5 +201,11 @@ Result<void> encode(const Chart& chart, const Session& session, TimePoint now, s
   SessionEncoder(chart, session, now, out, dead).run(chart.model());
   return {};
 }
+
+void postpone(Session& session, Duration by) {
+  if (by != Duration(0)) SessionEncoder::postpone(session, by);
+}
+
+void take_timers(Session& to, const Session& from) { SessionEncoder::take_timers(to, from); }
 
 }  // namespace sentree::scxml

@@ -31,4 +31,10 @@ namespace sentree::scxml {
 Result<void> encode(const Chart& chart, const Session& session, TimePoint now, std::string& out,
                     const std::vector<bool>& dead = {});
 
+/// Every delayed send, of invoked charts too, is due so much later.
+void postpone(Session& session, Duration by);
+/// `to` has the delayed sends of `from` from now on, and none of its own; both are sessions of one chart, or `from` is
+/// of none.
+void take_timers(Session& to, const Session& from);
+
 }  // namespace sentree::scxml

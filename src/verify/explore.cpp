@@ -59,6 +59,7 @@ class Explorer final : public mission::Surroundings {
       leaf_of_.emplace(leaf.name + ".tick.reply", graph_.statuses.size() - 1);
       graph_.parts.push_back(leaf.name);
     }
+    if (options.memory_of_steps) host_.remember_steps();
     for (const project::ModelPlan& model : plan.models) graph_.parts.push_back(model.name);
     graph_.parts.emplace_back("mission");
   }

@@ -28,6 +28,7 @@ struct Made {
   std::uint32_t what = 0;   ///< Of choices and of faults that come or go: index in `Graph::choices`; of orders: in
                             ///< `Graph::parts`, which part comes first.
   double probability = -1;  ///< Below 0: nobody says.
+  friend bool operator==(const Made&, const Made&) = default;
 };
 
 /// An alternative of a choice of a model; or a fault, whose `function` is "fault" or "end of fault".
@@ -36,12 +37,14 @@ struct ChoicePoint {
   std::string function;
   std::string name;   ///< Of pick('NAME', …); of a fault, what it does in one line.
   std::string value;  ///< As JSON; of a fault, its entry in a timeline.
+  friend bool operator==(const ChoicePoint&, const ChoicePoint&) = default;
 };
 
 /// What a monitor may want to see, without numbers and with the time since the beginning of the period.
 struct Seen {
   Duration after{};
   Message message;
+  friend bool operator==(const Seen&, const Seen&) = default;
 };
 
 struct Edge {
@@ -49,6 +52,7 @@ struct Edge {
   std::uint32_t to = 0;
   std::uint32_t seen = 0;  ///< Index in `Graph::sequences`.
   std::uint32_t made = 0;  ///< Index in `Graph::decisions`.
+  friend bool operator==(const Edge&, const Edge&) = default;
 };
 
 /// Every behaviour of a mission: states between two periods, joined by what one period can do.
@@ -59,6 +63,7 @@ struct Graph {
     bool ended = false;       ///< Nothing of the mission is left to do.
     std::uint32_t first_edge = 0;
     std::uint32_t edges = 0;
+    friend bool operator==(const Node&, const Node&) = default;
   };
   std::vector<Node> nodes;  ///< The first is the beginning; in order of depth.
   std::vector<Edge> edges;  ///< Those of a node beside each other.
@@ -93,6 +98,7 @@ struct Options {
   std::size_t faults_at_most = 1;             ///< At a time.
   std::uint64_t states = 5'000'000;
   std::uint64_t ticks = UINT64_MAX;
+  bool memory_of_steps = true;  ///< Steps of charts are looked up where they are known.
   std::uint64_t memory = 4'000'000'000;  ///< Bytes, of which a rough account is kept.
   std::optional<std::chrono::nanoseconds> time;
   std::function<bool()> interrupted;                                    ///< May be empty.
