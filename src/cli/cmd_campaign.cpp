@@ -15,6 +15,7 @@
 #include "sentree/campaign/campaign.h"
 #include "sentree/cli/campaign_command.h"
 #include "sentree/cli/output.h"
+#include "sentree/cli/share.h"
 #include "sentree/project/scenario_text.h"
 #include "sentree/text/file.h"
 
@@ -50,18 +51,6 @@ class Interruptible {
   struct sigaction interrupt_before_ {};
   struct sigaction terminate_before_ {};
 };
-
-// "1 %", "1%" or 0.01; nothing (and said) unless it lies between 0 and 1.
-std::optional<double> share(const std::string& option, const std::string& text) {
-  char* end = nullptr;
-  double value = std::strtod(text.c_str(), &end);
-  std::string unit(end);
-  std::erase(unit, ' ');
-  if (unit == "%") value /= 100;
-  if (end != text.c_str() && (unit.empty() || unit == "%") && value > 0 && value < 1) return value;
-  say(option + " " + text + ": a share between 0 and 100 %, such as 1% or 0.01");
-  return std::nullopt;
-}
 
 fs::path project_folder(const std::string& project) {
   const fs::path path(project);

@@ -10,6 +10,7 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/report.h"
+#include "sentree/cli/verify_statistics.h"
 #include "sentree/record/sink.h"
 #include "sentree/replay/recording.h"
 #include "sentree/text/file.h"
@@ -427,13 +428,12 @@ class Verifying {
       }
       one["can_stay_open"] = judgement.can_stay_open.has_value();
       if (judgement.least) {
-        const auto bounds = [](const verify::Judgement::Probability& p) { return Map{{"low", p.low}, {"high", p.high}}; };
-        one["probability"] = Map{{"low", judgement.least->low},
-                                 {"high", judgement.greatest->high},
-                                 {"least", bounds(*judgement.least)},
-                                 {"greatest", bounds(*judgement.greatest)},
-                                 {"method", "interval iteration"},
-                                 {"confidence", 1.0}};
+        const auto bounds = [](const verify::Judgement::Probability& p) {
+          return Map{{"low", p.low}, {"high", p.high}};
+        };
+        one["probability"] = Map{{"low", judgement.least->low},       {"high", judgement.greatest->high},
+                                 {"least", bounds(*judgement.least)}, {"greatest", bounds(*judgement.greatest)},
+                                 {"method", "interval iteration"},    {"confidence", 1.0}};
       }
       requirements.emplace_back(std::move(one));
     }
@@ -528,6 +528,12 @@ int verify(const VerifyCommand& command) {
     plan = project::prepare(verify::with_models(std::move(scenario)));
     say(plan.diagnostics);
     if (!plan.ok()) return kInvalidInput;
+  }
+  if (command.runs || !command.at_least.empty()) {
+    Diagnostics in_the_way = verify::obstacles(*plan.value);
+    if (!plan.value->gates.empty()) in_the_way.push_back(verify::gate_obstacle(*plan.value));
+    say(in_the_way);
+    return has_errors(in_the_way) ? kInvalidInput : verify_by_runs(command, *plan.value);
   }
   return Verifying(command, std::move(*plan.value), *any)();
 }

@@ -252,6 +252,7 @@ void add_verify(CLI::App& app, VerifyCommand& command) {
       "  sentree verify examples/recharge                         every requirement, every behaviour\n"
       "  sentree verify . --only never_empty --explain            the story of its counterexample, tick by tick\n"
       "  sentree verify . --scenario scenarios/storm.yaml         with that scenario's overrides and timeline\n"
+      "  sentree verify . --runs 10000 --confidence 99%           how often, where not everything can be tried\n"
       "  sentree verify . --model                                 a model to begin with, of each service without one\n"
       "  sentree test verify/never_empty.yaml                     a counterexample, run again\n"
       "Exit code: 0 everything holds, 1 something is refuted or holds vacuously, 3 the project is invalid or cannot "
@@ -271,6 +272,12 @@ void add_verify(CLI::App& app, VerifyCommand& command) {
   sub->add_option("--time", command.time, "Stop after that time, e.g. \"30 s\"");
   sub->add_option("--out", command.out, "Folder of counterexamples (default: verify/ in the project)");
   sub->add_option("--graph", command.graph, "Write the graph of the mission: FILE.aut (Aldebaran) or FILE.dot");
+  sub->add_option("--runs", command.runs, "Statistics: so many runs, drawn, instead of every behaviour")
+      ->check(CLI::PositiveNumber);
+  sub->add_option("--confidence", command.confidence, "Of intervals and decisions")->capture_default_str();
+  sub->add_option("--at-least", command.at_least,
+                  "Statistics: decide, in as few runs as will do, whether it holds in that share of them, e.g. 99%");
+  sub->add_option("--seed", command.seed, "Of the runs")->capture_default_str();
   sub->add_flag("--no-memo", command.no_memory, "Execute every step of a chart, also those that are known");
   sub->add_flag("--model", command.model, "Write models/SERVICE.scxml for services without a model: any reply");
   sub->add_flag("--explain", command.explain, "Tell counterexamples tick by tick");

@@ -235,7 +235,8 @@ class ModelMachine::Step {
     state_.rng = Rng(model_.seed);
     execute("start", true, [&] {
       return scxml::start(model_.chart, state_.session, {.data = {}, .session_id = model_.name, .seed = model_.seed},
-                          host_.now(), machine_.effects_, machine_.host_).enabled;
+                          host_.now(), machine_.effects_, machine_.host_)
+          .enabled;
     });
   }
 
@@ -337,7 +338,8 @@ class ModelMachine::Step {
       };
       machine_.memory_->step(
           what, begins, state_.session, host_.now(), machine_.effects_,
-          [&](Choice choice) { return machine_.ask(std::move(choice), no_chance); }, [](const StepMemory::Seen&) {}, run);
+          [&](Choice choice) { return machine_.ask(std::move(choice), no_chance); }, [](const StepMemory::Seen&) {},
+          run);
     } else {
       run();
     }

@@ -31,9 +31,7 @@ bool StepMemory::step(std::string_view what, bool begins, scxml::Session& sessio
   spoilt_ = !remembers_;
   // Delayed sends that wait matter to few events, so they are looked at only where they do.
   const bool with_timers = !begins && (what == kTimers || !session.invocations().empty());
-  const auto add_form = [&](const scxml::Session& of) {
-    spoilt_ = spoilt_ || !scxml::encode(chart_, of, now, key_);
-  };
+  const auto add_form = [&](const scxml::Session& of) { spoilt_ = spoilt_ || !scxml::encode(chart_, of, now, key_); };
   if (with_timers) {
     add_form(session);
   } else if (!begins) {
@@ -80,7 +78,8 @@ bool StepMemory::step(std::string_view what, bool begins, scxml::Session& sessio
     return result;
   }
   ++remembered_;
-  node->done = Done{session, now, {effects.begin() + static_cast<std::ptrdiff_t>(before), effects.end()}, seen_, result};
+  node->done =
+      Done{session, now, {effects.begin() + static_cast<std::ptrdiff_t>(before), effects.end()}, seen_, result};
   return result;
 }
 

@@ -45,7 +45,8 @@ class StepMemory {
   ///                 timers, tells steps apart too.
   /// @param ask      Has one of `Choice::count` alternatives chosen.
   /// @param see      Is told what a remembered step did to the chart.
-  /// @param execute  Does the step by the interpreter, which asks `given` and tells `chosen` and `saw`; what it gives is
+  /// @param execute  Does the step by the interpreter, which asks `given` and tells `chosen` and `saw`; what it gives
+  /// is
   ///                 given again.
   bool step(std::string_view what, bool begins, scxml::Session& session, TimePoint now, scxml::Effects& effects,
             const std::function<std::uint64_t(Choice)>& ask, const std::function<void(const Seen&)>& see,

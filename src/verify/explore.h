@@ -98,7 +98,7 @@ struct Options {
   std::size_t faults_at_most = 1;             ///< At a time.
   std::uint64_t states = 5'000'000;
   std::uint64_t ticks = UINT64_MAX;
-  bool memory_of_steps = true;  ///< Steps of charts are looked up where they are known.
+  bool memory_of_steps = true;           ///< Steps of charts are looked up where they are known.
   std::uint64_t memory = 4'000'000'000;  ///< Bytes, of which a rough account is kept.
   std::optional<std::chrono::nanoseconds> time;
   std::function<bool()> interrupted;                                    ///< May be empty.

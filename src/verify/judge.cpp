@@ -77,9 +77,7 @@ class Judge {
     bool violated = false;
   };
 
-  [[nodiscard]] bool wants_all() const {
-    return options_.probabilities && graph_.probabilistic && graph_.complete;
-  }
+  [[nodiscard]] bool wants_all() const { return options_.probabilities && graph_.probabilistic && graph_.complete; }
 
   // Of each sequence what this monitor listens to; equal ones are one.
   void filter() {
@@ -494,8 +492,9 @@ class Judge {
     return owed_ ? "" : "it is never triggered, or what it asks for holds then at once";
   }
 
-  // Least (or greatest) over what is left open, mean over what is drawn, of a value at the end of each of `steps`, which
-  // begin alike up to decision `depth`. They come as they were tried: what goes on alike stands beside each other.
+  // Least (or greatest) over what is left open, mean over what is drawn, of a value at the end of each of `steps`,
+  // which begin alike up to decision `depth`. They come as they were tried: what goes on alike stands beside each
+  // other.
   double mean(std::span<const std::uint32_t> steps, std::size_t depth, bool least,
               const std::vector<double>& values) const {
     const auto& first = made_of(steps.front());
@@ -508,7 +507,9 @@ class Judge {
       while (end < steps.size() && made_of(steps[end])[depth].alternative == made.alternative) ++end;
       if (!is_drawn || made.probability > 0) {
         const double inner = mean(steps.subspan(begin, end - begin), depth + 1, least, values);
-        result = is_drawn ? result + made.probability * inner : least ? std::min(result, inner) : std::max(result, inner);
+        result = is_drawn ? result + made.probability * inner
+                 : least  ? std::min(result, inner)
+                          : std::max(result, inner);
       }
       begin = end;
     }

@@ -14,6 +14,9 @@ namespace sentree::verify {
 /// The scenario with every service that a model stands for served by that model.
 [[nodiscard]] project::Scenario with_models(project::Scenario scenario);
 
+/// Why a plan with gates cannot be explored.
+[[nodiscard]] Diagnostic gate_obstacle(const project::Plan& plan);
+
 struct Verification {
   Graph graph;
   std::vector<Judgement> judgements;     ///< As the requirements were asked for.

@@ -3,11 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
+#include <utility>
 
 #include "sentree/base/temporary_folder.h"
 #include "sentree/text/file.h"
 #include "sentree/verify/any_reply.h"
+#include "sentree/verify/statistics.h"
 
 namespace sentree::verify {
 namespace {
@@ -110,6 +113,26 @@ TEST_F(Verify, GivesTheProbabilityOfADie) {
   // Two throws: 1 - (5/6)².
   EXPECT_NEAR(found.judgements.front().least->low, 11.0 / 36, 1e-9);
   EXPECT_NEAR(found.judgements.front().greatest->high, 11.0 / 36, 1e-9);
+}
+
+TEST_F(Verify, EstimatesWhatItCanCompute) {
+  model("draw([[5/6, 1], [1/6, 6]])");
+  requirements("never_six \"No six.\": always said <= 5.\n");
+  const project::Plan of = plan();
+  std::uint64_t violated = 0;
+  Sampling sampling;
+  sampling.runs = 4'000;
+  sampling.length = std::chrono::seconds(10);
+  sampling.told = [&](const std::vector<bool>& run) {
+    violated += run.front() ? 1U : 0U;
+    return true;
+  };
+  ASSERT_EQ(sample(of, sampling), sampling.runs);
+  // Four standard deviations around 1 - (5/6)².
+  EXPECT_NEAR(static_cast<double>(violated) / 4'000, 11.0 / 36, 4 * std::sqrt(11.0 / 36 * 25.0 / 36 / 4'000));
+  const std::uint64_t first = std::exchange(violated, 0);
+  ASSERT_TRUE(sample(of, sampling));
+  EXPECT_EQ(violated, first) << "the same seed throws the same";
 }
 
 TEST_F(Verify, GivesTheLeastAndTheGreatestProbability) {

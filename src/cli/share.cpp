@@ -1,0 +1,20 @@
+#include "sentree/cli/share.h"
+
+#include <cstdlib>
+
+#include "sentree/cli/output.h"
+
+namespace sentree::cli {
+
+std::optional<double> share(const std::string& option, const std::string& text) {
+  char* end = nullptr;
+  double value = std::strtod(text.c_str(), &end);
+  std::string unit(end);
+  std::erase(unit, ' ');
+  if (unit == "%") value /= 100;
+  if (end != text.c_str() && (unit.empty() || unit == "%") && value > 0 && value < 1) return value;
+  say(option + " " + text + ": a share between 0 and 100 %, such as 1% or 0.01");
+  return std::nullopt;
+}
+
+}  // namespace sentree::cli

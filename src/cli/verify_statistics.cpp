@@ -1,0 +1,128 @@
+#include "sentree/cli/verify_statistics.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+
+#include "sentree/campaign/statistics.h"
+#include "sentree/cli/output.h"
+#include "sentree/cli/share.h"
+#include "sentree/verify/statistics.h"
+
+namespace sentree::cli {
+
+namespace {
+
+std::atomic<bool> interrupted = false;
+
+// Runs of a sequential test that has not decided: then nothing is said.
+constexpr std::uint64_t kDecidingRunsMax = 1'000'000;
+
+}  // namespace
+
+int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
+  const auto confidence = share("--confidence", command.confidence);
+  if (!confidence) return kUsage;
+  std::vector<std::size_t> asked;
+  for (std::size_t i = 0; i < plan.monitors.size(); ++i) {
+    const auto& only = command.only;
+    if (only.empty() || std::find(only.begin(), only.end(), plan.monitors[i].name()) != only.end()) asked.push_back(i);
+  }
+  if (asked.empty() || (!command.only.empty() && asked.size() != command.only.size())) {
+    say("--only: the project has no such requirement");
+    return kInvalidInput;
+  }
+  std::vector<campaign::SequentialTest> tests;
+  if (!command.at_least.empty()) {
+    const auto rate = share("--at-least", command.at_least);
+    if (!rate) return kUsage;
+    for (const std::size_t i : asked) {
+      const std::string& name = plan.monitors[i].name();
+      tests.emplace_back(campaign::Expectation{.text = name + " violated < " + fmt::format("{:.6g}", 1 - *rate),
+                                               .subject = name,
+                                               .what = "violated",
+                                               .below = true,
+                                               .rate = 1 - *rate},
+                         *confidence);
+    }
+  }
+  std::signal(SIGINT, [](int) { interrupted = true; });
+  std::signal(SIGTERM, [](int) { interrupted = true; });
+  std::vector<std::uint64_t> violated(asked.size());
+  std::uint64_t done = 0;
+  verify::Sampling sampling;
+  sampling.runs = command.runs ? *command.runs : tests.empty() ? sampling.runs : kDecidingRunsMax;
+  sampling.seed = command.seed;
+  sampling.order = command.order == "any" ? verify::Order::kAny : verify::Order::kVirtual;
+  sampling.length =
+      command.ticks ? plan.scenario.project.period * static_cast<std::int64_t>(*command.ticks) : plan.scenario.duration;
+  sampling.interrupted = [] { return interrupted.load(); };
+  sampling.told = [&](const std::vector<bool>& of_run) {
+    if (++done % 256 == 0) show_status(fmt::format("{} runs", done));
+    bool open = tests.empty();
+    for (std::size_t k = 0; k < asked.size(); ++k) {
+      violated[k] += of_run[asked[k]] ? 1U : 0U;
+      if (tests.empty()) continue;
+      tests[k].add(of_run[asked[k]]);
+      open = open || tests[k].state() == campaign::SequentialTest::State::kOpen;
+    }
+    return open;
+  };
+  const auto began = std::chrono::steady_clock::now();
+  const auto runs = verify::sample(plan, sampling);
+  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  show_status("");
+  if (!runs) {
+    say(to_string(runs.error()));
+    return kInvalidInput;
+  }
+  std::string out = fmt::format(
+      "{} runs of at most {} s, seed {}: what is left open without a probability comes by the throw of a die\n", *runs,
+      shortest_decimal(seconds(sampling.length)), sampling.seed);
+  List requirements;
+  bool any = false;
+  bool open = false;
+  std::size_t width = 0;
+  for (const std::size_t i : asked) width = std::max(width, plan.monitors[i].name().size());
+  for (std::size_t k = 0; k < asked.size(); ++k) {
+    const campaign::Interval in = campaign::clopper_pearson(violated[k], *runs, *confidence);
+    const std::string& name = plan.monitors[asked[k]].name();
+    out += fmt::format("{:<{}}   violated in {} of {}: {:.4g}–{:.4g} % ({:g} %)", name, width, violated[k], *runs,
+                       in.low * 100, in.high * 100, *confidence * 100);
+    Map one{{"name", name},
+            {"violated", static_cast<std::int64_t>(violated[k])},
+            {"probability", Map{{"low", in.low},
+                                {"high", in.high},
+                                {"method", "Clopper-Pearson"},
+                                {"confidence", *confidence},
+                                {"runs", static_cast<std::int64_t>(*runs)}}}};
+    if (!tests.empty()) {
+      const auto state = tests[k].state();
+      out += "   at least " + command.at_least + ": " + std::string(campaign::to_string(state));
+      one["at_least"] = campaign::to_string(state);
+      any = any || state == campaign::SequentialTest::State::kRefuted;
+      open = open || state == campaign::SequentialTest::State::kOpen;
+    } else {
+      any = any || violated[k] > 0;
+    }
+    out += "\n";
+    requirements.emplace_back(std::move(one));
+  }
+  if (command.json) {
+    out = to_json(Value(Map{{"version", SENTREE_VERSION},
+                            {"runs", static_cast<std::int64_t>(*runs)},
+                            {"seed", static_cast<std::int64_t>(sampling.seed)},
+                            {"requirements", std::move(requirements)},
+                            {"wall_s", wall_s}})) +
+          "\n";
+  }
+  print(out);
+  if (any) return kFindings;
+  if (interrupted) return kInterrupted;
+  return open ? kTimeLimit : kOk;
+}
+
+}  // namespace sentree::cli

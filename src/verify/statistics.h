@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "sentree/project/plan.h"
+#include "sentree/verify/explore.h"
+
+namespace sentree::verify {
+
+/// How many runs are made, and how.
+struct Sampling {
+  std::uint64_t runs = 1'000;
+  std::uint64_t seed = 1;
+  Order order = Order::kAny;
+  Duration length{};                  ///< A run ends here if the mission did not before [run time].
+  std::function<bool()> interrupted;  ///< May be empty.
+  /// After each run: which monitors, by index, it violated. False: enough.
+  std::function<bool(const std::vector<bool>& violated)> told;
+};
+
+/// Runs a mission with models in virtual time, again and again: what is drawn by its probability, everything else that
+/// is left open (choices, orders at one instant) by the throw of a die, which is no probability of anything. Steps of
+/// charts are remembered from run to run. Deterministic by the seed.
+/// @param plan  Without `obstacles`.
+/// @returns the runs that were made. Errors: those of `period`.
+[[nodiscard]] Result<std::uint64_t> sample(const project::Plan& plan, const Sampling& sampling);
+
+}  // namespace sentree::verify
