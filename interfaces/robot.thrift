@@ -149,6 +149,15 @@ service Laser {
   string       getDeviceInfo()
 }
 
+// --- topics: what the simulator publishes, each at the rate that `publish:` of a service in sentree.yaml gives it ---
+service Telemetry {
+  oneway void battery(1: BatteryState state)                   // as Battery.getBatteryState
+  oneway void position(1: PoseWithCovariance state)            // as Localization.getCurrentPosition
+  oneway void odometry(1: Odometry state)
+  oneway void navigation(1: NavigationState state)
+  oneway void scan(1: LaserScan state)
+}
+
 // --- base ---
 service Base {
   ReturnCode applyVelocityCommand(1: Twist2D cmd, 2: double timeout)   // stops after timeout (YARP default 0.1 s)

@@ -127,6 +127,7 @@ class Writer {
     const bool ended = skill.phase == SkillPhase::kEnded || skill.phase == SkillPhase::kReady;
     number(ended ? static_cast<std::uint64_t>(skill.ended) : 0);
     map(skill.outputs);
+    text(skill.trouble);
     time(skill.wake);
     time(skill.not_before);
     time(skill.topics_not_before);

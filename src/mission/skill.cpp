@@ -7,6 +7,7 @@
 #include "sentree/base/assert.h"
 #include "sentree/base/rng.h"
 #include "sentree/idl/conform.h"
+#include "sentree/scxml/event.h"
 #include "sentree/scxml/step.h"
 
 namespace sentree::mission {
@@ -193,6 +194,11 @@ void SkillMachine::Observer::event(const scxml::Chart& chart, std::string_view, 
   machine.stepped_->latest.event = event.name;
   if (machine.memory_) machine.memory_->saw({std::nullopt, event.name});
   if (machine.model_.protocol) machine.hear(event);
+  if (event.name.ends_with(".reply")) machine.stepped_->trouble.clear();
+  if (!scxml::event_matches("error", event.name) && !event.name.ends_with(".error")) return;
+  const Value* message = event.data ? event.data->find("message") : nullptr;
+  machine.stepped_->trouble = event.name;
+  if (message != nullptr && message->as_string() != nullptr) machine.stepped_->trouble += ": " + *message->as_string();
 }
 
 void SkillMachine::Observer::transition(const scxml::Chart& chart, std::string_view, scxml::TransitionIndex taken) {
@@ -473,6 +479,14 @@ class SkillMachine::Step {
     ended_ = true;
     state_.ended = status;
     state_.outputs = std::move(outputs);
+    give_reason();
+  }
+
+  // A chart that does not say why it failed may have been told.
+  void give_reason() {
+    std::string trouble = std::exchange(state_.trouble, {});
+    if (state_.ended != bt::Status::kFailure || trouble.empty() || state_.outputs.find("reason") != nullptr) return;
+    state_.outputs["reason"] = std::move(trouble);
   }
 
   // @param asked  By a tick.
@@ -485,6 +499,7 @@ class SkillMachine::Step {
     state_.asked = false;
     state_.halt_due.reset();
     state_.outputs = Map();
+    state_.trouble.clear();
     scxml::StartOptions options;
     options.data = model_.constants;
     for (const auto& [port, value] : inputs) {
@@ -570,6 +585,7 @@ class SkillMachine::Step {
     state_.ended = final_id == "success" ? bt::Status::kSuccess : bt::Status::kFailure;
     Map* outputs = donedata ? donedata->as_map() : nullptr;
     state_.outputs = outputs != nullptr ? std::move(*outputs) : Map();
+    give_reason();
   }
 
   // The phase that follows, and the answers that come with it. An action's tick is answered after the macrostep that it
@@ -767,6 +783,7 @@ Result<Value> save(const SkillModel& model, const SkillState& state) {
   if (state.asked) saved["asked"] = true;
   if (state.phase == Phase::kEnded || state.phase == Phase::kReady) saved["ended"] = bt::to_string(state.ended);
   if (!state.outputs.empty()) saved["outputs"] = state.outputs;
+  if (!state.trouble.empty()) saved["trouble"] = state.trouble;
   if (state.run > 0) {
     auto session = scxml::save(model.chart, state.session);
     if (!session) return tl::unexpected(session.error());

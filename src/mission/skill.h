@@ -78,6 +78,7 @@ struct SkillState {
   std::optional<TimePoint> halt_due;
   bt::Status ended = bt::Status::kIdle;  ///< kEnded, kReady: the run's status.
   Map outputs;                           ///< Likewise.
+  std::string trouble;                   ///< What an error event said last, if no reply has come since; empty: none.
   TimePoint wake = kNever;               ///< When its timer rings.
   /// Earliest time at which a tick or a halt may reach it: a delayed one holds back the later ones. Written by who
   /// sends them.

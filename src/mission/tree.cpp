@@ -318,6 +318,7 @@ class TreeMachine::Step {
       publish(MessageKind::kError, plan.name, "mission", plan.name + ".tick.error",
               Map{{"kind", "late"}, {"message", why}}, leaf.call);
       tell_late(plan, leaf, bt::Status::kFailure, why);
+      state_.reason = plan.name + ": " + why;
       leaf.outstanding = 0;
       host_.cancel(due.leaf);
       run(bt::Input::answer(plan.node, bt::Status::kFailure));

@@ -138,5 +138,23 @@ TEST(CheckTopics, TellsWhatIsWrongWithItsPlace) {
     EXPECT_THAT(messages_of(one, "topics"), testing::Contains(std::string(one.message))) << one.after;
 }
 
+TEST(CheckTopics, TheSimulatorPublishesWhatItKnows) {
+  const auto said = [](const char* before, const char* after) {
+    return messages_of({"sentree.yaml", before, after, ""}, "telemetry");
+  };
+  EXPECT_THAT(said("battery: 2 Hz", "battery: 2 Hz"), testing::IsEmpty());
+  EXPECT_THAT(said("battery: 2 Hz", "batery: 2 Hz"),
+              testing::Contains("sentree.yaml:6:65: the simulator publishes no topic \"batery\"; did you mean "
+                                "\"battery\"?"));
+  EXPECT_THAT(said("battery: 2 Hz", "battery: 2 Hzz"),
+              testing::Contains("sentree.yaml:6:74: \"2 Hzz\" is no rate from 0.01 Hz to 1000 Hz, e.g. 2 Hz"));
+  EXPECT_THAT(said("battery: 2 Hz, ", ""),
+              testing::Contains("sentree.yaml:9:29: warning: the simulator does not publish \"robot.battery\": write "
+                                "publish: {battery: 2 Hz} in the entry of the service"));
+  EXPECT_THAT(
+      said("at: sim", "at: topics"),
+      testing::Contains(testing::HasSubstr("only the simulator in the process of the run publishes at a rate")));
+}
+
 }  // namespace
 }  // namespace sentree::project

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "sentree/scxml/event.h"
+#include "sentree/sim/topics.h"
 
 namespace sentree::project {
 
@@ -40,6 +41,32 @@ void check_all_oneway(const ServiceEntry& entry, const idl::Service& service, Di
             " is not one-way; write \"oneway void " + method->name + "(…)\" in " + entry.idl + ", or say who serves it",
         entry.span);
     return;
+  }
+}
+
+void check_published(const ServiceEntry& entry, const idl::Service& service, Diagnostics& diagnostics) {
+  const bool is_telemetry = entry.interface == sim::kTelemetry;
+  if (!entry.publish.empty() && entry.at != "sim") {
+    add(diagnostics, Severity::kError, "check.publish",
+        "service \"" + entry.name + "\" is at: " + entry.at +
+            ", but only the simulator in the process of the run publishes at a rate; write at: sim, or leave "
+            "\"publish\" "
+            "out",
+        entry.publish.front().span);
+    return;
+  }
+  std::vector<std::string> known;
+  for (const sim::TopicInfo& info : sim::topics()) known.emplace_back(info.topic);
+  for (const PublishedTopic& topic : entry.publish) {
+    if (is_telemetry && sim::find_topic(topic.method) != nullptr && service.find(topic.method) != nullptr) continue;
+    add(diagnostics, Severity::kError, "check.publish",
+        is_telemetry ? "the simulator publishes no topic \"" + topic.method + "\"" + did_you_mean(topic.method, known)
+                     : "the simulator publishes topics of robot.thrift/Telemetry, and not of " + entry.interface,
+        topic.span);
+  }
+  if (is_telemetry && entry.at == "sim" && entry.publish.empty()) {
+    add(diagnostics, Severity::kWarning, "check.publish",
+        "service \"" + entry.name + "\" publishes nothing; write publish: {battery: 2 Hz}", entry.span);
   }
 }
 
@@ -88,13 +115,23 @@ void check_publishers(const Project& project, const std::vector<LeafPlan>& leave
       open = true;
   }
   for (const ModelPlan& model : models) look(model.chart);
+  for (const ServiceEntry& service : project.services) {
+    for (const PublishedTopic& topic : service.publish) published.insert(service.name + "." + topic.method);
+  }
   if (open) return;
   const auto check = [&](const Subscriptions& subscribes) {
     for (const std::string& topic : subscribes.topics) {
       const idl::Method* const method = method_of(topic, services);
       if (method == nullptr || !method->oneway || published.contains(topic)) continue;
       const std::string& at = services.at(topic.substr(0, topic.rfind('.'))).at;
-      if (at != "topics" && at != "model") continue;  // who serves it elsewhere may publish it
+      if (at != "topics" && at != "model" && at != "sim") continue;  // who serves it elsewhere may publish it
+      if (at == "sim") {
+        add(diagnostics, Severity::kWarning, "check.unpublished",
+            "the simulator does not publish \"" + topic + "\": write publish: {" + method->name +
+                ": 2 Hz} in the entry of the service",
+            subscribes.span);
+        continue;
+      }
       add(diagnostics, Severity::kWarning, "check.unpublished",
           "no chart of the project publishes \"" + topic +
               "\"; it comes only from scenarios, people and other processes",

@@ -21,4 +21,8 @@ void check_subscriptions(const std::string& who, const Subscriptions& subscribes
 void check_publishers(const Project& project, const std::vector<LeafPlan>& leaves, const std::vector<ModelPlan>& models,
                       const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics);
 
+/// What a service publishes by `publish:`: one-way methods that the simulator knows.
+/// Codes: check.publish, idl.unknown-method.
+void check_published(const ServiceEntry& entry, const idl::Service& service, Diagnostics& diagnostics);
+
 }  // namespace sentree::project

@@ -23,6 +23,7 @@
 #include "sentree/rpc/address.h"
 #include "sentree/scxml/check.h"
 #include "sentree/sim/services.h"
+#include "sentree/sim/topics.h"
 #include "sentree/sim/world_variant.h"
 #include "sentree/text/file.h"
 #include "sentree/text/yaml.h"
@@ -70,6 +71,7 @@ class Preparation {
       }
       services_[entry.name] = {entry.name, *service, entry.interface, entry.at, entry.robot};
       if (entry.at == "topics") check_all_oneway(entry, **service, diagnostics);
+      check_published(entry, **service, diagnostics);
       if (const auto* info = sim::find_service(entry.interface); info != nullptr && info->is_test_control) {
         add("check.test-control",
             "\"" + entry.interface +
@@ -77,7 +79,7 @@ class Preparation {
                 std::string(kTestControl) + "\"",
             entry.span);
       }
-      if (entry.at == "sim" && sim::find_service(entry.interface) == nullptr) {
+      if (entry.at == "sim" && sim::find_service(entry.interface) == nullptr && entry.interface != sim::kTelemetry) {
         add("check.not-simulated",
             "the simulator does not serve \"" + entry.interface + "\"; give the service an address (at: tcp://…)",
             entry.span);

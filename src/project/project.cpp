@@ -124,6 +124,16 @@ void read_services(const text::YamlNode& node, Project& project, Diagnostics& di
     }
     service.at = reader.string("at").value_or("sim");
     service.robot = reader.string("robot").value_or("");
+    if (const auto* publish = reader.mapping("publish")) {
+      for (const auto& [method, rate] : publish->entries) {
+        const auto period = parse_rate(rate.scalar);
+        if (period)
+          service.publish.push_back({method.scalar, *period, method.span});
+        else
+          reader.error(rate.span, "project.rate",
+                       "\"" + rate.scalar + "\" is no rate from 0.01 Hz to 1000 Hz, e.g. 2 Hz");
+      }
+    }
     project.services.push_back(std::move(service));
   }
 }

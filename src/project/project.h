@@ -23,12 +23,20 @@ struct FileRef {
   SourceSpan span;
 };
 
+/// A topic that the simulator publishes again and again.
+struct PublishedTopic {
+  std::string method;
+  Duration period{};
+  SourceSpan span;
+};
+
 struct ServiceEntry {
   std::string name;
   std::string idl;        ///< Interface file: in the project's interfaces/, or one that Sentree ships.
   std::string interface;  ///< Name of the Thrift service in it.
   std::string at;         ///< "sim", "model", "topics" (nobody: all its methods are one-way), or an address.
   std::string robot;      ///< Of the world, for a service of the simulator; empty: the first.
+  std::vector<PublishedTopic> publish = {};
   SourceSpan span;
 };
 

@@ -521,6 +521,14 @@ void RunRecorder::install(runtime::RunOptions& options) {
   };
 }
 
+Map vacuities(const runtime::RunReport& report) {
+  Map all;
+  for (const runtime::MonitorReport& monitor : report.monitors) {
+    if (!monitor.vacuity.empty()) all[monitor.name] = monitor.vacuity;
+  }
+  return all;
+}
+
 void RunRecorder::blackboard(TimePoint time, const Value& entries) { impl_->write_blackboard(time, entries); }
 
 Result<std::uint32_t> RunRecorder::follow(decltype(RecordingOptions::tap) tap) {
@@ -546,6 +554,7 @@ record::RecorderReport RunRecorder::finish(const runtime::RunReport& report) {
   for (const runtime::MonitorReport& monitor : report.monitors)
     verdicts[monitor.name] = monitor::to_string(monitor.verdict);
   fact("verdicts", to_json(Value(std::move(verdicts))));
+  fact("vacuous", to_json(Value(vacuities(report))));
   impl_->recorder.add(std::move(result));
   impl_->recorder.close();
   return impl_->recorder.report();

@@ -43,6 +43,9 @@ struct RecordingOptions {
   std::function<void(TimePoint, record::RunRecord)> tap = {};
 };
 
+/// By monitor, why it says nothing that it is undecided (`monitor::vacuity`); only those of which that is so.
+[[nodiscard]] Map vacuities(const runtime::RunReport& report);
+
 /// Records one run: every observation, the states of tree, charts, monitors and robot, the log, and what is needed to
 /// run it again (project files, options, a snapshot every 5 s of run time).
 ///

@@ -84,6 +84,8 @@ class Replay {
 
     runtime::RunOptions options = std::move(options_.run);
     options.inject = false;
+    // What the simulator published then is published again.
+    for (project::ServiceEntry& service : plan_.scenario.project.services) service.publish.clear();
     // A recording in real time has ticks that were late, and lacks some.
     for (const Message& message : *messages) {
       if (message.name != "mission.tick") continue;

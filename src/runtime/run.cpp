@@ -26,9 +26,11 @@
 #include "sentree/runtime/stream_publisher.h"
 #include "sentree/runtime/supervisor.h"
 #include "sentree/runtime/tap.h"
+#include "sentree/runtime/telemetry.h"
 #include "sentree/runtime/topics.h"
 #include "sentree/runtime/watchdog.h"
 #include "sentree/sim/services.h"
+#include "sentree/sim/topics.h"
 
 namespace sentree::runtime {
 
@@ -130,6 +132,7 @@ class Run::Impl final : public RunView, private RunInside {
       mission_->stop();
     });
     if (options_.inject) schedule_timeline();
+    schedule_telemetry();
     if (options_.from == nullptr) {
       for (const auto& model : models_) model->start();
       mission_->start();
@@ -471,16 +474,21 @@ class Run::Impl final : public RunView, private RunInside {
     on_decision(report);
   }
 
+  // Nobody serves it: what is published has left when it was observed.
+  static bool is_published_only(const project::ServicePlan& service) {
+    return service.at == "topics" || (service.at == "sim" && service.interface == sim::kTelemetry);
+  }
+
   std::unique_ptr<ServicePort> make_port(const project::ServicePlan& service, const std::string& leaf) {
     if (options_.make_port) {
       if (auto port = options_.make_port(service, leaf)) return port;
     }
+    if (is_published_only(service)) return make_topic_port();
     if (service.at == "sim") {
       SENTREE_ASSERT(sim_ != nullptr);  // checked when the plan was prepared
       return steering_.guard(service.name, project::kSimulatorPart,
                              make_sim_port(*sim_, service.interface, service.robot));
     }
-    if (service.at == "topics") return make_topic_port();
     if (service.at == "model") return steering_.guard(service.name, "", make_model_port(*model_of(service.name), leaf));
     auto address = rpc::Address::parse(service.at);
     SENTREE_ASSERT(address.has_value());
@@ -700,6 +708,26 @@ class Run::Impl final : public RunView, private RunInside {
     }
   }
 
+  void schedule_telemetry() {
+    if (!sim_) return;
+    for (const project::ServiceEntry& service : scenario_.project.services) {
+      if (service.at != "sim") continue;
+      for (const project::PublishedTopic& topic : service.publish) {
+        const sim::TopicInfo* const info = sim::find_topic(topic.method);
+        const idl::Method* const method = services_.at(service.name).service->find(topic.method);
+        SENTREE_ASSERT(info != nullptr && method != nullptr);  // checked when the plan was prepared
+        telemetry_.add({.service = service.name,
+                        .method = topic.method,
+                        .argument = method->arguments.fields.front().name,
+                        .port = steering_.guard(service.name, project::kSimulatorPart,
+                                                make_sim_port(*sim_, std::string(info->service), service.robot)),
+                        .source = std::string(info->method),
+                        .period = topic.period});
+      }
+    }
+    telemetry_.start(options_.from);
+  }
+
   // Test control is served beside the simulated services, wherever that is.
   std::string simulator_address(const std::string& control) const {
     if (sim_) return "sim";
@@ -738,7 +766,8 @@ class Run::Impl final : public RunView, private RunInside {
       request.call = publisher_.next_call();
       request.data = Map{{"args", *args}};
       stream_.publish(std::move(request));
-      if (at == "topics") return {.ok = true, .result = {}, .kind = {}, .message = {}};
+      if (!controlled && is_published_only(service->second))
+        return {.ok = true, .result = {}, .kind = {}, .message = {}};
     }
     if (at == "sim")
       return sim_->call(interface->name, method, *args, controlled ? *controlled : service->second.robot);
@@ -834,6 +863,7 @@ class Run::Impl final : public RunView, private RunInside {
   Monitors monitors_;
   StreamPublisher publisher_;
   ActorId director_;
+  Telemetry telemetry_{*scheduler_, publisher_, director_};
   RunSteering steering_;
   std::unique_ptr<Supervisor> supervisor_;  // null: everything runs in this process
   std::string component_;                   // name of the process that runs the simulator; empty: this one does

@@ -102,6 +102,7 @@ std::string facts_text(const RunFacts& facts) {
   std::string text = to_json(Value(Map{{"state", facts.state},
                                        {"factor", facts.factor},
                                        {"reason", facts.reason},
+                                       {"vacuous", facts.vacuous},
                                        {"stopped_at", facts.stopped_at},
                                        {"missed_ticks", static_cast<std::int64_t>(facts.missed_ticks)},
                                        {"processes", facts.processes}}));

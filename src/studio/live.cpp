@@ -83,6 +83,7 @@ struct Live::Impl {
     if (report) {
       facts.state = "ended";
       facts.reason = report->reason;
+      facts.vacuous = replay::vacuities(*report);
       facts.missed_ticks = report->timing.missed;
     }
     if (view != nullptr) {

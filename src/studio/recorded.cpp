@@ -1,15 +1,22 @@
 #include "sentree/studio/recorded.h"
 
+#include "sentree/text/json.h"
+
 namespace sentree::studio {
 
 struct Recorded::Impl {
   Impl(replay::RecordedRun recording, project::Plan recorded_plan)
-      : run(std::move(recording)), plan(std::move(recorded_plan)), subject(plan), history(subject, run.reader()) {}
+      : run(std::move(recording)), plan(std::move(recorded_plan)), subject(plan), history(subject, run.reader()) {
+    // Recordings from before it was kept have none.
+    if (auto kept = text::parse_json(run.fact("vacuous")); kept && kept->as_map() != nullptr)
+      vacuous = std::move(*kept->as_map());
+  }
 
   RunFacts facts() const {
     RunFacts facts;
     facts.state = "ended";
     facts.reason = run.fact("reason");
+    facts.vacuous = vacuous;
     return facts;
   }
 
@@ -17,6 +24,7 @@ struct Recorded::Impl {
   project::Plan plan;
   Subject subject;
   History history;
+  Map vacuous;
   std::unique_ptr<Server> server;
 };
 

@@ -31,6 +31,7 @@ struct RunFacts {
   std::string state = "running";  ///< "running", "paused" or "ended".
   double factor = 1.0;
   std::string reason;
+  Map vacuous;  ///< By monitor: why it says nothing that it is undecided, see `monitor::vacuity`. Of a run that ended.
   Value stopped_at;  ///< Of a breakpoint.
   std::uint64_t missed_ticks = 0;
   List processes;  ///< {name, pid}; those that run now.

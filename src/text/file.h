@@ -15,8 +15,8 @@ namespace sentree::text {
 /// No file that people write by hand is larger; maps have a bound of their own.
 inline constexpr std::size_t kFileSizeMax = 64U << 20U;
 
-/// The bytes of a regular file. `shown_as` is the name used in messages (default: the path).
-/// Errors: file.not-found, file.not-a-file, file.unreadable, file.too-large.
+/// The bytes of a regular file; of XML that is not in UTF-8, the same in UTF-8 (`xml_as_utf8`). `shown_as` is the name
+/// used in messages (default: the path). Errors: file.not-found, file.not-a-file, file.unreadable, file.too-large.
 [[nodiscard]] Result<std::string> read_file(const std::filesystem::path& path, std::string shown_as = {},
                                             std::size_t size_max = kFileSizeMax);
 

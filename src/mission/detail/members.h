@@ -279,6 +279,7 @@ void visit_members(S& s, V&& visit) {
   visit("halt_due", s.halt_due);
   visit("ended", s.ended);
   visit("outputs", s.outputs);
+  visit("trouble", s.trouble);
   visit("wake", s.wake);
   visit("not_before", s.not_before);
   visit("topics_not_before", s.topics_not_before);

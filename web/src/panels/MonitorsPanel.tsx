@@ -51,6 +51,7 @@ function Monitor({ model, state, chosen, times }: { model: MonitorModel; state: 
   const verdict = state?.verdict ?? "undecided";
   const count = state?.violations ?? 0;
   const { word, rest } = split_standing(state?.standing ?? "");
+  const vacuity = useStudio((studio) => studio.state?.run.vacuous[model.name]);
   const next = () => {
     const now = useStudio.getState().state?.time ?? 0;
     const time = times.find((candidate) => candidate > now) ?? times[0];
@@ -80,6 +81,11 @@ function Monitor({ model, state, chosen, times }: { model: MonitorModel; state: 
           <p className="monitor-standing">
             <span className="muted">{word} </span>
             {rest}
+          </p>
+        )}
+        {vacuity !== undefined && (
+          <p className="monitor-vacuity" data-testid="vacuity">
+            It {vacuity}.
           </p>
         )}
       </div>

@@ -139,6 +139,7 @@ export const RunState = object({
   factor: number(),
   mission: string(),
   reason: string(),
+  vacuous: Type.Record(Type.String(), string(), { description: "Of a run that ended: monitors that were not put to the test, and why" }),
   stopped_at: or_null(object({ breakpoint: Type.Integer(), what: string() })),
   missed_ticks: Type.Integer(),
   processes: Type.Array(object({ name: string(), pid: Type.Integer() }), { description: "Those that run now" }),

@@ -11,7 +11,7 @@ const state: State = {
   live: true,
   end: 1e9,
   begin: 0,
-  run: { state: "running", factor: 1, mission: "RUNNING", reason: "", stopped_at: null, missed_ticks: 0, processes: [] },
+  run: { state: "running", factor: 1, mission: "RUNNING", reason: "", vacuous: {}, stopped_at: null, missed_ticks: 0, processes: [] },
   tree: { status: [1, 0], last: [1, 2], since: [0, 5] },
   blackboard: {},
   charts: {
