@@ -78,7 +78,7 @@ Result<std::string> read_file(const std::filesystem::path& path, std::string sho
     if (std::none_of(files.begin(), files.end(), [&](const ReadFile& known) { return known.path == path; }))
       files.push_back({path, *content});
   }
-  if (auto text = xml_as_utf8(content)) content = std::move(*text);
+  if (auto text = xml_as_utf8(*content)) content = std::move(*text);
   return content;
 }
 
