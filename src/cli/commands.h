@@ -135,14 +135,14 @@ struct VerifyCommand {
   bool fair = false;
   bool explain = false;
   bool json = false;
-  std::string out;     ///< Folder of counterexamples; empty: verify/ in the project.
-  std::string graph;   ///< File for the graph: .aut or .dot.
+  std::string out;                    ///< Folder of counterexamples; empty: verify/ in the project.
+  std::string graph;                  ///< File for the graph: .aut or .dot.
   std::optional<std::uint64_t> runs;  ///< Statistics instead: so many runs.
   std::string confidence = "95%";
   std::string at_least;  ///< A sequential test: that each requirement holds in at least that share of runs.
   std::uint64_t seed = 1;
   bool no_memory = false;  ///< Every step of a chart is executed.
-  bool model = false;  ///< Only write models of services that have none.
+  bool model = false;      ///< Only write models of services that have none.
 };
 int verify(const VerifyCommand& command);
 

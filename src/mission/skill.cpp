@@ -191,19 +191,24 @@ SkillMachine::SkillMachine(SkillModel model, scxml::ExecutionWatch* watch) : mod
 
 void SkillMachine::Observer::event(const scxml::Chart& chart, std::string_view, const scxml::Event& event) {
   if (!(chart == machine.model_.chart)) return;
-  machine.stepped_->latest.event = event.name;
-  if (machine.memory_) machine.memory_->saw({std::nullopt, event.name});
+  const Value* const message = event.data ? event.data->find("message") : nullptr;
+  const std::string said = message != nullptr ? std::string(message->text()) : std::string();
+  if (machine.memory_) machine.memory_->saw({std::nullopt, event.name, said});
   if (machine.model_.protocol) machine.hear(event);
-  if (event.name.ends_with(".reply")) machine.stepped_->trouble.clear();
-  if (!scxml::event_matches("error", event.name) && !event.name.ends_with(".error")) return;
-  const Value* message = event.data ? event.data->find("message") : nullptr;
-  machine.stepped_->trouble = event.name;
-  if (message != nullptr && message->as_string() != nullptr) machine.stepped_->trouble += ": " + *message->as_string();
+  machine.got(event.name, said);
+}
+
+void SkillMachine::got(const std::string& event, const std::string& message) {
+  stepped_->latest.event = event;
+  if (event.ends_with(".reply")) stepped_->trouble.clear();
+  if (!scxml::event_matches("error", event) && !event.ends_with(".error")) return;
+  stepped_->trouble = event;
+  if (!message.empty()) stepped_->trouble += ": " + message;
 }
 
 void SkillMachine::Observer::transition(const scxml::Chart& chart, std::string_view, scxml::TransitionIndex taken) {
   if (!(chart == machine.model_.chart)) return;
-  if (machine.memory_) machine.memory_->saw({taken, {}});
+  if (machine.memory_) machine.memory_->saw({taken, {}, {}});
   machine.took(taken);
 }
 
@@ -535,7 +540,7 @@ class SkillMachine::Step {
           if (seen.transition)
             machine_.took(*seen.transition);
           else
-            state_.latest.event = seen.event;
+            machine_.got(seen.event, seen.message);
         },
         run);
   }

@@ -179,6 +179,7 @@ class SkillMachine {
     Map outputs;
   };
   void hear(const scxml::Event& event);
+  void got(const std::string& event, const std::string& message);
   void took(scxml::TransitionIndex taken);
 
   SkillModel model_;

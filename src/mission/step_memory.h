@@ -34,7 +34,8 @@ class StepMemory {
   /// What an observer of the chart saw in a step.
   struct Seen {
     std::optional<scxml::TransitionIndex> transition;
-    std::string event;  ///< Without a transition.
+    std::string event;    ///< Without a transition.
+    std::string message;  ///< Of that event's data; empty: none.
   };
 
   explicit StepMemory(const scxml::Chart& chart);

@@ -619,7 +619,8 @@ Loaded<Plan> prepare(Scenario scenario, KnownCharts* known) {
   }
   InterventionScope explored = scope;
   explored.services = &modelled;
-  check_verify(scenario, explored, preparation.model_charts_, preparation.diagnostics);
+  // It is explored in one process; what is said of one that runs in several would be wrong.
+  if (scenario.processes.empty()) check_verify(scenario, explored, preparation.model_charts_, preparation.diagnostics);
   if (tree) check_process_skills(scenario, *tree, preparation.diagnostics);
   sort_by_place(preparation.diagnostics);
   prepared.diagnostics = std::move(preparation.diagnostics);

@@ -1,5 +1,6 @@
 #include "sentree/runtime/telemetry.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "sentree/project/check_intervention.h"
@@ -10,30 +11,34 @@ Telemetry::Telemetry(Scheduler& scheduler, Publisher& publisher, ActorId actor)
     : scheduler_(scheduler), publisher_(publisher), actor_(actor) {}
 
 void Telemetry::start(const mission::State* from) {
-  for (std::size_t i = 0; i < topics_.size(); ++i) {
-    TimePoint first{};
-    if (from != nullptr) {
-      const Duration period = topics_[i].period;
-      first += period * (from->now.time_since_epoch() / period);
-      // What is published comes first at its instant.
-      if (first < from->now || from->begun) first += period;
-    }
-    publish_at(i, first);
+  for (Topic& topic : topics_) {
+    if (from == nullptr) continue;
+    topic.next += topic.period * (from->now.time_since_epoch() / topic.period);
+    // What is published comes first at its instant.
+    if (topic.next < from->now || from->begun) topic.next += topic.period;
   }
+  schedule();
 }
 
-void Telemetry::publish_at(std::size_t index, TimePoint when) {
-  scheduler_.at(actor_, when, mission::Rank::kSimulator, [this, index, when] {
-    const Topic& topic = topics_[index];
-    idl::Method method;
-    method.name = topic.source;
-    topic.port->call(method, Value(Map()), [&](mission::CallOutcome outcome) {
-      if (outcome.ok) publish(topic, std::move(outcome.result));
-    });
-    // In real time one that comes too late is left out.
-    TimePoint next = when + topic.period;
-    if (const TimePoint now = scheduler_.now(); next < now) next += topic.period * ((now - next) / topic.period + 1);
-    publish_at(index, next);
+// One task for all, so that those of one instant come in one order, whenever the run was copied.
+void Telemetry::schedule() {
+  if (topics_.empty()) return;
+  const auto earlier = [](const Topic& a, const Topic& b) { return a.next < b.next; };
+  const TimePoint when = std::min_element(topics_.begin(), topics_.end(), earlier)->next;
+  scheduler_.at(actor_, when, mission::Rank::kSimulator, [this, when] {
+    for (Topic& topic : topics_) {
+      if (topic.next > when) continue;
+      idl::Method method;
+      method.name = topic.source;
+      topic.port->call(method, Value(Map()), [&](mission::CallOutcome outcome) {
+        if (outcome.ok) publish(topic, std::move(outcome.result));
+      });
+      topic.next = when + topic.period;
+      // In real time one that comes too late is left out.
+      if (const TimePoint now = scheduler_.now(); topic.next < now)
+        topic.next += topic.period * ((now - topic.next) / topic.period + 1);
+    }
+    schedule();
   });
 }
 

@@ -22,6 +22,7 @@ class Telemetry {
     std::unique_ptr<ServicePort> port;  ///< To the simulated service that is asked,
     std::string source;                 ///< and its method.
     Duration period{};
+    TimePoint next{};
   };
 
   /// @param actor  In which it happens. All are borrowed.
@@ -32,7 +33,7 @@ class Telemetry {
   void start(const mission::State* from);
 
  private:
-  void publish_at(std::size_t index, TimePoint when);
+  void schedule();
   void publish(const Topic& topic, Value what);
   void refuse(Message request, const mission::Veto& veto);
 
