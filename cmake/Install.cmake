@@ -42,19 +42,21 @@ foreach(library IN LISTS libraries)
   list(REMOVE_DUPLICATES packages)
   string(APPEND SENTREE_COMPONENT_DATA "set(_sentree_${library}_libraries ${siblings})\nset(_sentree_${library}_packages ${packages})\n")
 
-  install(TARGETS sentree_${library} EXPORT Sentree-${library} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-  install(EXPORT Sentree-${library} NAMESPACE sentree:: DESTINATION ${config_dir})
+  install(TARGETS sentree_${library} EXPORT Sentree-${library} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+  install(EXPORT Sentree-${library} NAMESPACE sentree:: DESTINATION ${config_dir} COMPONENT development)
   file(GLOB headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${library}/*.h)
   list(FILTER headers EXCLUDE REGEX "/test_")  # helpers of our own tests
-  install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/sentree/${library})
+  install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/sentree/${library} COMPONENT development)
 endforeach()
 if(TARGET sentree)
-  install(TARGETS sentree RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(TARGETS sentree RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
   # What the command looks for beside itself: interfaces, and the example that a new project starts from.
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/interfaces ${PROJECT_SOURCE_DIR}/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/sentree)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/interfaces ${PROJECT_SOURCE_DIR}/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/sentree COMPONENT program
+    # What programs leave in a clone, which .gitignore names.
+    REGEX "/(build|node_modules|runs|verify|campaign|__pycache__)$" EXCLUDE)
 endif()
 
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/SentreeConfig.cmake.in ${PROJECT_BINARY_DIR}/SentreeConfig.cmake
   INSTALL_DESTINATION ${config_dir})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/SentreeConfigVersion.cmake COMPATIBILITY SameMinorVersion)
-install(FILES ${PROJECT_BINARY_DIR}/SentreeConfig.cmake ${PROJECT_BINARY_DIR}/SentreeConfigVersion.cmake DESTINATION ${config_dir})
+install(FILES ${PROJECT_BINARY_DIR}/SentreeConfig.cmake ${PROJECT_BINARY_DIR}/SentreeConfigVersion.cmake DESTINATION ${config_dir} COMPONENT development)

@@ -24,6 +24,19 @@ expect() {
 
 expect 0 'sentree run examples/recharge' "$sentree" run --help
 expect 0 'design, execute, monitor and verify' "$sentree"
+expect 0 '^commit +([0-9a-f]{12}(\+changes)?|unknown)$' "$sentree" --version
+expect 0 '^sentree [0-9]+\.[0-9]+\.[0-9]+$' "$sentree" --version
+expect 0 'libyaml-cpp\.so\.' "$sentree" --version
+# One file with versions, doctor's answers and the very recording.
+"$sentree" run examples/minimal --scenario visit --record "$work/visit.mcap" >/dev/null
+expect 0 'doctor.json' "$sentree" bug-report "$work/visit.mcap" -o "$work/report.tar.gz"
+mkdir -p "$work/report" && tar -xzf "$work/report.tar.gz" -C "$work/report"
+cmp "$work/visit.mcap" "$work/report/sentree-bug-report/recording.mcap" || failures=$((failures + 1))
+diff <("$sentree" --version) "$work/report/sentree-bug-report/version.txt" || failures=$((failures + 1))
+expect 0 '"name":"interfaces"' cat "$work/report/sentree-bug-report/doctor.json"
+expect 4 'is there already' "$sentree" bug-report -o "$work/report.tar.gz"
+expect 4 'cannot be written' "$sentree" bug-report -o "$work/nowhere/report.tar.gz"
+expect 3 'no such recording' "$sentree" bug-report "$work/nothing.mcap" -o "$work/other.tar.gz"
 expect 2 'sentree has no command "chekc"; did you mean "check"\?; see sentree --help' "$sentree" chekc examples/recharge
 expect 2 'sentree run has no option --scenrio; did you mean "--scenario"\?; see sentree run --help' \
   "$sentree" run examples/recharge --scenrio experiment1

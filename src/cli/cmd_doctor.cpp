@@ -126,9 +126,7 @@ Finding check_cores() {
   return {"processor", text, ""};
 }
 
-}  // namespace
-
-int doctor(const DoctorCommand& command) {
+std::vector<Finding> examine() {
   std::vector<Finding> findings{
       check_shipped(),
       check_control_folder(),
@@ -140,23 +138,39 @@ int doctor(const DoctorCommand& command) {
       check_timer(),
       check_cores()};
   for (Finding& finding : check_middlewares()) findings.push_back(std::move(finding));
-  const bool good = std::all_of(findings.begin(), findings.end(), [](const Finding& f) { return f.remedy.empty(); });
+  return findings;
+}
+
+bool all_good(const std::vector<Finding>& findings) {
+  return std::all_of(findings.begin(), findings.end(), [](const Finding& f) { return f.remedy.empty(); });
+}
+
+Value as_value(const std::vector<Finding>& findings) {
+  List list;
+  for (const Finding& finding : findings) {
+    list.push_back(Map{{"name", finding.name},
+                       {"ok", finding.remedy.empty()},
+                       {"detail", finding.detail},
+                       {"remedy", finding.remedy}});
+  }
+  return Map{{"ok", all_good(findings)}, {"checks", std::move(list)}};
+}
+
+}  // namespace
+
+Value examine_machine() { return as_value(examine()); }
+
+int doctor(const DoctorCommand& command) {
+  const std::vector<Finding> findings = examine();
   if (command.json) {
-    List list;
-    for (const Finding& finding : findings) {
-      list.push_back(Map{{"name", finding.name},
-                         {"ok", finding.remedy.empty()},
-                         {"detail", finding.detail},
-                         {"remedy", finding.remedy}});
-    }
-    print(to_json(Value(Map{{"ok", good}, {"checks", std::move(list)}})) + "\n");
+    print(to_json(as_value(findings)) + "\n");
   } else {
     for (const Finding& finding : findings) {
       print((finding.remedy.empty() ? "✓ " : "✗ ") + finding.name + ": " + finding.detail + "\n");
       if (!finding.remedy.empty()) print("    " + finding.remedy + "\n");
     }
   }
-  return good ? kOk : kEnvironment;
+  return all_good(findings) ? kOk : kEnvironment;
 }
 
 }  // namespace sentree::cli

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "sentree/base/value.h"
+
 namespace sentree::cli {
 
 /// Exit codes of every command.
@@ -316,5 +318,13 @@ struct DoctorCommand {
   bool json = false;
 };
 int doctor(const DoctorCommand& command);
+/// What `doctor` finds, as it prints it with --json.
+[[nodiscard]] Value examine_machine();
+
+struct BugReportCommand {
+  std::string recording;  ///< Empty: none.
+  std::string output;     ///< Empty: sentree-bug-report-DATE.tar.gz.
+};
+int bug_report(const BugReportCommand& command);
 
 }  // namespace sentree::cli

@@ -283,7 +283,8 @@ void positional(const Line& line, Completion& completion) {
     }
   } else if (name == "check" && place == 0) {
     files(completion, {"yaml", "xml", "scxml", "req", "thrift"});
-  } else if ((name == "studio" || name == "info" || name == "replay" || name == "export" || name == "report") &&
+  } else if ((name == "studio" || name == "info" || name == "replay" || name == "export" || name == "report" ||
+              name == "bug-report") &&
              place == 0) {
     files(completion, {"mcap"});
   } else if (name == "diff" && place < 2) {

@@ -6,7 +6,9 @@
 #include "sentree/cli/completion.h"
 #include "sentree/cli/coverage_command.h"
 #include "sentree/cli/import_command.h"
+#include "sentree/cli/manual.h"
 #include "sentree/cli/output.h"
+#include "sentree/cli/version.h"
 #include "sentree/rpc/middleware.h"
 #include "sentree/yarp/middleware.h"
 
@@ -650,6 +652,18 @@ void add_sim(CLI::App& app, SimCommand& command) {
   sub->add_flag("--insecure", command.insecure, "Allow other machines to connect without TLS");
 }
 
+void add_bug_report(CLI::App& app, BugReportCommand& command) {
+  auto* sub = app.add_subcommand("bug-report", "Pack into one file what others need to understand an error");
+  sub->footer(
+      "Examples:\n"
+      "  sentree bug-report\n"
+      "  sentree bug-report runs/recharge-20260102-101500.mcap -o report.tar.gz\n"
+      "Packs version, commit, compiler, libraries, what sentree doctor says, and the recording, with which come the\n"
+      "project's files. Exit code: 0, 3 no such recording, 4 the file cannot be written.");
+  sub->add_option("recording", command.recording, "MCAP file of the run that went wrong");
+  sub->add_option("--output,-o", command.output, "Default: sentree-bug-report-DATE-TIME.tar.gz");
+}
+
 std::vector<std::string> names_of(const CLI::App& app) {
   std::vector<std::string> names;
   for (const CLI::App* sub : app.get_subcommands(nullptr)) names.push_back(sub->get_name());
@@ -692,7 +706,7 @@ std::string unknown_word(const CLI::App& app, int argc, char** argv) {
 
 int command_line(int argc, char** argv) {
   CLI::App app{"Sentree: design, execute, monitor and verify robot behaviours", "sentree"};
-  app.set_version_flag("--version", SENTREE_VERSION);
+  app.set_version_flag("--version", version_text, "Print version, commit, compiler and libraries, and exit");
   app.require_subcommand(1);
   app.formatter(std::make_shared<ExamplesFirst>());
   RunCommand run_command;
@@ -729,6 +743,7 @@ int command_line(int argc, char** argv) {
   StudioCommand studio_command;
   WatchCommand watch_command;
   DoctorCommand doctor_command;
+  BugReportCommand bug_report_command;
   add_init(app, init_command);
   add_add(app, add_command);
   add_import(app, import_command);
@@ -758,12 +773,14 @@ int command_line(int argc, char** argv) {
   add_sim(app, sim_command);
   app.add_subcommand("doctor", "Say whether this machine has what Sentree needs")
       ->add_flag("--json", doctor_command.json);
+  add_bug_report(app, bug_report_command);
   add_bench(app, bench_command);
   add_completion(app, shell);
   if (argc > 1 && std::string_view(argv[1]) == "__complete") {
     print(to_lines(complete(app, {argv + 2, argv + argc})));
     return kOk;
   }
+  if (argc == 3 && std::string_view(argv[1]) == "__manual") return write_manual(app, argv[2]);
   if (argc == 1) {
     print(app.help());
     return kOk;
@@ -822,6 +839,7 @@ int command_line(int argc, char** argv) {
   if (app.got_subcommand("skill")) return skill(skill_command);
   if (app.got_subcommand("component")) return component(component_command);
   if (app.got_subcommand("sim")) return sim(sim_command);
+  if (app.got_subcommand("bug-report")) return bug_report(bug_report_command);
   return doctor(doctor_command);
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstdlib>
 #include <set>
 
 #include "sentree/idl/conform.h"
@@ -515,8 +516,17 @@ std::optional<std::string> test_control_of(std::string_view name, const sim::Wor
 std::filesystem::path shipped_folder(std::string_view what) {
   std::error_code error;
   const path program = std::filesystem::read_symlink("/proc/self/exe", error);
-  for (const path& candidate :
-       {program.parent_path() / "../share/sentree" / what, path(SENTREE_SOURCE_FOLDER) / what}) {
+  std::vector<path> shares{program.parent_path() / "../share"};
+  // A program of somebody else's that is linked with the library lies anywhere.
+  const char* set = std::getenv("XDG_DATA_DIRS");
+  std::string_view left = set != nullptr && *set != '\0' ? set : "/usr/local/share:/usr/share";
+  while (!left.empty()) {
+    const std::size_t end = std::min(left.find(':'), left.size());
+    if (left.starts_with('/')) shares.emplace_back(left.substr(0, end));
+    left.remove_prefix(std::min(end + 1, left.size()));
+  }
+  for (const path& share : shares) {
+    const path candidate = share / "sentree" / what;
     if (std::filesystem::is_directory(candidate, error)) return candidate.lexically_normal();
   }
   return {};
