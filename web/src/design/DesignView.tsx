@@ -3,10 +3,10 @@ import "../styles/mission.css";
 import "../styles/picture.css";
 import "../styles/charts.css";
 
-import { lazy, Suspense, useEffect, useRef, useState } from "react";
+import { lazy, Suspense, useEffect, useLayoutEffect, useRef, useState } from "react";
 
 import { TimelinePanel } from "../panels/TimelinePanel";
-import type { OutlineTree, PaletteNode } from "../protocol/types";
+import type { OutlineTree, PaletteNode, Size } from "../protocol/types";
 import { useStudio } from "../store/store";
 import { useCommand } from "../widgets/commands";
 import { Icon } from "../widgets/Icon";
@@ -211,15 +211,19 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
   const doc = useDesign(doc_of);
   const tree = useDesign(tree_of);
   const why_dim = useDesign(obstacle);
-  const stacked = useWindow().narrow;
+  const { narrow } = useWindow();
+  const frame = useRef<HTMLDivElement>(null);
+  const room = useRoom(frame, doc !== null);
+  const size = tree?.layout.size ?? doc?.shown_chart?.layout.size ?? null;
+  const stacked = narrow || (size !== null && room !== null && larger_stacked(size, room));
   if (!doc) return <p className="empty">Choose a file.</p>;
   const drawn = tree ? <Picture key={doc.file} tree={tree} handle={picture} ask={ask} /> : doc.shown_chart ? <ChartView key={doc.file} chart={doc.shown_chart} file={doc.file} /> : null;
   const with_picture = drawn !== null && look !== "text";
   const with_text = drawn === null || look !== "picture";
   return (
-    <div className={`design-views${stacked ? " stacked" : ""}`}>
+    <div ref={frame} className={`design-views${stacked ? " stacked" : ""}`}>
       {with_picture && (
-        <div className="design-view" data-testid="picture-view">
+        <div className="design-view" data-testid="picture-view" style={stacked && with_text && size ? { flex: `0 0 min(${100 * kPictureAbove}%, ${size.height + kGround_px}px)` } : undefined}>
           {why_dim && (
             <p className="dim-why" role="status" data-testid="broken">
               {why_dim}
@@ -237,6 +241,28 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
       )}
     </div>
   );
+}
+
+/** What a picture gets at most of the height where the text is below it. */
+const kPictureAbove = 0.64;
+/** Around a picture. */
+const kGround_px = 20;
+
+/** Whether a picture can be drawn larger above the text than beside it. */
+function larger_stacked(picture: Size, room: Size): boolean {
+  const scale = (width: number, height: number) => Math.min(width / picture.width, height / picture.height, 1);
+  return scale(room.width, kPictureAbove * room.height) > scale(room.width / 2, room.height);
+}
+
+function useRoom(frame: React.RefObject<HTMLDivElement | null>, there: boolean): Size | null {
+  const [room, set_room] = useState<Size | null>(null);
+  useLayoutEffect(() => {
+    if (!there || !frame.current) return;
+    const observer = new ResizeObserver(([entry]) => entry && set_room({ width: entry.contentRect.width, height: entry.contentRect.height }));
+    observer.observe(frame.current);
+    return () => observer.disconnect();
+  }, [frame, there]);
+  return room;
 }
 
 const kSections: readonly { title: string; of(node: PaletteNode): boolean }[] = [

@@ -57,10 +57,10 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     () =>
       new PictureView({
         limits: { min: 0.05, max: 4 },
-        // More than what `reveal` keeps around a node: choosing one moves nothing while all of the tree is shown.
-        margin: 26,
+        margin: 10,
         fit_max: 1.15,
-        readable: { from: 0, scale: 0.55 },
+        readable: { from: 0.5, scale: 0.85 },
+        focus: () => latest.current.tree.layout.nodes[0] ?? null,
         change: ({ scale, x, y }) => {
           group.current?.setAttribute("transform", `translate(${x} ${y}) scale(${scale})`);
           group.current?.style.setProperty("--lens", String(Math.max(1, 11.5 / (13 * scale))));

@@ -1,11 +1,12 @@
 import type { Point, Rect, Size } from "../protocol/types";
-import { centre_on, fit, pan, pinch, reveal, wheel_factor, zoom_at, type Limits, type Viewport } from "./viewport";
+import { centre_on, fit, pan, pinch, reveal, wheel_factor, within, zoom_at, type Limits, type Viewport } from "./viewport";
 
 /** A pointer that moves less than this between down and up has clicked. */
 export const kClick_px = 4;
 export const kZoomStep = 1.25;
 export const kPanStep_px = 60;
 const kFocusMargin_px = 40;
+const kRevealMargin_px = 24;
 
 export interface PictureOptions {
   limits: Limits;
@@ -105,7 +106,7 @@ export class PictureView {
     const scale = this.options.readable?.scale ?? 1;
     const top: Viewport = { scale, x: this.size.width / 2 - scale * (this.box.x + this.box.width / 2), y: this.options.margin - scale * this.box.y };
     const middle: Point = part ? [part.x + part.width / 2, part.y + part.height / 2] : [0, 0];
-    this.show(part ? centre_on(top, middle, this.size) : top);
+    this.show(part ? within(centre_on(top, middle, this.size), this.box, this.size, this.options.margin) : top);
   }
 
   zoom(factor: number): void {
@@ -116,9 +117,9 @@ export class PictureView {
     this.move_to(pan(this.view, dx, dy));
   }
 
-  /** Moves as little as needed to show a part of the picture; not at all if it is shown already. */
+  /** Moves as little as needed to show a part of the picture; not at all if it is shown already, as all is that fits. */
   reveal(part: Rect): void {
-    const next = reveal(this.view, part, this.size, 24);
+    const next = reveal(this.view, part, this.size, Math.min(kRevealMargin_px, this.options.margin));
     if (next.x === this.view.x && next.y === this.view.y) return;
     this.held = "by hand";
     this.glide_to(next);

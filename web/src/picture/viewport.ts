@@ -62,6 +62,18 @@ export function reveal(view: Viewport, box: Rect, size: Size, margin: number): V
   );
 }
 
+/** The nearest view that shows no more ground around `box` than `margin`; a box that has room is centred. */
+export function within(view: Viewport, box: Rect, size: Size, margin: number): Viewport {
+  const place = (at: number, from: number, length: number, room: number) =>
+    length <= room - 2 * margin ? (room - length) / 2 - from : clamp(at, room - margin - length - from, margin - from);
+  const { scale, x, y } = view;
+  return {
+    scale,
+    x: place(x, scale * box.x, scale * box.width, size.width),
+    y: place(y, scale * box.y, scale * box.height, size.height),
+  };
+}
+
 /** The view after two fingers moved from `before` to `now`. */
 export function pinch(view: Viewport, before: [Point, Point], now: [Point, Point], limits: Limits): Viewport {
   const middle = ([a, b]: [Point, Point]): Point => [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2];

@@ -296,11 +296,12 @@ export const Texts = memo(function Texts({ drawn, middle }: { drawn: Drawn; midd
     y += symbol_height;
   }
   drawn.title.forEach((line, i) => {
-    parts.push(<text key={`t${i}`} className="name" x={middle} y={y + kTitleHeight - 4.5} textAnchor="middle">{line}</text>);
+    // A space between two texts, for whoever reads them as one.
+    parts.push(" ", <text key={`t${i}`} className="name" x={middle} y={y + kTitleHeight - 4.5} textAnchor="middle">{line}</text>);
     y += kTitleHeight;
   });
   drawn.lines.forEach((line, i) => {
-    parts.push(<text key={`l${i}`} className="detail" x={middle} y={y + kLineHeight - 4} textAnchor="middle">{line}</text>);
+    parts.push(" ", <text key={`l${i}`} className="detail" x={middle} y={y + kLineHeight - 4} textAnchor="middle">{line}</text>);
     y += kLineHeight;
   });
   return <>{parts}</>;

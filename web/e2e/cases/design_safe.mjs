@@ -1,0 +1,75 @@
+// Who may edit, what may be edited, and what a saved file is after the program was killed.
+import assert from "node:assert/strict";
+import { readFileSync, rmSync, symlinkSync } from "node:fs";
+import { join } from "node:path";
+import { test } from "node:test";
+
+import { open_design, copy_of, serve_design } from "../harness/design.mjs";
+import { operate, until } from "../harness/browser.mjs";
+
+test("each file is old or new, whenever the program is killed while it saves", async () => {
+  const folder = copy_of("recharge");
+  const file = join(folder, "mission.xml");
+  const tail = readFileSync(file, "utf8");
+  const whole = (text) => /^(?:<!--\d*-->)?/.exec(text) !== null && text.replace(/^<!--(\d*)-->/, "") === tail;
+  for (let round = 0; round < 4; round += 1) {
+    const program = await serve_design(folder);
+    const { page, close } = await open_design(program.url);
+    // A hundred saves, as fast as they are answered; nobody waits for the end of them.
+    await page.evaluate(() => {
+      const socket = new WebSocket(`ws://${location.host}/api/ws`);
+      let id = 1;
+      let file = null;
+      const send = (op, args) => socket.send(JSON.stringify({ op, id: (id += 1), ...args }));
+      window.saves = 0;
+      socket.onopen = () => send("design_read", { file: "mission.xml" });
+      socket.onmessage = (event) => {
+        const message = JSON.parse(event.data);
+        if (message.type !== "answer") return;
+        if (!message.ok) return;
+        if (message.value.text !== undefined) file = message.value;
+        if (message.value.saved !== undefined) window.saves += 1;
+        if (window.saves >= 100) return;
+        if (message.value.version !== undefined && message.value.text === undefined) {
+          send("design_save", {});
+          return;
+        }
+        if (message.value.saved !== undefined) {
+          send("design_read", { file: "mission.xml" });
+          return;
+        }
+        const mark = /^<!--\d*-->/.exec(file.text)?.[0] ?? "";
+        send("design_edit", { file: "mission.xml", base: file.version, cause: "count", edits: [{ from: 0, to: mark.length, text: `<!--${window.saves}${"1".repeat(window.saves)}-->` }] });
+      };
+    });
+    const enough = [1, 7, 23, 41][round];
+    await until(() => page.evaluate((count) => window.saves >= count, enough), "some are saved");
+    await program.stop("SIGKILL");
+    assert.ok(whole(readFileSync(file, "utf8")), "the file is whole");
+    await close();
+    rmSync(join(folder, ".sentree"), { recursive: true, force: true });
+  }
+});
+
+test("no page edits without the token, none reaches out of the project", async () => {
+  const folder = copy_of("recharge");
+  symlinkSync("/etc/hostname", join(folder, "skills/Link.scxml"));
+  const program = await serve_design(folder, ["--at", "127.0.0.1:0"]);
+  const { page, close } = await open_design(program.url);
+  for (const file of ["../mission.xml", "/etc/hostname", "skills/Link.scxml", "skills/../../x.yaml", ".sentree/journal"]) {
+    await assert.rejects(operate(page, "design_read", { file }), /no file of this project/);
+    await assert.rejects(operate(page, "design_edit", { file, base: 1, cause: "x", edits: [] }), /no file of this project/);
+  }
+  await assert.rejects(operate(page, "design_add", { kind: "skill", name: "../../x" }), /is no name/);
+  await close();
+  await program.stop();
+
+  const open = await serve_design(folder, ["--at", "0.0.0.0:0", "--insecure"]);
+  const with_token = new URL(open.url);
+  const local = `http://127.0.0.1:${with_token.port}/`;
+  const other = await open_design(`${local}${with_token.hash}`);
+  for (const [op, args] of [["design_edit", { file: "mission.xml", base: 1, cause: "x", edits: [] }], ["design_save", {}], ["design_read", { file: "mission.xml" }], ["design_undo", {}]])
+    await assert.rejects(operate(other.page, op, args), /token/);
+  await other.close();
+  await open.stop();
+});

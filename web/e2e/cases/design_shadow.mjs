@@ -1,0 +1,44 @@
+// What an edit means is seen before it is saved: the scenario runs again, and the page stays at its moment.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { until } from "../harness/browser.mjs";
+import { copy_of, node, open_design, select_word, serve_design, settled } from "../harness/design.mjs";
+
+const verdict = (page, monitor) => page.locator(`[data-monitor-chip="${monitor}"]`).getAttribute("data-verdict");
+
+test("a mended skill takes the violation away, at the same moment; undo brings it back", async () => {
+  const folder = copy_of("recharge");
+  const program = await serve_design(folder);
+  const { page, close } = await open_design(program.url);
+  await page.getByTestId("design-tree").waitFor();
+  await page.getByRole("combobox", { name: "Scenario of the shadow run" }).selectOption("experiment2");
+  await settled(page);
+  // The page looks at 53.1 s.
+  await page.getByRole("button", { name: "Run", exact: true }).click();
+  await page.locator("h1", { hasText: "experiment2" }).waitFor();
+  await page.getByTestId("violation-moment").click();
+  await page.getByTestId("past-strip").waitFor();
+  await page.getByRole("button", { name: "Design", exact: true }).click();
+  await until(async () => (await page.getByTestId("design-clock").innerText()).includes("53.1"), "the moment is on show");
+  assert.equal(await verdict(page, "recharge"), "violated");
+
+  await page.locator('[data-file="skills/BatteryLevelAbove-buggy.scxml"]').click();
+  await select_word(page, "Math.min(threshold, 20)", "20");
+  const began = Date.now();
+  await page.keyboard.type("100");
+  await until(async () => (await verdict(page, "recharge")) === "undecided", "the verdict is another one");
+  console.log(`# edit to verdict: ${Date.now() - began} ms`);
+  assert.match(await page.getByTestId("design-clock").innerText(), /53\.1/);
+  assert.match(await page.getByTestId("difference").innerText(), /First difference 52\.0 s/);
+  await page.keyboard.press("Control+z");
+  await until(async () => (await verdict(page, "recharge")) === "violated", "undo brings it back");
+  assert.match(await page.getByTestId("design-clock").innerText(), /53\.1/);
+  await until(async () => (await page.getByTestId("difference").count()) === 0, "and there is no difference");
+
+  // What does not load is not run.
+  await page.locator('[data-file="mission.xml"]').click();
+  await node(page, "AtKitchen").waitFor();
+  await close();
+  await program.stop();
+});
