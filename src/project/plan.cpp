@@ -18,6 +18,7 @@
 #include "sentree/project/checks.h"
 #include "sentree/project/interface_file.h"
 #include "sentree/project/mission_tree.h"
+#include "sentree/project/part_cache.h"
 #include "sentree/project/requirements.h"
 #include "sentree/project/skill_protocol.h"
 #include "sentree/project/variant.h"
@@ -31,9 +32,47 @@
 
 namespace sentree::project {
 
-namespace {
-
 using std::filesystem::path;
+
+struct PartCache::Impl {
+  struct Text {
+    path file;
+    std::string shown;
+    std::string content;
+    [[nodiscard]] bool is_same() const {
+      const auto now = text::read_file(file, shown);
+      return now && *now == content;
+    }
+  };
+  struct Looked {
+    std::string source;
+    std::vector<Text> included;
+    std::optional<scxml::Chart> chart;
+    Diagnostics found;
+  };
+  static constexpr std::size_t kChartsMax = 4096;
+
+  std::map<std::pair<std::string, std::vector<std::string>>, Looked> charts;  // by file, and what is seen outside of it
+  std::vector<Text> map;                                                      // its files, the first is the one named
+  std::shared_ptr<const sim::World> world;                                    // of that map
+
+  [[nodiscard]] const Looked* chart(const std::pair<std::string, std::vector<std::string>>& key,
+                                    const std::string& source) const {
+    const auto looked = charts.find(key);
+    if (looked == charts.end() || looked->second.source != source) return nullptr;
+    const auto& included = looked->second.included;
+    return std::all_of(included.begin(), included.end(), [](const Text& text) { return text.is_same(); })
+               ? &looked->second
+               : nullptr;
+  }
+};
+
+PartCache::PartCache() : impl_(std::make_unique<Impl>()) {}
+PartCache::~PartCache() = default;
+PartCache::PartCache(PartCache&&) noexcept = default;
+PartCache& PartCache::operator=(PartCache&&) noexcept = default;
+
+namespace {
 
 void append(Diagnostics& to, const Diagnostics& from) { to.insert(to.end(), from.begin(), from.end()); }
 
@@ -46,18 +85,9 @@ Diagnostic missing(const Project& project, const FileRef& file, Diagnostic why) 
   return why;
 }
 
-// Charts that have been read and looked at, for what prepares a project several times.
-struct KnownCharts {
-  struct Looked {
-    std::optional<scxml::Chart> chart;
-    Diagnostics found;
-  };
-  std::map<std::pair<std::string, std::vector<std::string>>, Looked> by_file;  // and what is seen outside of it
-};
-
 class Preparation {
  public:
-  explicit Preparation(const Project& project, KnownCharts* known = nullptr) : project_(project), known_(known) {}
+  explicit Preparation(const Project& project, PartCache::Impl* known = nullptr) : project_(project), known_(known) {}
 
   void services() {
     for (const ServiceEntry& entry : project_.services) {
@@ -138,6 +168,24 @@ class Preparation {
     }
   }
 
+  // With the map that is known, where its files are the same.
+  Loaded<sim::World> load_world() {
+    if (known_ == nullptr) return load_project_world(project_);
+    const auto source = WorldSource::read(project_);
+    if (!source) return {.value = std::nullopt, .diagnostics = {source.error()}};
+    auto& map = known_->map;
+    const bool is_known = known_->world && !map.empty() &&
+                          map.front().file == source->map_file(project_.world_overrides) &&
+                          std::all_of(map.begin(), map.end(), [](const auto& text) { return text.is_same(); });
+    if (is_known) return source->with(project_.world_overrides, known_->world.get());
+    map.clear();
+    known_->world.reset();
+    return source->with(project_.world_overrides, nullptr,
+                        [&](const path& file, const std::string& name, const std::string& content) {
+                          map.push_back({file, name, content});
+                        });
+  }
+
   void world() {
     if (!project_.world) {
       const auto simulated =
@@ -148,10 +196,11 @@ class Preparation {
       }
       return;
     }
-    auto loaded = load_project_world(project_);
+    auto loaded = load_world();
     append(diagnostics, loaded.diagnostics);
     if (loaded.value) {
       world_ = std::make_shared<const sim::World>(std::move(*loaded.value));
+      if (known_ != nullptr && (known_->world || loaded.diagnostics.empty())) known_->world = world_;
       for (const ServiceEntry& entry : project_.services) check_robot(entry);
     }
     if (const idl::Schema* schema = interface("robot.thrift", project_.world->span))
@@ -388,32 +437,45 @@ class Preparation {
   std::optional<scxml::Chart> load_chart(const FileRef& file, const scxml::CheckOptions& checked = {}) {
     const std::string shown = project_.shown(file.path);
     const path full = project_.folder / file.path;
-    const std::pair key{full.string(), checked.seen_outside};
-    if (known_ != nullptr) {
-      if (const auto looked = known_->by_file.find(key); looked != known_->by_file.end()) {
-        append(diagnostics, looked->second.found);
-        return looked->second.chart;
-      }
-    }
     const auto source = text::read_file(full, shown);
     if (!source) {
       diagnostics.push_back(missing(project_, file, source.error()));
       return std::nullopt;
     }
+    const std::pair key{full.string(), checked.seen_outside};
+    if (known_ != nullptr) {
+      if (const auto* looked = known_->chart(key, *source)) {
+        append(diagnostics, looked->found);
+        return looked->chart;
+      }
+    }
     scxml::LoadOptions options;
+    std::vector<PartCache::Impl::Text> included;
+    bool are_all_there = true;
     options.read = [&](std::string_view uri) {
-      return text::read_file(full.parent_path() / std::string(uri),
-                             project_.shown((path(file.path).parent_path() / uri).string()));
+      PartCache::Impl::Text part{
+          full.parent_path() / std::string(uri), project_.shown((path(file.path).parent_path() / uri).string()), {}};
+      auto content = text::read_file(part.file, part.shown);
+      are_all_there = are_all_there && content.has_value();
+      if (content) {
+        part.content = *content;
+        included.push_back(std::move(part));
+      }
+      return content;
     };
     auto loaded = scxml::load(*source, shown, options);
     if (loaded.value) append(loaded.diagnostics, scxml::check(*loaded.value, checked));
     append(diagnostics, loaded.diagnostics);
-    if (known_ != nullptr) known_->by_file[key] = {loaded.value, std::move(loaded.diagnostics)};
+    if (known_ != nullptr && are_all_there) {
+      if (known_->charts.size() >= PartCache::Impl::kChartsMax) known_->charts.clear();
+      known_->charts.insert_or_assign(
+          key, PartCache::Impl::Looked{*source, std::move(included), loaded.value, std::move(loaded.diagnostics)});
+    }
     return std::move(loaded.value);
   }
 
   const Project& project_;
-  KnownCharts* known_;
+  PartCache::Impl* known_;
   std::map<std::string, std::optional<idl::Schema>> schemas_;
   std::map<std::string, std::optional<scxml::Chart>> charts_;
   std::set<std::pair<std::string, std::string>> ways_checked_;  // of charts: to answer ticks
@@ -544,14 +606,24 @@ Result<WorldSource> WorldSource::read(const Project& project) {
   return world;
 }
 
-Loaded<sim::World> WorldSource::with(const std::optional<text::YamlNode>& overrides, const sim::World* like) const {
+Loaded<sim::World> WorldSource::with(const std::optional<text::YamlNode>& overrides, const sim::World* like,
+                                     const OnRead& on_read) const {
   const auto read = [&](const std::string& name) {
-    return text::read_file(file_.parent_path() / name, (path(shown_).parent_path() / name).string());
+    const std::string shown = (path(shown_).parent_path() / name).string();
+    auto content = text::read_file(file_.parent_path() / name, shown);
+    if (content && on_read) on_read(file_.parent_path() / name, shown, *content);
+    return content;
   };
   if (!overrides) return sim::parse_world_like(root_, read, like);
   text::YamlNode root = root_;
   merge(root, *overrides);
   return sim::parse_world_like(root, read, overrides->find("map") == nullptr ? like : nullptr);
+}
+
+path WorldSource::map_file(const std::optional<text::YamlNode>& overrides) const {
+  const text::YamlNode* map = overrides ? overrides->find("map") : nullptr;
+  if (map == nullptr) map = root_.find("map");
+  return map != nullptr ? file_.parent_path() / map->scalar : path();
 }
 
 Loaded<sim::World> load_project_world(const Project& project) {
@@ -588,7 +660,7 @@ std::uint64_t identity_of(const Scenario& scenario, std::set<std::uint64_t> cont
 
 namespace {
 
-Loaded<Plan> prepare(Scenario scenario, KnownCharts* known) {
+Loaded<Plan> prepare(Scenario scenario, PartCache::Impl* known) {
   Loaded<Plan> prepared;
   const text::ReadHashes read;
   Preparation preparation(scenario.project, known);
@@ -653,10 +725,15 @@ Loaded<Plan> prepare(Scenario scenario, KnownCharts* known) {
 }  // namespace
 
 Loaded<Plan> prepare(Scenario scenario) { return prepare(std::move(scenario), nullptr); }
+Loaded<Plan> prepare(Scenario scenario, PartCache& cache) { return prepare(std::move(scenario), &cache.impl()); }
 
 Diagnostics check_project(const path& folder_or_file) {
+  PartCache cache;
+  return check_project(folder_or_file, cache);
+}
+
+Diagnostics check_project(const path& folder_or_file, PartCache& cache) {
   Diagnostics all;
-  KnownCharts known;
   // The same finding may be reached through the project and through each of its scenarios.
   const auto add_new = [&](const Diagnostics& found) {
     for (const Diagnostic& diagnostic : found) {
@@ -667,11 +744,11 @@ Diagnostics check_project(const path& folder_or_file) {
   add_new(project.diagnostics);
   if (!project.ok()) return all;
   const auto files = scenario_files(*project.value);
-  add_new(prepare(plain_scenario(std::move(*project.value)), &known).diagnostics);
+  add_new(prepare(plain_scenario(std::move(*project.value)), &cache.impl()).diagnostics);
   for (const path& file : files) {
     auto scenario = load_scenario(file);
     add_new(scenario.diagnostics);
-    if (scenario.ok()) add_new(prepare(std::move(*scenario.value), &known).diagnostics);
+    if (scenario.ok()) add_new(prepare(std::move(*scenario.value), &cache.impl()).diagnostics);
   }
   return all;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -24,9 +25,13 @@ class WorldSource {
   /// The world with changes merged over the file's content.
   /// @param like  A world of this source whose map is taken over, unless `overrides` name another; null: the map is
   ///              read. Borrowed.
+  /// @param read  Told of each file that is read, and what is in it.
   /// Codes: sim.*, map.*, file.*.
+  using OnRead = std::function<void(const std::filesystem::path&, const std::string& shown, const std::string&)>;
   [[nodiscard]] Loaded<sim::World> with(const std::optional<text::YamlNode>& overrides,
-                                        const sim::World* like = nullptr) const;
+                                        const sim::World* like = nullptr, const OnRead& read = {}) const;
+  /// The file that the world names as its map; empty if it names none.
+  [[nodiscard]] std::filesystem::path map_file(const std::optional<text::YamlNode>& overrides) const;
 
  private:
   WorldSource() = default;

@@ -79,7 +79,7 @@ class Checker {
         continue;
       }
       if (!heap) {
-        auto created = ScriptHeap::create(model_, Limits().script_memory_max);
+        auto created = ScriptHeap::create_for_syntax(model_, Limits().script_memory_max);
         if (!created) return;
         heap = *std::move(created);
       }
@@ -88,7 +88,8 @@ class Checker {
         Place place = expression.place;
         // An attribute is one line to the script, whatever its lines in the file.
         if (line != place.line && expression.use == ExpressionUse::kScript) place = {line, 1, 0};
-        const std::string shown = expression.text.size() > 60 ? expression.text.substr(0, 57) + "..." : expression.text;
+        std::string shown = expression.text;
+        if (shown.size() > 60) shown.replace(57, std::string::npos, "...");
         std::string message = *std::move(problem);
         message = message.substr(0, message.find(" (line "));
         report(syntax, "scxml.expression-syntax",

@@ -157,17 +157,25 @@ ScriptHeap::~ScriptHeap() {
 }
 
 Result<std::shared_ptr<ScriptHeap>> ScriptHeap::create(const Model& model, std::size_t memory_max) {
+  return create(model, memory_max, true);
+}
+
+Result<std::shared_ptr<ScriptHeap>> ScriptHeap::create_for_syntax(const Model& model, std::size_t memory_max) {
+  return create(model, memory_max, false);
+}
+
+Result<std::shared_ptr<ScriptHeap>> ScriptHeap::create(const Model& model, std::size_t memory_max, bool whole) {
   std::shared_ptr<ScriptHeap> heap(new ScriptHeap(model));
   heap->allocator_->max = memory_max;
   heap->context_ =
       duk_create_heap(Allocator::allocate, Allocator::reallocate, Allocator::release, heap->allocator_.get(), fatal);
-  if (!heap->context_ || !heap->build()) {
+  if (!heap->context_ || !heap->keep_compiled() || (whole && !heap->build())) {
     return fail("scxml.script-memory", "a JavaScript heap needs more than " + std::to_string(memory_max) + " bytes");
   }
   return heap;
 }
 
-bool ScriptHeap::build() {
+bool ScriptHeap::keep_compiled() {
   return protect(kNoExpression,
                  [this](duk_context* ctx) {
                    duk_push_heap_stash(ctx);
@@ -176,7 +184,13 @@ bool ScriptHeap::build() {
                    duk_push_array(ctx);
                    duk_put_prop_string(ctx, -2, "kept");
                    duk_pop(ctx);
+                 })
+      .has_value();
+}
 
+bool ScriptHeap::build() {
+  return protect(kNoExpression,
+                 [this](duk_context* ctx) {
                    duk_push_string(ctx, kBootstrap);
                    duk_push_string(ctx, "bootstrap");
                    duk_compile(ctx, DUK_COMPILE_EVAL);

@@ -45,6 +45,8 @@ class ScriptHeap {
  public:
   /// Failure: not enough memory within `memory_max` bytes.
   static Result<std::shared_ptr<ScriptHeap>> create(const Model& model, std::size_t memory_max);
+  /// One that can only tell `syntax_error`, at a tenth of the cost.
+  static Result<std::shared_ptr<ScriptHeap>> create_for_syntax(const Model& model, std::size_t memory_max);
   ~ScriptHeap();
   ScriptHeap(const ScriptHeap&) = delete;
   ScriptHeap& operator=(const ScriptHeap&) = delete;
@@ -88,6 +90,8 @@ class ScriptHeap {
   struct Allocator;
 
   explicit ScriptHeap(const Model& model);
+  static Result<std::shared_ptr<ScriptHeap>> create(const Model& model, std::size_t memory_max, bool whole);
+  bool keep_compiled();
   bool build();
   template <class Body>
   Result<void> protect(ExpressionId id, Body&& body);

@@ -15,6 +15,7 @@
 #include "sentree/base/json.h"
 #include "sentree/bt/load.h"
 #include "sentree/design/parts.h"
+#include "sentree/project/part_cache.h"
 #include "sentree/project/skill_models.h"
 #include "sentree/studio/design_values.h"
 #include "sentree/studio/shadow.h"
@@ -158,6 +159,7 @@ struct Workshop::Impl {
   int inotify = -1;
   int wake = -1;
   std::map<int, std::string> watched;  // folder inside the project, by watch; of the watching thread
+  project::PartCache parts;            // of the worker
   std::thread worker;
   std::thread watcher;
 };
@@ -438,7 +440,7 @@ Loaded<project::Plan> Workshop::Impl::look(const Texts& texts, Diagnostics& foun
     }
     places = std::move(named);
   }
-  prepared = project::prepare(std::move(*chosen.value));
+  prepared = project::prepare(std::move(*chosen.value), parts);
   found.insert(found.end(), prepared.diagnostics.begin(), prepared.diagnostics.end());
   return prepared;
 }
@@ -513,7 +515,7 @@ void Workshop::Impl::check_and_run() {
     };
     const text::ReadThrough through(texts.overlay);
     {
-      Loaded<project::Project> project = project::load_project(folder);
+      const Loaded<project::Project> project = project::load_project(folder);
       std::vector<std::string> names;
       if (project.value) {
         for (const fs::path& file : project::scenario_files(*project.value)) names.push_back(file.stem().string());
@@ -558,7 +560,7 @@ void Workshop::Impl::check_and_run() {
     if (is_current()) {
       // A scope in between may have taken the texts away from this thread.
       const text::ReadThrough again(texts.overlay);
-      const Diagnostics all = project::check_project(folder);
+      const Diagnostics all = project::check_project(folder, parts);
       if (is_current()) {
         keep_findings(texts, all, true);
         const std::lock_guard lock(mutex);

@@ -51,6 +51,10 @@ export const node = (page, name) => page.locator(`[data-testid=design-tree] [dat
 /** A word of a line of the text is selected, as by a double click. */
 export async function select_word(page, line, word) {
   const found = page.locator(".cm-line", { hasText: line }).first();
+  // Only the lines that are to be seen are there.
+  const scroller = page.locator(".cm-scroller");
+  await scroller.evaluate((element) => (element.scrollTop = 0));
+  await until(async () => (await found.count()) > 0 || (await scroller.evaluate((element) => void (element.scrollTop += element.clientHeight / 2))), `a line with ${line}`);
   await found.scrollIntoViewIfNeeded();
   const at = await found.evaluate((element, wanted) => {
     const walker = document.createTreeWalker(element, 4) /* texts */;
