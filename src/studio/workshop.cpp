@@ -18,6 +18,7 @@
 #include "sentree/project/part_cache.h"
 #include "sentree/project/skill_models.h"
 #include "sentree/studio/design_values.h"
+#include "sentree/studio/past.h"
 #include "sentree/studio/shadow.h"
 #include "sentree/text/yaml_edit.h"
 
@@ -126,6 +127,7 @@ struct Workshop::Impl {
   [[nodiscard]] Texts texts_now() const;
   Loaded<project::Plan> look(const Texts& texts, Diagnostics& found);
   void keep_findings(const Texts& texts, const Diagnostics& found, bool whole);
+  void judge_past(const Texts& texts, const project::Plan& plan);
   void run_shadow(project::Plan plan, bool as_baseline, bool and_show, std::uint64_t of_revision);
 
   void watch();
@@ -150,6 +152,7 @@ struct Workshop::Impl {
   std::uint64_t shadow_of = 0;             // its revision
   std::string shadow_problem;
   bool stopping = false;
+  bool past_wanted = false;            // requirements have been opened
   std::atomic<bool> outdated = false;  // what the shadow runs is not the newest any more
 
   const project::Plan no_plan = nothing_to_run();
@@ -160,6 +163,7 @@ struct Workshop::Impl {
   int wake = -1;
   std::map<int, std::string> watched;  // folder inside the project, by watch; of the watching thread
   project::PartCache parts;            // of the worker
+  Past past{folder};                   // of the worker
   std::thread worker;
   std::thread watcher;
 };
@@ -278,6 +282,10 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
     const design::Document* document = workspace.find(file);
     if (document == nullptr) return fail("design.no-such-file", "\"" + file + "\" is no file of this project");
     open.insert(file);
+    if (file.ends_with(".req")) {
+      past_wanted = true;
+      news.notify_all();
+    }
     return document_value(file, *document, kinds);
   }
   if (op == "design_edit") {
@@ -470,6 +478,23 @@ void Workshop::Impl::keep_findings(const Texts& texts, const Diagnostics& found,
   findings = std::move(located);
 }
 
+// What the open requirements say of the last runs.
+void Workshop::Impl::judge_past(const Texts& texts, const project::Plan& plan) {
+  std::vector<std::string> files;
+  {
+    const std::lock_guard lock(mutex);
+    std::copy_if(open.begin(), open.end(), std::back_inserter(files),
+                 [](const std::string& file) { return file.ends_with(".req"); });
+  }
+  for (const std::string& file : files) {
+    const auto text = texts.texts.find(file);
+    if (text == texts.texts.end()) continue;
+    const Value judged = past.judge(file, text->second, plan);
+    const std::lock_guard lock(mutex);
+    server->tell(to_json(judged));
+  }
+}
+
 void Workshop::Impl::run_shadow(project::Plan to_run, bool as_baseline, bool and_show, std::uint64_t of_revision) {
   outdated = false;
   {
@@ -501,10 +526,13 @@ void Workshop::Impl::check_and_run() {
     Texts texts;
     std::uint64_t at = 0;
     bool needs_baseline = false;
+    bool only_past = false;
     {
       std::unique_lock lock(mutex);
-      news.wait(lock, [&] { return stopping || revision != done; });
+      news.wait(lock, [&] { return stopping || revision != done || past_wanted; });
       if (stopping) return;
+      only_past = revision == done;
+      past_wanted = false;
       at = revision;
       texts = texts_now();
       needs_baseline = !baseline;
@@ -514,6 +542,11 @@ void Workshop::Impl::check_and_run() {
       return !stopping && revision == at;
     };
     const text::ReadThrough through(texts.overlay);
+    if (only_past) {
+      Diagnostics unused;
+      if (const auto prepared = look(texts, unused); prepared.ok()) judge_past(texts, *prepared.value);
+      continue;
+    }
     {
       const Loaded<project::Project> project = project::load_project(folder);
       std::vector<std::string> names;
@@ -545,6 +578,7 @@ void Workshop::Impl::check_and_run() {
       }
       tell_summary();
     }
+    if (prepared.ok()) judge_past(texts, *prepared.value);
     if (prepared.ok()) {
       if (needs_baseline && !texts.saved) {
         const text::Overlay nothing;

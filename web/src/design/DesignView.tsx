@@ -17,6 +17,7 @@ import { Completer, type Asked } from "./Completer";
 import { doc_of, obstacle, redo, resolve, save_all, set_look, start_design, tree_of, undo, useDesign, type Look } from "./design";
 import { Inspector } from "./Inspector";
 import { matches } from "../widgets/match";
+import { PastPanel } from "./PastPanel";
 import { Picture, type PictureHandle } from "./Picture";
 import { ProjectTree } from "./ProjectTree";
 import { Problems, ShadowStrip } from "./Strip";
@@ -65,6 +66,7 @@ function Bench() {
   const problems_open = useDesign((state) => state.problems_open);
   const is_tree = useDesign((state) => (doc_of(state)?.shown_trees ?? null) !== null);
   const is_chart = useDesign((state) => (doc_of(state)?.shown_chart ?? null) !== null);
+  const is_requirement = useDesign(({ file }) => file?.endsWith(".req") ?? false);
   const empty = useDesign((state) => state.summary?.files.length === 0);
   const timeline = useDesign((state) => state.summary?.shadow.ready ?? false) && height >= 780;
   return (
@@ -74,6 +76,7 @@ function Bench() {
         {is_tree && !narrow && <PaletteList picture={picture} />}
         {is_tree && narrow && <Inspector />}
         {is_chart && narrow && <ChartForm />}
+        {is_requirement && narrow && <PastPanel />}
       </div>
       <div className="design-middle">
         <DesignBar />
@@ -85,9 +88,9 @@ function Bench() {
           </div>
         )}
       </div>
-      {(is_tree || is_chart) && !narrow && (
-        <aside className="design-right" aria-label={is_tree ? "Node" : "State"}>
-          {is_tree ? <Inspector /> : <ChartForm />}
+      {(is_tree || is_chart || is_requirement) && !narrow && (
+        <aside className="design-right" aria-label={is_tree ? "Node" : is_chart ? "State" : "Last runs"}>
+          {is_tree ? <Inspector /> : is_chart ? <ChartForm /> : <PastPanel />}
         </aside>
       )}
       <div className="design-foot">

@@ -1,6 +1,6 @@
 import { create } from "zustand";
 
-import type { Design, DesignDocument, Finding, Gesture, OutlineNode, OutlineTree, PaletteNode } from "../protocol/types";
+import type { Design, DesignDocument, DesignPast, Finding, Gesture, OutlineNode, OutlineTree, PaletteNode } from "../protocol/types";
 import { note, on_design, request, type DesignMessage } from "../store/store";
 import { Places, splice_between } from "./places";
 
@@ -27,6 +27,8 @@ export interface DesignState {
   /** Of a chart: the chosen state's id. */
   state: string | null;
   look: Look;
+  /** What requirements would have said of the last runs, by file. */
+  past: Readonly<Record<string, DesignPast>>;
   /** Says why something was refused, beside the picture. */
   refused: string | null;
   problems_open: boolean;
@@ -44,6 +46,7 @@ export const useDesign = create<DesignState>()(() => ({
   chosen: null,
   state: null,
   look: (localStorage.getItem(kLookStored) as Look | null) ?? "both",
+  past: {},
   refused: null,
   problems_open: false,
 }));
@@ -101,6 +104,11 @@ function receive(message: DesignMessage): void {
     case "design_document": {
       const { type: _, ...document } = message;
       take(document);
+      break;
+    }
+    case "design_past": {
+      const { type: _, ...past } = message;
+      useDesign.setState((state) => ({ past: { ...state.past, [past.file]: past } }));
       break;
     }
     case "design_gone": {

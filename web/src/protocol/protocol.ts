@@ -292,6 +292,12 @@ export const DesignDocument = object({
   trees: or_null(list(OutlineTree)),
   chart: or_null(OutlineChart),
 });
+/** What a file of requirements would have said of the last runs; `violated`: when first [ns], by run. */
+export const DesignPast = object({
+  file: string(),
+  runs: list(object({ name: string(), ended: index(), problem: string() })),
+  requirements: list(object({ name: string(), line: index(), violated: list(or_null(index())) })),
+});
 export const PaletteNode = object({
   id: string(),
   kind: NodeKind,
@@ -394,6 +400,7 @@ export const ServerMessages = {
   problem: said("problem", Problem),
   design: said("design", Design),
   design_document: said("design_document", DesignDocument),
+  design_past: said("design_past", DesignPast),
   design_gone: said("design_gone", object({ file: string() })),
   answer: said("answer", Answer),
 } as const;

@@ -60,6 +60,7 @@ export type OutlineNode = Static<typeof protocol.OutlineNode>;
 export type OutlineTree = Static<typeof protocol.OutlineTree>;
 export type OutlineChart = Static<typeof protocol.OutlineChart>;
 export type DesignDocument = Static<typeof protocol.DesignDocument>;
+export type DesignPast = Static<typeof protocol.DesignPast>;
 export type PaletteNode = Static<typeof protocol.PaletteNode>;
 export type Gesture = Static<typeof protocol.Gesture>;
 export type Interventions = Static<typeof protocol.Interventions>;

@@ -103,11 +103,11 @@ export function make_index(model: Model): Index {
 }
 
 /** What is said of a project that is edited; the store of design mode takes it. */
-export type DesignMessage = Extract<ServerMessage, { type: "design" | "design_document" | "design_gone" }>;
+export type DesignMessage = Extract<ServerMessage, { type: "design" | "design_document" | "design_gone" | "design_past" }>;
 export type RunMessage = Exclude<ServerMessage, { type: "answer" } | DesignMessage>;
 
 function is_of_design(message: RunMessage | DesignMessage): message is DesignMessage {
-  return message.type === "design" || message.type === "design_document" || message.type === "design_gone";
+  return message.type === "design" || message.type === "design_document" || message.type === "design_gone" || message.type === "design_past";
 }
 
 /** Told of each message of design mode at once, in order. */

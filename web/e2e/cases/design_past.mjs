@@ -1,0 +1,43 @@
+// A requirement that is being written says what it would have said of the last runs.
+import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
+import { readdirSync } from "node:fs";
+import { join } from "node:path";
+import { test } from "node:test";
+
+import { until } from "../harness/browser.mjs";
+import { copy_of, open_design, serve_design } from "../harness/design.mjs";
+import { program as sentree } from "../harness/program.mjs";
+
+const kNew = "never_below: always level >= 30 %.";
+
+test("a requirement shows when the last runs would have violated it, as monitor check has it", async () => {
+  const folder = copy_of("recharge");
+  for (const scenario of ["experiment1", "normal"]) {
+    spawnSync(sentree, ["run", folder, "--scenario", scenario, "--clock", "virtual", "--record", join(folder, "runs", `${scenario}.mcap`)]);
+  }
+  const program = await serve_design(folder);
+  const { page, close } = await open_design(program.url, { file: "requirements/recharge.req" });
+  const run_of = (requirement, run) => page.locator(`[data-requirement="${requirement}"][data-past-run="${run}"]`);
+  await run_of("never_empty", "experiment1").waitFor();
+  assert.notEqual(await run_of("never_empty", "experiment1").getAttribute("data-violated"), "");
+  assert.equal(await run_of("never_empty", "normal").getAttribute("data-violated"), "");
+
+  await page.locator(".cm-content").focus();
+  await page.keyboard.press("Control+End");
+  await page.keyboard.type(`\n${kNew}`);
+  const began = Date.now();
+  await run_of("never_below", "experiment1").waitFor();
+  console.log(`# from the last letter to the past: ${Date.now() - began} ms`);
+  await page.keyboard.press("Control+s");
+  await page.locator('[data-file="requirements/recharge.req"][data-dirty=false]').waitFor();
+  const file = join(folder, "requirements/recharge.req");
+  for (const run of readdirSync(join(folder, "runs"))) {
+    const checked = spawnSync(sentree, ["monitor", "check", join(folder, "runs", run), "--req", file, "--json"], { encoding: "utf8" });
+    const monitor = JSON.parse(checked.stdout).monitors.find(({ monitor: name }) => name === "never_below");
+    const expected = monitor.verdict === "violated" ? String(Math.round(monitor.time * 1e9)) : "";
+    await until(async () => (await run_of("never_below", run.replace(".mcap", "")).getAttribute("data-violated")) === expected, `${run} as monitor check has it (${expected})`);
+  }
+  await close();
+  await program.stop();
+});

@@ -1,0 +1,69 @@
+import { clock_text } from "../draw/format";
+import type { DesignPast } from "../protocol/types";
+import { doc_of, go_to, useDesign } from "./design";
+import type { Places } from "./places";
+
+/** What the requirements of the open file would have said of the project's last runs. */
+export function PastPanel() {
+  const past = useDesign(({ file, past: known }) => (file === null ? undefined : known[file]));
+  const doc = useDesign(doc_of);
+  if (!past || !doc) return <p className="empty">Looking at the last runs …</p>;
+  if (past.runs.length === 0)
+    return (
+      <p className="empty">
+        There is no recording in <span className="mono">runs/</span>. <span className="mono">sentree run</span> makes one; what is written here is then tried on it.
+      </p>
+    );
+  return (
+    <div className="past scroll" data-testid="past" tabIndex={0}>
+      <h2>In the last runs</h2>
+      {past.requirements.length === 0 && <p className="muted">No requirement can be read.</p>}
+      {past.requirements.map((requirement) => (
+        <Requirement key={requirement.name} requirement={requirement} runs={past.runs} places={doc.places} />
+      ))}
+    </div>
+  );
+}
+
+function Requirement({ requirement, runs, places }: { requirement: DesignPast["requirements"][number]; runs: DesignPast["runs"]; places: Places }) {
+  return (
+    <section aria-label={requirement.name}>
+      <button className="past-name mono" title="Go to it" onClick={() => go_to(places.byte(start_of(places.shown, requirement.line)), true)}>
+        {requirement.name}
+      </button>
+      <ul>
+        {runs.map((run, i) => (
+          <Run key={run.name} run={run} at={requirement.violated[i] ?? null} requirement={requirement.name} />
+        ))}
+      </ul>
+    </section>
+  );
+}
+
+/** Where a line begins, counted from 1. */
+function start_of(text: string, line: number): number {
+  let at = 0;
+  for (let i = 1; i < line; i += 1) at = text.indexOf("\n", at) + 1;
+  return at;
+}
+
+const kBar_px = 200;
+
+function Run({ run, at, requirement }: { run: DesignPast["runs"][number]; at: number | null; requirement: string }) {
+  const said = run.problem || (at === null ? "not violated" : `violated at ${clock_text(at)}`);
+  return (
+    <li data-past-run={run.name} data-requirement={requirement} data-violated={at ?? ""} title={`${run.name}: ${said}`}>
+      <span className="ellipsis mono">{run.name}</span>
+      {run.problem === "" && (
+        <svg viewBox={`0 0 ${kBar_px} 10`} preserveAspectRatio="none" aria-hidden="true">
+          <rect className="past-bar" y={3} width={kBar_px} height={4} />
+          {at !== null && <rect className="past-mark" x={Math.min((at / Math.max(run.ended, 1)) * kBar_px, kBar_px - 3)} width={3} height={10} />}
+        </svg>
+      )}
+      <span className={at === null ? "muted" : "alarm"}>
+        {run.problem === "" && at !== null && "✗ "}
+        {said}
+      </span>
+    </li>
+  );
+}
