@@ -58,6 +58,7 @@ std::uint32_t Loader::add_manifest(const Manifest& manifest) {
 std::vector<std::string> Loader::known_ids() const {
   if (diagnostics_.size() >= kHintsMax) return {};
   std::vector<std::string> ids = options_.skills;
+  ids.insert(ids.end(), {"Action", "Condition", "Control", "Decorator"});
   for (const Manifest& manifest : builtins(model_->format)) ids.push_back(manifest.id);
   for (const auto& [id, manifest] : declared_) ids.push_back(id);
   if (options_.palette != nullptr) {
@@ -194,7 +195,8 @@ std::uint32_t Loader::find_manifest(const XmlElement& element, bool& is_explicit
     const std::string shown(id);
     const Manifest* const other = find_builtin(id, 7 - model_->format);
     std::optional<Category> kind;
-    if (options_.skill_kind && declared == declared_.end())
+    // Who writes an ID besides means the tag to be a kind: <Aciton ID="Go"/>.
+    if (options_.skill_kind && declared == declared_.end() && (is_explicit || !element.attribute("ID")))
       kind = options_.skill_kind(id, element.attribute("name").value_or(id));
     if (!is_explicit && definition_index_.contains(id) && (model_->format == 3 || options_.partial)) {
       // Format 3 lets a SubTree be written as a node of its ID.

@@ -10,6 +10,7 @@
 
 #include "sentree/base/rng.h"
 #include "sentree/base/temporary_folder.h"
+#include "sentree/campaign/check.h"
 #include "sentree/campaign/pool.h"
 #include "sentree/campaign/shrink.h"
 #include "sentree/text/file.h"
@@ -122,6 +123,21 @@ TEST_F(Campaign, IsTheSameWhateverTheNumberOfProcesses) {
   EXPECT_EQ(tables[0], tables[2]);
   EXPECT_EQ(results[0], results[1]);
   EXPECT_EQ(results[0], results[2]);
+}
+
+TEST_F(Campaign, IsCheckedWithItsProject) {
+  usual();
+  EXPECT_THAT(check_project(folder_.path()), testing::IsEmpty());
+  vary("parameters: {}\nfaults: {any_of: [{kill: IsHgh}]}\n");
+  write("old/elsewhere.yaml", "override: {missoin: {repeat: true}}\n");
+  write("old/broken.yaml", "override: {}\nexpect: {\n");
+  write("old/no_scenario.yaml", "missoin: none\n");
+  std::string all;
+  for (const auto& diagnostic : check_project(folder_.path())) all += to_string(diagnostic) + "\n";
+  EXPECT_THAT(all, HasSubstr("did you mean \"IsHigh\"?"));
+  EXPECT_THAT(all, HasSubstr("elsewhere.yaml:1:12: "));
+  EXPECT_THAT(all, HasSubstr("broken.yaml:"));
+  EXPECT_THAT(all, testing::Not(HasSubstr("no_scenario")));
 }
 
 TEST_F(Campaign, OfShardsThatAreMergedIsTheSameAsInOne) {

@@ -3,7 +3,9 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 
+#include "sentree/campaign/check.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/document.h"
 #include "sentree/cli/output.h"
@@ -32,6 +34,7 @@ void add_new(Diagnostics& all, const Diagnostics& found) {
 struct ProjectFindings {
   Diagnostics all;
   std::set<std::filesystem::path> files;  ///< That were read.
+  bool told = false;                      ///< That it has errors elsewhere.
 };
 using KnownProjects = std::map<std::filesystem::path, ProjectFindings>;
 
@@ -61,10 +64,10 @@ std::optional<Diagnostics> check_in_project(const std::filesystem::path& chart, 
       others = others || diagnostic.severity == Severity::kError;
     }
   }
-  if (others) {
+  if (others && !std::exchange(found.told, true)) {
     own.push_back({Severity::kWarning, "check.project",
                    "the project in " + folder.string() +
-                       " has errors elsewhere, so not all that it says of this chart could be checked",
+                       " has errors elsewhere, so not all that it says of its charts could be checked",
                    SourceSpan{chart.string()}});
   }
   return own;
@@ -127,8 +130,9 @@ Diagnostics check_one(const std::string& path) {
   const std::filesystem::path file(path);
   if (file.extension() == ".req") return check_requirements(file);
   if (file.extension() == ".thrift") return project::load_interface(file, path).diagnostics;
+  if (campaign::is_vary(file)) return campaign::check_vary(file);
   if (is_scenario(file)) return check_scenario(file);
-  return project::check_project(path);
+  return campaign::check_project(path);
 }
 
 // Whether that is a project, and not just a folder with trees and charts in it.

@@ -138,6 +138,15 @@ TEST(Schema, ReadsIncludesOnceAndRefusesCircles) {
   EXPECT_EQ(missing.diagnostics[0].severity, Severity::kWarning);
 }
 
+TEST(Schema, TellsAnAnnotationThatNearlyIsOneOfItsOwn) {
+  const auto loaded =
+      Schema::load("struct S { 1: double share (untt = \"%\"), 2: i32 n (cpp.type = \"int\") }", "s.thrift");
+  ASSERT_TRUE(loaded.ok());
+  ASSERT_EQ(loaded.diagnostics.size(), 1U);
+  EXPECT_EQ(to_string(loaded.diagnostics[0]),
+            "s.thrift:1:29: warning: annotation \"untt\" means nothing here; did you mean \"unit\"?");
+}
+
 TEST(Schema, KeepsItsBounds) {
   const auto nested = [](int depth) {
     std::string type;

@@ -157,9 +157,15 @@ class Parser {
     if (!is_symbol('(')) return true;
     if (!advance()) return false;
     while (!is_symbol(')')) {
+      static const std::vector<std::string> kKnown{"unit", "min", "max"};
       std::string name;
       std::string value;
+      const SourceSpan at = here();
       if (!identifier("an annotation or \")\"", name)) return false;
+      if (std::find(kKnown.begin(), kKnown.end(), name) == kKnown.end()) {
+        if (const std::string near = did_you_mean(name, kKnown); !near.empty())
+          warn(at, "idl.annotation", "annotation \"" + name + "\" means nothing here" + near);
+      }
       if (is_symbol('=') && (!advance() || !text("the annotation's value in quotes", value))) return false;
       if (unit != nullptr && name == "unit") *unit = value;
       if (bounded != nullptr && (name == "min" || name == "max")) {

@@ -68,6 +68,12 @@ class Resolver {
     auto copy = std::make_shared<Condition>(*condition);
     const Place below{is_comparison(condition->kind), place.in_where};
     for (ConditionPtr& operand : copy->operands) operand = visit(operand, arguments, below);
+    const auto is_bare = [](const ConditionPtr& operand) { return operand && operand->is_word; };
+    if (is_comparison(copy->kind) && std::all_of(copy->operands.begin(), copy->operands.end(), is_bare)) {
+      error(copy->span, "requirement.unknown-name",
+            "\"" + copy->operands[0]->text + "\" and \"" + copy->operands[1]->text +
+                "\" are words that stand for themselves; one of them should be defined by let");
+    }
     if (copy->source && copy->source->where)
       copy->source->where = visit(copy->source->where, arguments, {.compared = false, .in_where = true});
     if ((copy->kind == Kind::kRises || copy->kind == Kind::kFalls) && is_momentary(*copy->operands[0])) {

@@ -145,6 +145,14 @@ const Broken kBroken[] = {
      "it\nsentree.yaml:10:73: monitor \"battery\": its chart has no transition for event \"tick\""},
     {"MainTreeOfNoTree", "mission.xml", "main_tree_to_execute=\"Main\"", "main_tree_to_execute=\"Man\"",
      "mission.xml:9:24: warning: there is no BehaviorTree \"Man\"; did you mean \"Main\"?"},
+    {"AttributeOfAPort", "mission.xml", "<input_port name=\"threshold\" type", "<input_port name=\"threshold\" tpye",
+     "mission.xml:34:36: warning: attribute \"tpye\" of a port means nothing; did you mean \"type\"?"},
+    {"PlaceThatIsAssigned", "monitors/recharge.scxml", "expr=\"'station'\"", "expr=\"'statoin'\"",
+     "monitors/recharge.scxml:37:41: warning: nothing else in this project makes target 'statoin'; did you mean "
+     "\"station\"?"},
+    {"TwoWordsThatAreCompared", "requirements/recharge.req", "destination = kitchen", "robot = kitchen",
+     "requirements/recharge.req:15:35: \"robot\" and \"kitchen\" are words that stand for themselves; one of them "
+     "should be defined by let"},
 };
 
 class BrokenProject : public testing::TestWithParam<Broken> {};

@@ -637,7 +637,10 @@ class ChartReader {
       } else if (const auto* assign = std::get_if<scxml::Assign>(&action.what)) {
         expression(assign->location, scope);
         const ExpressionType value = expression(assign->expr, scope);
-        if (assign->location != scxml::kNoExpression) write(model_.expressions[assign->location].text, value);
+        if (assign->location != scxml::kNoExpression) {
+          check_assigned(assign->expr, model_.expressions[assign->location].text);
+          write(model_.expressions[assign->location].text, value);
+        }
       } else if (const auto* send = std::get_if<scxml::Send>(&action.what)) {
         for (const scxml::Text* text : {&send->event, &send->target, &send->type}) expression(text->expr, scope);
         check_delay(send->delay, scope);
@@ -655,6 +658,26 @@ class ChartReader {
         check_cancel(*cancel, action.place);
       }
     }
+  }
+
+  // A text that nearly is one of those that the data has from outside the chart.
+  void check_assigned(Id id, const std::string& location) {
+    if (told_ == nullptr || id == scxml::kNoExpression || !trees_[id] || trees_[id]->nodes.size() != 1) return;
+    const ScriptNode& literal = trees_[id]->at(0);
+    const auto data = names_.find(location);
+    if (literal.kind != Node::kText || data == names_.end()) return;
+    std::vector<std::string> known;
+    for (const DataType& form : data->second.forms) {
+      if (form.name == "text") continue;  // another constant of the chart
+      known.insert(known.end(), form.words.begin(), form.words.end());
+      known.insert(known.end(), form.samples.begin(), form.samples.end());
+    }
+    if (std::find(known.begin(), known.end(), literal.text) != known.end()) return;
+    const std::string near = did_you_mean(literal.text, known);
+    if (near.empty()) return;
+    told_->push_back({Severity::kWarning, "check.unknown-word",
+                      "nothing else in this project makes " + location + " '" + literal.text + "'" + near,
+                      chart_.span(model_.expressions[id].place)});
   }
 
   void check_delay(const scxml::Text& delay, const Scope& scope) {

@@ -62,6 +62,15 @@ void check_types(const text::XmlElement& model, Diagnostics& diagnostics) {
       warn(diagnostics, "check.unknown-model", "<" + kind + "> declares a node without an ID", node.span());
     }
     for (text::XmlElement port = node.first_child(); port; port = port.next_sibling()) {
+      static const std::vector<std::string> kAttributes{"name", "type", "default"};
+      for (const text::XmlAttribute& attribute : port.attributes()) {
+        const std::string name(attribute.name);
+        if (std::find(kAttributes.begin(), kAttributes.end(), name) != kAttributes.end()) continue;
+        const std::string near = did_you_mean(name, kAttributes);
+        if (!near.empty())
+          warn(diagnostics, "check.unknown-attribute", "attribute \"" + name + "\" of a port means nothing" + near,
+               port.attribute_span(name));
+      }
       const std::string type(port.attribute("type").value_or(""));
       if (type.empty() || bt::type_named(type) != nullptr) continue;
       const bool is_std = type.starts_with("std::") && type.find('<') == std::string::npos;

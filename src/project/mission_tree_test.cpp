@@ -60,6 +60,13 @@ constexpr const char* kSkill =
     "<transition event=\"tick\" target=\"success\"/><transition event=\"halt\" target=\"halted\"/></state><final "
     "id=\"success\"/><final id=\"halted\"/></scxml>";
 
+TEST(MissionTree, DoesNotTakeASlipOfAKindForASkillOfThatName) {
+  Folder folder;
+  folder.yaml("mission: {file: m.xml}\nskills: {Go: {at: 'tcp://127.0.0.1:9'}}\n");
+  folder.tree("m.xml", "Main", "<Aciton ID=\"Go\" name=\"Go\"/>");
+  EXPECT_THAT(folder.told(), HasSubstr("there is no node \"Aciton\"; did you mean \"Action\"?"));
+}
+
 TEST(MissionFiles, AreFoundByPatternsAndLendEachOtherTheirTrees) {
   Folder folder;
   folder.yaml("mission: {files: [trees/*.xml, more/dock.xml], tree: Main}\n")

@@ -1,0 +1,72 @@
+#include "sentree/campaign/check.h"
+
+#include <algorithm>
+#include <set>
+#include <string>
+#include <string_view>
+
+#include "sentree/campaign/runner.h"
+#include "sentree/text/file.h"
+
+namespace sentree::campaign {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// By its text: one that does not parse is told too.
+bool has_one_of(const fs::path& file, std::initializer_list<std::string_view> keys) {
+  if (file.extension() != ".yaml") return false;
+  const auto source = text::read_file(file);
+  if (!source) return false;
+  const std::string text = "\n" + *source;
+  const auto has = [&](std::string_view key) { return text.find("\n" + std::string(key) + ":") != std::string::npos; };
+  return !has("mission") && std::any_of(keys.begin(), keys.end(), has);
+}
+
+Diagnostics check_scenario(const fs::path& file) {
+  auto scenario = project::load_scenario(file);
+  if (scenario.ok()) scenario.diagnostics = project::prepare(std::move(*scenario.value)).diagnostics;
+  return std::move(scenario.diagnostics);
+}
+
+}  // namespace
+
+bool is_vary(const fs::path& file) {
+  return file.filename() == "campaign.yaml" || has_one_of(file, {"parameters", "faults", "runs"});
+}
+
+Diagnostics check_vary(const fs::path& file) {
+  const fs::path folder = file.parent_path();
+  return Runner::load(folder.empty() ? fs::path(".") : folder, file).diagnostics;
+}
+
+Diagnostics check_project(const fs::path& folder_or_file) {
+  Diagnostics all = project::check_project(folder_or_file);
+  const auto add = [&](const Diagnostics& found) {
+    std::copy_if(found.begin(), found.end(), std::back_inserter(all), [&](const Diagnostic& diagnostic) {
+      return std::find(all.begin(), all.end(), diagnostic) == all.end();
+    });
+  };
+  const auto project = project::load_project(folder_or_file);
+  if (!project.ok()) return all;
+  const fs::path& folder = project.value->folder;
+  std::error_code error;
+  if (fs::exists(folder / "campaign.yaml", error)) add(check_vary(folder / "campaign.yaml"));
+  std::set<fs::path> elsewhere;
+  for (auto entry = fs::recursive_directory_iterator(folder, fs::directory_options::skip_permission_denied, error);
+       !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    const bool is_left_out = name.starts_with('.') || name == "scenarios" || name == "runs" || name == "campaign" ||
+                             entry.depth() >= kFolderDepthMax || fs::exists(entry->path() / "sentree.yaml", error);
+    if (entry->is_directory(error)) {
+      if (is_left_out) entry.disable_recursion_pending();
+    } else if (entry.depth() > 0 && has_one_of(entry->path(), {"override", "timeline", "expect"})) {
+      elsewhere.insert(entry->path());
+    }
+  }
+  for (const fs::path& file : elsewhere) add(check_scenario(file));
+  return all;
+}
+
+}  // namespace sentree::campaign
