@@ -19,6 +19,7 @@ install(CODE "
     execute_process(COMMAND \"$<TARGET_FILE:sentree>\" completion \${name} OUTPUT_FILE \"${share}/\${file}\" COMMAND_ERROR_IS_FATAL ANY)
   endforeach()
 " COMPONENT program)
+install(DIRECTORY docs/tutorial DESTINATION ${CMAKE_INSTALL_DATADIR}/sentree COMPONENT program)
 install(FILES packaging/sentree.desktop DESTINATION ${CMAKE_INSTALL_DATADIR}/applications COMPONENT program)
 install(FILES packaging/sentree.xml DESTINATION ${CMAKE_INSTALL_DATADIR}/mime/packages COMPONENT program)
 install(FILES web/public/icon.svg DESTINATION ${CMAKE_INSTALL_DATADIR}/icons/hicolor/scalable/apps RENAME sentree.svg COMPONENT program)
