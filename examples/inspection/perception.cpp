@@ -8,8 +8,8 @@ namespace bt = sentree::bt;
 
 namespace {
 
-/// The picture is a row of brightnesses; a real node would take them from a camera. Averaging over the ticks, as a filter does,
-/// the node is surer the longer it looks. A dark place never gets beyond half.
+/// The picture is a row of brightnesses; a real node would take them from a camera. Averaging over the ticks, as a
+/// filter does, the node is surer the longer it looks. A dark place never gets beyond half.
 struct Inspect {
   double sum = 0;
   int seen = 0;
