@@ -264,6 +264,7 @@ class SkillMachine::Step {
 
   bool operator()(TickSkill&& tick) {
     state_.tick = tick.tick;
+    state_.answered = 0;
     if (halting_) {
       // No ticks are delivered while a halt goes on.
       answer(bt::Status::kRunning, {});
@@ -497,7 +498,7 @@ class SkillMachine::Step {
   // @param asked  By a tick.
   void start(const Map& inputs, bool asked = true) {
     const scxml::Chart& chart = model_.chart;
-    ++state_.run;
+    state_.run = host_.run_number(state_.run + 1);
     lives_ = true;
     alive_ = asked;
     ended_ = false;

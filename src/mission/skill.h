@@ -120,6 +120,9 @@ class SkillHost {
   [[nodiscard]] virtual TimePoint now() const = 0;
   virtual void publish(Message message) = 0;
   [[nodiscard]] virtual std::uint64_t next_call() = 0;
+  /// The number of its next run: at least 1, and that of no run whose calls are on their way.
+  /// @param next  Where they are counted.
+  [[nodiscard]] virtual std::uint64_t run_number(std::uint64_t next) { return next; }
   /// Publishes a request unless a gate refuses it. Nothing: `Admitted` follows.
   [[nodiscard]] virtual std::optional<Admission> request(Message message, const Shared<Call>& call) = 0;
   /// Makes the call; `Outcome` follows.

@@ -283,7 +283,7 @@ class TreeMachine::Step {
     if (leaf.late) return;  // answered already, see `run`
     const TimePoint now = host_.now();
     if (leaf.outstanding == 0) {
-      leaf.outstanding = ++state_.next_tick;
+      leaf.outstanding = host_.tick_number(index, ++state_.next_tick);
       leaf.asked = now;
       leaf.call = host_.next_call();
       publish(MessageKind::kRequest, "mission", plan.name, plan.name + ".tick.request", entry("inputs", effect.inputs),

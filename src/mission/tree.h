@@ -97,6 +97,9 @@ class TreeHost {
   [[nodiscard]] virtual TimePoint now() const = 0;
   virtual void publish(Message message) = 0;
   [[nodiscard]] virtual std::uint64_t next_call() = 0;
+  /// The number of a leaf's next tick: at least 1, and that of none of its ticks and answers that are on their way.
+  /// @param next  Where they are counted.
+  [[nodiscard]] virtual std::uint64_t tick_number(std::size_t /*leaf*/, std::uint64_t next) { return next; }
   /// From now on observations belong to this root tick.
   virtual void set_tick(std::uint64_t tick) = 0;
   // How a leaf's skill is reached, wherever that runs; `Answered` and `Halted` follow. A cancelled run answers nothing.

@@ -4,137 +4,9 @@
 #include <utility>
 
 #include "sentree/base/assert.h"
-#include "sentree/idl/conform.h"
 #include "sentree/mission/choice.h"
 
 namespace sentree::mission {
-
-class VirtualHost::TreeSide final : public TreeHost {
- public:
-  explicit TreeSide(VirtualHost& of)
-      : host_(of),
-        machine(TreeModel{.plan = &of.plan_,
-                          .period = of.plan_.scenario.project.period,
-                          .repeat = of.plan_.scenario.project.repeat,
-                          .deadlines = of.plan_.scenario.project.deadlines,
-                          .tick_times = {},
-                          .one_deadline_timer = false}) {}
-
- private:
-  TimePoint now() const override { return host_.state_->now; }
-  void publish(Message message) override { host_.publish(std::move(message)); }
-  std::uint64_t next_call() override { return ++host_.state_->calls; }
-  void set_tick(std::uint64_t tick) override { host_.state_->tick = tick; }
-  void tick(std::size_t leaf, std::uint64_t tick, bool started, const Map& inputs) override {
-    host_.tell_skill(leaf, "tick", TickSkill{tick, started, inputs});
-  }
-  void halt(std::size_t leaf) override { host_.tell_skill(leaf, "halt", HaltSkill{}); }
-  void cancel(std::size_t leaf) override { host_.tell_skill(leaf, "cancel", CancelSkill{}); }
-  void deliver(TreeDelivery what) override { host_.post({Delivery::kTree, std::move(what)}); }
-  void deliver_at(TimePoint when, Rank rank, TreeDelivery what) override {
-    host_.put(when, rank, {Delivery::kTree, std::move(what)});
-  }
-  std::optional<bt::Status> forced(std::string_view leaf) override { return host_.state_->faults.forced(leaf); }
-  TimePoint due(std::size_t) override { return {}; }
-  void tick_began(Duration) override {}
-  void tick_done(std::uint64_t, Duration) override {}
-  void problem(std::string what) override { host_.surroundings_->problem(what); }
-  void ended() override {}
-
-  VirtualHost& host_;
-
- public:
-  TreeMachine machine;
-};
-
-class VirtualHost::SkillSide final : public SkillHost {
- public:
-  SkillSide(VirtualHost& of, std::size_t leaf, SkillModel model) : host_(of), leaf_(leaf), machine(std::move(model)) {}
-
- private:
-  TimePoint now() const override { return host_.state_->now; }
-  void publish(Message message) override { host_.publish(std::move(message)); }
-  std::uint64_t next_call() override { return ++host_.state_->calls; }
-  std::optional<Admission> request(Message message, const Shared<Call>&) override {
-    message.time = now();
-    message.tick = host_.state_->tick;
-    if (auto veto = host_.surroundings_->judge(message)) return Admission{std::move(veto)};
-    publish(std::move(message));
-    return Admission{};
-  }
-  void send(const Shared<Call>& call, const idl::Method&) override {
-    if (host_.plan_.services.at(call->service).at == "topics") {
-      deliver(Outcome{call, {.ok = true, .result = {}, .kind = {}, .message = {}}});
-    } else if (host_.state_->down.contains(call->service)) {
-      deliver(Outcome{
-          call,
-          {.ok = false, .result = {}, .kind = "unreachable", .message = "service " + call->service + " was killed"}});
-    } else {
-      host_.post(
-          {host_.model_of_.find(call->service)->second, ModelDelivery(ServeCall{leaf_, machine.model().name, call})});
-    }
-  }
-  void deliver(SkillDelivery what) override { host_.post({leaf_, std::move(what)}); }
-  void deliver_at(TimePoint when, Rank rank, SkillDelivery what) override {
-    host_.put(when, rank, {leaf_, std::move(what)});
-  }
-  Duration delay_of(std::string_view message) override { return host_.state_->faults.delay_of(message); }
-  void falsify(std::string_view call, const idl::Method& method, Value& result) override {
-    host_.state_->faults.falsify(call, method, result);
-  }
-  void answer(std::uint64_t tick, bt::Status status, Map outputs) override {
-    host_.post({Delivery::kTree, TreeDelivery(Answered{leaf_, tick, status, std::move(outputs)})});
-  }
-  void halted() override { host_.post({Delivery::kTree, TreeDelivery(Halted{leaf_})}); }
-  void log(const scxml::LogLine& line) override {
-    Message message;
-    message.source = machine.model().name;
-    message.name = message.source + ".log";
-    message.data = Map{{"label", line.label}, {"text", line.text}};
-    publish(std::move(message));
-  }
-  void problem(const std::string& what) override { host_.surroundings_->problem(what); }
-  void taken(scxml::TransitionIndex transition) override { host_.surroundings_->taken(leaf_, transition); }
-
-  VirtualHost& host_;
-  std::size_t leaf_;
-
- public:
-  SkillMachine machine;
-};
-
-class VirtualHost::ModelSide final : public ModelHost {
- public:
-  ModelSide(VirtualHost& of, std::size_t index, ComponentModel model)
-      : host_(of), index_(index), machine(std::move(model)) {}
-
- private:
-  TimePoint now() const override { return host_.state_->now; }
-  void publish(Message message) override { host_.publish(std::move(message)); }
-  void deliver_at(TimePoint when, Rank rank, ModelDelivery what) override {
-    host_.put(when, rank, {index_, std::move(what)});
-  }
-  std::uint64_t next_call() override { return ++host_.state_->calls; }
-  std::optional<Admission> request(Message message) override {
-    message.time = now();
-    message.tick = host_.state_->tick;
-    if (auto veto = host_.surroundings_->judge(message)) return Admission{std::move(veto)};
-    publish(std::move(message));
-    return Admission{};
-  }
-  std::optional<std::uint64_t> choose(const Choice& choice) override { return host_.surroundings_->choose(choice); }
-  void answer(std::size_t leaf, const Shared<Call>& call, CallOutcome outcome) override {
-    if (leaf != ServeCall::kOutside) host_.post({leaf, SkillDelivery(Outcome{call, std::move(outcome)})});
-  }
-  void problem(const std::string& what) override { host_.surroundings_->problem(what); }
-  void refused(const Diagnostic& why) override { host_.surroundings_->refused(why); }
-
-  VirtualHost& host_;
-  std::size_t index_;
-
- public:
-  ModelMachine machine;
-};
 
 Diagnostics VirtualHost::obstacles(const project::Plan& plan) {
   Diagnostics out;
@@ -162,39 +34,15 @@ Diagnostics VirtualHost::obstacles(const project::Plan& plan) {
   return out;
 }
 
-VirtualHost::VirtualHost(const project::Plan& plan) : plan_(plan) {
-  for (std::size_t i = 0; i < plan.leaves.size(); ++i) {
-    skills_.push_back(std::make_unique<SkillSide>(*this, i, skill_model(plan, i)));
-    for (const std::string& topic : plan.leaves[i].subscribes)
-      takers_[topic].push_back({.is_model = false, .index = i});
-  }
-  for (std::size_t i = 0; i < plan.models.size(); ++i) {
-    models_.push_back(std::make_unique<ModelSide>(*this, i, component_model(plan, i)));
-    for (const std::string& service : plan.models[i].serves) model_of_[service] = i;
-    for (const std::string& topic : plan.models[i].subscribes) takers_[topic].push_back({.is_model = true, .index = i});
-  }
-  tree_ = std::make_unique<TreeSide>(*this);
-}
-
-VirtualHost::~VirtualHost() = default;
-
-void VirtualHost::remember_steps() {
-  for (const auto& skill : skills_) skill->machine.remember_steps();
-  for (const auto& model : models_) model->machine.remember_steps();
-}
-
-const SkillMachine& VirtualHost::skill(std::size_t leaf) const { return skills_[leaf]->machine; }
-const ModelMachine& VirtualHost::model(std::size_t index) const { return models_[index]->machine; }
-
 State VirtualHost::begin() {
   State state;
-  state.tree = tree_->machine.initial();
-  state.skills.resize(skills_.size());
-  state.models.resize(models_.size());
-  state.faults = Faults(plan_.scenario.delays);
+  state.tree = parts_.initial_tree();
+  state.skills.resize(parts_.skills());
+  state.models.resize(parts_.models());
+  state.faults = Faults(plan().scenario.delays);
   state_ = &state;
-  for (std::size_t i = 0; i < models_.size(); ++i) put({}, Rank::kSimulator, {i, ModelDelivery(StartModel{})});
-  tree_->machine.start(state.tree, *tree_);
+  for (std::size_t i = 0; i < parts_.models(); ++i) put({}, Rank::kSimulator, {i, ModelDelivery(StartModel{})});
+  parts_.start(state.tree, *this);
   state_ = nullptr;
   return state;
 }
@@ -214,32 +62,29 @@ void VirtualHost::publish(Message message) {
   message.time = state_->now;
   message.tick = state_->tick;
   surroundings_->observed(message);
-  if (!takers_.empty() && message.kind == MessageKind::kRequest) deliver_topic(message);
+  if (parts_.has_topics() && message.kind == MessageKind::kRequest) deliver_topic(message);
+}
+
+std::optional<Veto> VirtualHost::judge(const Message& request) {
+  Message message = request;
+  message.time = state_->now;
+  message.tick = state_->tick;
+  return surroundings_->judge(message);
 }
 
 // A call of a one-way method reaches whoever subscribes to it; a delayed one holds back the later ones.
 void VirtualHost::deliver_topic(const Message& message) {
-  std::string_view topic = message.name;
-  topic.remove_suffix(std::string_view(".request").size());
-  const auto takers = takers_.find(topic);
-  if (takers == takers_.end()) return;
-  const idl::Method* const method =
-      plan_.services.at(message.target).service->find(topic.substr(message.target.size() + 1));
-  const Value* const args = message.data.find("args");
-  auto conforming = idl::conform_arguments(*method, args != nullptr ? *args : Value(Map()));
-  if (!conforming) {
-    return surroundings_->problem(std::string(topic) + " of " + message.source +
-                                  " reaches nobody: " + conforming.error().message);
-  }
-  const Duration delay = state_->faults.empty() ? Duration(0) : state_->faults.delay_of(topic);
-  const Shared<Publication> what(Publication{std::string(topic), message.source, std::move(*conforming)});
-  for (const Taker& taker : takers->second) {
+  const Parts::Told told = parts_.told_of(message);
+  if (!told.problem.empty()) return surroundings_->problem(told.problem);
+  if (told.takers == nullptr) return;
+  const Duration delay = state_->faults.empty() ? Duration(0) : state_->faults.delay_of(told.topic);
+  for (const Parts::Taker& taker : *told.takers) {
     TimePoint& not_before =
         taker.is_model ? state_->models[taker.index].topics_not_before : state_->skills[taker.index].topics_not_before;
     not_before = std::max(not_before, add_saturating(state_->now, delay));
     put(not_before, Rank::kMessage,
-        taker.is_model ? Delivery{taker.index, ModelDelivery(Published{what})}
-                       : Delivery{taker.index, SkillDelivery(Published{what})});
+        taker.is_model ? Delivery{taker.index, ModelDelivery(Published{told.what})}
+                       : Delivery{taker.index, SkillDelivery(Published{told.what})});
   }
 }
 
@@ -250,8 +95,47 @@ void VirtualHost::tell_skill(std::size_t leaf, std::string_view message, SkillDe
   not_before = std::max(not_before, now);
   if (!state_->faults.empty())
     not_before =
-        std::max(not_before, now + state_->faults.delay_of(plan_.leaves[leaf].name + "." + std::string(message)));
+        std::max(not_before, now + state_->faults.delay_of(plan().leaves[leaf].name + "." + std::string(message)));
   put(not_before, Rank::kMessage, {leaf, std::move(what)});
+}
+
+void VirtualHost::call(std::size_t leaf, const Shared<Call>& call) {
+  put(now(), Rank::kMessage,
+      state_->down.contains(call->service) ? Delivery{leaf, Parts::unreachable(call)} : parts_.delivery_of(leaf, call));
+}
+
+std::uint64_t VirtualHost::tick_number(std::size_t leaf, std::uint64_t next) {
+  if (!reuses_numbers_) return next;
+  const SkillState& skill = state_->skills[leaf];
+  const auto is_used = [&](std::uint64_t number) {
+    if (skill.answered != skill.tick && skill.tick == number) return true;
+    return std::any_of(state_->queue.begin(), state_->queue.end(),
+                       [&](const Waiting& w) { return numbered_tick(w.what) == std::pair(leaf, number); });
+  };
+  std::uint64_t number = 1;
+  while (is_used(number)) ++number;
+  return number;
+}
+
+std::uint64_t VirtualHost::run_number(std::size_t leaf, std::uint64_t next) {
+  if (!reuses_numbers_) return next;
+  const auto is_used = [&](std::uint64_t number) {
+    for (const SkillState::Line& line : state_->skills[leaf].lines) {
+      for (const auto& call : line.waiting) {
+        if (call->run == number) return true;
+      }
+    }
+    for (const ModelState& model : state_->models) {
+      for (const ModelState::OpenCall& open : model.open) {
+        if (open.leaf == leaf && open.call->run == number) return true;
+      }
+    }
+    return std::any_of(state_->queue.begin(), state_->queue.end(),
+                       [&](const Waiting& w) { return numbered_call(w.what) == std::pair(leaf, number); });
+  };
+  std::uint64_t number = 1;
+  while (is_used(number)) ++number;
+  return number;
 }
 
 void VirtualHost::step(State& state, Surroundings& surroundings) {
@@ -278,60 +162,20 @@ void VirtualHost::step(State& state, Surroundings& surroundings) {
   state.now = next.when;
   Delivery& what = next.what;
   if (auto* tree = std::get_if<TreeDelivery>(&what.what)) {
-    tree_->machine.step(state.tree, std::move(*tree), *tree_);
+    parts_.step(state.tree, std::move(*tree), *this);
   } else if (auto* skill = std::get_if<SkillDelivery>(&what.what)) {
-    (void)skills_[what.leaf]->machine.step(state.skills[what.leaf], std::move(*skill), *skills_[what.leaf]);
+    parts_.step(what.leaf, state.skills[what.leaf], std::move(*skill), *this);
   } else {
-    models_[what.leaf]->machine.step(state.models[what.leaf], std::move(std::get<ModelDelivery>(what.what)),
-                                     *models_[what.leaf]);
+    parts_.step(what.leaf, state.models[what.leaf], std::move(std::get<ModelDelivery>(what.what)), *this);
   }
   state_ = nullptr;
 }
 
 Result<void> VirtualHost::inject(State& state, const project::Intervention& what, Surroundings& surroundings) {
-  using Kind = project::Intervention::Kind;
   state_ = &state;
   surroundings_ = &surroundings;
-  const auto tell = [&](std::uint64_t id) { publish(injection_message(what, "scenario", id)); };
-  if (what.stands()) {
-    const auto id = state.faults.next_id();
-    if (!id) return tl::unexpected(id.error());
-    tell(*id);
-    state.faults.add(*id, what);
-    return {};
-  }
-  if (what.kind == Kind::kClear) {
-    if (auto cleared = state.faults.clear(what.id); !cleared) return cleared;
-    tell(0);
-    return {};
-  }
-  if (what.kind == Kind::kStop) {
-    tell(0);
-    post({Delivery::kTree, TreeDelivery(Stop{})});
-    return {};
-  }
-  const bool kill = what.kind == Kind::kKill;
-  if (!kill && what.kind != Kind::kRestart)
-    return fail("verify.fault", "\"" + std::string(to_string(what.kind)) + "\" is no fault that can be tried");
-  const auto refuse = [&] {
-    return fail("steering.part-state", "\"" + what.target + (kill ? "\" is killed already" : "\" has not been killed"));
-  };
-  for (std::size_t leaf = 0; leaf < skills_.size(); ++leaf) {
-    if (plan_.leaves[leaf].name != what.target) continue;
-    if ((state.skills[leaf].phase == SkillPhase::kKilled) == kill) return refuse();
-    tell(0);
-    post({leaf, kill ? SkillDelivery(KillSkill{}) : SkillDelivery(RestartSkill{})});
-    return {};
-  }
-  if (model_of_.find(what.target) == model_of_.end())
-    return fail("verify.fault", "nothing in the mission is called \"" + what.target + "\"");
-  if (state.down.contains(what.target) == kill) return refuse();
-  tell(0);
-  if (kill)
-    state.down.insert(what.target);
-  else
-    state.down.erase(what.target);
-  return {};
+  const auto is_killed = [&](std::size_t leaf) { return state.skills[leaf].phase == SkillPhase::kKilled; };
+  return mission::inject(parts_, state.faults, state.down, is_killed, what, *this);
 }
 
 }  // namespace sentree::mission

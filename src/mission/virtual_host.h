@@ -1,20 +1,15 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "sentree/base/message.h"
 #include "sentree/base/result.h"
 #include "sentree/mission/choice.h"
-#include "sentree/mission/model.h"
-#include "sentree/mission/skill.h"
+#include "sentree/mission/parts.h"
 #include "sentree/mission/state.h"
-#include "sentree/mission/tree.h"
 #include "sentree/project/plan.h"
 
 namespace sentree::mission {
@@ -45,20 +40,22 @@ class Surroundings {
 ///
 /// Deterministic: equal states and answers of the surroundings give equal observations. The same run as that of
 /// `runtime::Run` in virtual time, message for message.
-class VirtualHost {
+class VirtualHost final : private Ground {
  public:
   /// Why a plan cannot be run so: skills, services or observers in other processes, a simulated robot.
   /// Codes: verify.elsewhere, verify.no-model.
   [[nodiscard]] static Diagnostics obstacles(const project::Plan& plan);
 
   /// @param plan  Without obstacles; borrowed.
-  explicit VirtualHost(const project::Plan& plan);
-  ~VirtualHost();
+  explicit VirtualHost(const project::Plan& plan) : parts_(plan) {}
   VirtualHost(const VirtualHost&) = delete;
   VirtualHost& operator=(const VirtualHost&) = delete;
 
   /// Steps of charts are looked up where they are known: for who goes through many states, and decides every choice.
-  void remember_steps();
+  void remember_steps() { parts_.remember_steps(); }
+  /// Ticks and runs get the smallest number that nothing on its way has, so that behaviour that comes again has the
+  /// same numbers again. Only charts that ask for their session's name can see it.
+  void reuse_numbers() { reuses_numbers_ = true; }
 
   /// Before anything has happened.
   [[nodiscard]] State begin();
@@ -74,32 +71,37 @@ class VirtualHost {
   /// Nothing of the mission is left to do.
   [[nodiscard]] static bool ended(const State& state) { return state.tree.phase == TreePhase::kEnded; }
 
-  [[nodiscard]] const project::Plan& plan() const { return plan_; }
-  [[nodiscard]] const SkillMachine& skill(std::size_t leaf) const;
-  [[nodiscard]] const ModelMachine& model(std::size_t index) const;
+  /// No tick follows; else when the next one is planned.
+  [[nodiscard]] static bool over(const State& state) { return state.tree.over; }
+  [[nodiscard]] static TimePoint planned(const State& state) { return state.tree.planned; }
+
+  [[nodiscard]] const project::Plan& plan() const { return parts_.plan(); }
+  [[nodiscard]] const Parts& parts() const { return parts_; }
 
  private:
-  class TreeSide;
-  class SkillSide;
-  class ModelSide;
-
-  void put(TimePoint when, Rank rank, Delivery what);
-  void post(Delivery what) { put(state_->now, Rank::kMessage, std::move(what)); }
-  void publish(Message message);
+  TimePoint now() const override { return state_->now; }
+  void publish(Message message) override;
+  void set_tick(std::uint64_t tick) override { state_->tick = tick; }
+  void put(TimePoint when, Rank rank, Delivery what) override;
+  void tell_skill(std::size_t leaf, std::string_view message, SkillDelivery what) override;
+  void call(std::size_t leaf, const Shared<Call>& call) override;
+  void taken(std::size_t leaf, scxml::TransitionIndex transition) override { surroundings_->taken(leaf, transition); }
+  void problem(const std::string& what) override { surroundings_->problem(what); }
+  void refused(const Diagnostic& why) override { surroundings_->refused(why); }
+  std::uint64_t next_call() override { return ++state_->calls; }
+  std::uint64_t tick_number(std::size_t leaf, std::uint64_t next) override;
+  std::uint64_t run_number(std::size_t leaf, std::uint64_t next) override;
+  std::optional<bt::Status> forced(std::string_view leaf) override { return state_->faults.forced(leaf); }
+  Duration delay_of(std::string_view message) override { return state_->faults.delay_of(message); }
+  void falsify(std::string_view call, const idl::Method& method, Value& result) override {
+    state_->faults.falsify(call, method, result);
+  }
+  std::optional<Veto> judge(const Message& request) override;
+  std::optional<std::uint64_t> choose(const Choice& choice) override { return surroundings_->choose(choice); }
   void deliver_topic(const Message& message);
-  void tell_skill(std::size_t leaf, std::string_view message, SkillDelivery what);
 
-  const project::Plan& plan_;
-  std::map<std::string, std::size_t, std::less<>> model_of_;  // by service
-  std::unique_ptr<TreeSide> tree_;
-  std::vector<std::unique_ptr<SkillSide>> skills_;
-  std::vector<std::unique_ptr<ModelSide>> models_;
-  // Who subscribes to a topic: skills, then models, as in the plan.
-  struct Taker {
-    bool is_model = false;
-    std::size_t index = 0;
-  };
-  std::map<std::string, std::vector<Taker>, std::less<>> takers_;
+  Parts parts_;
+  bool reuses_numbers_ = false;
   State* state_ = nullptr;  // that is being stepped
   Surroundings* surroundings_ = nullptr;
 };

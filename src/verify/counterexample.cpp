@@ -7,6 +7,7 @@
 
 #include "sentree/project/intervention.h"
 #include "sentree/text/json.h"
+#include "sentree/verify/period.h"
 
 namespace sentree::verify {
 

@@ -1,57 +1,23 @@
 #include "sentree/verify/explore.h"
 
 #include <algorithm>
-#include <cstring>
-#include <deque>
+#include <memory>
 #include <span>
 #include <utility>
 
-#include "sentree/mission/encode.h"
 #include "sentree/project/intervention.h"
+#include "sentree/verify/frontier.h"
 
 namespace sentree::verify {
 
 namespace {
 
-using mission::State;
 using SteadyClock = std::chrono::steady_clock;
 
-// 128 bits of hash for a state: with n states the chance that two of them are confused is below n²/2¹²⁹.
-struct Key {
-  std::uint64_t a = 0;
-  std::uint64_t b = 0;
-  friend bool operator==(const Key&, const Key&) = default;
-};
-struct KeyHash {
-  std::size_t operator()(const Key& key) const { return static_cast<std::size_t>(key.a); }
-};
-
-std::uint64_t hash_with(std::string_view bytes, std::uint64_t seed) {
-  // Two multiplications a word, finished as SplitMix64 does.
-  std::uint64_t h = seed ^ (bytes.size() * 0x9E3779B97F4A7C15ULL);
-  std::size_t i = 0;
-  for (; i + 8 <= bytes.size(); i += 8) {
-    std::uint64_t word = 0;
-    std::memcpy(&word, bytes.data() + i, 8);
-    h = (h ^ word) * 0xBF58476D1CE4E5B9ULL;
-    h ^= h >> 29U;
-  }
-  std::uint64_t rest = 0;
-  if (i < bytes.size()) std::memcpy(&rest, bytes.data() + i, bytes.size() - i);
-  h = (h ^ rest) * 0x94D049BB133111EBULL;
-  h ^= h >> 32U;
-  h *= 0xBF58476D1CE4E5B9ULL;
-  return h ^ (h >> 31U);
-}
-
-Key key_of(std::string_view bytes) {
-  return {hash_with(bytes, 0x243F6A8885A308D3ULL), hash_with(bytes, 0x13198A2E03707344ULL)};
-}
-
-class Explorer final : public mission::Surroundings {
+class Explorer final : public mission::Surroundings, public mission::PartMemory::Outside {
  public:
   Explorer(const project::Plan& plan, const Options& options)
-      : plan_(plan), options_(options), host_(plan), dispatch_(plan.monitors) {
+      : plan_(plan), options_(options), dispatch_(plan.monitors) {
     graph_.period = plan.scenario.project.period;
     for (const project::LeafPlan& leaf : plan.leaves) {
       graph_.taken.emplace_back(leaf.chart->transitions().size());
@@ -59,16 +25,16 @@ class Explorer final : public mission::Surroundings {
       leaf_of_.emplace(leaf.name + ".tick.reply", graph_.statuses.size() - 1);
       graph_.parts.push_back(leaf.name);
     }
-    if (options.memory_of_steps) host_.remember_steps();
     for (const project::ModelPlan& model : plan.models) graph_.parts.push_back(model.name);
     graph_.parts.emplace_back("mission");
+    frontier_ = options.memory_of_steps && mission::PartMemory::remembers(plan)
+                    ? remembering(plan, !options.faults.empty(), *this)
+                    : executing(plan, *this);
   }
 
   Result<Graph> operator()() {
-    State begin = host_.begin();
-    std::string form;
-    if (auto encoded = mission::encode(host_, begin, form); !encoded) return tl::unexpected(encoded.error());
-    add(key_of(form), std::move(begin), 0);
+    if (auto begun = frontier_->begin(); !begun) return tl::unexpected(begun.error());
+    add(frontier_->key(), 0);
     started_ = SteadyClock::now();
     for (std::size_t at = 0; at < graph_.nodes.size(); ++at) {
       graph_.limit = limit(at);
@@ -79,7 +45,7 @@ class Explorer final : public mission::Surroundings {
       graph_.nodes[at].edges = static_cast<std::uint32_t>(graph_.edges.size()) - graph_.nodes[at].first_edge;
       if (!graph_.limit.empty()) break;
       graph_.complete_to = graph_.nodes[at].depth + 1;
-      states_.pop_front();
+      frontier_->drop();
       if (options_.progress && at % 1024 == 0) options_.progress(graph_.nodes.size(), graph_.edges.size());
     }
     graph_.complete = graph_.limit.empty();
@@ -87,18 +53,17 @@ class Explorer final : public mission::Surroundings {
   }
 
  private:
-  // A state that has ended is not kept: nothing follows.
-  void add(Key key, State&& state, std::uint32_t depth) {
+  // The run is new. One that has ended is not kept: nothing follows.
+  void add(Hash128 key, std::uint32_t depth) {
     known_.emplace(key, static_cast<std::uint32_t>(graph_.nodes.size()));
-    const bool ended = mission::VirtualHost::ended(state);
-    graph_.nodes.push_back({.depth = depth, .at = state.now, .ended = ended, .first_edge = 0, .edges = 0});
-    if (!ended) states_.push_back(std::move(state));
+    const bool ended = frontier_->ended();
+    graph_.nodes.push_back({.depth = depth, .at = frontier_->now(), .ended = ended, .first_edge = 0, .edges = 0});
+    if (!ended) frontier_->keep();
   }
 
   [[nodiscard]] std::size_t memory() const {
-    constexpr std::size_t kOfAState = 4'000;  // that waits to be gone on from
-    return graph_.nodes.size() * (sizeof(Graph::Node) + sizeof(Key) + 24) + graph_.edges.size() * sizeof(Edge) +
-           states_.size() * kOfAState + kept_bytes_;
+    return graph_.nodes.size() * (sizeof(Graph::Node) + sizeof(Hash128) + 24) + graph_.edges.size() * sizeof(Edge) +
+           frontier_->bytes() + kept_bytes_;
   }
 
   std::string limit(std::size_t at) const {
@@ -116,8 +81,8 @@ class Explorer final : public mission::Surroundings {
 
   // Every way in which the next period of a state can go.
   Result<void> expand(std::size_t at) {
-    const State& from = states_.front();
     const std::uint32_t depth = graph_.nodes[at].depth;
+    begin_ = graph_.nodes[at].at;
     script_.clear();
     for (std::size_t ways = 0;; ++ways) {
       if (ways >= kWaysMax) {
@@ -126,22 +91,15 @@ class Explorer final : public mission::Surroundings {
       }
       if (ways % 64 == 63) graph_.limit = limit_now();
       if (!graph_.limit.empty()) return {};
-      State state = from;
       made_.clear();
       seen_.clear();
-      error_.reset();
-      begin_ = from.now;
-      const auto delivered = period(host_, state, *this, [&] { return fault(state); });
-      if (!delivered) return tl::unexpected(delivered.error());
+      frontier_->again(begin_);
+      if (auto done = frontier_->go_on([this] { return fault(); }); !done) return done;
       if (error_) return tl::unexpected(*error_);
-      mission::prune(state);
-      form_.clear();
-      if (auto encoded = mission::encode(host_, state, form_); !encoded) return tl::unexpected(encoded.error());
-      encode_timeline(state);
-      const Key key = key_of(form_);
+      const Hash128 key = frontier_->key();
       const auto known = known_.find(key);
       const std::uint32_t to = known != known_.end() ? known->second : static_cast<std::uint32_t>(graph_.nodes.size());
-      if (known == known_.end()) add(key, std::move(state), depth + 1);
+      if (known == known_.end()) add(key, depth + 1);
       graph_.edges.push_back({static_cast<std::uint32_t>(at), to, keep_seen(), keep_made()});
       // The next: the last decision that has an alternative left takes it.
       while (!made_.empty() && made_.back().alternative + 1 >= made_.back().count) made_.pop_back();
@@ -152,27 +110,21 @@ class Explorer final : public mission::Surroundings {
     }
   }
 
-  void encode_timeline(const State& state) {
-    for (const project::Injection& injection : plan_.scenario.timeline) {
-      if (injection.at > state.now) form_ += std::to_string((injection.at - state.now).count()) + ";";
-    }
-  }
-
   // Before the tick of a period: what the timeline does then, and a fault that comes or goes.
-  Result<void> fault(State& state) {
+  Result<void> fault() {
     if (options_.faults.empty()) return {};
     struct Possible {
       project::Intervention what;
       ChoicePoint point;
     };
-    const auto standing = state.faults.list();
+    const auto standing = frontier_->faults().list();
     std::vector<Possible> possible;
     std::size_t stand = 0;
     using Kind = project::Intervention::Kind;
     for (const project::Intervention& fault : options_.faults) {
       const auto found = std::find_if(standing.begin(), standing.end(), [&](const auto& s) { return s.what == fault; });
       const bool kills = fault.kind == Kind::kKill;
-      if (kills ? !is_down(state, fault.target) : found == standing.end()) continue;
+      if (kills ? !frontier_->is_down(fault.target) : found == standing.end()) continue;
       ++stand;
       project::Intervention end;
       end.kind = kills ? Kind::kRestart : Kind::kClear;
@@ -183,7 +135,7 @@ class Explorer final : public mission::Surroundings {
     for (const project::Intervention& fault : options_.faults) {
       if (stand >= options_.faults_at_most) break;
       const bool stands = std::any_of(standing.begin(), standing.end(), [&](const auto& s) { return s.what == fault; });
-      if (stands || (fault.kind == Kind::kKill && is_down(state, fault.target))) continue;
+      if (stands || (fault.kind == Kind::kKill && frontier_->is_down(fault.target))) continue;
       possible.push_back({fault, {"", "fault", describe(fault), to_json(Value(to_entry(fault)))}});
     }
     if (possible.empty()) return {};
@@ -191,15 +143,7 @@ class Explorer final : public mission::Surroundings {
     const std::uint32_t taken = decide(Made::Kind::kFault, possible.size() + 1, 0, -1);
     if (taken == 0) return {};
     made_.back().what = intern_choice(std::move(possible[taken - 1].point));
-    return host_.inject(state, possible[taken - 1].what, *this);
-  }
-
-  bool is_down(const State& state, const std::string& part) const {
-    if (state.down.contains(part)) return true;
-    for (std::size_t leaf = 0; leaf < plan_.leaves.size(); ++leaf) {
-      if (plan_.leaves[leaf].name == part) return state.skills[leaf].phase == mission::SkillPhase::kKilled;
-    }
-    return false;
+    return frontier_->inject(possible[taken - 1].what);
   }
 
   std::uint32_t intern_choice(ChoicePoint point) {
@@ -215,34 +159,87 @@ class Explorer final : public mission::Surroundings {
     return alternative;
   }
 
-  // ---- Surroundings
+  // ---- Surroundings of a run that is executed
 
-  void observed(const Message& message) override {
+  void observed(const Message& message) override { see(hear(message), message.time); }
+  std::optional<std::uint64_t> choose(const mission::Choice& choice) override {
+    const std::uint64_t alternative = decide_choice(choice);
+    if (!error_) note(choice, alternative);
+    return alternative;
+  }
+  std::size_t order(std::uint64_t, std::span<const mission::Delivery* const> due) override {
+    parts_.clear();
+    for (const mission::Delivery* what : due) parts_.push_back(part(*what));
+    return order(parts_);
+  }
+  std::optional<mission::Veto> judge(const Message&) override { return std::nullopt; }
+
+  // ---- and of one that is remembered
+
+  void observed(std::uint32_t number, TimePoint now, const Message& message) override {
+    while (heard_.size() <= number) heard_.push_back(kUnheard);
+    if (heard_[number] == kUnheard) heard_[number] = hear(message);
+    see(heard_[number], now);
+  }
+  std::uint64_t choose(std::uint32_t number, const mission::Choice& choice) override {
+    const std::uint64_t alternative = decide_choice(choice);
+    if (error_) return alternative;
+    if (noted_.size() <= number) noted_.resize(number + 1);
+    auto& of = noted_[number];
+    if (of.empty()) of.assign(choice.count, kUnheard);
+    if (of[alternative] == kUnheard) {
+      note(choice, alternative);
+      of[alternative] = made_.back().what;
+    } else {
+      made_.back().what = of[alternative];
+      if (choice.probability) made_.back().probability = choice.probability(alternative);
+    }
+    return alternative;
+  }
+  std::size_t order(std::span<const std::uint32_t> parts) override {
+    if (options_.order == Order::kVirtual) return 0;
+    graph_.nondeterministic = true;
+    const std::uint32_t which = decide(Made::Kind::kOrder, parts.size(), 0, -1);
+    made_.back().what = parts[which];
+    return which;
+  }
+
+  // What of it somebody looks at: the number of an observation, or nothing.
+  std::uint32_t hear(const Message& message) {
     if (const auto leaf = leaf_of_.find(message.name); leaf != leaf_of_.end() && message.kind == MessageKind::kReply) {
       const std::string_view status = message.data.find("status")->text();
       graph_.statuses[leaf->second][status == "RUNNING" ? 0 : status == "SUCCESS" ? 1 : 2] = true;
     }
     const auto& targets = dispatch_.route(message.name).of(message.source);
-    if (targets.monitors.empty()) return;
-    // Only what somebody looks at: numbers and times would make each period another one.
+    if (targets.monitors.empty()) return kNobody;
+    // Numbers and times would make each period another one.
     Value looked_at = targets.projection.data(message);
-    Seen seen{message.time - begin_, {}};
-    seen.message.kind = message.kind;
-    seen.message.source = message.source;
-    seen.message.target = message.target;
-    seen.message.name = message.name;
+    Message seen;
+    seen.kind = message.kind;
+    seen.source = message.source;
+    seen.target = message.target;
+    seen.name = message.name;
     Map data;
     if (Map* members = looked_at.as_map()) {
       for (auto& [name, value] : *members) {
         if (name == "time" || name == "tick" || name == "call") {
           refuse_clock(message, name);
-          return;
+          return kNobody;
         }
         if (name != "source" && name != "target") data.append(name, std::move(value));
       }
     }
-    seen.message.data = std::move(data);
-    seen_.push_back(std::move(seen));
+    seen.data = std::move(data);
+    std::string key = std::to_string(static_cast<int>(seen.kind)) + '|' + seen.source + '|' + seen.target + '|' +
+                      seen.name + '|' + to_json(seen.data);
+    const auto [found, is_new] =
+        observation_of_.emplace(std::move(key), static_cast<std::uint32_t>(graph_.observations.size()));
+    if (is_new) graph_.observations.push_back(std::move(seen));
+    return found->second;
+  }
+
+  void see(std::uint32_t observation, TimePoint now) {
+    if (observation != kNobody) seen_.push_back({now - begin_, observation});
   }
 
   void refuse_clock(const Message& message, const std::string& member) {
@@ -261,7 +258,7 @@ class Explorer final : public mission::Surroundings {
     }
   }
 
-  std::optional<std::uint64_t> choose(const mission::Choice& choice) override {
+  std::uint64_t decide_choice(const mission::Choice& choice) {
     if (choice.count > kAlternativesMax) {
       if (!error_) {
         error_ = Diagnostic{Severity::kError,
@@ -274,15 +271,14 @@ class Explorer final : public mission::Surroundings {
     }
     const bool is_drawn = static_cast<bool>(choice.probability);
     if (choice.count > 1) (is_drawn ? graph_.probabilistic : graph_.nondeterministic) = true;
-    const std::uint32_t alternative = decide(Made::Kind::kChoice, choice.count, 0, -1);
+    return decide(Made::Kind::kChoice, choice.count, 0, -1);
+  }
+  // Which alternative the last decision took.
+  void note(const mission::Choice& choice, std::uint64_t alternative) {
     const std::string value = to_json(choice.alternative(alternative));
     made_.back().what = intern_choice({choice.model, choice.function, choice.name, value});
-    if (is_drawn) made_.back().probability = choice.probability(alternative);
-    if (!choice.name.empty()) {
-      auto& taken = graph_.values[choice.model + "." + choice.name];
-      taken.insert(value);
-    }
-    return alternative;
+    if (choice.probability) made_.back().probability = choice.probability(alternative);
+    if (!choice.name.empty()) graph_.values[choice.model + "." + choice.name].insert(value);
   }
 
   // Leaves, then models, then the mission, as `Graph::parts` has them.
@@ -291,14 +287,6 @@ class Explorer final : public mission::Surroundings {
       return static_cast<std::uint32_t>(graph_.parts.size() - 1);
     const bool is_model = std::holds_alternative<mission::ModelDelivery>(delivery.what);
     return static_cast<std::uint32_t>(is_model ? plan_.leaves.size() + delivery.leaf : delivery.leaf);
-  }
-
-  std::size_t order(std::uint64_t, std::span<const mission::Delivery* const> due) override {
-    if (options_.order == Order::kVirtual) return 0;
-    graph_.nondeterministic = true;
-    const std::uint32_t which = decide(Made::Kind::kOrder, due.size(), 0, -1);
-    made_.back().what = part(*due[which]);
-    return which;
   }
 
   void taken(std::size_t leaf, scxml::TransitionIndex transition) override { graph_.taken[leaf][transition] = true; }
@@ -315,47 +303,50 @@ class Explorer final : public mission::Surroundings {
 
   // ---- what is kept once
 
-  std::uint32_t keep_seen() {
-    std::string key;
-    for (const Seen& seen : seen_) {
-      key += std::to_string(seen.after.count()) + '|' + std::to_string(static_cast<int>(seen.message.kind)) + '|' +
-             seen.message.source + '|' + seen.message.target + '|' + seen.message.name + '|' +
-             to_json(seen.message.data) + '\n';
-    }
-    const auto [found, is_new] =
-        sequence_of_.emplace(std::move(key), static_cast<std::uint32_t>(graph_.sequences.size()));
+  // @param key  Of the numbers that it is made of.
+  template <class Known, class All, class One>
+  std::uint32_t keep(Known& known, const std::vector<std::uint32_t>& key, All& all, const One& one) {
+    const Hash128 hash = hash128({reinterpret_cast<const char*>(key.data()), key.size() * sizeof(std::uint32_t)});
+    const auto [found, is_new] = known.emplace(hash, static_cast<std::uint32_t>(all.size()));
     if (is_new) {
-      kept_bytes_ += found->first.size() * 4;
-      graph_.sequences.push_back(seen_);
+      kept_bytes_ += 64 + key.size() * 8;
+      all.push_back(one);
     }
     return found->second;
+  }
+
+  std::uint32_t keep_seen() {
+    words_.clear();
+    for (const Seen& seen : seen_) {
+      const auto after = static_cast<std::uint64_t>(seen.after.count());
+      words_.insert(words_.end(),
+                    {static_cast<std::uint32_t>(after), static_cast<std::uint32_t>(after >> 32U), seen.observation});
+    }
+    return keep(sequence_of_, words_, graph_.sequences, seen_);
   }
 
   std::uint32_t keep_made() {
-    std::string key;
-    for (const Made& made : made_) {
-      key += std::to_string(static_cast<int>(made.kind)) + ':' + std::to_string(made.alternative) + ':' +
-             std::to_string(made.count) + ':' + std::to_string(made.what) + ';';
-    }
-    const auto [found, is_new] =
-        decisions_of_.emplace(std::move(key), static_cast<std::uint32_t>(graph_.decisions.size()));
-    if (is_new) {
-      kept_bytes_ += found->first.size() * 3;
-      graph_.decisions.push_back(made_);
-    }
-    return found->second;
+    words_.clear();
+    for (const Made& made : made_)
+      words_.insert(words_.end(), {static_cast<std::uint32_t>(made.kind), made.alternative, made.count, made.what});
+    return keep(decisions_of_, words_, graph_.decisions, made_);
   }
+
+  static constexpr std::uint32_t kNobody = UINT32_MAX;
+  static constexpr std::uint32_t kUnheard = UINT32_MAX - 1;
 
   const project::Plan& plan_;
   const Options& options_;
-  mission::VirtualHost host_;
+  std::unique_ptr<Frontier> frontier_;
   monitor::Dispatch dispatch_;
   Graph graph_;
-  std::deque<State> states_;  // of the nodes that wait to be gone on from
-  std::unordered_map<Key, std::uint32_t, KeyHash> known_;
-  std::unordered_map<std::string, std::uint32_t> sequence_of_;
-  std::unordered_map<std::string, std::uint32_t> decisions_of_;
+  std::unordered_map<Hash128, std::uint32_t, Hash128Hash> known_;
+  std::unordered_map<Hash128, std::uint32_t, Hash128Hash> sequence_of_;
+  std::unordered_map<Hash128, std::uint32_t, Hash128Hash> decisions_of_;
   std::unordered_map<std::string, std::uint32_t> choice_of_;
+  std::unordered_map<std::string, std::uint32_t> observation_of_;
+  std::vector<std::uint32_t> heard_;               // observations by the numbers of the memory
+  std::vector<std::vector<std::uint32_t>> noted_;  // alternatives of choices, likewise
   std::unordered_map<std::string, std::size_t> leaf_of_;
   std::set<std::string> told_;
   std::size_t kept_bytes_ = 0;
@@ -366,46 +357,11 @@ class Explorer final : public mission::Surroundings {
   std::optional<Diagnostic> error_;
   TimePoint begin_{};
   SteadyClock::time_point started_;
-  std::string form_;
+  std::vector<std::uint32_t> words_;
+  std::vector<std::uint32_t> parts_;
 };
 
 }  // namespace
-
-Result<std::size_t> period(mission::VirtualHost& host, State& state, mission::Surroundings& surroundings,
-                           const std::function<Result<void>()>& before_tick) {
-  const bool ticks = !state.tree.over;
-  const TimePoint until = ticks ? state.tree.planned : state.now + host.plan().scenario.project.period;
-  const auto& timeline = host.plan().scenario.timeline;
-  auto injection = std::find_if(timeline.begin(), timeline.end(), [&](const project::Injection& i) {
-    return i.at > state.now || (!state.begun && i.at == state.now);
-  });
-  state.begun = true;
-  bool asked = !ticks;
-  std::size_t delivered = 0;
-  while (!mission::VirtualHost::ended(state)) {
-    const TimePoint next = mission::VirtualHost::next(state);
-    if (injection != timeline.end() && injection->at <= until && injection->at <= next) {
-      state.now = std::max(state.now, injection->at);
-      if (auto done = host.inject(state, injection->what, surroundings); !done) return tl::unexpected(done.error());
-      ++injection;
-      continue;
-    }
-    if (!asked && next >= until) {
-      asked = true;
-      state.now = std::max(state.now, until);
-      if (auto done = before_tick(); !done) return tl::unexpected(done.error());
-      continue;
-    }
-    if (next == kNever || next > until) break;
-    if (++delivered > kDeliveriesMax) {
-      return fail("verify.endless", "more than " + std::to_string(kDeliveriesMax) +
-                                        " messages without a tick; two parts answer each other for ever");
-    }
-    host.step(state, surroundings);
-  }
-  if (!ticks && !mission::VirtualHost::ended(state)) state.now = until;
-  return delivered;
-}
 
 Diagnostics obstacles(const project::Plan& plan) {
   Diagnostics out = mission::VirtualHost::obstacles(plan);

@@ -40,10 +40,10 @@ struct ChoicePoint {
   friend bool operator==(const ChoicePoint&, const ChoicePoint&) = default;
 };
 
-/// What a monitor may want to see, without numbers and with the time since the beginning of the period.
+/// Something that a monitor may want to see, and when.
 struct Seen {
-  Duration after{};
-  Message message;
+  Duration after{};               ///< Since the beginning of the period.
+  std::uint32_t observation = 0;  ///< Index in `Graph::observations`.
   friend bool operator==(const Seen&, const Seen&) = default;
 };
 
@@ -65,8 +65,9 @@ struct Graph {
     std::uint32_t edges = 0;
     friend bool operator==(const Node&, const Node&) = default;
   };
-  std::vector<Node> nodes;  ///< The first is the beginning; in order of depth.
-  std::vector<Edge> edges;  ///< Those of a node beside each other.
+  std::vector<Node> nodes;            ///< The first is the beginning; in order of depth.
+  std::vector<Edge> edges;            ///< Those of a node beside each other.
+  std::vector<Message> observations;  ///< Each once, without numbers and times, and with the data that is looked at.
   std::vector<std::vector<Seen>> sequences;
   std::vector<std::vector<Made>> decisions;
   std::vector<ChoicePoint> choices;
@@ -98,7 +99,7 @@ struct Options {
   std::size_t faults_at_most = 1;             ///< At a time.
   std::uint64_t states = 5'000'000;
   std::uint64_t ticks = UINT64_MAX;
-  bool memory_of_steps = true;           ///< Steps of charts are looked up where they are known.
+  bool memory_of_steps = true;           ///< Steps are looked up where they are known; else each is executed.
   std::uint64_t memory = 4'000'000'000;  ///< Bytes, of which a rough account is kept.
   std::optional<std::chrono::nanoseconds> time;
   std::function<bool()> interrupted;                                    ///< May be empty.
@@ -109,19 +110,9 @@ struct Options {
 inline constexpr std::uint64_t kAlternativesMax = 10'000;
 /// Ways in which one period of one state can go on.
 inline constexpr std::size_t kWaysMax = 100'000;
-/// Deliveries in one period: beyond it parts answer each other for ever.
-inline constexpr std::size_t kDeliveriesMax = 200'000;
-
 /// Executes one period after the other for every choice, breadth first.
 /// Errors: verify.choice (too many alternatives), verify.endless, those of `mission::encode`, verify.fault.
 [[nodiscard]] Result<Graph> explore(const project::Plan& plan, const Options& options);
-
-/// Executes one period: everything up to and including the next planned tick, the timeline of the scenario among it.
-/// @param before_tick  Called when that tick is the next thing, but for injections.
-/// @return  Deliveries executed. Errors: verify.endless, verify.fault, those of `before_tick`.
-[[nodiscard]] Result<std::size_t> period(mission::VirtualHost& host, mission::State& state,
-                                         mission::Surroundings& surroundings,
-                                         const std::function<Result<void>()>& before_tick);
 
 /// What no exploration can deal with: parts elsewhere, charts that read clocks or random numbers or their names.
 /// Codes: verify.elsewhere, verify.no-model, verify.clock, verify.fault.

@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "sentree/base/hash128.h"
 #include "sentree/monitor/monitor_set.h"
 
 namespace sentree::verify {
@@ -81,20 +82,32 @@ class Judge {
 
   // Of each sequence what this monitor listens to; equal ones are one.
   void filter() {
-    std::map<std::string, std::uint32_t> known;
+    // Observations by what this monitor looks at.
+    constexpr std::uint32_t kNobody = UINT32_MAX;
+    std::map<std::string, std::uint32_t> alike;
+    std::vector<std::uint32_t> listened;
+    for (const Message& message : graph_.observations) {
+      const auto& targets = dispatch_.route(message.name).of(message.source);
+      listened.push_back(kNobody);
+      if (targets.monitors.empty()) continue;
+      std::string key = message.name + '|' + message.source + '|' + to_json(targets.projection.data(message));
+      listened.back() = alike.emplace(std::move(key), static_cast<std::uint32_t>(alike.size())).first->second;
+    }
+    std::unordered_map<Hash128, std::uint32_t, Hash128Hash> known;
+    std::vector<std::uint64_t> words;
     of_sequence_.reserve(graph_.sequences.size());
     for (const auto& sequence : graph_.sequences) {
-      std::string key;
+      words.clear();
       std::vector<const Seen*> heard;
       for (const Seen& seen : sequence) {
-        const auto& targets = dispatch_.route(seen.message.name).of(seen.message.source);
-        if (targets.monitors.empty()) continue;
+        if (listened[seen.observation] == kNobody) continue;
         heard.push_back(&seen);
-        key += std::to_string(seen.after.count()) + '|' + seen.message.name + '|' + seen.message.source + '|' +
-               to_json(targets.projection.data(seen.message)) + '\n';
+        words.push_back(static_cast<std::uint64_t>(seen.after.count()));
+        words.push_back(listened[seen.observation]);
       }
       ever_heard_ = ever_heard_ || !heard.empty();
-      const auto [found, is_new] = known.emplace(std::move(key), static_cast<std::uint32_t>(heard_.size()));
+      const Hash128 hash = hash128({reinterpret_cast<const char*>(words.data()), words.size() * sizeof(std::uint64_t)});
+      const auto [found, is_new] = known.emplace(hash, static_cast<std::uint32_t>(heard_.size()));
       if (is_new) heard_.push_back(std::move(heard));
       of_sequence_.push_back(found->second);
     }
@@ -152,9 +165,9 @@ class Judge {
     };
     for (const Seen* seen : heard_[heard]) {
       until(begin + seen->after - Duration(1));
-      message_ = seen->message;
+      message_ = graph_.observations[seen->observation];
       message_.time = begin + seen->after;
-      take(monitor::step(model_, stepped, message_), seen->after, seen->message.name);
+      take(monitor::step(model_, stepped, message_), seen->after, message_.name);
       owed_ = owed_ || monitor::standing(model_, stepped).pending;
       if (!owes_without_bound(stepped)) outcome.discharged = true;
     }

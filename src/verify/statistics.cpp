@@ -6,6 +6,7 @@
 #include "sentree/base/rng.h"
 #include "sentree/mission/virtual_host.h"
 #include "sentree/monitor/monitor_set.h"
+#include "sentree/verify/period.h"
 
 namespace sentree::verify {
 

@@ -1,0 +1,268 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "sentree/base/hash128.h"
+#include "sentree/base/message.h"
+#include "sentree/base/result.h"
+#include "sentree/mission/faults.h"
+#include "sentree/mission/parts.h"
+
+namespace sentree::mission {
+
+/// Runs in virtual time as `VirtualHost` does, but each state of a part is a number, and a step of a part is looked up:
+/// the machines are asked once for each state, delivery and answers of what the step asks. A run is a few numbers.
+///
+/// States of a part are one if their canonical forms are (`encode`), times relative to now. Numbers are those of this
+/// memory; equal runs have equal numbers. Nothing is ever forgotten.
+///
+/// Not for plans in which a chart asks for ids (`remembers`).
+class PartMemory final : private Ground {
+ public:
+  /// What a run does to who tries it, and what that decides. Observations and choices have numbers: the same again has
+  /// the same number.
+  class Outside {
+   public:
+    virtual ~Outside() = default;
+    /// @param number  Of observations that differ in nothing but time and calls. From 0, in the order of their first
+    ///                appearance here, which is that of no run.
+    virtual void observed(std::uint32_t number, TimePoint now, const Message& message) = 0;
+    /// @param number  Of choices made by one model in one place of one step; its alternatives are always the same.
+    virtual std::uint64_t choose(std::uint32_t number, const Choice& choice) = 0;
+    /// Which of several parts gets what is on its way to it first: an index of `parts`, whose members are leaves, then
+    /// models, then the mission.
+    virtual std::size_t order(std::span<const std::uint32_t> parts) = 0;
+    virtual std::optional<Veto> judge(const Message& request) = 0;
+    virtual void taken(std::size_t leaf, scxml::TransitionIndex transition) = 0;
+    virtual void problem(const std::string& what) = 0;
+    virtual void refused(const Diagnostic& why) = 0;
+  };
+
+  /// A run between two deliveries. A plain value.
+  struct Run {
+    TimePoint now{};
+    bool begun = false;
+    std::vector<std::uint32_t> parts;  ///< Numbers of states: leaves, models, the tree.
+    std::vector<TimePoint> as_of;      ///< By part: the time at which it was so.
+    struct Waiting {
+      TimePoint when{};
+      Rank rank = Rank::kMessage;
+      std::uint32_t what = 0;
+    };
+    std::vector<Waiting> queue;         ///< By time and rank, those of one time and rank in the order put.
+    std::vector<TimePoint> not_before;  ///< Earliest delivery: of ticks by leaf, of topics by leaf, of topics by model.
+    std::uint32_t standing = 0;         ///< What stands and is killed.
+  };
+
+  /// @param plan    Without obstacles for `VirtualHost`; borrowed.
+  /// @param faults  Some may come or stand.
+  PartMemory(const project::Plan& plan, bool faults);
+
+  /// Whether the plan is one for it.
+  [[nodiscard]] static bool remembers(const project::Plan& plan);
+
+  // As those of `VirtualHost`.
+  [[nodiscard]] Run begin();
+  [[nodiscard]] static TimePoint next(const Run& run) { return run.queue.empty() ? kNever : run.queue.front().when; }
+  void step(Run& run, Outside& outside);
+  Result<void> inject(Run& run, const project::Intervention& what, Outside& outside);
+  [[nodiscard]] bool ended(const Run& run) const { return kept_[run.parts.back()].ended; }
+  [[nodiscard]] bool over(const Run& run) const { return kept_[run.parts.back()].over; }
+  [[nodiscard]] TimePoint planned(const Run& run) const {
+    return run.as_of.back() + kept_[run.parts.back()].until_planned;
+  }
+  [[nodiscard]] const project::Plan& plan() const { return parts_.plan(); }
+
+  [[nodiscard]] const Faults& faults(const Run& run) const { return standing_[run.standing]->faults; }
+  [[nodiscard]] bool is_killed(const Run& run, std::size_t leaf) const { return kept_[run.parts[leaf]].killed; }
+  [[nodiscard]] bool is_down(const Run& run, const std::string& service) const {
+    return standing_[run.standing]->down.contains(service);
+  }
+
+  /// Brings every part to now, and leaves out what can have no effect any more.
+  void settle(Run& run);
+  /// A settled run as numbers, with times relative to now: equal for runs that behave alike from here on. Appends.
+  void pack(const Run& run, std::vector<std::uint32_t>& out);
+  void unpack(std::span<const std::uint32_t> packed, TimePoint now, Run& run) const;
+  /// Durations have numbers too.
+  [[nodiscard]] std::uint32_t number_of(Duration duration);
+
+  /// A part's state that has no canonical form; no run is right after it.
+  [[nodiscard]] const std::optional<Diagnostic>& error() const { return error_; }
+  [[nodiscard]] std::uint64_t looked_up() const { return looked_up_; }
+  [[nodiscard]] std::uint64_t executed() const { return executed_; }
+  /// Bytes, about.
+  [[nodiscard]] std::uint64_t bytes() const;
+
+ private:
+  static constexpr std::uint32_t kNone = UINT32_MAX;
+
+  using PartState = std::variant<TreeState, SkillState, ModelState>;
+  // A state of a part as it was found first, at a time that means nothing but what its own times are relative to.
+  struct Kept {
+    std::unique_ptr<const PartState> state;
+    std::uint32_t part = 0;
+    TimePoint at{};
+    bool timeless = false;  // it is the same at any later time
+    // Of the tree.
+    bool ended = false;
+    bool over = false;
+    Duration until_planned{};
+    // Of a skill.
+    bool killed = false;
+    std::uint64_t unanswered = 0;  // number of the tick; 0: none
+    // Of skills and models: until its timer rings.
+    std::optional<Duration> wake;
+    // The last time that passed over it, and what it was then.
+    Duration aged_by{};
+    std::uint32_t aged = kNone;
+  };
+  struct OnItsWay {
+    Delivery what;
+    std::uint32_t part = 0;
+    Numbered tick;
+    Numbered call;
+    std::optional<Duration> timer;  // how far what a timer was set for is from when it rings
+  };
+  struct Known {
+    Message message;
+    bool told = false;  // `what` and `takers` are known
+    std::vector<std::pair<Parts::Taker, std::uint32_t>> takers;
+    std::uint32_t topic = kNone;
+  };
+  struct Asked {
+    std::string model;
+    const char* function = "";
+    std::string name;
+    std::uint64_t count = 0;
+    std::vector<Value> alternatives;
+    std::vector<double> probabilities;  // empty: nobody says
+  };
+  struct Stands {
+    Faults faults;
+    std::set<std::string> down;
+  };
+
+  // What a step does, in order.
+  struct Op {
+    enum class Kind : std::uint8_t { kObserve, kPut, kTell, kCall, kTaken, kProblem, kRefused };
+    Kind kind = Kind::kObserve;
+    Rank rank = Rank::kMessage;
+    std::uint32_t a = 0;
+    std::uint32_t b = 0;
+    std::int64_t c = 0;
+  };
+  // What it asks then.
+  struct Query {
+    enum class Kind : std::uint8_t { kNothing, kTick, kRun, kForced, kDelay, kFalsify, kJudge, kChoose };
+    Kind kind = Kind::kNothing;
+    std::uint32_t a = 0;
+    std::uint32_t b = 0;
+    const idl::Method* method = nullptr;
+  };
+  // A step up to where it asks something, or to its end.
+  struct Node {
+    std::vector<Op> ops;
+    Query query;
+    std::vector<std::pair<std::int64_t, std::uint32_t>> next;  // by answer
+    std::uint32_t result = kNone;                              // at the end: the part's state
+  };
+
+  // ---- the ground of a step that is executed
+  TimePoint now() const override { return frame_; }
+  void publish(Message message) override;
+  void set_tick(std::uint64_t) override {}
+  void put(TimePoint when, Rank rank, Delivery what) override;
+  void tell_skill(std::size_t leaf, std::string_view message, SkillDelivery what) override;
+  void call(std::size_t leaf, const Shared<Call>& call) override;
+  void taken(std::size_t leaf, scxml::TransitionIndex transition) override;
+  void problem(const std::string& what) override;
+  void refused(const Diagnostic& why) override;
+  std::uint64_t next_call() override { return 1; }
+  std::uint64_t tick_number(std::size_t leaf, std::uint64_t next) override;
+  std::uint64_t run_number(std::size_t leaf, std::uint64_t next) override;
+  std::optional<bt::Status> forced(std::string_view leaf) override;
+  Duration delay_of(std::string_view message) override;
+  void falsify(std::string_view call, const idl::Method& method, Value& result) override;
+  std::optional<Veto> judge(const Message& request) override;
+  std::optional<std::uint64_t> choose(const Choice& choice) override;
+
+  [[nodiscard]] bool is_told() const { return replayed_ < script_.size(); }
+  void add(Op op);
+  std::int64_t answer(Query query);
+  void take(std::uint32_t part, std::uint32_t what);
+  void execute(std::uint32_t state, std::uint32_t what, std::uint32_t node);
+  void perform(const Op& op);
+  [[nodiscard]] std::int64_t ask(const Query& query);
+  [[nodiscard]] std::uint64_t unused_tick(std::size_t leaf) const;
+  [[nodiscard]] std::uint64_t unused_run(std::size_t leaf) const;
+  void insert(TimePoint when, Rank rank, std::uint32_t what);
+  void deliver_topic(std::uint32_t message);
+  template <class Change>
+  auto change_standing(const Change& change);
+
+  std::uint32_t intern(std::uint32_t part, PartState&& state, TimePoint at);
+  std::uint32_t intern(const Delivery& what, TimePoint when);
+  std::uint32_t intern(Message&& message);
+  std::uint32_t intern_text(std::string_view text);
+  std::uint32_t intern_value(const Value& value);
+  std::uint32_t intern_standing(Stands&& stands);
+  [[nodiscard]] std::uint32_t aged(std::uint32_t state, Duration by);
+  [[nodiscard]] std::uint32_t part_of(const Delivery& what) const;
+  std::uint32_t new_node();
+
+  Parts parts_;
+  bool faults_ = false;
+  bool gates_ = false;
+  std::optional<Diagnostic> error_;
+  std::uint64_t looked_up_ = 0;
+  std::uint64_t executed_ = 0;
+  std::uint64_t state_bytes_ = 0;
+
+  // What has a number, and which.
+  std::vector<Kept> kept_;
+  std::unordered_map<Hash128, std::uint32_t, Hash128Hash> number_of_state_;
+  std::unordered_map<Hash128, std::uint32_t, Hash128Hash> number_of_aged_;
+  std::vector<OnItsWay> deliveries_;
+  std::unordered_map<std::string, std::uint32_t> number_of_delivery_;
+  std::vector<Known> messages_;
+  std::unordered_map<std::string, std::uint32_t> number_of_message_;
+  std::vector<std::string> texts_;
+  std::unordered_map<std::string, std::uint32_t> number_of_text_;
+  std::vector<Value> values_;
+  std::unordered_map<std::string, std::uint32_t> number_of_value_;
+  std::vector<std::unique_ptr<const Stands>> standing_;
+  std::unordered_map<std::string, std::uint32_t> number_of_standing_;
+  std::vector<Duration> durations_;
+  std::unordered_map<std::int64_t, std::uint32_t> number_of_duration_;
+  std::vector<Asked> choices_;
+  std::vector<Veto> vetoes_;  // an answer says which, from 1
+  std::vector<Diagnostic> refusals_;
+  std::vector<Node> nodes_;
+  std::unordered_map<std::uint64_t, std::uint32_t> steps_;  // by state and delivery
+
+  // Of the step that is taken.
+  Run* run_ = nullptr;
+  Outside* outside_ = nullptr;
+  TimePoint frame_{};
+  std::uint32_t node_ = 0;
+  std::vector<std::int64_t> script_;  // answers that are known
+  std::size_t replayed_ = 0;
+  std::string form_;
+  std::string later_;
+  std::vector<std::uint32_t> first_;
+  std::vector<std::size_t> first_at_;
+};
+
+}  // namespace sentree::mission

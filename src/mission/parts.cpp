@@ -1,0 +1,286 @@
+#include "sentree/mission/parts.h"
+
+#include <utility>
+
+#include "sentree/base/assert.h"
+#include "sentree/idl/conform.h"
+#include "sentree/project/intervention.h"
+
+namespace sentree::mission {
+
+namespace {
+
+// The leaf and the run of the call that a delivery carries; nothing: it carries none.
+struct CallOf {
+  Numbered operator()(const ServeCall& serve) const { return std::pair(serve.leaf, serve.call->run); }
+  template <class Kind>
+  Numbered operator()(const Kind& kind) const {
+    if constexpr (requires { kind.call->run; }) return std::pair(leaf, kind.call->run);
+    return std::nullopt;
+  }
+  std::size_t leaf;
+};
+
+// Likewise the leaf and the number of a tick.
+struct TickOf {
+  Numbered operator()(const Answered& answered) const { return std::pair(answered.leaf, answered.tick); }
+  Numbered operator()(const AnswerDue& due) const { return std::pair(due.leaf, due.tick); }
+  Numbered operator()(const TickSkill& tick) const { return std::pair(leaf, tick.tick); }
+  template <class Kind>
+  Numbered operator()(const Kind&) const {
+    return std::nullopt;
+  }
+  std::size_t leaf;
+};
+
+}  // namespace
+
+Numbered numbered_tick(const Delivery& what) {
+  return std::visit([&](const auto& to) { return std::visit(TickOf{what.leaf}, to); }, what.what);
+}
+
+Numbered numbered_call(const Delivery& what) {
+  return std::visit([&](const auto& to) { return std::visit(CallOf{what.leaf}, to); }, what.what);
+}
+
+class Parts::TreeSide final : public TreeHost {
+ public:
+  explicit TreeSide(const project::Plan& plan)
+      : machine(TreeModel{.plan = &plan,
+                          .period = plan.scenario.project.period,
+                          .repeat = plan.scenario.project.repeat,
+                          .deadlines = plan.scenario.project.deadlines,
+                          .tick_times = {},
+                          .one_deadline_timer = false}) {}
+
+  TreeMachine machine;
+  Ground* ground = nullptr;  // during a step
+
+ private:
+  TimePoint now() const override { return ground->now(); }
+  void publish(Message message) override { ground->publish(std::move(message)); }
+  std::uint64_t next_call() override { return ground->next_call(); }
+  std::uint64_t tick_number(std::size_t leaf, std::uint64_t next) override { return ground->tick_number(leaf, next); }
+  void set_tick(std::uint64_t tick) override { ground->set_tick(tick); }
+  void tick(std::size_t leaf, std::uint64_t tick, bool started, const Map& inputs) override {
+    ground->tell_skill(leaf, "tick", TickSkill{tick, started, inputs});
+  }
+  void halt(std::size_t leaf) override { ground->tell_skill(leaf, "halt", HaltSkill{}); }
+  void cancel(std::size_t leaf) override { ground->tell_skill(leaf, "cancel", CancelSkill{}); }
+  void deliver(TreeDelivery what) override { deliver_at(now(), Rank::kMessage, std::move(what)); }
+  void deliver_at(TimePoint when, Rank rank, TreeDelivery what) override {
+    ground->put(when, rank, {Delivery::kTree, std::move(what)});
+  }
+  std::optional<bt::Status> forced(std::string_view leaf) override { return ground->forced(leaf); }
+  TimePoint due(std::size_t) override { return {}; }
+  void tick_began(Duration) override {}
+  void tick_done(std::uint64_t, Duration) override {}
+  void problem(std::string what) override { ground->problem(what); }
+  void ended() override {}
+};
+
+class Parts::SkillSide final : public SkillHost {
+ public:
+  SkillSide(const Parts& of, std::size_t leaf, SkillModel model) : machine(std::move(model)), of_(of), leaf_(leaf) {}
+
+  SkillMachine machine;
+  Ground* ground = nullptr;
+
+ private:
+  TimePoint now() const override { return ground->now(); }
+  void publish(Message message) override { ground->publish(std::move(message)); }
+  std::uint64_t next_call() override { return ground->next_call(); }
+  std::uint64_t run_number(std::uint64_t next) override { return ground->run_number(leaf_, next); }
+  std::optional<Admission> request(Message message, const Shared<Call>&) override {
+    if (auto veto = ground->judge(message)) return Admission{std::move(veto)};
+    publish(std::move(message));
+    return Admission{};
+  }
+  void send(const Shared<Call>& call, const idl::Method&) override {
+    if (of_.plan_.services.at(call->service).at == "topics")
+      deliver(Outcome{call, {.ok = true, .result = {}, .kind = {}, .message = {}}});
+    else
+      ground->call(leaf_, call);
+  }
+  void deliver(SkillDelivery what) override { deliver_at(now(), Rank::kMessage, std::move(what)); }
+  void deliver_at(TimePoint when, Rank rank, SkillDelivery what) override {
+    ground->put(when, rank, {leaf_, std::move(what)});
+  }
+  Duration delay_of(std::string_view message) override { return ground->delay_of(message); }
+  void falsify(std::string_view call, const idl::Method& method, Value& result) override {
+    ground->falsify(call, method, result);
+  }
+  void answer(std::uint64_t tick, bt::Status status, Map outputs) override {
+    ground->put(now(), Rank::kMessage,
+                {Delivery::kTree, TreeDelivery(Answered{leaf_, tick, status, std::move(outputs)})});
+  }
+  void halted() override { ground->put(now(), Rank::kMessage, {Delivery::kTree, TreeDelivery(Halted{leaf_})}); }
+  void log(const scxml::LogLine& line) override {
+    Message message;
+    message.source = machine.model().name;
+    message.name = message.source + ".log";
+    message.data = Map{{"label", line.label}, {"text", line.text}};
+    publish(std::move(message));
+  }
+  void problem(const std::string& what) override { ground->problem(what); }
+  void taken(scxml::TransitionIndex transition) override { ground->taken(leaf_, transition); }
+
+  const Parts& of_;
+  std::size_t leaf_;
+};
+
+class Parts::ModelSide final : public ModelHost {
+ public:
+  ModelSide(std::size_t index, ComponentModel model) : machine(std::move(model)), index_(index) {}
+
+  ModelMachine machine;
+  Ground* ground = nullptr;
+
+ private:
+  TimePoint now() const override { return ground->now(); }
+  void publish(Message message) override { ground->publish(std::move(message)); }
+  void deliver_at(TimePoint when, Rank rank, ModelDelivery what) override {
+    ground->put(when, rank, {index_, std::move(what)});
+  }
+  std::uint64_t next_call() override { return ground->next_call(); }
+  std::optional<Admission> request(Message message) override {
+    if (auto veto = ground->judge(message)) return Admission{std::move(veto)};
+    publish(std::move(message));
+    return Admission{};
+  }
+  std::optional<std::uint64_t> choose(const Choice& choice) override { return ground->choose(choice); }
+  void answer(std::size_t leaf, const Shared<Call>& call, CallOutcome outcome) override {
+    if (leaf != ServeCall::kOutside)
+      ground->put(now(), Rank::kMessage, {leaf, SkillDelivery(Outcome{call, std::move(outcome)})});
+  }
+  void problem(const std::string& what) override { ground->problem(what); }
+  void refused(const Diagnostic& why) override { ground->refused(why); }
+
+  std::size_t index_;
+};
+
+Parts::Parts(const project::Plan& plan) : plan_(plan) {
+  for (std::size_t i = 0; i < plan.leaves.size(); ++i) {
+    skills_.push_back(std::make_unique<SkillSide>(*this, i, skill_model(plan, i)));
+    for (const std::string& topic : plan.leaves[i].subscribes)
+      takers_[topic].push_back({.is_model = false, .index = i});
+  }
+  for (std::size_t i = 0; i < plan.models.size(); ++i) {
+    models_.push_back(std::make_unique<ModelSide>(i, component_model(plan, i)));
+    for (const std::string& service : plan.models[i].serves) model_of_[service] = i;
+    for (const std::string& topic : plan.models[i].subscribes) takers_[topic].push_back({.is_model = true, .index = i});
+  }
+  tree_ = std::make_unique<TreeSide>(plan);
+}
+
+Parts::~Parts() = default;
+
+void Parts::remember_steps() {
+  for (const auto& skill : skills_) skill->machine.remember_steps();
+  for (const auto& model : models_) model->machine.remember_steps();
+}
+
+void Parts::start(TreeState& state, Ground& ground) {
+  tree_->ground = &ground;
+  tree_->machine.start(state, *tree_);
+}
+void Parts::step(TreeState& state, TreeDelivery what, Ground& ground) {
+  tree_->ground = &ground;
+  tree_->machine.step(state, std::move(what), *tree_);
+}
+void Parts::step(std::size_t leaf, SkillState& state, SkillDelivery what, Ground& ground) {
+  skills_[leaf]->ground = &ground;
+  (void)skills_[leaf]->machine.step(state, std::move(what), *skills_[leaf]);
+}
+void Parts::step(std::size_t model, ModelState& state, ModelDelivery what, Ground& ground) {
+  models_[model]->ground = &ground;
+  models_[model]->machine.step(state, std::move(what), *models_[model]);
+}
+
+TreeState Parts::initial_tree() const { return tree_->machine.initial(); }
+const SkillMachine& Parts::skill(std::size_t leaf) const { return skills_[leaf]->machine; }
+const ModelMachine& Parts::model(std::size_t index) const { return models_[index]->machine; }
+
+std::optional<std::size_t> Parts::model_of(std::string_view service) const {
+  const auto found = model_of_.find(service);
+  return found != model_of_.end() ? std::optional(found->second) : std::nullopt;
+}
+
+Delivery Parts::delivery_of(std::size_t leaf, const Shared<Call>& call) const {
+  return {*model_of(call->service), ModelDelivery(ServeCall{leaf, skill(leaf).model().name, call})};
+}
+
+SkillDelivery Parts::unreachable(const Shared<Call>& call) {
+  return Outcome{
+      call, {.ok = false, .result = {}, .kind = "unreachable", .message = "service " + call->service + " was killed"}};
+}
+
+Parts::Told Parts::told_of(const Message& request) const {
+  Told told;
+  if (takers_.empty() || request.kind != MessageKind::kRequest) return told;
+  std::string_view topic = request.name;
+  topic.remove_suffix(std::string_view(".request").size());
+  const auto takers = takers_.find(topic);
+  if (takers == takers_.end()) return told;
+  const idl::Method* const method =
+      plan_.services.at(request.target).service->find(topic.substr(request.target.size() + 1));
+  const Value* const args = request.data.find("args");
+  auto conforming = idl::conform_arguments(*method, args != nullptr ? *args : Value(Map()));
+  if (!conforming) {
+    told.problem = std::string(topic) + " of " + request.source + " reaches nobody: " + conforming.error().message;
+    return told;
+  }
+  told.topic = topic;
+  told.takers = &takers->second;
+  told.what = Shared<Publication>(Publication{std::string(topic), request.source, std::move(*conforming)});
+  return told;
+}
+
+Result<void> inject(const Parts& parts, Faults& faults, std::set<std::string>& down,
+                    const std::function<bool(std::size_t leaf)>& is_killed, const project::Intervention& what,
+                    Ground& ground) {
+  using Kind = project::Intervention::Kind;
+  const auto tell = [&](std::uint64_t id) { ground.publish(injection_message(what, "scenario", id)); };
+  const auto post = [&](Delivery delivery) { ground.put(ground.now(), Rank::kMessage, std::move(delivery)); };
+  if (what.stands()) {
+    const auto id = faults.next_id();
+    if (!id) return tl::unexpected(id.error());
+    tell(*id);
+    faults.add(*id, what);
+    return {};
+  }
+  if (what.kind == Kind::kClear) {
+    if (auto cleared = faults.clear(what.id); !cleared) return cleared;
+    tell(0);
+    return {};
+  }
+  if (what.kind == Kind::kStop) {
+    tell(0);
+    post({Delivery::kTree, TreeDelivery(Stop{})});
+    return {};
+  }
+  const bool kill = what.kind == Kind::kKill;
+  if (!kill && what.kind != Kind::kRestart)
+    return fail("verify.fault", "\"" + std::string(to_string(what.kind)) + "\" is no fault that can be tried");
+  const auto refuse = [&] {
+    return fail("steering.part-state", "\"" + what.target + (kill ? "\" is killed already" : "\" has not been killed"));
+  };
+  for (std::size_t leaf = 0; leaf < parts.skills(); ++leaf) {
+    if (parts.plan().leaves[leaf].name != what.target) continue;
+    if (is_killed(leaf) == kill) return refuse();
+    tell(0);
+    post({leaf, kill ? SkillDelivery(KillSkill{}) : SkillDelivery(RestartSkill{})});
+    return {};
+  }
+  if (!parts.model_of(what.target))
+    return fail("verify.fault", "nothing in the mission is called \"" + what.target + "\"");
+  if (down.contains(what.target) == kill) return refuse();
+  tell(0);
+  if (kill)
+    down.insert(what.target);
+  else
+    down.erase(what.target);
+  return {};
+}
+
+}  // namespace sentree::mission

@@ -1,0 +1,158 @@
+#include "sentree/verify/frontier.h"
+
+#include <deque>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "sentree/mission/encode.h"
+#include "sentree/verify/period.h"
+
+namespace sentree::verify {
+
+namespace {
+
+class Executing final : public Frontier {
+ public:
+  Executing(const project::Plan& plan, mission::Surroundings& surroundings)
+      : plan_(plan), surroundings_(surroundings), host_(plan) {
+    host_.reuse_numbers();
+  }
+
+  Result<void> begin() override {
+    run_ = host_.begin();
+    return encode();
+  }
+  void again(TimePoint) override { run_ = states_.front(); }
+  Result<void> go_on(const std::function<Result<void>()>& before_tick) override {
+    if (const auto delivered = period(host_, run_, surroundings_, before_tick); !delivered)
+      return tl::unexpected(delivered.error());
+    mission::prune(run_);
+    return encode();
+  }
+  Hash128 key() override { return hash128(form_); }
+  void keep() override { states_.push_back(std::move(run_)); }
+  void drop() override { states_.pop_front(); }
+
+  TimePoint now() const override { return run_.now; }
+  bool ended() const override { return mission::VirtualHost::ended(run_); }
+  const mission::Faults& faults() const override { return run_.faults; }
+  bool is_down(const std::string& part) const override {
+    if (run_.down.contains(part)) return true;
+    for (std::size_t leaf = 0; leaf < plan_.leaves.size(); ++leaf) {
+      if (plan_.leaves[leaf].name == part) return run_.skills[leaf].phase == mission::SkillPhase::kKilled;
+    }
+    return false;
+  }
+  Result<void> inject(const project::Intervention& what) override { return host_.inject(run_, what, surroundings_); }
+  std::uint64_t bytes() const override {
+    constexpr std::uint64_t kOfAState = 4'000;
+    return states_.size() * kOfAState;
+  }
+
+ private:
+  Result<void> encode() {
+    form_.clear();
+    if (auto encoded = mission::encode(host_.parts(), run_, form_); !encoded) return encoded;
+    for (const project::Injection& injection : plan_.scenario.timeline) {
+      if (injection.at > run_.now) form_ += std::to_string((injection.at - run_.now).count()) + ";";
+    }
+    return {};
+  }
+
+  const project::Plan& plan_;
+  mission::Surroundings& surroundings_;
+  mission::VirtualHost host_;
+  std::deque<mission::State> states_;
+  mission::State run_;
+  std::string form_;
+};
+
+class Remembering final : public Frontier {
+ public:
+  Remembering(const project::Plan& plan, bool faults, mission::PartMemory::Outside& outside)
+      : plan_(plan), outside_(outside), memory_(plan, faults) {}
+
+  Result<void> begin() override {
+    run_ = memory_.begin();
+    return pack();
+  }
+  void again(TimePoint at) override {
+    const std::uint32_t size = waiting_[first_];
+    memory_.unpack(std::span(waiting_).subspan(first_ + 1, size), at, run_);
+    run_.begun = !is_first_;
+  }
+  Result<void> go_on(const std::function<Result<void>()>& before_tick) override {
+    if (const auto delivered = period(memory_, run_, outside_, before_tick); !delivered)
+      return tl::unexpected(delivered.error());
+    return pack();
+  }
+  Hash128 key() override {
+    return hash128({reinterpret_cast<const char*>(packed_.data()), packed_.size() * sizeof(std::uint32_t)});
+  }
+  void keep() override {
+    waiting_.push_back(waited_);
+    waiting_.insert(waiting_.end(), packed_.begin(), packed_.begin() + waited_);
+  }
+  void drop() override {
+    first_ += waiting_[first_] + 1;
+    is_first_ = false;
+    // What has been gone on from is thrown away, now and then.
+    if (first_ < kKept || first_ * 2 < waiting_.size()) return;
+    waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(first_));
+    first_ = 0;
+  }
+
+  TimePoint now() const override { return run_.now; }
+  bool ended() const override { return memory_.ended(run_); }
+  const mission::Faults& faults() const override { return memory_.faults(run_); }
+  bool is_down(const std::string& part) const override {
+    if (memory_.is_down(run_, part)) return true;
+    for (std::size_t leaf = 0; leaf < plan_.leaves.size(); ++leaf) {
+      if (plan_.leaves[leaf].name == part) return memory_.is_killed(run_, leaf);
+    }
+    return false;
+  }
+  Result<void> inject(const project::Intervention& what) override { return memory_.inject(run_, what, outside_); }
+  std::uint64_t bytes() const override { return memory_.bytes() + waiting_.capacity() * sizeof(std::uint32_t); }
+
+ private:
+  static constexpr std::size_t kKept = 1U << 20U;
+
+  Result<void> pack() {
+    if (memory_.error()) return tl::unexpected(*memory_.error());
+    memory_.settle(run_);
+    if (memory_.error()) return tl::unexpected(*memory_.error());
+    packed_.clear();
+    memory_.pack(run_, packed_);
+    waited_ = static_cast<std::uint32_t>(packed_.size());
+    for (const project::Injection& injection : plan_.scenario.timeline) {
+      if (injection.at > run_.now) packed_.push_back(memory_.number_of(injection.at - run_.now));
+    }
+    return {};
+  }
+
+  const project::Plan& plan_;
+  mission::PartMemory::Outside& outside_;
+  mission::PartMemory memory_;
+  std::vector<std::uint32_t> waiting_;  // each with its size before it
+  std::size_t first_ = 0;
+  bool is_first_ = true;
+  mission::PartMemory::Run run_;
+  std::vector<std::uint32_t> packed_;
+  std::uint32_t waited_ = 0;  // of which this says what the run is; the rest is the timeline
+};
+
+}  // namespace
+
+std::unique_ptr<Frontier> executing(const project::Plan& plan, mission::Surroundings& surroundings) {
+  return std::make_unique<Executing>(plan, surroundings);
+}
+
+std::unique_ptr<Frontier> remembering(const project::Plan& plan, bool faults, mission::PartMemory::Outside& outside) {
+  return std::make_unique<Remembering>(plan, faults, outside);
+}
+
+}  // namespace sentree::verify

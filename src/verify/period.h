@@ -1,0 +1,57 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <string>
+
+#include "sentree/base/result.h"
+#include "sentree/base/time.h"
+#include "sentree/project/plan.h"
+
+namespace sentree::verify {
+
+/// Deliveries in one period: beyond it parts answer each other for ever.
+inline constexpr std::size_t kDeliveriesMax = 200'000;
+
+/// Executes one period of a run: everything up to and including the next planned tick, the timeline of the scenario
+/// among it.
+/// @param host         `mission::VirtualHost` or `mission::PartMemory`, with a run of it.
+/// @param before_tick  Called when that tick is the next thing, but for injections: `Result<void>()`.
+/// @return  Deliveries executed. Errors: verify.endless, verify.fault, those of `before_tick`.
+template <class Host, class Run, class Outside, class BeforeTick>
+[[nodiscard]] Result<std::size_t> period(Host& host, Run& run, Outside& outside, const BeforeTick& before_tick) {
+  const bool ticks = !host.over(run);
+  const TimePoint until = ticks ? host.planned(run) : run.now + host.plan().scenario.project.period;
+  const auto& timeline = host.plan().scenario.timeline;
+  auto injection = std::find_if(timeline.begin(), timeline.end(), [&](const project::Injection& i) {
+    return i.at > run.now || (!run.begun && i.at == run.now);
+  });
+  run.begun = true;
+  bool asked = !ticks;
+  std::size_t delivered = 0;
+  while (!host.ended(run)) {
+    const TimePoint next = host.next(run);
+    if (injection != timeline.end() && injection->at <= until && injection->at <= next) {
+      run.now = std::max(run.now, injection->at);
+      if (auto done = host.inject(run, injection->what, outside); !done) return tl::unexpected(done.error());
+      ++injection;
+      continue;
+    }
+    if (!asked && next >= until) {
+      asked = true;
+      run.now = std::max(run.now, until);
+      if (auto done = before_tick(); !done) return tl::unexpected(done.error());
+      continue;
+    }
+    if (next == kNever || next > until) break;
+    if (++delivered > kDeliveriesMax) {
+      return fail("verify.endless", "more than " + std::to_string(kDeliveriesMax) +
+                                        " messages without a tick; two parts answer each other for ever");
+    }
+    host.step(run, outside);
+  }
+  if (!ticks && !host.ended(run)) run.now = until;
+  return delivered;
+}
+
+}  // namespace sentree::verify
