@@ -280,7 +280,7 @@ void add_verify(CLI::App& app, VerifyCommand& command) {
   sub->add_option("--at-least", command.at_least,
                   "Statistics: decide, in as few runs as will do, whether it holds in that share of them, e.g. 99%");
   sub->add_option("--seed", command.seed, "Of the runs")->capture_default_str();
-  sub->add_flag("--no-memo", command.no_memory, "Execute every step of a chart, also those that are known");
+  sub->add_flag("--no-memo", command.no_memory, "Execute every step, also those that are known");
   sub->add_flag("--model", command.model, "Write models/SERVICE.scxml for services without a model: any reply");
   sub->add_flag("--explain", command.explain, "Tell counterexamples tick by tick");
   sub->add_flag("--json", command.json, "Print the results as JSON");

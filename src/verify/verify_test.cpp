@@ -304,36 +304,6 @@ TEST_F(Verify, TriesAnyReplyOfWhatHasNoModel) {
       << "the one for errors";
 }
 
-TEST(StepMemory, FindsTheSameAsTheInterpreter) {
-  for (const char* const example : {"recharge", "modelled", "topics", "grasp", "handover"}) {
-    SCOPED_TRACE(example);
-    auto project = project::load_project(std::string(SENTREE_SOURCE_DIR) + "/examples/" + example);
-    ASSERT_TRUE(project.ok());
-    const auto plan = project::prepare(with_models(project::plain_scenario(std::move(*project.value))));
-    ASSERT_TRUE(plan.ok());
-    for (const Order order : {Order::kAny, Order::kVirtual}) {
-      Options options;
-      options.order = order;
-      options.faults = plan.value->scenario.project.verify.faults;
-      options.states = 1'500;
-      const auto known = explore(*plan.value, options);
-      options.memory_of_steps = false;
-      const auto executed = explore(*plan.value, options);
-      ASSERT_TRUE(known && executed);
-      EXPECT_GT(known->edges.size(), 4U);
-      EXPECT_EQ(known->nodes, executed->nodes);
-      EXPECT_EQ(known->edges, executed->edges);
-      EXPECT_EQ(known->decisions, executed->decisions);
-      EXPECT_EQ(known->choices, executed->choices);
-      EXPECT_EQ(known->taken, executed->taken);
-      EXPECT_EQ(known->statuses, executed->statuses);
-      EXPECT_EQ(known->values, executed->values);
-      ASSERT_EQ(known->sequences.size(), executed->sequences.size());
-      for (std::size_t i = 0; i < known->sequences.size(); ++i) EXPECT_EQ(known->sequences[i], executed->sequences[i]);
-    }
-  }
-}
-
 TEST_F(Verify, SaysWhatNothingReaches) {
   model("6");
   requirements("small \"It says little.\": always said <= 6.\n");

@@ -7,7 +7,7 @@ service Base {
 }
 
 service Desk {
-  i32 next() // the errand to do now, of those that are open; when none is, all three are again
+  i32 errand() // the errand to do now, of those that are open; when none is, all three are again
 }
 
 service People {
