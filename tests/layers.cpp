@@ -153,6 +153,7 @@ const std::vector<LibraryRule>& library_rules() {
       {"record", {"base", "text", "idl"}},
       {"project", {"base", "text", "idl", "bt", "nav2", "scxml", "monitor", "rpc", "sim"}},
       {"design", {"base", "text", "idl", "draw", "bt", "scxml", "graph", "monitor", "sim", "project"}},
+      {"lsp", {"base", "text", "idl", "draw", "bt", "scxml", "graph", "monitor", "record", "project", "design"}},
       {"import", {"base", "text", "idl", "bt", "scxml", "project"}},
       {"mission", {"base", "text", "idl", "bt", "scxml", "monitor", "sim", "project"}},
       {"verify", {"base", "text", "bt", "scxml", "monitor", "project", "mission"}},
@@ -163,9 +164,9 @@ const std::vector<LibraryRule>& library_rules() {
       {"studio",
        {"base", "text", "idl", "draw", "bt", "scxml", "graph", "monitor", "http", "rpc", "sim", "record", "project",
         "design", "mission", "runtime", "replay", "groot"}},
-      {"cli", {"base",    "text",    "idl",      "draw",   "bt",     "nav2",    "exec",   "scxml",  "graph",
-               "monitor", "http",    "rpc",      "sim",    "record", "project", "design", "import", "mission",
-               "verify",  "runtime", "campaign", "replay", "studio", "groot",   "yarp"}},
+      {"cli", {"base",    "text",   "idl",     "draw",     "bt",     "nav2",    "exec",   "scxml", "graph",
+               "monitor", "http",   "rpc",     "sim",      "record", "project", "design", "lsp",   "import",
+               "mission", "verify", "runtime", "campaign", "replay", "studio",  "groot",  "yarp"}},
   };
   return kRules;
 }

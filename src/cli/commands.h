@@ -182,6 +182,9 @@ struct FmtCommand {
 };
 int fmt(const FmtCommand& command);
 
+/// The language server, over standard input and output.
+int lsp();
+
 struct DiffCommand {
   std::string before;  ///< A file, a folder, or "-" for standard input.
   std::string after;

@@ -742,6 +742,9 @@ int command_line(int argc, char** argv) {
   SynthCommand synth_command;
   StudioCommand studio_command;
   WatchCommand watch_command;
+  app.add_subcommand("lsp", "Help editors with missions, charts, requirements and interfaces (docs/editors.md)")
+      ->add_flag("--stdio")
+      ->description("Over standard input and output, as it always is");
   DoctorCommand doctor_command;
   BugReportCommand bug_report_command;
   add_init(app, init_command);
@@ -813,6 +816,7 @@ int command_line(int argc, char** argv) {
   if (app.got_subcommand("info")) return info(info_command);
   if (app.got_subcommand("graph")) return graph(graph_command);
   if (app.got_subcommand("fmt")) return fmt(fmt_command);
+  if (app.got_subcommand("lsp")) return lsp();
   if (app.got_subcommand("diff")) return diff(diff_command);
   if (app.got_subcommand("model")) return model(model_command);
   if (app.got_subcommand("completion")) {

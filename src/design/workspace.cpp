@@ -46,27 +46,6 @@ std::optional<std::string> text_of(const fs::path& path) {
   return std::move(*content);
 }
 
-// Calls `visit` for each text below `folder`; false: there are too many.
-template <class Visit>
-bool each_text(const fs::path& folder, Visit&& visit) {
-  std::size_t count = 0;
-  std::error_code error;
-  fs::recursive_directory_iterator it(folder, fs::directory_options::skip_permission_denied, error);
-  for (; !error && it != fs::recursive_directory_iterator(); it.increment(error)) {
-    const fs::path& path = it->path();
-    std::error_code unknown;
-    const auto status = it->symlink_status(unknown);
-    if (fs::is_directory(status)) {
-      if (is_passed_over(path) || it.depth() >= kFoldersDeepMax) it.disable_recursion_pending();
-      continue;
-    }
-    if (!fs::is_regular_file(status) || is_passed_over(path) || !is_project_text(path)) continue;
-    if (++count > kFilesMax) return false;
-    visit(path);
-  }
-  return true;
-}
-
 tl::unexpected<Diagnostic> unwritable(const std::string& file) {
   return fail("file.unwritable", std::string("cannot be written: ") + std::strerror(errno), SourceSpan{file});
 }
@@ -178,13 +157,32 @@ bool is_project_text(const fs::path& path) {
   return std::any_of(std::begin(kEndings), std::end(kEndings), [&](const char* known) { return ending == known; });
 }
 
+bool each_project_text(const fs::path& folder, const std::function<void(const fs::path&)>& visit) {
+  std::size_t count = 0;
+  std::error_code error;
+  fs::recursive_directory_iterator it(folder, fs::directory_options::skip_permission_denied, error);
+  for (; !error && it != fs::recursive_directory_iterator(); it.increment(error)) {
+    const fs::path& path = it->path();
+    std::error_code unknown;
+    const auto status = it->symlink_status(unknown);
+    if (fs::is_directory(status)) {
+      if (is_passed_over(path) || it.depth() >= kFoldersDeepMax) it.disable_recursion_pending();
+      continue;
+    }
+    if (!fs::is_regular_file(status) || is_passed_over(path) || !is_project_text(path)) continue;
+    if (++count > kFilesMax) return false;
+    visit(path);
+  }
+  return true;
+}
+
 Result<Workspace> Workspace::open(const fs::path& folder) {
   std::error_code error;
   const fs::path canonical = fs::canonical(folder, error);
   if (error || !fs::is_directory(canonical, error))
     return fail("file.not-found", "no such folder", SourceSpan{folder.string()});
   Workspace workspace(canonical);
-  const bool all = each_text(canonical, [&](const fs::path& path) {
+  const bool all = each_project_text(canonical, [&](const fs::path& path) {
     if (auto text = text_of(path)) {
       Document& document = workspace.documents_[inside(canonical, path)];
       document.text = document.saved = std::move(*text);
@@ -469,7 +467,7 @@ std::vector<std::string> Workspace::refresh(const std::string& path) {
     files.push_back(path);
   } else {
     const fs::path below = path.empty() ? folder_ : folder_ / path;
-    each_text(below, [&](const fs::path& file) { files.push_back(inside(folder_, file)); });
+    each_project_text(below, [&](const fs::path& file) { files.push_back(inside(folder_, file)); });
     for (const auto& [file, document] : documents_) {
       if (path.empty() || file.starts_with(path + "/")) files.push_back(file);
     }

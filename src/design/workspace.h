@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <deque>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -126,6 +127,11 @@ class Workspace {
   std::vector<Step> redo_;
   bool journal_due_ = false;
 };
+
+/// Calls `visit` for each text below `folder` that `Workspace::open` would take by its name, in no order. False: there
+/// are more than `kFilesMax`, which have not been visited all.
+bool each_project_text(const std::filesystem::path& folder,
+                       const std::function<void(const std::filesystem::path&)>& visit);
 
 /// Whether the files of that name are texts of a project.
 [[nodiscard]] bool is_project_text(const std::filesystem::path& path);

@@ -1,0 +1,61 @@
+#include <poll.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <string>
+#include <string_view>
+
+#include "sentree/cli/commands.h"
+#include "sentree/lsp/framing.h"
+#include "sentree/lsp/server.h"
+
+namespace sentree::cli {
+
+namespace {
+
+// False: nobody reads any more.
+bool write_all(std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t done = write(STDOUT_FILENO, text.data(), text.size());
+    if (done < 0 && errno == EINTR) continue;
+    if (done <= 0) return false;
+    text.remove_prefix(static_cast<std::size_t>(done));
+  }
+  return true;
+}
+
+}  // namespace
+
+int lsp() {
+  lsp::Server server(SENTREE_VERSION);
+  lsp::Framing framing;
+  bool is_open = true;
+  while (!server.is_over() && (is_open || server.has_work())) {
+    // What comes goes before what is to be done: it may cancel that, or change the text that would be checked.
+    pollfd input{STDIN_FILENO, POLLIN, 0};
+    const bool may_read = is_open && server.has_room();
+    const int ready = may_read ? poll(&input, 1, server.has_work() ? 0 : -1) : 0;
+    if (ready < 0 && errno != EINTR) return kEnvironment;
+    if (ready > 0) {
+      char buffer[64 * 1024];
+      const ssize_t got = read(STDIN_FILENO, buffer, sizeof buffer);
+      if (got < 0 && errno == EINTR) continue;
+      is_open = got > 0;
+      framing.feed({buffer, static_cast<std::size_t>(got > 0 ? got : 0)});
+      while (const auto frame = framing.next()) {
+        if (frame->problem.empty())
+          server.receive(frame->content);
+        else
+          server.refuse(frame->problem);
+      }
+    } else if (server.has_work()) {
+      server.work();
+    }
+    for (const std::string& message : server.take_answers()) {
+      if (!write_all(lsp::framed(message))) return kEnvironment;
+    }
+  }
+  return server.is_over() ? server.exit_code() : kFindings;
+}
+
+}  // namespace sentree::cli

@@ -1,0 +1,58 @@
+#include "sentree/lsp/lines.h"
+
+#include <algorithm>
+
+namespace sentree::lsp {
+
+namespace {
+
+// Bytes of the character of UTF-8 that begins there; 1 for what begins none.
+std::size_t size_at(std::string_view text, std::size_t at) {
+  const auto first = static_cast<unsigned char>(text[at]);
+  const std::size_t size = first < 0xC0 ? 1 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4;
+  return std::min(size, text.size() - at);
+}
+
+std::uint64_t units_of(std::size_t bytes, Units units) {
+  if (units == Units::kUtf8) return bytes;
+  return bytes == 4 ? 2 : 1;
+}
+
+}  // namespace
+
+Lines::Lines(std::string_view text) {
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '\n' || (text[i] == '\r' && (i + 1 >= text.size() || text[i + 1] != '\n'))) starts_.push_back(i + 1);
+  }
+}
+
+Position Lines::position(std::string_view text, std::size_t offset, Units units) const {
+  offset = std::min(offset, text.size());
+  const auto next = std::upper_bound(starts_.begin(), starts_.end(), offset);
+  const std::size_t start = *std::prev(next);
+  Position position{static_cast<std::uint64_t>(next - starts_.begin() - 1), 0};
+  for (std::size_t at = start; at < offset;) {
+    const std::size_t size = size_at(text, at);
+    if (at + size > offset) break;
+    position.character += units_of(size, units);
+    at += size;
+  }
+  return position;
+}
+
+std::size_t Lines::offset(std::string_view text, Position position, Units units) const {
+  if (position.line >= starts_.size()) return text.size();
+  std::size_t at = starts_[position.line];
+  std::size_t end = position.line + 1 < starts_.size() ? starts_[position.line + 1] : text.size();
+  while (end > at && (text[end - 1] == '\n' || text[end - 1] == '\r')) --end;
+  for (std::uint64_t left = position.character; at < end && left > 0;) {
+    const std::size_t size = size_at(text, at);
+    const std::uint64_t takes = units_of(size, units);
+    if (takes > left) break;
+    left -= takes;
+    at += size;
+  }
+  return std::min(at, end);
+}
+
+}  // namespace sentree::lsp

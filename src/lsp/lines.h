@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+namespace sentree::lsp {
+
+/// What a place inside a line is counted in.
+enum class Units : std::uint8_t { kUtf8, kUtf16 };
+
+/// As the protocol counts: lines and units from 0.
+struct Position {
+  std::uint64_t line = 0;
+  std::uint64_t character = 0;
+  friend bool operator==(const Position&, const Position&) = default;
+};
+
+/// Lines of a text, which end with \n, \r\n or \r. Does not keep the text.
+/// Source: Language Server Protocol 3.17, Text Documents.
+class Lines {
+ public:
+  Lines() = default;
+  explicit Lines(std::string_view text);
+
+  /// Of byte `offset` of the text; past its end: the end.
+  [[nodiscard]] Position position(std::string_view text, std::size_t offset, Units units) const;
+  /// The byte of a position. What lies behind the end of a line or of the text is that end; the middle of a character
+  /// is its beginning.
+  [[nodiscard]] std::size_t offset(std::string_view text, Position position, Units units) const;
+
+ private:
+  std::vector<std::size_t> starts_{0};
+};
+
+}  // namespace sentree::lsp

@@ -1,0 +1,97 @@
+#include "sentree/lsp/rename.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+
+namespace sentree::lsp {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_name(std::string_view name, SymbolKind kind) {
+  // Nodes may have any name; what their names become in observations is one rule of the project.
+  const bool is_free = kind == SymbolKind::kNode || kind == SymbolKind::kTree;
+  return !name.empty() && std::all_of(name.begin(), name.end(), [&](char c) {
+    const auto u = static_cast<unsigned char>(c);
+    if (std::isalnum(u) != 0 || c == '_' || u >= 0x80) return true;
+    return is_free ? c == ' ' || c == '-' : c == '-' && kind == SymbolKind::kState;
+  }) && (is_free || std::isdigit(static_cast<unsigned char>(name.front())) == 0);
+}
+
+std::string shown(const Index& index, const std::string& file) {
+  return fs::path(file).lexically_relative(index.folder()).generic_string();
+}
+
+// The symbol of another name beside this one.
+Symbol renamed(const Symbol& symbol, const std::string& name) {
+  const std::size_t hash = symbol.name.find('#');
+  return {symbol.kind, hash == std::string::npos ? name : symbol.name.substr(0, hash + 1) + name};
+}
+
+}  // namespace
+
+Result<void> may_rename(const Index& index, const Symbol& symbol) {
+  switch (symbol.kind) {
+    case SymbolKind::kSkill:
+    case SymbolKind::kNode:
+    case SymbolKind::kTree:
+    case SymbolKind::kService:
+    case SymbolKind::kState:
+    case SymbolKind::kDefinition: return {};
+    case SymbolKind::kRequirement:
+      for (const Index::Place& place : index.places_of(symbol)) {
+        if (place.occurrence->defines && place.file->ends_with(".req")) return {};
+      }
+      return fail("lsp.rename", "a monitor is named after its file; rename that, or give it a \"name\"");
+    case SymbolKind::kInterface:
+    case SymbolKind::kMethod:
+    case SymbolKind::kType: return fail("lsp.rename", "programs in other languages use this name of the interface too");
+    case SymbolKind::kData:
+    case SymbolKind::kLocation: break;
+  }
+  return fail("lsp.rename", "not every place that names this can be told");
+}
+
+Result<Renaming> rename(const Index& index, const Symbol& symbol, const std::string& name) {
+  if (auto may = may_rename(index, symbol); !may) return tl::unexpected(may.error());
+  const std::string old = written_name(symbol);
+  if (!is_name(name, symbol.kind)) return fail("lsp.rename", "\"" + name + "\" is no name for it");
+  Renaming renaming;
+  if (name == old) return renaming;
+  if (!index.places_of(renamed(symbol, name)).empty()) return fail("lsp.rename", "\"" + name + "\" is there already");
+  const Names& names = index.names();
+  const bool is_observed =
+      symbol.kind == SymbolKind::kSkill || symbol.kind == SymbolKind::kNode || symbol.kind == SymbolKind::kService;
+  if (is_observed && (names.services.contains(name) || names.nodes.contains(name) || names.skills.contains(name) ||
+                      names.builtins.contains(name)))
+    return fail("lsp.rename", "\"" + name + "\" is the name of something else, and their messages would look alike");
+  for (const auto& [file, content] : index.files()) {
+    if (!content.readable && content.text.find(old) != std::string::npos)
+      return fail("lsp.rename", shown(index, file) + " may name it and cannot be read; mend it first");
+    design::TextEdits edits;
+    for (const Occurrence& occurrence : content.occurrences) {
+      if (occurrence.symbol != symbol ||
+          content.text.compare(occurrence.from, occurrence.to - occurrence.from, old) != 0)
+        continue;
+      if (edits.empty() || edits.back().to <= occurrence.from) edits.push_back({occurrence.from, occurrence.to, name});
+    }
+    if (edits.empty()) continue;
+    if (!file.starts_with(index.folder().string() + "/"))
+      return fail("lsp.rename", file + " names it and is no file of this project");
+    renaming.edits[file] = std::move(edits);
+  }
+  if (symbol.kind == SymbolKind::kSkill) {
+    const fs::path chart = index.chart_of(old);
+    if (!chart.empty() && chart.stem() == old) {
+      const fs::path to = chart.parent_path() / (name + chart.extension().string());
+      std::error_code error;
+      if (fs::exists(to, error)) return fail("lsp.rename", shown(index, to.string()) + " is there already");
+      renaming.files.emplace_back(chart.string(), to.string());
+    }
+  }
+  return renaming;
+}
+
+}  // namespace sentree::lsp
