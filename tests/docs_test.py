@@ -83,7 +83,7 @@ def matches(expected, got):
 
 
 # These serve until they are ended, need a run that goes on or somebody else, or take minutes.
-LASTING = {"studio", "watch", "sim", "component", "skill", "echo", "ping", "services", "call", "campaign", "bench", "import", "completion", "chart"}
+LASTING = {"studio", "lsp", "watch", "sim", "component", "skill", "echo", "ping", "services", "call", "campaign", "bench", "import", "completion", "chart"}
 LIVE = {"--studio", "--live", "--groot", "--open", "--processes", "--yarp-server", "--yarp", "--listen"}
 
 
