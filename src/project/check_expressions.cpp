@@ -430,8 +430,9 @@ class Reader {
       if (!form.words.empty() && what.empty()) what = form.name;
     }
     if (!is_text) return false;
-    // Nothing is always a thing to ask for.
-    if (text.empty() || std::find(known.begin(), known.end(), text) != known.end()) return true;
+    // Nothing is always a thing to ask for, but of an enumeration.
+    if ((text.empty() && (what.empty() || !closed)) || std::find(known.begin(), known.end(), text) != known.end())
+      return true;
     const std::string near = did_you_mean(text, known);
     if (what.empty() || !closed) {
       // Names of the mission and its world: a scenario may have others.

@@ -16,6 +16,21 @@ void warn(Diagnostics& diagnostics, std::string code, std::string message, Sourc
   diagnostics.push_back({Severity::kWarning, std::move(code), std::move(message), std::move(span)});
 }
 
+// Text between nodes: a tag that has lost its bracket.
+void check_text(const text::XmlElement& element, Diagnostics& diagnostics) {
+  if (element.local_name().ends_with("_port")) return;  // what it is for
+  std::string text = element.text();
+  text.erase(0, text.find_first_not_of(" \t\r\n"));
+  if (!text.empty()) {
+    text.resize(std::min(text.size(), text.find_first_of(" \t\r\n")));
+    warn(diagnostics, "check.text", "text inside <" + std::string(element.name()) + "> means nothing: \"" + text + "\"",
+         element.span());
+  }
+  // The parser bounds nesting.
+  for (text::XmlElement child = element.first_child(); child; child = child.next_sibling())
+    check_text(child, diagnostics);
+}
+
 void check_root(const text::XmlElement& root, Diagnostics& diagnostics) {
   static const std::vector<std::string> kKnown{"BTCPP_format", "main_tree_to_execute", "project_name"};
   for (const auto& attribute : root.attributes()) {
@@ -109,6 +124,8 @@ void check_mission(const bt::Tree& tree, const std::vector<MissionSource>& files
   for (const text::XmlDocument& document : documents) {
     check_root(document.root(), diagnostics);
     for (text::XmlElement child = document.root().first_child(); child; child = child.next_sibling()) {
+      if (child.local_name() == "BehaviorTree" || child.local_name() == "TreeNodesModel")
+        check_text(child, diagnostics);
       if (child.local_name() != "TreeNodesModel") continue;
       check_types(child, diagnostics);
       if (!declared) declared.emplace();

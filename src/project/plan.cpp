@@ -225,6 +225,9 @@ class Preparation {
   }
 
   void leaves(const bt::Tree& tree) {
+    for (const SkillEntry& entry : project_.skills) {
+      if (!entry.at.empty()) check_address("skill \"" + entry.leaf + "\"", entry.at, entry.span);
+    }
     for (const bt::NodeId node : tree.external_leaves()) {
       const std::string id(tree.registration(node));
       const SkillEntry* entry = project_.skill(tree.name(node), id);

@@ -59,6 +59,24 @@ TEST(Dialects, AnEmptyAttributeIsAnAbsentOne) {
   EXPECT_THAT(p.active(), ElementsAre("b"));
 }
 
+TEST(Dialects, CancellingNothingIsAllowed) {
+  Player p(document("<state id=\"a\"><onentry><cancel sendid=\"\"/></onentry></state>"));
+  EXPECT_THAT(texts(p.loaded.diagnostics), ElementsAre(HasSubstr("warning: the empty \"sendid\" of <cancel>")));
+  EXPECT_THAT(p.active(), ElementsAre("a"));
+  EXPECT_FALSE(load(document("<state id=\"a\"><onentry><cancel/></onentry></state>"), "c.scxml").ok());
+}
+
+TEST(Dialects, TextBetweenElementsAndEventsWithoutANameAreTold) {
+  const auto loaded =
+      load(document("<state id=\"a\">)transition/> <onentry> b<log/></onentry><transition event=\".x y..z\"/></state>"),
+           "c.scxml");
+  ASSERT_TRUE(loaded.ok());
+  EXPECT_THAT(texts(loaded.diagnostics),
+              ElementsAre(HasSubstr("warning: text inside <state> means nothing: \")transition/>\""),
+                          HasSubstr("text inside <onentry> means nothing: \"b\""),
+                          HasSubstr("no event is called \".x\""), HasSubstr("no event is called \"y..z\"")));
+}
+
 TEST(Dialects, ExpressionsWithoutADataModelAreEcmascript) {
   Player p(document(R"(<datamodel><data id="n" expr="1 + 1"/></datamodel>
     <state id="a"><transition cond="n == 2" target="b"/></state><state id="b"/>)",

@@ -145,6 +145,7 @@ StateIndex Loader::add_state(const Element& element, StateKind kind, StateIndex 
 }
 
 void Loader::load_state(const Element& element, StateIndex parent, int depth) {
+  stray_text(element);
   if (too_deep(element, depth) || model_->states.size() > options_.limits.states_max) return;
   const std::string_view name = element.local_name();
   const bool parallel = name == "parallel";
@@ -336,6 +337,11 @@ TransitionIndex Loader::load_transition(const Element& element, StateIndex sourc
   std::string events(given(element, "event").value_or(foreign ? element.local_name() : ""));
   if (foreign && given(element, "name")) events += ":" + std::string(*given(element, "name"));
   for_each_name(events, [&](std::string_view descriptor) {
+    if (descriptor.front() == '.' || descriptor.find("..") != std::string_view::npos) {
+      warn("scxml.bad-event",
+           "no event is called \"" + std::string(descriptor) + "\": between its dots a name is missing",
+           value_place(element, "event"));
+    }
     const DescriptorId id = model_->descriptors.add(descriptor);
     code.descriptors.push_back(id);
     transition.events.push_back(model_->descriptors.all()[id]);

@@ -110,8 +110,18 @@ Text Loader::load_text(const Element& element, std::string_view name, std::strin
   return text;
 }
 
+void Loader::stray_text(const Element& element) {
+  std::string text = element.text();
+  text.erase(0, text.find_first_not_of(kSpace));
+  if (text.empty()) return;
+  text.resize(std::min(text.size(), text.find_first_of(kSpace)));
+  warn("scxml.text", "text inside <" + std::string(element.local_name()) + "> means nothing: \"" + text + "\"",
+       place(element));
+}
+
 Block Loader::load_block(const Element& element, int depth) {
   Block block;
+  stray_text(element);
   if (!element.first_child() || too_deep(element, depth)) return block;
   for (Element child = element.first_child(); child; child = child.next_sibling()) {
     if (!is_scxml(child)) {
@@ -146,8 +156,11 @@ bool Loader::load_action(const Element& element, int depth, Block& block) {
   } else if (name == "cancel") {
     know_attributes(element, {"sendid", "sendidexpr"});
     const Text id = load_text(element, "sendid", "sendidexpr");
-    if (id.absent()) required(element, "sendid");
-    block.push_back({Cancel{id.constant, id.expr}, where});
+    // An empty one cancels nothing.
+    if (!id.absent())
+      block.push_back({Cancel{id.constant, id.expr}, where});
+    else if (!element.attribute("sendid"))
+      required(element, "sendid");
   } else if (name == "send") {
     block.push_back({load_send(element), where});
   } else if (name == "if") {

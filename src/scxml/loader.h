@@ -88,6 +88,8 @@ class Loader {
   [[nodiscard]] static bool has_prefixed_attribute(const Element& element);
   std::string_view required(const Element& element, std::string_view name);
   void know_attributes(const Element& element, std::initializer_list<std::string_view> names);
+  /// Text where only elements count: a tag that has lost its bracket.
+  void stray_text(const Element& element);
   void unknown_element(const Element& element, std::string_view inside,
                        std::initializer_list<std::string_view> allowed);
   void error(std::string code, std::string message, const Place& where);
