@@ -47,36 +47,36 @@ service Navigation {
   GoalReply  driveStraight(1: double distance)                 // < 0: back; ends with COLLISION_AHEAD where something is in the way
   GoalReply  dockRobot(1: string station)                      // reached once the battery charges
   GoalReply  undockRobot()                                     // straight back out of the station; NOT_READY away from one
-  NavigationState  getNavigationState()
-  NavigationStatus getNavigationStatus()
-  string     getNameOfCurrentTarget()                          // "" when none
-  LocationReply getAbsoluteLocationOfCurrentTarget()           // NOT_READY when none
-  PoseReply  getRelativeLocationOfCurrentTarget()              // base_link
-  LocationReply getCurrentNavigationWaypoint()                 // the corner of the path that is next; NOT_READY off a path
-  ReturnCode stopNavigation(1: i64 goal_id)                    // that goal only (no effect on any other) -> IDLE; 0: whichever is current
+  NavigationState  getNavigationState() (idempotent = "true")
+  NavigationStatus getNavigationStatus() (idempotent = "true")
+  string     getNameOfCurrentTarget() (idempotent = "true")  // "" when none
+  LocationReply getAbsoluteLocationOfCurrentTarget() (idempotent = "true")  // NOT_READY when none
+  PoseReply  getRelativeLocationOfCurrentTarget() (idempotent = "true")  // base_link
+  LocationReply getCurrentNavigationWaypoint() (idempotent = "true")  // the corner of the path that is next; NOT_READY off a path
+  ReturnCode stopNavigation(1: i64 goal_id) (idempotent = "true")  // that goal only (no effect on any other) -> IDLE; 0: whichever is current
   ReturnCode suspendNavigation(1: double time_s)               // < 0: until resumed
   ReturnCode resumeNavigation()
   ReturnCode recomputeCurrentNavigationPath()
-  Path       getAllNavigationWaypoints()
-  PlanReply  computePathTo(1: Location target)                 // plans and drives nowhere
-  OccupancyGridReply getCurrentNavigationMap(1: NavigationMapType type)  // costs: 0 free .. 99 near, 100 closed; LOCAL: around the robot
+  Path       getAllNavigationWaypoints() (idempotent = "true")
+  PlanReply  computePathTo(1: Location target) (idempotent = "true")  // plans and drives nowhere
+  OccupancyGridReply getCurrentNavigationMap(1: NavigationMapType type) (idempotent = "true")  // costs: 0 free .. 99 near, 100 closed; LOCAL: around the robot
   ReturnCode clearCurrentNavigationMap()                       // forgets what the laser saw beyond the map
-  bool       checkInsideArea(1: string area_name)
+  bool       checkInsideArea(1: string area_name) (idempotent = "true")
   bool       checkNearToLocation(1: string name, 2: double linear_tolerance (unit = "m", min = "0"),
-                                      3: double angular_tolerance (unit = "rad", min = "0"))
-  bool       checkInsideGivenArea(1: Area area)
+                                      3: double angular_tolerance (unit = "rad", min = "0")) (idempotent = "true")
+  bool       checkInsideGivenArea(1: Area area) (idempotent = "true")
   bool       checkNearToGivenLocation(1: Location location, 2: double linear_tolerance (unit = "m", min = "0"),
-                                      3: double angular_tolerance (unit = "rad", min = "0"))
-  string     findCurrentArea()                                 // the first stored area that holds the robot; "" when none
+                                      3: double angular_tolerance (unit = "rad", min = "0")) (idempotent = "true")
+  string     findCurrentArea() (idempotent = "true")  // the first stored area that holds the robot; "" when none
 }
 
 // --- localization (ILocalization2D, amcl_pose) ---
 enum LocalizationStatus { NOT_YET_LOCALIZED = 0, LOCALIZED_OK = 1, ERROR = 2 }
 service Localization {
-  LocalizationStatus getLocalizationStatus()
-  PoseWithCovariance getCurrentPosition()
-  list<PoseStamped>  getEstimatedPoses()                       // particle cloud, may be decimated
-  Odometry   getEstimatedOdometry()
+  LocalizationStatus getLocalizationStatus() (idempotent = "true")
+  PoseWithCovariance getCurrentPosition() (idempotent = "true")
+  list<PoseStamped>  getEstimatedPoses() (idempotent = "true")  // particle cloud, may be decimated
+  Odometry   getEstimatedOdometry() (idempotent = "true")
   ReturnCode setInitialPose(1: PoseWithCovariance pose)
   ReturnCode reinitializeGlobalLocalization()
   ReturnCode startLocalizationService()
@@ -87,28 +87,28 @@ service Localization {
 struct MapObject { 1: string map_id, 2: double x, 3: double y, 4: double z = 0, 5: double roll = 0, 6: double pitch = 0, 7: double yaw = 0, 8: string description = "" }  // yarp Map2DObject
 struct MapObjectReply { 1: ReturnCode code, 2: MapObject object }
 service MapServer {
-  OccupancyGridReply getMap(1: string map_id)
-  list<string>  getMapNames()
-  list<string>  getLocationsList()
-  LocationReply getLocation(1: string name)
+  OccupancyGridReply getMap(1: string map_id) (idempotent = "true")
+  list<string>  getMapNames() (idempotent = "true")
+  list<string>  getLocationsList() (idempotent = "true")
+  LocationReply getLocation(1: string name) (idempotent = "true")
   ReturnCode    storeLocation(1: string name, 2: Location location)
   ReturnCode    deleteLocation(1: string name)
   ReturnCode    renameLocation(1: string name, 2: string new_name)
   ReturnCode    clearAllLocations()
-  list<string>  getAreasList()
-  AreaReply     getArea(1: string name)
+  list<string>  getAreasList() (idempotent = "true")
+  AreaReply     getArea(1: string name) (idempotent = "true")
   ReturnCode    storeArea(1: string name, 2: Area area)
   ReturnCode    deleteArea(1: string name)
   ReturnCode    renameArea(1: string name, 2: string new_name)
   ReturnCode    clearAllAreas()
-  list<string>  getPathsList()
-  PathReply     getPath(1: string name)
+  list<string>  getPathsList() (idempotent = "true")
+  PathReply     getPath(1: string name) (idempotent = "true")
   ReturnCode    storePath(1: string name, 2: Path path)
   ReturnCode    deletePath(1: string name)
   ReturnCode    renamePath(1: string name, 2: string new_name)
   ReturnCode    clearAllPaths()
-  list<string>  getObjectsList()
-  MapObjectReply getObject(1: string name)
+  list<string>  getObjectsList() (idempotent = "true")
+  MapObjectReply getObject(1: string name) (idempotent = "true")
   ReturnCode    storeObject(1: string name, 2: MapObject object)
   ReturnCode    deleteObject(1: string name)
   ReturnCode    renameObject(1: string name, 2: string new_name)
@@ -123,14 +123,14 @@ struct BatteryState { 1: Header header, 2: double voltage (unit = "V"), 3: doubl
                       4: double percentage (unit = "ratio"),                                    // 0..1, as in sensor_msgs
                       5: double temperature (unit = "degC"), 6: PowerSupplyStatus power_supply_status, 7: BatteryWarning warning, 8: bool present = true }
 service Battery {
-  BatteryState getBatteryState()
-  double       getBatteryCharge() (unit = "%")                              // 0..100 %, YARP name and unit
-  bool         isCharging()
-  double       getBatteryVoltage()                             // V
-  double       getBatteryCurrent()                             // A, < 0 while discharging (ROS sign; YARP's is the opposite)
-  double       getBatteryTemperature()                         // degC
-  BatteryStatus getBatteryStatus()
-  string       getBatteryInfo()
+  BatteryState getBatteryState() (idempotent = "true")
+  double       getBatteryCharge() (unit = "%", idempotent = "true")  // 0..100 %, YARP name and unit
+  bool         isCharging() (idempotent = "true")
+  double       getBatteryVoltage() (idempotent = "true")  // V
+  double       getBatteryCurrent() (idempotent = "true")  // A, < 0 while discharging (ROS sign; YARP's is the opposite)
+  double       getBatteryTemperature() (idempotent = "true")  // degC
+  BatteryStatus getBatteryStatus() (idempotent = "true")
+  string       getBatteryInfo() (idempotent = "true")
 }
 
 // --- laser (IRangefinder2D, sensor_msgs/LaserScan) ---
@@ -139,14 +139,14 @@ struct LaserScan { 1: Header header, 2: double angle_min, 3: double angle_max, 4
 struct Interval { 1: double min, 2: double max }
 enum DeviceStatus { OK_STANDBY = 0, OK_IN_USE = 1, GENERAL_ERROR = 2, TIMEOUT = 3 }
 service Laser {
-  LaserScan    getLaserMeasurement()
-  list<double> getRawData()                                    // the ranges alone
-  DeviceStatus getDeviceStatus()
-  Interval     getDistanceRange()                              // m
-  Interval     getScanLimits()                                 // rad, of the first and the last beam
-  double       getHorizontalResolution()                       // rad between beams
-  double       getScanRate()                                   // Hz
-  string       getDeviceInfo()
+  LaserScan    getLaserMeasurement() (idempotent = "true")
+  list<double> getRawData() (idempotent = "true")  // the ranges alone
+  DeviceStatus getDeviceStatus() (idempotent = "true")
+  Interval     getDistanceRange() (idempotent = "true")  // m
+  Interval     getScanLimits() (idempotent = "true")  // rad, of the first and the last beam
+  double       getHorizontalResolution() (idempotent = "true")  // rad between beams
+  double       getScanRate() (idempotent = "true")  // Hz
+  string       getDeviceInfo() (idempotent = "true")
 }
 
 // --- topics: what the simulator publishes, each at the rate that `publish:` of a service in sentree.yaml gives it ---
@@ -161,8 +161,8 @@ service Telemetry {
 // --- base ---
 service Base {
   ReturnCode applyVelocityCommand(1: Twist2D cmd, 2: double timeout)   // stops after timeout (YARP default 0.1 s)
-  Twist2D    getLastVelocityCommand()
-  Odometry   getOdometry()
+  Twist2D    getLastVelocityCommand() (idempotent = "true")
+  Odometry   getOdometry() (idempotent = "true")
   ReturnCode resetOdometry()
 }
 
@@ -173,8 +173,8 @@ service Simulation {
   ReturnCode plugIn()                                          // a person connects the robot; NOT_READY away from a station
   ReturnCode unplug()
   ReturnCode setRobotPose(1: Pose2D pose)                      // teleport ground truth; localization by odometry is told, AMCL is not
-  Pose2D     getGroundTruth()
-  i64        getCollisions()                                   // motions that a wall or an obstacle stopped
+  Pose2D     getGroundTruth() (idempotent = "true")
+  i64        getCollisions() (idempotent = "true")  // motions that a wall or an obstacle stopped
   ReturnCode addObstacle(1: string id, 2: Point2D centre, 3: double radius)                           // a disc that only the laser sees
   ReturnCode addWall(1: string id, 2: Point2D a, 3: Point2D b, 4: double thickness, 5: bool on_map)   // on_map: the robots know it unseen
   ReturnCode moveObstacle(1: string id, 2: Point2D centre)

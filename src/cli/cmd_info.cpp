@@ -1,9 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
+#include "sentree/cli/resume.h"
 #include "sentree/record/reader.h"
 #include "sentree/replay/recorded_run.h"
 #include "sentree/replay/recording.h"
@@ -70,6 +72,12 @@ std::string text_of(record::Reader& reader, const std::string& file) {
     text += fmt::format("  scenario {}, {} time, seed {}{}\n", scenario, fact(replay::kRunMetadata, "clock"),
                         fact(replay::kRunMetadata, "seed"), started.empty() ? "" : ", started " + started);
   }
+  if (const std::string before = fact(replay::kRunMetadata, "continues"); !before.empty()) {
+    const std::string at = fact(replay::kRunMetadata, "continues_at_ns");
+    text += fmt::format("  continues {} at {:.3f} s\n", before, 1e-9 * std::strtod(at.c_str(), nullptr));
+  }
+  if (const std::string next = runtime::continued_by(journal_of(file)); !next.empty())
+    text += "  continued by " + next + "\n";
   const std::string mission = fact(replay::kResultMetadata, "mission");
   if (!mission.empty()) {
     const std::string reason = fact(replay::kResultMetadata, "reason");

@@ -17,6 +17,7 @@
 #include "sentree/cli/page.h"
 #include "sentree/cli/progress.h"
 #include "sentree/cli/report.h"
+#include "sentree/cli/resume.h"
 #include "sentree/cli/run_recording.h"
 #include "sentree/cli/yarp_network.h"
 #include "sentree/project/distribute.h"
@@ -190,6 +191,24 @@ bool show_to_groot(const RunCommand& command, const project::Plan& plan, std::un
   return !is_asked;
 }
 
+bool is_plan_of(const project::Plan& plan, const runtime::Journaled& journaled) {
+  const auto state = mission::restore(plan, journaled.state);
+  return state.has_value() || state.error().code != "mission.other-plan";
+}
+
+// When the journal of the run reaches the disk; nothing: the run keeps none. False: that was not understood.
+bool wants_journal(const RunCommand& command, const project::Project& project,
+                   std::optional<project::JournalSync>& sync) {
+  if (!command.durable.empty() && command.durable != "true") {
+    sync = project::parse_journal_sync(command.durable);
+    if (!sync) say("--durable=" + command.durable + ": it is one of never, interval and each");
+    return sync.has_value();
+  }
+  sync = project.durable;
+  if (!sync && (!command.durable.empty() || command.resume)) sync = project::JournalSync::kInterval;
+  return true;
+}
+
 // `again` is set where the page asked for it; `run` then does so. `groot` serves one run after the other.
 int run_once(const RunCommand& command, std::optional<RunCommand>& again, std::unique_ptr<studio::GrootRun>& groot) {
   std::optional<text::ReadLog> files;
@@ -198,7 +217,16 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, std::u
     if (command.json) print(to_json(Value(Map{{"ok", false}, {"diagnostics", to_value(diagnostics)}})) + "\n");
     return kInvalidInput;
   };
-  auto loaded = load(command.project, command.scenario);
+  std::optional<Resumption> resumption;
+  if (command.resume) {
+    auto found = Resumption::find(*command.resume);
+    if (!found) {
+      say(to_string(found.error()));
+      return found.error().code == "journal.in-use" ? kEnvironment : kInvalidInput;
+    }
+    resumption = std::move(*found);
+  }
+  auto loaded = resumption ? resumption->scenario(false) : load(command.project, command.scenario);
   say(loaded.diagnostics);
   std::optional<project::Scenario> scenario = std::move(loaded.value);
   if (!scenario) return invalid(loaded.diagnostics);
@@ -207,8 +235,17 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, std::u
     return kUsage;
   }
   if (command.processes) scenario->virtual_time = false;
-  if (!apply_options(command, *scenario)) return kUsage;
+  if (!resumption && !apply_options(command, *scenario)) return kUsage;
   auto plan = project::prepare(std::move(*scenario));
+  if (resumption && resumption->recorded && (!plan.ok() || !is_plan_of(*plan.value, resumption->journaled))) {
+    // What it began with goes on, whatever has become of its files.
+    if (files) files.emplace();
+    auto recorded = resumption->scenario(true);
+    say_each(recorded.diagnostics);
+    if (!recorded.value) return invalid(recorded.diagnostics);
+    say("the project has changed since the run began; what is in " + resumption->recording.string() + " goes on");
+    plan = project::prepare(std::move(*recorded.value));
+  }
   if (plan.ok() && command.processes) plan = project::prepare(project::in_processes(*plan.value));
   say(plan.diagnostics);
   if (!plan.ok()) return invalid(plan.diagnostics);
@@ -282,14 +319,38 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, std::u
     announce(page->server().url(), command.open);
   }
   if (!show_to_groot(command, *plan.value, groot, options)) return kEnvironment;
+  std::optional<project::JournalSync> sync;
+  if (!wants_journal(command, plan.value->scenario.project, sync)) return kUsage;
   if (files) {
     bool ok = true;
-    recording = RunRecording::begin(command.record, *plan.value, files->files(), tap, ok);
+    std::vector<std::pair<std::string, std::string>> facts;
+    if (resumption) {
+      facts.emplace_back("continues", resumption->recording.filename().string());
+      facts.emplace_back("continues_at_ns", std::to_string(resumption->journaled.reached.time_since_epoch().count()));
+    }
+    recording = RunRecording::begin(command.record, *plan.value, files->files(), tap, ok, std::move(facts));
     if (!ok) return kEnvironment;
     files.reset();
   }
   if (!recording && shown) recording = RunRecording::tap_only(*plan.value, tap);
   if (recording) recording->install(options);
+  if (sync) {
+    if (!recording || recording->path().empty()) {
+      say("a durable run is recorded: leave --no-record out, or say with --record FILE where");
+      return kUsage;
+    }
+    options.durable = runtime::DurableOptions{
+        .journal = journal_of(recording->path()),
+        .sync = *sync,
+        .note = note_of(plan.value->scenario, recording->path()),
+        .known = resumption ? resumption->known : 0,
+        .settle = [&recording] { recording->recorder().flush(); },
+        .on_failure =
+            [](const std::string& why) {
+              say("! the journal cannot be written: " + why + "; the run goes on, and cannot be resumed any more");
+            }};
+    if (resumption) options.resume = &resumption->journaled;
+  }
   options.open_page = [&](const std::string& at, bool insecure) {
     auto there = open_page(*page, recording.get(), at, insecure);
     if (there) {

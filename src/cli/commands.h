@@ -33,7 +33,10 @@ struct RunCommand {
   bool insecure = false;
   std::string record;  ///< Recording to write; empty: a new one in the folder of recordings.
   bool no_record = false;
-  bool processes = false;  ///< Each skill and component in a process of its own.
+  std::string durable;  ///< The run can be resumed: never, interval or each, when its journal reaches the disk; "true"
+                        ///< for the usual way, empty as the project says.
+  std::optional<std::string> resume;  ///< Go on with the run of this recording, or with the last one (empty).
+  bool processes = false;             ///< Each skill and component in a process of its own.
   std::string studio;  ///< Where the web page is served, [HOST:]PORT, or "true" for the usual place; empty: nowhere.
   bool studio_exit = false;  ///< The page ends with the run.
   bool open = false;         ///< Show the page in a browser.

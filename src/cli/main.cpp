@@ -53,6 +53,7 @@ void add_run(CLI::App& app, RunCommand& command, std::string& vary) {
       "  sentree run examples/recharge --scenario experiment1 --factor 4 --studio --open\n"
       "  sentree run examples/recharge --scenario experiment2 --processes --factor 20\n"
       "  sentree run examples/recharge --scenario experiment1 --factor 4 --groot\n"
+      "  sentree run examples/recharge --scenario recharge --durable   and when it was killed: sentree run --resume\n"
       "Exit code: 0 the mission did as expected, 1 it did not or a monitor is violated, 3 invalid project,\n"
       "4 environment (port taken), 124 time limit, 130 interrupted.");
   sub->add_option("project", command.project, "Folder with a sentree.yaml, or a scenario file")->capture_default_str();
@@ -90,7 +91,21 @@ void add_run(CLI::App& app, RunCommand& command, std::string& vary) {
   sub->add_flag("--json", command.json, "Print the report as JSON, with the witness of every verdict");
   auto* record = sub->add_option("--record", command.record,
                                  "Recording to write (MCAP); default: a new one in runs/, or in $SENTREE_RUNS");
-  sub->add_flag("--no-record", command.no_record, "Record nothing")->excludes(record);
+  auto* unrecorded = sub->add_flag("--no-record", command.no_record, "Record nothing")->excludes(record);
+  auto* durable = sub->add_flag("--durable", command.durable,
+                                "Keep a journal beside the recording, so that the run can be resumed when its process "
+                                "is killed; --durable=never, =interval (each second, default) or =each says when it "
+                                "reaches the disk itself, and so outlives the machine too")
+                      ->excludes(unrecorded);
+  sub->add_option_function<std::vector<std::string>>(
+         "--resume",
+         [&](const std::vector<std::string>& run) { command.resume = run.empty() ? std::string() : run.front(); },
+         "Go on with the durable run of this recording; default: the last one that was killed")
+      ->expected(0, 1)
+      ->type_name("RUN.mcap")
+      ->excludes(scenario)
+      ->excludes(durable)
+      ->excludes(unrecorded);
 }
 
 void add_allow_plugins(CLI::App& sub, bool& allowed) {

@@ -63,6 +63,10 @@ std::string Narrator::tell(const Message& message) {
   }
   if (message.name == "scenario.breakpoint")
     return say_line("breakpoint: " + std::string(message.data.find("what")->text()));
+  if (message.name == "mission.resumed") {
+    const std::int64_t* wall = message.data.find("wall_ns")->as_int();
+    return say_line(fmt::format("resumed; nobody was there for {:.3f} s", static_cast<double>(*wall) * 1e-9));
+  }
   if (message.name == "mission.status") return say_line("mission: " + std::string(message.data.find("status")->text()));
   if (message.name.ends_with(".log")) {
     return say_line(message.source + ": " + std::string(message.data.find("label")->text()) + " " +
@@ -94,12 +98,37 @@ std::string Narrator::tell(const Message& message) {
   return say_line(text);
 }
 
+namespace {
+
+std::string gap_lines(const std::vector<runtime::Gap>& gaps, std::string_view indent) {
+  std::string text;
+  for (const runtime::Gap& gap : gaps) {
+    text += fmt::format("{}nobody was there from {:.3f} s to {:.3f} s: what happened then was not observed\n", indent,
+                        seconds(gap.from), seconds(gap.to));
+  }
+  return text;
+}
+
+Value to_value(const std::vector<runtime::Gap>& gaps) {
+  List list;
+  for (const runtime::Gap& gap : gaps)
+    list.push_back(Map{{"from", seconds(gap.from)}, {"to", seconds(gap.to)}, {"wall_ms", milliseconds(gap.wall)}});
+  return list;
+}
+
+double microseconds_each(const runtime::JournalCost& cost, std::uint64_t observations) {
+  return observations > 0 ? 1000.0 * milliseconds(cost.spent) / static_cast<double>(observations) : 0.0;
+}
+
+}  // namespace
+
 std::string story_without_witness(const runtime::MonitorReport& report) {
   const auto& decision = *report.decision;
   const std::string text = fmt::format(
       "{}  {} {} at {:.3f} s{}\n", decision.verdict == monitor::Verdict::kViolated ? "✗" : "✓", report.name,
       to_string(report.verdict), seconds(decision.at), decision.deciding ? "" : ", in silence: a deadline passed");
-  return report.explanation ? text + monitor::story(*report.explanation, "   ") : text;
+  return text + gap_lines(report.gaps, "   ") +
+         (report.explanation ? monitor::story(*report.explanation, "   ") : std::string());
 }
 
 std::string story(const runtime::MonitorReport& report) {
@@ -159,6 +188,7 @@ Value to_value(const runtime::RunReport& report) {
       if (!monitor.decision->witness_complete) entry["witness_complete"] = false;
       if (!monitor.decision->witness_minimal) entry["witness_minimal"] = false;
     }
+    if (!monitor.gaps.empty()) entry["gaps"] = to_value(monitor.gaps);
     if (monitor.vetoes > 0) entry["vetoes"] = static_cast<std::int64_t>(monitor.vetoes);
     if (!monitor.standing.empty()) entry["standing"] = monitor.standing;
     if (!monitor.vacuity.empty()) entry["vacuity"] = monitor.vacuity;
@@ -166,6 +196,18 @@ Value to_value(const runtime::RunReport& report) {
     monitors.push_back(std::move(entry));
   }
   map["monitors"] = std::move(monitors);
+  if (!report.gaps.empty()) map["gaps"] = to_value(report.gaps);
+  if (report.journal) {
+    const runtime::JournalCost& cost = *report.journal;
+    Map journal{{"bytes", static_cast<std::int64_t>(cost.bytes)},
+                {"writes", static_cast<std::int64_t>(cost.writes)},
+                {"syncs", static_cast<std::int64_t>(cost.syncs)},
+                {"snapshots", static_cast<std::int64_t>(cost.snapshots)},
+                {"spent_ms", milliseconds(cost.spent)},
+                {"us_per_observation", microseconds_each(cost, report.observations)}};
+    if (!cost.given_up.empty()) journal["given_up"] = cost.given_up;
+    map["journal"] = std::move(journal);
+  }
   if (!report.virtual_time) {
     const runtime::TickTiming& timing = report.timing;
     map["timing"] = Map{{"missed", static_cast<std::int64_t>(timing.missed)},
@@ -225,6 +267,13 @@ std::string summary(const runtime::RunReport& report) {
         "{:.2f} ms (median)\n",
         milliseconds(report.timing.late_median), milliseconds(report.timing.late_p99),
         milliseconds(report.timing.late_max), report.timing.missed, milliseconds(report.timing.tick_median));
+  }
+  text += gap_lines(report.gaps, "  ");
+  if (report.journal) {
+    const runtime::JournalCost& cost = *report.journal;
+    text +=
+        fmt::format("  journal: {} bytes in {} writes, {} syncs, {} snapshots; {:.2f} µs an observation\n", cost.bytes,
+                    cost.writes, cost.syncs, cost.snapshots, microseconds_each(cost, report.observations));
   }
   for (const std::string& problem : report.problems) text += "  ! " + problem + "\n";
   for (const std::string& sentence : report.unmet) text += "  ✗ " + sentence + "\n";

@@ -10,8 +10,8 @@
 namespace sentree::cli {
 
 std::unique_ptr<RunRecording> RunRecording::begin(const std::string& file, const project::Plan& plan,
-                                                  const std::vector<text::ReadFile>& files, RecordingTap tap,
-                                                  bool& ok) {
+                                                  const std::vector<text::ReadFile>& files, RecordingTap tap, bool& ok,
+                                                  std::vector<std::pair<std::string, std::string>> facts) {
   ok = true;
   std::filesystem::path path = file;
   if (file.empty()) {
@@ -36,7 +36,8 @@ std::unique_ptr<RunRecording> RunRecording::begin(const std::string& file, const
       replay::RecordingOptions{.library = "sentree " SENTREE_VERSION,
                                .on_failure = [](const std::string& what) { say("! " + what); },
                                .story = story_without_witness,
-                               .tap = std::move(tap)});
+                               .tap = std::move(tap),
+                               .facts = std::move(facts)});
   return recording;
 }
 

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sentree/replay/recording.h"
@@ -19,8 +20,10 @@ class RunRecording {
   /// empty $SENTREE_RUNS means no recording). The oldest recordings of that folder make room. Nothing comes back if
   /// there is to be none, or if it cannot be written; only with a `file` is that a failure, and `ok` false.
   /// @param tap  Sees what is recorded; may be empty.
+  /// @param facts  Kept in it beside those of the plan.
   static std::unique_ptr<RunRecording> begin(const std::string& file, const project::Plan& plan,
-                                             const std::vector<text::ReadFile>& files, RecordingTap tap, bool& ok);
+                                             const std::vector<text::ReadFile>& files, RecordingTap tap, bool& ok,
+                                             std::vector<std::pair<std::string, std::string>> facts = {});
   /// Records nothing, for the tap alone.
   static std::unique_ptr<RunRecording> tap_only(const project::Plan& plan, RecordingTap tap);
 

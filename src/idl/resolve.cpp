@@ -258,6 +258,7 @@ class Resolver {
       m.span = w.span;
       m.oneway = w.oneway;
       m.unit = w.unit;
+      m.idempotent = w.idempotent;
       m.result = type(w.result);
       m.arguments = Struct{w.name + "_args", StructKind::kStruct, fields(w.arguments, nullptr, true), w.span};
       m.exceptions = fields(w.exceptions, nullptr, false);

@@ -107,7 +107,8 @@ struct Method {
   const Type* result = nullptr;   ///< Kind::kVoid if there is none.
   std::vector<Field> exceptions;  ///< The `throws` clause; each of type kStruct.
   bool oneway = false;
-  std::string unit;  ///< Of the result, as the annotation (unit = "%") says; empty: none.
+  std::string unit;         ///< Of the result, as the annotation (unit = "%") says; empty: none.
+  bool idempotent = false;  ///< Asked twice it does what it does asked once: annotation (idempotent = "true").
   SourceSpan span;
 };
 

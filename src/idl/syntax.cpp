@@ -152,12 +152,13 @@ class Parser {
     return true;
   }
 
-  // Of all annotations three mean something here: the unit of what is annotated, and the bounds of a number.
-  bool annotations(std::string* unit = nullptr, Field* bounded = nullptr) {
+  // Of all annotations four mean something here: the unit of what is annotated, the bounds of a number, and whether a
+  // method may be asked again.
+  bool annotations(std::string* unit = nullptr, Field* bounded = nullptr, bool* idempotent = nullptr) {
     if (!is_symbol('(')) return true;
     if (!advance()) return false;
     while (!is_symbol(')')) {
-      static const std::vector<std::string> kKnown{"unit", "min", "max"};
+      static const std::vector<std::string> kKnown{"unit", "min", "max", "idempotent"};
       std::string name;
       std::string value;
       const SourceSpan at = here();
@@ -168,6 +169,11 @@ class Parser {
       }
       if (is_symbol('=') && (!advance() || !text("the annotation's value in quotes", value))) return false;
       if (unit != nullptr && name == "unit") *unit = value;
+      if (idempotent != nullptr && name == "idempotent") {
+        if (value != "true" && value != "false")
+          return error(here(), "idl.syntax", "idempotent = \"" + value + "\" must be \"true\" or \"false\"");
+        *idempotent = value == "true";
+      }
       if (bounded != nullptr && (name == "min" || name == "max")) {
         double bound = 0;
         const auto [end, failure] = std::from_chars(value.data(), value.data() + value.size(), bound);
@@ -334,7 +340,7 @@ class Parser {
       if (!declared("the method's name", m.name, m.span)) return false;
       if (!symbol('(') || !fields(')', m.arguments, 0)) return false;
       if (is_word("throws") && (!advance() || !symbol('(') || !fields(')', m.exceptions, 0))) return false;
-      if (!annotations(&m.unit) || !skip_separator()) return false;
+      if (!annotations(&m.unit, nullptr, &m.idempotent) || !skip_separator()) return false;
       d.methods.push_back(std::move(m));
     }
     return advance();

@@ -57,6 +57,7 @@ class Consistency {
  public:
   Consistency(const project::Plan& plan, const State& state) : plan_(plan), state_(state) {}
 
+  [[nodiscard]] bool takes(const Delivery& delivery) const { return is_delivery(delivery); }
   [[nodiscard]] std::string broken() const {
     if (state_.now < TimePoint{}) return "its time is negative";
     for (std::size_t i = 0; i < state_.skills.size(); ++i) {
@@ -262,6 +263,33 @@ Result<State> restore(const project::Plan& plan, std::string_view saved) {
   state.monitors = std::move(*memory);
   if (const std::string broken = Consistency(plan, state).broken(); !broken.empty()) return bad(broken);
   return state;
+}
+
+void forget_history(State& state, std::size_t kept) {
+  for (monitor::State& monitor : state.monitors.states) {
+    auto& history = monitor.trail.history;
+    if (history.size() <= kept) continue;
+    history.erase(history.begin(), history.end() - static_cast<std::ptrdiff_t>(kept));
+    monitor.trail.history_complete = false;
+  }
+}
+
+Value save(const Delivery& delivery) { return archive::save(delivery); }
+
+Result<Delivery> restore_delivery(const project::Plan& plan, const Value& saved) {
+  Delivery delivery;
+  if (const std::string problem = archive::restore(saved, delivery); !problem.empty()) return bad(problem);
+  const State none;
+  if (!Consistency(plan, none).takes(delivery)) return bad("a delivery is for nobody of this plan");
+  return delivery;
+}
+
+Value save(const project::Intervention& what) { return archive::save(what); }
+
+Result<project::Intervention> restore_intervention(const Value& saved) {
+  project::Intervention what;
+  if (const std::string problem = archive::restore(saved, what); !problem.empty()) return bad(problem);
+  return what;
 }
 
 Result<Value> saved_world(std::string_view saved) {

@@ -397,7 +397,8 @@ class SkillMachine::Step {
       return false;
     }
     message.data = data;
-    const bool undelivered = outcome.kind == "unreachable" || outcome.kind == "late" || outcome.kind == "protocol";
+    const bool undelivered = outcome.kind == "unreachable" || outcome.kind == "late" || outcome.kind == "protocol" ||
+                             outcome.kind == "interrupted";
     scxml::Event event;
     event.name = !outcome.ok && undelivered ? "error.communication" : message.name;
     // SCXML 6.2.5: what prevents delivery is an error event of the platform.

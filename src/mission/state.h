@@ -56,6 +56,13 @@ struct State {
 /// The state that was saved with a plan of the same files, seed and speed, in this process or another one.
 /// Errors: mission.other-plan; mission.bad-state (not one of ours, of another version, damaged, or no state of a run).
 [[nodiscard]] Result<State> restore(const project::Plan& plan, std::string_view saved);
+/// Of what led to the state of each monitor only the latest observations are kept, for witnesses of what follows.
+void forget_history(State& state, std::size_t kept);
+/// What is on its way, and what was done to a run, as data; `plan` says what may be restored. Error: mission.bad-state.
+[[nodiscard]] Value save(const Delivery& delivery);
+[[nodiscard]] Result<Delivery> restore_delivery(const project::Plan& plan, const Value& saved);
+[[nodiscard]] Value save(const project::Intervention& what);
+[[nodiscard]] Result<project::Intervention> restore_intervention(const Value& saved);
 /// The simulated world of a saved state as data for `sim::restore`, whatever plan it belongs to; null: it has none.
 /// Error: mission.bad-state.
 [[nodiscard]] Result<Value> saved_world(std::string_view saved);

@@ -57,8 +57,9 @@ const Broken kBroken[] = {
      "you mean \"kitchen\"?"},
     {"OutcomeThatIsNone", "skills/GoToLocation.scxml", "<final id=\"halted\"/>",
      "<final id=\"halted\"/><final id=\"stopped\"/>",
-     "skills/GoToLocation.scxml:76:23: warning: state \"stopped\" is never entered: no transition of a reachable state "
-     "leads to it\nskills/GoToLocation.scxml:76:23: top-level <final id=\"stopped\"> is no outcome of a skill; use "
+     "skills/GoToLocation.scxml:107:23: warning: state \"stopped\" is never entered: no transition of a reachable "
+     "state "
+     "leads to it\nskills/GoToLocation.scxml:107:23: top-level <final id=\"stopped\"> is no outcome of a skill; use "
      "success, failure or halted"},
     {"ToleranceTooNarrow", "skills/AtLocation.scxml", "expr=\"0.3\"", "expr=\"0.01\"",
      "skills/AtLocation.scxml:16:9: linear_tolerance of 0.01 m is narrower than navigation's 0.1 m: the robot can stop "
@@ -101,9 +102,9 @@ const Broken kBroken[] = {
      "skills/BatteryLevelAbove.scxml:14:23: _event.data.result.percentge: BatteryState has no member \"percentge\"; "
      "did you mean \"percentage\"?"},
     {"MisspeltEnumerator", "skills/GoToLocation.scxml", "=== 'GOAL_REACHED'", "=== 'GOAL_REACHD'",
-     "skills/GoToLocation.scxml:57:25: 'GOAL_REACHD' is no NavigationStatus; did you mean \"GOAL_REACHED\"?"},
+     "skills/GoToLocation.scxml:88:25: 'GOAL_REACHD' is no NavigationStatus; did you mean \"GOAL_REACHED\"?"},
     {"MisspeltEnumeratorInAList", "skills/GoToLocation.scxml", "'ABORTED'", "'ABORTD'",
-     "skills/GoToLocation.scxml:59:25: 'ABORTD' is no NavigationStatus; did you mean \"ABORTED\"?"},
+     "skills/GoToLocation.scxml:90:25: 'ABORTD' is no NavigationStatus; did you mean \"ABORTED\"?"},
     {"NameOfNoData", "skills/BatteryLevelAbove.scxml", "&gt; threshold", "&gt; treshold",
      "skills/BatteryLevelAbove.scxml:6:5: warning: data \"threshold\" is never "
      "used\nskills/BatteryLevelAbove.scxml:14:23: \"treshold\" is declared nowhere: no <data> is called so; did you "

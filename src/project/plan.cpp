@@ -32,6 +32,10 @@
 
 namespace sentree::project {
 
+bool ServicePlan::is_idempotent(const idl::Method& method) const {
+  return method.idempotent || std::find(idempotent.begin(), idempotent.end(), method.name) != idempotent.end();
+}
+
 using std::filesystem::path;
 
 struct PartCache::Impl {
@@ -100,7 +104,8 @@ class Preparation {
         diagnostics.push_back(service.error());
         continue;
       }
-      services_[entry.name] = {entry.name, *service, entry.interface, entry.at, entry.robot};
+      services_[entry.name] = {entry.name, *service, entry.interface, entry.at, entry.robot, entry.idempotent};
+      check_idempotent(entry, **service);
       if (entry.at == "topics") check_all_oneway(entry, **service, diagnostics);
       check_published(entry, **service, diagnostics);
       if (const auto* info = sim::find_service(entry.interface); info != nullptr && info->is_test_control) {
@@ -416,6 +421,17 @@ class Preparation {
         "service \"" + entry.name + "\" is of robot \"" + entry.robot + "\", which the world does not have" +
             did_you_mean(entry.robot, names),
         entry.span);
+  }
+
+  void check_idempotent(const ServiceEntry& entry, const idl::Service& service) {
+    for (const std::string& method : entry.idempotent) {
+      if (service.find(method) == nullptr) {
+        add("check.unknown-method",
+            "service \"" + entry.name + "\" has no method \"" + method + "\"" +
+                did_you_mean(method, service.method_names()),
+            entry.idempotent_span);
+      }
+    }
   }
 
   const idl::Schema* interface(const std::string& name, const SourceSpan& span) {

@@ -44,8 +44,11 @@ struct ServicePlan {
   std::string name;
   idl::ServicePtr service;
   std::string interface;
-  std::string at;     ///< "sim", "model", "topics" or an address.
-  std::string robot;  ///< Of the simulated world; empty: the first.
+  std::string at;                            ///< "sim", "model", "topics" or an address.
+  std::string robot;                         ///< Of the simulated world; empty: the first.
+  std::vector<std::string> idempotent = {};  ///< Methods, beside those that the interface says are.
+
+  [[nodiscard]] bool is_idempotent(const idl::Method& method) const;
 };
 
 /// A chart that serves services of the run, or publishes and subscribes to topics.

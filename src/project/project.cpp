@@ -134,6 +134,8 @@ void read_services(const text::YamlNode& node, Project& project, Diagnostics& di
                        "\"" + rate.scalar + "\" is no rate from 0.01 Hz to 1000 Hz, e.g. 2 Hz");
       }
     }
+    service.idempotent = reader.strings("idempotent");
+    service.idempotent_span = reader.span("idempotent");
     project.services.push_back(std::move(service));
   }
 }
@@ -400,10 +402,23 @@ Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {
       if (*groot != "false") project.groot = *groot;
       project.groot_span = reader.span("groot");
     }
+    if (const auto durable = reader.string("durable"); durable && *durable != "false") {
+      project.durable = *durable == "true" ? JournalSync::kInterval : parse_journal_sync(*durable);
+      if (!project.durable)
+        reader.error(reader.span("durable"), "project.durable",
+                     "\"" + *durable + "\" is none of true, false, never, interval and each");
+    }
     if (const auto world = reader.string("world")) project.world = FileRef{*world, reader.span("world")};
   }
   if (!has_errors(loaded.diagnostics)) loaded.value = std::move(project);
   return loaded;
+}
+
+std::optional<JournalSync> parse_journal_sync(std::string_view text) {
+  if (text == "never") return JournalSync::kNever;
+  if (text == "interval") return JournalSync::kInterval;
+  if (text == "each") return JournalSync::kEach;
+  return std::nullopt;
 }
 
 std::vector<std::filesystem::path> scenario_files(const Project& project) {

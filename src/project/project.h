@@ -37,8 +37,20 @@ struct ServiceEntry {
   std::string at;         ///< "sim", "model", "topics" (nobody: all its methods are one-way), or an address.
   std::string robot;      ///< Of the world, for a service of the simulator; empty: the first.
   std::vector<PublishedTopic> publish = {};
+  /// Methods that do the same when they are asked twice, beside those that the interface says are idempotent.
+  std::vector<std::string> idempotent = {};
+  SourceSpan idempotent_span = {};
   SourceSpan span;
 };
+
+/// When what a durable run has written reaches the disk itself, and so outlives the machine too.
+enum class JournalSync : std::uint8_t {
+  kNever,     ///< When the system likes: it outlives the process only.
+  kInterval,  ///< Once a second.
+  kEach,      ///< Before anything leaves the run that follows from it.
+};
+/// "never", "interval", "each"; else nothing.
+[[nodiscard]] std::optional<JournalSync> parse_journal_sync(std::string_view text);
 
 /// The topics that a chart subscribes to: SERVICE.METHOD of one-way methods.
 struct Subscriptions {
@@ -179,6 +191,8 @@ struct Project {
   /// Where runs in real time are shown to Groot: "true" for the usual place, a port, or HOST:PORT; empty: nowhere.
   std::string groot;
   SourceSpan groot_span;
+  /// Runs keep a journal, from which `sentree run --resume` goes on; nothing: only if the command says so.
+  std::optional<JournalSync> durable;
   /// Changes to the world file's content, from a scenario: merged over it, mapping by mapping.
   std::optional<text::YamlNode> world_overrides;
   /// Hashes of the files that were read for it, with the scenario's.

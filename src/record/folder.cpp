@@ -92,6 +92,8 @@ std::vector<fs::path> remove_old(const fs::path& folder, const FolderLimits& lim
   for (const File& file : files) {
     if (left < limits.recordings && total <= limits.bytes) break;
     if (is_being_written(file.path) || !fs::remove(file.path, error)) continue;
+    // What is left of its journal says nothing without it.
+    fs::remove(fs::path(file.path).replace_extension(".journal"), error);
     removed.push_back(file.path);
     total -= file.size;
     --left;

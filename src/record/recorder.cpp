@@ -121,17 +121,26 @@ void Recorder::note_gap() {
   lost_now_ = 0;
 }
 
+bool Recorder::await_written(std::unique_lock<std::mutex>& lock) {
+  if (closing_ || report_.failed) return false;
+  const std::uint32_t last = sequence_;
+  // Where there is no room for it now, the writer takes it when its time comes.
+  if (is_open()) (void)seal(true);
+  // Numbers begin anew after the greatest.
+  room_.wait(lock, [&] { return static_cast<std::int32_t>(written_ - last) >= 0 || report_.failed; });
+  return !report_.failed;
+}
+
+void Recorder::flush() {
+  std::unique_lock lock(mutex_);
+  (void)await_written(lock);
+}
+
 Result<std::uint32_t> Recorder::follow(std::function<void(TimePoint, RunRecord)> tap) {
   std::unique_lock lock(mutex_);
   const std::uint32_t last = sequence_;
-  if (!closing_ && !report_.failed) {
-    options_.tap = std::move(tap);
-    // Where there is no room for it now, the writer takes it when its time comes.
-    if (is_open()) (void)seal(true);
-    // Numbers begin anew after the greatest.
-    room_.wait(lock, [&] { return static_cast<std::int32_t>(written_ - last) >= 0 || report_.failed; });
-    if (!report_.failed) return last;
-  }
+  if (!closing_ && !report_.failed) options_.tap = std::move(tap);
+  if (await_written(lock)) return last;
   options_.tap = nullptr;
   return fail("record.ended", "nothing is recorded any more");
 }

@@ -93,6 +93,9 @@ class Recorder {
   /// Error: record.ended, if nothing is recorded any more; the tap is then gone.
   [[nodiscard]] Result<std::uint32_t> follow(std::function<void(TimePoint, RunRecord)> tap);
 
+  /// Returns when all messages so far are in the sink, or nothing is recorded any more.
+  void flush();
+
   void attach(Attachment attachment);
   void add(Metadata metadata);
 
@@ -135,6 +138,8 @@ class Recorder {
   // Whether there are messages that no ended chunk has.
   [[nodiscard]] bool is_open() const { return batch_.messages > 0 || handed_on_ > 0; }
   void renew_batch();
+  // With the lock, until what was recorded so far is in the sink. False: it will not be.
+  bool await_written(std::unique_lock<std::mutex>& lock);
   void push(Item item);
   void note_gap();
   void work();

@@ -110,7 +110,7 @@ struct RunRecorder::Impl {
     monitors.resize(plan.monitors.size());
   }
 
-  void attach_files(const std::vector<text::ReadFile>& files) {
+  void attach_files(const std::vector<text::ReadFile>& files, const RecordingOptions& options) {
     const fs::path shipped = project::shipped_folder("interfaces");
     const fs::path source = resolved(plan.scenario.file);
     const fs::path project = resolved(plan.scenario.project.file);
@@ -146,6 +146,7 @@ struct RunRecorder::Impl {
     fact("duration_ns", decimal(scenario.duration.count()));
     fact("period_ns", decimal(scenario.project.period.count()));
     if (!scenario.virtual_time) fact("started", wall_clock());
+    for (const auto& [key, value] : options.facts) fact(key.c_str(), value);
     recorder.add(std::move(facts));
   }
 
@@ -326,6 +327,9 @@ struct RunRecorder::Impl {
 
   void begin(runtime::RunInside& run) {
     inside = &run;
+    // Of a run that goes on from somewhere.
+    const auto begun = run.mission().state().tree.statuses();
+    statuses.assign(begun.begin(), begun.end());
     if (run.sim() != nullptr) robots = std::make_unique<RobotTopics>(recorder, run.sim()->world());
     sample_at(TimePoint{});
     snapshot_at(TimePoint(kSnapshotPeriod));
@@ -416,12 +420,7 @@ struct RunRecorder::Impl {
   bool write_whole_run() {
     if (!inside->scheduler().is_virtual()) return false;
     mission::State state = inside->capture();
-    for (monitor::State& monitor : state.monitors.states) {
-      auto& history = monitor.trail.history;
-      if (history.size() <= kSnapshotTrailMax) continue;
-      history.erase(history.begin(), history.end() - kSnapshotTrailMax);
-      monitor.trail.history_complete = false;
-    }
+    mission::forget_history(state, kSnapshotTrailMax);
     const auto saved = mission::save(plan, state);
     if (!saved) return false;
     // Base64 hides from a chunk's compression what repeats.
@@ -489,10 +488,12 @@ RunRecorder::RunRecorder(const project::Plan& plan, const std::vector<text::Read
   }
   impl_ = std::make_unique<Impl>(plan, std::move(sink), std::move(recorder));
   impl_->story = std::move(options.story);
-  impl_->attach_files(files);
+  impl_->attach_files(files, options);
 }
 
 RunRecorder::~RunRecorder() = default;
+
+void RunRecorder::flush() { impl_->recorder.flush(); }
 
 void RunRecorder::install(runtime::RunOptions& options) {
   Impl* impl = impl_.get();

@@ -41,6 +41,8 @@ struct RecordingOptions {
   std::function<std::string(const runtime::MonitorReport&)> story = {};
   /// See record::RecorderOptions.
   std::function<void(TimePoint, record::RunRecord)> tap = {};
+  /// Of the run, beside what is known of its plan.
+  std::vector<std::pair<std::string, std::string>> facts = {};
 };
 
 /// By monitor, why it says nothing that it is undecided (`monitor::vacuity`); only those of which that is so.
@@ -55,6 +57,8 @@ class RunRecorder {
   /// @param files  What the project consists of, as a `text::ReadLog` kept it while the plan was made.
   RunRecorder(const project::Plan& plan, const std::vector<text::ReadFile>& files, std::unique_ptr<record::Sink> sink,
               RecordingOptions options);
+  /// Returns when what was recorded so far is in the sink.
+  void flush();
   ~RunRecorder();
 
   /// Makes a run with these options be recorded. Call it last: it wraps the callbacks that are there.

@@ -577,6 +577,10 @@ class Replay {
 }  // namespace
 
 Result<ReplayReport> replay(RecordedRun& recorded, project::Plan plan, ReplayOptions options) {
+  if (const std::string before = recorded.fact("continues"); !before.empty()) {
+    return fail("replay.continued", recorded.path() + ": this run was resumed in the middle of its mission; replay " +
+                                        before + ", in which it began");
+  }
   return Replay(recorded, std::move(plan), std::move(options)).run();
 }
 

@@ -59,7 +59,8 @@ struct ReplayOptions {
 ///
 /// Of a recording in real time, what passes between mission and skills arrives when it did then, however late the
 /// machine was; virtual time has no lateness of its own.
-/// Errors: record.*, json.*, replay.foreign-skill, replay.after-end (a moment at which the run was over).
+/// Errors: record.*, json.*, replay.foreign-skill, replay.after-end (a moment at which the run was over),
+/// replay.continued (a run that was resumed has no beginning of its own).
 [[nodiscard]] Result<ReplayReport> replay(RecordedRun& recorded, project::Plan plan, ReplayOptions options);
 
 }  // namespace sentree::replay

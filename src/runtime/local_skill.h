@@ -57,6 +57,8 @@ class SkillActor final : private mission::SkillHost {
   void take_topic(mission::Shared<mission::Publication> what, Duration delay);
   /// The outcome of one of its calls.
   void take_outcome(mission::Outcome outcome) { post(std::move(outcome)); }
+  /// Makes a call once more whose outcome got lost, or that never left.
+  void send_again(const mission::Shared<mission::Call>& call, const idl::Method& method) { send(call, method); }
   /// It can be ticked again; what it did before is lost.
   void restart() { post(mission::RestartSkill{}); }
   /// Before anything has happened: who is told, in its actor, of each transition that its chart takes.

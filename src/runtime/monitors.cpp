@@ -212,6 +212,11 @@ void Monitors::stepped(std::size_t index, monitor::Decisions decisions) {
     if (decision.verdict == monitor::Verdict::kViolated) report.violations = decision.number;
     report.leaf = set_.leaf();
     report.explanation = monitor::explain(set_.models()[index], decision, report.leaf);
+    const TimePoint begun = decision.witness.empty() ? TimePoint{} : decision.witness.front().time;
+    report.gaps.clear();
+    for (const Gap& gap : gaps_) {
+      if (gap.from <= decision.at && begun <= gap.to) report.gaps.push_back(gap);
+    }
     report.decision = std::move(decision);
     stream_.publish(decision_message(report));
     replies_.decided(report);

@@ -40,6 +40,8 @@ class Monitors : private monitor::MonitorSet::Listener {
   void start();
   /// Instead of `start`: goes on from there.
   void recall(monitor::MonitorSet::Memory memory);
+  /// Times of which nothing was observed; decisions say which of them matter.
+  void note_gaps(std::vector<Gap> gaps) { gaps_ = std::move(gaps); }
   /// All that they remember, between two observations.
   [[nodiscard]] monitor::MonitorSet::Memory memory() const { return set_.memory(); }
   void observe(const Message& message);
@@ -91,6 +93,7 @@ class Monitors : private monitor::MonitorSet::Listener {
   Watchdog& watchdog_;
   Replies replies_;
   std::vector<MonitorReport> reports_;
+  std::vector<Gap> gaps_;
   std::deque<Entry> entries_;
   TimePoint wake_ = kNever;
   std::optional<TimePoint> advancing_to_;  // what a thread that was left behind had begun

@@ -13,6 +13,7 @@
 #include "sentree/idl/conform.h"
 #include "sentree/rpc/middleware.h"
 #include "sentree/runtime/control.h"
+#include "sentree/runtime/durable.h"
 #include "sentree/runtime/environment.h"
 #include "sentree/runtime/local_skill.h"
 #include "sentree/runtime/model_actor.h"
@@ -55,7 +56,8 @@ class Run::Impl final : public RunView, private RunInside {
       : plan_(plan),
         scenario_(plan.scenario),
         options_(std::move(options)),
-        scheduler_(scenario_.virtual_time ? make_virtual_scheduler() : make_real_scheduler(scenario_.factor)),
+        scheduler_(scenario_.virtual_time || options_.durable ? make_virtual_scheduler()
+                                                              : make_real_scheduler(scenario_.factor)),
         stream_(*scheduler_),
         watchdog_(scenario_.project.deadlines.script),
         monitors_(plan, *scheduler_, stream_, watchdog_,
@@ -77,7 +79,16 @@ class Run::Impl final : public RunView, private RunInside {
                    .skill = [this](std::size_t leaf) { return skills_[leaf]; },
                    .monitors = [this]() -> const Monitors& { return monitors_; },
                    .problem = [this](const std::string& what) { problem(what); },
+                   .keep =
+                       [this](const project::Intervention& what, const std::string& source) {
+                         if (durability_) durability_->intervention(what, source);
+                       },
                    .observer = stream_.actor()}) {
+    if (options_.durable) {
+      durability_ = std::make_unique<Durability>(plan_, *scheduler_, *options_.durable,
+                                                 [this](std::size_t leaf) { return skills_[leaf]; });
+      scheduler_->keep(durability_.get());
+    }
     if (!scenario_.orders.empty()) {
       scheduler_->on_order([this](std::uint64_t number, std::span<const mission::Delivery* const> due) {
         const auto first = mission::scripted(plan_, number, due);
@@ -107,6 +118,10 @@ class Run::Impl final : public RunView, private RunInside {
                      ", not here; sentree watch and sentree studio show it";
       return report;
     }
+    if (auto error = prepare_durability()) {
+      report.error = *error;
+      return report;
+    }
     if (auto error = prepare()) {
       report.error = *error;
       return report;
@@ -116,7 +131,11 @@ class Run::Impl final : public RunView, private RunInside {
     stream_.subscribe([this](const Message& message) { monitors_.observe(message); });
     for (const auto& observer : observers_)
       stream_.subscribe([observer = observer.get()](const Message& message) { observer->observe(message); });
-    for (const auto& listener : options_.listeners) stream_.subscribe(listener);
+    for (const auto& listener : options_.listeners) {
+      stream_.subscribe([this, &listener](const Message& message) {
+        if (is_heard(message.sequence)) listener(message);
+      });
+    }
     stream_.subscribe([this](const Message& message) { tap_.observe(message); });
     stream_.subscribe([this](const Message& message) { steering_.observed(message); });
     if (!topics_.empty()) stream_.subscribe([this](const Message& message) { deliver(message); });
@@ -126,7 +145,7 @@ class Run::Impl final : public RunView, private RunInside {
       monitors_.start();
     if (options_.on_view) options_.on_view(this);
     if (!scenario_.virtual_time || options_.pace > 0 || options_.paused) start_control_socket();
-    if (!scenario_.virtual_time && sim_) sim_->keep_up();
+    if (!scheduler_->is_virtual() && sim_) sim_->keep_up();
     scheduler_->at(director_, TimePoint(scenario_.duration), mission::Rank::kInjection, [this] {
       timed_out_ = true;
       mission_->stop();
@@ -137,11 +156,20 @@ class Run::Impl final : public RunView, private RunInside {
       for (const auto& model : models_) model->start();
       mission_->start();
     }
-    if (options_.on_begin) options_.on_begin(*this);
+    if (options_.resume != nullptr) {
+      if (auto again = execute_again(*options_.resume); !again) {
+        report.error = to_string(again.error());
+        end_callers();
+        return report;
+      }
+    } else {
+      if (options_.on_begin) options_.on_begin(*this);
+      if (durability_) keep_journal(TimePoint{});
+    }
     ready_ = mission_.get();
     if (interrupted_) steering_.ask_to_stop("interrupt");  // while the parts were started
     // In virtual time nothing goes on without a thread, so a script that never ends has ended the run.
-    const auto hung = scenario_.virtual_time ? monitors_.hung() : std::nullopt;
+    const auto hung = scheduler_->is_virtual() ? monitors_.hung() : std::nullopt;
     const auto unheard = subscribe_elsewhere();
     const auto error = hung ? hung : unheard ? unheard : scheduler_->run();
     steering_.finish();
@@ -159,7 +187,8 @@ class Run::Impl final : public RunView, private RunInside {
     observer_servers_.clear();
     if (inbox_) inbox_->close();
     // Ended as it is, with no tick in which the mission could have said so.
-    if (scenario_.virtual_time && (left_behind_ || (interrupted_ && ended_ == TimePoint{}))) ended_ = scheduler_->now();
+    if (scheduler_->is_virtual() && (left_behind_ || (interrupted_ && ended_ == TimePoint{})))
+      ended_ = scheduler_->now();
     monitors_.finish(ended_);
     for (const auto& observer : observers_) observer->finish(ended_);
     take_decisions();  // those that no actor took any more
@@ -176,6 +205,12 @@ class Run::Impl final : public RunView, private RunInside {
     report.observations = stream_.published();
     report.timing = mission_->timing();
     report.monitors = monitors_.reports();
+    if (durability_) {
+      durability_->journal().remove();
+      if (is_again()) end_journal(*options_.resume, recording_name());  // it had ended
+      report.journal = durability_->journal().cost();
+      report.gaps = durability_->gaps();
+    }
     {
       const std::lock_guard lock(problems_mutex_);
       report.monitors.insert(report.monitors.end(), remote_reports_.begin(), remote_reports_.end());
@@ -233,7 +268,7 @@ class Run::Impl final : public RunView, private RunInside {
   void inject(const project::Injection& injection) override { steering_.inject(injection); }
   void put_faults_on_calls(bool on) override { steering_.faults().spare_calls(!on); }
   mission::State capture() override {
-    SENTREE_ASSERT(scenario_.virtual_time);
+    SENTREE_ASSERT(scheduler_->is_virtual());
     mission::State state;
     scheduler_->save(state);
     stream_.save(state);
@@ -263,6 +298,90 @@ class Run::Impl final : public RunView, private RunInside {
     ended_ = scheduler_->now();
     scheduler_->stop();
   }
+
+  std::optional<std::string> prepare_durability() {
+    if (!durability_) return std::nullopt;
+    if (const std::string obstacle = Durability::obstacle(plan_); !obstacle.empty())
+      return "the run cannot be durable: " + obstacle;
+    if (options_.resume == nullptr) return std::nullopt;
+    auto state = mission::restore(plan_, options_.resume->state);
+    if (!state) return options_.resume->file.string() + ": " + state.error().message;
+    resumed_from_ = std::move(*state);
+    options_.from = &*resumed_from_;
+    return std::nullopt;
+  }
+
+  // What happened since the journal's state is going to happen again.
+  Result<void> execute_again(const Journaled& journaled) {
+    if (auto begun = durability_->begin_again(journaled); !begun) return begun;
+    for (const auto& [when, saved] : journaled.interventions) {
+      const Value* what = saved.find("what");
+      const Value* source = saved.find("source");
+      if (what == nullptr || source == nullptr)
+        return fail("journal.damaged", journaled.file.string() + ": an intervention is none");
+      auto intervention = mission::restore_intervention(*what);
+      if (!intervention) return tl::unexpected(intervention.error());
+      scheduler_->at(director_, when, mission::Rank::kInjection,
+                     [this, intervention = std::move(*intervention), by = std::string(source->text())] {
+                       steering_.again(intervention, by);
+                     });
+    }
+    scheduler_->catch_up(journaled.reached, [this, &journaled] { resumed(journaled); });
+    return {};
+  }
+
+  // It is where it was when its executive died: the time since then passes at once.
+  void resumed(const Journaled& journaled) {
+    const auto wall = between(journaled.at, options_.durable->clock());
+    const Duration lost = scenario_.virtual_time ? Duration(0) : stretched(wall.value_or(Duration(0)));
+    const Gap gap{scheduler_->now(), add_saturating(scheduler_->now(), lost), wall.value_or(Duration(0))};
+    // Nobody was there to hear an answer, so nobody was late. What was to be done in that time is done now.
+    mission::TreeState& tree = mission_->state();
+    for (mission::TreeState::Leaf& leaf : tree.leaves) leaf.asked = add_saturating(leaf.asked, lost);
+    tree.deadline.when = add_saturating(tree.deadline.when, lost);
+    scheduler_->leap(gap.to, [lost](TimePoint& when, mission::Delivery& what) {
+      const auto* to_tree = std::get_if<mission::TreeDelivery>(&what.what);
+      if (to_tree != nullptr && (std::holds_alternative<mission::AnswerDue>(*to_tree) ||
+                                 std::holds_alternative<mission::HaltLimit>(*to_tree)))
+        when = add_saturating(when, lost);
+    });
+    durability_->resumed(gap, lost);
+    monitors_.note_gaps(durability_->gaps());
+    if (options_.on_begin) options_.on_begin(*this);
+    Message message;
+    message.source = "run";
+    message.name = "mission.resumed";
+    message.data =
+        Map{{"from_ns", gap.from.time_since_epoch().count()}, {"lost_ns", lost.count()}, {"wall_ns", gap.wall.count()}};
+    stream_.publish(std::move(message));
+    if (!wall)
+      problem("the machine's clock was set back: how long nobody was there is not known, and counts as no time");
+    durability_->snapshot(capture());
+    end_journal(journaled, recording_name());
+    durability_->ask_again();
+    keep_journal(add_saturating(gap.to, journal_period()));
+  }
+
+  std::string recording_name() const {
+    const Value* recording = options_.durable->note.find("recording");
+    return recording != nullptr ? std::string(recording->text()) : options_.durable->journal.filename().string();
+  }
+
+  // Run time between two states in the journal.
+  Duration journal_period() const {
+    return scenario_.virtual_time ? options_.durable->snapshot_period : stretched(options_.durable->snapshot_period);
+  }
+
+  void keep_journal(TimePoint when) {
+    scheduler_->at(director_, when, mission::Rank::kInjection, [this, when] {
+      durability_->snapshot(capture());
+      keep_journal(std::max(when + journal_period(), scheduler_->now()));
+    });
+  }
+
+  bool is_again() const { return durability_ && durability_->catching_up(); }
+  // Observations of what is executed again were heard before, but for the last ones.
+  bool is_heard(std::uint64_t sequence) const { return !is_again() || sequence > options_.durable->known; }
 
   std::optional<std::string> prepare() {
     if (anything_remote()) {
@@ -495,7 +614,7 @@ class Run::Impl final : public RunView, private RunInside {
     if (address->service.empty()) address->service = service.name;
     auto port = make_remote_port(*address, service.service, service.name, scenario_.project.deadlines.call);
     SENTREE_ASSERT(port.has_value());
-    return std::move(*port);
+    return durability_ ? durability_->guard(std::move(*port)) : std::move(*port);
   }
 
   void make_models() {
@@ -553,7 +672,7 @@ class Run::Impl final : public RunView, private RunInside {
                              .repeat = scenario_.project.repeat,
                              .deadlines = deadlines,
                              .tick_times = options_.tick_times,
-                             .one_deadline_timer = !scenario_.virtual_time};
+                             .one_deadline_timer = !scheduler_->is_virtual()};
     MissionHooks hooks;
     if (options_.arrival)
       hooks.due = [this](std::size_t leaf) { return options_.arrival(leaf, RunOptions::Passage::kDue); };
@@ -647,7 +766,7 @@ class Run::Impl final : public RunView, private RunInside {
     };
     replies.stepped = [this, index](const Skill& skill) {
       steering_.skill_stepped(index, skill);
-      if (options_.on_skill_step) options_.on_skill_step(index, skill);
+      if (options_.on_skill_step && !is_again()) options_.on_skill_step(index, skill);
     };
     auto driver = std::make_unique<LocalDriver>(*this, index);
     mission::SkillModel model = mission::skill_model(plan_, index);
@@ -777,6 +896,8 @@ class Run::Impl final : public RunView, private RunInside {
       return model_of(name)->call(std::move(call), "scenario", kCallPatience);
     }
     const auto address = rpc::Address::parse(at);
+    // It has left the run already.
+    if (is_again()) return {.ok = true, .result = {}, .kind = {}, .message = {}};
     if (!address)
       return {
           .ok = false, .result = {}, .kind = "unreachable", .message = "nothing in the run serves \"" + name + "\""};
@@ -829,7 +950,7 @@ class Run::Impl final : public RunView, private RunInside {
   }
 
   void on_decision(const MonitorReport& report) {
-    if (options_.on_decision) options_.on_decision(report);
+    if (options_.on_decision && is_heard(stream_.published())) options_.on_decision(report);
     if (scenario_.stop_when_violated && report.verdict == monitor::Verdict::kViolated) mission_->stop();
   }
 
@@ -843,6 +964,7 @@ class Run::Impl final : public RunView, private RunInside {
   }
 
   void problem(const std::string& what) {
+    if (is_again()) return;
     {
       const std::lock_guard lock(problems_mutex_);
       if (problems_.size() < kProblemsMax) problems_.push_back(what);
@@ -865,6 +987,8 @@ class Run::Impl final : public RunView, private RunInside {
   ActorId director_;
   Telemetry telemetry_{*scheduler_, publisher_, director_};
   RunSteering steering_;
+  std::unique_ptr<Durability> durability_;  // null: the run is not durable
+  std::optional<mission::State> resumed_from_;
   std::unique_ptr<Supervisor> supervisor_;  // null: everything runs in this process
   std::string component_;                   // name of the process that runs the simulator; empty: this one does
   StreamPublisher::Observers observers_;

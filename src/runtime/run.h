@@ -10,6 +10,7 @@
 #include "sentree/monitor/monitor.h"
 #include "sentree/project/plan.h"
 #include "sentree/runtime/inside.h"
+#include "sentree/runtime/journal.h"
 #include "sentree/runtime/mission.h"
 #include "sentree/runtime/open_page.h"
 #include "sentree/runtime/skill.h"
@@ -30,6 +31,8 @@ struct MonitorReport {
   /// Why it says nothing that it is undecided, see `monitor::vacuity`; empty: it was put to the test.
   std::string vacuity;
   std::uint64_t vetoes = 0;  ///< Requests that it refused as a gate.
+  /// Those that lie within what led to the decision: what happened then nobody has seen.
+  std::vector<Gap> gaps = {};
 };
 
 struct ProcessReport {
@@ -50,6 +53,8 @@ struct RunReport {
   std::uint64_t observations = 0;
   TickTiming timing;
   std::vector<MonitorReport> monitors;
+  std::vector<Gap> gaps;                 ///< Of a run that was resumed, and of the runs before it.
+  std::optional<JournalCost> journal;    ///< Of a durable run.
   std::vector<ProcessReport> processes;  ///< The run itself first.
   std::vector<std::string> problems;
   /// Skills and monitors whose scripts did not end, with chart and line.
@@ -109,6 +114,12 @@ struct RunOptions {
   const mission::State* from = nullptr;
   /// False: somebody else sees to the scenario's timeline.
   bool inject = true;
+  /// The run keeps a journal (see journal.h), and executes its parts one after the other, in real time too. Its skills
+  /// and monitors run in this process.
+  std::optional<DurableOptions> durable;
+  /// A durable run goes on where this one was: what happened since the journal's state is executed again, unheard but
+  /// for observations behind `DurableOptions::known`. Borrowed until `execute` returns.
+  const Journaled* resume = nullptr;
 };
 
 /// Runs a scenario to its end. One run at a time per object.

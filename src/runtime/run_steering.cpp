@@ -161,11 +161,11 @@ Result<void> RunSteering::run_until(TimePoint time) {
 
 Result<void> RunSteering::set_factor(double factor) {
   if (auto refused = refuse(); !refused) return refused;
-  const bool unpaced = factor == 0.0 && run_.scheduler->is_virtual();
+  const bool unpaced = factor == 0.0 && run_.plan->scenario.virtual_time;
   if (!unpaced && !(factor >= kFactorMin && factor <= kFactorMax)) {
     return fail("steering.factor", "the speed " + shortest_decimal(factor) + " must be from " +
                                        shortest_decimal(kFactorMin) + " to " + shortest_decimal(kFactorMax) +
-                                       (run_.scheduler->is_virtual() ? ", or 0 for as fast as possible" : ""));
+                                       (run_.plan->scenario.virtual_time ? ", or 0 for as fast as possible" : ""));
   }
   Pace pace = run_.scheduler->pace();
   pace.factor = factor;
@@ -252,6 +252,7 @@ Result<Steering::Applied> RunSteering::execute(const project::Intervention& what
       return fail("steering.too-many",
                   "a run takes no more than " + std::to_string(kInterventionsMax) + " interventions");
   }
+  if (by_person && run_.keep) run_.keep(what, source);
   Applied applied;
   if (what.stands()) {
     auto standing = stand(what, source, by_person);

@@ -37,6 +37,8 @@ struct SteeredRun {
   std::function<SkillActor*(std::size_t leaf)> skill;               ///< Null: in another process.
   std::function<const Monitors&()> monitors;
   std::function<void(const std::string&)> problem;
+  /// What a person does, before it is done.
+  std::function<void(const project::Intervention&, const std::string& source)> keep;
   ActorId observer = 0;  ///< Where `monitors` may be looked at.
 };
 
@@ -50,6 +52,8 @@ class RunSteering final : public Steering {
 
   /// In the director's actor: does what an entry of the timeline says.
   void inject(const project::Injection& injection);
+  /// In the director's actor: does once more what a person did.
+  void again(const project::Intervention& what, const std::string& source) { (void)execute(what, source, true); }
   Result<Applied> apply_for(const project::Intervention& what, const std::string& source) override;
 
   /// What stands; for the parts of the run that it concerns.

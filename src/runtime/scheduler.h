@@ -29,6 +29,17 @@ inline constexpr double kFactorMax = 1000.0;
 
 enum class Urgency : std::uint8_t { kForeground, kBackground };
 
+/// Writes down what a run in virtual time needs to be executed again, before anything follows from it. Called in the
+/// thread of the run.
+class Chronicle {
+ public:
+  virtual ~Chronicle() = default;
+  /// Time has come to a later instant, at which nothing has happened yet.
+  virtual void instant(TimePoint now) = 0;
+  /// Something came from outside and happens at `when`.
+  virtual void entered(TimePoint when, const mission::Delivery& what) = 0;
+};
+
 /// Hands tasks to actors, now or later; is the run's clock.
 ///
 /// Two kinds with one contract: tasks of one actor never overlap, and tasks posted from one actor to another arrive in
@@ -110,6 +121,21 @@ class Scheduler : public Clock {
   /// In virtual time it becomes an injection at a time at which nothing but injections has happened: now, or the next
   /// nanosecond. So the same injection, scheduled at that time, gives the same run.
   [[nodiscard]] virtual bool inject(ActorId to, Task task) = 0;
+  /// The same for what is on its way to a part of the run from outside it, as the outcome of a call is. In real time
+  /// as `post`.
+  virtual void enter(ActorId to, mission::Delivery delivery) { post(to, std::move(delivery)); }
+
+  // Virtual time only, before `run()` where nothing else is said.
+
+  /// Borrowed.
+  virtual void keep(Chronicle* /*chronicle*/) {}
+  /// What is due until then is executed as fast as the machine allows, and unwritten; nothing enters meanwhile. Then
+  /// `reached` is called, once, in the thread of the run, and time passes as the pace says.
+  virtual void catch_up(TimePoint /*until*/, std::function<void()> /*reached*/) {}
+  /// In `reached`: it is `to` now. What was due before is due now, in its order. `put_off` sees each delivery first,
+  /// and may set its time.
+  virtual void leap(TimePoint /*to*/, const std::function<void(TimePoint& when, mission::Delivery& what)>&) {}
+
   /// The time that a view shows: `now()`, but in virtual time that follows the wall clock it also passes between
   /// events. From any thread.
   [[nodiscard]] virtual TimePoint view_time() const = 0;

@@ -127,6 +127,38 @@ class VirtualScheduler final : public Scheduler {
     return true;
   }
 
+  // Not bounded by kInboxMax: an outcome that is lost is a call that never ends, and calls are bounded.
+  void enter(ActorId to, mission::Delivery delivery) override {
+    const std::lock_guard lock(pace_mutex_);
+    if (inbox_.size() >= kQueueMax) return;
+    inbox_.emplace_back(to, std::move(delivery));
+    attention_ = true;
+    changed_.notify_all();
+  }
+
+  void keep(Chronicle* chronicle) override { chronicle_ = chronicle; }
+
+  void catch_up(TimePoint until, std::function<void()> reached) override {
+    catching_up_ = true;
+    catch_up_until_ = until;
+    caught_up_ = std::move(reached);
+    attention_ = true;
+  }
+
+  void leap(TimePoint to, const std::function<void(TimePoint&, mission::Delivery&)>& put_off) override {
+    for (Entry& entry : queue_) {
+      if (auto* delivery = std::get_if<mission::Delivery>(&entry.what)) put_off(entry.when, *delivery);
+    }
+    std::sort(queue_.begin(), queue_.end(), [](const Entry& a, const Entry& b) { return Later()(b, a); });
+    for (Entry& entry : queue_) {
+      entry.when = std::max(entry.when, to);
+      entry.order = order_++;
+    }
+    std::make_heap(queue_.begin(), queue_.end(), Later());
+    now_.store(to, std::memory_order_relaxed);
+    begun_ = true;
+  }
+
   TimePoint view_time() const override {
     const std::lock_guard lock(pace_mutex_);
     return shown();
@@ -145,6 +177,7 @@ class VirtualScheduler final : public Scheduler {
         now_.store(top.when, std::memory_order_relaxed);
         tasks_now = 0;
         begun_ = false;
+        if (chronicle_ != nullptr && !catching_up_) chronicle_->instant(top.when);
       } else if (++tasks_now > kTasksPerInstantMax) {
         return names_[top.actor] + " has been sent more than " + std::to_string(kTasksPerInstantMax) +
                " messages without time passing; two parts answer each other for ever";
@@ -195,9 +228,21 @@ class VirtualScheduler final : public Scheduler {
     for (;;) {
       waiting_ = false;
       if (stopped_) return false;
-      for (auto& [to, task] : inbox_) {
+      if (catching_up_) {
+        if (!queue_.empty() && queue_.front().when <= catch_up_until_) return true;
+        lock.unlock();
+        caught_up_();
+        lock.lock();
+        catching_up_ = false;
+        anchor_run_ = now();
+        anchor_wall_ = SteadyClock::now();
+        continue;
+      }
+      for (auto& [to, what] : inbox_) {
         commands_until_ = command_time();
-        push(to, commands_until_, mission::Rank::kInjection, std::move(task));
+        if (const auto* delivery = std::get_if<mission::Delivery>(&what); delivery != nullptr && chronicle_ != nullptr)
+          chronicle_->entered(commands_until_, *delivery);
+        push(to, commands_until_, mission::Rank::kInjection, std::move(what));
       }
       inbox_.clear();
       if (error_) return true;
@@ -301,8 +346,12 @@ class VirtualScheduler final : public Scheduler {
   mutable std::mutex pace_mutex_;
   std::condition_variable changed_;
   Pace pace_;
-  std::vector<std::pair<ActorId, Task>> inbox_;
+  std::vector<std::pair<ActorId, std::variant<Task, mission::Delivery>>> inbox_;
   TimePoint commands_until_ = TimePoint::min();  // what was commanded goes on even if time stands
+  Chronicle* chronicle_ = nullptr;
+  bool catching_up_ = false;
+  TimePoint catch_up_until_{};
+  std::function<void()> caught_up_;
   bool running_ = false;
   bool waiting_ = false;   // between two instants
   bool standing_ = false;  // and told so

@@ -51,6 +51,7 @@ struct Method {
   std::vector<Field> arguments;
   std::vector<Field> exceptions;
   std::string unit;
+  bool idempotent = false;
   SourceSpan span;
 };
 

@@ -1,0 +1,98 @@
+#include "sentree/cli/resume.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <vector>
+
+#include "sentree/cli/output.h"
+
+namespace sentree::cli {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::int64_t integer(const Value& note, std::string_view key) {
+  const Value* value = note.find(key);
+  const std::int64_t* number = value != nullptr ? value->as_int() : nullptr;
+  return number != nullptr ? *number : 0;
+}
+
+std::string text_of(const Value& note, std::string_view key) {
+  const Value* value = note.find(key);
+  return value != nullptr ? std::string(value->text()) : std::string();
+}
+
+Result<runtime::Journaled> newest() {
+  const char* folder = std::getenv("SENTREE_RUNS");
+  const fs::path runs = folder != nullptr && *folder != '\0' ? folder : "runs";
+  std::vector<fs::path> journals;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(runs, error)) {
+    if (entry.path().extension() == ".journal") journals.push_back(entry.path());
+  }
+  std::sort(journals.begin(), journals.end(), [&](const fs::path& a, const fs::path& b) {
+    return fs::last_write_time(a, error) > fs::last_write_time(b, error);
+  });
+  std::optional<Diagnostic> why;
+  for (const fs::path& journal : journals) {
+    auto journaled = runtime::read_journal(journal);
+    if (journaled) return journaled;
+    if (!why) why = journaled.error();
+  }
+  if (why) return tl::unexpected(*why);
+  return fail("journal.none", "no run in " + runs.string() + " waits to be resumed; only runs with --durable can be");
+}
+
+}  // namespace
+
+fs::path journal_of(fs::path recording) { return recording.replace_extension(".journal"); }
+
+Value note_of(const project::Scenario& scenario, const fs::path& recording) {
+  std::error_code error;
+  return Map{{"recording", recording.filename().string()},
+             {"source", fs::absolute(scenario.file, error).lexically_normal().string()},
+             {"virtual", scenario.virtual_time},
+             {"factor", scenario.factor},
+             {"seed", static_cast<std::int64_t>(scenario.seed)},
+             {"duration_ns", scenario.duration.count()}};
+}
+
+Result<Resumption> Resumption::find(const std::string& recording) {
+  auto journaled = recording.empty() ? newest() : runtime::read_journal(journal_of(recording));
+  if (!journaled) return tl::unexpected(journaled.error());
+  Resumption found;
+  found.journaled = std::move(*journaled);
+  found.recording = found.journaled.file.parent_path() / text_of(found.journaled.note, "recording");
+  auto recorded = replay::RecordedRun::open(found.recording.string());
+  if (!recorded) return found;
+  found.recorded = std::make_shared<replay::RecordedRun>(std::move(*recorded));
+  // The last ones are at the end.
+  const TimePoint late = std::max(TimePoint{}, found.recorded->ended() - std::chrono::seconds(1));
+  (void)found.recorded->each(
+      [&](const Message& message) {
+        found.known = std::max(found.known, message.sequence);
+        return true;
+      },
+      late);
+  return found;
+}
+
+Loaded<project::Scenario> Resumption::scenario(bool from_recording) const {
+  Loaded<project::Scenario> loaded;
+  if (from_recording && recorded) {
+    loaded = recorded->scenario();
+  } else {
+    loaded.value = load_file(text_of(journaled.note, "source"));
+  }
+  if (!loaded.value) return loaded;
+  const Value* is_virtual = journaled.note.find("virtual");
+  const Value* factor = journaled.note.find("factor");
+  loaded.value->virtual_time = is_virtual != nullptr && is_virtual->as_bool() != nullptr && *is_virtual->as_bool();
+  if (factor != nullptr && factor->as_double() != nullptr) loaded.value->factor = *factor->as_double();
+  loaded.value->seed = static_cast<std::uint64_t>(integer(journaled.note, "seed"));
+  loaded.value->duration = Duration(integer(journaled.note, "duration_ns"));
+  return loaded;
+}
+
+}  // namespace sentree::cli

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "sentree/project/plan.h"
+#include "sentree/replay/recorded_run.h"
+#include "sentree/runtime/journal.h"
+
+namespace sentree::cli {
+
+/// The journal beside a recording.
+[[nodiscard]] std::filesystem::path journal_of(std::filesystem::path recording);
+/// What `sentree run --resume` has to know of a run.
+[[nodiscard]] Value note_of(const project::Scenario& scenario, const std::filesystem::path& recording);
+
+/// A run that ended without an end, as its journal and its recording say.
+struct Resumption {
+  std::filesystem::path recording;
+  runtime::Journaled journaled;
+  std::shared_ptr<replay::RecordedRun> recorded;  ///< Null: nothing of the recording can be read.
+  std::uint64_t known = 0;                        ///< The last observation in it.
+
+  /// Of a recording, or the newest of the folder of recordings that can be resumed. Errors: journal.*.
+  [[nodiscard]] static Result<Resumption> find(const std::string& recording);
+  /// The scenario from where it was, as it ran; or from the recording, if it has changed since.
+  [[nodiscard]] Loaded<project::Scenario> scenario(bool from_recording) const;
+};
+
+}  // namespace sentree::cli

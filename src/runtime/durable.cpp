@@ -1,0 +1,167 @@
+#include "sentree/runtime/durable.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "sentree/rpc/address.h"
+#include "sentree/runtime/local_skill.h"
+
+namespace sentree::runtime {
+
+namespace {
+
+// Observations that a snapshot keeps of what leads to a monitor's state.
+constexpr std::size_t kTrailMax = 256;
+
+std::uint64_t outcome_of(const mission::Delivery& delivery) {
+  const auto* to_skill = std::get_if<mission::SkillDelivery>(&delivery.what);
+  const auto* outcome = to_skill != nullptr ? std::get_if<mission::Outcome>(to_skill) : nullptr;
+  return outcome != nullptr ? outcome->call->id : 0;
+}
+
+}  // namespace
+
+class Durability::Port final : public ServicePort {
+ public:
+  Port(Durability& of, std::unique_ptr<ServicePort> port) : durability_(of), port_(std::move(port)) {}
+  bool take(std::size_t leaf, const mission::Shared<mission::Call>& call) override {
+    durability_.make(leaf, call, *port_);
+    return true;
+  }
+  void call(const idl::Method& method, Value args, Done done) override {
+    port_->call(method, std::move(args), std::move(done));
+  }
+
+ private:
+  Durability& durability_;
+  std::unique_ptr<ServicePort> port_;
+};
+
+Durability::Durability(const project::Plan& plan, Scheduler& scheduler, const DurableOptions& options,
+                       std::function<SkillActor*(std::size_t)> skill)
+    : plan_(plan), scheduler_(scheduler), skill_(std::move(skill)), settle_(options.settle), journal_(options) {}
+
+std::string Durability::obstacle(const project::Plan& plan) {
+  for (const project::LeafPlan& leaf : plan.leaves) {
+    if (!leaf.at.empty()) return "the skill of " + leaf.name + " runs in another process";
+    if (!leaf.chart) return "the skill of " + leaf.name + " is no chart";
+  }
+  if (!plan.observers.empty()) return "\"" + plan.observers.front().name + "\" observes it from another process";
+  if (!plan.scenario.processes.empty())
+    return "it starts process \"" + plan.scenario.processes.front().name +
+           "\", which would end with it; start that yourself, and give its address (at: unix:…)";
+  for (const auto& [name, service] : plan.services) {
+    const auto address = rpc::Address::parse(service.at);
+    if (address && address->kind == rpc::Address::Kind::kOther)
+      return "service " + name + " is reached through another middleware than Thrift";
+  }
+  return {};
+}
+
+const idl::Method& Durability::method_of(const mission::Call& call) const {
+  return *plan_.services.at(call.service).service->find(call.method);
+}
+
+bool Durability::is_idempotent(const mission::Call& call) const {
+  return plan_.services.at(call.service).is_idempotent(method_of(call));
+}
+
+void Durability::entered(TimePoint when, const mission::Delivery& what) {
+  journal_.input(when, mission::save(what));
+  open_.erase(outcome_of(what));
+}
+
+std::unique_ptr<ServicePort> Durability::guard(std::unique_ptr<ServicePort> port) {
+  return std::make_unique<Port>(*this, std::move(port));
+}
+
+void Durability::make(std::size_t leaf, const mission::Shared<mission::Call>& call, ServicePort& port) {
+  open_[call->id] = {leaf, call, !catching_up_ || sent_.contains(call->id)};
+  if (catching_up_) return;
+  if (!is_idempotent(*call)) journal_.sent(call->id);
+  journal_.before_leaving();
+  port.call(method_of(*call), call->args, [this, leaf, call](mission::CallOutcome outcome) {
+    scheduler_.enter(skill_(leaf)->actor(), {leaf, mission::Outcome{call, std::move(outcome)}});
+  });
+}
+
+void Durability::intervention(const project::Intervention& what, const std::string& source) {
+  if (!catching_up_) journal_.intervention(scheduler_.now(), mission::save(what), source);
+}
+
+void Durability::snapshot(mission::State state) {
+  if (catching_up_) return;
+  const auto begun = std::chrono::steady_clock::now();
+  mission::forget_history(state, kTrailMax);
+  const auto saved = mission::save(plan_, state);
+  List open;
+  for (const auto& [id, call] : open_) {
+    const mission::Delivery form{call.leaf, mission::SkillDelivery(mission::Send{call.call})};
+    open.push_back(Map{{"call", mission::save(form)}, {"sent", call.sent}});
+  }
+  // A recording in real time is at most a second late, and the journal reaches back for seconds; but not behind its
+  // first state, and in virtual time a recording may be as late as it likes.
+  if (settle_ && (std::exchange(is_first_, false) || plan_.scenario.virtual_time)) settle_();
+  journal_.spent(std::chrono::steady_clock::now() - begun);
+  if (saved)
+    journal_.snapshot(state.now, *saved, std::move(open), gaps_);
+  else
+    journal_.give_up(to_string(saved.error()));
+}
+
+Result<void> Durability::begin_again(const Journaled& journaled) {
+  catching_up_ = true;
+  gaps_ = journaled.gaps;
+  sent_ = journaled.sent;
+  const auto bad = [&](const std::string& what) {
+    return fail("journal.damaged", journaled.file.string() + ": " + what);
+  };
+  for (const Value& entry : journaled.open) {
+    const Value* call = entry.find("call");
+    const Value* sent = entry.find("sent");
+    auto form = call != nullptr ? mission::restore_delivery(plan_, *call) : bad("an open call is missing");
+    if (!form) return tl::unexpected(form.error());
+    const auto* to_skill = std::get_if<mission::SkillDelivery>(&form->what);
+    const auto* send = to_skill != nullptr ? std::get_if<mission::Send>(to_skill) : nullptr;
+    if (send == nullptr || sent == nullptr || sent->as_bool() == nullptr) return bad("an open call is none");
+    open_[send->call->id] = {form->leaf, send->call, *sent->as_bool() || sent_.contains(send->call->id)};
+  }
+  for (const auto& [when, saved] : journaled.inputs) {
+    auto what = mission::restore_delivery(plan_, saved);
+    if (!what) return tl::unexpected(what.error());
+    if (!std::holds_alternative<mission::SkillDelivery>(what->what)) return bad("an input is for no skill");
+    answered_.insert(outcome_of(*what));
+    scheduler_.at(skill_(what->leaf)->actor(), when, mission::Rank::kInjection, std::move(*what));
+  }
+  return {};
+}
+
+void Durability::resumed(const Gap& gap, Duration lost) {
+  gaps_.push_back(gap);
+  catching_up_ = false;
+  for (const std::uint64_t call : answered_) open_.erase(call);
+  std::erase_if(open_, [&](const auto& entry) {
+    const Open& open = entry.second;
+    if (!open.sent || is_idempotent(*open.call)) return false;
+    scheduler_.post(skill_(open.leaf)->actor(),
+                    mission::Delivery{open.leaf, mission::Outcome{open.call,
+                                                                  {.ok = false,
+                                                                   .result = {},
+                                                                   .kind = "interrupted",
+                                                                   .message = "the run was interrupted while the call "
+                                                                              "was on its way; it may have been "
+                                                                              "executed"}}});
+    return true;
+  });
+  for (std::size_t leaf = 0; leaf < plan_.leaves.size(); ++leaf) {
+    mission::SkillState& state = skill_(leaf)->state();
+    if (state.halt_due) state.halt_due = add_saturating(*state.halt_due, lost);
+  }
+}
+
+void Durability::ask_again() {
+  const std::map<std::uint64_t, Open> open = std::exchange(open_, {});
+  for (const auto& [id, call] : open) skill_(call.leaf)->send_again(call.call, method_of(*call.call));
+}
+
+}  // namespace sentree::runtime

@@ -1,0 +1,210 @@
+#!/usr/bin/env python3
+"""Kills the executive of the recharge mission at random moments, in real time, with the simulator in another process.
+
+usage: durable_test.py SENTREE SOURCE_DIR WORK_DIR [KILLS [SEED]]
+
+Missions follow each other until there were KILLS kills (default 6). Each mission must end with SUCCESS, and over the
+whole chain of its recordings each observation is there once, each verdict too, and no goal was sent that the robot had.
+"""
+
+import json
+import os
+import random
+import re
+import shutil
+import signal
+import subprocess
+import sys
+
+FACTOR = 20
+KILLS_PER_MISSION = 6
+
+
+def say(text):
+    print(text, flush=True)
+
+
+class Failed(Exception):
+    pass
+
+
+class Test:
+    def __init__(self, sentree, source, work, kills, seed):
+        self.sentree, self.source, self.work = sentree, source, work
+        self.kills, self.random = kills, random.Random(seed)
+        shutil.rmtree(work, ignore_errors=True)
+        os.makedirs(work)
+        self.socket = os.path.join(work, "robot.sock")
+        self.environment = dict(os.environ, XDG_RUNTIME_DIR=work, SENTREE_RUNS=os.path.join(work, "runs"))
+        self.scenario = os.path.join(work, "mission.yaml")
+        with open(self.scenario, "w", encoding="utf-8") as file:
+            file.write(f"""project: {source}/examples/recharge
+clock: {{real: {FACTOR}}}
+override:
+  services: {{battery: {{at: "unix:{self.socket}"}}, navigation: {{at: "unix:{self.socket}"}}}}
+  world: {{battery: {{initial: 40 %}}}}
+  # The machine may be slow; the mission is not what is tested for speed here.
+  deadlines: {{call: 2 s, condition: 4 s, budget: 5 s, unresponsive: 10 s}}
+duration: 60 min
+""")
+
+    def start(self, *arguments):
+        return subprocess.Popen([self.sentree, *arguments], cwd=self.work, env=self.environment,
+                                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+    def ask(self, service, interface, method, *arguments):
+        command = [self.sentree, "call", f"unix:{self.socket}#{service}", method, *arguments, "--interface",
+                   f"robot.thrift/{interface}"]
+        done = subprocess.run(command, cwd=self.work, env=self.environment, stdin=subprocess.DEVNULL,
+                              capture_output=True, text=True, timeout=60, check=False)
+        if done.returncode != 0:
+            raise Failed(f"{' '.join(command)}: {done.stderr}")
+        return json.loads(done.stdout)
+
+    def navigation(self):
+        return self.ask("navigation", "Navigation", "getNavigationState")
+
+    def drives_on(self):
+        """With nobody there: the robot goes on to its goal. False: it does not drive now."""
+        before = self.navigation()
+        if before["status"] != "MOVING":
+            return False
+        while True:
+            now = self.navigation()
+            if now["goal_id"] != before["goal_id"]:
+                raise Failed(f"another goal took over while nobody was there: {now}")
+            if now["status"] != "MOVING" or now["distance_remaining"] < before["distance_remaining"] - 0.05:
+                return True
+
+    def mission(self, number, kills):
+        """One mission with so many kills. Returns how many of them happened before its end, and whether the robot was seen to drive on."""
+        simulator = self.start("component", "sim", "--project", self.scenario, "--listen", f"unix:{self.socket}",
+                               "--factor", str(FACTOR), "--seed", str(number))
+        run = None
+        try:
+            for line in simulator.stdout:
+                if line.startswith("listening on"):
+                    break
+            shutil.rmtree(os.path.join(self.work, "runs"), ignore_errors=True)
+            killed, driven = 0, False
+            run = self.start("run", self.scenario, "--durable", "--verbose")
+            while True:
+                # A moment is a number of lines that the run has printed, so that slow machines are killed alike; as
+                # often among the first hundred as among the last thousands.
+                until = int(8000 ** self.random.random()) if killed < kills else None
+                code, text, plugged = self.follow(run, until)
+                if code is not None:
+                    break
+                run.send_signal(signal.SIGKILL)
+                run.wait()
+                run.stdout.close()
+                killed += 1
+                if not driven:
+                    driven = self.drives_on()
+                run = self.start("run", "--resume", "--verbose")
+            if code not in (0, 1) or "mission SUCCESS" not in text:
+                raise Failed(f"mission {number} with {killed} kills exited with {code}:\n{text}")
+            self.judge(number, killed, text)
+            return killed, driven
+        finally:
+            for process in (run, simulator):
+                if process is not None and process.poll() is None:
+                    process.kill()
+                    process.wait()
+
+    def follow(self, run, until):
+        """Reads what the run prints, and plugs the robot in when it waits for that. (None, …): it has printed so many lines."""
+        lines, tail, plugged = 0, [], False
+        for line in run.stdout:
+            lines += 1
+            tail = tail[-60:] + [line]
+            if not plugged and "WaitForUser.tick.reply" in line:
+                plugged = self.ask("simulation", "Simulation", "plugIn") == "OK"
+            if until is not None and lines >= until:
+                return None, "", plugged
+        return run.wait(), "".join(tail), plugged
+
+    def judge(self, number, killed, text):
+        # From the one that ended backwards. A run that was killed before it went on is not of the chain.
+        facts = {name: self.info(name)["metadata"] for name in os.listdir(os.path.join(self.work, "runs"))
+                 if name.endswith(".mcap")}
+        ended = [name for name, fact in facts.items() if fact.get("sentree.result", {}).get("mission") == "SUCCESS"]
+        if len(ended) != 1:
+            raise Failed(f"mission {number}: ended in {ended}")
+        order = ended
+        while before := facts[order[0]]["sentree.run"].get("continues"):
+            order.insert(0, before)
+        expected, goals, asked, violations, resumed = 1, [], set(), [], 0
+        for name in order:
+            for topic, message in self.messages(name):
+                if topic == "/violations":
+                    violations.append(message["monitor"])
+                if topic != "/observations":
+                    continue
+                if message["sequence"] != expected:
+                    raise Failed(f"mission {number}: in {name} observation {message['sequence']} follows {expected - 1}")
+                expected += 1
+                resumed += message["name"] == "mission.resumed"
+                if message["name"] == "navigation.gotoTargetByLocationName.request":
+                    asked.add(message["call"])
+                if message["name"] == "navigation.gotoTargetByLocationName.reply":
+                    goals.append(message["data"]["result"]["goal_id"])
+        if resumed != len(order) - 1 or resumed > killed or resumed * 2 < killed:
+            raise Failed(f"mission {number}: resumed {resumed} times, killed {killed} times, recorded in {order}")
+        violated = re.findall(r"✗ monitor (\w+): violated", text)
+        if sorted(violations) != sorted(violated):
+            raise Failed(f"mission {number}: recorded violations {violations}, in the end {violated}")
+        if len(goals) != len(set(goals)):
+            raise Failed(f"mission {number}: one goal was given twice: {goals}")
+        # To the kitchen, to the station, and to the kitchen again: whatever was killed in between. The robot counts them.
+        given = self.navigation()["goal_id"]
+        if given != 3:
+            raise Failed(f"mission {number}: the robot was given {given} goals, not 3; replies: {goals}")
+        left = [name for name in os.listdir(os.path.join(self.work, "runs")) if not name.endswith((".mcap", ".journal"))]
+        if left:
+            raise Failed(f"mission {number}: {left} was left behind")
+        say(f"✓ mission {number}: {killed} kills, {expected - 1} observations, violated: {violated or 'nothing'}")
+
+    def info(self, name):
+        done = subprocess.run([self.sentree, "info", f"runs/{name}", "--json"], cwd=self.work, env=self.environment,
+                              stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60, check=True)
+        return json.loads(done.stdout)
+
+    def messages(self, name):
+        if self.info(name)["messages"] == 0:
+            return  # killed in its first half second
+        done = subprocess.run([self.sentree, "export", f"runs/{name}", "--to", "ndjson"], cwd=self.work,
+                              env=self.environment, stdin=subprocess.DEVNULL, capture_output=True, text=True,
+                              timeout=120, check=True)
+        for line in done.stdout.splitlines():
+            entry = json.loads(line)
+            yield entry["topic"], entry.get("message", entry.get("data"))
+
+    def run(self):
+        left, number, driven = self.kills, 0, False
+        while left > 0:
+            number += 1
+            if number > 3 * self.kills:
+                raise Failed("missions end before they can be killed")
+            killed, drove = self.mission(number, min(left, KILLS_PER_MISSION))
+            left -= killed
+            driven = driven or drove
+        if not driven:
+            raise Failed("the robot was never seen to drive on while nobody was there")
+
+
+def main():
+    sentree, source, work = (os.path.abspath(path) for path in sys.argv[1:4])
+    kills = int(sys.argv[4]) if len(sys.argv) > 4 else 6
+    seed = int(sys.argv[5]) if len(sys.argv) > 5 else 20
+    say(f"{kills} kills, seed {seed}")
+    try:
+        Test(sentree, source, work, kills, seed).run()
+    except Failed as failure:
+        say(f"✗ seed {seed}: {failure}")
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
