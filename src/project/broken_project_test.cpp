@@ -149,7 +149,7 @@ const Broken kBroken[] = {
     {"TagWithoutBracket", "mission.xml", "<WaitForUser", ")WaitForUser",
      "mission.xml:17:9: warning: text inside <ReactiveSequence> means nothing: \")WaitForUser\""},
     {"NothingAsEnumerator", "skills/GoToLocation.scxml", "=== 'GOAL_REACHED'", "=== ''",
-     "skills/GoToLocation.scxml:57:25: '' is no NavigationStatus"},
+     "skills/GoToLocation.scxml:88:25: '' is no NavigationStatus"},
     {"TransitionWithoutBracket", "skills/BatteryNotRecharging.scxml", "<transition", ")transition",
      "skills/BatteryNotRecharging.scxml:5:3: warning: text inside <state> means nothing: \")transition\""},
     {"AddressOfASkill", "sentree.yaml", "monitors:", "skills: {WaitForUser: {at: \"user://here\"}}\nmonitors:",
