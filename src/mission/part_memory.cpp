@@ -101,9 +101,9 @@ void PartMemory::take(std::uint32_t part, std::uint32_t what) {
   const std::uint32_t state = aged(run_->parts[part], run_->now - run_->as_of[part]);
   run_->parts[part] = state;
   run_->as_of[part] = run_->now;
-  const auto [found, is_new] = steps_.try_emplace(std::uint64_t{state} << 32U | what, 0);
-  if (is_new) found->second = new_node();
-  std::uint32_t node = found->second;
+  const auto [found, is_new] = steps_.try_emplace(std::uint64_t{state} << 32U | what, kNone - 1);
+  if (is_new) *found = new_node();
+  std::uint32_t node = *found;
   script_.clear();
   for (;;) {
     for (std::size_t i = 0; i < nodes_[node].ops.size(); ++i) perform(nodes_[node].ops[i]);
@@ -529,7 +529,7 @@ std::uint32_t PartMemory::intern(std::uint32_t part, PartState&& state, TimePoin
   };
   if (auto encoded = encode_at(at, form_); !encoded && !error_) error_ = encoded.error();
   const auto [found, is_new] = number_of_state_.try_emplace(hash128(form_), static_cast<std::uint32_t>(kept_.size()));
-  if (!is_new) return found->second;
+  if (!is_new) return *found;
   Kept kept;
   kept.part = part;
   kept.at = at;

@@ -13,6 +13,7 @@
 #include <variant>
 #include <vector>
 
+#include "sentree/base/flat_map.h"
 #include "sentree/base/hash128.h"
 #include "sentree/base/message.h"
 #include "sentree/base/result.h"
@@ -232,7 +233,7 @@ class PartMemory final : private Ground {
 
   // What has a number, and which.
   std::vector<Kept> kept_;
-  std::unordered_map<Hash128, std::uint32_t, Hash128Hash> number_of_state_;
+  FlatMap<Hash128, Hash128Hash> number_of_state_;
   std::unordered_map<Hash128, std::uint32_t, Hash128Hash> number_of_aged_;
   std::vector<OnItsWay> deliveries_;
   std::unordered_map<std::string, std::uint32_t> number_of_delivery_;
@@ -250,7 +251,7 @@ class PartMemory final : private Ground {
   std::vector<Veto> vetoes_;  // an answer says which, from 1
   std::vector<Diagnostic> refusals_;
   std::vector<Node> nodes_;
-  std::unordered_map<std::uint64_t, std::uint32_t> steps_;  // by state and delivery
+  FlatMap<std::uint64_t, WordHash> steps_;  // nodes by state and delivery
 
   // Of the step that is taken.
   Run* run_ = nullptr;

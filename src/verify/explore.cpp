@@ -5,6 +5,8 @@
 #include <span>
 #include <utility>
 
+#include "sentree/base/flat_map.h"
+#include "sentree/base/hash128.h"
 #include "sentree/project/intervention.h"
 #include "sentree/verify/frontier.h"
 
@@ -55,14 +57,14 @@ class Explorer final : public mission::Surroundings, public mission::PartMemory:
  private:
   // The run is new. One that has ended is not kept: nothing follows.
   void add(Hash128 key, std::uint32_t depth) {
-    known_.emplace(key, static_cast<std::uint32_t>(graph_.nodes.size()));
+    known_.try_emplace(key, static_cast<std::uint32_t>(graph_.nodes.size()));
     const bool ended = frontier_->ended();
     graph_.nodes.push_back({.depth = depth, .at = frontier_->now(), .ended = ended, .first_edge = 0, .edges = 0});
     if (!ended) frontier_->keep();
   }
 
   [[nodiscard]] std::size_t memory() const {
-    return graph_.nodes.size() * (sizeof(Graph::Node) + sizeof(Hash128) + 24) + graph_.edges.size() * sizeof(Edge) +
+    return graph_.nodes.size() * sizeof(Graph::Node) + known_.bytes() + graph_.edges.size() * sizeof(Edge) +
            frontier_->bytes() + kept_bytes_;
   }
 
@@ -97,9 +99,11 @@ class Explorer final : public mission::Surroundings, public mission::PartMemory:
       if (auto done = frontier_->go_on([this] { return fault(); }); !done) return done;
       if (error_) return tl::unexpected(*error_);
       const Hash128 key = frontier_->key();
-      const auto known = known_.find(key);
-      const std::uint32_t to = known != known_.end() ? known->second : static_cast<std::uint32_t>(graph_.nodes.size());
-      if (known == known_.end()) add(key, depth + 1);
+      std::uint32_t to = known_.find(key);
+      if (to == known_.kNone) {
+        to = static_cast<std::uint32_t>(graph_.nodes.size());
+        add(key, depth + 1);
+      }
       graph_.edges.push_back({static_cast<std::uint32_t>(at), to, keep_seen(), keep_made()});
       // The next: the last decision that has an alternative left takes it.
       while (!made_.empty() && made_.back().alternative + 1 >= made_.back().count) made_.pop_back();
@@ -340,7 +344,7 @@ class Explorer final : public mission::Surroundings, public mission::PartMemory:
   std::unique_ptr<Frontier> frontier_;
   monitor::Dispatch dispatch_;
   Graph graph_;
-  std::unordered_map<Hash128, std::uint32_t, Hash128Hash> known_;
+  FlatMap<Hash128, Hash128Hash> known_;
   std::unordered_map<Hash128, std::uint32_t, Hash128Hash> sequence_of_;
   std::unordered_map<Hash128, std::uint32_t, Hash128Hash> decisions_of_;
   std::unordered_map<std::string, std::uint32_t> choice_of_;

@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "sentree/base/flat_map.h"
 #include "sentree/base/hash128.h"
 #include "sentree/monitor/monitor_set.h"
 
@@ -141,8 +142,9 @@ class Judge {
   }
 
   const Outcome* outcome_of(std::uint32_t core, std::uint32_t heard, Duration period) {
-    const auto key = std::make_tuple(core, heard, period.count());
-    if (const auto known = outcomes_.find(key); known != outcomes_.end()) return &known->second;
+    // A period has its length, or none before the first tick.
+    const std::uint64_t key = std::uint64_t{core} << 32U | heard << 1U | (period > Duration(0) ? 1U : 0U);
+    if (const std::uint32_t known = outcome_of_.find(key); known != outcome_of_.kNone) return &outcomes_[known];
     Outcome outcome;
     Core stepped = cores_[core].core;
     const TimePoint begin = cores_[core].at;
@@ -181,14 +183,15 @@ class Judge {
     if (!to) return nullptr;
     outcome.core = *to;
     outcome.discharged = outcome.discharged || !cores_[*to].owes;
-    return &outcomes_.emplace(key, std::move(outcome)).first->second;
+    outcome_of_.try_emplace(key, static_cast<std::uint32_t>(outcomes_.size()));
+    return &outcomes_.emplace_back(std::move(outcome));
   }
 
   std::pair<std::uint32_t, bool> add(Pair pair) {
     const std::uint64_t key = (std::uint64_t{pair.node} << 32U) | pair.core;
-    const auto [found, is_new] = pair_of_.emplace(key, static_cast<std::uint32_t>(pairs_.size()));
+    const auto [found, is_new] = pair_of_.try_emplace(key, static_cast<std::uint32_t>(pairs_.size()));
     if (is_new) pairs_.push_back(pair);
-    return {found->second, is_new};
+    return {*found, is_new};
   }
 
   bool follow(std::uint32_t at) {
@@ -626,9 +629,10 @@ class Judge {
   bool ever_heard_ = false;
   std::vector<Kept> cores_;
   std::unordered_map<std::string, std::uint32_t> core_of_;
-  std::map<std::tuple<std::uint32_t, std::uint32_t, std::int64_t>, Outcome> outcomes_;
+  std::deque<Outcome> outcomes_;
+  FlatMap<std::uint64_t, WordHash> outcome_of_;  // by monitor's state, what it hears, and whether time passes
   std::vector<Pair> pairs_;
-  std::unordered_map<std::uint64_t, std::uint32_t> pair_of_;
+  FlatMap<std::uint64_t, WordHash> pair_of_;
   std::vector<Step> steps_;
   bool owed_ = false;  // something, at some time
   Adjacent steps_of_;  // those that go on owing

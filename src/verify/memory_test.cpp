@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <initializer_list>
@@ -15,6 +16,7 @@
 #include "sentree/base/rng.h"
 #include "sentree/base/temporary_folder.h"
 #include "sentree/text/file.h"
+#include "sentree/verify/statistics.h"
 #include "sentree/verify/verify.h"
 
 namespace sentree::verify {
@@ -81,6 +83,29 @@ TEST(PartMemory, FindsWhatIsExecutedInTheExamples) {
       EXPECT_GT(both.states, 3U);
     }
   }
+}
+
+TEST(Statistics, OfLongRunsAreTheSameAgain) {
+  auto project = project::load_project(std::string(SENTREE_SOURCE_DIR) + "/examples/recharge");
+  ASSERT_TRUE(project.ok());
+  const auto plan = project::prepare(with_models(project::plain_scenario(std::move(*project.value))));
+  ASSERT_TRUE(plan.ok());
+  const auto violated = [&] {
+    std::vector<std::vector<bool>> all;
+    Sampling sampling;
+    sampling.runs = 5;
+    sampling.length = std::chrono::seconds(60);
+    sampling.told = [&](const std::vector<bool>& run) {
+      all.push_back(run);
+      return true;
+    };
+    EXPECT_EQ(sample(*plan.value, sampling), sampling.runs);
+    return all;
+  };
+  // Long enough for the monitors to throw away what no verdict needs any more.
+  const auto first = violated();
+  EXPECT_EQ(first, violated());
+  EXPECT_EQ(first.size(), 5U);
 }
 
 // A mission of at most eight nodes with charts of at most six states, and a device that leaves things open.

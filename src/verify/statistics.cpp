@@ -1,5 +1,6 @@
 #include "sentree/verify/statistics.h"
 
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -20,7 +21,8 @@ class Thrower final : public mission::Surroundings {
 
   void observed(const Message& message) override {
     decided_.clear();
-    monitors_.observe(message, decided_);
+    // It may be part of a witness, which lives longer than the message.
+    monitors_.observe(std::make_shared<const Message>(message), decided_);
   }
   std::optional<std::uint64_t> choose(const mission::Choice& choice) override {
     if (!choice.probability) return rng_.below(choice.count);

@@ -1,0 +1,184 @@
+#!/usr/bin/env python3
+"""What `sentree verify` costs, with nothing but a `sentree` program and Python; beside SPIN, where it is installed.
+
+  bench/verify.py build/release/bin/sentree
+
+Prints for each question the command, what was explored, processor time and wall time of the whole command, and its
+largest memory. SPIN gets the graph that `--graph` writes, as one process in Promela, and looks at the same states and
+periods.
+"""
+import os
+import re
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = os.path.normpath(os.path.join(os.path.dirname(__file__), ".."))
+EXAMPLES = os.path.join(ROOT, "examples")
+EXPLORED = re.compile(r"explored +([\d,]+) states, ([\d,]+) periods, (complete|up to tick \d+)")
+
+
+def measured(command):
+    """Its output, and seconds of processor, seconds of wall, megabytes."""
+    began = time.monotonic()
+    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    output = process.stdout.read().decode(errors="replace")
+    _, _, usage = os.wait4(process.pid, 0)
+    wall = time.monotonic() - began
+    return output, usage.ru_utime + usage.ru_stime, wall, usage.ru_maxrss / 1024
+
+
+def row(what, command, bar):
+    output, cpu, wall, memory = measured(command)
+    found = EXPLORED.search(output)
+    shown = " ".join(os.path.relpath(part, ROOT) if part.startswith(ROOT) else part for part in command)
+    if not found:
+        print(f"{what}: {shown}\n  FAILED: {output[-400:]}")
+        return None
+    states, periods = (int(number.replace(",", "")) for number in found.group(1, 2))
+    print(f"{what}: {shown}")
+    print(
+        f"  {states:,} states, {periods:,} periods, {found.group(3)}: {cpu:.2f} s of processor ({wall:.2f} s wall), "
+        f"{memory:.0f} MB, {periods / cpu:,.0f} periods a second; bar: {bar}"
+    )
+    return states, periods
+
+
+def large_tree(folder, depth=10):
+    """Writes a mission whose tree has 2,058 elements: a sensor is read, and a binary tree of checks decides by it."""
+    leaves = 0
+
+    def node(level):
+        nonlocal leaves
+        # 2**10 leaves and 2**10 - 1 inner nodes; four of the leaves become a node with two.
+        split = level == depth and leaves < 8
+        if level < depth or split:
+            name = "Sequence" if level % 2 else "Fallback"
+            first = node(level + 1) if not split else leaf()
+            second = node(level + 1) if not split else leaf()
+            return f"<{name}>{first}{second}</{name}>"
+        return leaf()
+
+    def leaf():
+        nonlocal leaves
+        leaves += 1
+        return f'<ScriptCondition name="C{leaves}" code="seen &lt; {leaves % 17}"/>'
+
+    tree = node(0)
+    files = {
+        "sentree.yaml": "mission: {file: mission.xml, rate: 10 Hz, repeat: true}\n"
+        "services: {sensor: {interface: sensor.thrift/Sensor, at: model}}\n"
+        "models: [{file: models/sensor.scxml, name: model, serves: [sensor]}]\nmonitors: [{file: large.req}]\n",
+        "interfaces/sensor.thrift": "service Sensor { i32 look() }\n",
+        "mission.xml": '<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence name="Root"><Look name="Look" '
+        f'seen="{{seen}}"/>{tree}<AlwaysSuccess name="Done"/></Sequence></BehaviorTree><TreeNodesModel><Action ID="Look">'
+        '<output_port name="seen" type="int"/></Action></TreeNodesModel></root>\n',
+        "skills/Look.scxml": '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" '
+        'initial="looking"><datamodel><data id="seen" expr="0"/></datamodel><state id="looking"><onentry>'
+        '<send type="thrift" target="sensor" event="look"/></onentry><transition event="sensor.look.reply" '
+        'target="success"><assign location="seen" expr="_event.data.result"/></transition>'
+        '<transition event="error" target="failure"/></state><final id="success"><donedata>'
+        '<param name="seen" expr="seen"/></donedata></final><final id="failure"/></scxml>\n',
+        "models/sensor.scxml": '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" '
+        'name="sensor" initial="there"><state id="there"><transition event="sensor.look.request">'
+        '<send type="thrift" target="sensor" event="look.reply"><param name="result" expr="between(0, 16)"/></send>'
+        "</transition></state></scxml>\n",
+        "large.req": 'first "The first check fails only where something is seen.": never node(C1) in SUCCESS.\n'
+        'looks "It looks again at once.": whenever node(Root) in FAILURE, robot shall node(Look) in SUCCESS within '
+        "2 ticks.\n",
+    }
+    for name, text in files.items():
+        path = os.path.join(folder, name)
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        with open(path, "w") as file:
+            file.write(text)
+    return len(re.findall(r"<[A-Z]\w* ?", tree)) + 3
+
+
+def promela(aut):
+    """One process that goes from state to state as the graph does."""
+    following = {}
+    for line in open(aut).read().splitlines()[1:]:
+        source, rest = line[1:].split(",", 1)
+        following.setdefault(int(source), []).append(int(rest.rsplit(",", 1)[1].rstrip(")")))
+    states = set(following) | {to for targets in following.values() for to in targets}
+    lines = ["byte unused;", "active proctype mission() {", "goto S0;"]
+    for state in sorted(states):
+        ways = following.get(state)
+        if ways:
+            lines.append(f"S{state}: if " + " ".join(f":: goto S{to}" for to in ways) + " fi;")
+        else:
+            lines.append(f"S{state}: goto end;")
+    return "\n".join([*lines, "end: skip", "}"]) + "\n"
+
+
+def spin(sentree, project, folder):
+    """What SPIN needs for the graph of a project."""
+    graph = os.path.join(folder, "graph.aut")
+    subprocess.run(
+        [sentree, "verify", project, "--faults", "none", "--graph", graph, "--out", folder],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        check=False,
+    )
+    with open(os.path.join(folder, "graph.pml"), "w") as file:
+        file.write(promela(graph))
+    try:
+        subprocess.run(["spin", "-a", "graph.pml"], cwd=folder, check=True, capture_output=True, timeout=300)
+        subprocess.run(
+            ["gcc", "-O0", "-w", "-DSAFETY", "-o", "pan", "pan.c"], cwd=folder, check=True, timeout=600
+        )
+    except (subprocess.SubprocessError, OSError) as error:
+        print(f"  SPIN: {error}")
+        return
+    output, cpu, wall, memory = measured([os.path.join(folder, "pan"), "-m1000000"])
+    stored = re.search(r"([\d.e+]+) states, stored", output)
+    print(
+        f"  SPIN on that graph: {stored.group(1) if stored else '?'} states, {cpu:.2f} s of processor ({wall:.2f} s "
+        f"wall), {memory:.0f} MB, once it has been told each state and period"
+    )
+
+
+def main():
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    sentree = os.path.abspath(sys.argv[1])
+    recharge = os.path.join(EXAMPLES, "recharge")
+    porter = os.path.join(EXAMPLES, "porter")
+    with tempfile.TemporaryDirectory() as folder:
+        out = ["--out", os.path.join(folder, "out")]
+        none = ["--faults", "none"]
+        row("every requirement of recharge", [sentree, "verify", recharge, *none, *out], "0.3 s")
+        if shutil.which("spin") and shutil.which("gcc"):
+            spin(sentree, recharge, folder)
+        else:
+            print("  SPIN is not installed: apt-get install spin")
+        row("the same, every step executed", [sentree, "verify", recharge, *none, "--no-memo", *out], "50,000 a second")
+        row(
+            "many states", [sentree, "verify", porter, "--order", "virtual", *out], "250,000 periods a second, 100 MB"
+        )
+        row(
+            "many periods",
+            [sentree, "verify", porter, "--states", "40000", *out],
+            "250,000 periods a second",
+        )
+        tree = os.path.join(folder, "large")
+        elements = large_tree(tree)
+        row(f"a tree of {elements:,} elements", [sentree, "verify", tree, *out], "2 s")
+        runs = 200
+        command = ["verify", recharge, *none, "--runs", str(runs), "--ticks", "100"]
+        output, cpu, wall, _ = measured([sentree, *command])
+        print(f"statistics: sentree verify examples/recharge --faults none --runs {runs} --ticks 100")
+        if f"{runs} runs of" in output:
+            print(f"  {runs / cpu:,.0f} runs a second of processor ({wall:.2f} s wall); bar: 5,000")
+        else:
+            print(f"  FAILED: {output[-400:]}")
+    print(f"largest memory of any: {resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024:.0f} MB")
+
+
+if __name__ == "__main__":
+    main()
