@@ -50,6 +50,7 @@ std::optional<std::string_view> entry_name(std::string_view text) {
 std::uint32_t Loader::add_manifest(const Manifest& manifest) {
   const auto index = static_cast<std::uint32_t>(model_->manifests.size());
   model_->manifests.push_back(manifest);
+  same_manifest_.emplace(std::tuple(manifest.id, manifest.kind, manifest.category), index);
   auto& names = port_names_.emplace_back();
   for (const PortInfo& port : manifest.ports) names.push_back(string(port.name));
   return index;
@@ -102,10 +103,7 @@ Manifest Loader::unknown_manifest(const XmlElement& element, std::string_view id
   made.kind = leaf ? Kind::kExternalAction : Kind::kUnknown;
   made.children_min = leaf ? 0 : 1;
   made.children_max = made.category == Category::kControl ? 0xFFFFFFFFU : made.children_min;
-  const bool is_new = std::none_of(model_->manifests.begin(), model_->manifests.end(), [&](const Manifest& known) {
-    return known.id == id && known.kind == made.kind && known.category == made.category;
-  });
-  if (!is_new) return made;
+  if (same_manifest_.contains(std::tuple(made.id, made.kind, made.category))) return made;
   const std::string what = made.category == Category::kControl ? "control node" : "decorator";
   if (declared != declared_.end()) {
     warn("bt.unknown-node",
@@ -243,10 +241,8 @@ std::uint32_t Loader::find_manifest(const XmlElement& element, bool& is_explicit
   }
   if (found->external || is_explicit || found->id != id) {
     // Look for the same one again, of the same kind.
-    for (std::uint32_t i = 0; i < model_->manifests.size(); ++i) {
-      const Manifest& known = model_->manifests[i];
-      if (known.id == found->id && known.kind == found->kind && known.category == found->category) return i;
-    }
+    const auto same = same_manifest_.find(std::tuple(found->id, found->kind, found->category));
+    if (same != same_manifest_.end()) return same->second;
   }
   const std::uint32_t index = add_manifest(*found);
   if (found->declared && found->id == id) manifest_index_.emplace(model_->strings[string(id)], index);

@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <unordered_map>
 #include <vector>
 
@@ -219,6 +220,7 @@ class Loader {
   std::map<std::string, Manifest, std::less<>> declared_;  ///< Action, Condition … of the TreeNodesModel.
   std::map<std::string, SubTreePorts, std::less<>> subtree_ports_;
   std::unordered_map<std::string_view, std::uint32_t> manifest_index_;
+  std::map<std::tuple<std::string, Kind, Category>, std::uint32_t> same_manifest_;
   std::vector<EntryUse> entry_uses_;                    ///< By cell.
   std::vector<std::vector<std::uint32_t>> port_names_;  ///< By manifest: its ports' names, in Model::strings.
   std::vector<std::uint32_t> entry_of_;                 ///< By string: see entry_of; kUnknownText until it is asked.

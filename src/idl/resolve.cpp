@@ -12,6 +12,9 @@ namespace {
 
 using syntax::Definition;
 
+// Of all services of a file together, each with those that it inherits.
+constexpr std::size_t kMethodsMax = 1'000'000;
+
 template <class Names>
 std::vector<std::string> keys(const Names& names) {
   std::vector<std::string> out;
@@ -227,6 +230,7 @@ class Resolver {
   }
 
   void define_service(const Definition& d) {
+    if (methods_ > kMethodsMax) return;
     const Service* parent = nullptr;
     if (!d.base.empty()) {
       parent = program_.find(d.base, &Schema::Program::service_names);
@@ -238,6 +242,14 @@ class Resolver {
         error(d.base_span, "idl.unknown-service",
               "there is no service \"" + d.base + "\" before this line" + did_you_mean(d.base, known));
       }
+    }
+    // Each has those that it inherits, so that a long chain would have the square of its length.
+    methods_ += d.methods.size() + (parent != nullptr ? parent->methods.size() : 0);
+    if (methods_ > kMethodsMax) {
+      error(d.span, "idl.too-large",
+            "the services of this file have more than " + std::to_string(kMethodsMax) +
+                " methods, with those that they inherit");
+      return;
     }
     Service& s = program_.services.emplace_back();
     s.name = d.name;
@@ -404,33 +416,49 @@ class Resolver {
     }
     if (!map) {
       List out;
+      std::unordered_multimap<std::uint64_t, std::size_t> known;
       for (const syntax::Constant& item : c.items) {
         auto value = constant(*t.element, item);
         if (!value) return std::nullopt;
-        if (t.kind == Kind::kSet && std::find(out.begin(), out.end(), *value) != out.end()) continue;
+        if (t.kind == Kind::kSet && place_of(*value, known, [&](std::size_t i) -> const Value& { return out[i]; }))
+          continue;
+        if (t.kind == Kind::kSet) known.emplace(value->hash(), out.size());
         out.push_back(std::move(*value));
       }
       return Value(std::move(out));
     }
-    List pairs;
-    Map named;
+    std::vector<std::pair<Value, Value>> pairs;
+    std::unordered_multimap<std::uint64_t, std::size_t> known;
     for (std::size_t i = 0; i + 1 < c.items.size(); i += 2) {
       auto key = constant(*t.key, c.items[i]);
       auto value = constant(*t.element, c.items[i + 1]);
       if (!key || !value) return std::nullopt;
-      if (t.key->kind == Kind::kString) {
-        named[key->text()] = std::move(*value);
+      if (const auto same = place_of(*key, known, [&](std::size_t k) -> const Value& { return pairs[k].first; })) {
+        pairs[*same].second = std::move(*value);
         continue;
       }
-      const auto same =
-          std::find_if(pairs.begin(), pairs.end(), [&](const Value& p) { return (*p.as_list())[0] == *key; });
-      if (same != pairs.end()) {
-        (*same->as_list())[1] = std::move(*value);
-      } else {
-        pairs.emplace_back(List{std::move(*key), std::move(*value)});
-      }
+      known.emplace(key->hash(), pairs.size());
+      pairs.emplace_back(std::move(*key), std::move(*value));
     }
-    return t.key->kind == Kind::kString ? Value(std::move(named)) : Value(std::move(pairs));
+    if (t.key->kind == Kind::kString) {
+      Map named;
+      for (auto& [key, value] : pairs) named.append(std::string(key.text()), std::move(value));
+      return Value(std::move(named));
+    }
+    List list;
+    for (auto& [key, value] : pairs) list.emplace_back(List{std::move(key), std::move(value)});
+    return Value(std::move(list));
+  }
+
+  // Where a value stands already among those that are known by their hashes.
+  template <class At>
+  static std::optional<std::size_t> place_of(const Value& value,
+                                             const std::unordered_multimap<std::uint64_t, std::size_t>& known, At at) {
+    const auto [begin, end] = known.equal_range(value.hash());
+    for (auto it = begin; it != end; ++it) {
+      if (at(it->second) == value) return it->second;
+    }
+    return std::nullopt;
   }
 
   static Value empty(const Type& t) {
@@ -594,6 +622,7 @@ class Resolver {
   Schema::Program& program_;
   Diagnostics& diagnostics_;
   bool failed_ = false;
+  std::size_t methods_ = 0;  // of all services, each with those that it inherits
   std::unordered_map<std::string, const Definition*> declarations_;
   std::unordered_set<std::string> defined_;
   std::unordered_map<std::string, Struct*> structs_;

@@ -158,10 +158,10 @@ void RequirementParser::definition(RequirementFile& file) {
     content = std::make_shared<const Condition>(std::move(event));
   }
   definition.content = std::move(content);
-  for (const Definition& other : file.definitions) {
-    if (other.name != definition.name || other.is_event != definition.is_event) continue;
+  if (const auto [other, is_new] = defined_.try_emplace({definition.is_event, definition.name}, definition.span.line);
+      !is_new) {
     return error_at(definition.span, "requirement.duplicate",
-                    "\"" + definition.name + "\" is defined twice, first in line " + std::to_string(other.span.line));
+                    "\"" + definition.name + "\" is defined twice, first in line " + std::to_string(other->second));
   }
   file.definitions.push_back(std::move(definition));
 }

@@ -61,6 +61,7 @@ class RequirementParser {
   void error_at(const SourceSpan& span, std::string code, std::string message);
 
   std::vector<Token> tokens_;
+  std::map<std::pair<bool, std::string>, int> defined_;  // events and values, with their lines
   Diagnostics& diagnostics_;
   std::size_t at_ = 0;
   bool failed_ = false;

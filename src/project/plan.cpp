@@ -754,9 +754,10 @@ Diagnostics check_project(const path& folder_or_file) {
 Diagnostics check_project(const path& folder_or_file, PartCache& cache) {
   Diagnostics all;
   // The same finding may be reached through the project and through each of its scenarios.
+  std::set<std::string> told;
   const auto add_new = [&](const Diagnostics& found) {
     for (const Diagnostic& diagnostic : found) {
-      if (std::find(all.begin(), all.end(), diagnostic) == all.end()) all.push_back(diagnostic);
+      if (told.insert(diagnostic.code + " " + to_string(diagnostic)).second) all.push_back(diagnostic);
     }
   };
   auto project = load_project(folder_or_file);

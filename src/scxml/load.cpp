@@ -493,7 +493,9 @@ Place Loader::place_at(std::size_t offset, std::size_t length) const {
     last_line_ = at.line;
     last_line_begin_ = offset + 1 - static_cast<std::size_t>(at.column);
   } else {
-    for (std::size_t at = source.find('\n', last_offset_); at < offset; at = source.find('\n', at + 1)) {
+    // No further than the place: the next line may be far off.
+    for (std::size_t at = last_offset_; at < offset; ++at) {
+      if (source[at] != '\n') continue;
       ++last_line_;
       last_line_begin_ = at + 1;
     }
