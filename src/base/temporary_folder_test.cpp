@@ -25,6 +25,26 @@ TEST(TemporaryFolder, IsPrivateAndGoneWithAllThatIsInIt) {
   EXPECT_FALSE(fs::exists(path));
 }
 
+TEST(TemporaryFolder, WhatAKilledProcessLeftIsTakenAway) {
+  const TemporaryFolder place("place");
+  const auto made = [&](const char* name) {
+    const fs::path folder = place.path() / name;
+    fs::create_directory(folder);
+    fs::permissions(folder, fs::perms::owner_all);
+    std::ofstream(folder / "socket") << "";
+    return folder;
+  };
+  const fs::path left = made("sentree-run-abcdef"), held = made("sentree-run-ghijkl"),
+                 other = made("others-run-mnopqr");
+  keep_temporary_folder(held);
+  clean_temporary_folders(place.path(), std::chrono::minutes(1));
+  EXPECT_TRUE(fs::exists(left));
+  clean_temporary_folders(place.path(), std::chrono::seconds(0));
+  EXPECT_FALSE(fs::exists(left));
+  EXPECT_TRUE(fs::exists(held / "socket"));
+  EXPECT_TRUE(fs::exists(other / "socket"));
+}
+
 TEST(TemporaryFolder, IsEmptyWhereNoneCanBeMade) {
   const char* before = std::getenv("TMPDIR");
   const std::string kept = before != nullptr ? before : "";

@@ -28,6 +28,7 @@
 #include "sentree/sim/topics.h"
 #include "sentree/sim/world_variant.h"
 #include "sentree/text/file.h"
+#include "sentree/text/read_fence.h"
 #include "sentree/text/yaml.h"
 
 namespace sentree::project {
@@ -91,7 +92,8 @@ Diagnostic missing(const Project& project, const FileRef& file, Diagnostic why) 
 
 class Preparation {
  public:
-  explicit Preparation(const Project& project, PartCache::Impl* known = nullptr) : project_(project), known_(known) {}
+  explicit Preparation(const Project& project, PartCache::Impl* known = nullptr)
+      : project_(project), fence_(project.folder, {shipped_folder("interfaces")}), known_(known) {}
 
   void services() {
     for (const ServiceEntry& entry : project_.services) {
@@ -494,6 +496,7 @@ class Preparation {
   }
 
   const Project& project_;
+  const text::ReadFence fence_;
   PartCache::Impl* known_;
   std::map<std::string, std::optional<idl::Schema>> schemas_;
   std::map<std::string, std::optional<scxml::Chart>> charts_;
@@ -646,6 +649,7 @@ path WorldSource::map_file(const std::optional<text::YamlNode>& overrides) const
 }
 
 Loaded<sim::World> load_project_world(const Project& project) {
+  const text::ReadFence fence(project.folder, {shipped_folder("interfaces")});
   const auto source = WorldSource::read(project);
   if (!source) return {.value = std::nullopt, .diagnostics = {source.error()}};
   return source->with(project.world_overrides);

@@ -4,10 +4,12 @@
 #include <charconv>
 
 #include "sentree/project/mission_tree.h"
+#include "sentree/project/plan.h"
 #include "sentree/project/requirements.h"
 #include "sentree/project/timeline.h"
 #include "sentree/project/yaml_reader.h"
 #include "sentree/text/file.h"
+#include "sentree/text/read_fence.h"
 
 namespace sentree::project {
 
@@ -364,6 +366,7 @@ Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {
   std::filesystem::path file = folder_or_file;
   std::error_code error;
   if (std::filesystem::is_directory(file, error)) file /= "sentree.yaml";
+  const text::ReadFence fence(file.parent_path(), {shipped_folder("interfaces")});
   const auto source = text::read_file(file);
   if (!source) {
     loaded.diagnostics.push_back(source.error());

@@ -5,6 +5,9 @@
 
 #include <fstream>
 
+#include "sentree/project/plan.h"
+#include "sentree/text/read_fence.h"
+
 namespace sentree::project {
 namespace {
 
@@ -15,9 +18,9 @@ using testing::ElementsAre;
 // A folder of its own for each test.
 class Folder {
  public:
-  Folder()
+  explicit Folder(const std::string& name = "")
       : path_(std::filesystem::path(testing::TempDir()) /
-              testing::UnitTest::GetInstance()->current_test_info()->name()) {
+              (testing::UnitTest::GetInstance()->current_test_info()->name() + name)) {
     std::filesystem::remove_all(path_);
     std::filesystem::create_directories(path_ / "scenarios");
   }
@@ -63,6 +66,27 @@ TEST(Pattern, StarStandsForAnyText) {
   EXPECT_FALSE(matches_pattern("a*b*c", "a-c-b"));
   EXPECT_FALSE(matches_pattern("navigation", "navigation.x"));
   EXPECT_TRUE(matches_pattern("*", ""));
+}
+
+TEST(Project, OfARecordingReadsNothingElse) {
+  const Folder outside("Outside");
+  outside.write("mission.xml", "<root BTCPP_format='4'><BehaviorTree ID='M'><AlwaysSuccess/></BehaviorTree></root>");
+  outside.write("robot.req", "r: always mission.tick.");
+  const Folder folder;
+  const std::string elsewhere = outside.path().string();
+  const auto codes = [&] {
+    std::vector<std::string> codes;
+    for (const Diagnostic& diagnostic : check_project(folder.path())) codes.push_back(diagnostic.code);
+    return codes;
+  };
+  folder.write("sentree.yaml", "mission: " + elsewhere + "/mission.xml\n");
+  EXPECT_THAT(codes(), ElementsAre());
+  const text::SealedFolder seal(folder.path());
+  EXPECT_THAT(codes(), ElementsAre("file.outside"));
+  folder.write("sentree.yaml", "mission: m.xml\n");
+  folder.write("m.xml", "<root BTCPP_format='4'><include path='" + elsewhere +
+                            "/mission.xml'/><BehaviorTree ID='N'><SubTree ID='M'/></BehaviorTree></root>");
+  EXPECT_THAT(codes(), testing::Contains("file.outside"));
 }
 
 TEST(Project, AnEventHasSeveralSources) {

@@ -1,11 +1,13 @@
 #include <algorithm>
 
+#include "sentree/project/plan.h"
 #include "sentree/project/project.h"
 #include "sentree/project/requirements.h"
 #include "sentree/project/timeline.h"
 #include "sentree/project/variant.h"
 #include "sentree/project/yaml_reader.h"
 #include "sentree/text/file.h"
+#include "sentree/text/read_fence.h"
 
 namespace sentree::project {
 
@@ -222,6 +224,7 @@ Scenario plain_scenario(Project project) {
 
 Loaded<Scenario> load_scenario(const std::filesystem::path& file) {
   Loaded<Scenario> loaded;
+  const text::ReadFence fence(file.parent_path(), {shipped_folder("interfaces")});
   const auto source = text::read_file(file);
   if (!source) {
     loaded.diagnostics.push_back(source.error());

@@ -16,6 +16,7 @@
 #include "sentree/replay/recording.h"
 #include "sentree/text/file.h"
 #include "sentree/text/json.h"
+#include "sentree/text/read_fence.h"
 
 namespace sentree::replay {
 
@@ -44,6 +45,8 @@ bool is_harmless(const fs::path& name) {
 
 struct RecordedRun::Folder {
   TemporaryFolder files{"recording"};
+  // Nobody vouches for what it names.
+  text::SealedFolder seal{files.path()};
   fs::path source;
 };
 

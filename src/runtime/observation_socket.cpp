@@ -14,6 +14,7 @@
 #include <system_error>
 #include <utility>
 
+#include "sentree/base/temporary_folder.h"
 #include "sentree/runtime/wire_message.h"
 #include "sentree/text/json.h"
 
@@ -113,6 +114,7 @@ std::unique_ptr<ObservationOutbox> ObservationOutbox::connect(const std::string&
     ::close(socket);
     return nullptr;
   }
+  keep_temporary_folder(std::filesystem::path(path).parent_path());
   const timeval patience{1, 0};
   ::setsockopt(socket, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
   return std::unique_ptr<ObservationOutbox>(new ObservationOutbox(socket));

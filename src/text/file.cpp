@@ -10,6 +10,7 @@
 #include "sentree/base/value.h"
 #include "sentree/text/encoding.h"
 #include "sentree/text/overlay.h"
+#include "sentree/text/read_fence.h"
 
 namespace sentree::text {
 
@@ -69,6 +70,8 @@ ReadHashes::~ReadHashes() { read_hashes = nullptr; }
 
 Result<std::string> read_file(const std::filesystem::path& path, std::string shown_as, std::size_t size_max) {
   if (shown_as.empty()) shown_as = path.string();
+  if (!ReadFence::lets(path))
+    return fail("file.outside", "it is not part of the recorded project, which may name no other files", {shown_as});
   const std::string* const edited = overlaid(path);
   auto content = edited != nullptr ? Result<std::string>(*edited) : read_from_disk(path, {shown_as}, size_max);
   if (!content) return content;

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "sentree/base/temporary_folder.h"
+#include "sentree/text/read_fence.h"
+
 namespace sentree::text {
 namespace {
 
@@ -17,6 +20,35 @@ TEST(File, SaysWhyNot) {
   EXPECT_EQ(to_string(read_file("/nonexistent/x", "x").error()), "x: no such file");
   EXPECT_EQ(to_string(read_file("/", "root").error()), "root: not a regular file");
   EXPECT_EQ(write_file("/nonexistent/x", "").error().code, "file.unwritable");
+}
+
+TEST(ReadFence, KeepsASealedProjectInsideItsFolder) {
+  const TemporaryFolder sealed("sealed"), other("other");
+  const auto secret = other.path() / "secret.txt", own = sealed.path() / "own.txt", link = sealed.path() / "link.txt";
+  ASSERT_TRUE(write_file(secret, "secret"));
+  ASSERT_TRUE(write_file(own, "own"));
+  std::filesystem::create_symlink(secret, link);
+  const auto outside = sealed.path() / ".." / other.path().filename() / "secret.txt";
+  const SealedFolder seal(sealed.path());
+  EXPECT_TRUE(read_file(secret));
+  {
+    const ReadFence fence(sealed.path());
+    EXPECT_TRUE(read_file(own));
+    for (const auto& path : {secret, outside, link, std::filesystem::path("/etc/passwd")}) {
+      const auto read = read_file(path);
+      ASSERT_FALSE(read) << path;
+      EXPECT_EQ(read.error().code, "file.outside");
+    }
+    // A folder that comes with the program, and a project of one's own inside.
+    const ReadFence also(sealed.path(), {other.path()});
+    EXPECT_FALSE(read_file(secret));
+  }
+  {
+    const ReadFence with(sealed.path(), {other.path(), {}});
+    EXPECT_TRUE(read_file(secret));
+  }
+  const ReadFence trusted(other.path());
+  EXPECT_TRUE(read_file(secret));
 }
 
 TEST(ReadLog, KeepsWhatWasReadWhileItLived) {
