@@ -20,7 +20,12 @@ END
 
 "$sentree" run "$work/soak.yaml" --processes >"$work/log" 2>&1 &
 run=$!
-trap 'kill $run 2>/dev/null || true' EXIT
+ended() {
+  local code=$?
+  kill "$run" 2>/dev/null || true
+  ((code == 0)) || tail -30 "$work/log"
+}
+trap ended EXIT
 
 # Prints the parts' processes in the order started.
 parts() { grep -ls "^PPid:[[:space:]]*$run\$" /proc/[0-9]*/status | grep -o '[0-9]*' | sort -n; }
@@ -66,9 +71,9 @@ samples most >"$work/early"
 for _ in {1..6}; do pass_with_stall; done
 pass 20
 samples least >"$work/late"
-kill -0 $run || { tail -50 "$work/log" && exit 1; }
+kill -0 $run
 wait $run || code=$?
-[[ ${code:-0} -eq 124 || ${code:-0} -eq 0 ]] || { echo "the run exited with $code" && tail -5 "$work/log" && exit 1; }
+[[ ${code:-0} -eq 124 || ${code:-0} -eq 0 ]] || { echo "the run exited with $code" && exit 1; }
 
 join "$work/first" "$work/early" | join - "$work/late" | awk '
   { printf "%s: %d -> %d kB, %d -> %d descriptors, %d -> %d threads\n", $2, $7, $11, $4, $12, $9, $13
