@@ -10,6 +10,8 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/report.h"
+#include "sentree/cli/verify_mutate.h"
+#include "sentree/cli/verify_options.h"
 #include "sentree/cli/verify_statistics.h"
 #include "sentree/record/sink.h"
 #include "sentree/replay/recording.h"
@@ -33,22 +35,6 @@ struct Shown {
   std::size_t loop_ticks = 0;
   std::size_t orders = 0;
 };
-
-// "2 GB" in bytes.
-std::optional<std::uint64_t> bytes_of(const std::string& text) {
-  const std::map<std::string, double> units{{"", 1}, {"B", 1}, {"kB", 1e3}, {"MB", 1e6}, {"GB", 1e9}};
-  std::size_t end = 0;
-  double number = 0;
-  try {
-    number = std::stod(text, &end);
-  } catch (const std::exception&) {
-    return std::nullopt;
-  }
-  while (end < text.size() && text[end] == ' ') ++end;
-  const auto unit = units.find(text.substr(end));
-  if (unit == units.end() || !(number > 0) || number * unit->second > 1e18) return std::nullopt;
-  return static_cast<std::uint64_t>(number * unit->second);
-}
 
 std::string grouped(std::uint64_t number) {
   std::string text = std::to_string(number);
@@ -88,7 +74,7 @@ class Verifying {
 
   int operator()() {
     verify::Asked asked;
-    if (!read(asked)) return kInvalidInput;
+    if (!read_options(command_, plan_, asked)) return kInvalidInput;
     std::signal(SIGINT, [](int) { interrupted = true; });
     std::signal(SIGTERM, [](int) { interrupted = true; });
     asked.explore.interrupted = [] { return interrupted.load(); };
@@ -111,36 +97,6 @@ class Verifying {
   }
 
  private:
-  bool read(verify::Asked& asked) {
-    const project::VerifySection& section = plan_.scenario.project.verify;
-    asked.only = command_.only;
-    asked.explore.memory_of_steps = !command_.no_memory;
-    asked.explore.order = command_.order == "any" ? verify::Order::kAny : verify::Order::kVirtual;
-    if (command_.faults != "none") asked.explore.faults = section.faults;
-    asked.explore.faults_at_most = section.faults_at_most;
-    asked.judge.fair = section.fair;
-    asked.judge.all_fair = command_.fair;
-    if (command_.ticks) asked.explore.ticks = *command_.ticks;
-    if (command_.states) asked.explore.states = *command_.states;
-    if (command_.memory) {
-      const auto bytes = bytes_of(*command_.memory);
-      if (!bytes) {
-        say("--memory " + *command_.memory + ": not a size such as 500 MB or 2 GB");
-        return false;
-      }
-      asked.explore.memory = *bytes;
-    }
-    if (command_.time) {
-      const auto time = project::parse_duration(*command_.time);
-      if (!time) {
-        say("--time " + *command_.time + ": not a duration such as 30 s");
-        return false;
-      }
-      asked.explore.time = *time;
-    }
-    return true;
-  }
-
   // Writes the counterexample as a scenario, and what comes of it in the run-time system as a recording.
   bool show(const verify::Judgement& judgement) {
     Shown shown;
@@ -529,6 +485,7 @@ int verify(const VerifyCommand& command) {
     say(plan.diagnostics);
     if (!plan.ok()) return kInvalidInput;
   }
+  if (command.mutate) return verify_mutants(command, *plan.value);
   if (command.runs || !command.at_least.empty()) {
     Diagnostics in_the_way = verify::obstacles(*plan.value);
     if (!plan.value->gates.empty()) in_the_way.push_back(verify::gate_obstacle(*plan.value));

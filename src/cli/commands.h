@@ -148,6 +148,7 @@ struct VerifyCommand {
   std::uint64_t seed = 1;
   bool no_memory = false;  ///< Every step of a chart is executed.
   bool model = false;      ///< Only write models of services that have none.
+  bool mutate = false;     ///< Only tell which small changes no requirement notices.
 };
 int verify(const VerifyCommand& command);
 

@@ -297,6 +297,7 @@ void add_verify(CLI::App& app, VerifyCommand& command) {
   sub->add_option("--seed", command.seed, "Of the runs")->capture_default_str();
   sub->add_flag("--no-memo", command.no_memory, "Execute every step, also those that are known");
   sub->add_flag("--model", command.model, "Write models/SERVICE.scxml for services without a model: any reply");
+  sub->add_flag("--mutate", command.mutate, "Tell which small changes of the mission no requirement notices");
   sub->add_flag("--explain", command.explain, "Tell counterexamples tick by tick");
   sub->add_flag("--json", command.json, "Print the results as JSON");
 }

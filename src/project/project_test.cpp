@@ -79,11 +79,11 @@ TEST(Project, OfARecordingReadsNothingElse) {
     for (const Diagnostic& diagnostic : check_project(folder.path())) codes.push_back(diagnostic.code);
     return codes;
   };
-  folder.write("sentree.yaml", "mission: " + elsewhere + "/mission.xml\n");
+  folder.write("sentree.yaml", "mission: {file: " + elsewhere + "/mission.xml}\n");
   EXPECT_THAT(codes(), ElementsAre());
   const text::SealedFolder seal(folder.path());
   EXPECT_THAT(codes(), ElementsAre("file.outside"));
-  folder.write("sentree.yaml", "mission: m.xml\n");
+  folder.write("sentree.yaml", "mission: {file: m.xml}\n");
   folder.write("m.xml", "<root BTCPP_format='4'><include path='" + elsewhere +
                             "/mission.xml'/><BehaviorTree ID='N'><SubTree ID='M'/></BehaviorTree></root>");
   EXPECT_THAT(codes(), testing::Contains("file.outside"));

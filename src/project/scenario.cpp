@@ -241,7 +241,8 @@ Loaded<Scenario> load_scenario(const std::filesystem::path& file) {
     YamlReader reader(*yaml, "the scenario", loaded.diagnostics);
     scenario.name = reader.string("name").value_or(file.stem().string());
     scenario.description = reader.string("description").value_or("");
-    const std::filesystem::path project_path = file.parent_path() / reader.string("project").value_or("..");
+    const std::filesystem::path named = file.parent_path() / reader.string("project").value_or("..");
+    const std::filesystem::path project_path = text::ReadFence::place_of(named).value_or(named);
     Loaded<Project> project = load_project(project_path.lexically_normal());
     loaded.diagnostics.insert(loaded.diagnostics.end(), project.diagnostics.begin(), project.diagnostics.end());
     if (!project.ok()) return loaded;

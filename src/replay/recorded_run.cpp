@@ -44,9 +44,10 @@ bool is_harmless(const fs::path& name) {
 }  // namespace
 
 struct RecordedRun::Folder {
+  explicit Folder(const std::string& root) : seal(files.path(), root) {}
   TemporaryFolder files{"recording"};
   // Nobody vouches for what it names.
-  text::SealedFolder seal{files.path()};
+  text::SealedFolder seal;
   fs::path source;
 };
 
@@ -176,7 +177,7 @@ Result<std::optional<RecordedRun::Snapshot>> RecordedRun::snapshot(TimePoint tim
 
 Result<fs::path> RecordedRun::extract() {
   if (folder_) return folder_->source;
-  auto folder = std::make_unique<Folder>();
+  auto folder = std::make_unique<Folder>(fact("root"));
   if (folder->files.path().empty())
     return fail("file.unwritable", "no temporary folder can be made", SourceSpan{path_});
   const auto put = [&](const std::string& name, const std::string& content) -> Result<void> {

@@ -119,8 +119,12 @@ struct RunRecorder::Impl {
       if (!is_below(resolved(file.path), shipped)) root = common(root, resolved(file.path).parent_path());
     }
     const fs::path project_folder = project.parent_path().lexically_relative(root);
+    const std::string place = project.parent_path().string();
+    // Texts that name each other by where they are say so of the machine anyway.
+    bool is_placed = false;
     std::set<std::string> names;
     for (const text::ReadFile& file : files) {
+      is_placed = is_placed || file.content.find(place) != std::string::npos;
       const fs::path path = resolved(file.path);
       // An interface of Sentree's becomes one of the project's, so that the recording means the same with a later
       // version.
@@ -139,6 +143,7 @@ struct RunRecorder::Impl {
     fact("scenario", scenario.name);
     fact("source", source.lexically_relative(root).generic_string());
     fact("project", project.lexically_relative(root).generic_string());
+    if (is_placed) fact("root", root.string());
     fact("clock", scenario.virtual_time ? "virtual" : "real");
     fact("factor", shortest_decimal(scenario.factor));
     fact("seed", std::to_string(scenario.seed));

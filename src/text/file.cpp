@@ -70,10 +70,11 @@ ReadHashes::~ReadHashes() { read_hashes = nullptr; }
 
 Result<std::string> read_file(const std::filesystem::path& path, std::string shown_as, std::size_t size_max) {
   if (shown_as.empty()) shown_as = path.string();
-  if (!ReadFence::lets(path))
+  const auto place = ReadFence::place_of(path);
+  if (!place)
     return fail("file.outside", "it is not part of the recorded project, which may name no other files", {shown_as});
   const std::string* const edited = overlaid(path);
-  auto content = edited != nullptr ? Result<std::string>(*edited) : read_from_disk(path, {shown_as}, size_max);
+  auto content = edited != nullptr ? Result<std::string>(*edited) : read_from_disk(*place, {shown_as}, size_max);
   if (!content) return content;
   if (read_hashes != nullptr) read_hashes->hashes_.insert(hash_bytes(*content));
   if (read_log != nullptr) {

@@ -51,6 +51,17 @@ TEST(ReadFence, KeepsASealedProjectInsideItsFolder) {
   EXPECT_TRUE(read_file(secret));
 }
 
+TEST(ReadFence, FindsWhatWasNamedByItsFormerPlace) {
+  const TemporaryFolder folder("sealed");
+  ASSERT_TRUE(write_file(folder.path() / "own.txt", "own"));
+  const SealedFolder seal(folder.path(), "/was/here");
+  const ReadFence fence(folder.path());
+  EXPECT_EQ(read_file("/was/here/own.txt").value_or(""), "own");
+  EXPECT_EQ(read_file("/was/here/../here/own.txt").value_or(""), "own");
+  EXPECT_EQ(read_file("/was/here/none.txt").error().code, "file.not-found");
+  EXPECT_EQ(read_file("/was/here/../elsewhere/own.txt").error().code, "file.outside");
+}
+
 TEST(ReadLog, KeepsWhatWasReadWhileItLived) {
   const std::filesystem::path folder = ::testing::TempDir();
   const auto a = folder / "read_log_a.txt", b = folder / "read_log_b.txt";

@@ -11,8 +11,12 @@ namespace {
 namespace fs = std::filesystem;
 
 std::mutex sealed_mutex;
-std::vector<fs::path>& sealed() {
-  static std::vector<fs::path> folders;
+struct Sealed {
+  fs::path folder;
+  fs::path stands_for;
+};
+std::vector<Sealed>& sealed() {
+  static std::vector<Sealed> folders;
   return folders;
 }
 thread_local const ReadFence* innermost = nullptr;
@@ -30,15 +34,16 @@ bool is_below(const fs::path& path, const fs::path& folder) {
 
 }  // namespace
 
-SealedFolder::SealedFolder(fs::path folder) : folder_(real(folder)) {
+SealedFolder::SealedFolder(const fs::path& folder, fs::path stands_for) : folder_(real(folder)) {
   const std::lock_guard lock(sealed_mutex);
-  sealed().push_back(folder_);
+  sealed().push_back({folder_, stands_for.lexically_normal()});
 }
 
 SealedFolder::~SealedFolder() {
   const std::lock_guard lock(sealed_mutex);
   auto& folders = sealed();
-  folders.erase(std::find(folders.begin(), folders.end(), folder_));
+  folders.erase(
+      std::find_if(folders.begin(), folders.end(), [&](const Sealed& known) { return known.folder == folder_; }));
 }
 
 ReadFence::ReadFence(const fs::path& project, const std::vector<fs::path>& also) : outer_(innermost) {
@@ -46,10 +51,11 @@ ReadFence::ReadFence(const fs::path& project, const std::vector<fs::path>& also)
   const std::lock_guard lock(sealed_mutex);
   if (sealed().empty()) return;
   const fs::path below = real(project);
-  const auto found =
-      std::find_if(sealed().begin(), sealed().end(), [&](const fs::path& folder) { return is_below(below, folder); });
+  const auto found = std::find_if(sealed().begin(), sealed().end(),
+                                  [&](const Sealed& known) { return is_below(below, known.folder); });
   if (found == sealed().end()) return;
-  inside_.push_back(*found);
+  inside_.push_back(found->folder);
+  stands_for_ = found->stands_for;
   for (const fs::path& folder : also) {
     if (!folder.empty()) inside_.push_back(real(folder));
   }
@@ -57,15 +63,21 @@ ReadFence::ReadFence(const fs::path& project, const std::vector<fs::path>& also)
 
 ReadFence::~ReadFence() { innermost = outer_; }
 
-bool ReadFence::lets(const fs::path& file) {
+std::optional<fs::path> ReadFence::place_of(const fs::path& file) {
+  fs::path at = file;
   for (const ReadFence* fence = innermost; fence != nullptr; fence = fence->outer_) {
-    if (fence->inside_.empty()) continue;
-    const fs::path path = real(file);
     const auto& inside = fence->inside_;
-    if (std::none_of(inside.begin(), inside.end(), [&](const fs::path& folder) { return is_below(path, folder); }))
-      return false;
+    if (inside.empty()) continue;
+    const auto lets = [&](const fs::path& path) {
+      return std::any_of(inside.begin(), inside.end(), [&](const fs::path& folder) { return is_below(path, folder); });
+    };
+    if (lets(real(at))) continue;
+    const fs::path named = at.lexically_normal();
+    if (fence->stands_for_.empty() || !is_below(named, fence->stands_for_)) return std::nullopt;
+    at = inside.front() / named.lexically_relative(fence->stands_for_);
+    if (!lets(real(at))) return std::nullopt;
   }
-  return true;
+  return at;
 }
 
 }  // namespace sentree::text

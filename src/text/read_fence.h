@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 namespace sentree::text {
@@ -9,8 +10,9 @@ namespace sentree::text {
 /// Thread-safe.
 class SealedFolder {
  public:
-  /// @param folder  Absolute, without links.
-  explicit SealedFolder(std::filesystem::path folder);
+  /// @param stands_for  The folder that its texts were in, if they name each other by absolute paths; empty: they do
+  /// not.
+  explicit SealedFolder(const std::filesystem::path& folder, std::filesystem::path stands_for = {});
   ~SealedFolder();
   SealedFolder(const SealedFolder&) = delete;
   SealedFolder& operator=(const SealedFolder&) = delete;
@@ -30,11 +32,13 @@ class ReadFence {
   ReadFence(const ReadFence&) = delete;
   ReadFence& operator=(const ReadFence&) = delete;
 
-  /// Whether a fence of this thread lets the file be read.
-  [[nodiscard]] static bool lets(const std::filesystem::path& file);
+  /// Where a file is that a text names: in the sealed folder if that stands for where it was. Nothing: a fence of this
+  /// thread does not let it be read.
+  [[nodiscard]] static std::optional<std::filesystem::path> place_of(const std::filesystem::path& file);
 
  private:
-  std::vector<std::filesystem::path> inside_;  // empty: everything may be read
+  std::vector<std::filesystem::path> inside_;  // the sealed folder first; empty: everything may be read
+  std::filesystem::path stands_for_;
   const ReadFence* outer_;
 };
 

@@ -1,0 +1,202 @@
+#include "sentree/cli/verify_mutate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include "sentree/cli/output.h"
+#include "sentree/cli/verify_options.h"
+#include "sentree/project/part_cache.h"
+#include "sentree/text/file.h"
+#include "sentree/text/overlay.h"
+#include "sentree/verify/mutate.h"
+
+namespace sentree::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::atomic<bool> interrupted = false;
+
+enum class Fate : std::uint8_t { kNoticed, kNotNoticed, kSame, kRefused, kUnknown };
+constexpr const char* kFates[] = {"noticed", "not noticed", "same", "refused", "unknown"};
+
+struct Tried {
+  verify::Mutant mutant;
+  Fate fate = Fate::kUnknown;
+  std::vector<std::string> by;  // requirements that notice it
+  std::string why;              // it was refused, or is unknown
+};
+
+class Mutating {
+ public:
+  Mutating(const VerifyCommand& command, const project::Plan& plan) : command_(command), plan_(plan) {}
+
+  int operator()() {
+    std::signal(SIGINT, [](int) { interrupted = true; });
+    std::signal(SIGTERM, [](int) { interrupted = true; });
+    if (!read_options(command_, plan_, asked_)) return kInvalidInput;
+    asked_.explore.interrupted = [] { return interrupted.load(); };
+    asked_.judge.probabilities = false;
+    const std::vector<text::ReadFile> files = read_files();
+    original_ = verify::verify(plan_, asked_);
+    say(original_.errors);
+    if (has_errors(original_.errors)) return kInvalidInput;
+    // A mutant may have states without end, which is no reason to wait for them.
+    asked_.explore.states = std::min<std::uint64_t>(asked_.explore.states, 4 * original_.graph.nodes.size() + 10'000);
+    for (const text::ReadFile& file : files) {
+      for (verify::Mutant& mutant : verify::mutants(file.content, shown(file.path))) {
+        if (interrupted) break;
+        show_status(fmt::format("{} mutants tried", tried_.size()));
+        tried_.push_back(tried(file.path, std::move(mutant)));
+      }
+    }
+    show_status("");
+    print(command_.json ? to_json(json()) + "\n" : text());
+    return interrupted ? kInterrupted : kOk;
+  }
+
+ private:
+  [[nodiscard]] std::string shown(const fs::path& file) const {
+    return plan_.scenario.project.shown(file.lexically_relative(plan_.scenario.project.folder).string());
+  }
+
+  [[nodiscard]] Loaded<project::Plan> load() {
+    Loaded<project::Plan> plan;
+    Loaded<project::Scenario> scenario;
+    if (!command_.scenario.empty()) {
+      scenario = project::load_scenario(command_.scenario);
+    } else {
+      auto project = project::load_project(command_.project);
+      scenario.diagnostics = std::move(project.diagnostics);
+      if (project.ok()) scenario.value = project::plain_scenario(std::move(*project.value));
+    }
+    plan.diagnostics = scenario.diagnostics;
+    if (scenario.ok()) plan = project::prepare(verify::with_models(std::move(*scenario.value)), cache_);
+    return plan;
+  }
+
+  // The mission's trees and the charts of its skills, each once.
+  [[nodiscard]] std::vector<text::ReadFile> read_files() {
+    std::set<fs::path> others;
+    const auto inside = [&](const std::string& file) {
+      return fs::absolute(plan_.scenario.project.folder / file).lexically_normal();
+    };
+    for (const project::ModelEntry& model : plan_.scenario.project.models) others.insert(inside(model.file.path));
+    for (const project::MonitorEntry& monitor : plan_.scenario.project.monitors)
+      others.insert(inside(monitor.file.path));
+    const text::ReadLog log;
+    (void)load();
+    std::vector<text::ReadFile> files;
+    for (const text::ReadFile& file : log.files()) {
+      const std::string ending = file.path.extension().string();
+      if ((ending == ".xml" || ending == ".scxml") && !others.contains(fs::absolute(file.path).lexically_normal()))
+        files.push_back(file);
+    }
+    return files;
+  }
+
+  Tried tried(const fs::path& file, verify::Mutant mutant) {
+    Tried out{.mutant = std::move(mutant), .fate = Fate::kUnknown, .by = {}, .why = {}};
+    const text::Overlay overlay{{fs::absolute(file).lexically_normal(), out.mutant.text}};
+    const text::ReadThrough through(overlay);
+    const auto plan = load();
+    if (!plan.ok()) {
+      const auto error = std::find_if(plan.diagnostics.begin(), plan.diagnostics.end(),
+                                      [](const Diagnostic& d) { return d.severity == Severity::kError; });
+      out.fate = Fate::kRefused;
+      if (error != plan.diagnostics.end()) out.why = to_string(*error);
+      return out;
+    }
+    const verify::Verification found = verify::verify(*plan.value, asked_);
+    if (has_errors(found.errors)) {
+      // What was explored before can be no longer: it is seen, as a run would see it.
+      out.fate = Fate::kRefused;
+      out.why = to_string(found.errors.front());
+      return out;
+    }
+    for (std::size_t i = 0; i < std::min(found.judgements.size(), original_.judgements.size()); ++i) {
+      const verify::Judgement& now = found.judgements[i];
+      const verify::Judgement& before = original_.judgements[i];
+      const bool refuted = now.finding == verify::Finding::kRefuted && before.finding != verify::Finding::kRefuted;
+      const bool vacuous = !now.vacuous.empty() && before.vacuous.empty();
+      if (refuted || vacuous) out.by.push_back(now.requirement);
+    }
+    if (!out.by.empty()) {
+      out.fate = Fate::kNoticed;
+    } else if (!found.graph.complete) {
+      out.why = found.graph.limit;
+    } else {
+      out.fate = verify::same_behaviour(found.graph, original_.graph) ? Fate::kSame : Fate::kNotNoticed;
+    }
+    return out;
+  }
+
+  [[nodiscard]] std::size_t count(Fate fate) const {
+    return static_cast<std::size_t>(
+        std::count_if(tried_.begin(), tried_.end(), [&](const Tried& one) { return one.fate == fate; }));
+  }
+
+  std::string text() const {
+    std::string out =
+        fmt::format("mutants     {} tried: {} noticed, {} not noticed, {} behave the same, {} refused, {} not known\n",
+                    tried_.size(), count(Fate::kNoticed), count(Fate::kNotNoticed), count(Fate::kSame),
+                    count(Fate::kRefused), count(Fate::kUnknown));
+    std::map<std::string, std::size_t> by;
+    for (const verify::Judgement& judgement : original_.judgements) by[judgement.requirement];
+    for (const Tried& one : tried_) {
+      for (const std::string& requirement : one.by) ++by[requirement];
+    }
+    for (const auto& [requirement, noticed] : by) out += fmt::format("  {} notices {}\n", requirement, noticed);
+    const auto list = [&](Fate fate, const std::string& title) {
+      bool first = true;
+      for (const Tried& one : tried_) {
+        if (one.fate != fate) continue;
+        out += (first ? title + "\n" : "") + fmt::format("  {}  {}\n", to_string(one.mutant.place), one.mutant.what);
+        first = false;
+      }
+    };
+    list(Fate::kNotNoticed, "no requirement notices");
+    list(Fate::kUnknown, "not known: more states than are tried of a mutant");
+    return out;
+  }
+
+  Value json() const {
+    List mutants;
+    for (const Tried& one : tried_) {
+      List by;
+      for (const std::string& requirement : one.by) by.emplace_back(requirement);
+      Map entry{{"file", one.mutant.place.file},
+                {"line", static_cast<std::int64_t>(one.mutant.place.line)},
+                {"column", static_cast<std::int64_t>(one.mutant.place.column)},
+                {"what", one.mutant.what},
+                {"fate", kFates[static_cast<std::size_t>(one.fate)]},
+                {"noticed_by", std::move(by)}};
+      if (!one.why.empty()) entry["why"] = one.why;
+      mutants.emplace_back(std::move(entry));
+    }
+    Map counts;
+    for (const Fate fate : {Fate::kNoticed, Fate::kNotNoticed, Fate::kSame, Fate::kRefused, Fate::kUnknown})
+      counts[kFates[static_cast<std::size_t>(fate)]] = static_cast<std::int64_t>(count(fate));
+    return Map{{"version", SENTREE_VERSION}, {"counts", std::move(counts)}, {"mutants", std::move(mutants)}};
+  }
+
+  const VerifyCommand& command_;
+  const project::Plan& plan_;
+  verify::Asked asked_;
+  verify::Verification original_;
+  project::PartCache cache_;
+  std::vector<Tried> tried_;
+};
+
+}  // namespace
+
+int verify_mutants(const VerifyCommand& command, const project::Plan& plan) { return Mutating(command, plan)(); }
+
+}  // namespace sentree::cli

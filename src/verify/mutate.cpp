@@ -1,0 +1,253 @@
+#include "sentree/verify/mutate.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "sentree/base/value.h"
+#include "sentree/text/xml.h"
+
+namespace sentree::verify {
+
+namespace {
+
+using text::XmlElement;
+
+struct Edit {
+  std::size_t from = 0;
+  std::size_t to = 0;
+  std::string text;
+};
+
+std::string edited(std::string_view source, std::vector<Edit> edits) {
+  std::sort(edits.begin(), edits.end(), [](const Edit& a, const Edit& b) { return a.from > b.from; });
+  std::string out(source);
+  for (const Edit& edit : edits) out.replace(edit.from, edit.to - edit.from, edit.text);
+  return out;
+}
+
+// Of tags: what one is easily taken for.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 10> kOthers{
+    {{"Sequence", "ReactiveSequence"},
+     {"Sequence", "Fallback"},
+     {"ReactiveSequence", "Sequence"},
+     {"ReactiveSequence", "ReactiveFallback"},
+     {"SequenceWithMemory", "Sequence"},
+     {"Fallback", "ReactiveFallback"},
+     {"Fallback", "Sequence"},
+     {"ReactiveFallback", "Fallback"},
+     {"ReactiveFallback", "ReactiveSequence"},
+     {"AsyncSequence", "Sequence"}}};
+
+// Of expressions as they stand in attributes, longer ones first.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kOperators{{{"===", "!=="},
+                                                                                    {"!==", "==="},
+                                                                                    {"==", "!="},
+                                                                                    {"!=", "=="},
+                                                                                    {"&lt;=", "&lt;"},
+                                                                                    {"&gt;=", "&gt;"},
+                                                                                    {">=", ">"},
+                                                                                    {"<=", "<"},
+                                                                                    {"&lt;", "&lt;="},
+                                                                                    {"&gt;", "&gt;="},
+                                                                                    {">", ">="},
+                                                                                    {"<", "<="},
+                                                                                    {"&amp;&amp;", "||"},
+                                                                                    {"||", "&amp;&amp;"}}};
+
+bool is_word(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '$' || c == '.';
+}
+
+std::optional<double> number_of(std::string_view text) {
+  double number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(number)) return std::nullopt;
+  return number;
+}
+
+// As people write it: 31, not 31.0.
+std::string as_text(double number) {
+  std::string text = shortest_decimal(number);
+  return text.ends_with(".0") ? text.substr(0, text.size() - 2) : text;
+}
+
+class Mutator {
+ public:
+  Mutator(std::string_view source, const text::XmlDocument& document) : source_(source), document_(document) {}
+
+  // A change whose text is not made yet: of a large file there are many.
+  struct Change {
+    std::size_t at = 0;
+    std::string what;
+    std::vector<Edit> edits;
+  };
+
+  std::vector<Change> run() {
+    const XmlElement root = document_.root();
+    const bool is_tree = root.local_name() == "root";
+    if (!is_tree && root.local_name() != "scxml") return {};
+    if (is_tree) collect_words(root);
+    for (const XmlElement& element : root.children()) {
+      if (!is_tree)
+        chart(element);
+      else if (element.name() == "BehaviorTree")
+        for (const XmlElement& node : element.children()) tree(node, 1);
+    }
+    return std::move(changes_);
+  }
+
+ private:
+  void add(std::size_t at, std::string what, std::vector<Edit> edits) {
+    changes_.push_back({at, std::move(what), std::move(edits)});
+  }
+
+  [[nodiscard]] static std::string called(const XmlElement& node) {
+    return std::string(node.attribute("name").value_or(node.attribute("ID").value_or(node.name())));
+  }
+
+  // ---- Trees ----
+
+  void collect_words(const XmlElement& element) {
+    element.for_each_attribute([&](std::string_view name, std::string_view value) {
+      if (name != "name" && name != "ID" && !name.starts_with('_') && !number_of(value) &&
+          value.find_first_of("{}") == std::string_view::npos)
+        words_[std::string(name)].emplace(value);
+    });
+    for (const XmlElement& child : element.children()) {
+      if (child.name() != "TreeNodesModel") collect_words(child);
+    }
+  }
+
+  void tree(const XmlElement& node, std::size_t siblings) {
+    for (const auto& [tag, other] : kOthers) {
+      if (node.name() != tag) continue;
+      std::vector<Edit> edits{{node.offset() + 1, node.offset() + 1 + tag.size(), std::string(other)}};
+      if (const std::size_t end = source_.rfind("</", node.end_offset());
+          end != std::string_view::npos && node.first_child())
+        edits.push_back({end + 2, end + 2 + tag.size(), std::string(other)});
+      add(node.offset(), called(node) + ": " + std::string(tag) + " → " + std::string(other), std::move(edits));
+    }
+    if (siblings > 1) add(node.offset(), called(node) + " dropped", {{node.offset(), node.end_offset(), ""}});
+    ports(node);
+    const auto children = node.children();
+    for (std::size_t i = 0; i + 1 < children.size(); ++i) {
+      const XmlElement& a = children[i];
+      const XmlElement& b = children[i + 1];
+      add(a.offset(), called(a) + " and " + called(b) + " exchanged",
+          {{a.offset(), a.end_offset(), text_of(b)}, {b.offset(), b.end_offset(), text_of(a)}});
+    }
+    for (const XmlElement& child : children) tree(child, children.size());
+  }
+
+  [[nodiscard]] std::string text_of(const XmlElement& element) const {
+    return std::string(source_.substr(element.offset(), element.end_offset() - element.offset()));
+  }
+
+  void ports(const XmlElement& node) {
+    for (const auto& [name, value] : node.attributes()) {
+      if (name == "name" || name == "ID" || name.starts_with('_')) continue;
+      const std::size_t at = node.attribute_value_offset(name);
+      const auto change = [&](const std::string& other) {
+        add(at, called(node) + ": " + std::string(name) + " " + std::string(value) + " → " + other,
+            {{at, at + value.size(), other}});
+      };
+      if (const auto number = number_of(value)) {
+        change(as_text(*number + 1));
+        change(as_text(*number - 1));
+        continue;
+      }
+      const auto words = words_.find(std::string(name));
+      if (words == words_.end() || !words->second.contains(std::string(value))) continue;
+      for (const std::string& other : words->second) {
+        if (other != value && source_.substr(at, value.size()) == value) change(other);
+      }
+    }
+  }
+
+  // ---- Charts ----
+
+  void chart(const XmlElement& element) {
+    const std::string_view name = element.local_name();
+    const std::string of = "<" + std::string(name) + ">";
+    for (const std::string_view attribute : {"cond", "expr"}) {
+      if (element.attribute(attribute)) expression(element, attribute);
+    }
+    if (name == "transition" || name == "send" || name == "raise" || name == "assign")
+      add(element.offset(),
+          of + " " + std::string(element.attribute("event").value_or(element.attribute("location").value_or(""))) +
+              " dropped",
+          {{element.offset(), element.end_offset(), ""}});
+    for (const XmlElement& child : element.children()) chart(child);
+  }
+
+  void expression(const XmlElement& element, std::string_view attribute) {
+    const std::size_t begin = element.attribute_value_offset(attribute);
+    const std::size_t end = std::min(source_.find(source_[begin - 1], begin), source_.size());
+    const std::string_view written = source_.substr(begin, end - begin);
+    const auto change = [&](std::size_t at, std::size_t size, const std::string& other) {
+      add(begin + at, std::string(attribute) + " " + std::string(written.substr(at, size)) + " → " + other,
+          {{begin + at, begin + at + size, other}});
+    };
+    for (std::size_t at = 0; at < written.size();) {
+      const char c = written[at];
+      if (c == '\'' || c == '"') {
+        at = std::min(written.find(c, at + 1), written.size() - 1) + 1;
+        continue;
+      }
+      if (is_word(c)) {
+        std::size_t word_end = at;
+        while (word_end < written.size() && is_word(written[word_end])) ++word_end;
+        const std::string_view word = written.substr(at, word_end - at);
+        if (const auto number = number_of(word)) {
+          change(at, word.size(), as_text(*number + 1));
+          change(at, word.size(), as_text(*number - 1));
+        } else if (word == "true" || word == "false") {
+          change(at, word.size(), word == "true" ? "false" : "true");
+        }
+        at = word_end;
+        continue;
+      }
+      const auto found = std::find_if(kOperators.begin(), kOperators.end(),
+                                      [&](const auto& pair) { return written.substr(at).starts_with(pair.first); });
+      if (found != kOperators.end()) {
+        change(at, found->first.size(), std::string(found->second));
+        at += found->first.size();
+        continue;
+      }
+      ++at;
+    }
+  }
+
+  std::string_view source_;
+  const text::XmlDocument& document_;
+  std::map<std::string, std::set<std::string>> words_;  // by attribute
+  std::vector<Change> changes_;
+};
+
+}  // namespace
+
+std::vector<Mutant> mutants(std::string_view source, const std::string& file) {
+  const auto document = text::XmlDocument::parse(std::string(source), file);
+  if (!document) return {};
+  const auto all = Mutator(source, *document).run();
+  const std::size_t count = std::min(all.size(), kMutantsMax);
+  std::vector<Mutant> out;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto& change = all[i * all.size() / count];
+    out.push_back({document->span_at(change.at), change.what, edited(source, change.edits)});
+  }
+  return out;
+}
+
+bool same_behaviour(const Graph& a, const Graph& b) {
+  return a.complete == b.complete && a.nodes == b.nodes && a.edges == b.edges && a.sequences == b.sequences &&
+         a.decisions == b.decisions && a.observations == b.observations;
+}
+
+}  // namespace sentree::verify

@@ -1,0 +1,69 @@
+#include "sentree/verify/mutate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sentree/text/xml.h"
+
+namespace sentree::verify {
+namespace {
+
+using testing::Contains;
+using testing::ElementsAre;
+
+std::vector<std::string> whats(const std::vector<Mutant>& mutants) {
+  std::vector<std::string> all;
+  for (const Mutant& mutant : mutants) all.push_back(mutant.what);
+  return all;
+}
+
+constexpr const char* kTree =
+    "<root BTCPP_format='4'><BehaviorTree ID='M'>\n"
+    "<ReactiveSequence name='Root'><Above threshold='30'/><GoTo to='kitchen'/><GoTo to='station'/></ReactiveSequence>\n"
+    "</BehaviorTree></root>";
+
+TEST(Mutants, OfATreeAreSmallChangesOfIt) {
+  const auto all = mutants(kTree, "m.xml");
+  EXPECT_THAT(whats(all), ElementsAre("Root: ReactiveSequence → Sequence", "Root: ReactiveSequence → ReactiveFallback",
+                                      "Above and GoTo exchanged", "GoTo and GoTo exchanged", "Above dropped",
+                                      "Above: threshold 30 → 31", "Above: threshold 30 → 29", "GoTo dropped",
+                                      "GoTo: to kitchen → station", "GoTo dropped", "GoTo: to station → kitchen"));
+  EXPECT_EQ(all[2].text.substr(all[2].text.find("<GoTo"), 50), "<GoTo to='kitchen'/><Above threshold='30'/><GoTo t");
+  EXPECT_THAT(all[0].text, testing::HasSubstr("<Sequence name='Root'>"));
+  EXPECT_THAT(all[0].text, testing::HasSubstr("</Sequence>\n"));
+  EXPECT_EQ(to_string(all[5].place), "m.xml:2:49");
+}
+
+TEST(Mutants, OfAChartAreOfItsConditionsAndWhatItDoes) {
+  const auto all = mutants(
+      "<scxml><state id='a'><transition event='e' cond='x &lt;= 2 &amp;&amp; y == \"n&lt;1\"' "
+      "target='b'/></state></scxml>",
+      "c.scxml");
+  EXPECT_THAT(whats(all), ElementsAre("cond &lt;= → &lt;", "cond 2 → 3", "cond 2 → 1", "cond &amp;&amp; → ||",
+                                      "cond == → !=", "<transition> e dropped"));
+}
+
+TEST(Mutants, CanAllBeReadAndAreNotTheOriginal) {
+  for (const std::string source :
+       {std::string(kTree),
+        std::string("<scxml><datamodel><data id='a' expr=\"true\"/></datamodel><state id='s'><onentry>"
+                    "<if cond='a'><send event='x'/></if></onentry></state></scxml>")}) {
+    const auto all = mutants(source, "f");
+    ASSERT_FALSE(all.empty());
+    for (const Mutant& mutant : all) {
+      EXPECT_TRUE(text::XmlDocument::parse(mutant.text)) << mutant.what;
+      EXPECT_NE(mutant.text, source) << mutant.what;
+    }
+  }
+  EXPECT_TRUE(mutants("<root", "f").empty());
+  EXPECT_TRUE(mutants("<world/>", "f").empty());
+}
+
+TEST(Mutants, AreBounded) {
+  std::string source = "<root><BehaviorTree ID='M'><Sequence>";
+  for (int i = 0; i < 500; ++i) source += "<A n='1'/>";
+  EXPECT_EQ(mutants(source + "</Sequence></BehaviorTree></root>", "f").size(), kMutantsMax);
+}
+
+}  // namespace
+}  // namespace sentree::verify
