@@ -1,7 +1,9 @@
 #include "sentree/project/check_skills.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
+#include <utility>
 
 #include "sentree/bt/model.h"
 #include "sentree/project/check_monitor.h"
@@ -54,7 +56,29 @@ bool needs(const scxml::Chart& chart, const std::string& data) {
   return use.needed && !use.asked_for;
 }
 
-void check_inputs(const bt::Tree& tree, const LeafPlan& leaf, bool has_plugins, Diagnostics& diagnostics) {
+// What charts do with their data: asked for each leaf, while many leaves run one chart.
+class DataUses {
+ public:
+  bool is_written(const scxml::Chart& chart, const std::string& data) {
+    return ask(written_, chart, data, project::is_written);
+  }
+  bool needs(const scxml::Chart& chart, const std::string& data) { return ask(needed_, chart, data, project::needs); }
+
+ private:
+  using Known = std::map<std::pair<const scxml::Model*, std::string>, bool>;
+  static bool ask(Known& known, const scxml::Chart& chart, const std::string& data,
+                  bool (*question)(const scxml::Chart&, const std::string&)) {
+    const auto [answer, is_new] = known.try_emplace({&chart.model(), data});
+    if (is_new) answer->second = question(chart, data);
+    return answer->second;
+  }
+
+  Known written_;
+  Known needed_;
+};
+
+void check_inputs(const bt::Tree& tree, const LeafPlan& leaf, bool has_plugins, DataUses& uses,
+                  Diagnostics& diagnostics) {
   const auto ports = tree.ports(leaf.node);
   // A constant that the chart does not know has been told, and may be what is missing.
   const auto& data = leaf.chart->data();
@@ -62,7 +86,7 @@ void check_inputs(const bt::Tree& tree, const LeafPlan& leaf, bool has_plugins, 
     return std::none_of(data.begin(), data.end(), [&](const auto& item) { return item.id == constant.id; });
   });
   for (const scxml::DataItem& item : leaf.chart->data()) {
-    if (item.has_value || is_written(*leaf.chart, item.id)) continue;
+    if (item.has_value || uses.is_written(*leaf.chart, item.id)) continue;
     const auto port =
         std::find_if(ports.begin(), ports.end(), [&](const bt::PortFact& p) { return p.name == item.id; });
     const bool is_output = port != ports.end() && !port->input;
@@ -70,7 +94,7 @@ void check_inputs(const bt::Tree& tree, const LeafPlan& leaf, bool has_plugins, 
     const bool is_constant = std::any_of(leaf.constants.begin(), leaf.constants.end(),
                                          [&](const SkillConstant& constant) { return constant.id == item.id; });
     if (is_constant || is_told) continue;
-    if (is_given || is_output || !needs(*leaf.chart, item.id)) continue;
+    if (is_given || is_output || !uses.needs(*leaf.chart, item.id)) continue;
     add(diagnostics, Severity::kError, "check.missing-input",
         "input \"" + item.id + "\" of " + leaf.name + " has no value, and " + leaf.chart->file() + ":" +
             std::to_string(item.place.line) + " needs one: write " + item.id +
@@ -80,8 +104,8 @@ void check_inputs(const bt::Tree& tree, const LeafPlan& leaf, bool has_plugins, 
   for (const bt::UnwrittenEntry& entry : tree.model().unwritten) {
     if (entry.node != leaf.node) continue;
     const auto item = std::find_if(data.begin(), data.end(), [&](const auto& d) { return d.id == entry.port; });
-    const bool fails =
-        item != data.end() && !item->has_value && !is_written(*leaf.chart, item->id) && needs(*leaf.chart, item->id);
+    const bool fails = item != data.end() && !item->has_value && !uses.is_written(*leaf.chart, item->id) &&
+                       uses.needs(*leaf.chart, item->id);
     add(diagnostics, fails && !has_plugins ? Severity::kError : Severity::kWarning, "check.unwritten-entry",
         "input \"" + entry.port + "\" of " + leaf.name + " reads blackboard entry \"" + entry.entry +
             "\", which nothing in the tree writes",
@@ -139,9 +163,10 @@ void check_skills(const bt::Tree& tree, const std::vector<LeafPlan>& leaves,
   // Of services that could not be read it has been said.
   const bool are_services_known = services.size() == project.services.size();
   std::set<std::string> checked;
+  DataUses uses;
   for (const LeafPlan& leaf : leaves) {
     if (!leaf.chart) continue;
-    check_inputs(tree, leaf, !project.plugins.empty(), diagnostics);
+    check_inputs(tree, leaf, !project.plugins.empty(), uses, diagnostics);
     if (!are_services_known || !checked.insert(leaf.chart->file()).second) continue;
     SkillUse use;
     for (const LeafPlan& other : leaves) {
