@@ -164,6 +164,11 @@ std::string excuse(const std::string& file, const std::string& text, const std::
   if (const auto label = before.rfind("label=\"");
       is_xml && label != std::string::npos && before.find('"', label + 7) == std::string::npos)
     return "the label of a log";
+  // A model is called by its name in the recording alone.
+  if (file.ends_with(".yaml") && before.find("{file:") != std::string::npos &&
+      before.rfind("name: ") != std::string::npos && before.find(',', before.rfind("name: ")) == std::string::npos)
+    return "the name of a part";
+  if (text[m.at] == ' ' && m.by.find_first_not_of(' ') == std::string::npos) return "spaces in a text";
   if (file.ends_with(".thrift") && is_word(text[m.at])) return "a name of the interface itself";
   if (file.ends_with(".yaml") && before.find("://") != std::string::npos) return "the name of a host";
   // examples/requirements has neither a world nor a mission that names places.

@@ -232,8 +232,19 @@ class Reader {
       for (const std::uint32_t item : object.operands) compare("===", item, visit(item), n.operands[1], arguments[0]);
       return of(called.text == "indexOf" ? Kind::kNumber : Kind::kTruth, "number");
     }
+    if (object.kind == Node::kList) function_of_list(called.text);
     member_of(owner, called.text, name_of(called.operands[0]));
     return {};
+  }
+
+  void function_of_list(const std::string& name) {
+    // ECMAScript 5.1, 15.4.4, and what the engine has of later editions.
+    static const std::vector<std::string> kFunctions{
+        "concat",      "every", "filter", "forEach", "includes", "indexOf",     "join",
+        "lastIndexOf", "map",   "pop",    "push",    "reduce",   "reverse",     "shift",
+        "slice",       "some",  "sort",   "splice",  "toString", "reduceRight", "unshift"};
+    if (std::find(kFunctions.begin(), kFunctions.end(), name) != kFunctions.end()) return;
+    error("check.unknown-member", "a list has no function " + quoted(name) + did_you_mean(name, kFunctions));
   }
 
   // What models choose.

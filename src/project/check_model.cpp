@@ -5,6 +5,7 @@
 #include <set>
 
 #include "sentree/idl/conform.h"
+#include "sentree/project/check_monitor.h"
 #include "sentree/scxml/event.h"
 
 namespace sentree::project {
@@ -23,6 +24,7 @@ class ModelCheck {
     for (const scxml::SendInfo& send : chart_.sends()) {
       if (send.type == "thrift") answer(send);
     }
+    check_receivers(chart_, services_, diagnostics_);
     for (const scxml::Transition& transition : chart_.transitions()) {
       choice(transition);
       for (const std::string& event : transition.events) request(event, transition);

@@ -179,24 +179,6 @@ DataType topic_data(const std::string& topic, const monitor::Vocabulary& vocabul
   return data;
 }
 
-// <send>s of a skill that nobody receives.
-void check_receivers(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,
-                     Diagnostics& diagnostics) {
-  static const std::vector<std::string> kTypes{"thrift", "scxml"};
-  for (const scxml::SendInfo& send : chart.sends()) {
-    if (!send.type || send.type == "thrift" || send.type->starts_with("http://")) continue;
-    if (!send.type->empty() && send.type != "scxml") {
-      add(diagnostics, Severity::kError, "check.unknown-receiver",
-          "nobody receives <send> of type \"" + *send.type + "\"; services are called with type=\"thrift\"" +
-              did_you_mean(*send.type, kTypes),
-          chart.span(send.place));
-    } else if (send.target && services.contains(*send.target)) {
-      add(diagnostics, Severity::kError, "check.unknown-receiver",
-          "\"" + *send.target + "\" is a service: call it with type=\"thrift\"", chart.span(send.target_place));
-    }
-  }
-}
-
 const monitor::Vocabulary::Method* method_of(const std::string& service, const std::string& method,
                                              const monitor::Vocabulary& vocabulary) {
   const auto found = vocabulary.services.find(service);
@@ -277,6 +259,23 @@ void check_monitor(const MonitorEntry& entry, const scxml::Chart& chart, const m
     return;
   }
   if (vocabulary != nullptr) check_expressions(chart, events, diagnostics);
+}
+
+void check_receivers(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,
+                     Diagnostics& diagnostics) {
+  static const std::vector<std::string> kTypes{"thrift", "scxml"};
+  for (const scxml::SendInfo& send : chart.sends()) {
+    if (!send.type || send.type == "thrift" || send.type->starts_with("http://")) continue;
+    if (!send.type->empty() && send.type != "scxml") {
+      add(diagnostics, Severity::kError, "check.unknown-receiver",
+          "nobody receives <send> of type \"" + *send.type + "\"; services are called with type=\"thrift\"" +
+              did_you_mean(*send.type, kTypes),
+          chart.span(send.place));
+    } else if (send.target && services.contains(*send.target)) {
+      add(diagnostics, Severity::kError, "check.unknown-receiver",
+          "\"" + *send.target + "\" is a service: call it with type=\"thrift\"", chart.span(send.target_place));
+    }
+  }
 }
 
 void check_skill_events(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,

@@ -26,6 +26,10 @@ void check_monitor(const MonitorEntry& entry, const scxml::Chart& chart, const m
 void check_model_expressions(const ModelEntry& entry, const scxml::Chart& chart, const monitor::Vocabulary& vocabulary,
                              Diagnostics& diagnostics);
 
+/// <send>s of a skill or a model that nobody receives. Error: check.unknown-receiver.
+void check_receivers(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,
+                     Diagnostics& diagnostics);
+
 /// How the leaves of a mission use one chart.
 struct SkillUse {
   std::set<std::string> given;                       ///< Names of its <data> that ports or sentree.yaml give values.
