@@ -32,6 +32,7 @@ class Test:
     def __init__(self, sentree, source, work, kills, seed):
         self.sentree, self.source, self.work = sentree, source, work
         self.kills, self.random = kills, random.Random(seed)
+        self.resumed = 0
         shutil.rmtree(work, ignore_errors=True)
         os.makedirs(work)
         self.socket = os.path.join(work, "robot.sock")
@@ -149,7 +150,8 @@ duration: 60 min
                     asked.add(message["call"])
                 if message["name"] == "navigation.gotoTargetByLocationName.reply":
                     goals.append(message["data"]["result"]["goal_id"])
-        if resumed != len(order) - 1 or resumed > killed or resumed * 2 < killed:
+        self.resumed += resumed
+        if resumed != len(order) - 1 or resumed > killed:
             raise Failed(f"mission {number}: resumed {resumed} times, killed {killed} times, recorded in {order}")
         violated = re.findall(r"✗ monitor (\w+): violated", text)
         if sorted(violations) != sorted(violated):
@@ -166,6 +168,8 @@ duration: 60 min
         say(f"✓ mission {number}: {killed} kills, {expected - 1} observations, violated: {violated or 'nothing'}")
 
     def info(self, name):
+        if os.path.getsize(os.path.join(self.work, "runs", name)) == 0:
+            return {"metadata": {}, "messages": 0}  # killed before it wrote a byte
         done = subprocess.run([self.sentree, "info", f"runs/{name}", "--json"], cwd=self.work, env=self.environment,
                               stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60, check=True)
         return json.loads(done.stdout)
@@ -189,6 +193,9 @@ duration: 60 min
             killed, drove = self.mission(number, min(left, KILLS_PER_MISSION))
             left -= killed
             driven = driven or drove
+        # Some are killed before they have gone on; were it most, nothing would be tested.
+        if self.resumed * 3 < self.kills:
+            raise Failed(f"only {self.resumed} of {self.kills} kills came after the run had gone on")
         if not driven:
             raise Failed("the robot was never seen to drive on while nobody was there")
 

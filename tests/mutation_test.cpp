@@ -132,7 +132,8 @@ std::vector<bool> free_text(const std::string& file, const std::string& text) {
 }
 
 bool is_number(std::string_view text) {
-  return !text.empty() && text.find_first_not_of("0123456789.") == std::string_view::npos && is_digit(text[0]);
+  return text.find_first_not_of("0123456789.") == std::string_view::npos &&
+         text.find_first_of("0123456789") != std::string_view::npos;
 }
 
 // The word around a place, dots included.
@@ -168,6 +169,11 @@ std::string excuse(const std::string& file, const std::string& text, const std::
   if (file.ends_with(".yaml") && before.find("{file:") != std::string::npos &&
       before.rfind("name: ") != std::string::npos && before.find(',', before.rfind("name: ")) == std::string::npos)
     return "the name of a part";
+  // A sentence in quotes, in an expression.
+  if (const auto open = before.rfind('\''); is_xml && std::count(before.begin(), before.end(), '\'') % 2 == 1) {
+    const std::string_view sentence = std::string_view(text).substr(line + open + 1);
+    if (sentence.substr(0, sentence.find('\'')).find(' ') != std::string_view::npos) return "a sentence in quotes";
+  }
   if (text[m.at] == ' ' && m.by.find_first_not_of(' ') == std::string::npos) return "spaces in a text";
   if (file.ends_with(".thrift") && is_word(text[m.at])) return "a name of the interface itself";
   if (file.ends_with(".yaml") && before.find("://") != std::string::npos) return "the name of a host";
