@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "sentree/campaign/runner.h"
+#include "sentree/project/part_cache.h"
 #include "sentree/text/file.h"
 
 namespace sentree::campaign {
@@ -24,9 +25,9 @@ bool has_one_of(const fs::path& file, std::initializer_list<std::string_view> ke
   return !has("mission") && std::any_of(keys.begin(), keys.end(), has);
 }
 
-Diagnostics check_scenario(const fs::path& file) {
+Diagnostics check_scenario(const fs::path& file, project::PartCache& parts) {
   auto scenario = project::load_scenario(file);
-  if (scenario.ok()) scenario.diagnostics = project::prepare(std::move(*scenario.value)).diagnostics;
+  if (scenario.ok()) scenario.diagnostics = project::prepare(std::move(*scenario.value), parts).diagnostics;
   return std::move(scenario.diagnostics);
 }
 
@@ -42,7 +43,8 @@ Diagnostics check_vary(const fs::path& file) {
 }
 
 Diagnostics check_project(const fs::path& folder_or_file) {
-  Diagnostics all = project::check_project(folder_or_file);
+  project::PartCache parts;
+  Diagnostics all = project::check_project(folder_or_file, parts);
   const auto add = [&](const Diagnostics& found) {
     std::copy_if(found.begin(), found.end(), std::back_inserter(all), [&](const Diagnostic& diagnostic) {
       return std::find(all.begin(), all.end(), diagnostic) == all.end();
@@ -65,7 +67,7 @@ Diagnostics check_project(const fs::path& folder_or_file) {
       elsewhere.insert(entry->path());
     }
   }
-  for (const fs::path& file : elsewhere) add(check_scenario(file));
+  for (const fs::path& file : elsewhere) add(check_scenario(file, parts));
   return all;
 }
 
