@@ -26,7 +26,8 @@ int component(const ComponentCommand& command) {
   }
   say(loaded.diagnostics);
   if (!loaded.ok()) return kInvalidInput;
-  const runtime::SimServer server(std::move(*loaded.value), command.seed, command.factor);
+  const runtime::SimServer server(std::move(*loaded.value), command.seed, command.factor,
+                                  [](const std::string& what) { say(what); });
   return serve_until_signal(command.listen, server.services(), command.insecure);
 }
 

@@ -454,18 +454,10 @@ class Verifying {
 }  // namespace
 
 int verify(const VerifyCommand& command) {
-  project::Scenario scenario;
-  if (!command.scenario.empty()) {
-    auto loaded = project::load_scenario(command.scenario);
-    say(loaded.diagnostics);
-    if (!loaded.ok()) return kInvalidInput;
-    scenario = std::move(*loaded.value);
-  } else {
-    auto project = project::load_project(command.project);
-    say(project.diagnostics);
-    if (!project.ok()) return kInvalidInput;
-    scenario = project::plain_scenario(std::move(*project.value));
-  }
+  auto loaded = load_verified(command);
+  say(loaded.diagnostics);
+  if (!loaded.ok()) return kInvalidInput;
+  project::Scenario scenario = std::move(*loaded.value);
   auto plan = project::prepare(verify::with_models(scenario));
   say(plan.diagnostics);
   if (!plan.ok()) return kInvalidInput;

@@ -68,16 +68,9 @@ class Mutating {
   }
 
   [[nodiscard]] Loaded<project::Plan> load() {
+    auto scenario = load_verified(command_);
     Loaded<project::Plan> plan;
-    Loaded<project::Scenario> scenario;
-    if (!command_.scenario.empty()) {
-      scenario = project::load_scenario(command_.scenario);
-    } else {
-      auto project = project::load_project(command_.project);
-      scenario.diagnostics = std::move(project.diagnostics);
-      if (project.ok()) scenario.value = project::plain_scenario(std::move(*project.value));
-    }
-    plan.diagnostics = scenario.diagnostics;
+    plan.diagnostics = std::move(scenario.diagnostics);
     if (scenario.ok()) plan = project::prepare(verify::with_models(std::move(*scenario.value)), cache_);
     return plan;
   }
@@ -116,7 +109,7 @@ class Mutating {
     }
     const verify::Verification found = verify::verify(*plan.value, asked_);
     if (has_errors(found.errors)) {
-      // What was explored before can be no longer: it is seen, as a run would see it.
+      // It cannot be explored any more: its author is told, as by a check.
       out.fate = Fate::kRefused;
       out.why = to_string(found.errors.front());
       return out;

@@ -27,6 +27,15 @@ std::optional<std::uint64_t> bytes_of(const std::string& text) {
 
 }  // namespace
 
+Loaded<project::Scenario> load_verified(const VerifyCommand& command) {
+  if (!command.scenario.empty()) return project::load_scenario(command.scenario);
+  auto project = project::load_project(command.project);
+  Loaded<project::Scenario> loaded;
+  loaded.diagnostics = std::move(project.diagnostics);
+  if (project.ok()) loaded.value = project::plain_scenario(std::move(*project.value));
+  return loaded;
+}
+
 bool read_options(const VerifyCommand& command, const project::Plan& plan, verify::Asked& asked) {
   const project::VerifySection& section = plan.scenario.project.verify;
   asked.only = command.only;

@@ -5,6 +5,10 @@
 
 namespace sentree::cli {
 
+/// What is verified: the scenario that the command line names, or the project alone. Codes: those of `load_scenario`
+/// and `load_project`.
+[[nodiscard]] Loaded<project::Scenario> load_verified(const VerifyCommand& command);
+
 /// What the command line and the project's `verify:` ask of an exploration. False: said what is wrong.
 [[nodiscard]] bool read_options(const VerifyCommand& command, const project::Plan& plan, verify::Asked& asked);
 

@@ -8,17 +8,6 @@ namespace {
 
 constexpr std::string_view kSuggestion = "did you mean \"";
 
-std::size_t offset_of(std::string_view text, const SourceSpan& span) {
-  std::size_t at = 0;
-  for (int line = 1; line < span.line; ++line) {
-    const std::size_t end = text.find('\n', at);
-    if (end == std::string_view::npos) return text.size();
-    at = end + 1;
-  }
-  const auto column = static_cast<std::size_t>(std::max(span.column - 1, 0));
-  return std::min(at + column, text.size());
-}
-
 // What a message has in quotes, up to `end`.
 std::vector<std::string_view> quoted(std::string_view message, std::size_t end) {
   std::vector<std::string_view> words;
@@ -43,6 +32,17 @@ std::size_t find_word(std::string_view text, std::string_view word, std::size_t 
 }
 
 }  // namespace
+
+std::size_t offset_of(std::string_view text, const SourceSpan& span) {
+  std::size_t at = 0;
+  for (int line = 1; line < span.line; ++line) {
+    const std::size_t end = text.find('\n', at);
+    if (end == std::string_view::npos) return text.size();
+    at = end + 1;
+  }
+  const auto column = static_cast<std::size_t>(std::max(span.column - 1, 0));
+  return std::min(at + column, text.size());
+}
 
 std::string file_inside(const std::filesystem::path& folder, const std::string& shown) {
   if (shown.empty()) return {};

@@ -25,6 +25,9 @@ struct Finding {
   std::vector<Fix> fixes;
 };
 
+/// The byte of a place as messages have it; the text's size where it has none such.
+[[nodiscard]] std::size_t offset_of(std::string_view text, const SourceSpan& span);
+
 /// Puts a finding into the text that it is of. What a "did you mean" names becomes a fix where the misspelt word stands
 /// at the place, or behind it on its line.
 [[nodiscard]] Finding locate(Diagnostic diagnostic, const std::filesystem::path& folder, std::string_view text);

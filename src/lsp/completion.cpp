@@ -6,6 +6,7 @@
 #include <initializer_list>
 #include <map>
 
+#include "sentree/design/findings.h"
 #include "sentree/lsp/describe.h"
 #include "sentree/lsp/xml_cursor.h"
 #include "sentree/monitor/requirement.h"
@@ -129,7 +130,7 @@ class Completer {
     for (const idl::Method* method : service.service->methods) {
       add(std::string(before) + method->name, ItemKind::kMethod, signature_of(*method),
           source != nullptr && method->span.file == service.file
-              ? comment_at(source->text, offset_of(source->text, method->span))
+              ? comment_at(source->text, design::offset_of(source->text, method->span))
               : "");
     }
   }

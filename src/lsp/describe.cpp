@@ -4,6 +4,7 @@
 #include <cctype>
 #include <filesystem>
 
+#include "sentree/design/findings.h"
 #include "sentree/lsp/xml_cursor.h"
 #include "sentree/monitor/requirement.h"
 #include "sentree/text/xml.h"
@@ -89,7 +90,8 @@ std::string method_text(const Index& index, const Symbol& symbol) {
   const idl::Method* const method = service ? service->find(name.substr(name.find('.') + 1)) : nullptr;
   if (method == nullptr) return {};
   std::string out = fenced("thrift", signature_of(*method));
-  if (const IndexedFile* text = index.find(file)) out += comment_at(text->text, offset_of(text->text, method->span));
+  if (const IndexedFile* text = index.find(file))
+    out += comment_at(text->text, design::offset_of(text->text, method->span));
   if (method->result != nullptr && method->result->structure != nullptr) {
     out += "\n\n" + method->result->name + ":";
     for (const idl::Field& field : method->result->structure->fields) out += "\n- `" + declaration_of(field) + "`";
@@ -122,7 +124,7 @@ std::string type_text(const Index& index, const Symbol& symbol) {
     return {};
   }
   out = fenced("thrift", out);
-  if (const IndexedFile* text = index.find(file)) out += comment_at(text->text, offset_of(text->text, span));
+  if (const IndexedFile* text = index.find(file)) out += comment_at(text->text, design::offset_of(text->text, span));
   return out;
 }
 

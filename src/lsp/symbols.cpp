@@ -5,6 +5,7 @@
 #include <cctype>
 #include <filesystem>
 
+#include "sentree/design/findings.h"
 #include "sentree/monitor/requirement_lexer.h"
 
 namespace sentree::lsp {
@@ -252,7 +253,7 @@ class RequirementCollector : public Collector {
       : Collector(text, names), file_(file) {
     Diagnostics ignored;
     tokens_ = monitor::lex_requirements(text, file, ignored);
-    for (const Token& token : tokens_) places_.push_back(offset_of(text, token.span));
+    for (const Token& token : tokens_) places_.push_back(design::offset_of(text, token.span));
     std::set<std::string, std::less<>> defined;
     for (std::size_t i = 0; i + 1 < tokens_.size(); ++i) {
       if (begins_definition(i)) defined.insert(tokens_[i + 1].text);
@@ -315,7 +316,7 @@ class RequirementCollector : public Collector {
 
 // Where a scalar's text stands; nothing where it is not written as it reads.
 std::optional<std::size_t> place_of(std::string_view text, const text::YamlNode& scalar) {
-  const std::size_t from = offset_of(text, scalar.span) + (scalar.quoted ? 1 : 0);
+  const std::size_t from = design::offset_of(text, scalar.span) + (scalar.quoted ? 1 : 0);
   if (scalar.scalar.empty() || from > text.size() || text.substr(from, scalar.scalar.size()) != scalar.scalar)
     return std::nullopt;
   return from;
@@ -441,16 +442,6 @@ class YamlCollector : public Collector {
 
 }  // namespace
 
-std::size_t offset_of(std::string_view text, const SourceSpan& span) {
-  std::size_t at = 0;
-  for (int line = 1; line < span.line; ++line) {
-    const std::size_t end = text.find('\n', at);
-    if (end == std::string_view::npos) return text.size();
-    at = end + 1;
-  }
-  return std::min(at + static_cast<std::size_t>(std::max(span.column - 1, 0)), text.size());
-}
-
 std::string written_name(const Symbol& symbol) {
   const bool has_file = symbol.kind == SymbolKind::kInterface || symbol.kind == SymbolKind::kMethod ||
                         symbol.kind == SymbolKind::kType || symbol.kind == SymbolKind::kState ||
@@ -516,7 +507,7 @@ Occurrences occurrences_in_world(std::string_view text, const text::YamlNode& ro
 Occurrences occurrences_in_interface(std::string_view text, const idl::Schema& schema, const std::string& file) {
   Occurrences found;
   const auto define = [&](SymbolKind kind, const std::string& name, const std::string& symbol, const SourceSpan& span) {
-    const std::size_t from = offset_of(text, span);
+    const std::size_t from = design::offset_of(text, span);
     if (text.substr(from, name.size()) == name)
       found.push_back({{kind, file + "#" + symbol}, from, from + name.size(), true});
   };

@@ -85,9 +85,6 @@ using Occurrences = std::vector<Occurrence>;
 /// The symbol of a method: where it is declared, its base's file too.
 [[nodiscard]] Symbol method_symbol(const idl::Method& method, const std::string& file);
 
-/// The byte of a place as messages have it; the text's size where it has none such.
-[[nodiscard]] std::size_t offset_of(std::string_view text, const SourceSpan& span);
-
 /// An observation's name taken apart: SERVICE.METHOD.KIND or NODE.KIND.
 struct Observed {
   const Names::Service* service = nullptr;

@@ -4,6 +4,7 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/base/encoder.h"
+#include "sentree/mission/detail/due.h"
 #include "sentree/mission/encode.h"
 
 namespace sentree::mission {
@@ -75,24 +76,18 @@ void PartMemory::step(Run& run, Outside& outside) {
   run_ = &run;
   outside_ = &outside;
   auto& queue = run.queue;
+  const auto part_at = [&](std::size_t i) { return deliveries_[queue[i].what].part; };
+  detail::due(
+      queue, [&](std::size_t a, std::size_t b) { return part_at(a) == part_at(b); }, due_);
   std::size_t which = 0;
-  const TimePoint when = queue[0].when;
-  const Rank rank = queue[0].rank;
-  if (queue.size() > 1 && queue[1].when == when && queue[1].rank == rank && rank != Rank::kTick) {
-    // The first of each part: what is on its way to one keeps its order.
+  if (!due_.empty()) {
     first_.clear();
-    first_at_.clear();
-    for (std::size_t i = 0; i < queue.size() && queue[i].when == when && queue[i].rank == rank; ++i) {
-      const std::uint32_t part = deliveries_[queue[i].what].part;
-      if (std::find(first_.begin(), first_.end(), part) != first_.end()) continue;
-      first_.push_back(part);
-      first_at_.push_back(i);
-    }
-    if (first_.size() > 1) which = first_at_[outside.order(first_)];
+    for (const std::size_t i : due_) first_.push_back(part_at(i));
+    which = due_[outside.order(first_)];
   }
+  run.now = queue[which].when;
   const std::uint32_t what = queue[which].what;
   queue.erase(queue.begin() + static_cast<std::ptrdiff_t>(which));
-  run.now = when;
   take(deliveries_[what].part, what);
   run_ = nullptr;
 }

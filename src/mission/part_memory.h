@@ -263,7 +263,7 @@ class PartMemory final : private Ground {
   std::string form_;
   std::string later_;
   std::vector<std::uint32_t> first_;
-  std::vector<std::size_t> first_at_;
+  std::vector<std::size_t> due_;
 };
 
 }  // namespace sentree::mission

@@ -5,6 +5,7 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/mission/choice.h"
+#include "sentree/mission/detail/due.h"
 
 namespace sentree::mission {
 
@@ -143,19 +144,14 @@ void VirtualHost::step(State& state, Surroundings& surroundings) {
   state_ = &state;
   surroundings_ = &surroundings;
   auto& queue = state.queue;
+  std::vector<std::size_t> at;
+  detail::due(
+      queue, [&](std::size_t a, std::size_t b) { return same_part(queue[a].what, queue[b].what); }, at);
   std::size_t which = 0;
-  if (queue.size() > 1 && queue[1].when == queue[0].when && queue[1].rank == queue[0].rank &&
-      queue[0].rank != Rank::kTick) {
-    // The first of each part: what is on its way to one keeps its order.
+  if (!at.empty()) {
     std::vector<const Delivery*> first;
-    std::vector<std::size_t> at;
-    for (std::size_t i = 0; i < queue.size() && queue[i].when == queue[0].when && queue[i].rank == queue[0].rank; ++i) {
-      if (std::any_of(first.begin(), first.end(), [&](const Delivery* d) { return same_part(*d, queue[i].what); }))
-        continue;
-      first.push_back(&queue[i].what);
-      at.push_back(i);
-    }
-    if (first.size() > 1) which = at[surroundings.order(++state.orders, first)];
+    for (const std::size_t i : at) first.push_back(&queue[i].what);
+    which = at[surroundings.order(++state.orders, first)];
   }
   Waiting next = std::move(queue[which]);
   queue.erase(queue.begin() + static_cast<std::ptrdiff_t>(which));

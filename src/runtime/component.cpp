@@ -10,6 +10,9 @@ namespace sentree::runtime {
 
 namespace {
 
+// Half of a call's deadline where the project says nothing.
+constexpr std::chrono::milliseconds kPatience{20};
+
 std::string lower(std::string_view text) {
   std::string out(text);
   std::transform(out.begin(), out.end(), out.begin(),
@@ -79,9 +82,10 @@ Loaded<SimComponent> prepare_sim_world(const std::string& world_file) {
   return prepared;
 }
 
-SimServer::SimServer(SimComponent component, std::uint64_t seed, double factor)
+SimServer::SimServer(SimComponent component, std::uint64_t seed, double factor,
+                     std::function<void(const std::string&)> say)
     : clock_(make_real_clock(factor)), host_(std::make_unique<SimHost>(component.world, seed, *clock_)) {
-  host_->keep_up();
+  host_->keep_up(kPatience, [say = std::move(say)](Duration behind) { say(falls_behind(behind)); });
   served_ = std::move(component.services);
   for (const SimComponent::Served& served : served_) {
     auto service = std::make_shared<rpc::FunctionService>(

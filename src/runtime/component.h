@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -33,7 +34,10 @@ struct SimComponent {
 /// A simulator with its own clock, ready to be served.
 class SimServer {
  public:
-  SimServer(SimComponent component, std::uint64_t seed, double factor);
+  /// @param say  Hears, from a thread of the server, that simulated time falls behind the clock.
+  SimServer(
+      SimComponent component, std::uint64_t seed, double factor,
+      std::function<void(const std::string&)> say = [](const std::string&) {});
   [[nodiscard]] std::vector<rpc::NamedService> services() const { return services_; }
   /// For the control socket, by the same names; valid while this lives.
   [[nodiscard]] ControlHandler control(std::string world_file);

@@ -106,7 +106,10 @@ class Run::Impl final : public RunView, private RunInside {
       sim_ = std::make_unique<SimHost>(plan.world, scenario_.seed, *scheduler_);
   }
 
-  ~Impl() override { end_callers(); }
+  ~Impl() override {
+    end_callers();
+    if (sim_) sim_->stop_keeping_up();
+  }
 
   RunReport execute() {
     RunReport report;
@@ -145,7 +148,10 @@ class Run::Impl final : public RunView, private RunInside {
       monitors_.start();
     if (options_.on_view) options_.on_view(this);
     if (!scenario_.virtual_time || options_.pace > 0 || options_.paused) start_control_socket();
-    if (!scheduler_->is_virtual() && sim_) sim_->keep_up();
+    if (!scheduler_->is_virtual() && sim_) {
+      // Time that is left out makes a replay differ, so that it is left out late.
+      sim_->keep_up(std::chrono::milliseconds(250), [this](Duration behind) { problem(falls_behind(behind)); });
+    }
     scheduler_->at(director_, TimePoint(scenario_.duration), mission::Rank::kInjection, [this] {
       timed_out_ = true;
       mission_->stop();

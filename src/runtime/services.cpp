@@ -1,5 +1,8 @@
 #include "sentree/runtime/services.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "sentree/sim/services.h"
 #include "sentree/sim/simulation.h"
 
@@ -9,13 +12,17 @@ namespace {
 
 // A call pays for that much time at most, a fifth of what usually passes between ticks.
 constexpr std::chrono::milliseconds kKeepUpPeriod{20};
+// Run time after which it is looked how long advancing takes.
+constexpr std::chrono::milliseconds kSlice{100};
 
 }  // namespace
 
 SimHost::SimHost(std::shared_ptr<const sim::World> world, std::uint64_t seed, const Clock& clock)
     : world_(std::move(world)), clock_(clock), state_(sim::initial_state(*world_, seed)) {}
 
-SimHost::~SimHost() {
+SimHost::~SimHost() { stop_keeping_up(); }
+
+void SimHost::stop_keeping_up() {
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
@@ -24,11 +31,38 @@ SimHost::~SimHost() {
   if (keeper_.joinable()) keeper_.join();
 }
 
-void SimHost::keep_up() {
-  keeper_ = std::thread([this] {
+void SimHost::keep_up(std::chrono::milliseconds patience, std::function<void(Duration)> told) {
+  keeps_up_ = true;
+  patience_ = patience;
+  advanced_to_ = clock_.now();
+  keeper_ = std::thread([this, told = std::move(told)] {
+    Duration next = std::chrono::seconds(1);
     std::unique_lock lock(mutex_);
-    while (!end_.wait_for(lock, kKeepUpPeriod, [this] { return ending_; })) sim::advance(*world_, state_, clock_.now());
+    while (!end_.wait_for(lock, kKeepUpPeriod, [this] { return ending_; })) {
+      advance();
+      if (behind_ < next) continue;
+      const Duration behind = behind_;
+      next = 2 * behind;
+      lock.unlock();
+      told(behind);
+      lock.lock();
+    }
   });
+}
+
+void SimHost::advance() {
+  const TimePoint now = clock_.now();
+  if (!keeps_up_) return sim::advance(*world_, state_, now);
+  const auto until = std::chrono::steady_clock::now() + patience_;
+  while (advanced_to_ < now) {
+    advanced_to_ = std::min(add_saturating(advanced_to_, kSlice), now);
+    sim::advance(*world_, state_, advanced_to_);
+    if (advanced_to_ < now && std::chrono::steady_clock::now() >= until) {
+      behind_ += now - advanced_to_;
+      sim::follow(state_, now);
+      advanced_to_ = now;
+    }
+  }
 }
 
 mission::CallOutcome SimHost::call(const std::string& interface, const std::string& method, const Value& args,
@@ -36,22 +70,23 @@ mission::CallOutcome SimHost::call(const std::string& interface, const std::stri
   const Map none;
   const Map* map = args.as_map();
   const std::lock_guard lock(mutex_);
+  advance();
   auto result =
       sim::call(*world_, state_, {.service = interface, .method = method, .args = map ? *map : none, .robot = robot},
-                clock_.now());
+                keeps_up_ ? advanced_to_ : clock_.now());
   if (!result) return {.ok = false, .result = {}, .kind = "exception", .message = result.error().message};
   return {.ok = true, .result = std::move(*result), .kind = {}, .message = {}};
 }
 
 sim::State SimHost::snapshot() {
   const std::lock_guard lock(mutex_);
-  sim::advance(*world_, state_, clock_.now());
+  advance();
   return state_;
 }
 
 void SimHost::inspect(const std::function<void(const sim::State&)>& look) {
   const std::lock_guard lock(mutex_);
-  sim::advance(*world_, state_, clock_.now());
+  advance();
   look(state_);
 }
 
@@ -84,6 +119,13 @@ class TopicPort final : public ServicePort {
 };
 
 }  // namespace
+
+std::string falls_behind(Duration behind) {
+  std::string text = "this machine is too slow for the simulator's pace: ";
+  text += std::to_string(std::chrono::duration_cast<std::chrono::seconds>(behind).count());
+  text += " s of simulated time were left out so far; a smaller --factor helps";
+  return text;
+}
 
 std::unique_ptr<ServicePort> make_topic_port() { return std::make_unique<TopicPort>(); }
 

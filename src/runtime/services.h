@@ -37,8 +37,14 @@ class SimHost {
   SimHost& operator=(const SimHost&) = delete;
 
   /// In real time: from now on a thread keeps the world up with the clock, so that no call pays for all the time since
-  /// the one before. What calls see is the same.
-  void keep_up();
+  /// the one before. What calls see is the same, as long as the machine is fast enough. On one that is not, simulated
+  /// time falls behind the clock instead of calls waiting for ever more of it.
+  /// @param patience  Wall time for which a call waits, or the clock's thread works, before time is left out.
+  /// @param told      Hears how much was left out in all, once that is a second and when it has doubled. From the
+  /// thread.
+  void keep_up(std::chrono::milliseconds patience, std::function<void(Duration behind)> told);
+  /// Its thread has ended.
+  void stop_keeping_up();
 
   /// Advances the world to now and serves the call of a robot (empty: the first). From any thread.
   [[nodiscard]] mission::CallOutcome call(const std::string& interface, const std::string& method, const Value& args,
@@ -52,14 +58,24 @@ class SimHost {
   [[nodiscard]] const sim::World& world() const { return *world_; }
 
  private:
+  // With the lock held.
+  void advance();
+
   std::shared_ptr<const sim::World> world_;
   const Clock& clock_;
   std::mutex mutex_;
   sim::State state_;
+  bool keeps_up_ = false;
+  std::chrono::milliseconds patience_{0};
+  TimePoint advanced_to_{};  // of the clock, while the thread keeps up
+  Duration behind_{0};       // simulated time that was left out
   bool ending_ = false;
   std::condition_variable end_;
   std::thread keeper_;
 };
+
+/// What a person is told of a simulator that cannot keep up.
+[[nodiscard]] std::string falls_behind(Duration behind);
 
 /// A service that nobody serves: what is published on its topics has left when it was observed.
 [[nodiscard]] std::unique_ptr<ServicePort> make_topic_port();

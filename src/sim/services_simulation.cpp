@@ -11,12 +11,6 @@ namespace sentree::sim {
 
 namespace {
 
-// From here on, simulated time follows the run's clock anew; what was simulated stays.
-void anchor(State& state, TimePoint run_now) {
-  state.clock.run_anchor = run_now;
-  state.clock.sim_anchor = state.time;
-}
-
 Value set_charge(const Context& c) {
   const double percent = c.args.number("percent");
   if (!c.args.problem().empty()) return {};
@@ -139,7 +133,7 @@ Value set_time_factor(const Context& c) {
   if (!c.args.problem().empty()) return {};
   constexpr double kFactorMax = 1e6;
   if (factor < 0.0 || factor > kFactorMax) return return_code("OUT_OF_BOUNDS");
-  anchor(c.state, c.now);
+  follow(c.state, c.now);
   c.state.clock.factor = factor;
   return return_code("OK");
 }
@@ -147,7 +141,7 @@ Value set_time_factor(const Context& c) {
 Value set_paused(const Context& c) {
   const bool paused = c.args.boolean("paused");
   if (!c.args.problem().empty()) return {};
-  anchor(c.state, c.now);
+  follow(c.state, c.now);
   c.state.clock.paused = paused;
   return return_code("OK");
 }
@@ -157,7 +151,7 @@ Value step(const Context& c) {
   if (!c.args.problem().empty()) return {};
   // A call answers in reasonable time: no more than an hour of simulation.
   advance_by(c.world, c.state, from_seconds(std::clamp(s, 0.0, 3600.0)));
-  anchor(c.state, c.now);
+  follow(c.state, c.now);
   return seconds(c.state.time);
 }
 
@@ -168,7 +162,7 @@ Value reset(const Context& c) {
   fresh.clock.factor = c.state.clock.factor;
   fresh.clock.paused = c.state.clock.paused;
   c.state = std::move(fresh);
-  anchor(c.state, c.now);
+  follow(c.state, c.now);
   return return_code("OK");
 }
 

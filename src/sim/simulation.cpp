@@ -183,6 +183,11 @@ void advance_by(const World& world, State& state, Duration duration) {
   while (state.time + world.step <= until) step(world, state);
 }
 
+void follow(State& state, TimePoint now) {
+  state.clock.run_anchor = now;
+  state.clock.sim_anchor = state.time;
+}
+
 void advance(const World& world, State& state, TimePoint now) {
   const TimeControl& clock = state.clock;
   if (clock.paused || clock.factor <= 0.0 || now <= clock.run_anchor) return;
@@ -192,8 +197,7 @@ void advance(const World& world, State& state, TimePoint now) {
   if (target <= state.time) return;
   if (target - state.time > kAdvanceMax) {
     advance_by(world, state, kAdvanceMax);
-    state.clock.run_anchor = now;
-    state.clock.sim_anchor = state.time;
+    follow(state, now);
     return;
   }
   advance_by(world, state, target - state.time);

@@ -14,6 +14,10 @@ inline constexpr Duration kAdvanceMax = std::chrono::hours(24);
 /// Cost: about 1 ms a simulated second and robot, most of it laser scans and plans.
 void advance(const World& world, State& state, TimePoint now);
 
+/// From `now` on, simulated time follows the run's clock anew; what was simulated stays, and what lies between is left
+/// out.
+void follow(State& state, TimePoint now);
+
 /// Advances by a duration of simulated time, whatever the clock says.
 void advance_by(const World& world, State& state, Duration duration);
 
