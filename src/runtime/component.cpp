@@ -11,7 +11,9 @@ namespace sentree::runtime {
 namespace {
 
 // Half of a call's deadline where the project says nothing.
-constexpr std::chrono::milliseconds kPatience{20};
+constexpr std::chrono::milliseconds kWork{20};
+// Wall time by which what calls see may lag behind the clock.
+constexpr double kLag_s = 0.25;
 
 std::string lower(std::string_view text) {
   std::string out(text);
@@ -85,7 +87,8 @@ Loaded<SimComponent> prepare_sim_world(const std::string& world_file) {
 SimServer::SimServer(SimComponent component, std::uint64_t seed, double factor,
                      std::function<void(const std::string&)> say)
     : clock_(make_real_clock(factor)), host_(std::make_unique<SimHost>(component.world, seed, *clock_)) {
-  host_->keep_up(kPatience, [say = std::move(say)](Duration behind) { say(falls_behind(behind)); });
+  host_->keep_up({kWork, from_seconds(kLag_s * factor)},
+                 [say = std::move(say)](Duration behind) { say(falls_behind(behind)); });
   served_ = std::move(component.services);
   for (const SimComponent::Served& served : served_) {
     auto service = std::make_shared<rpc::FunctionService>(

@@ -149,8 +149,9 @@ class Run::Impl final : public RunView, private RunInside {
     if (options_.on_view) options_.on_view(this);
     if (!scenario_.virtual_time || options_.pace > 0 || options_.paused) start_control_socket();
     if (!scheduler_->is_virtual() && sim_) {
-      // Time that is left out makes a replay differ, so that it is left out late.
-      sim_->keep_up(std::chrono::milliseconds(250), [this](Duration behind) { problem(falls_behind(behind)); });
+      // What calls see later than they should makes a replay differ: that comes last.
+      constexpr std::chrono::milliseconds kWork{250};
+      sim_->keep_up({kWork, stretched(kWork)}, [this](Duration behind) { problem(falls_behind(behind)); });
     }
     scheduler_->at(director_, TimePoint(scenario_.duration), mission::Rank::kInjection, [this] {
       timed_out_ = true;

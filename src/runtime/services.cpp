@@ -31,7 +31,7 @@ void SimHost::stop_keeping_up() {
   if (keeper_.joinable()) keeper_.join();
 }
 
-void SimHost::keep_up(std::chrono::milliseconds patience, std::function<void(Duration)> told) {
+void SimHost::keep_up(Patience patience, std::function<void(Duration)> told) {
   keeps_up_ = true;
   patience_ = patience;
   advanced_to_ = clock_.now();
@@ -53,16 +53,16 @@ void SimHost::keep_up(std::chrono::milliseconds patience, std::function<void(Dur
 void SimHost::advance() {
   const TimePoint now = clock_.now();
   if (!keeps_up_) return sim::advance(*world_, state_, now);
-  const auto until = std::chrono::steady_clock::now() + patience_;
+  const auto until = std::chrono::steady_clock::now() + patience_.work;
   while (advanced_to_ < now) {
     advanced_to_ = std::min(add_saturating(advanced_to_, kSlice), now);
     sim::advance(*world_, state_, advanced_to_);
-    if (advanced_to_ < now && std::chrono::steady_clock::now() >= until) {
-      behind_ += now - advanced_to_;
-      sim::follow(state_, now);
-      advanced_to_ = now;
-    }
+    if (std::chrono::steady_clock::now() >= until) break;
   }
+  if (now - advanced_to_ <= patience_.lag) return;
+  behind_ += now - advanced_to_;
+  sim::follow(state_, now);
+  advanced_to_ = now;
 }
 
 mission::CallOutcome SimHost::call(const std::string& interface, const std::string& method, const Value& args,

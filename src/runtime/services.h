@@ -39,10 +39,12 @@ class SimHost {
   /// In real time: from now on a thread keeps the world up with the clock, so that no call pays for all the time since
   /// the one before. What calls see is the same, as long as the machine is fast enough. On one that is not, simulated
   /// time falls behind the clock instead of calls waiting for ever more of it.
-  /// @param patience  Wall time for which a call waits, or the clock's thread works, before time is left out.
-  /// @param told      Hears how much was left out in all, once that is a second and when it has doubled. From the
-  /// thread.
-  void keep_up(std::chrono::milliseconds patience, std::function<void(Duration behind)> told);
+  struct Patience {
+    std::chrono::milliseconds work{20};  ///< Wall time for which a call waits, or the thread works, at once.
+    Duration lag{0};                     ///< Run time that may be left over then; more is left out for good.
+  };
+  /// @param told  Hears how much was left out in all, once that is a second and when it has doubled. From the thread.
+  void keep_up(Patience patience, std::function<void(Duration behind)> told);
   /// Its thread has ended.
   void stop_keeping_up();
 
@@ -66,7 +68,7 @@ class SimHost {
   std::mutex mutex_;
   sim::State state_;
   bool keeps_up_ = false;
-  std::chrono::milliseconds patience_{0};
+  Patience patience_;
   TimePoint advanced_to_{};  // of the clock, while the thread keeps up
   Duration behind_{0};       // simulated time that was left out
   bool ending_ = false;

@@ -31,7 +31,7 @@ TEST(SimHost, FallsBehindAClockThatIsTooFastInsteadOfKeepingItsCallersWaiting) {
   SetClock clock;
   SimHost host(world(), 1, clock);
   std::promise<Duration> told;
-  host.keep_up(milliseconds(1), [&](Duration behind) { told.set_value(behind); });
+  host.keep_up({.work = milliseconds(1), .lag = milliseconds(10)}, [&](Duration behind) { told.set_value(behind); });
   clock.advance(hours(20));  // more than a minute's work
   const Duration behind = told.get_future().get();
   host.stop_keeping_up();
