@@ -67,7 +67,7 @@ function(sentree_test name)
     endif()
   endforeach()
   target_precompile_headers(${name} REUSE_FROM sentree_precompiled_tests)
-  gtest_discover_tests(${name} PROPERTIES LABELS "${arg_LABEL}" TIMEOUT 120 DISCOVERY_TIMEOUT 60)
+  gtest_discover_tests(${name} PROPERTIES LABELS "${arg_LABEL}" TIMEOUT 600 DISCOVERY_TIMEOUT 300)
 endfunction()
 
 # A translation unit per header that includes nothing else: a header that leans on another's includes does not build.

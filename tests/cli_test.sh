@@ -339,7 +339,7 @@ expect 0 '✓' "$sentree" ping "unix:$work/goto.sock"
 kill $skill
 
 # Experiment 1 by hand: a mission in real time, the battery forced through its control socket.
-"$sentree" run examples/recharge --clock real --factor 20 --duration '60 s' >"$work/mission" 2>&1 &
+"$sentree" run examples/recharge --clock real --factor 20 --duration '10 h' >"$work/mission" 2>&1 &
 mission=$!
 until "$sentree" call simulation setBatteryCharge percent=10 >"$work/call" 2>&1 || ! kill -0 $mission 2>/dev/null; do :; done
 expect 0 'battery: Battery at sim' "$sentree" services

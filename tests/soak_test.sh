@@ -15,7 +15,7 @@ cat >"$work/soak.yaml" <<END
 project: $source/tests/projects/resilient
 clock: {real: 20}
 override: {mission: {repeat: true}}
-duration: $(((length + 20) * 20)) s
+duration: $((length * 200)) s
 END
 
 "$sentree" run "$work/soak.yaml" --processes >"$work/log" 2>&1 &
@@ -71,9 +71,9 @@ samples most >"$work/early"
 for _ in {1..6}; do pass_with_stall; done
 pass 20
 samples least >"$work/late"
-kill -0 $run
+kill -INT $run
 wait $run || code=$?
-[[ ${code:-0} -eq 124 || ${code:-0} -eq 0 ]] || { echo "the run exited with $code" && exit 1; }
+[[ ${code:-0} -eq 130 || ${code:-0} -eq 0 ]] || { echo "the run exited with $code" && exit 1; }
 
 join "$work/first" "$work/early" | join - "$work/late" | awk '
   { printf "%s: %d -> %d kB, %d -> %d descriptors, %d -> %d threads\n", $2, $7, $11, $4, $12, $9, $13

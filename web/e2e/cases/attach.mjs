@@ -15,7 +15,7 @@ test("a page that is attached shows what was before, goes on live, and leaves th
     join(folder, "waits.yaml"),
     `project: ${example("recharge")}
 clock: {real: 10}
-override: {world: {battery: {initial: 100 %}}}
+override: {world: {battery: {initial: 100 %}}, deadlines: {call: 1 s, condition: 2 s, budget: 3 s}}
 timeline:
   - {at: 20 s, call: simulation.setBatteryCharge, args: {percent: 10}}
 duration: 100 h
