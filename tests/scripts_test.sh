@@ -168,7 +168,7 @@ expect_call 'ctest --preset release --parallel 1 --rerun-failed --repeat until-p
 
 name="does not repeat when many fail"
 set_up
-stub_failing_ctest 0 "$(seq -f '%g:a' -s '\\n' 13)\\n"
+stub_failing_ctest 0 "$(seq -f '%g:a' -s '\\n' 26)\\n"
 run 8 "$work/repo/test"
 expect_no_call 'ctest .* --rerun-failed'
 
