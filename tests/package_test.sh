@@ -34,7 +34,8 @@ for file in usr/bin/sentree usr/share/man/man1/sentree.1.gz usr/share/man/man1/s
 done
 compgen -G "$work/development/usr/lib*/libsentree_bt.a" >/dev/null || fail "libsentree-dev lacks sentree::bt"
 [[ -s $work/development/usr/include/sentree/bt/tree.h ]] || fail "libsentree-dev lacks headers"
-! grep -rqF "$source" "$work/program" "$work/development/usr/lib/cmake" || fail "the packages name the folder of their sources"
+named=$(grep -rlF "$source" "$work/program" "$work/development/usr/lib/cmake" || true)
+[[ -z $named ]] || fail "these name the folder of their sources: $named"
 
 # man finds nothing to complain about.
 if command -v man >/dev/null; then

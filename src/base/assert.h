@@ -7,6 +7,7 @@ namespace sentree {
 
 }  // namespace sentree
 
-/// A condition that only a bug of ours can break; checked in every build.
+/// A condition that only a bug of ours can break; checked in every build. The file's name alone is said: the same
+/// sources give the same program in whatever folder they are built.
 #define SENTREE_ASSERT(condition) \
-  ((condition) ? static_cast<void>(0) : ::sentree::assertion_failed(#condition, __FILE__, __LINE__))
+  ((condition) ? static_cast<void>(0) : ::sentree::assertion_failed(#condition, __FILE_NAME__, __LINE__))
