@@ -36,6 +36,9 @@ compgen -G "$work/development/usr/lib*/libsentree_bt.a" >/dev/null || fail "libs
 [[ -s $work/development/usr/include/sentree/bt/tree.h ]] || fail "libsentree-dev lacks headers"
 named=$(grep -rlF "$source" "$work/program" "$work/development/usr/lib/cmake" || true)
 [[ -z $named ]] || fail "these name the folder of their sources: $named"
+# A compiler's cache may have made such names relative.
+named=$(grep -aoE '[./]*/src/[a-z_]+/[a-z_]+\.(cpp|h)\b' "$work/program/usr/bin/sentree" | sort -u || true)
+[[ -z $named ]] || fail "the program names its sources: $named"
 
 # man finds nothing to complain about.
 if command -v man >/dev/null; then

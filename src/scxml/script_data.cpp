@@ -1,10 +1,9 @@
 // How a session's data get into its heap and out of it.
 
-#include <duktape.h>
-
 #include <algorithm>
 #include <utility>
 
+#include "sentree/scxml/detail/duktape.h"
 #include "sentree/scxml/detail/script_protect.h"
 #include "sentree/scxml/script_heap.h"
 #include "sentree/scxml/script_values.h"

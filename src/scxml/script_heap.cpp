@@ -1,12 +1,11 @@
 #include "sentree/scxml/script_heap.h"
 
-#include <duktape.h>
-
 #include <algorithm>
 #include <cstdlib>
 #include <utility>
 
 #include "sentree/base/assert.h"
+#include "sentree/scxml/detail/duktape.h"
 #include "sentree/scxml/detail/script_protect.h"
 #include "sentree/scxml/script_values.h"
 

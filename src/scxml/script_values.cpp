@@ -1,10 +1,9 @@
 #include "sentree/scxml/script_values.h"
 
-#include <duktape.h>
-
 #include <cmath>
 #include <cstring>
 
+#include "sentree/scxml/detail/duktape.h"
 #include "sentree/scxml/expression.h"
 #include "sentree/scxml/script_heap.h"
 #include "sentree/text/xml.h"

@@ -1,9 +1,8 @@
 #pragma once
 
-#include <duktape.h>
-
 #include <type_traits>
 
+#include "sentree/scxml/detail/duktape.h"
 #include "sentree/scxml/script_heap.h"
 
 namespace sentree::scxml {
