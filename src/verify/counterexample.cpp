@@ -7,6 +7,7 @@
 
 #include "sentree/project/intervention.h"
 #include "sentree/text/json.h"
+#include "sentree/verify/gates.h"
 #include "sentree/verify/period.h"
 
 namespace sentree::verify {
@@ -108,15 +109,24 @@ void simplify(project::Scenario& example, const std::function<bool(const project
 Result<std::vector<Told>> retell(const project::Plan& plan) {
   class Listener final : public mission::Surroundings {
    public:
-    explicit Listener(const project::Plan& of) : plan(of) {}
-    void observed(const Message& message) override { told.back().messages.push_back(message); }
+    explicit Listener(const project::Plan& of) : plan(of), gates(of) {}
+    void observed(const Message& message) override {
+      gates.observed(message, message.time);
+      told.back().messages.push_back(message);
+    }
+    std::optional<mission::Veto> judge(const Message& request) override { return gates.judge(request, request.time); }
     std::optional<std::uint64_t> choose(const mission::Choice& choice) override {
+      Told::Choice one{.number = choice.number, .alternatives = {}, .count = choice.count};
+      for (std::uint64_t i = 0; i < std::min(choice.count, kAlternativesToldMax); ++i)
+        one.alternatives.push_back(to_json(choice.alternative(i)));
+      told.back().choices.push_back(std::move(one));
       return mission::scripted(plan.scenario, choice).value_or(0);
     }
     std::size_t order(std::uint64_t number, std::span<const mission::Delivery* const> due) override {
       return mission::scripted(plan, number, due).value_or(0);
     }
     const project::Plan& plan;
+    Gates gates;
     std::vector<Told> told;
   };
   mission::VirtualHost host(plan);
@@ -124,7 +134,8 @@ Result<std::vector<Told>> retell(const project::Plan& plan) {
   mission::State state = host.begin();
   const TimePoint end = TimePoint{} + plan.scenario.duration;
   while (!mission::VirtualHost::ended(state) && state.tree.planned < end) {
-    listener.told.push_back({.tick = listener.told.size() + 1, .at = state.tree.planned, .messages = {}});
+    listener.told.push_back(
+        {.tick = listener.told.size() + 1, .at = state.tree.planned, .messages = {}, .choices = {}});
     const auto done = period(host, state, listener, [] { return Result<void>(); });
     if (!done) return tl::unexpected(done.error());
     if (state.tree.over) break;

@@ -23,12 +23,22 @@ inline constexpr int kLoopRounds = 3;
 /// time and the first alternatives as little as can be had so.
 void simplify(project::Scenario& example, const std::function<bool(const project::Scenario&)>& violates);
 
+/// Alternatives of one choice that are told.
+inline constexpr std::uint64_t kAlternativesToldMax = 8;
+
 /// Executes the scenario's project with its choices and orders, without a clock, up to its duration. Each tick: what
 /// was observed in it, and what was chosen.
 struct Told {
   std::uint64_t tick = 0;
   TimePoint at{};
   std::vector<Message> messages;
+  /// What models chose, in the order of the observations MODEL.choice.
+  struct Choice {
+    std::uint64_t number = 0;               ///< Among those of its model.
+    std::vector<std::string> alternatives;  ///< As JSON, at most kAlternativesToldMax.
+    std::uint64_t count = 0;
+  };
+  std::vector<Choice> choices;
 };
 [[nodiscard]] Result<std::vector<Told>> retell(const project::Plan& plan);
 

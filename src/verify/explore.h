@@ -100,6 +100,7 @@ struct Options {
   std::uint64_t states = 5'000'000;
   std::uint64_t ticks = UINT64_MAX;
   bool memory_of_steps = true;           ///< Steps are looked up where they are known; else each is executed.
+  bool exact = false;                    ///< States are compared, not their hashes; every step is executed.
   std::uint64_t memory = 4'000'000'000;  ///< Bytes, of which a rough account is kept.
   std::optional<std::chrono::nanoseconds> time;
   std::function<bool()> interrupted;                                    ///< May be empty.

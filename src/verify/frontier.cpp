@@ -25,7 +25,7 @@ class Executing final : public Frontier {
     run_ = host_.begin();
     return encode();
   }
-  void again(TimePoint) override { run_ = states_.front(); }
+  void again(std::uint64_t place, TimePoint) override { run_ = states_[place - dropped_]; }
   Result<void> go_on(const std::function<Result<void>()>& before_tick) override {
     if (const auto delivered = period(host_, run_, surroundings_, before_tick); !delivered)
       return tl::unexpected(delivered.error());
@@ -33,11 +33,20 @@ class Executing final : public Frontier {
     return encode();
   }
   Hash128 key() override { return hash128(form_); }
-  void keep() override { states_.push_back(std::move(run_)); }
-  void drop() override { states_.pop_front(); }
+  std::string_view form() override { return form_; }
+  std::uint64_t keep() override {
+    states_.push_back(std::move(run_));
+    return dropped_ + states_.size() - 1;
+  }
+  void drop() override {
+    states_.pop_front();
+    ++dropped_;
+  }
 
   TimePoint now() const override { return run_.now; }
   bool ended() const override { return mission::VirtualHost::ended(run_); }
+  bool over() const override { return mission::VirtualHost::over(run_); }
+  TimePoint planned() const override { return mission::VirtualHost::planned(run_); }
   const mission::Faults& faults() const override { return run_.faults; }
   bool is_down(const std::string& part) const override {
     if (run_.down.contains(part)) return true;
@@ -66,6 +75,7 @@ class Executing final : public Frontier {
   mission::Surroundings& surroundings_;
   mission::VirtualHost host_;
   std::deque<mission::State> states_;
+  std::uint64_t dropped_ = 0;
   mission::State run_;
   std::string form_;
 };
@@ -79,34 +89,39 @@ class Remembering final : public Frontier {
     run_ = memory_.begin();
     return pack();
   }
-  void again(TimePoint at) override {
-    const std::uint32_t size = waiting_[first_];
-    memory_.unpack(std::span(waiting_).subspan(first_ + 1, size), at, run_);
-    run_.begun = !is_first_;
+  void again(std::uint64_t place, TimePoint at) override {
+    const std::size_t first = place - thrown_away_;
+    memory_.unpack(std::span(waiting_).subspan(first + 1, waiting_[first]), at, run_);
+    run_.begun = place != 0;
   }
   Result<void> go_on(const std::function<Result<void>()>& before_tick) override {
     if (const auto delivered = period(memory_, run_, outside_, before_tick); !delivered)
       return tl::unexpected(delivered.error());
     return pack();
   }
-  Hash128 key() override {
-    return hash128({reinterpret_cast<const char*>(packed_.data()), packed_.size() * sizeof(std::uint32_t)});
+  Hash128 key() override { return hash128(form()); }
+  std::string_view form() override {
+    return {reinterpret_cast<const char*>(packed_.data()), packed_.size() * sizeof(std::uint32_t)};
   }
-  void keep() override {
+  std::uint64_t keep() override {
+    const std::uint64_t place = thrown_away_ + waiting_.size();
     waiting_.push_back(waited_);
     waiting_.insert(waiting_.end(), packed_.begin(), packed_.begin() + waited_);
+    return place;
   }
   void drop() override {
     first_ += waiting_[first_] + 1;
-    is_first_ = false;
     // What has been gone on from is thrown away, now and then.
     if (first_ < kKept || first_ * 2 < waiting_.size()) return;
     waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(first_));
+    thrown_away_ += first_;
     first_ = 0;
   }
 
   TimePoint now() const override { return run_.now; }
   bool ended() const override { return memory_.ended(run_); }
+  bool over() const override { return memory_.over(run_); }
+  TimePoint planned() const override { return memory_.planned(run_); }
   const mission::Faults& faults() const override { return memory_.faults(run_); }
   bool is_down(const std::string& part) const override {
     if (memory_.is_down(run_, part)) return true;
@@ -139,7 +154,7 @@ class Remembering final : public Frontier {
   mission::PartMemory memory_;
   std::vector<std::uint32_t> waiting_;  // each with its size before it
   std::size_t first_ = 0;
-  bool is_first_ = true;
+  std::uint64_t thrown_away_ = 0;
   mission::PartMemory::Run run_;
   std::vector<std::uint32_t> packed_;
   std::uint32_t waited_ = 0;  // of which this says what the run is; the rest is the timeline

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "sentree/base/hash128.h"
 #include "sentree/base/result.h"
@@ -13,29 +14,34 @@
 
 namespace sentree::verify {
 
-/// States of a mission that wait to be gone on from, first in, first out, and the run that is being tried from the
-/// first of them.
+/// States of a mission from which to go on, and the run that is being tried from one of them.
 class Frontier {
  public:
   virtual ~Frontier() = default;
 
   /// The run is the mission before anything has happened.
   virtual Result<void> begin() = 0;
-  /// The run is the first state that waits.
-  /// @param at  Its time.
-  virtual void again(TimePoint at) = 0;
+  /// The run is a state that was kept and not dropped.
+  /// @param place  Of `keep`.
+  /// @param at     Its time.
+  virtual void again(std::uint64_t place, TimePoint at) = 0;
   /// Goes on by one period. Errors: those of `period`, and of `mission::encode`.
   virtual Result<void> go_on(const std::function<Result<void>()>& before_tick) = 0;
   /// Stands for the run between two periods: equal for runs that behave alike from here on.
   [[nodiscard]] virtual Hash128 key() = 0;
-  /// The run waits behind all others.
-  virtual void keep() = 0;
-  /// The first state that waits has been gone on from.
+  /// What `key` is a hash of. Valid until the run goes on.
+  [[nodiscard]] virtual std::string_view form() = 0;
+  /// Keeps the run, which is not there any more then; where, for `again`. The first is the beginning.
+  virtual std::uint64_t keep() = 0;
+  /// Nobody goes on any more from the one that was kept first of those that are left.
   virtual void drop() = 0;
 
   // Of the run.
   [[nodiscard]] virtual TimePoint now() const = 0;
   [[nodiscard]] virtual bool ended() const = 0;
+  /// No tick follows; else when the next one is planned.
+  [[nodiscard]] virtual bool over() const = 0;
+  [[nodiscard]] virtual TimePoint planned() const = 0;
   [[nodiscard]] virtual const mission::Faults& faults() const = 0;
   /// A skill or a service that is killed.
   [[nodiscard]] virtual bool is_down(const std::string& part) const = 0;

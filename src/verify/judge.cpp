@@ -9,15 +9,11 @@
 #include <utility>
 
 #include "sentree/base/flat_map.h"
-#include "sentree/base/hash128.h"
-#include "sentree/monitor/monitor_set.h"
+#include "sentree/verify/monitor_memory.h"
 
 namespace sentree::verify {
 
 namespace {
-
-using monitor::Core;
-using monitor::Verdict;
 
 // A pair of a state of the mission and a state of the monitor.
 struct Pair {
@@ -25,16 +21,6 @@ struct Pair {
   std::uint32_t core = 0;
   std::uint32_t parent = UINT32_MAX;
   std::uint32_t edge = 0;  // by which it was reached first
-};
-
-// What a sequence of observations does to a state of the monitor.
-struct Outcome {
-  std::uint32_t core = 0;
-  bool violated = false;
-  bool discharged = false;  // at some time it owed nothing
-  Duration after{};
-  std::string observation;
-  std::string state;
 };
 
 // An edge between pairs.
@@ -48,17 +34,19 @@ struct Step {
 class Judge {
  public:
   Judge(const Graph& graph, const monitor::Model& model, const JudgeOptions& options)
-      : graph_(graph), model_(model), options_(options), dispatch_(std::span<const monitor::Model>(&model, 1)) {}
+      : graph_(graph), model_(model), options_(options), memory_(graph, model) {}
 
   Judgement operator()() {
     out_.requirement = model_.name();
-    filter();
-    const auto begin = intern(monitor::begin(model_, TimePoint{}), TimePoint{});
-    if (!begin) return std::move(out_);
-    add({0, *begin, UINT32_MAX, 0});
+    const auto begin = memory_.begin();
+    if (begin) add({0, *begin, UINT32_MAX, 0});
     for (std::uint32_t at = 0; at < pairs_.size(); ++at) {
-      if (!follow(at)) return std::move(out_);
+      if (!follow(at)) break;
       if (out_.finding == Finding::kRefuted && !wants_all()) break;
+    }
+    if (memory_.error()) {
+      out_.error = to_string(*memory_.error());
+      return std::move(out_);
     }
     out_.states = pairs_.size();
     if (out_.finding != Finding::kRefuted) {
@@ -71,121 +59,7 @@ class Judge {
   }
 
  private:
-  struct Kept {
-    Core core;
-    TimePoint at{};
-    bool owes = false;        // without a bound
-    bool owes_until = false;  // with one
-    bool violated = false;
-  };
-
   [[nodiscard]] bool wants_all() const { return options_.probabilities && graph_.probabilistic && graph_.complete; }
-
-  // Of each sequence what this monitor listens to; equal ones are one.
-  void filter() {
-    // Observations by what this monitor looks at.
-    constexpr std::uint32_t kNobody = UINT32_MAX;
-    std::map<std::string, std::uint32_t> alike;
-    std::vector<std::uint32_t> listened;
-    for (const Message& message : graph_.observations) {
-      const auto& targets = dispatch_.route(message.name).of(message.source);
-      listened.push_back(kNobody);
-      if (targets.monitors.empty()) continue;
-      std::string key = message.name + '|' + message.source + '|' + to_json(targets.projection.data(message));
-      listened.back() = alike.emplace(std::move(key), static_cast<std::uint32_t>(alike.size())).first->second;
-    }
-    std::unordered_map<Hash128, std::uint32_t, Hash128Hash> known;
-    std::vector<std::uint64_t> words;
-    of_sequence_.reserve(graph_.sequences.size());
-    for (const auto& sequence : graph_.sequences) {
-      words.clear();
-      std::vector<const Seen*> heard;
-      for (const Seen& seen : sequence) {
-        if (listened[seen.observation] == kNobody) continue;
-        heard.push_back(&seen);
-        words.push_back(static_cast<std::uint64_t>(seen.after.count()));
-        words.push_back(listened[seen.observation]);
-      }
-      ever_heard_ = ever_heard_ || !heard.empty();
-      const Hash128 hash = hash128({reinterpret_cast<const char*>(words.data()), words.size() * sizeof(std::uint64_t)});
-      const auto [found, is_new] = known.emplace(hash, static_cast<std::uint32_t>(heard_.size()));
-      if (is_new) heard_.push_back(std::move(heard));
-      of_sequence_.push_back(found->second);
-    }
-  }
-
-  std::optional<std::uint32_t> intern(Core core, TimePoint at, bool violated = false) {
-    form_.clear();
-    if (auto encoded = monitor::encode(model_, core, at, form_); !encoded) {
-      out_.error = to_string(encoded.error());
-      return std::nullopt;
-    }
-    form_.push_back(violated ? 'v' : static_cast<char>(core.verdict));
-    const auto [found, is_new] = core_of_.emplace(form_, static_cast<std::uint32_t>(cores_.size()));
-    if (is_new) {
-      const monitor::Standing standing = monitor::standing(model_, core);
-      const bool undecided = core.verdict == Verdict::kUndecided;
-      const bool bounded = standing.deadline.has_value() || !standing.counted.empty();
-      cores_.push_back({.core = std::move(core),
-                        .at = at,
-                        .owes = undecided && standing.pending && !bounded,
-                        .owes_until = undecided && standing.pending && bounded,
-                        .violated = violated});
-    }
-    return found->second;
-  }
-
-  [[nodiscard]] bool owes_without_bound(const Core& core) const {
-    if (core.verdict != Verdict::kUndecided) return false;
-    const monitor::Standing standing = monitor::standing(model_, core);
-    return standing.pending && !standing.deadline && standing.counted.empty();
-  }
-
-  const Outcome* outcome_of(std::uint32_t core, std::uint32_t heard, Duration period) {
-    // A period has its length, or none before the first tick.
-    const std::uint64_t key = std::uint64_t{core} << 32U | heard << 1U | (period > Duration(0) ? 1U : 0U);
-    if (const std::uint32_t known = outcome_of_.find(key); known != outcome_of_.kNone) return &outcomes_[known];
-    Outcome outcome;
-    Core stepped = cores_[core].core;
-    const TimePoint begin = cores_[core].at;
-    bool violated = false;
-    const auto take = [&](const monitor::Stepped& what, Duration after, const std::string& observation) {
-      if (what.verdict == Verdict::kViolated && !violated) {
-        violated = true;
-        outcome.after = after;
-        outcome.observation = observation;
-        outcome.state = what.state;
-      }
-    };
-    const auto until = [&](TimePoint time) {
-      for (;;) {
-        const TimePoint due = monitor::next_timer(model_, stepped);
-        const monitor::Stepped what = monitor::step_timers(model_, stepped, time);
-        take(what, std::min(due, time) - begin, "");
-        if (what.verdict == Verdict::kUndecided || stepped.verdict != Verdict::kUndecided) return;
-      }
-    };
-    for (const Seen* seen : heard_[heard]) {
-      until(begin + seen->after - Duration(1));
-      message_ = graph_.observations[seen->observation];
-      message_.time = begin + seen->after;
-      take(monitor::step(model_, stepped, message_), seen->after, message_.name);
-      owed_ = owed_ || monitor::standing(model_, stepped).pending;
-      if (!owes_without_bound(stepped)) outcome.discharged = true;
-    }
-    until(begin + period);
-    if (stepped.failure()) {
-      out_.error = to_string(*stepped.failure());
-      return nullptr;
-    }
-    outcome.violated = violated;
-    const auto to = intern(std::move(stepped), begin + period, violated);
-    if (!to) return nullptr;
-    outcome.core = *to;
-    outcome.discharged = outcome.discharged || !cores_[*to].owes;
-    outcome_of_.try_emplace(key, static_cast<std::uint32_t>(outcomes_.size()));
-    return &outcomes_.emplace_back(std::move(outcome));
-  }
 
   std::pair<std::uint32_t, bool> add(Pair pair) {
     const std::uint64_t key = (std::uint64_t{pair.node} << 32U) | pair.core;
@@ -196,13 +70,13 @@ class Judge {
 
   bool follow(std::uint32_t at) {
     const Pair pair = pairs_[at];
-    if (cores_[pair.core].violated) return true;  // what comes then changes nothing
+    if (memory_.kept(pair.core).violated) return true;  // what comes then changes nothing
     const Graph::Node& node = graph_.nodes[pair.node];
     if (node.ended) {
-      if (cores_[pair.core].owes && out_.finding != Finding::kRefuted) {
+      if (memory_.kept(pair.core).owes && out_.finding != Finding::kRefuted) {
         refute(at, "", node.at, "");
         out_.state = "the mission ends";
-      } else if (cores_[pair.core].owes_until && !out_.can_stay_open) {
+      } else if (memory_.kept(pair.core).owes_until && !out_.can_stay_open) {
         out_.can_stay_open = path_to(at);
       }
       return true;
@@ -210,7 +84,7 @@ class Judge {
     for (std::uint32_t e = node.first_edge; e < node.first_edge + node.edges; ++e) {
       const Edge& edge = graph_.edges[e];
       const Duration period = span_of(edge);
-      const Outcome* outcome = outcome_of(pair.core, of_sequence_[edge.seen], period);
+      const auto* outcome = memory_.after(pair.core, memory_.heard(edge.seen), period);
       if (outcome == nullptr) return false;
       const auto [to, is_new] = add({edge.to, outcome->core, at, e});
       steps_.push_back({at, to, e, outcome->discharged});
@@ -283,14 +157,16 @@ class Judge {
   }
 
   void look_for_loops() {
-    const bool owes = std::any_of(cores_.begin(), cores_.end(), [](const Kept& kept) { return kept.owes; });
+    const bool owes =
+        std::any_of(memory_.all().begin(), memory_.all().end(), [](const auto& kept) { return kept.owes; });
     if (!owes) return;
     steps_of_.assign(pairs_.size(), {});
     all_steps_of_.assign(pairs_.size(), {});
     for (std::uint32_t s = 0; s < steps_.size(); ++s) {
       const Step& step = steps_[s];
       all_steps_of_[step.from].push_back(s);
-      const bool goes_on = !step.discharged && cores_[pairs_[step.from].core].owes && cores_[pairs_[step.to].core].owes;
+      const bool goes_on =
+          !step.discharged && memory_.kept(pairs_[step.from].core).owes && memory_.kept(pairs_[step.to].core).owes;
       if (goes_on) steps_of_[step.from].push_back(s);
     }
     all_fair_ = options_.all_fair;
@@ -494,7 +370,7 @@ class Judge {
   // ----
 
   std::string vacuity() const {
-    if (!ever_heard_) return "no observation that it waits for is ever made";
+    if (!memory_.ever_heard()) return "no observation that it waits for is ever made";
     const monitor::Origin* origin = model_.origin();
     if (origin == nullptr) return {};
     switch (origin->requirement.pattern) {
@@ -505,7 +381,7 @@ class Judge {
       case monitor::Pattern::kHoldsFor: break;
       default: return {};
     }
-    return owed_ ? "" : "it is never triggered, or what it asks for holds then at once";
+    return memory_.ever_owed() ? "" : "it is never triggered, or what it asks for holds then at once";
   }
 
   // Least (or greatest) over what is left open, mean over what is drawn, of a value at the end of each of `steps`,
@@ -564,7 +440,7 @@ class Judge {
       steps[steps_[s].from].push_back(s);
       before[steps_[s].to].push_back(steps_[s].from);
     }
-    const auto violated = [&](std::uint32_t i) { return cores_[pairs_[i].core].violated; };
+    const auto violated = [&](std::uint32_t i) { return memory_.kept(pairs_[i].core).violated; };
     std::vector<bool> can(n);
     std::deque<std::uint32_t> queue;
     for (std::uint32_t i = 0; i < n; ++i) {
@@ -622,25 +498,15 @@ class Judge {
   const Graph& graph_;
   const monitor::Model& model_;
   const JudgeOptions& options_;
-  monitor::Dispatch dispatch_;
+  MonitorMemory memory_;
   Judgement out_;
-  std::vector<std::vector<const Seen*>> heard_;
-  std::vector<std::uint32_t> of_sequence_;
-  bool ever_heard_ = false;
-  std::vector<Kept> cores_;
-  std::unordered_map<std::string, std::uint32_t> core_of_;
-  std::deque<Outcome> outcomes_;
-  FlatMap<std::uint64_t, WordHash> outcome_of_;  // by monitor's state, what it hears, and whether time passes
   std::vector<Pair> pairs_;
   FlatMap<std::uint64_t, WordHash> pair_of_;
   std::vector<Step> steps_;
-  bool owed_ = false;  // something, at some time
   Adjacent steps_of_;  // those that go on owing
   Adjacent all_steps_of_;
   bool all_fair_ = false;
   bool none_fair_ = false;
-  std::string form_;
-  Message message_;
 };
 
 }  // namespace

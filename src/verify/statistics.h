@@ -15,15 +15,19 @@ struct Sampling {
   std::uint64_t runs = 1'000;
   std::uint64_t seed = 1;
   Order order = Order::kAny;
-  Duration length{};                  ///< A run ends here if the mission did not before [run time].
-  std::function<bool()> interrupted;  ///< May be empty.
+  Duration length{};  ///< A run ends here if the mission did not before [run time].
+  /// Periods that were gone through before are looked up; else every run is executed. The outcome is the same.
+  bool memory_of_periods = true;
+  std::uint64_t memory = 1'000'000'000;  ///< Bytes, about, at which what is known is forgotten.
+  std::function<bool()> interrupted;     ///< May be empty.
   /// After each run: which monitors, by index, it violated. False: enough.
   std::function<bool(const std::vector<bool>& violated)> told;
 };
 
 /// Runs a mission with models in virtual time, again and again: what is drawn by its probability, everything else that
-/// is left open (choices, orders at one instant) by the throw of a die, which is no probability of anything. Steps of
-/// charts are remembered from run to run. Deterministic by the seed.
+/// is left open (choices, orders at one instant) by the throw of a die, which is no probability of anything. A run is a
+/// walk through states of the mission and of the monitors, of which what was gone through before is known.
+/// Deterministic by the seed.
 /// @param plan  Without `obstacles`.
 /// @returns the runs that were made. Errors: those of `period`.
 [[nodiscard]] Result<std::uint64_t> sample(const project::Plan& plan, const Sampling& sampling);

@@ -61,18 +61,10 @@ project::Scenario with_models(project::Scenario scenario) {
   return scenario;
 }
 
-Diagnostic gate_obstacle(const project::Plan& plan) {
-  return error("verify.gate",
-               "monitor " + plan.monitors[plan.gates.front().monitor].name() +
-                   " is a gate; missions with gates cannot be explored yet: leave `gate:` out in a scenario's override",
-               SourceSpan{plan.scenario.project.file});
-}
-
 Verification verify(const project::Plan& plan, const Asked& asked) {
   Verification out;
   out.errors = obstacles(plan);
   const std::string& file = plan.scenario.project.file;
-  if (!plan.gates.empty()) out.errors.push_back(gate_obstacle(plan));
   std::vector<std::string> names;
   for (const monitor::Model& model : plan.monitors) names.push_back(model.name());
   for (const std::string& name : asked.only) {

@@ -14,9 +14,6 @@ namespace sentree::verify {
 /// The scenario with every service that a model stands for served by that model.
 [[nodiscard]] project::Scenario with_models(project::Scenario scenario);
 
-/// Why a plan with gates cannot be explored.
-[[nodiscard]] Diagnostic gate_obstacle(const project::Plan& plan);
-
 struct Verification {
   Graph graph;
   std::vector<Judgement> judgements;     ///< As the requirements were asked for.
@@ -32,7 +29,7 @@ struct Asked {
 };
 
 /// Explores the mission once and judges each requirement on what was found.
-/// Codes: those of `obstacles` and `explore`; verify.unknown-requirement, verify.fair, verify.gate.
+/// Codes: those of `obstacles` and `explore`; verify.unknown-requirement, verify.fair.
 [[nodiscard]] Verification verify(const project::Plan& plan, const Asked& asked);
 
 /// The text of a scenario file that shows a counterexample.

@@ -172,6 +172,56 @@ TEST_F(Verify, LeavesALoopOnlyWhereItIsFair) {
   EXPECT_THAT(to_string(verify(of, asked).errors.front()), HasSubstr("did you mean \"keeper.says\"?"));
 }
 
+TEST_F(Verify, JudgesGatesAsARunDoes) {
+  model("pick('says', 1, 6)");
+  requirements(
+      "never_asked_again \"After a 1 nobody asks.\": after event(reply(door.ask)), never event(request(door.ask)).\n");
+  // Closed by the first answer that is no 6.
+  write("monitors/gate.scxml", kHead + R"(initial="open"><state id="open">
+  <transition event="door.ask.reply" cond="_event.data.result !== 6" target="closed"/></state>
+<state id="closed"><transition event="door.ask.request" target="asked"/></state><state id="asked"/></scxml>)");
+  const auto with = [&](const std::string& gate) {
+    write("sentree.yaml",
+          "mission: {file: mission.xml, rate: 10 Hz}\nservices: {door: {interface: door.thrift/Door, at: model}}\n"
+          "models: [{file: models/door.scxml, name: keeper, serves: [door]}]\n"
+          "monitors: [{file: r.req}, {file: monitors/gate.scxml, violated: [asked]" +
+              gate + "}]\n");
+    auto project = project::load_project(folder_.path());
+    EXPECT_TRUE(project.ok()) << to_string(project.diagnostics.front());
+    auto prepared = project::prepare(with_models(project::plain_scenario(std::move(*project.value))));
+    EXPECT_TRUE(prepared.ok()) << to_string(prepared.diagnostics.front());
+    return std::move(prepared.value.value());
+  };
+  const Verification open = verify(with(""), {});
+  ASSERT_THAT(open.errors, IsEmpty());
+  EXPECT_EQ(open.judgements[0].finding, Finding::kRefuted) << "it is tried twice";
+  EXPECT_EQ(open.judgements[1].finding, Finding::kRefuted);
+  const project::Plan gated = with(", gate: [door.*]");
+  for (const bool memory : {true, false}) {
+    Asked asked;
+    asked.explore.memory_of_steps = memory;
+    const Verification shut = verify(gated, asked);
+    ASSERT_THAT(shut.errors, IsEmpty());
+    EXPECT_EQ(shut.judgements[0].finding, Finding::kHolds);
+    EXPECT_EQ(shut.judgements[1].finding, Finding::kHolds);
+  }
+}
+
+TEST_F(Verify, ComparesStatesIfAskedTo) {
+  tree(
+      "<RetryUntilSuccessful num_attempts=\"-1\"><Sequence><Sleep msec=\"100\"/><Condition ID=\"Ask\"/></Sequence>"
+      "</RetryUntilSuccessful>");
+  model("pick('says', 1, 6)");
+  requirements("small \"It says little.\": always said <= 6.\n");
+  const project::Plan of = plan();
+  Asked asked;
+  asked.explore.exact = true;
+  const Verification exact = verify(of, asked);
+  ASSERT_THAT(exact.errors, IsEmpty());
+  EXPECT_TRUE(exact.graph.complete);
+  EXPECT_EQ(exact.graph.nodes, verify(of, {}).graph.nodes);
+}
+
 TEST_F(Verify, TriesFaults) {
   model("6");
   requirements("answers \"It answers.\": never node(Ask) in FAILURE.\n");

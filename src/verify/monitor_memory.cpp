@@ -1,0 +1,140 @@
+#include "sentree/verify/monitor_memory.h"
+
+#include <algorithm>
+#include <span>
+#include <utility>
+
+#include "sentree/base/assert.h"
+
+namespace sentree::verify {
+
+using monitor::Core;
+using monitor::Verdict;
+
+MonitorMemory::MonitorMemory(const Graph& graph, const monitor::Model& model)
+    : graph_(graph), model_(model), dispatch_(std::span<const monitor::Model>(&model, 1)) {}
+
+std::optional<std::uint32_t> MonitorMemory::begin() {
+  return intern(monitor::begin(model_, TimePoint{}), TimePoint{}, false);
+}
+
+std::uint32_t MonitorMemory::heard(std::uint32_t sequence) {
+  constexpr std::uint32_t kNobody = UINT32_MAX;
+  for (std::size_t i = listened_.size(); i < graph_.observations.size(); ++i) {
+    const Message& message = graph_.observations[i];
+    const auto& targets = dispatch_.route(message.name).of(message.source);
+    listened_.push_back(kNobody);
+    if (targets.monitors.empty()) continue;
+    std::string key = message.name + '|' + message.source + '|' + to_json(targets.projection.data(message));
+    listened_.back() = alike_.emplace(std::move(key), static_cast<std::uint32_t>(alike_.size())).first->second;
+  }
+  while (of_sequence_.size() <= sequence) {
+    words_.clear();
+    std::vector<Seen> heard;
+    for (const Seen& seen : graph_.sequences[of_sequence_.size()]) {
+      if (listened_[seen.observation] == kNobody) continue;
+      heard.push_back(seen);
+      words_.push_back(static_cast<std::uint64_t>(seen.after.count()));
+      words_.push_back(listened_[seen.observation]);
+    }
+    ever_heard_ = ever_heard_ || !heard.empty();
+    const Hash128 hash = hash128({reinterpret_cast<const char*>(words_.data()), words_.size() * sizeof(std::uint64_t)});
+    const auto [found, is_new] = known_.emplace(hash, static_cast<std::uint32_t>(heard_.size()));
+    if (is_new) {
+      bytes_ += 64 + heard.size() * sizeof(Seen);
+      heard_.push_back(std::move(heard));
+    }
+    of_sequence_.push_back(found->second);
+  }
+  return of_sequence_[sequence];
+}
+
+std::optional<std::uint32_t> MonitorMemory::intern(Core core, TimePoint at, bool violated) {
+  form_.clear();
+  if (auto encoded = monitor::encode(model_, core, at, form_); !encoded) {
+    error_ = encoded.error();
+    return std::nullopt;
+  }
+  form_.push_back(violated ? 'v' : static_cast<char>(core.verdict));
+  const auto [found, is_new] = core_of_.emplace(form_, static_cast<std::uint32_t>(cores_.size()));
+  if (is_new) {
+    const monitor::Standing standing = monitor::standing(model_, core);
+    const bool undecided = core.verdict == Verdict::kUndecided;
+    const bool bounded = standing.deadline.has_value() || !standing.counted.empty();
+    bytes_ += sizeof(Kept) + 6 * form_.size() + 500;
+    cores_.push_back({.core = std::move(core),
+                      .at = at,
+                      .owes = undecided && standing.pending && !bounded,
+                      .owes_until = undecided && standing.pending && bounded,
+                      .violated = violated});
+  }
+  return found->second;
+}
+
+bool MonitorMemory::owes_without_bound(const Core& core) const {
+  if (core.verdict != Verdict::kUndecided) return false;
+  const monitor::Standing standing = monitor::standing(model_, core);
+  return standing.pending && !standing.deadline && standing.counted.empty();
+}
+
+const MonitorMemory::Outcome* MonitorMemory::after(std::uint32_t core, std::uint32_t heard, Duration period) {
+  // A period has its length, or none before the first tick.
+  SENTREE_ASSERT(period == Duration(0) || period == graph_.period);
+  const std::uint64_t key = std::uint64_t{core} << 32U | heard << 1U | (period > Duration(0) ? 1U : 0U);
+  if (const std::uint32_t known = outcome_of_.find(key); known != outcome_of_.kNone) return &outcomes_[known];
+  Outcome outcome;
+  Core stepped = cores_[core].core;
+  const TimePoint begin = cores_[core].at;
+  bool violated = false;
+  const auto take = [&](const monitor::Stepped& what, Duration after, const std::string& observation) {
+    if (what.verdict == Verdict::kViolated && !violated) {
+      violated = true;
+      outcome.after = after;
+      outcome.observation = observation;
+      outcome.state = what.state;
+    }
+  };
+  const auto until = [&](TimePoint time) {
+    for (;;) {
+      const TimePoint due = monitor::next_timer(model_, stepped);
+      const monitor::Stepped what = monitor::step_timers(model_, stepped, time);
+      take(what, std::min(due, time) - begin, "");
+      if (what.verdict == Verdict::kUndecided || stepped.verdict != Verdict::kUndecided) return;
+    }
+  };
+  for (const Seen& seen : heard_[heard]) {
+    until(begin + seen.after - Duration(1));
+    message_ = graph_.observations[seen.observation];
+    message_.time = begin + seen.after;
+    take(monitor::step(model_, stepped, message_), seen.after, message_.name);
+    owed_ = owed_ || monitor::standing(model_, stepped).pending;
+    if (!owes_without_bound(stepped)) outcome.discharged = true;
+  }
+  until(begin + period);
+  if (stepped.failure()) {
+    error_ = *stepped.failure();
+    return nullptr;
+  }
+  outcome.violated = violated;
+  const auto to = intern(std::move(stepped), begin + period, violated);
+  if (!to) return nullptr;
+  outcome.core = *to;
+  outcome.discharged = outcome.discharged || !cores_[*to].owes;
+  bytes_ += sizeof(Outcome) + outcome.observation.size() + outcome.state.size();
+  outcome_of_.try_emplace(key, static_cast<std::uint32_t>(outcomes_.size()));
+  return &outcomes_.emplace_back(std::move(outcome));
+}
+
+bool MonitorMemory::violated_by_silence(std::uint32_t core, Duration silence) const {
+  const Kept& kept = cores_[core];
+  const TimePoint until = add_saturating(kept.at, silence);
+  if (kept.core.verdict != Verdict::kUndecided || monitor::next_timer(model_, kept.core) > until) return false;
+  Core stepped = kept.core;
+  for (;;) {
+    const monitor::Stepped what = monitor::step_timers(model_, stepped, until);
+    if (what.verdict == Verdict::kViolated) return true;
+    if (what.verdict == Verdict::kUndecided || stepped.verdict != Verdict::kUndecided) return false;
+  }
+}
+
+}  // namespace sentree::verify

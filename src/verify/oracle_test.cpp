@@ -1,0 +1,248 @@
+// Exploration against brute force: every list of decisions is executed from the beginning, without a memory, canonical
+// forms, reused numbers or anything left out. What can be observed in so many ticks must be the same, and so must what
+// is violated.
+//
+// SENTREE_SEEDS=N tries N random projects instead of the usual ones, SENTREE_SEED=S only that of seed S.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <iostream>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sentree/base/temporary_folder.h"
+#include "sentree/mission/virtual_host.h"
+#include "sentree/verify/detail/test_random_project.h"
+#include "sentree/verify/period.h"
+#include "sentree/verify/verify.h"
+
+namespace sentree::verify {
+namespace {
+
+constexpr std::uint64_t kSeeds = 60;
+constexpr std::uint64_t kTicks = 4;
+// Of a project that can go in more ways nothing is said.
+constexpr std::size_t kRunsMax = 1'500;
+
+// What can be observed in some ticks: one text for each behaviour; and which monitors some behaviour violates.
+struct Behaviours {
+  std::set<std::string> all;
+  std::set<std::string> violated;
+  bool too_many = false;
+};
+
+class BruteForce final : public mission::Surroundings {
+ public:
+  BruteForce(const project::Plan& plan, const Options& options)
+      : plan_(plan), options_(options), dispatch_(plan.monitors) {}
+
+  Behaviours operator()() {
+    for (std::size_t runs = 0;; ++runs) {
+      out_.too_many = runs >= kRunsMax;
+      if (out_.too_many) return std::move(out_);
+      run();
+      while (!made_.empty() && made_.back().first + 1 >= made_.back().second) made_.pop_back();
+      if (made_.empty()) return std::move(out_);
+      script_.clear();
+      for (const auto& [taken, count] : made_) script_.push_back(taken);
+      ++script_.back();
+    }
+  }
+
+ private:
+  void run() {
+    made_.clear();
+    text_.clear();
+    monitors_.emplace(plan_.monitors, TimePoint{});
+    mission::VirtualHost host(plan_);
+    mission::State state = host.begin();
+    for (std::uint64_t tick = 0; tick < kTicks && !mission::VirtualHost::ended(state); ++tick) {
+      begin_ = state.now;
+      text_ += '\n';
+      const auto done = period(host, state, *this, [&] { return fault(host, state); });
+      ASSERT_TRUE(done) << to_string(done.error());
+      decided_.clear();
+      monitors_->advance(begin_ + (tick == 0 ? Duration(0) : plan_.scenario.project.period), decided_);
+      note();
+    }
+    out_.all.insert(text_);
+  }
+
+  std::size_t decide(std::size_t count) {
+    const std::size_t taken = made_.size() < script_.size() ? script_[made_.size()] : 0;
+    made_.emplace_back(taken, count);
+    return taken;
+  }
+
+  // Before a tick one of the faults may come, or go.
+  Result<void> fault(mission::VirtualHost& host, mission::State& state) {
+    using Kind = project::Intervention::Kind;
+    std::vector<project::Intervention> possible;
+    std::size_t stand = 0;
+    for (const bool ends : {true, false}) {
+      for (const project::Intervention& one : options_.faults) {
+        project::Intervention end;
+        bool stands = false;
+        if (one.kind == Kind::kKill) {
+          stands = state.down.contains(one.target);
+          for (std::size_t leaf = 0; leaf < plan_.leaves.size(); ++leaf)
+            stands = stands || (plan_.leaves[leaf].name == one.target &&
+                                state.skills[leaf].phase == mission::SkillPhase::kKilled);
+          end.kind = Kind::kRestart;
+          end.target = one.target;
+        } else {
+          for (const auto& standing : state.faults.list()) {
+            if (!(standing.what == one)) continue;
+            stands = true;
+            end.kind = Kind::kClear;
+            end.id = standing.id;
+          }
+        }
+        if (ends && stands) {
+          ++stand;
+          possible.push_back(end);
+        } else if (!ends && !stands && stand < options_.faults_at_most) {
+          possible.push_back(one);
+        }
+      }
+    }
+    if (possible.empty()) return {};
+    const std::size_t taken = decide(possible.size() + 1);
+    return taken == 0 ? Result<void>() : host.inject(state, possible[taken - 1], *this);
+  }
+
+  void observed(const Message& message) override {
+    decided_.clear();
+    monitors_->observe(std::make_shared<const Message>(message), decided_);
+    note();
+    const auto& targets = dispatch_.route(message.name).of(message.source);
+    if (targets.monitors.empty()) return;
+    text_ += std::to_string((message.time - begin_).count()) + ' ' + message.name + ' ' + message.source;
+    // Names of the data come in the order of the projection.
+    Value data = targets.projection.data(message);
+    for (const auto& [name, value] : *data.as_map()) {
+      if (name != "source" && name != "target") text_ += ' ' + name + to_json(value);
+    }
+    text_ += ';';
+  }
+  std::optional<std::uint64_t> choose(const mission::Choice& choice) override { return decide(choice.count); }
+  std::size_t order(std::uint64_t, std::span<const mission::Delivery* const> due) override {
+    return options_.order == Order::kAny ? decide(due.size()) : 0;
+  }
+  std::optional<mission::Veto> judge(const Message& request) override {
+    const std::string call = request.name.substr(0, request.name.size() - std::string(".request").size());
+    decided_.clear();
+    monitors_->advance(request.time - Duration(1), decided_);
+    note();
+    for (const project::GatePlan& gate : plan_.gates) {
+      const bool is_asked = std::any_of(gate.requests.begin(), gate.requests.end(), [&](const std::string& pattern) {
+        return project::matches_pattern(pattern, call);
+      });
+      if (!is_asked) continue;
+      const monitor::Model& model = plan_.monitors[gate.monitor];
+      if (auto reason = monitor::veto(model, monitors_->state(gate.monitor), request))
+        return mission::Veto{model.name(), *reason};
+    }
+    return std::nullopt;
+  }
+
+  void note() {
+    for (const auto& [monitor, decision, leaf] : decided_) {
+      if (decision.verdict == monitor::Verdict::kViolated) out_.violated.insert(plan_.monitors[monitor].name());
+    }
+  }
+
+  const project::Plan& plan_;
+  const Options& options_;
+  monitor::Dispatch dispatch_;
+  Behaviours out_;
+  std::vector<std::size_t> script_;
+  std::vector<std::pair<std::size_t, std::size_t>> made_;
+  std::string text_;
+  TimePoint begin_{};
+  std::optional<monitor::MonitorSet> monitors_;
+  std::vector<monitor::MonitorSet::Decided> decided_;
+};
+
+// Every way through a graph.
+void walk(const Graph& graph, std::uint32_t at, std::uint64_t tick, const std::string& text, Behaviours& out) {
+  if (out.all.size() > 2 * kRunsMax) out.too_many = true;
+  if (out.too_many) return;
+  const Graph::Node& node = graph.nodes[at];
+  if (node.ended || tick == kTicks) {
+    out.all.insert(text);
+    return;
+  }
+  for (std::uint32_t e = node.first_edge; e < node.first_edge + node.edges; ++e) {
+    std::string more = text + '\n';
+    for (const Seen& seen : graph.sequences[graph.edges[e].seen]) {
+      const Message& message = graph.observations[seen.observation];
+      more += std::to_string(seen.after.count()) + ' ' + message.name + ' ' + message.source;
+      for (const auto& [name, value] : *message.data.as_map()) more += ' ' + name + to_json(value);
+      more += ';';
+    }
+    walk(graph, graph.edges[e].to, tick + 1, more, out);
+  }
+}
+
+std::uint64_t environment(const char* name, std::uint64_t otherwise) {
+  const char* const text = std::getenv(name);
+  return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
+}
+
+TEST(Exploration, FindsWhatBruteForceFinds) {
+  const std::uint64_t only = environment("SENTREE_SEED", 0);
+  const std::uint64_t seeds = environment("SENTREE_SEEDS", kSeeds);
+  std::size_t compared = 0;
+  std::size_t behaviours = 0;
+  std::size_t violated = 0;
+  for (std::uint64_t seed = only != 0 ? only : 1; seed <= (only != 0 ? only : seeds); ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const TemporaryFolder folder("oracle");
+    RandomProject(seed).write(folder.path());
+    auto project = project::load_project(folder.path());
+    ASSERT_TRUE(project.ok()) << to_string(project.diagnostics.front());
+    const auto prepared = project::prepare(with_models(project::plain_scenario(std::move(*project.value))));
+    if (!prepared.ok() || has_errors(obstacles(*prepared.value))) continue;
+    const project::Plan& plan = *prepared.value;
+    Asked asked;
+    asked.explore.ticks = kTicks;
+    asked.explore.order = seed % 3 == 0 ? Order::kAny : Order::kVirtual;
+    if (seed % 2 == 0) asked.explore.faults = plan.scenario.project.verify.faults;
+    asked.explore.faults_at_most = plan.scenario.project.verify.faults_at_most;
+    asked.judge.probabilities = false;
+    const Behaviours naive = BruteForce(plan, asked.explore)();
+    if (naive.too_many) continue;
+    const Verification found = verify(plan, asked);
+    ASSERT_THAT(found.errors, testing::IsEmpty());
+    Behaviours explored;
+    walk(found.graph, 0, 0, "", explored);
+    ASSERT_EQ(explored.all, naive.all);
+    for (const Judgement& judgement : found.judgements) {
+      const bool is_violated = naive.violated.contains(judgement.requirement);
+      ASSERT_EQ(judgement.finding == Finding::kRefuted, is_violated) << judgement.requirement;
+      violated += is_violated ? 1U : 0U;
+    }
+    // Compared state by state it is the same again.
+    asked.explore.exact = true;
+    const auto exact = explore(plan, asked.explore);
+    ASSERT_TRUE(exact);
+    EXPECT_EQ(exact->nodes, found.graph.nodes);
+    EXPECT_EQ(exact->edges.size(), found.graph.edges.size());
+    ++compared;
+    behaviours += naive.all.size();
+  }
+  std::cout << compared << " projects, " << behaviours << " behaviours, " << violated << " violations\n";
+  if (only != 0) return;
+  EXPECT_GT(compared, seeds / 4) << "hardly any project is small enough";
+  EXPECT_GT(behaviours, compared);
+  EXPECT_GT(violated, 0U);
+}
+
+}  // namespace
+}  // namespace sentree::verify

@@ -1,0 +1,333 @@
+#include "sentree/verify/periods.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "sentree/project/intervention.h"
+
+namespace sentree::verify {
+
+Periods::Periods(const project::Plan& plan, const Options& options)
+    : plan_(plan), options_(options), gates_(plan), dispatch_(plan.monitors) {
+  graph_.period = plan.scenario.project.period;
+  for (const project::LeafPlan& leaf : plan.leaves) {
+    graph_.taken.emplace_back(leaf.chart->transitions().size());
+    graph_.statuses.emplace_back(3);
+    leaf_of_.emplace(leaf.name + ".tick.reply", graph_.statuses.size() - 1);
+    graph_.parts.push_back(leaf.name);
+  }
+  for (const project::ModelPlan& model : plan.models) graph_.parts.push_back(model.name);
+  graph_.parts.emplace_back("mission");
+  // A state that is remembered is a few numbers, behind which there are hashes again.
+  frontier_ = options.memory_of_steps && !options.exact && mission::PartMemory::remembers(plan)
+                  ? remembering(plan, !options.faults.empty(), *this)
+                  : executing(plan, *this);
+}
+
+Result<void> Periods::begin() {
+  if (auto begun = frontier_->begin(); !begun) return begun;
+  gates_.begin();
+  gates_now_.clear();
+  if (auto kept = gates_.keep(TimePoint{}, gates_now_); !kept) return kept;
+  (void)find();
+  add(0);
+  return {};
+}
+
+Result<Periods::Way> Periods::go_on(std::uint32_t from, std::span<const std::uint32_t> script, const Decider& rest) {
+  begin_ = graph_.nodes[from].at;
+  script_ = script;
+  rest_ = rest ? &rest : nullptr;
+  made_.clear();
+  seen_.clear();
+  frontier_->again(places_[from], begin_);
+  if (!gates_.empty()) {
+    const std::size_t gates = plan_.gates.size();
+    gates_.again(std::span(gates_of_).subspan(from * gates, gates), begin_);
+  }
+  const auto before_tick = [this] { return fault(); };
+  if (auto done = frontier_->go_on(before_tick); !done) return tl::unexpected(done.error());
+  if (error_) return tl::unexpected(*error_);
+  gates_now_.clear();
+  if (auto kept = gates_.keep(frontier_->now(), gates_now_); !kept) return tl::unexpected(kept.error());
+  const TimePoint now = frontier_->now();
+  Way way{.to = find(), .over = frontier_->over(), .took = now - begin_, .until_planned = frontier_->planned() - now};
+  way.is_new = way.to == graph_.nodes.size();
+  if (way.is_new) add(graph_.nodes[from].depth + 1);
+  return way;
+}
+
+// The number of the state that the run is in; that of the next one, if it is new.
+std::uint32_t Periods::find() {
+  const auto next = static_cast<std::uint32_t>(graph_.nodes.size());
+  if (!options_.exact && gates_.empty()) return *known_.try_emplace(frontier_->key(), next).first;
+  form_ = frontier_->form();
+  form_.append(reinterpret_cast<const char*>(gates_now_.data()), gates_now_.size() * sizeof(std::uint32_t));
+  if (!options_.exact) return *known_.try_emplace(hash128(form_), next).first;
+  const auto [found, is_new] = known_forms_.try_emplace(form_, next);
+  if (is_new) kept_bytes_ += form_.size() + 80;
+  return found->second;
+}
+
+// The run is in a new state. One that has ended is not kept: nothing follows.
+void Periods::add(std::uint32_t depth) {
+  const bool ended = frontier_->ended();
+  graph_.nodes.push_back({.depth = depth, .at = frontier_->now(), .ended = ended, .first_edge = 0, .edges = 0});
+  gates_of_.insert(gates_of_.end(), gates_now_.begin(), gates_now_.end());
+  places_.push_back(ended ? 0 : frontier_->keep());
+}
+
+std::uint64_t Periods::bytes() const {
+  return graph_.nodes.size() * (sizeof(Graph::Node) + sizeof(std::uint64_t)) + known_.bytes() +
+         graph_.edges.size() * sizeof(Edge) + gates_of_.size() * sizeof(std::uint32_t) + gates_.bytes() +
+         frontier_->bytes() + kept_bytes_;
+}
+
+// ---- what is decided
+
+std::uint32_t Periods::decide(Made::Kind kind, std::uint64_t count, const mission::Choice* choice) {
+  const std::uint32_t alternative = made_.size() < script_.size() ? script_[made_.size()]
+                                    : rest_ != nullptr            ? (*rest_)(count, choice)
+                                                                  : 0;
+  made_.push_back({kind, alternative, static_cast<std::uint32_t>(count), 0, -1});
+  return alternative;
+}
+
+std::uint64_t Periods::decide_choice(const mission::Choice& choice) {
+  if (choice.count > kAlternativesMax) {
+    if (!error_) {
+      error_ = Diagnostic{Severity::kError,
+                          "verify.choice",
+                          choice.model + ": " + choice.function + "() leaves " + std::to_string(choice.count) +
+                              " alternatives open; at most " + std::to_string(kAlternativesMax) + " can be tried",
+                          {}};
+    }
+    return 0;
+  }
+  const bool is_drawn = static_cast<bool>(choice.probability);
+  if (choice.count > 1) (is_drawn ? graph_.probabilistic : graph_.nondeterministic) = true;
+  return decide(Made::Kind::kChoice, choice.count, &choice);
+}
+
+// Before the tick of a period: a fault that comes or goes.
+Result<void> Periods::fault() {
+  if (options_.faults.empty()) return {};
+  struct Possible {
+    project::Intervention what;
+    ChoicePoint point;
+  };
+  const auto standing = frontier_->faults().list();
+  std::vector<Possible> possible;
+  std::size_t stand = 0;
+  using Kind = project::Intervention::Kind;
+  for (const project::Intervention& fault : options_.faults) {
+    const auto found = std::find_if(standing.begin(), standing.end(), [&](const auto& s) { return s.what == fault; });
+    const bool kills = fault.kind == Kind::kKill;
+    if (kills ? !frontier_->is_down(fault.target) : found == standing.end()) continue;
+    ++stand;
+    project::Intervention end;
+    end.kind = kills ? Kind::kRestart : Kind::kClear;
+    end.target = fault.target;
+    end.id = kills ? 0 : found->id;
+    possible.push_back({std::move(end), {"", "end of fault", describe(fault), to_json(Value(to_entry(fault)))}});
+  }
+  for (const project::Intervention& fault : options_.faults) {
+    if (stand >= options_.faults_at_most) break;
+    const bool stands = std::any_of(standing.begin(), standing.end(), [&](const auto& s) { return s.what == fault; });
+    if (stands || (fault.kind == Kind::kKill && frontier_->is_down(fault.target))) continue;
+    possible.push_back({fault, {"", "fault", describe(fault), to_json(Value(to_entry(fault)))}});
+  }
+  if (possible.empty()) return {};
+  graph_.nondeterministic = true;
+  const std::uint32_t taken = decide(Made::Kind::kFault, possible.size() + 1);
+  if (taken == 0) return {};
+  made_.back().what = intern_choice(std::move(possible[taken - 1].point));
+  return frontier_->inject(possible[taken - 1].what);
+}
+
+std::uint32_t Periods::intern_choice(ChoicePoint point) {
+  std::string key = point.model + '\n' + point.function + '\n' + point.name + '\n' + point.value;
+  const auto [found, is_new] = choice_of_.emplace(std::move(key), static_cast<std::uint32_t>(graph_.choices.size()));
+  if (is_new) graph_.choices.push_back(std::move(point));
+  return found->second;
+}
+
+// ---- what happens in a period
+
+void Periods::observed(const Message& message) {
+  if (!gates_.empty()) gates_.observed(message, message.time);
+  see(hear(message), message.time);
+}
+
+void Periods::observed(std::uint32_t number, TimePoint now, const Message& message) {
+  if (!gates_.empty()) gates_.observed(message, now);
+  while (heard_.size() <= number) heard_.push_back(kUnheard);
+  if (heard_[number] == kUnheard) heard_[number] = hear(message);
+  see(heard_[number], now);
+}
+
+std::optional<std::uint64_t> Periods::choose(const mission::Choice& choice) {
+  const std::uint64_t alternative = decide_choice(choice);
+  if (!error_) note(choice, alternative);
+  return alternative;
+}
+
+std::uint64_t Periods::choose(std::uint32_t number, const mission::Choice& choice) {
+  const std::uint64_t alternative = decide_choice(choice);
+  if (error_) return alternative;
+  if (noted_.size() <= number) noted_.resize(number + 1);
+  auto& of = noted_[number];
+  if (of.empty()) of.assign(choice.count, kUnheard);
+  if (of[alternative] == kUnheard) {
+    note(choice, alternative);
+    of[alternative] = made_.back().what;
+  } else {
+    made_.back().what = of[alternative];
+    if (choice.probability) made_.back().probability = choice.probability(alternative);
+  }
+  return alternative;
+}
+
+std::size_t Periods::order(std::uint64_t, std::span<const mission::Delivery* const> due) {
+  parts_.clear();
+  for (const mission::Delivery* what : due) parts_.push_back(part(*what));
+  return order(parts_);
+}
+
+std::size_t Periods::order(std::span<const std::uint32_t> parts) {
+  if (options_.order == Order::kVirtual) return 0;
+  graph_.nondeterministic = true;
+  const std::uint32_t which = decide(Made::Kind::kOrder, parts.size());
+  made_.back().what = parts[which];
+  return which;
+}
+
+std::optional<mission::Veto> Periods::judge(const Message& request) {
+  if (gates_.empty() || looks_at_clock(request)) return std::nullopt;
+  return gates_.judge(request, frontier_->now());
+}
+
+void Periods::refused(const Diagnostic& why) {
+  if (error_) return;
+  error_ = why;
+  error_->code = "verify.reply";
+}
+
+void Periods::problem(const std::string& what) {
+  if (graph_.problems.size() < Graph::kProblemsMax && told_.insert(what).second) graph_.problems.push_back(what);
+}
+
+void Periods::see(std::uint32_t observation, TimePoint now) {
+  if (observation != kNobody) seen_.push_back({now - begin_, observation});
+}
+
+// What of it somebody looks at: the number of an observation, or nothing.
+std::uint32_t Periods::hear(const Message& message) {
+  if (const auto leaf = leaf_of_.find(message.name); leaf != leaf_of_.end() && message.kind == MessageKind::kReply) {
+    const std::string_view status = message.data.find("status")->text();
+    graph_.statuses[leaf->second][status == "RUNNING" ? 0 : status == "SUCCESS" ? 1 : 2] = true;
+  }
+  const auto& targets = dispatch_.route(message.name).of(message.source);
+  if (targets.monitors.empty()) return kNobody;
+  // Numbers and times would make each period another one.
+  Value looked_at = targets.projection.data(message);
+  Message seen;
+  seen.kind = message.kind;
+  seen.source = message.source;
+  seen.target = message.target;
+  seen.name = message.name;
+  Map data;
+  if (Map* members = looked_at.as_map()) {
+    for (auto& [name, value] : *members) {
+      if (name == "time" || name == "tick" || name == "call") {
+        refuse_clock(message, name);
+        return kNobody;
+      }
+      if (name != "source" && name != "target") data.append(name, std::move(value));
+    }
+  }
+  seen.data = std::move(data);
+  std::string key = std::to_string(static_cast<int>(seen.kind)) + '|' + seen.source + '|' + seen.target + '|' +
+                    seen.name + '|' + to_json(seen.data);
+  const auto [found, is_new] =
+      observation_of_.emplace(std::move(key), static_cast<std::uint32_t>(graph_.observations.size()));
+  if (is_new) graph_.observations.push_back(std::move(seen));
+  return found->second;
+}
+
+// Numbers and times would make each period another one.
+bool Periods::looks_at_clock(const Message& message) {
+  const auto& targets = dispatch_.route(message.name).of(message.source);
+  if (targets.monitors.empty()) return false;
+  const Value looked_at = targets.projection.data(message);
+  for (const char* const member : {"time", "tick", "call"}) {
+    if (looked_at.find(member) == nullptr) continue;
+    refuse_clock(message, member);
+    return true;
+  }
+  return false;
+}
+
+void Periods::refuse_clock(const Message& message, const std::string& member) {
+  if (error_) return;
+  for (const monitor::Model& model : plan_.monitors) {
+    monitor::Dispatch alone(std::span<const monitor::Model>(&model, 1));
+    const auto& targets = alone.route(message.name).of(message.source);
+    if (targets.monitors.empty() || targets.projection.data(message).find(member) == nullptr) continue;
+    error_ = Diagnostic{Severity::kError, "verify.clock",
+                        "monitor " + model.name() + " looks at the " + member + " of " + message.name +
+                            (targets.projection.is_whole() ? ", since it uses _event.data as a whole; name its members"
+                                                           : "; count ticks, or wait by delayed <send>s, instead"),
+                        SourceSpan{model.chart().name()}};
+    return;
+  }
+}
+
+// Which alternative the last decision took.
+void Periods::note(const mission::Choice& choice, std::uint64_t alternative) {
+  const std::string value = to_json(choice.alternative(alternative));
+  made_.back().what = intern_choice({choice.model, choice.function, choice.name, value});
+  if (choice.probability) made_.back().probability = choice.probability(alternative);
+  if (!choice.name.empty()) graph_.values[choice.model + "." + choice.name].insert(value);
+}
+
+// Leaves, then models, then the mission, as `Graph::parts` has them.
+std::uint32_t Periods::part(const mission::Delivery& delivery) const {
+  if (std::holds_alternative<mission::TreeDelivery>(delivery.what))
+    return static_cast<std::uint32_t>(graph_.parts.size() - 1);
+  const bool is_model = std::holds_alternative<mission::ModelDelivery>(delivery.what);
+  return static_cast<std::uint32_t>(is_model ? plan_.leaves.size() + delivery.leaf : delivery.leaf);
+}
+
+// ---- what is kept once
+
+// @param key  Of the numbers that it is made of.
+template <class Known, class All, class One>
+std::uint32_t Periods::keep(Known& known, const std::vector<std::uint32_t>& key, All& all, const One& one) {
+  const Hash128 hash = hash128({reinterpret_cast<const char*>(key.data()), key.size() * sizeof(std::uint32_t)});
+  const auto [found, is_new] = known.emplace(hash, static_cast<std::uint32_t>(all.size()));
+  if (is_new) {
+    kept_bytes_ += 64 + key.size() * 8;
+    all.push_back(one);
+  }
+  return found->second;
+}
+
+std::uint32_t Periods::keep_seen() {
+  words_.clear();
+  for (const Seen& seen : seen_) {
+    const auto after = static_cast<std::uint64_t>(seen.after.count());
+    words_.insert(words_.end(),
+                  {static_cast<std::uint32_t>(after), static_cast<std::uint32_t>(after >> 32U), seen.observation});
+  }
+  return keep(sequence_of_, words_, graph_.sequences, seen_);
+}
+
+std::uint32_t Periods::keep_made() {
+  words_.clear();
+  for (const Made& made : made_)
+    words_.insert(words_.end(), {static_cast<std::uint32_t>(made.kind), made.alternative, made.count, made.what});
+  return keep(decisions_of_, words_, graph_.decisions, made_);
+}
+
+}  // namespace sentree::verify

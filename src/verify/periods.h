@@ -1,0 +1,128 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "sentree/base/flat_map.h"
+#include "sentree/base/hash128.h"
+#include "sentree/mission/choice.h"
+#include "sentree/verify/explore.h"
+#include "sentree/verify/frontier.h"
+#include "sentree/verify/gates.h"
+
+namespace sentree::verify {
+
+/// States of a mission between two periods, each with a number, and the periods that lead from one to the next, tried
+/// one at a time. What they do is kept once, in a graph whose edges belong to the caller.
+class Periods final : public mission::Surroundings, public mission::PartMemory::Outside {
+ public:
+  /// Decides what the script of a period leaves open, below `count`.
+  /// @param choice  Null: an order, or a fault.
+  using Decider = std::function<std::uint32_t(std::uint64_t count, const mission::Choice* choice)>;
+  /// Where a period led.
+  struct Way {
+    std::uint32_t to = 0;
+    bool is_new = false;  ///< Nothing led there before.
+    bool over = false;    ///< No tick follows.
+    Duration took{};
+    Duration until_planned{};  ///< From there to the next tick.
+  };
+
+  /// Both are borrowed.
+  Periods(const project::Plan& plan, const Options& options);
+
+  /// State 0: the mission before anything has happened. Errors: those of `mission::encode`.
+  Result<void> begin();
+  /// Executes one period from a state. Errors: those of `period` and of `explore`.
+  /// @param script  What is decided first, in order.
+  /// @param rest    Decides the rest; empty: everything takes its first alternative.
+  Result<Way> go_on(std::uint32_t from, std::span<const std::uint32_t> script, const Decider& rest = {});
+  /// Nobody goes on any more from the first state, in the order of numbers, from which somebody did.
+  void drop() { frontier_->drop(); }
+
+  // Of the last period.
+  [[nodiscard]] const std::vector<Made>& made() const { return made_; }
+  [[nodiscard]] std::vector<Made>& made() { return made_; }
+  /// Indices in the graph of what was seen and made.
+  [[nodiscard]] std::uint32_t keep_seen();
+  [[nodiscard]] std::uint32_t keep_made();
+
+  [[nodiscard]] Graph& graph() { return graph_; }
+  [[nodiscard]] const Graph& graph() const { return graph_; }
+  /// About.
+  [[nodiscard]] std::uint64_t bytes() const;
+
+ private:
+  void add(std::uint32_t depth);
+  [[nodiscard]] std::uint32_t find();
+  Result<void> fault();
+  std::uint32_t intern_choice(ChoicePoint point);
+  std::uint32_t decide(Made::Kind kind, std::uint64_t count, const mission::Choice* choice = nullptr);
+  std::uint64_t decide_choice(const mission::Choice& choice);
+  void note(const mission::Choice& choice, std::uint64_t alternative);
+  std::uint32_t hear(const Message& message);
+  void see(std::uint32_t observation, TimePoint now);
+  bool looks_at_clock(const Message& message);
+  void refuse_clock(const Message& message, const std::string& member);
+  [[nodiscard]] std::uint32_t part(const mission::Delivery& delivery) const;
+
+  // Surroundings of a run that is executed,
+  void observed(const Message& message) override;
+  std::optional<std::uint64_t> choose(const mission::Choice& choice) override;
+  std::size_t order(std::uint64_t number, std::span<const mission::Delivery* const> due) override;
+  // and of one that is remembered,
+  void observed(std::uint32_t number, TimePoint now, const Message& message) override;
+  std::uint64_t choose(std::uint32_t number, const mission::Choice& choice) override;
+  std::size_t order(std::span<const std::uint32_t> parts) override;
+  // and of both.
+  std::optional<mission::Veto> judge(const Message& request) override;
+  void taken(std::size_t leaf, scxml::TransitionIndex transition) override { graph_.taken[leaf][transition] = true; }
+  void refused(const Diagnostic& why) override;
+  void problem(const std::string& what) override;
+
+  template <class Known, class All, class One>
+  std::uint32_t keep(Known& known, const std::vector<std::uint32_t>& key, All& all, const One& one);
+
+  static constexpr std::uint32_t kNobody = UINT32_MAX;
+  static constexpr std::uint32_t kUnheard = UINT32_MAX - 1;
+
+  const project::Plan& plan_;
+  const Options& options_;
+  std::unique_ptr<Frontier> frontier_;
+  Gates gates_;
+  monitor::Dispatch dispatch_;
+  Graph graph_;
+  FlatMap<Hash128, Hash128Hash> known_;
+  std::unordered_map<std::string, std::uint32_t> known_forms_;  // instead, if states are compared
+  std::vector<std::uint64_t> places_;                           // by state, in the frontier
+  std::vector<std::uint32_t> gates_of_;                         // by state, one for each gate
+  std::unordered_map<Hash128, std::uint32_t, Hash128Hash> sequence_of_;
+  std::unordered_map<Hash128, std::uint32_t, Hash128Hash> decisions_of_;
+  std::unordered_map<std::string, std::uint32_t> choice_of_;
+  std::unordered_map<std::string, std::uint32_t> observation_of_;
+  std::vector<std::uint32_t> heard_;               // observations by the numbers of the memory
+  std::vector<std::vector<std::uint32_t>> noted_;  // alternatives of choices, likewise
+  std::unordered_map<std::string, std::size_t> leaf_of_;
+  std::set<std::string> told_;
+  std::uint64_t kept_bytes_ = 0;
+  // Of the period that is being tried.
+  std::span<const std::uint32_t> script_;
+  const Decider* rest_ = nullptr;
+  std::vector<Made> made_;
+  std::vector<Seen> seen_;
+  std::vector<std::uint32_t> gates_now_;
+  std::optional<Diagnostic> error_;
+  TimePoint begin_{};
+  std::vector<std::uint32_t> words_;
+  std::vector<std::uint32_t> parts_;
+  std::string form_;
+};
+
+}  // namespace sentree::verify
