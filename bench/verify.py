@@ -47,57 +47,6 @@ def row(what, command, bar):
     return states, periods
 
 
-def large_tree(folder, depth=10):
-    """Writes a mission whose tree has 2,058 elements: a sensor is read, and a binary tree of checks decides by it."""
-    leaves = 0
-
-    def node(level):
-        nonlocal leaves
-        # 2**10 leaves and 2**10 - 1 inner nodes; four of the leaves become a node with two.
-        split = level == depth and leaves < 8
-        if level < depth or split:
-            name = "Sequence" if level % 2 else "Fallback"
-            first = node(level + 1) if not split else leaf()
-            second = node(level + 1) if not split else leaf()
-            return f"<{name}>{first}{second}</{name}>"
-        return leaf()
-
-    def leaf():
-        nonlocal leaves
-        leaves += 1
-        return f'<ScriptCondition name="C{leaves}" code="seen &lt; {leaves % 17}"/>'
-
-    tree = node(0)
-    files = {
-        "sentree.yaml": "mission: {file: mission.xml, rate: 10 Hz, repeat: true}\n"
-        "services: {sensor: {interface: sensor.thrift/Sensor, at: model}}\n"
-        "models: [{file: models/sensor.scxml, name: model, serves: [sensor]}]\nmonitors: [{file: large.req}]\n",
-        "interfaces/sensor.thrift": "service Sensor { i32 look() }\n",
-        "mission.xml": '<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence name="Root"><Look name="Look" '
-        f'seen="{{seen}}"/>{tree}<AlwaysSuccess name="Done"/></Sequence></BehaviorTree><TreeNodesModel><Action ID="Look">'
-        '<output_port name="seen" type="int"/></Action></TreeNodesModel></root>\n',
-        "skills/Look.scxml": '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" '
-        'initial="looking"><datamodel><data id="seen" expr="0"/></datamodel><state id="looking"><onentry>'
-        '<send type="thrift" target="sensor" event="look"/></onentry><transition event="sensor.look.reply" '
-        'target="success"><assign location="seen" expr="_event.data.result"/></transition>'
-        '<transition event="error" target="failure"/></state><final id="success"><donedata>'
-        '<param name="seen" expr="seen"/></donedata></final><final id="failure"/></scxml>\n',
-        "models/sensor.scxml": '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" '
-        'name="sensor" initial="there"><state id="there"><transition event="sensor.look.request">'
-        '<send type="thrift" target="sensor" event="look.reply"><param name="result" expr="between(0, 16)"/></send>'
-        "</transition></state></scxml>\n",
-        "large.req": 'first "The first check fails only where something is seen.": never node(C1) in SUCCESS.\n'
-        'looks "It looks again at once.": whenever node(Root) in FAILURE, robot shall node(Look) in SUCCESS within '
-        "2 ticks.\n",
-    }
-    for name, text in files.items():
-        path = os.path.join(folder, name)
-        os.makedirs(os.path.dirname(path), exist_ok=True)
-        with open(path, "w") as file:
-            file.write(text)
-    return len(re.findall(r"<[A-Z]\w* ?", tree)) + 3
-
-
 def promela(aut):
     """One process that goes from state to state as the graph does."""
     following = {}
@@ -166,10 +115,9 @@ def main():
             [sentree, "verify", porter, "--states", "40000", *out],
             "250,000 periods a second",
         )
-        tree = os.path.join(folder, "large")
-        elements = large_tree(tree)
-        row(f"a tree of {elements:,} elements", [sentree, "verify", tree, *out], "2 s")
-        runs = 200
+        guard = os.path.join(EXAMPLES, "large", "guard")
+        row("a tree of 2,088 elements", [sentree, "verify", guard, *out], "2 s")
+        runs = 20_000
         command = ["verify", recharge, *none, "--runs", str(runs), "--ticks", "100"]
         output, cpu, wall, _ = measured([sentree, *command])
         print(f"statistics: sentree verify examples/recharge --faults none --runs {runs} --ticks 100")
