@@ -378,6 +378,44 @@ expect 1 'as_published +REFUTED' "$sentree" verify "$work/verified" --only turns
 expect 0 '"verdict":"holds","vacuous":false,"complete":true' \
   "$sentree" verify "$work/verified" --faults none --order virtual --only turns_to_station --json
 expect 124 'not refuted up to tick 5' "$sentree" verify "$work/verified" --only turns_to_station --ticks 5
+# The members of its result are a contract.
+cat >"$work/members.py" <<'END'
+import json, sys
+
+found = json.load(sys.stdin)
+for name in ("tool", "version", "models", "order", "faults", "faults_at_most", "requirements", "states", "transitions", "complete",
+             "coverage", "problems", "limits", "wall_s"):
+    found[name]
+found["limits"]["complete_to_tick"], found["limits"]["same_hash"], found["coverage"]["not_reached"]
+for model in found["models"]:
+    model["name"], model["chart"], model["fingerprint"], model["serves"]
+verdicts = {}
+for one in found["requirements"]:
+    verdicts[one["name"]] = one["verdict"]
+    one["vacuous"], one["complete"], one["states"], one["fair"], one["can_stay_open"], one["probability"]
+    assert (one["verdict"] == "refuted") == (one["first_violation"] is not None) == (one["counterexample"] is not None), one
+    if one["counterexample"]:
+        one["first_violation"]["tick"], one["first_violation"]["time"], one["first_violation"]["observation"]
+        one["counterexample"]["recording"], one["counterexample"]["choices"], one["counterexample"]["orders"]
+        assert open(one["counterexample"]["scenario"])
+    if one["probability"]:
+        one["probability"]["least"]["low"], one["probability"]["greatest"]["high"], one["probability"]["method"]
+        print("probability", round(one["probability"]["low"], 6), round(one["probability"]["high"], 6))
+print("members", verdicts)
+END
+expect 0 "members .*'never_empty': 'refuted', 'turns_to_station': 'holds'" \
+  bash -c "'$sentree' verify '$work/verified' --faults none --json | python3 '$work/members.py'"
+expect 0 'probability 0.027 0.027' bash -c "'$sentree' verify examples/grasp --json --out '$work/grasp' | python3 '$work/members.py'"
+# Statistics say the same whether what is known is looked up or executed.
+expect 1 '"verdict":"refuted".*"method":"Clopper-Pearson"' "$sentree" verify "$work/verified" --faults none --runs 50 --ticks 100 --json
+for only in never_empty turns_to_station; do
+  "$sentree" verify "$work/verified" --faults none --runs 20 --ticks 90 --only $only >"$work/walked" </dev/null || true
+  "$sentree" verify "$work/verified" --faults none --runs 20 --ticks 90 --only $only --no-memo >"$work/executed" </dev/null || true
+  cmp "$work/walked" "$work/executed" || failures=$((failures + 1))
+done
+# Choices have numbers, and alternatives.
+expect 0 'robot chooses starts_at = 4 .robot#1, not 2' \
+  bash -c "'$sentree' verify '$work/verified' --faults none --only never_empty --explain | tr '\\n' ' '"
 # Without a model anything may be answered, and another order than that of virtual time is run again.
 cp -r "$source/examples/minimal" "$work/unmodelled"
 expect 0 'leaves_charged +holds ' "$sentree" verify "$work/unmodelled"

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -176,6 +177,19 @@ class Verifying {
     return text.substr(0, end) + "…";
   }
 
+  // " (robot#3, not true)": what else it could have been, by its number.
+  static std::string others(const verify::Told& tick, std::size_t index, const std::string& model,
+                            const std::string& value) {
+    if (index >= tick.choices.size() || tick.choices[index].count < 2) return {};
+    const verify::Told::Choice& choice = tick.choices[index];
+    std::string text;
+    for (const std::string& other : choice.alternatives) {
+      if (other != value) text += (text.empty() ? "" : ", ") + other;
+    }
+    if (choice.count > choice.alternatives.size()) text += ", …";
+    return fmt::format(" ({}#{}, not {})", model, choice.number, text);
+  }
+
   // Tick by tick, what is not as it was.
   static std::string story_of(const project::Plan& plan, const verify::Judgement& judgement) {
     const auto told = verify::retell(plan);
@@ -185,12 +199,14 @@ class Verifying {
     std::map<std::string, Value> results;
     for (const verify::Told& tick : *told) {
       std::string line;
+      std::size_t choices = 0;
       const auto add = [&](const std::string& what) { line += (line.empty() ? "" : ", ") + what; };
       for (const Message& message : tick.messages) {
         if (message.name.ends_with(".choice")) {
           const Value* name = message.data.find("name");
-          add(message.source + " chooses " + (name != nullptr ? std::string(name->text()) + " = " : "") +
-              to_json(*message.data.find("value")));
+          const std::string value = to_json(*message.data.find("value"));
+          add(message.source + " chooses " + (name != nullptr ? std::string(name->text()) + " = " : "") + value +
+              others(tick, choices++, message.source, value));
         } else if (message.name == "scenario.injection") {
           add("fault: " + std::string(message.data.find("what")->text()) + " " + message.target);
         } else if (message.name.ends_with(".tick.reply")) {
@@ -348,6 +364,12 @@ class Verifying {
     return out;
   }
 
+  // A bound on the probability that two of the states that were taken for one are not: as if hashes were drawn.
+  double same_hash(const verify::Asked& asked) const {
+    const auto states = static_cast<double>(result_.graph.nodes.size());
+    return asked.explore.exact ? 0 : std::ldexp(states * states, -129);
+  }
+
   Value json(const verify::Asked& asked) const {
     const verify::Graph& graph = result_.graph;
     List requirements;
@@ -356,7 +378,10 @@ class Verifying {
               {"verdict", to_string(judgement.finding)},
               {"vacuous", !judgement.vacuous.empty()},
               {"complete", graph.complete},
-              {"states", static_cast<std::int64_t>(judgement.states)}};
+              {"states", static_cast<std::int64_t>(judgement.states)},
+              {"first_violation", Value()},
+              {"counterexample", Value()},
+              {"probability", Value()}};
       if (!judgement.vacuous.empty()) one["vacuous_because"] = judgement.vacuous;
       if (!judgement.error.empty()) one["error"] = judgement.error;
       List fair;
@@ -412,9 +437,10 @@ class Verifying {
       for (const std::string& line : model.tried) tried.emplace_back(line);
       any[model.service] = Map{{"file", model.file}, {"tried", std::move(tried)}};
     }
-    Map limits{{"complete_to_tick", static_cast<std::int64_t>(graph.complete_to)}};
+    Map limits{{"complete_to_tick", static_cast<std::int64_t>(graph.complete_to)}, {"same_hash", same_hash(asked)}};
     if (!graph.complete) limits["ended_by"] = graph.limit;
-    return Map{{"version", SENTREE_VERSION},
+    return Map{{"tool", "sentree verify"},
+               {"version", SENTREE_VERSION},
                {"models", std::move(models)},
                {"any_reply", std::move(any)},
                {"order", command_.order},
@@ -479,8 +505,7 @@ int verify(const VerifyCommand& command) {
   }
   if (command.mutate) return verify_mutants(command, *plan.value);
   if (command.runs || !command.at_least.empty()) {
-    Diagnostics in_the_way = verify::obstacles(*plan.value);
-    if (!plan.value->gates.empty()) in_the_way.push_back(verify::gate_obstacle(*plan.value));
+    const Diagnostics in_the_way = verify::obstacles(*plan.value);
     say(in_the_way);
     return has_errors(in_the_way) ? kInvalidInput : verify_by_runs(command, *plan.value);
   }

@@ -7,9 +7,6 @@
 
 namespace sentree::cli {
 
-namespace {
-
-// "2 GB" in bytes.
 std::optional<std::uint64_t> bytes_of(const std::string& text) {
   const std::map<std::string, double> units{{"", 1}, {"B", 1}, {"kB", 1e3}, {"MB", 1e6}, {"GB", 1e9}};
   std::size_t end = 0;
@@ -24,8 +21,6 @@ std::optional<std::uint64_t> bytes_of(const std::string& text) {
   if (unit == units.end() || !(number > 0) || number * unit->second > 1e18) return std::nullopt;
   return static_cast<std::uint64_t>(number * unit->second);
 }
-
-}  // namespace
 
 Loaded<project::Scenario> load_verified(const VerifyCommand& command) {
   if (!command.scenario.empty()) return project::load_scenario(command.scenario);

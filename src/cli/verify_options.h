@@ -9,6 +9,9 @@ namespace sentree::cli {
 /// and `load_project`.
 [[nodiscard]] Loaded<project::Scenario> load_verified(const VerifyCommand& command);
 
+/// "2 GB" in bytes; nothing: it is no size.
+[[nodiscard]] std::optional<std::uint64_t> bytes_of(const std::string& text);
+
 /// What the command line and the project's `verify:` ask of an exploration. False: said what is wrong.
 [[nodiscard]] bool read_options(const VerifyCommand& command, const project::Plan& plan, verify::Asked& asked);
 

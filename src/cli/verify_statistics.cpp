@@ -10,6 +10,7 @@
 #include "sentree/campaign/statistics.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/share.h"
+#include "sentree/cli/verify_options.h"
 #include "sentree/verify/statistics.h"
 
 namespace sentree::cli {
@@ -59,6 +60,15 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
   sampling.order = command.order == "any" ? verify::Order::kAny : verify::Order::kVirtual;
   sampling.length =
       command.ticks ? plan.scenario.project.period * static_cast<std::int64_t>(*command.ticks) : plan.scenario.duration;
+  sampling.memory_of_periods = !command.no_memory;
+  if (command.memory) {
+    const auto bytes = bytes_of(*command.memory);
+    if (!bytes) {
+      say("--memory " + *command.memory + ": not a size such as 500 MB or 2 GB");
+      return kUsage;
+    }
+    sampling.memory = *bytes;
+  }
   sampling.interrupted = [] { return interrupted.load(); };
   sampling.told = [&](const std::vector<bool>& of_run) {
     if (++done % 256 == 0) show_status(fmt::format("{} runs", done));
@@ -93,6 +103,12 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
     out += fmt::format("{:<{}}   violated in {} of {}: {:.4g}–{:.4g} % ({:g} %)", name, width, violated[k], *runs,
                        in.low * 100, in.high * 100, *confidence * 100);
     Map one{{"name", name},
+            {"verdict", violated[k] > 0 ? "refuted" : "unknown"},
+            {"vacuous", false},
+            {"complete", false},
+            {"fair", List()},
+            {"first_violation", Value()},
+            {"counterexample", Value()},
             {"violated", static_cast<std::int64_t>(violated[k])},
             {"probability", Map{{"low", in.low},
                                 {"high", in.high},
@@ -112,7 +128,11 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
     requirements.emplace_back(std::move(one));
   }
   if (command.json) {
-    out = to_json(Value(Map{{"version", SENTREE_VERSION},
+    out = to_json(Value(Map{{"tool", "sentree verify"},
+                            {"version", SENTREE_VERSION},
+                            {"complete", false},
+                            {"limits", Map{{"time", seconds(sampling.length)}}},
+                            {"order", command.order},
                             {"runs", static_cast<std::int64_t>(*runs)},
                             {"seed", static_cast<std::int64_t>(sampling.seed)},
                             {"requirements", std::move(requirements)},
