@@ -90,7 +90,7 @@ void compare_parts(text::XmlComparison& comparison, const std::map<std::string, 
 }  // namespace
 
 Result<std::vector<Difference>> diff(std::string_view before, std::string_view after, std::string before_file,
-                                     std::string after_file) {
+                                     std::string after_file, text::ElementPairs* pairs) {
   auto a = text::XmlDocument::parse(std::string(before), std::move(before_file), {.lenient = true});
   if (!a) return tl::unexpected(std::move(a.error()));
   auto b = text::XmlDocument::parse(std::string(after), std::move(after_file), {.lenient = true});
@@ -111,6 +111,7 @@ Result<std::vector<Difference>> diff(std::string_view before, std::string_view a
   }
   compare_parts(comparison, parts(x, "BehaviorTree"), parts(y, "BehaviorTree"), "");
   comparison.join_moved();
+  if (pairs != nullptr) *pairs = std::move(comparison.pairs);
   compare_parts(comparison, parts(x, "include"), parts(y, "include"), "include ");
   compare_parts(comparison, model_parts(x), model_parts(y), "TreeNodesModel/");
   return std::move(comparison.found);

@@ -40,7 +40,9 @@ using text::Difference;
 /// What differs in meaning: trees, nodes, ports, conditions. White space, comments, the order of attributes and whether
 /// a node is written explicitly or compactly do not count. A node that went to another parent has moved, with all that
 /// is below it. Errors: xml.*, bt.not-a-tree.
+/// @param pairs  If given, receives which elements are the same; without those of models and includes.
 [[nodiscard]] Result<std::vector<Difference>> diff(std::string_view before, std::string_view after,
-                                                   std::string before_file = {}, std::string after_file = {});
+                                                   std::string before_file = {}, std::string after_file = {},
+                                                   text::ElementPairs* pairs = nullptr);
 
 }  // namespace sentree::bt

@@ -3,16 +3,19 @@
 #include <array>
 #include <iostream>
 
-#include "sentree/cli/chart_player.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/document.h"
 #include "sentree/cli/output.h"
+#include "sentree/studio/chart_player.h"
 #include "sentree/text/file.h"
 #include "sentree/text/json.h"
 
 namespace sentree::cli {
 
 namespace {
+
+using sentree::studio::ChartPlayer;
+using sentree::studio::ChartTrace;
 
 constexpr std::string_view kHelp = R"(An event is its name, and its data as JSON if it has any:
   tick
@@ -366,21 +369,6 @@ std::optional<Map> start_data(const std::vector<std::string>& given, const scxml
   return data;
 }
 
-// Whatever the chart sends is accepted and shown.
-scxml::Host host_for(const scxml::Chart& chart, const scxml::LoadOptions& options) {
-  scxml::Host host;
-  for (const scxml::SendInfo& send : chart.sends()) {
-    if (!send.type || send.type->empty() || *send.type == scxml::kScxmlProcessor ||
-        *send.type == scxml::kScxmlProcessorShort)
-      continue;
-    const bool known = std::any_of(host.processors.begin(), host.processors.end(),
-                                   [&](const scxml::Processor& processor) { return processor.type == *send.type; });
-    if (!known) host.processors.push_back({*send.type, ""});
-  }
-  host.read = options.read;
-  return host;
-}
-
 }  // namespace
 
 int chart(const ChartCommand& command) {
@@ -401,7 +389,7 @@ int chart(const ChartCommand& command) {
     say("--script-max " + command.script_max + ": not a duration such as 2 s");
     return kUsage;
   }
-  ChartPlayer player(*loaded.value, host_for(*loaded.value, options), command.seed, *script_max);
+  ChartPlayer player(*loaded.value, sentree::studio::host_for(*loaded.value, options), command.seed, *script_max);
   return leave(Shell(player, command, *std::move(data)).run());
 }
 

@@ -6,6 +6,7 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/page.h"
+#include "sentree/studio/difference.h"
 #include "sentree/studio/groot_play.h"
 #include "sentree/studio/recorded.h"
 #include "sentree/studio/workshop.h"
@@ -38,12 +39,35 @@ int design(const std::filesystem::path& folder, const StudioCommand& command,
   return kOk;
 }
 
+// Who compares files one after the other, as git difftool does, closes the page to go on.
+int compare(const StudioCommand& command, const sentree::studio::ServerOptions& where, const sigset_t& signals) {
+  auto page = start_page(where, command.at.empty(), [&](const sentree::studio::ServerOptions& there) {
+    return sentree::studio::DifferencePage::start(command.diff[0], command.diff[1], there);
+  });
+  if (!page) {
+    say(to_string(page.error()));
+    return page.error().code.starts_with("http.") ? kEnvironment : kInvalidInput;
+  }
+  announce((*page)->server().url(), command.open);
+  // A page that is loaded anew is away for a moment.
+  constexpr int kAwayLooks = 8;
+  const timespec period{.tv_sec = 0, .tv_nsec = 250'000'000};
+  bool seen = false;
+  for (int away = 0; away < kAwayLooks;) {
+    if (sigtimedwait(&signals, nullptr, &period) > 0) break;
+    const bool there = (*page)->server().clients() > 0;
+    seen = seen || there;
+    away = seen && !there ? away + 1 : 0;
+  }
+  return kOk;
+}
+
 }  // namespace
 
 int studio(const StudioCommand& command) {
   if (command.attach) return attach(command);
-  if (command.recording.empty()) {
-    say("sentree studio needs a project, a recording, or --attach for a run that goes on");
+  if (command.recording.empty() && command.diff.empty()) {
+    say("sentree studio needs a project, a recording, --diff with two files, or --attach for a run that goes on");
     return kUsage;
   }
   sigset_t signals;
@@ -52,6 +76,7 @@ int studio(const StudioCommand& command) {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   const auto where = page_options(command.at.empty() ? "true" : command.at, command.insecure);
   if (!where) return kUsage;
+  if (!command.diff.empty()) return compare(command, *where, signals);
   if (const auto folder = project_folder(command.recording)) return design(*folder, command, *where, signals);
   Diagnostics diagnostics;
   auto page = start_page(*where, command.at.empty(), [&](const sentree::studio::ServerOptions& there) {

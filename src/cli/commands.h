@@ -51,6 +51,7 @@ int run(const RunCommand& command);
 struct StudioCommand {
   std::string recording;              ///< Empty: with `attach`.
   std::optional<std::string> attach;  ///< A process id, the address of a page, or empty: the only run there is.
+  std::vector<std::string> diff;      ///< Empty, or what was and what is: files, folders, recordings.
   std::string at;                     ///< Where the page is served, [HOST:]PORT; empty: the usual place.
   bool insecure = false;
   bool open = false;

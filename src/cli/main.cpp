@@ -125,9 +125,12 @@ void add_studio(CLI::App& app, StudioCommand& command) {
       "  sentree studio --attach --open                  the run that goes on, started without --studio\n"
       "  sentree studio --attach 4242                    of several, that of this process\n"
       "  sentree studio --attach http://robot:4711/#token=…   a page elsewhere\n"
+      "  sentree studio --diff old.xml new.xml --open     two trees or charts as one picture; folders and recordings, "
+      "too\n"
+      "  git difftool -y -x 'sentree studio --open --diff' HEAD~1   the same of each file that changed\n"
       "A recording's page stays until Ctrl-C. That of a run is the run's own and ends with it, unless it was started "
       "with\n"
-      "sentree run PROJECT --studio.\n"
+      "sentree run PROJECT --studio. With --diff the program ends when its page is closed.\n"
       "Exit code: 0, 3 neither a project nor a recording, 4 port taken, or nothing to attach to.");
   auto* recording = sub->add_option("recording", command.recording,
                                     "A project's folder or sentree.yaml, or an MCAP file of sentree run");
@@ -137,6 +140,10 @@ void add_studio(CLI::App& app, StudioCommand& command) {
          "Open the page of a run that goes on: process id, or HOST:PORT of a page; default: the only run there is")
       ->expected(0, 1)
       ->type_name("[PID|ADDR]")
+      ->excludes(recording);
+  sub->add_option("--diff", command.diff, "Show what differs between two files, folders or recordings' projects")
+      ->expected(2)
+      ->type_name("BEFORE AFTER")
       ->excludes(recording);
   sub->add_option("--at", command.at, "PORT or HOST:PORT; default: http://127.0.0.1:4711 or the next free port");
   sub->add_flag("--insecure", command.insecure, "Let other machines look, without TLS");

@@ -17,12 +17,13 @@ class Drawer {
   Drawer(const Chart& chart, const Session* session, TransitionIndex last)
       : model_(chart.model()), session_(session), last_(last) {}
 
-  draw::Chart run(std::vector<StateIndex>* states_of) {
+  draw::Chart run(std::vector<StateIndex>* states_of, std::vector<TransitionIndex>* transitions_of) {
     drawn_.title = model_.name;
     index_.assign(model_.states.size(), -1);
     for (StateIndex s = 0; s < model_.states.size(); ++s) add_state(s);
     for (TransitionIndex t = 0; t < model_.transitions.size(); ++t) add_transition(t);
     if (states_of) *states_of = std::move(origin_);
+    if (transitions_of) *transitions_of = std::move(transition_origin_);
     return std::move(drawn_);
   }
 
@@ -91,6 +92,7 @@ class Drawer {
     drawn.actions = actions(model_.transition_code[t].content);
     drawn.last = t == last_;
     drawn_.transitions.push_back(std::move(drawn));
+    transition_origin_.push_back(t);
   }
 
   [[nodiscard]] const std::string& text(ExpressionId id) const {
@@ -133,14 +135,15 @@ class Drawer {
   draw::Chart drawn_;
   std::vector<int> index_;
   std::vector<StateIndex> origin_;
+  std::vector<TransitionIndex> transition_origin_;
   std::vector<std::pair<TransitionIndex, int>> dots_;
 };
 
 }  // namespace
 
 draw::Chart drawing_of(const scxml::Chart& chart, const scxml::Session* session, scxml::TransitionIndex last,
-                       std::vector<scxml::StateIndex>* states_of) {
-  return Drawer(chart, session, last).run(states_of);
+                       std::vector<scxml::StateIndex>* states_of, std::vector<scxml::TransitionIndex>* transitions_of) {
+  return Drawer(chart, session, last).run(states_of, transitions_of);
 }
 
 }  // namespace sentree::graph

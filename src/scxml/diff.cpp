@@ -84,7 +84,7 @@ text::XmlMeaning meaning() {
 bool is_chart(const XmlElement& root) { return root.local_name() == "scxml" || root.local_name() == "ascxml"; }
 
 Result<std::vector<text::Difference>> diff(std::string_view before, std::string_view after, std::string before_file,
-                                           std::string after_file) {
+                                           std::string after_file, text::ElementPairs* pairs) {
   auto a = text::XmlDocument::parse(std::string(before), std::move(before_file), {.lenient = true});
   if (!a) return tl::unexpected(std::move(a.error()));
   auto b = text::XmlDocument::parse(std::string(after), std::move(after_file), {.lenient = true});
@@ -98,6 +98,7 @@ Result<std::vector<text::Difference>> diff(std::string_view before, std::string_
   const std::string name = value(a->root(), "name");
   comparison.nodes(a->root(), b->root(), name.empty() ? "chart" : name);
   comparison.join_moved();
+  if (pairs != nullptr) *pairs = std::move(comparison.pairs);
   return std::move(comparison.found);
 }
 

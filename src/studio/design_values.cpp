@@ -3,10 +3,11 @@
 #include <algorithm>
 
 #include "sentree/draw/chart.h"
+#include "sentree/draw/fold.h"
 #include "sentree/draw/tree.h"
 #include "sentree/graph/chart.h"
-#include "sentree/graph/tree.h"
 #include "sentree/scxml/chart.h"
+#include "sentree/scxml/model.h"
 
 namespace sentree::studio {
 
@@ -25,37 +26,13 @@ std::string_view name_of(bt::Category category) {
   return "action";
 }
 
-draw::TreeShape shape_of(bt::Category category) {
-  switch (category) {
-    case bt::Category::kControl: return draw::TreeShape::kControl;
-    case bt::Category::kDecorator: return draw::TreeShape::kDecorator;
-    case bt::Category::kCondition: return draw::TreeShape::kCondition;
-    case bt::Category::kAction: return draw::TreeShape::kAction;
-    case bt::Category::kSubTree: return draw::TreeShape::kSubtree;
-  }
-  return draw::TreeShape::kAction;
-}
-
 Value tree_value(const design::OutlineTree& tree) {
   draw::Tree drawing;
   List nodes;
   for (const design::OutlineNode& node : tree.nodes) {
-    draw::TreeNode drawn;
-    drawn.parent = node.parent;
-    drawn.shape = shape_of(node.category);
-    if (node.category == bt::Category::kControl || node.category == bt::Category::kDecorator) {
-      drawn.symbol = graph::symbol_of(node.id);
-      drawn.title = node.name != node.id ? node.name : "";
-    } else {
-      drawn.title = node.name.empty() ? node.id : node.name;
-      if (!node.name.empty() && node.name != node.id) drawn.lines.push_back(node.id);
-    }
     List attributes;
-    for (const auto& [name, value] : node.attributes) {
-      drawn.lines.push_back(name + ": " + value);
-      attributes.push_back(List{name, value});
-    }
-    drawing.nodes.push_back(std::move(drawn));
+    for (const auto& [name, value] : node.attributes) attributes.push_back(List{name, value});
+    drawing.nodes.push_back(design::drawing_of(node));
     nodes.push_back(Map{{"element", static_cast<std::int64_t>(node.element)},
                         {"parent", node.parent},
                         {"id", node.id},
@@ -81,7 +58,8 @@ Value tree_value(const design::OutlineTree& tree) {
 
 Value chart_value(const scxml::Chart& chart) {
   std::vector<scxml::StateIndex> states;
-  const draw::Chart drawing = graph::drawing_of(chart, nullptr, 0xFFFFFFFFU, &states);
+  std::vector<scxml::TransitionIndex> transitions_drawn;
+  const draw::Chart drawing = graph::drawing_of(chart, nullptr, 0xFFFFFFFFU, &states, &transitions_drawn);
   List state_values;
   for (const scxml::StateIndex state : states) {
     const bool written = state != scxml::kNoState;
@@ -89,10 +67,8 @@ Value chart_value(const scxml::Chart& chart) {
         Map{{"id", written ? chart.states()[state].id : ""}, {"line", written ? chart.states()[state].place.line : 0}});
   }
   List transitions;
-  const auto written = chart.transitions();
-  const bool same = written.size() == drawing.transitions.size();
-  for (std::size_t i = 0; i < drawing.transitions.size(); ++i)
-    transitions.push_back(Map{{"line", same ? written[i].place.line : 0}});
+  for (const scxml::TransitionIndex transition : transitions_drawn)
+    transitions.push_back(Map{{"line", chart.transitions()[transition].place.line}});
   return Map{{"layout", draw::to_value(drawing, draw::layout(drawing))},
              {"states", std::move(state_values)},
              {"transitions", std::move(transitions)}};
@@ -166,6 +142,121 @@ Value document_value(const std::string& file, const design::Document& document, 
     }
   }
   return value;
+}
+
+namespace {
+
+List marks_value(const std::vector<design::Mark>& marks) {
+  List values;
+  for (const design::Mark mark : marks) values.emplace_back(to_string(mark));
+  return values;
+}
+
+List moves_value(const std::vector<std::pair<int, int>>& moves) {
+  List values;
+  for (const auto& [from, to] : moves) values.push_back(List{from, to});
+  return values;
+}
+
+std::string_view name_of(text::Difference::Kind kind) {
+  switch (kind) {
+    case text::Difference::Kind::kAdded: return "added";
+    case text::Difference::Kind::kRemoved: return "removed";
+    case text::Difference::Kind::kChanged: return "changed";
+    case text::Difference::Kind::kMoved: return "moved";
+  }
+  return "";
+}
+
+// The whole file came, or went.
+void mark_all(design::Comparison& comparison, const std::string& file, bool came) {
+  const auto mark = [&](std::vector<design::Mark>& marks) {
+    std::fill(marks.begin(), marks.end(), came ? design::Mark::kAdded : design::Mark::kRemoved);
+  };
+  for (design::ComparedTree& tree : comparison.trees) mark(tree.marks);
+  if (comparison.chart) {
+    mark(comparison.chart->states);
+    mark(comparison.chart->transitions);
+  }
+  const SourceSpan beginning{file, 1, 1, 0};
+  comparison.differences = {{came ? text::Difference::Kind::kAdded : text::Difference::Kind::kRemoved, file,
+                             came ? "file added" : "file removed", came ? SourceSpan{} : beginning,
+                             came ? beginning : SourceSpan{}}};
+  comparison.places = {{comparison.trees.empty() ? -1 : 0, 0, -1}};
+}
+
+}  // namespace
+
+Value comparison_value(const std::string* before, const std::string* after, const design::Kinds& kinds,
+                       const std::string& file) {
+  Map value{{"file", file},
+            {"before", before != nullptr ? Value(*before) : Value()},
+            {"after", after != nullptr ? Value(*after) : Value()},
+            {"problem", ""},
+            {"differences", List()},
+            {"trees", nullptr},
+            {"chart", nullptr}};
+  const std::string& there = after != nullptr ? *after : *before;
+  auto comparison = design::compare(before != nullptr ? *before : there, there, kinds, file, file);
+  if (comparison && (before == nullptr || after == nullptr)) mark_all(*comparison, file, before == nullptr);
+  if (!comparison) {
+    const Diagnostic& why = comparison.error();
+    value["problem"] = why.span.line > 0 ? to_string(why) : why.message;
+    return value;
+  }
+  List differences;
+  for (std::size_t i = 0; i < comparison->differences.size(); ++i) {
+    const text::Difference& difference = comparison->differences[i];
+    const design::ComparedPlace& place = comparison->places[i];
+    differences.push_back(Map{{"kind", name_of(difference.kind)},
+                              {"path", difference.path},
+                              {"what", difference.what},
+                              {"before_line", difference.before.line},
+                              {"after_line", difference.after.line},
+                              {"tree", place.tree},
+                              {"part", place.part},
+                              {"transition", place.transition}});
+  }
+  value["differences"] = std::move(differences);
+  if (comparison->chart) {
+    const design::ComparedChart& chart = *comparison->chart;
+    value["chart"] = Map{{"layout", draw::to_value(chart.drawing, draw::layout(chart.drawing))},
+                         {"states", marks_value(chart.states)},
+                         {"transitions", marks_value(chart.transitions)},
+                         {"moves", moves_value(chart.moves)}};
+    return value;
+  }
+  List trees;
+  for (const design::ComparedTree& tree : comparison->trees) {
+    trees.push_back(Map{{"id", tree.id},
+                        {"layout", draw::to_value(tree.drawing, draw::layout(tree.drawing))},
+                        {"marks", marks_value(tree.marks)},
+                        {"moves", moves_value(tree.moves)}});
+  }
+  value["trees"] = std::move(trees);
+  return value;
+}
+
+Result<Value> folded_value(const std::string& file, const design::Document& document,
+                           const std::set<std::string>& closed) {
+  const auto chart = scxml::load(document.text, file);
+  if (!chart.value) return fail("studio.request", file + " is no chart that can be drawn");
+  std::vector<scxml::StateIndex> states;
+  const draw::Chart whole = graph::drawing_of(*chart.value, nullptr, scxml::kNoTransition, &states);
+  std::vector<bool> is_closed(states.size());
+  for (std::size_t i = 0; i < states.size(); ++i)
+    is_closed[i] = states[i] != scxml::kNoState && closed.contains(chart.value->states()[states[i]].id);
+  const draw::FoldedChart folded = draw::folded(whole, is_closed);
+  const auto numbers = [](const std::vector<int>& from) {
+    List values;
+    for (const int one : from) values.emplace_back(static_cast<std::int64_t>(one));
+    return values;
+  };
+  return Value(Map{{"version", static_cast<std::int64_t>(document.version)},
+                   {"layout", draw::to_value(folded.chart, draw::layout(folded.chart))},
+                   {"states", numbers(folded.states)},
+                   {"transitions", numbers(folded.transitions)},
+                   {"hidden", numbers(folded.hidden)}});
 }
 
 Value finding_value(const design::Finding& finding) {

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
 #include "sentree/base/value.h"
 #include "sentree/design/chart_edit.h"
+#include "sentree/design/comparison.h"
 #include "sentree/design/findings.h"
 #include "sentree/design/tree_edit.h"
 #include "sentree/design/workspace.h"
@@ -19,6 +21,15 @@ namespace sentree::studio {
 /// A file's text and, of a file of trees or of a chart, its picture with the places of its parts.
 [[nodiscard]] Value document_value(const std::string& file, const design::Document& document,
                                    const design::Kinds& kinds);
+
+/// The picture of a chart in which the states of these ids hide what is in them. Errors: studio.request (no chart).
+[[nodiscard]] Result<Value> folded_value(const std::string& file, const design::Document& document,
+                                         const std::set<std::string>& closed);
+
+/// Two texts of one file as one picture; where they cannot be drawn so, only the texts, and why. Null: the file is not
+/// there; all of the other is then added, or removed. At least one is there.
+[[nodiscard]] Value comparison_value(const std::string* before, const std::string* after, const design::Kinds& kinds,
+                                     const std::string& file);
 
 [[nodiscard]] Value finding_value(const design::Finding& finding);
 

@@ -223,9 +223,10 @@ std::string Server::Impl::hello_of(const Subject& shown) const {
                            {"description", scenario.description},
                            {"clock", scenario.virtual_time ? "virtual" : "real"},
                            {"seed", static_cast<std::int64_t>(scenario.seed)},
-                           {"steerable", static_cast<bool>(run.steer) && !options.design},
+                           {"steerable", static_cast<bool>(run.steer) && !options.design && !options.compare},
                            {"repeatable", static_cast<bool>(options.again)},
                            {"design", options.design},
+                           {"compare", options.compare},
                            {"boot", boot}}));
 }
 

@@ -55,6 +55,8 @@ struct ServerOptions {
   bool live = true;  ///< Else a recording.
   /// A project is edited; `RunAccess::steer` takes the requests, and what a page sends may be as large as a file.
   bool design = false;
+  /// Two states of files are compared, and nothing else; `RunAccess::steer` takes the requests.
+  bool compare = false;
   /// Begins the run again, with {seed, scenario} where they are given; not set: it cannot. Called in a thread that may
   /// wait; the server is gone soon afterwards.
   std::function<Result<void>(const Value& request)> again = {};

@@ -13,13 +13,15 @@
 #include <thread>
 
 #include "sentree/base/json.h"
-#include "sentree/bt/load.h"
 #include "sentree/design/parts.h"
 #include "sentree/project/part_cache.h"
 #include "sentree/project/skill_models.h"
 #include "sentree/studio/design_values.h"
+#include "sentree/studio/nothing.h"
 #include "sentree/studio/past.h"
 #include "sentree/studio/shadow.h"
+#include "sentree/studio/sides.h"
+#include "sentree/studio/simulations.h"
 #include "sentree/text/yaml_edit.h"
 
 namespace sentree::studio {
@@ -27,16 +29,6 @@ namespace sentree::studio {
 namespace {
 
 namespace fs = std::filesystem;
-
-// What is shown until there is something to run.
-constexpr const char* kNothing =
-    "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\"><AlwaysSuccess/></BehaviorTree></root>";
-
-project::Plan nothing_to_run() {
-  project::Plan plan{.scenario = {}, .tree = std::move(*bt::load(kNothing).value)};
-  plan.scenario.virtual_time = true;
-  return plan;
-}
 
 Value number(std::uint64_t value) { return static_cast<std::int64_t>(value); }
 
@@ -55,6 +47,13 @@ class Asked {
   [[nodiscard]] bool flag(std::string_view name) const {
     const Value* value = request_.find(name);
     return value != nullptr && value->as_bool() != nullptr && *value->as_bool();
+  }
+  [[nodiscard]] std::set<std::string> texts(std::string_view name) const {
+    std::set<std::string> texts;
+    const Value* list = request_.find(name);
+    if (list == nullptr || list->as_list() == nullptr) return texts;
+    for (const Value& text : *list->as_list()) texts.emplace(text.text());
+    return texts;
   }
   [[nodiscard]] design::TextEdits edits() const {
     design::TextEdits edits;
@@ -107,6 +106,9 @@ struct Workshop::Impl {
   [[nodiscard]] Result<design::GestureResult> gesture_result(const std::string& file, const std::string& text,
                                                              const Value& wanted) const;
   Result<Value> add(const Asked& asked);
+  [[nodiscard]] Value other_sides() const;
+  [[nodiscard]] Result<Value> simulate(const std::string& op, const Asked& asked, const Value& request);
+  [[nodiscard]] Result<Value> compare(const std::string& op, const Asked& asked);
   Result<Value> save(const Asked& asked);
   void changed(const std::vector<std::string>& files);
   [[nodiscard]] Value summary() const;
@@ -155,13 +157,12 @@ struct Workshop::Impl {
   bool past_wanted = false;            // requirements have been opened
   std::atomic<bool> outdated = false;  // what the shadow runs is not the newest any more
 
-  const project::Plan no_plan = nothing_to_run();
-  const Subject no_subject{no_plan};
-  const History no_history{no_subject};
+  const Nothing no_run;  // shown until there is something to run
   std::unique_ptr<Server> server;
   int inotify = -1;
   int wake = -1;
   std::map<int, std::string> watched;  // folder inside the project, by watch; of the watching thread
+  Simulations simulations{folder};     // of the thread that steers
   project::PartCache parts;            // of the worker
   Past past{folder};                   // of the worker
   std::thread worker;
@@ -269,6 +270,10 @@ void Workshop::Impl::changed(const std::vector<std::string>& files) {
 
 Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& request) {
   const Asked asked(request);
+  // What git or a recording has is read while others edit.
+  if (op == "compare_sides") return other_sides();
+  if (op == "compare_files" || op == "compare") return compare(op, asked);
+  if (op == "simulate_chart" || op == "simulate_tree") return simulate(op, asked, request);
   const std::lock_guard lock(mutex);
   const std::string file = asked.text("file");
   if (!server) return fail("studio.request", "not yet: the project is being opened");
@@ -287,6 +292,11 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
       news.notify_all();
     }
     return document_value(file, *document, kinds);
+  }
+  if (op == "design_fold") {
+    const design::Document* document = workspace.find(file);
+    if (document == nullptr) return fail("design.no-such-file", "\"" + file + "\" is no file of this project");
+    return folded_value(file, *document, asked.texts("closed"));
   }
   if (op == "design_edit") {
     const std::uint64_t before = workspace.find(file) != nullptr ? workspace.find(file)->version : 0;
@@ -388,6 +398,95 @@ Result<Value> Workshop::Impl::add(const Asked& asked) {
   changed(files);
   return Value(Map{{"file", part->files.front().first}});
 }
+
+// ---- Comparing with what was ----
+
+namespace {
+
+constexpr std::string_view kSavedSide = "saved";
+constexpr std::string_view kCommitSide = "HEAD";
+constexpr std::string_view kRunSide = "runs/";
+constexpr std::size_t kRunsOfferedMax = 20;
+
+std::vector<std::string> recordings_in(const fs::path& folder) {
+  std::vector<std::pair<fs::file_time_type, std::string>> found;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder / "runs", error)) {
+    std::error_code each;
+    if (entry.path().extension() == ".mcap" && !entry.is_symlink(each) && entry.is_regular_file(each))
+      found.emplace_back(entry.last_write_time(each), entry.path().filename().string());
+  }
+  std::sort(found.rbegin(), found.rend());
+  if (found.size() > kRunsOfferedMax) found.resize(kRunsOfferedMax);
+  std::vector<std::string> names;
+  for (auto& [time, name] : found) names.push_back(std::move(name));
+  return names;
+}
+
+}  // namespace
+
+Value Workshop::Impl::other_sides() const {
+  List sides{Map{{"id", kSavedSide}, {"title", "what is saved"}},
+             Map{{"id", kCommitSide}, {"title", "the last commit (HEAD)"}}};
+  for (const std::string& name : recordings_in(folder))
+    sides.push_back(Map{{"id", std::string(kRunSide) + name}, {"title", "the project that " + name + " ran"}});
+  return Map{{"sides", std::move(sides)}};
+}
+
+Result<Value> Workshop::Impl::compare(const std::string& op, const Asked& asked) {
+  const std::string with = asked.text("with");
+  Sides sides;
+  if (with == kCommitSide) {
+    auto texts = texts_of_commit(folder, with);
+    if (!texts) return tl::unexpected(texts.error());
+    sides.before = std::move(*texts);
+  } else if (with.starts_with(kRunSide)) {
+    const auto names = recordings_in(folder);
+    const std::string name = with.substr(kRunSide.size());
+    if (std::find(names.begin(), names.end(), name) == names.end())
+      return fail("studio.request", "there is no recording \"" + name + "\" in runs/");
+    auto texts = texts_at(folder / "runs" / name);
+    if (!texts) return tl::unexpected(texts.error());
+    sides.before = std::move(*texts);
+  } else if (with != kSavedSide) {
+    return fail("studio.request", "\"" + with + "\" is nothing to compare with");
+  }
+  design::Kinds known{{}};
+  {
+    const std::lock_guard lock(mutex);
+    known = kinds;
+    for (const auto& [name, document] : workspace.documents()) {
+      sides.after.emplace(name, document.text);
+      if (with == kSavedSide) sides.before.emplace(name, document.saved);
+    }
+  }
+  // A recording holds only what the run read.
+  if (with.starts_with(kRunSide))
+    std::erase_if(sides.after, [&](const auto& one) { return !sides.before.contains(one.first); });
+  if (op == "compare") return comparison_of(sides, asked.text("file"), known);
+  return Value(Map{{"before", with}, {"after", folder.filename().string()}, {"files", changed_files(sides)}});
+}
+
+// ---- Running a chart or a tree by hand ----
+
+Result<Value> Workshop::Impl::simulate(const std::string& op, const Asked& asked, const Value& request) {
+  Simulations::Text text{.file = asked.text("file"), .text = {}, .version = 0};
+  text::Overlay overlay;
+  design::Kinds known{{}};
+  {
+    const std::lock_guard lock(mutex);
+    const design::Document* document = workspace.find(text.file);
+    if (document == nullptr) return fail("design.no-such-file", "\"" + text.file + "\" is no file of this project");
+    text.text = document->text;
+    text.version = document->version;
+    overlay = workspace.overlay();
+    known = kinds;
+  }
+  const text::ReadThrough through(overlay);
+  return op == "simulate_chart" ? simulations.chart(text, request) : simulations.tree(text, known.palette(), request);
+}
+
+// ---- Saving ----
 
 Result<Value> Workshop::Impl::save(const Asked& asked) {
   std::vector<std::string> files;
@@ -690,7 +789,7 @@ Result<std::unique_ptr<Workshop>> Workshop::start(const fs::path& folder, Server
   options.design = true;
   options.live = true;
   auto server = Server::start(
-      impl->no_subject, impl->no_history,
+      impl->no_run.subject, impl->no_run.history,
       {.update = {},
        .facts = [] { return RunFacts{.state = "ended"}; },
        .steer = [raw](const std::string& op, const Value& request) { return raw->carry_out(op, request); }},

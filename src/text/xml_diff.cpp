@@ -98,6 +98,7 @@ void XmlComparison::change(const std::string& path, std::string what, const XmlE
 }
 
 void XmlComparison::nodes(const XmlElement& before, const XmlElement& after, const std::string& path) {
+  pairs.emplace_back(before.offset(), after.offset());
   if (const std::string was = meaning_.kind(before), is = meaning_.kind(after); was != is)
     change(path, was + " → " + is, before, after);
   const Attributes old = attributes_of(before);
@@ -124,6 +125,19 @@ void XmlComparison::nodes(const XmlElement& before, const XmlElement& after, con
     }
   }
   children(a, b, path);
+}
+
+// Two that are equal with all that is below them.
+void XmlComparison::pair_all(const XmlElement& before, const XmlElement& after) {
+  std::vector<std::pair<XmlElement, XmlElement>> rest{{before, after}};
+  while (!rest.empty()) {
+    const auto [a, b] = rest.back();
+    rest.pop_back();
+    pairs.emplace_back(a.offset(), b.offset());
+    const Elements x = children_of(a);
+    const Elements y = children_of(b);
+    for (std::size_t i = 0; i < std::min(x.size(), y.size()); ++i) rest.emplace_back(x[i], y[i]);
+  }
 }
 
 // The first that is left with the same word, for each.
@@ -245,7 +259,10 @@ void XmlComparison::match(const XmlElement& element, const std::string& path, co
   } else {
     found.push_back(std::move(moved));
   }
-  if (!exact) nodes(from.element, element, path);
+  if (exact)
+    pair_all(from.element, element);
+  else
+    nodes(from.element, element, path);
 }
 
 }  // namespace sentree::text

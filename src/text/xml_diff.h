@@ -38,6 +38,9 @@ struct XmlMeaning {
   std::function<bool(const XmlElement&)> passes_over;
 };
 
+/// Elements that are one another's counterparts: the byte of the '<' in the first document, and in the second.
+using ElementPairs = std::vector<std::pair<std::size_t, std::size_t>>;
+
 /// Pairs the elements of two documents and collects what differs. The documents outlive it.
 class XmlComparison {
  public:
@@ -53,6 +56,7 @@ class XmlComparison {
   void join_moved();
 
   std::vector<Difference> found;
+  ElementPairs pairs;  ///< In no order; those that moved are among them.
 
  private:
   using Elements = std::vector<XmlElement>;
@@ -82,6 +86,7 @@ class XmlComparison {
   void collect(const Loose& loose, bool exact, Places& sources);
   void match(const XmlElement& element, const std::string& path, const Loose& top, bool exact, Places& sources);
   void change(const std::string& path, std::string what, const XmlElement& a, const XmlElement& b);
+  void pair_all(const XmlElement& before, const XmlElement& after);
 
   XmlMeaning meaning_;
   std::vector<Loose> removed_;

@@ -1,9 +1,16 @@
 import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "react";
 
 import { Edge, Label, StateTexts } from "../panels/charts/ChartPicture";
+import { Minimap } from "../picture/Minimap";
 import { PictureView } from "../picture/picture_view";
-import type { OutlineChart, Rect } from "../protocol/types";
+import type { FoldedChart, OutlineChart, Rect } from "../protocol/types";
+import { request } from "../store/store";
 import { doc_of, gesture, go_to, obstacle, useDesign } from "./design";
+import { payload_of, play_chart, useSimulation } from "./simulate";
+
+const kNothingClosed: ReadonlySet<string> = new Set();
+/** States that hide what is in them, by file, for as long as the page is open. */
+const closed_in = new Map<string, ReadonlySet<string>>();
 
 /** A chart as its text has it; what one clicks is shown in the text. */
 export function ChartView({ chart, file }: { chart: OutlineChart; file: string }) {
@@ -11,14 +18,46 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
   const group = useRef<SVGGElement>(null);
   const why_dim = useDesign(obstacle);
   const summary = useDesign((state) => state.summary);
-  const { layout } = chart;
+  const version = useDesign((state) => doc_of(state)?.version ?? 0);
+  const [closed, set_closed] = useState(() => closed_in.get(file) ?? kNothingClosed);
+  const [folded, set_folded] = useState<FoldedChart | null>(null);
+  const chosen = useDesign((state) => state.state);
+  const played = useSimulation(({ on, file: of, chart_now }) => (on && of === file ? chart_now : null));
+
+  useEffect(() => {
+    closed_in.set(file, closed);
+    if (closed.size === 0) {
+      set_folded(null);
+      return;
+    }
+    let gone = false;
+    // While a text cannot be read, its last picture stays.
+    request("design_fold", { file, closed: [...closed] }).then(
+      (found) => !gone && set_folded(found),
+      () => undefined,
+    );
+    return () => {
+      gone = true;
+    };
+  }, [file, closed, version]);
+
+  /** What is drawn, and which state and transition of the whole each is. */
+  const shown = useMemo(() => {
+    if (folded?.version === version && folded.states.every((at) => at < chart.states.length)) return folded;
+    return { layout: chart.layout, states: chart.layout.states.map((_, i) => i), transitions: chart.transitions.map((_, i) => i), hidden: chart.layout.states.map(() => 0) };
+  }, [folded, version, chart]);
+  const { layout } = shown;
   const box: Rect = useMemo(() => ({ x: 0, y: 0, ...layout.size }), [layout]);
+  const latest = useRef({ layout, chosen: -1 });
+  latest.current = { layout, chosen: shown.states.findIndex((at) => chosen !== null && chart.states[at]?.id === chosen) };
   const [view] = useState(
     () =>
       new PictureView({
         limits: { min: 0.05, max: 4 },
         margin: 12,
         fit_max: 1.15,
+        readable: { from: 0.42, scale: 0.85 },
+        focus: () => latest.current.layout.states[Math.max(latest.current.chosen, 0)] ?? null,
         change: ({ scale, x, y }) => group.current?.setAttribute("transform", `translate(${x} ${y}) scale(${scale})`),
       }),
   );
@@ -27,11 +66,31 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
     return () => view.detach();
   }, [view]);
   useLayoutEffect(() => view.set_box(box), [view, box]);
+  const at_chosen = latest.current.chosen;
+  useEffect(() => {
+    const rect = latest.current.layout.states[at_chosen];
+    if (rect) view.reveal(rect);
+  }, [at_chosen, view]);
+
   const nests = useMemo(() => new Set(layout.states.map(({ parent }) => parent)), [layout]);
+  const composite = useMemo(() => new Set(chart.layout.states.map(({ parent }) => parent)), [chart]);
   const lines = useMemo(() => new Set((summary?.findings ?? []).filter((found) => found.file === file && found.severity === "error").map(({ line }) => line)), [summary, file]);
+  const active = useMemo(() => new Set(played?.active ?? []), [played]);
+  const taken = useMemo(() => new Set(played?.taken ?? []), [played]);
+  const enabled = useMemo(() => new Map((played?.enabled ?? []).map(({ transition, event }) => [transition, event] as const)), [played]);
 
-  const chosen = useDesign((state) => state.state);
-
+  const toggle = (id: string | undefined) => {
+    if (!id) return;
+    set_closed((before) => {
+      const next = new Set(before);
+      if (!next.delete(id)) next.add(id);
+      return next;
+    });
+  };
+  const toggle_chosen = () => {
+    const at = chart.states.findIndex(({ id }) => id === chosen);
+    if (at >= 0 && composite.has(at)) toggle(chosen ?? undefined);
+  };
   const show_line = (line: number) => {
     const doc = doc_of(useDesign.getState());
     if (!doc || line < 1) return;
@@ -40,60 +99,104 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
     const indented = at + (/^[ \t]*/.exec(doc.places.shown.slice(at))?.[0].length ?? 0);
     go_to(doc.places.byte(indented));
   };
+  const take = (transition: number) => {
+    const event = enabled.get(transition);
+    if (event === undefined) return;
+    if (payload_of(event)) useSimulation.setState({ event });
+    else void play_chart({ do: "send", event });
+  };
 
   return (
-    <svg
-      ref={svg}
-      className={`picture chart-picture design-picture${why_dim ? " dim" : ""}`}
-      role="group"
-      aria-label={`Chart ${file}`}
-      tabIndex={0}
-      data-testid="design-chart"
-      onDoubleClick={() => view.fit()}
-      onKeyDown={(event) => {
-        if (chosen && (event.key === "Delete" || event.key === "Backspace")) void gesture({ what: "remove_state", state: chosen });
-        else if (chosen && event.key === "F2") document.getElementById("design-state")?.focus();
-        else if (event.key === "Enter") document.getElementById("design-new-state")?.focus();
-        else if (!view.key(event, true)) return;
-        event.preventDefault();
-        event.stopPropagation();
-      }}
-      onClick={(event) => {
-        const found = event.target instanceof Element ? event.target.closest("[data-line]") : null;
-        if (found) show_line(Number(found.getAttribute("data-line")));
-        useDesign.setState({ state: found?.getAttribute("data-id") ?? null, refused: null });
-        svg.current?.focus({ preventScroll: true });
-      }}
-    >
-      <g ref={group}>
-        {layout.states.map((drawn, i) => {
-          const nest = nests.has(i);
-          const line = chart.states[i]?.line ?? 0;
-          const [middle, centre] = [drawn.x + drawn.width / 2, drawn.y + drawn.height / 2];
-          return (
-            <g key={i} data-line={line} data-id={chart.states[i]?.id} role="img" aria-label={`State ${drawn.name.join(" ") || drawn.kind}`} className={[lines.has(line) ? "wrong" : "", chosen !== null && chart.states[i]?.id === chosen ? "chosen" : ""].filter(Boolean).join(" ") || undefined}>
-              {drawn.kind === "initial" ? (
-                <circle className="dot" cx={middle} cy={centre} r={7} />
-              ) : drawn.kind.includes("history") ? (
-                <circle className="state" cx={middle} cy={centre} r={13} />
-              ) : (
-                <rect className={nest ? "nest" : "state"} x={drawn.x} y={drawn.y} width={drawn.width} height={drawn.height} rx={9} />
-              )}
-              {drawn.kind === "final" && <rect className="inner" x={drawn.x + 3.5} y={drawn.y + 3.5} width={drawn.width - 7} height={drawn.height - 7} rx={5.5} />}
-              <StateTexts drawn={drawn} nest={nest} />
-            </g>
-          );
-        })}
-        {layout.separators.map(([x1, y1, x2, y2], i) => (
-          <line key={i} className="region" x1={x1} y1={y1} x2={x2} y2={y2} />
-        ))}
-        {layout.edges.map((edge, i) => (
-          <g key={i} data-line={chart.transitions[edge.transition]?.line ?? 0}>
-            <Edge edge={edge} last={false} />
-            <Label edge={edge} last={false} whole={edge.lines.join(" ")} />
-          </g>
-        ))}
-      </g>
-    </svg>
+    <>
+      <svg
+        ref={svg}
+        className={`picture chart-picture design-picture${why_dim ? " dim" : ""}`}
+        role="group"
+        aria-label={`Chart ${file}`}
+        tabIndex={0}
+        data-testid="design-chart"
+        onDoubleClick={() => view.fit()}
+        onKeyDown={(event) => {
+          if (event.ctrlKey || event.metaKey || event.altKey) return;
+          if (chosen && (event.key === "Delete" || event.key === "Backspace")) void gesture({ what: "remove_state", state: chosen });
+          else if (chosen && (event.key === "c" || event.key === "C")) toggle_chosen();
+          else if (chosen && event.key === "F2") document.getElementById("design-state")?.focus();
+          else if (event.key === "Enter") document.getElementById("design-new-state")?.focus();
+          else if (!view.key(event, true)) return;
+          event.preventDefault();
+          event.stopPropagation();
+        }}
+        onClick={(event) => {
+          const target = event.target instanceof Element ? event.target : null;
+          const found = target?.closest("[data-line]") ?? null;
+          if (target?.closest(".fold")) return toggle(found?.getAttribute("data-id") ?? undefined);
+          const transition = found?.getAttribute("data-transition");
+          if (transition) take(Number(transition));
+          if (found) show_line(Number(found.getAttribute("data-line")));
+          useDesign.setState({ state: found?.getAttribute("data-id") ?? null, refused: null });
+          svg.current?.focus({ preventScroll: true });
+        }}
+      >
+        <g ref={group}>
+          {layout.states.map((drawn, i) => {
+            const at = shown.states[i]!;
+            const { id, line } = chart.states[at] ?? { id: "", line: 0 };
+            const nest = nests.has(i);
+            const hidden = shown.hidden[i] ?? 0;
+            const lit = active.has(at) ? " active" : "";
+            const [middle, centre] = [drawn.x + drawn.width / 2, drawn.y + drawn.height / 2];
+            return (
+              <g
+                key={at}
+                data-line={line}
+                data-id={id}
+                data-active={played ? active.has(at) : undefined}
+                role="img"
+                aria-label={`State ${drawn.name.join(" ") || drawn.kind}${active.has(at) ? ", active" : ""}${hidden > 0 ? `, ${hidden} states hidden in it` : ""}`}
+                className={[lines.has(line) ? "wrong" : "", chosen !== null && id === chosen ? "chosen" : ""].filter(Boolean).join(" ") || undefined}
+              >
+                {drawn.kind === "initial" ? (
+                  <circle className="dot" cx={middle} cy={centre} r={7} />
+                ) : drawn.kind.includes("history") ? (
+                  <circle className={`state${lit}`} cx={middle} cy={centre} r={13} />
+                ) : (
+                  <rect className={`${nest ? "nest" : "state"}${lit}`} x={drawn.x} y={drawn.y} width={drawn.width} height={drawn.height} rx={9} />
+                )}
+                {drawn.kind === "final" && <rect className={`inner${lit}`} x={drawn.x + 3.5} y={drawn.y + 3.5} width={drawn.width - 7} height={drawn.height - 7} rx={5.5} />}
+                <StateTexts drawn={drawn} nest={nest} />
+                {hidden > 0 && (
+                  <g className="fold-count" transform={`translate(${middle} ${drawn.y + drawn.height})`}>
+                    <rect x={-19} y={-8} width={38} height={16} rx={8} />
+                    <text y={4} textAnchor="middle">{`+${hidden}`}</text>
+                  </g>
+                )}
+                {id !== "" && composite.has(at) && (
+                  <g className="fold shown" data-fold={id} transform={`translate(${drawn.x + drawn.width - 1} ${drawn.y + 1})`}>
+                    <title>{closed.has(id) ? `Show what is in ${id} (C)` : `Hide what is in ${id} (C)`}</title>
+                    <circle r={8} />
+                    <path d={closed.has(id) ? "M-4 0H4M0 -4V4" : "M-4 0H4"} />
+                  </g>
+                )}
+              </g>
+            );
+          })}
+          {layout.separators.map(([x1, y1, x2, y2], i) => (
+            <line key={i} className="region" x1={x1} y1={y1} x2={x2} y2={y2} />
+          ))}
+          {layout.edges.map((edge, i) => {
+            const at = shown.transitions[edge.transition]!;
+            const can = enabled.has(at);
+            return (
+              <g key={i} data-line={chart.transitions[at]?.line ?? 0} data-transition={at} data-enabled={played ? can : undefined} className={can ? "can-take" : undefined}>
+                {can && edge.label.width > 0 && <rect className="take" x={edge.label.x - 5} y={edge.label.y - 3} width={edge.label.width + 10} height={edge.label.height + 6} rx={6} />}
+                <Edge edge={edge} last={taken.has(at)} />
+                <Label edge={edge} last={taken.has(at)} whole={edge.lines.join(" ")} />
+              </g>
+            );
+          })}
+        </g>
+      </svg>
+      <Minimap view={view} box={box} rects={layout.states} />
+    </>
   );
 }

@@ -7,7 +7,7 @@ import { lazy, Suspense, useEffect, useLayoutEffect, useRef, useState } from "re
 
 import { TimelinePanel } from "../panels/TimelinePanel";
 import type { OutlineTree, PaletteNode, Size } from "../protocol/types";
-import { useStudio } from "../store/store";
+import { ask, useStudio } from "../store/store";
 import { useCommand } from "../widgets/commands";
 import { Icon } from "../widgets/Icon";
 import { useWindow } from "../widgets/layout";
@@ -20,9 +20,12 @@ import { matches } from "../widgets/match";
 import { PastPanel } from "./PastPanel";
 import { Picture, type PictureHandle } from "./Picture";
 import { ProjectTree } from "./ProjectTree";
+import { simulate, useSimulation } from "./simulate";
+import { SimulatePanel } from "./SimulatePanel";
 import { Problems, ShadowStrip } from "./Strip";
 
 const CodeEditor = lazy(() => import("./CodeEditor"));
+const CompareView = lazy(() => import("../compare/CompareView"));
 
 /** The project, its texts and their pictures. */
 export default function DesignView() {
@@ -46,11 +49,31 @@ export default function DesignView() {
     { id: "design.undo", title: "Undo", group: "Design", keys: ["Ctrl+Z"], run: () => void undo() },
     { id: "design.redo", title: "Do again what was undone", group: "Design", keys: ["Ctrl+Shift+Z", "Ctrl+Y"], run: () => void redo() },
     { id: "design.save", title: "Save all files", group: "Design", keys: ["Ctrl+S"], run: () => void save_all() },
+    { id: "design.compare", title: "Compare with the last commit, or with what a recording ran", group: "Design", run: () => useDesign.setState({ comparing: kCommit.id }) },
+    { id: "design.simulate", title: "Run what is open by hand, or end that", group: "Design", run: () => simulate(!useSimulation.getState().on) },
     { id: "design.problems", title: "Show the problems, or hide them", group: "Design", run: () => useDesign.setState(({ problems_open }) => ({ problems_open: !problems_open })) },
     ...(["both", "picture", "text"] as const).map((look) => ({ id: `design.look.${look}`, title: kLooks[look].title, group: "Design", run: () => set_look(look) })),
   );
+  const comparing = useDesign((state) => state.comparing);
   if (!known) return <p className="empty waiting">Opening the project …</p>;
-  return <Bench />;
+  return comparing === null ? <Bench /> : <Comparing side={comparing} />;
+}
+
+const kCommit = { id: "HEAD", title: "the last commit (HEAD)" };
+
+/** The texts as they are edited, and what they were. */
+function Comparing({ side }: { side: string }) {
+  const file = useDesign((state) => state.file);
+  const revision = useDesign((state) => state.summary?.files.reduce((sum, one) => sum + one.version, 0) ?? 0);
+  const [sides, set_sides] = useState<readonly { id: string; title: string }[]>([kCommit]);
+  useEffect(() => {
+    void ask("compare_sides", {}).then((found) => found && set_sides(found.sides));
+  }, []);
+  return (
+    <Suspense fallback={<p className="empty waiting">Comparing …</p>}>
+      <CompareView with={side} sides={sides} choose_side={(id) => useDesign.setState({ comparing: id })} file={file} revision={revision} close={() => useDesign.setState({ comparing: null })} />
+    </Suspense>
+  );
 }
 
 const kLooks: Record<Look, { label: string; title: string }> = {
@@ -68,14 +91,16 @@ function Bench() {
   const is_chart = useDesign((state) => (doc_of(state)?.shown_chart ?? null) !== null);
   const is_requirement = useDesign(({ file }) => file?.endsWith(".req") ?? false);
   const empty = useDesign((state) => state.summary?.files.length === 0);
+  const simulating = useSimulation(({ on }) => on) && (is_tree || is_chart);
   const timeline = useDesign((state) => state.summary?.shadow.ready ?? false) && height >= 780;
   return (
     <main className="design" data-narrow={narrow}>
       <div className="design-left">
         <ProjectTree />
         {is_tree && !narrow && <PaletteList picture={picture} />}
-        {is_tree && narrow && <Inspector />}
-        {is_chart && narrow && <ChartForm />}
+        {simulating && narrow && <SimulatePanel />}
+        {is_tree && narrow && !simulating && <Inspector />}
+        {is_chart && narrow && !simulating && <ChartForm />}
         {is_requirement && narrow && <PastPanel />}
       </div>
       <div className="design-middle">
@@ -90,7 +115,7 @@ function Bench() {
       </div>
       {(is_tree || is_chart || is_requirement) && !narrow && (
         <aside className="design-right" aria-label={is_tree ? "Node" : is_chart ? "State" : "Last runs"}>
-          {is_tree ? <Inspector /> : is_chart ? <ChartForm /> : <PastPanel />}
+          {simulating ? <SimulatePanel /> : is_tree ? <Inspector /> : is_chart ? <ChartForm /> : <PastPanel />}
         </aside>
       )}
       <div className="design-foot">
@@ -115,6 +140,7 @@ function DesignBar() {
     const doc = doc_of(state);
     return (doc?.shown_trees ?? null) !== null || (doc?.shown_chart ?? null) !== null;
   });
+  const simulating = useSimulation(({ on }) => on);
   const trees = useDesign((state) => doc_of(state)?.shown_trees ?? null);
   const shown = useDesign((state) => tree_of(state)?.id);
   const errors = summary?.files.reduce((sum, each) => sum + each.errors, 0) ?? 0;
@@ -148,6 +174,14 @@ function DesignBar() {
       </button>
       <button className={`button small${dirty > 0 ? " primary" : ""}`} disabled={dirty === 0} title="Save all files (Ctrl+S)" data-testid="save" onClick={() => void save_all()}>
         {dirty > 0 ? `Save ${dirty}` : "Saved"}
+      </button>
+      {has_picture && (
+        <button className="button small" aria-pressed={simulating} title="Run what is open by hand" data-testid="simulate-button" onClick={() => simulate(!simulating)}>
+          Simulate
+        </button>
+      )}
+      <button className="button small" title="Compare with what is saved, the last commit, or what a recording ran" data-testid="compare-button" onClick={() => useDesign.setState({ comparing: kCommit.id })}>
+        Compare
       </button>
       {has_picture && (
         <div className="tool-group" role="group" aria-label="View">

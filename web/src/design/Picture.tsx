@@ -2,10 +2,13 @@ import { memo, useEffect, useImperativeHandle, useLayoutEffect, useMemo, useRef,
 
 import { Links, Outline, Texts } from "../panels/mission/TreePicture";
 import { neighbour, type Arrow } from "../panels/mission/tree";
+import { Minimap } from "../picture/Minimap";
 import { PictureView } from "../picture/picture_view";
 import { to_picture } from "../picture/viewport";
-import type { Finding, Gesture, OutlineNode, OutlineTree, Rect } from "../protocol/types";
+import { StatusSign } from "../panels/mission/StatusSign";
+import { kStatuses, type Finding, type Gesture, type OutlineNode, type OutlineTree, type Rect } from "../protocol/types";
 import { choose, findings_at, findings_of, gesture, obstacle, refusal, useDesign } from "./design";
+import { kAnswers, play_tree, useSimulation } from "./simulate";
 import { near, type SlotPlace } from "./slots";
 
 /** What is dragged: a node of the tree, or one that is to be made. */
@@ -220,9 +223,11 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
             <NodeView key={node.element} node={node} drawn={tree.layout.nodes[i]!} chosen={node.element === chosen} findings={findings} faded={drag !== null && "node" in drag.what && drag.what.node.element === node.element && !drag.copy} />
           ))}
           {tree.nodes.length === 0 && <circle className="slot" cx={30} cy={30} r={9} />}
+          <Played tree={tree} />
           {drag?.slot && <SlotMark slot={drag.slot} refused={drag.why_not !== null} />}
         </g>
       </svg>
+      <Minimap view={view} box={box} rects={tree.layout.nodes} />
       {drag && (
         <div className={`drag-label${drag.why_not ? " refused" : ""}`} style={{ left: drag.x + 14, top: drag.y + 12 }} role="status" data-testid="drag-label">
           {"node" in drag.what ? drag.what.node.name || drag.what.node.id : drag.what.id}
@@ -230,6 +235,55 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
         </div>
       )}
     </>
+  );
+}
+
+/** What the nodes said in the last tick of the simulation, and the answers of the leaves to click. */
+function Played({ tree }: { tree: OutlineTree }) {
+  const played = useSimulation(({ on, tree: id, tree_now }) => (on && id === tree.id ? tree_now : null));
+  if (!played) return null;
+  const answers = new Map(played.leaves.map((leaf) => [leaf.leaf, leaf] as const));
+  return (
+    <g className="played">
+      {tree.nodes.map((node, i) => {
+        const now = played.nodes.find(({ at }) => at === node.from);
+        if (!now) return null;
+        const { x, y, width, height } = tree.layout.nodes[i]!;
+        const status = kStatuses.indexOf(now.status as (typeof kStatuses)[number]);
+        const leaf = now.leaf === null ? null : answers.get(now.leaf);
+        const offered = kAnswers.filter((answer) => answer.status !== "RUNNING" || !leaf?.condition);
+        return (
+          <g key={node.element} data-played={node.name || node.id} data-said={now.status} className={now.status.toLowerCase()}>
+            <rect className="played-outline" x={x - 2} y={y - 2} width={width + 4} height={height + 4} rx={4} />
+            {status > 0 && (
+              <g transform={`translate(${x + width} ${y})`}>
+                <StatusSign status={status} />
+              </g>
+            )}
+            {leaf &&
+              offered.map(({ status: answer, sign, word }, n) => (
+                <g
+                  key={answer}
+                  className={`played-answer${leaf.answer === answer ? " given" : ""}`}
+                  data-answer={answer}
+                  transform={`translate(${x + width / 2 + (n - (offered.length - 1) / 2) * 24} ${y + height + 4})`}
+                  onPointerDown={(event) => event.stopPropagation()}
+                  onClick={(event) => {
+                    event.stopPropagation();
+                    void play_tree({ do: "answer", leaf: leaf.leaf, status: answer });
+                  }}
+                >
+                  <title>{`${leaf.name}: ${word}`}</title>
+                  <circle r={10.5} />
+                  <text y={4.5} textAnchor="middle">
+                    {sign}
+                  </text>
+                </g>
+              ))}
+          </g>
+        );
+      })}
+    </g>
   );
 }
 

@@ -32,6 +32,8 @@ export interface DesignState {
   /** Says why something was refused, beside the picture. */
   refused: string | null;
   problems_open: boolean;
+  /** What the project's texts are compared with, while they are. */
+  comparing: string | null;
 }
 
 const kLookStored = "sentree.design.look";
@@ -49,6 +51,7 @@ export const useDesign = create<DesignState>()(() => ({
   past: {},
   refused: null,
   problems_open: false,
+  comparing: null,
 }));
 
 export function set_look(look: Look): void {

@@ -38,6 +38,7 @@ export class PictureView {
   private pressed_at: Point | null = null;
   private panned = false;
   private frame = 0;
+  private readonly watchers = new Set<() => void>();
   private readonly observer = new ResizeObserver(() => this.measure());
 
   constructor(private readonly options: PictureOptions) {}
@@ -66,6 +67,12 @@ export class PictureView {
     this.observer.disconnect();
     cancelAnimationFrame(this.frame);
     this.element = null;
+  }
+
+  /** Calls after each change of the view, or of the panel's size, until the answer is called. */
+  watch(changed: () => void): () => void {
+    this.watchers.add(changed);
+    return () => this.watchers.delete(changed);
   }
 
   /** What the picture covers. While all of it is shown, it stays so. */
@@ -184,6 +191,7 @@ export class PictureView {
   private show(view: Viewport): void {
     this.view = view;
     this.options.change(view, this.size);
+    this.watchers.forEach((changed) => changed());
   }
 
   private measure(): void {

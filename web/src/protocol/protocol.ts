@@ -34,6 +34,7 @@ export const Hello = object({
   steerable: Type.Boolean({ description: "Whether the run can be steered at all" }),
   repeatable: Type.Boolean({ description: "Whether `run_again` begins it once more" }),
   design: Type.Boolean({ description: "A project is edited; what is shown is a scenario that runs again after each edit" }),
+  compare: Type.Boolean({ description: "Two states of files are compared, and nothing else" }),
   boot: Type.String({ description: "Random id of this server: another one means another run" }),
 });
 
@@ -281,6 +282,8 @@ export const OutlineNode = object({
 });
 export const OutlineTree = object({ element: index(), id: string(), from: byte(), to: byte(), direction: one_of("down", "right"), nodes: list(OutlineNode), layout: TreeLayout });
 export const OutlineChart = object({ layout: ChartLayout, states: list(object({ id: string(), line: index() })), transitions: list(object({ line: index() })) });
+/** A chart in which some states hide what is in them; places are those of the whole. */
+export const FoldedChart = object({ version: index(), layout: ChartLayout, states: list(index()), transitions: list(index()), hidden: list(index()) });
 export const DesignDocument = object({
   file: string(),
   version: index(),
@@ -318,6 +321,60 @@ export const Gesture = Type.Union([
   object({ what: Type.Literal("remove_state"), state: string() }),
   object({ what: Type.Literal("add_transition"), state: string(), target: string(), event: string(), condition: string() }),
 ]);
+
+// ---- running one chart or one tree by hand ----
+
+export const PlayedChart = object({
+  version: index(),
+  time: Time,
+  status: string(),
+  failure: string(),
+  active: list(index()),
+  taken: Type.Array(index(), { description: "Transitions of the last step" }),
+  enabled: Type.Array(object({ event: string(), transition: index(), condition: string() }), { description: "Transitions of active states that name an event" }),
+  timers: list(object({ due: Time, event: string() })),
+  data: Type.Unsafe<Record<string, Static<typeof Data>>>(by_name(Data)),
+  trace: Type.Array(object({ what: string(), time: Time, text: string() }), { description: "What the last step did" }),
+  steps: list(object({ event: or_null(Type.String({ description: "Null: time passed" })), data: Data, time: Time })),
+});
+export const PlayedTree = object({
+  version: index(),
+  time: Time,
+  timer: or_null(Time),
+  result: string(),
+  ticks: index(),
+  back: Type.Integer({ description: "Steps that can be taken back" }),
+  nodes: Type.Array(object({ at: byte(), status: string(), leaf: or_null(string()) }), { description: "Of the tree that is shown, without what is in its SubTrees" }),
+  leaves: list(object({ leaf: string(), name: string(), condition: boolean(), answer: string(), status: string() })),
+});
+
+// ---- comparing ----
+
+export const PartMark = one_of("", "added", "removed", "changed", "moved", "left");
+export const Change = object(
+  {
+    kind: one_of("added", "removed", "changed", "moved"),
+    path: string(),
+    what: string(),
+    before_line: Type.Integer({ description: "0: it is not there" }),
+    after_line: Type.Integer(),
+    tree: Type.Integer({ description: "Place in `trees`; -1: none" }),
+    part: Type.Integer({ description: "Node or state; -1: the picture does not show it" }),
+    transition: Type.Integer({ description: "Of a chart, instead of a state; -1: none" }),
+  },
+  "One of what `sentree diff` says",
+);
+const moves = () => list(tuple([index(), index()], { description: "From a part that is marked left to the one that moved" }));
+export const Comparison = object({
+  file: string(),
+  before: or_null(Type.String({ description: "The text; null: the file was not there" })),
+  after: or_null(string()),
+  problem: Type.String({ description: "Why there is no picture; then there are no differences but those of the texts" }),
+  differences: list(Change),
+  trees: or_null(list(object({ id: string(), layout: TreeLayout, marks: list(PartMark), moves: moves() }))),
+  chart: or_null(object({ layout: ChartLayout, states: list(PartMark), transitions: list(PartMark), moves: moves() })),
+});
+export const ComparedFile = object({ file: string(), change: one_of("added", "removed", "changed") });
 
 // ---- requests: by operation, what is sent beside `op` and `id`, and the value of the answer ----
 
@@ -383,6 +440,15 @@ export const Operations = {
   design_resolve: [object({ file: string(), keep: one_of("mine", "theirs") }), Type.Unknown()],
   design_add: [object({ kind: one_of("skill", "monitor", "requirement", "scenario", "component"), name: string() }), object({ file: string() })],
   design_remove: [object({ file: string() }), Type.Unknown()],
+  design_fold: [object({ file: string(), closed: Type.Array(string(), { description: "Ids of states whose inside is hidden" }) }), FoldedChart],
+  simulate_chart: [object({ file: string(), do: one_of("start", "look", "send", "wait", "back"), event: optional(string()), data: optional(Type.Unsafe<Static<typeof Data>>({ description: "Of the event; with start: values of <data> to begin with" })), time: optional(Time) }), PlayedChart],
+  simulate_tree: [
+    object({ file: string(), tree: string(), do: one_of("start", "look", "answer", "tick", "wait", "back"), leaf: optional(string()), status: optional(one_of("SUCCESS", "FAILURE", "RUNNING")) }),
+    PlayedTree,
+  ],
+  compare_sides: [nothing(), object({ sides: list(object({ id: string(), title: string() })) })],
+  compare_files: [object({ with: optional(string()) }), object({ before: string(), after: string(), files: list(ComparedFile) })],
+  compare: [object({ with: optional(string()), file: string() }), Comparison],
   design_scenario: [object({ scenario: string() }), Type.Unknown()],
 } as const satisfies Record<string, readonly [TSchema, TSchema]>;
 

@@ -63,6 +63,13 @@ export type DesignDocument = Static<typeof protocol.DesignDocument>;
 export type DesignPast = Static<typeof protocol.DesignPast>;
 export type PaletteNode = Static<typeof protocol.PaletteNode>;
 export type Gesture = Static<typeof protocol.Gesture>;
+export type FoldedChart = Static<typeof protocol.FoldedChart>;
+export type PlayedChart = Static<typeof protocol.PlayedChart>;
+export type PlayedTree = Static<typeof protocol.PlayedTree>;
+export type PartMark = Static<typeof protocol.PartMark>;
+export type Change = Static<typeof protocol.Change>;
+export type Comparison = Static<typeof protocol.Comparison>;
+export type ComparedFile = Static<typeof protocol.ComparedFile>;
 export type Interventions = Static<typeof protocol.Interventions>;
 
 /** By operation: what is sent beside `op` and `id`, and the value of the answer. */

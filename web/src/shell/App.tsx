@@ -17,6 +17,8 @@ import { Work } from "./Work";
 
 /** Comes when a project is edited; who looks at a run needs nothing of it. */
 const DesignView = lazy(() => import("../design/DesignView"));
+/** Comes when states of files are compared. */
+const CompareView = lazy(() => import("../compare/CompareView"));
 
 /** The panel that has the focus. */
 function focused_panel() {
@@ -29,13 +31,14 @@ export function App() {
   const title = useStudio((studio) => studio.hello?.title);
   const is_design = useStudio((studio) => studio.hello?.design ?? false);
   const designs = useMode(({ mode }) => mode === "design") && is_design;
+  const compares = useStudio((studio) => studio.hello?.compare ?? false);
   useEffect(() => {
     window.addEventListener("keydown", handle_key);
     return () => window.removeEventListener("keydown", handle_key);
   }, []);
   useEffect(() => {
-    document.title = title ? `${title} – Sentree Studio` : "Sentree Studio";
-  }, [title]);
+    document.title = compares ? "Differences – Sentree Studio" : title ? `${title} – Sentree Studio` : "Sentree Studio";
+  }, [title, compares]);
   useRunCommands();
   useCommand(
     ...panels.map((panel) => ({
@@ -61,9 +64,13 @@ export function App() {
   return (
     <div className="studio">
       <Header />
-      {!designs && <TravelStrip />}
-      {!designs && <ViolationStrip />}
-      {designs ? (
+      {!designs && !compares && <TravelStrip />}
+      {!designs && !compares && <ViolationStrip />}
+      {compares ? (
+        <Suspense fallback={<p className="empty waiting">Comparing …</p>}>
+          <CompareView />
+        </Suspense>
+      ) : designs ? (
         <Suspense fallback={<p className="empty waiting">Opening the project …</p>}>
           <DesignView />
         </Suspense>

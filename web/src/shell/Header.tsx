@@ -147,12 +147,14 @@ export function Header() {
   const boot = useStudio((studio) => studio.hello?.boot);
   const mode = useMode((state) => state.mode);
   const dark = useTheme(({ theme }) => theme === "dark");
-  const designs = useStudio((studio) => studio.hello?.design ?? false) && mode === "design";
+  const compares = useStudio((studio) => studio.hello?.compare ?? false);
+  const is_design = useStudio((studio) => studio.hello?.design ?? false);
+  const designs = compares || (is_design && mode === "design");
   return (
     <header className="header" data-boot={boot}>
       <img className="logo" src="./icon.svg" alt="" width="22" height="22" />
       <h1 className="title ellipsis" title={description}>
-        {title}
+        {compares ? "Differences" : title}
         {description && <span className="description">{description}</span>}
       </h1>
       <ModeSwitch />

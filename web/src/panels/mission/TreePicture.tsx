@@ -3,6 +3,7 @@ import { memo, useEffect, useImperativeHandle, useLayoutEffect, useMemo, useRef,
 import { duration_text } from "../../draw/format";
 import { svg_of_group } from "../../picture/export";
 import { usePicture } from "../../picture/pictures";
+import { Minimap } from "../../picture/Minimap";
 import { PictureView } from "../../picture/picture_view";
 import { kStatuses, type Point, type Rect, type TreeLayout, type TreeNode } from "../../protocol/types";
 import { color } from "../../widgets/theme";
@@ -148,6 +149,7 @@ export function TreePicture({ index, handle }: { index: Index; handle: Ref<TreeH
           ))}
         </g>
       </svg>
+      <Minimap view={view} box={box} rects={layout.nodes} />
       {menu && <NodeMenu index={index} {...menu} close={() => set_menu(null)} />}
     </>
   );

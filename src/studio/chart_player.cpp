@@ -1,4 +1,4 @@
-#include "sentree/cli/chart_player.h"
+#include "sentree/studio/chart_player.h"
 
 #include <algorithm>
 #include <utility>
@@ -6,7 +6,7 @@
 
 #include "sentree/text/json.h"
 
-namespace sentree::cli {
+namespace sentree::studio {
 
 namespace {
 
@@ -271,4 +271,18 @@ std::vector<std::string> ChartPlayer::events_handled_here() const {
   return events;
 }
 
-}  // namespace sentree::cli
+scxml::Host host_for(const scxml::Chart& chart, const scxml::LoadOptions& options) {
+  scxml::Host host;
+  for (const scxml::SendInfo& send : chart.sends()) {
+    if (!send.type || send.type->empty() || *send.type == scxml::kScxmlProcessor ||
+        *send.type == scxml::kScxmlProcessorShort)
+      continue;
+    const bool known = std::any_of(host.processors.begin(), host.processors.end(),
+                                   [&](const scxml::Processor& processor) { return processor.type == *send.type; });
+    if (!known) host.processors.push_back({*send.type, ""});
+  }
+  host.read = options.read;
+  return host;
+}
+
+}  // namespace sentree::studio

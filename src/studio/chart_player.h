@@ -14,7 +14,7 @@
 #include "sentree/scxml/chart.h"
 #include "sentree/scxml/step.h"
 
-namespace sentree::cli {
+namespace sentree::studio {
 
 /// What one command did to a chart, for printing.
 struct ChartTrace {
@@ -77,4 +77,7 @@ class ChartPlayer {
   std::string hung_;
 };
 
-}  // namespace sentree::cli
+/// What a chart needs of its surroundings to be run by hand: what it sends elsewhere is only told.
+[[nodiscard]] scxml::Host host_for(const scxml::Chart& chart, const scxml::LoadOptions& options);
+
+}  // namespace sentree::studio

@@ -1,0 +1,57 @@
+import { useEffect, useMemo, useRef, useState } from "react";
+
+import type { Rect } from "../protocol/types";
+import type { PictureView } from "./picture_view";
+import { to_picture } from "./viewport";
+
+const kWidthMax_px = 168;
+const kHeightMax_px = 112;
+/** What is hidden of a picture before it needs a map. */
+const kSlack_px = 2;
+
+/** All of a picture of which only a part is shown, in its corner; a click or a drag in it goes there. */
+export function Minimap({ view, box, rects }: { view: PictureView; box: Rect; rects: readonly Rect[] }) {
+  const frame = useRef<SVGRectElement>(null);
+  const [needed, set_needed] = useState(false);
+  const scale = Math.min(kWidthMax_px / box.width, kHeightMax_px / box.height);
+  const shapes = useMemo(() => rects.map(({ x, y, width, height }) => `M${x} ${y}h${width}v${height}h${-width}z`).join(""), [rects]);
+  useEffect(() => {
+    const draw = () => {
+      const { view: shown, size } = view;
+      const [left, top] = to_picture(shown, [0, 0]);
+      const [right, bottom] = to_picture(shown, [size.width, size.height]);
+      const slack = kSlack_px / shown.scale;
+      set_needed(size.width > 0 && (left > box.x + slack || top > box.y + slack || right < box.x + box.width - slack || bottom < box.y + box.height - slack));
+      const clamped = { x: Math.max(left, box.x), y: Math.max(top, box.y) };
+      frame.current?.setAttribute("x", String(clamped.x));
+      frame.current?.setAttribute("y", String(clamped.y));
+      frame.current?.setAttribute("width", String(Math.max(Math.min(right, box.x + box.width) - clamped.x, 0)));
+      frame.current?.setAttribute("height", String(Math.max(Math.min(bottom, box.y + box.height) - clamped.y, 0)));
+    };
+    draw();
+    return view.watch(draw);
+  }, [view, box, needed]);
+  if (!needed) return null;
+  const go = (event: React.PointerEvent<SVGSVGElement>) => {
+    const at = event.currentTarget.getBoundingClientRect();
+    view.keep_centred([box.x + (event.clientX - at.left) / scale, box.y + (event.clientY - at.top) / scale]);
+  };
+  return (
+    <svg
+      className="minimap"
+      width={box.width * scale}
+      height={box.height * scale}
+      viewBox={`${box.x} ${box.y} ${box.width} ${box.height}`}
+      aria-hidden="true"
+      data-testid="minimap"
+      onPointerDown={(event) => {
+        event.currentTarget.setPointerCapture(event.pointerId);
+        go(event);
+      }}
+      onPointerMove={(event) => event.buttons > 0 && go(event)}
+    >
+      <path d={shapes} />
+      <rect ref={frame} strokeWidth={1.5 / scale} />
+    </svg>
+  );
+}
