@@ -152,6 +152,10 @@ Value Simulations::shown(const PlayedChart& played) {
                         {"data", step.event.data ? *step.event.data : Value()},
                         {"time", step.time.count()}});
   }
+  // What is undefined can be given a value to begin with, too.
+  Map data;
+  for (const scxml::DataItem& item : player.chart().data()) data[item.id] = Value();
+  for (auto& [name, value] : player.session().data(player.chart())) data[name] = value;
   const auto& failure = player.session().failure();
   return Map{{"version", static_cast<std::int64_t>(played.version)},
              {"time", ns(player.now())},
@@ -161,7 +165,7 @@ Value Simulations::shown(const PlayedChart& played) {
              {"taken", std::move(taken)},
              {"enabled", std::move(enabled)},
              {"timers", std::move(timers)},
-             {"data", player.session().data(player.chart())},
+             {"data", std::move(data)},
              {"trace", std::move(trace)},
              {"steps", std::move(steps)}};
 }

@@ -25,6 +25,7 @@ import { SimulatePanel } from "./SimulatePanel";
 import { Problems, ShadowStrip } from "./Strip";
 
 const CodeEditor = lazy(() => import("./CodeEditor"));
+const WorldView = lazy(() => import("./WorldView"));
 const CompareView = lazy(() => import("../compare/CompareView"));
 
 /** The project, its texts and their pictures. */
@@ -138,8 +139,9 @@ function DesignBar() {
   const refused = useDesign((state) => state.refused);
   const has_picture = useDesign((state) => {
     const doc = doc_of(state);
-    return (doc?.shown_trees ?? null) !== null || (doc?.shown_chart ?? null) !== null;
+    return (doc?.shown_trees ?? null) !== null || (doc?.shown_chart ?? null) !== null || doc?.kind === "world";
   });
+  const can_run = useDesign((state) => (doc_of(state)?.shown_trees ?? null) !== null || (doc_of(state)?.shown_chart ?? null) !== null);
   const simulating = useSimulation(({ on }) => on);
   const trees = useDesign((state) => doc_of(state)?.shown_trees ?? null);
   const shown = useDesign((state) => tree_of(state)?.id);
@@ -175,7 +177,7 @@ function DesignBar() {
       <button className={`button small${dirty > 0 ? " primary" : ""}`} disabled={dirty === 0} title="Save all files (Ctrl+S)" data-testid="save" onClick={() => void save_all()}>
         {dirty > 0 ? `Save ${dirty}` : "Saved"}
       </button>
-      {has_picture && (
+      {can_run && (
         <button className="button small" aria-pressed={simulating} title="Run what is open by hand" data-testid="simulate-button" onClick={() => simulate(!simulating)}>
           Simulate
         </button>
@@ -254,7 +256,13 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
   const size = tree?.layout.size ?? doc?.shown_chart?.layout.size ?? null;
   const stacked = narrow || (size !== null && room !== null && larger_stacked(size, room));
   if (!doc) return <p className="empty">Choose a file.</p>;
-  const drawn = tree ? <Picture key={doc.file} tree={tree} handle={picture} ask={ask} /> : doc.shown_chart ? <ChartView key={doc.file} chart={doc.shown_chart} file={doc.file} /> : null;
+  const drawn = tree ? <Picture key={doc.file} tree={tree} handle={picture} ask={ask} /> : doc.shown_chart ? (
+    <ChartView key={doc.file} chart={doc.shown_chart} file={doc.file} />
+  ) : doc.kind === "world" ? (
+    <Suspense fallback={<p className="empty">Loading the map …</p>}>
+      <WorldView key={doc.file} doc={doc} />
+    </Suspense>
+  ) : null;
   const with_picture = drawn !== null && look !== "text";
   const with_text = drawn === null || look !== "picture";
   return (

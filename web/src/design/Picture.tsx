@@ -51,6 +51,9 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
   const [drag, set_drag] = useState<Drag | null>(null);
   const findings = useMemo(() => findings_of(summary, file), [summary, file]);
 
+  // What each node said in the last tick of a simulation.
+  const played = useSimulation(({ on, tree: id, tree_now }) => (on && id === tree.id ? tree_now : null));
+  const said = useMemo(() => new Map((played?.nodes ?? []).map(({ at, status }) => [at, status.toLowerCase()] as const)), [played]);
   const latest = useRef({ tree, drag });
   latest.current = { tree, drag };
   const rects = useMemo(() => new Map(tree.nodes.map(({ element }, i) => [element, tree.layout.nodes[i]!] as const)), [tree]);
@@ -220,7 +223,7 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
         <g ref={group}>
           <Links layout={tree.layout} />
           {tree.nodes.map((node, i) => (
-            <NodeView key={node.element} node={node} drawn={tree.layout.nodes[i]!} chosen={node.element === chosen} findings={findings} faded={drag !== null && "node" in drag.what && drag.what.node.element === node.element && !drag.copy} />
+            <NodeView key={node.element} said={said.get(node.from) ?? ""} node={node} drawn={tree.layout.nodes[i]!} chosen={node.element === chosen} findings={findings} faded={drag !== null && "node" in drag.what && drag.what.node.element === node.element && !drag.copy} />
           ))}
           {tree.nodes.length === 0 && <circle className="slot" cx={30} cy={30} r={9} />}
           <Played tree={tree} />
@@ -254,7 +257,6 @@ function Played({ tree }: { tree: OutlineTree }) {
         const offered = kAnswers.filter((answer) => answer.status !== "RUNNING" || !leaf?.condition);
         return (
           <g key={node.element} data-played={node.name || node.id} data-said={now.status} className={now.status.toLowerCase()}>
-            <rect className="played-outline" x={x - 2} y={y - 2} width={width + 4} height={height + 4} rx={4} />
             {status > 0 && (
               <g transform={`translate(${x + width} ${y})`}>
                 <StatusSign status={status} />
@@ -292,6 +294,7 @@ function SlotMark({ slot, refused }: { slot: SlotPlace; refused: boolean }) {
 }
 
 interface NodeProps {
+  said: string;
   node: OutlineNode;
   drawn: OutlineTree["layout"]["nodes"][number];
   chosen: boolean;
@@ -300,7 +303,7 @@ interface NodeProps {
 }
 
 const NodeView = memo(
-  function NodeView({ node, drawn, chosen, faded, findings }: NodeProps) {
+  function NodeView({ said: status, node, drawn, chosen, faded, findings }: NodeProps) {
     const wrong = findings_at(findings, node);
     const errors = wrong.filter(({ severity }) => severity === "error").length;
     const called = node.name || node.id;
@@ -312,7 +315,7 @@ const NodeView = memo(
         data-element={node.element}
         data-name={called}
         data-errors={errors}
-        className={["node", chosen ? "chosen" : "", faded ? "faded" : "", node.known ? "" : "unknown"].filter(Boolean).join(" ")}
+        className={["node", status === "failure" && node.kind === "condition" ? "no" : status, chosen ? "chosen" : "", faded ? "faded" : "", node.known ? "" : "unknown"].filter(Boolean).join(" ")}
         role="treeitem"
         aria-label={said}
         aria-selected={chosen}
@@ -333,5 +336,5 @@ const NodeView = memo(
     );
   },
   (a, b) =>
-    a.node === b.node && a.drawn === b.drawn && a.chosen === b.chosen && a.faded === b.faded && (a.findings === b.findings || (findings_at(a.findings, a.node).length === 0 && findings_at(b.findings, b.node).length === 0)),
+    a.said === b.said && a.node === b.node && a.drawn === b.drawn && a.chosen === b.chosen && a.faded === b.faded && (a.findings === b.findings || (findings_at(a.findings, a.node).length === 0 && findings_at(b.findings, b.node).length === 0)),
 );

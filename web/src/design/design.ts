@@ -373,6 +373,17 @@ export async function fix(finding: Finding, which: Finding["fixes"][number]): Pr
   });
 }
 
+/** Writes at places of a text as the editor has it; refused if that is not the present one any more. */
+export async function edit_text(file: string, text: string, edits: readonly { from: number; to: number; text: string }[], cause: string): Promise<void> {
+  await attempt(async () => {
+    const doc = useDesign.getState().docs[file];
+    if (!doc) throw new Error("no file is open");
+    if (doc.places.shown !== text) throw new Error("the text has changed meanwhile; try again");
+    const bytes = edits.map((edit) => ({ from: doc.places.byte(edit.from), to: doc.places.byte(edit.to), text: edit.text }));
+    await request("design_edit", { file, base: doc.version, edits: bytes, cause });
+  });
+}
+
 export async function undo(): Promise<void> {
   await attempt(() => request("design_undo", {}));
 }

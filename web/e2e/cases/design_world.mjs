@@ -1,0 +1,79 @@
+// The world is edited on its map: only the numbers concerned are written, comments stay, and what check finds is red.
+import assert from "node:assert/strict";
+import { mkdirSync, readFileSync } from "node:fs";
+import { join } from "node:path";
+import { test } from "node:test";
+
+import { until } from "../harness/browser.mjs";
+import { copy_of, drag, middle, open_design, serve_design, settled, undo_name } from "../harness/design.mjs";
+
+const pictures = process.env.SENTREE_PICTURES;
+if (pictures) mkdirSync(pictures, { recursive: true });
+
+test("places are dragged, turned and moved by keys, as least edits of the text; a place in a wall is red", async () => {
+  const folder = copy_of("recharge");
+  const file = join(folder, "world", "world.yaml");
+  const original = readFileSync(file, "utf8");
+  const program = await serve_design(folder);
+  const { page, close } = await open_design(program.url, { file: "world/world.yaml" });
+  await settled(page);
+  const spot = (id) => page.locator(`[data-spot="${id}"]:not([data-heading])`);
+  await spot("location study").waitFor();
+  if (pictures) await page.screenshot({ path: join(pictures, "world.png") });
+  const saved = async () => {
+    await page.getByTestId("save").click();
+    await page.locator('[data-file="world/world.yaml"][data-dirty=false]').waitFor();
+    return readFileSync(file, "utf8");
+  };
+  const at = await middle(spot("location study").locator("circle"));
+  await drag(page, at, { x: at.x + 30, y: at.y + 12 });
+  await page.mouse.up();
+  await until(async () => (await undo_name(page)) === "move study", "it was moved");
+  const moved = await saved();
+  const [before, after] = [original.split("\n"), moved.split("\n")];
+  assert.equal(after.length, before.length);
+  const differing = before.flatMap((line, i) => (line === after[i] ? [] : [[line, after[i]]]));
+  assert.equal(differing.length, 1);
+  const numbers = /^ {2}study: {3}\[([\d.]+), ([\d.]+), 90 deg\]$/.exec(differing[0][1]);
+  assert.ok(numbers && Number(numbers[1]) > 2.7 && Number(numbers[2]) < 7.5, differing[0][1]);
+
+  // The end of its heading.
+  const heading = await middle(page.locator('[data-spot="location study"][data-heading]'));
+  const centre = await middle(spot("location study").locator("circle"));
+  await drag(page, heading, { x: centre.x + 60, y: centre.y });
+  await page.mouse.up();
+  await until(async () => (await undo_name(page)) === "turn study", "it was turned");
+  assert.match(await saved(), /study: {3}\[[\d.]+, [\d.]+, 0 deg\]/);
+
+  // A corner, by keys.
+  await spot("area corridor 1").locator("circle").click();
+  await page.getByTestId("design-world").focus();
+  await page.keyboard.press("Shift+ArrowUp");
+  await until(async () => (await undo_name(page)) === "move corridor, corner 1", "the corner was moved");
+  assert.match(await saved(), /corners: \[\[0\.1, 4\.8\], \[15\.9, 4\.3\]/);
+
+  // Out of the house: what check says of it is shown at the place.
+  await spot("location bedroom").locator("circle").click();
+  await page.getByTestId("design-world").focus();
+  const label = () => spot("location bedroom").getAttribute("aria-label");
+  for (let i = 0; i < 6; i += 1) {
+    const was = await label();
+    await page.keyboard.press("Shift+ArrowDown");
+    await until(async () => (await label()) !== was, "it has moved");
+  }
+  await page.locator('[data-spot="location bedroom"].wrong').waitFor();
+  if (pictures) await page.screenshot({ path: join(pictures, "world-wrong.png") });
+
+  for (;;) {
+    const name = await undo_name(page);
+    if (name === "") break;
+    const count = await page.getByTestId("undo").innerText();
+    await page.getByTestId("undo").click();
+    await until(async () => (await page.getByTestId("undo").innerText()) !== count, "undone");
+  }
+  await page.getByTestId("save").click();
+  await page.locator('[data-file="world/world.yaml"][data-dirty=false]').waitFor();
+  assert.equal(readFileSync(file, "utf8"), original);
+  await close();
+  await program.stop();
+});

@@ -1,0 +1,33 @@
+import { expect, test } from "vitest";
+
+import { angle_of, angle_text, entry, metres_text, number_of, yaml_values } from "./yaml_places";
+
+const kWorld = "# a house\nstart: a\nlocations:\n  a: [1.2, -3, 45 deg] # here\n  'b c': [0, 0, 0.5]\nareas:\n  hall: {corners: [[0.1, 4.3], [1, 2]]}\n";
+
+test("values have the place that they are written at", () => {
+  const a = entry(entry(yaml_values(kWorld), "locations"), "a");
+  expect(a?.items.map(({ from, to }) => kWorld.slice(from, to))).toEqual(["1.2", "-3", "45 deg"]);
+  const corner = entry(entry(entry(yaml_values(kWorld), "areas"), "hall"), "corners")?.items[0]?.items[1];
+  expect(kWorld.slice(corner?.from, corner?.to)).toBe("4.3");
+});
+
+test("keys are read without their quotes", () => {
+  expect(entry(yaml_values(kWorld), "locations")?.entries.map(([name]) => name)).toEqual(["a", "b c"]);
+});
+
+test("what is no mapping has no values", () => {
+  expect(yaml_values("- 1\n- 2\n")).toBeNull();
+  expect(yaml_values("")).toBeNull();
+});
+
+test("numbers and angles are read and written as people do", () => {
+  const [x, , heading] = entry(entry(yaml_values(kWorld), "locations"), "a")?.items ?? [];
+  expect(number_of(x)).toBe(1.2);
+  expect(number_of(heading)).toBeNull();
+  expect(angle_of(heading)).toBeCloseTo(Math.PI / 4);
+  expect(angle_text(Math.PI / 2, "45 deg")).toBe("90 deg");
+  expect(angle_text(-0.001, "45 deg")).toBe("0 deg");
+  expect(angle_text(1.2345, "0.5")).toBe("1.23");
+  expect(metres_text(3.14159)).toBe("3.14");
+  expect(metres_text(-0.001)).toBe("0");
+});
