@@ -66,6 +66,10 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
     return () => view.detach();
   }, [view]);
   useLayoutEffect(() => view.set_box(box), [view, box]);
+  // What was opened or closed is shown as far as it fits.
+  useEffect(() => {
+    if (folded) view.fit_readable();
+  }, [folded, view]);
   const at_chosen = latest.current.chosen;
   useEffect(() => {
     const rect = latest.current.layout.states[at_chosen];

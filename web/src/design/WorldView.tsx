@@ -263,7 +263,7 @@ export default function WorldView({ doc }: { doc: Doc }) {
             return (
               <g key={`${shape.kind} ${shape.name}`} className={`world-shape ${shape.kind}`}>
                 <path d={`M${points.map((point) => point.join(" ")).join("L")}${shape.kind === "area" ? "Z" : ""}`} />
-                <text x={x} y={y + (shape.kind === "door" ? 20 : 0)} textAnchor="middle">
+                <text x={x} y={y} dy={shape.kind === "door" ? "1.4em" : "0.35em"} textAnchor="middle">
                   {shape.name}
                 </text>
               </g>
@@ -288,7 +288,7 @@ export default function WorldView({ doc }: { doc: Doc }) {
                     <title>{`Heading of ${spot.name}`}</title>
                   </circle>
                 )}
-                <text x={x} y={y + 26} textAnchor="middle">
+                <text x={x} y={y} dy="1.7em" textAnchor="middle">
                   {spot.name}
                 </text>
               </g>

@@ -6,6 +6,7 @@ import { to_picture } from "./viewport";
 
 const kWidthMax_px = 168;
 const kHeightMax_px = 112;
+const kLeast_px = 44;
 /** What is hidden of a picture before it needs a map. */
 const kSlack_px = 2;
 
@@ -14,6 +15,8 @@ export function Minimap({ view, box, rects }: { view: PictureView; box: Rect; re
   const frame = useRef<SVGRectElement>(null);
   const [needed, set_needed] = useState(false);
   const scale = Math.min(kWidthMax_px / box.width, kHeightMax_px / box.height);
+  // A picture that is a long stripe is widened, so that one can hit it.
+  const [width, height] = [Math.max(box.width * scale, kLeast_px), Math.max(box.height * scale, kLeast_px)];
   const shapes = useMemo(() => rects.map(({ x, y, width, height }) => `M${x} ${y}h${width}v${height}h${-width}z`).join(""), [rects]);
   useEffect(() => {
     const draw = () => {
@@ -34,13 +37,14 @@ export function Minimap({ view, box, rects }: { view: PictureView; box: Rect; re
   if (!needed) return null;
   const go = (event: React.PointerEvent<SVGSVGElement>) => {
     const at = event.currentTarget.getBoundingClientRect();
-    view.keep_centred([box.x + (event.clientX - at.left) / scale, box.y + (event.clientY - at.top) / scale]);
+    view.keep_centred([box.x + ((event.clientX - at.left) / at.width) * box.width, box.y + ((event.clientY - at.top) / at.height) * box.height]);
   };
   return (
     <svg
       className="minimap"
-      width={box.width * scale}
-      height={box.height * scale}
+      width={width}
+      height={height}
+      preserveAspectRatio="none"
       viewBox={`${box.x} ${box.y} ${box.width} ${box.height}`}
       aria-hidden="true"
       data-testid="minimap"
@@ -51,7 +55,7 @@ export function Minimap({ view, box, rects }: { view: PictureView; box: Rect; re
       onPointerMove={(event) => event.buttons > 0 && go(event)}
     >
       <path d={shapes} />
-      <rect ref={frame} strokeWidth={1.5 / scale} />
+      <rect ref={frame} strokeWidth={1.5} vectorEffect="non-scaling-stroke" />
     </svg>
   );
 }

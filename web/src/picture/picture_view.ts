@@ -87,6 +87,11 @@ export class PictureView {
     this.hold();
   }
 
+  /** Shows all of it if it can be read so; else it stays as it is. */
+  fit_readable(): void {
+    if (this.size.width > 0 && !this.cut()) this.fit();
+  }
+
   /** Shows what is in focus where not all of it can be read; after somebody moved the picture, nothing. */
   refocus(): void {
     if (this.held !== "readable" || !this.cut()) return;
