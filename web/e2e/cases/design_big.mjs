@@ -5,7 +5,7 @@ import { mkdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 
-import { until } from "../harness/browser.mjs";
+import { browser, until } from "../harness/browser.mjs";
 import { copy_of, middle, node, open_design, serve_design } from "../harness/design.mjs";
 
 const pictures = process.env.SENTREE_PICTURES;
@@ -40,6 +40,7 @@ function big() {
 
 test("350 nodes and 60 states open, are dragged and edited; what is chosen can be read, and a map shows the rest", async () => {
   const program = await serve_design(big());
+  await browser();
   const began = Date.now();
   const { page, close } = await open_design(program.url);
   await node(page, `At${kRows - 1}_9`).waitFor({ state: "attached" });

@@ -119,6 +119,7 @@ export default function WorldView({ doc }: { doc: Doc }) {
   const latest = useRef({ all, drag, plan, map });
   latest.current = { all, drag, plan, map };
   const paint = useRef<() => void>(() => undefined);
+  const press = useRef<(spot: Spot, heading: boolean, event: PointerEvent) => void>(() => undefined);
   const [view] = useState(
     () =>
       new PictureView({
@@ -134,7 +135,7 @@ export default function WorldView({ doc }: { doc: Doc }) {
           const target = event.target instanceof Element ? event.target.closest("[data-spot]") : null;
           const spot = latest.current.all.find(({ id }) => id === target?.getAttribute("data-spot"));
           if (!spot) return false;
-          begin(spot, target!.getAttribute("data-heading") === "true", event);
+          press.current(spot, target!.getAttribute("data-heading") === "true", event);
           return true;
         },
       }),
@@ -208,6 +209,7 @@ export default function WorldView({ doc }: { doc: Doc }) {
     window.addEventListener("pointercancel", stop);
     window.addEventListener("keydown", key, true);
   };
+  press.current = begin;
   const doc_byte = (at: number) => useDesign.getState().docs[doc.file]?.places.byte(at) ?? 0;
   const write = (spot: Spot, to: Drag) => {
     const edits = to.heading
