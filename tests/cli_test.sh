@@ -416,6 +416,11 @@ done
 # Choices have numbers, and alternatives.
 expect 0 'robot chooses starts_at = 4 .robot#1, not 2' \
   bash -c "'$sentree' verify '$work/verified' --faults none --only never_empty --explain | tr '\\n' ' '"
+# What if the robot had begun elsewhere.
+expect 124 'monitor never_empty: undecided' "$sentree" run "$work/verified/verify/never_empty.yaml" --choose robot#1=2
+expect 2 'no model "robt"; did you mean "robot"' "$sentree" run "$work/verified/verify/never_empty.yaml" --choose robt#1=2
+expect 2 'is not MODEL#NUMBER=VALUE' "$sentree" run "$work/verified/verify/never_empty.yaml" --choose robot=2
+expect 0 'turns_to_station +holds ' "$sentree" verify "$work/verified" --faults none --order virtual --only turns_to_station --exact
 # Without a model anything may be answered, and another order than that of virtual time is run again.
 cp -r "$source/examples/minimal" "$work/unmodelled"
 expect 0 'leaves_charged +holds ' "$sentree" verify "$work/unmodelled"

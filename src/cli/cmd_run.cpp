@@ -19,6 +19,7 @@
 #include "sentree/cli/report.h"
 #include "sentree/cli/resume.h"
 #include "sentree/cli/run_recording.h"
+#include "sentree/cli/what_if.h"
 #include "sentree/cli/yarp_network.h"
 #include "sentree/project/distribute.h"
 #include "sentree/studio/groot_run.h"
@@ -121,6 +122,10 @@ bool apply_options(const RunCommand& command, project::Scenario& scenario) {
   if (command.factor) scenario.factor = *command.factor;
   if (scenario.virtual_time) scenario.factor = 1.0;
   if (command.seed) scenario.seed = *command.seed;
+  if (const auto chosen = choose(command.choose, scenario); !chosen) {
+    say(to_string(chosen.error()));
+    return false;
+  }
   if (command.duration) {
     const auto duration = project::parse_duration(*command.duration);
     if (!duration) {
@@ -149,6 +154,14 @@ Result<RunCommand> command_again(const RunCommand& command, const project::Plan&
   if (const Value* seed = request.find("seed")) {
     if (seed->as_int() == nullptr || *seed->as_int() < 0) return fail("studio.request", "a seed is a number from 0 on");
     next.seed = static_cast<std::uint64_t>(*seed->as_int());
+  }
+  if (const Value* chosen = request.find("choose")) {
+    next.choose.clear();
+    const List* const list = chosen->as_list();
+    if (list == nullptr) return fail("studio.request", "what models choose is a list of \"MODEL#NUMBER=VALUE\"");
+    for (const Value& one : *list) next.choose.emplace_back(one.text());
+    project::Scenario tried = plan.scenario;
+    if (auto can_be = choose(next.choose, tried); !can_be) return fail("studio.request", can_be.error().message);
   }
   if (const Value* scenario = request.find("scenario")) {
     const auto files = project::scenario_files(plan.scenario.project);

@@ -177,7 +177,7 @@ class Verifying {
     return text.substr(0, end) + "…";
   }
 
-  // " (robot#3, not true)": what else it could have been, by its number.
+  // " (robot#3, not true)": what else it could have been, as `sentree run --choose` wants it.
   static std::string others(const verify::Told& tick, std::size_t index, const std::string& model,
                             const std::string& value) {
     if (index >= tick.choices.size() || tick.choices[index].count < 2) return {};

@@ -24,6 +24,7 @@ struct RunCommand {
   std::optional<bool> virtual_clock;
   std::optional<double> factor;
   std::optional<std::uint64_t> seed;
+  std::vector<std::string> choose;  ///< What models choose instead: "MODEL#NUMBER=VALUE".
   std::optional<std::string> duration;
   bool json = false;
   bool live = false;
@@ -148,6 +149,7 @@ struct VerifyCommand {
   std::string at_least;  ///< A sequential test: that each requirement holds in at least that share of runs.
   std::uint64_t seed = 1;
   bool no_memory = false;  ///< Every step of a chart is executed.
+  bool exact = false;      ///< States are compared, not their hashes.
   bool model = false;      ///< Only write models of services that have none.
   bool mutate = false;     ///< Only tell which small changes no requirement notices.
 };

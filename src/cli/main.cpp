@@ -67,6 +67,10 @@ void add_run(CLI::App& app, RunCommand& command, std::string& vary) {
   sub->add_option("--factor", command.factor, "Run seconds per wall second, with the real clock, --studio or --groot")
       ->check(CLI::Range(0.01, 1000.0));
   sub->add_option("--seed", command.seed, "Of all that is random; same seed, same run in virtual time");
+  sub->add_option(
+         "--choose", command.choose,
+         "What if: a model's choice comes out otherwise, MODEL#NUMBER=VALUE as `verify --explain` numbers them")
+      ->allow_extra_args(false);
   sub->add_option("--duration", command.duration, "Time limit of the run, e.g. 90 s");
   sub->add_option("--listen", command.listen, "Where skills on other machines publish what they do: tcp://HOST:PORT");
   sub->add_flag("--insecure", command.insecure, "Let other machines connect without TLS");
@@ -303,6 +307,7 @@ void add_verify(CLI::App& app, VerifyCommand& command) {
                   "Statistics: decide, in as few runs as will do, whether it holds in that share of them, e.g. 99%");
   sub->add_option("--seed", command.seed, "Of the runs")->capture_default_str();
   sub->add_flag("--no-memo", command.no_memory, "Execute every step, also those that are known");
+  sub->add_flag("--exact", command.exact, "Compare states, not 128 bits of their hashes; executes every step");
   sub->add_flag("--model", command.model, "Write models/SERVICE.scxml for services without a model: any reply");
   sub->add_flag("--mutate", command.mutate, "Tell which small changes of the mission no requirement notices");
   sub->add_flag("--explain", command.explain, "Tell counterexamples tick by tick");

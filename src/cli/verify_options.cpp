@@ -35,6 +35,7 @@ bool read_options(const VerifyCommand& command, const project::Plan& plan, verif
   const project::VerifySection& section = plan.scenario.project.verify;
   asked.only = command.only;
   asked.explore.memory_of_steps = !command.no_memory;
+  asked.explore.exact = command.exact;
   asked.explore.order = command.order == "any" ? verify::Order::kAny : verify::Order::kVirtual;
   if (command.faults != "none") asked.explore.faults = section.faults;
   asked.explore.faults_at_most = section.faults_at_most;
