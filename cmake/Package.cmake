@@ -28,8 +28,15 @@ install(FILES web/public/icon.svg DESTINATION ${CMAKE_INSTALL_DATADIR}/icons/hic
 get_property(libraries GLOBAL PROPERTY SENTREE_LIBRARIES)
 list(TRANSFORM libraries PREPEND sentree_)
 add_custom_target(package_contents DEPENDS sentree ${libraries})
+set(packages program:sentree development:libsentree-dev)
+# What needs DDS is a package of its own: few have a robot with ROS 2, and it is larger than all else.
+if(TARGET sentree_dds)
+  add_dependencies(package_contents sentree_dds)
+  list(APPEND packages ros:sentree-ros)
+  install(TARGETS sentree_dds LIBRARY DESTINATION lib/sentree COMPONENT ros)
+endif()
 
-foreach(package program:sentree development:libsentree-dev)
+foreach(package IN LISTS packages)
   string(REPLACE ":" ";" package ${package})
   list(GET package 0 component)
   list(GET package 1 name)
@@ -49,6 +56,9 @@ set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_COMPONENTS_ALL program development)
+if(TARGET sentree_dds)
+  list(APPEND CPACK_COMPONENTS_ALL ros)
+endif()
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
@@ -58,7 +68,15 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME sentree)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "xdg-utils")
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "librsvg2-bin, python3-thrift")
+set(CPACK_DEBIAN_ROS_PACKAGE_NAME sentree-ros)
+set(CPACK_DEBIAN_ROS_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_ROS_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_ROS_PACKAGE_DEPENDS "sentree (= ${PROJECT_VERSION})")
+set(CPACK_COMPONENT_ROS_DESCRIPTION "ROS 2 for Sentree
+The command sentree with this package takes addresses ros:, the topics,
+services and actions of robots with ROS 2, over Fast DDS. No ROS has to be
+installed.")
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "librsvg2-bin, python3-thrift, sentree-ros")
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "design, execute, monitor and verify robot behaviours
 Missions are Behavior Trees in the XML of Groot and BehaviorTree.CPP, skills
 are state charts in W3C SCXML, and components are services defined in Thrift.

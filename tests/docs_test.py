@@ -84,7 +84,7 @@ def matches(expected, got):
 
 # These serve until they are ended, need a run that goes on or somebody else, or take minutes.
 LASTING = {"studio", "lsp", "watch", "sim", "component", "skill", "echo", "ping", "services", "call", "campaign", "bench", "import", "completion", "chart"}
-LIVE = {"--studio", "--live", "--groot", "--open", "--processes", "--yarp-server", "--yarp", "--listen"}
+LIVE = {"--studio", "--live", "--groot", "--open", "--processes", "--yarp-server", "--yarp", "--ros", "--listen"}
 
 
 def can_be_executed(command, folder):

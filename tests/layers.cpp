@@ -149,6 +149,7 @@ const std::vector<LibraryRule>& library_rules() {
       {"http", {"base", "text"}},
       {"rpc", {"base", "text", "idl"}},
       {"yarp", {"base", "text", "idl", "rpc"}},
+      {"ros", {"base", "idl", "rpc"}},
       {"sim", {"base", "text"}},
       {"record", {"base", "text", "idl"}},
       {"project", {"base", "text", "idl", "bt", "nav2", "scxml", "monitor", "rpc", "sim"}},
@@ -166,7 +167,7 @@ const std::vector<LibraryRule>& library_rules() {
         "design", "mission", "runtime", "replay", "groot"}},
       {"cli", {"base",    "text",   "idl",     "draw",     "bt",     "nav2",    "exec",   "scxml", "graph",
                "monitor", "http",   "rpc",     "sim",      "record", "project", "design", "lsp",   "import",
-               "mission", "verify", "runtime", "campaign", "replay", "studio",  "groot",  "yarp"}},
+               "mission", "verify", "runtime", "campaign", "replay", "studio",  "groot",  "yarp",  "ros"}},
   };
   return kRules;
 }

@@ -24,6 +24,13 @@ for wanted in libexpected-dev libthrift-dev libssl-dev; do
   [[ $depends == *$wanted* ]] || fail "libsentree-dev does not depend on $wanted: $depends"
 done
 
+# DDS comes with a package of its own, which nobody needs who has no ROS.
+[[ $(dpkg-deb --field "$program" Depends) != *fastrtps* ]] || fail "sentree depends on DDS"
+if [[ -e $source/build/release/lib/sentree/libsentree_dds.so ]]; then
+  ros=$(echo "$work"/out/sentree-ros_"$version"_*.deb)
+  [[ $(dpkg-deb --field "$ros" Depends) == *libfastrtps* ]] || fail "sentree-ros does not depend on DDS"
+  dpkg-deb --contents "$ros" | grep -q '\./usr/lib/sentree/libsentree_dds.so$' || fail "sentree-ros lacks its library"
+fi
 dpkg-deb --extract "$program" "$work/program"
 dpkg-deb --extract "$development" "$work/development"
 for file in usr/bin/sentree usr/share/man/man1/sentree.1.gz usr/share/man/man1/sentree-run.1.gz usr/share/applications/sentree.desktop \
@@ -59,5 +66,8 @@ outside=$(ldd "$unpacked/bin/sentree" | awk '$3 ~ "^/" {print $3}' | grep -v "^$
   grep -Ev '^(libc|libm|libresolv|libpthread|librt|libdl|libgcc_s|libstdc\+\+)\.so\.[0-9]+$' || true)
 [[ -z $outside ]] || fail "the archive leans on $outside"
 (cd "$unpacked/share/sentree" && "$unpacked/bin/sentree" test examples/recharge </dev/null) || fail "the archive's example does not hold"
+if [[ -e $unpacked/lib/sentree/libsentree_dds.so ]]; then
+  "$unpacked/bin/sentree" doctor | grep -q 'ROS 2 by Fast DDS' || fail "the archive does not load its DDS"
+fi
 "$unpacked/bin/sentree" doctor --json | grep -qF "$unpacked/share/sentree/interfaces" || fail "the archive uses others' interfaces"
 echo "all good"

@@ -52,22 +52,21 @@ int finish(bool ok, const std::string& result, const std::string& kind, const st
 }
 
 int call_address(const CallCommand& command, const rpc::Address& address, const Value& arguments, Duration deadline) {
-  const auto slash = command.interface.rfind('/');
-  if (slash == std::string::npos) {
-    say("calling an address needs --interface FILE.thrift/SERVICE");
+  const auto [name, of] = project::interface_name(command.interface);
+  if (name.empty()) {
+    say("calling an address needs --interface FILE.thrift/SERVICE, or PACKAGE/srv/NAME of ROS");
     return kUsage;
   }
-  std::filesystem::path file = command.interface.substr(0, slash);
   std::error_code error;
-  if (!std::filesystem::exists(file, error)) file = project::shipped_folder("interfaces") / file;
-  const auto schema = project::load_interface(file, command.interface.substr(0, slash));
+  const bool is_here = std::filesystem::exists(name, error);
+  const auto file = is_here ? std::filesystem::path(name) : project::find_interface("interfaces", name);
+  const auto schema = project::load_interface(file.value_or(name), name);
   say(schema.diagnostics);
   if (!schema.ok()) return kInvalidInput;
-  const idl::ServicePtr service = schema.value->service(command.interface.substr(slash + 1));
+  const idl::ServicePtr service = schema.value->service(of);
   if (!service) {
     const auto names = schema.value->service_names();
-    const std::string wanted = command.interface.substr(slash + 1);
-    say(file.string() + ": no service \"" + wanted + "\"" + did_you_mean(wanted, names));
+    say(name + ": no service \"" + of + "\"" + did_you_mean(of, names));
     return kInvalidInput;
   }
   // What is wrong with the arguments else, the call itself says.

@@ -129,7 +129,9 @@ Diagnostics check_one(const std::string& path) {
   if (is_world(path)) return sim::load_world(path).diagnostics;
   const std::filesystem::path file(path);
   if (file.extension() == ".req") return check_requirements(file);
-  if (file.extension() == ".thrift") return project::load_interface(file, path).diagnostics;
+  const std::string ending = file.extension().string();
+  if (ending == ".thrift" || ending == ".msg" || ending == ".srv" || ending == ".action")
+    return project::load_interface(file, path).diagnostics;
   if (campaign::is_vary(file)) return campaign::check_vary(file);
   if (is_scenario(file)) return check_scenario(file);
   return campaign::check_project(path);

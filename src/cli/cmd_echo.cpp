@@ -39,8 +39,8 @@ int echo_address(const EchoCommand& command) {
     return kUsage;
   }
   rpc::Middleware& middleware = rpc::middleware_of(*address);
-  if (!middleware.is_source(*address)) {
-    say("nothing can be read from " + command.pattern + "; a port for data is yarp:/NAME:o");
+  if (!middleware.is_source(*address, nullptr)) {
+    say("nothing can be read from " + command.pattern + "; a port for data is yarp:/NAME:o, a topic of ROS ros:/NAME");
     return kUsage;
   }
   note_interrupts();

@@ -10,6 +10,7 @@
 
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
+#include "sentree/cli/ros_robot.h"
 #include "sentree/cli/terminal_map.h"
 #include "sentree/cli/tour.h"
 #include "sentree/cli/yarp_network.h"
@@ -216,7 +217,7 @@ int sim(const SimCommand& command) {
     return kUsage;
   }
   if (command.speed == 0.0) {
-    if (!command.at.empty() || command.yarp) {
+    if (!command.at.empty() || command.yarp || command.ros) {
       say("--speed 0 leaves no time for others to connect; serve at a speed above 0");
       return kUsage;
     }
@@ -256,6 +257,7 @@ int sim(const SimCommand& command) {
     names = std::move(*there);
     addresses.push_back(*rpc::Address::parse("yarp:/"));
   }
+  if (command.ros) addresses.push_back(*rpc::Address::parse("ros:/"));
   std::vector<std::unique_ptr<rpc::Opened>> served;
   for (const rpc::Address& each : addresses) {
     rpc::ServerOptions options;
@@ -268,6 +270,16 @@ int sim(const SimCommand& command) {
     }
     served.push_back(std::move(*started));
     say("listening on " + served.back()->address());
+  }
+  std::unique_ptr<RosRobot> robot;
+  if (command.ros) {
+    auto started = RosRobot::start(server, *world, [](const std::string& what) { say("! " + what); });
+    if (!started) {
+      say(to_string(started.error()));
+      return kEnvironment;
+    }
+    robot = std::move(*started);
+    say("publishing as a robot of ROS 2; DDS is used without authentication");
   }
   return watch(server, *world, *std::move(tour), command, duration, signals);
 }

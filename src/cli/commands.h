@@ -321,6 +321,7 @@ struct SimCommand {
   bool headless = false;
   bool insecure = false;
   bool yarp = false;  ///< Serve it as ports of YARP.
+  bool ros = false;   ///< Serve it as services of ROS 2.
 };
 int sim(const SimCommand& command);
 

@@ -256,7 +256,10 @@ void value(const Line& line, Completion& completion) {
   if (!completion.candidates.empty()) return;
   if (name == "attach") completion.candidates = attachable();
   if (name == "scenario") completion.candidates = scenarios(line);
-  if (name == "on") completion.candidates = {{"yarp:", "ports that the name server of YARP knows"}};
+  if (name == "on") {
+    completion.candidates = {{"yarp:", "ports that the name server of YARP knows"},
+                             {"ros:", "topics, services and actions in the domain of ROS 2"}};
+  }
   if (name == "tree") completion.candidates = trees(line);
   if (name == "output") files(completion, {});
   if (name == "into") files(completion, {"xml"});

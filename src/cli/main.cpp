@@ -8,7 +8,9 @@
 #include "sentree/cli/import_command.h"
 #include "sentree/cli/manual.h"
 #include "sentree/cli/output.h"
+#include "sentree/cli/ros_network.h"
 #include "sentree/cli/version.h"
+#include "sentree/ros/middleware.h"
 #include "sentree/rpc/middleware.h"
 #include "sentree/yarp/middleware.h"
 
@@ -554,8 +556,9 @@ void add_services(CLI::App& app, ServicesCommand& command) {
   sub->footer(
       "Examples:\n"
       "  sentree services\n"
-      "  sentree services --on yarp:        the ports that the name server of YARP knows");
-  sub->add_option("--on", command.on, "A network instead of a run: yarp:, or yarp:/robot for what is named so");
+      "  sentree services --on yarp:        the ports that the name server of YARP knows\n"
+      "  sentree services --on ros:         topics, services and actions of ROS 2");
+  sub->add_option("--on", command.on, "A network instead of a run: yarp: or ros:, or yarp:/robot for what is named so");
   sub->add_option("--run", command.run, "Process id of the run, where several run")->check(CLI::PositiveNumber);
   sub->add_flag("--json", command.json, "Print the list as JSON");
 }
@@ -581,6 +584,7 @@ void add_echo(CLI::App& app, EchoCommand& command) {
       "  sentree echo\n"
       "  sentree echo 'battery.*'\n"
       "  sentree echo yarp:/battery/state:o            what a port of YARP sends\n"
+      "  sentree echo ros:/battery_state               what is published on a topic of ROS 2\n"
       "  sentree echo '*.tick.reply' --json -n 10");
   sub->add_option("pattern", command.pattern, "Of names; * stands for any characters")->capture_default_str();
   sub->add_option("--count,-n", command.count, "End after so many");
@@ -664,12 +668,15 @@ void add_sim(CLI::App& app, SimCommand& command) {
       "  sentree sim --world W.yaml --speed 0 --goto kitchen --json    as fast as the machine allows\n"
       "  sentree sim --world W.yaml --at tcp://127.0.0.1:9090          also for other programs\n"
       "  sentree sim --world W.yaml --yarp                             as ports of YARP: /battery/rpc:i ...\n"
+      "  sentree sim --world W.yaml --ros                              in ROS 2: /battery/getBatteryState ...\n"
       "Exit code: 0 ok, 1 a place was not reached, 3 invalid world, 4 environment (port taken), 130 interrupted\n"
       "before --duration was over.");
   sub->add_option("--world", command.world, "World file")->required();
-  sub->add_option("--at", command.at, "Serve it here too: unix:PATH, tcp://HOST:PORT (port 0: any), yarp:/PREFIX");
+  sub->add_option("--at", command.at,
+                  "Serve it here too: unix:PATH, tcp://HOST:PORT (port 0: any), yarp:/PREFIX/, ros:/PREFIX/");
   sub->add_flag("--yarp", command.yarp,
                 "Serve it as ports of YARP, too; with a name server on board where none answers");
+  sub->add_flag("--ros", command.ros, "Serve it as services of ROS 2, too");
   sub->add_option("--speed", command.speed, "Simulated seconds per second; 0: as fast as the machine allows")
       ->check(CLI::Range(0.0, 1000.0));
   sub->add_option("--seed", command.seed, "Of all that is random");
@@ -879,5 +886,6 @@ int command_line(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   sentree::rpc::register_middleware(sentree::yarp::make_middleware());
+  sentree::rpc::register_middleware(sentree::ros::make_middleware({.find = sentree::cli::ros_interface}));
   return finished(command_line(argc, argv));
 }

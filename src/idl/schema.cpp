@@ -5,6 +5,7 @@
 #include <set>
 
 #include "sentree/idl/detail/program.h"
+#include "sentree/idl/detail/ros.h"
 #include "sentree/idl/detail/syntax.h"
 
 namespace sentree::idl {
@@ -135,7 +136,8 @@ std::vector<std::string> Service::method_names() const {
 
 Loaded<Schema> Schema::load(std::string_view source, std::string file, const IncludeReader& include) {
   Loaded<Schema> out;
-  ProgramPtr program = Loader(include, out.diagnostics).load(source, file, 0);
+  ProgramPtr program = is_ros_file(file) ? load_ros(source, file, include, out.diagnostics)
+                                         : Loader(include, out.diagnostics).load(source, file, 0);
   sort_by_place(out.diagnostics);
   if (program != nullptr) out.value = Schema(std::move(program));
   return out;

@@ -1,11 +1,53 @@
 #include "sentree/project/interface_file.h"
 
+#include <algorithm>
+#include <cstdlib>
+
 #include "sentree/project/plan.h"
 #include "sentree/text/file.h"
 
 namespace sentree::project {
 
 using std::filesystem::path;
+
+namespace {
+
+constexpr const char* kRosForms[] = {"msg", "srv", "action"};
+
+bool is_of_ros(const path& file) {
+  const std::string ending = file.extension().string();
+  return std::any_of(std::begin(kRosForms), std::end(kRosForms),
+                     [&](const char* form) { return ending == std::string(".") + form; });
+}
+
+}  // namespace
+
+InterfaceName interface_name(const std::string& text) {
+  const auto slash = text.rfind('/');
+  if (slash == std::string::npos) return {};
+  InterfaceName out{text.substr(0, slash), text.substr(slash + 1)};
+  for (const char* form : kRosForms) {
+    if (out.file.ends_with(std::string("/") + form)) return {text + "." + form, out.service};
+  }
+  return out;
+}
+
+std::optional<path> find_interface(const path& own, const std::string& file) {
+  std::error_code error;
+  std::vector<path> places{own};
+  const char* const prefixes = is_of_ros(file) ? std::getenv("AMENT_PREFIX_PATH") : nullptr;
+  std::string_view left = prefixes != nullptr ? prefixes : "";
+  while (!left.empty()) {
+    const std::size_t end = std::min(left.find(':'), left.size());
+    if (end > 0) places.push_back(path(left.substr(0, end)) / "share");
+    left.remove_prefix(std::min(end + 1, left.size()));
+  }
+  places.push_back(shipped_folder("interfaces"));
+  for (const path& place : places) {
+    if (std::filesystem::exists(place / file, error)) return place / file;
+  }
+  return std::nullopt;
+}
 
 Loaded<idl::Schema> load_interface(const path& file, const std::string& shown) {
   Loaded<idl::Schema> loaded;
@@ -16,6 +58,26 @@ Loaded<idl::Schema> load_interface(const path& file, const std::string& shown) {
   }
   const path shown_folder = path(shown).parent_path().lexically_normal();
   const path shipped = shipped_folder("interfaces");
+  if (is_of_ros(file)) {
+    const path root = (file.parent_path() / "../..").lexically_normal();
+    const path shown_root = (shown_folder / "../..").lexically_normal();
+    const idl::IncludeReader used = [&](std::string_view name, std::string_view) -> Result<idl::IncludedFile> {
+      const auto place = find_interface(root, std::string(name));
+      if (!place) {
+        return fail("idl.include", "it is neither beside " + shown +
+                                       ", in $AMENT_PREFIX_PATH, nor among those of Sentree; "
+                                       "copy it to interfaces/" +
+                                       std::string(name));
+      }
+      const std::string other = place->parent_path().parent_path().parent_path() == root
+                                    ? (shown_root / name).lexically_normal().string()
+                                    : std::string(name);
+      auto text = text::read_file(*place, other);
+      if (!text) return tl::unexpected(text.error());
+      return idl::IncludedFile{other, std::move(*text)};
+    };
+    return idl::Schema::load(*source, shown, used);
+  }
   const idl::IncludeReader include = [&](std::string_view name, std::string_view from) -> Result<idl::IncludedFile> {
     const path beside = (path(from).parent_path() / name).lexically_normal();
     const path full = path(name).is_absolute() ? beside : file.parent_path() / beside.lexically_relative(shown_folder);

@@ -440,16 +440,16 @@ class Preparation {
     if (const auto known = schemas_.find(name); known != schemas_.end())
       return known->second ? &*known->second : nullptr;
     std::optional<idl::Schema>& slot = schemas_[name];
-    const path own = project_.folder / "interfaces" / name;
-    std::error_code error;
-    const bool is_own = std::filesystem::exists(own, error);
-    const path file = is_own ? own : shipped_folder("interfaces") / name;
-    if (!std::filesystem::exists(file, error)) {
+    const path own = project_.folder / "interfaces";
+    const auto file = find_interface(own, name);
+    if (!file) {
       add("check.no-interface",
-          "interface file \"" + name + "\" is neither in the project's interfaces/ nor among those of Sentree", span);
+          "interface file \"" + name + "\" is neither in the project's interfaces/ nor among those of Sentree" +
+              (name.ends_with(".thrift") ? "" : ", nor in the share/ of a folder in $AMENT_PREFIX_PATH"),
+          span);
       return nullptr;
     }
-    auto loaded = load_interface(file, is_own ? project_.shown("interfaces/" + name) : name);
+    auto loaded = load_interface(*file, *file == own / name ? project_.shown("interfaces/" + name) : name);
     append(diagnostics, loaded.diagnostics);
     slot = std::move(loaded.value);
     return slot ? &*slot : nullptr;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "sentree/project/interface_file.h"
 #include "sentree/project/mission_tree.h"
 #include "sentree/project/plan.h"
 #include "sentree/project/requirements.h"
@@ -116,14 +117,15 @@ void read_services(const text::YamlNode& node, Project& project, Diagnostics& di
     YamlReader reader(entry, "service \"" + name.scalar + "\"", diagnostics);
     ServiceEntry service{.name = name.scalar, .idl = {}, .interface = {}, .at = {}, .robot = {}, .span = name.span};
     const std::string interface = reader.required_string("interface");
-    const auto slash = interface.rfind('/');
-    if (slash == std::string::npos && !interface.empty()) {
+    auto [file, of] = interface_name(interface);
+    if (file.empty() && !interface.empty()) {
       reader.error(reader.span("interface"), "project.interface",
-                   "interface \"" + interface + "\" must be FILE.thrift/SERVICE, e.g. robot.thrift/Battery");
-    } else if (!interface.empty()) {
-      service.idl = interface.substr(0, slash);
-      service.interface = interface.substr(slash + 1);
+                   "interface \"" + interface +
+                       "\" must be FILE.thrift/SERVICE, e.g. robot.thrift/Battery, or of ROS PACKAGE/srv/NAME, "
+                       "e.g. std_srvs/srv/SetBool");
     }
+    service.idl = std::move(file);
+    service.interface = std::move(of);
     service.at = reader.string("at").value_or("sim");
     service.robot = reader.string("robot").value_or("");
     if (const auto* publish = reader.mapping("publish")) {

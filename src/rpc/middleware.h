@@ -64,8 +64,10 @@ class Middleware {
     std::string target;  ///< The service's name in the project.
     std::function<void(const std::string&)> problem;
   };
-  /// Whether that address is one to read from, not to write to.
-  [[nodiscard]] virtual bool is_source(const Address& /*address*/) const { return false; }
+  /// Whether that address is one to read from. What is there may say the interface; null: it is not known.
+  [[nodiscard]] virtual bool is_source(const Address& /*address*/, const idl::Service* /*interface*/) const {
+    return false;
+  }
   /// Only of an address that is a source.
   [[nodiscard]] virtual Result<std::unique_ptr<Opened>> subscribe(const Address& address, idl::ServicePtr interface,
                                                                   Take take, SubscribeOptions options);

@@ -549,7 +549,7 @@ class Run::Impl final : public RunView, private RunInside {
     for (const auto& [name, service] : services_) {
       const auto address = rpc::Address::parse(service.at);
       if (!address || address->kind != rpc::Address::Kind::kOther) continue;
-      if (!rpc::middleware_of(*address).is_source(*address)) {
+      if (!rpc::middleware_of(*address).is_source(*address, service.service.get())) {
         // Others may connect what is published on before anything is.
         auto published = rpc::connect(*address, service.service, {.target = name});
         if (!published) return published.error().message;

@@ -145,7 +145,7 @@ class Yarp final : public rpc::Middleware {
     return {};
   }
 
-  bool is_source(const Address& address) const override {
+  bool is_source(const Address& address, const idl::Service*) const override {
     const auto parsed = PortAddress::parse(address.path);
     return parsed && parsed->is_source();
   }

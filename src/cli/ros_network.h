@@ -1,0 +1,13 @@
+#pragma once
+
+#include <string>
+
+#include "sentree/base/result.h"
+#include "sentree/idl/schema.h"
+
+namespace sentree::cli {
+
+/// The interface "sensor_msgs/msg/BatteryState", from ./interfaces, $AMENT_PREFIX_PATH or those that come with Sentree.
+[[nodiscard]] Loaded<idl::Schema> ros_interface(const std::string& type);
+
+}  // namespace sentree::cli

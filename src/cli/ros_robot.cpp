@@ -1,0 +1,373 @@
+#include "sentree/cli/ros_robot.h"
+
+#include <cmath>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+#include "sentree/cli/ros_network.h"
+#include "sentree/ros/action_server.h"
+#include "sentree/sim/simulation.h"
+#include "sentree/sim/world.h"
+
+namespace sentree::cli {
+namespace {
+
+constexpr std::chrono::milliseconds kPeriod{100};
+// A robot of ROS stops when nobody commands it any more.
+constexpr double kCommandTimeout_s = 0.5;
+constexpr std::int64_t kTicksPerSecond = 10;
+
+struct Pose {
+  double x = 0;
+  double y = 0;
+  double theta = 0;
+};
+
+Pose pose_of(const Value* value) {
+  if (value == nullptr) return {};
+  return {value->find("x")->number(), value->find("y")->number(), value->find("theta")->number()};
+}
+
+// a after b: where a frame is in the world that is at `b` in the frame at `a`.
+Pose operator*(const Pose& a, const Pose& b) {
+  return {a.x + std::cos(a.theta) * b.x - std::sin(a.theta) * b.y,
+          a.y + std::sin(a.theta) * b.x + std::cos(a.theta) * b.y, a.theta + b.theta};
+}
+Pose inverse(const Pose& p) {
+  return {-std::cos(p.theta) * p.x - std::sin(p.theta) * p.y, std::sin(p.theta) * p.x - std::cos(p.theta) * p.y,
+          -p.theta};
+}
+
+Map vector(double x, double y, double z) { return Map{{"x", x}, {"y", y}, {"z", z}}; }
+Map rotation(double theta) {
+  return Map{{"x", 0.0}, {"y", 0.0}, {"z", std::sin(theta / 2)}, {"w", std::cos(theta / 2)}};
+}
+Map ros_pose(const Pose& p) { return Map{{"position", vector(p.x, p.y, 0)}, {"orientation", rotation(p.theta)}}; }
+
+// 6 by 6 of a covariance of (x, y, theta), which may be empty.
+List covariance(const Value* three) {
+  List out(36, Value(0.0));
+  const List* given = three != nullptr ? three->as_list() : nullptr;
+  if (given == nullptr || given->size() != 9) return out;
+  constexpr std::size_t kPlace[] = {0, 1, 5};
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t column = 0; column < 3; ++column)
+      out[kPlace[row] * 6 + kPlace[column]] = (*given)[row * 3 + column];
+  }
+  return out;
+}
+
+}  // namespace
+
+class RosRobot::Impl {
+ public:
+  Impl(runtime::SimServer& server, std::function<void(const std::string&)> problem)
+      : server_(server), problem_(std::move(problem)) {}
+  ~Impl() {
+    {
+      const std::lock_guard lock(mutex_);
+      stopped_ = true;
+    }
+    changed_.notify_all();
+    if (thread_.joinable()) thread_.join();
+    for (auto& each : heard_) each->stop();
+    actions_.clear();
+    topics_.clear();
+  }
+
+  Result<void> open(const sim::World& world) {
+    const bool several = world.robots.size() > 1;
+    for (const auto& each : world.robots) robots_.push_back({each.name, several ? "/" + each.name : ""});
+    if (auto done = publish("/clock", "rosgraph_msgs/msg/Clock", "best_effort"); !done) return done;
+    if (auto done = publish("/tf", "tf2_msgs/msg/TFMessage", "default"); !done) return done;
+    for (const Robot& robot : robots_) {
+      const struct {
+        const char* name;
+        const char* type;
+        const char* qos;
+      } topics[] = {{"/battery_state", "sensor_msgs/msg/BatteryState", "default"},
+                    {"/odom", "nav_msgs/msg/Odometry", "default"},
+                    {"/scan", "sensor_msgs/msg/LaserScan", "sensor_data"},
+                    {"/map", "nav_msgs/msg/OccupancyGrid", "transient_local"},
+                    {"/amcl_pose", "geometry_msgs/msg/PoseWithCovarianceStamped", "transient_local"}};
+      for (const auto& topic : topics) {
+        if (auto done = publish(robot.prefix + topic.name, topic.type, topic.qos); !done) return done;
+      }
+      if (auto done = hear_commands(robot); !done) return done;
+      if (auto done = serve_navigation(robot); !done) return done;
+    }
+    thread_ = std::thread([this] { run(); });
+    return {};
+  }
+
+ private:
+  struct Robot {
+    std::string name;
+    std::string prefix;
+  };
+  // What a robot drives to for a goal of the action.
+  struct Drive {
+    std::string goal_id;
+    std::int64_t number = 0;  // of the simulated navigation
+    bool is_canceled = false;
+  };
+
+  Result<idl::ServicePtr> interface(const std::string& type) const {
+    auto schema = ros_interface(type);
+    if (schema.ok()) return schema.value->service(type.substr(type.rfind('/') + 1));
+    return tl::unexpected(schema.diagnostics.front());
+  }
+
+  Result<void> publish(const std::string& name, const std::string& type, const std::string& qos) {
+    auto of = interface(type);
+    if (!of) return tl::unexpected(std::move(of.error()));
+    auto made = rpc::connect(*rpc::Address::parse("ros:" + name + "?publish&qos=" + qos), *of,
+                             {.target = name, .limits = {}, .tls = {}});
+    if (!made) return tl::unexpected(std::move(made.error()));
+    topics_[name] = std::move(*made);
+    return {};
+  }
+
+  Result<void> hear_commands(const Robot& robot) {
+    auto of = interface("geometry_msgs/msg/Twist");
+    if (!of) return tl::unexpected(std::move(of.error()));
+    const rpc::Address address = *rpc::Address::parse("ros:" + robot.prefix + "/cmd_vel");
+    auto opened = rpc::middleware_of(address).subscribe(
+        address, *of,
+        [this, name = robot.name](const idl::Method&, Value twist) {
+          const auto part = [&](const char* which, const char* axis) { return twist.at({which, axis})->number(); };
+          const Map command{{"vx", part("linear", "x")}, {"vy", part("linear", "y")}, {"omega", part("angular", "z")}};
+          static_cast<void>(
+              ask(name, "Base", "applyVelocityCommand", Map{{"cmd", command}, {"timeout", kCommandTimeout_s}}));
+        },
+        {.target = "cmd_vel", .problem = problem_});
+    if (!opened) return tl::unexpected(std::move(opened.error()));
+    heard_.push_back(std::move(*opened));
+    return {};
+  }
+
+  Result<void> serve_navigation(const Robot& robot) {
+    auto of = interface("nav2_msgs/action/NavigateToPose");
+    if (!of) return tl::unexpected(std::move(of.error()));
+    const idl::Method* result = (*of)->find("result");
+    has_error_ = result->arguments.find(std::string_view("result"))->type->structure->find("error_code") != nullptr;
+    ros::ActionServerOptions options;
+    options.accept = [this, name = robot.name](const std::string& id, const Value& goal) {
+      return drive(name, id, goal);
+    };
+    options.cancel = [this, name = robot.name](const std::string& id) { return stop(name, id); };
+    options.now = [this] { return seconds(server_.host().snapshot().time.time_since_epoch()); };
+    options.problem = problem_;
+    auto opened = ros::ActionServer::open(robot.prefix + "/navigate_to_pose", *of, std::move(options));
+    if (!opened) return tl::unexpected(std::move(opened.error()));
+    actions_[robot.name] = std::move(*opened);
+    return {};
+  }
+
+  // A goal replaces the one before it, as in Nav2.
+  bool drive(const std::string& robot, const std::string& id, const Value& goal) {
+    const Value* position = goal.at({"pose", "pose", "position"});
+    const Value* turned = goal.at({"pose", "pose", "orientation"});
+    const double theta = 2 * std::atan2(turned->find("z")->number(), turned->find("w")->number());
+    const Value names = ask(robot, "MapServer", "getMapNames");
+    if (names.as_list() == nullptr || names.as_list()->empty()) return false;
+    const Map pose{{"x", *position->find("x")}, {"y", *position->find("y")}, {"theta", theta}};
+    const Map target{{"map_id", names.as_list()->front()}, {"pose", pose}, {"description", ""}};
+    const Value reply = ask(robot, "Navigation", "gotoTargetByAbsoluteLocation", Map{{"target", target}});
+    if (reply.is_null() || reply.find("code")->text() != "OK") return false;
+    const std::lock_guard lock(drives_mutex_);
+    drives_[robot].push_back({id, *reply.find("goal_id")->as_int()});
+    return true;
+  }
+
+  bool stop(const std::string& robot, const std::string& id) {
+    const std::lock_guard lock(drives_mutex_);
+    for (Drive& each : drives_[robot]) {
+      if (each.goal_id != id) continue;
+      each.is_canceled = true;
+      static_cast<void>(ask(robot, "Navigation", "stopNavigation", Map{{"goal_id", each.number}}));
+      return true;
+    }
+    return false;
+  }
+
+  void follow_goals(const Robot& robot, double now, const Pose& believed, bool tells) {
+    std::vector<Drive> drives;
+    {
+      const std::lock_guard lock(drives_mutex_);
+      drives = drives_[robot.name];
+    }
+    if (drives.empty()) return;
+    const Value state = ask(robot.name, "Navigation", "getNavigationState");
+    if (state.is_null()) return;
+    const std::string_view status = state.find("status")->text();
+    ros::ActionServer& action = *actions_.at(robot.name);
+    for (const Drive& each : drives) {
+      const bool is_current = *state.find("goal_id")->as_int() == each.number;
+      const bool is_reached = is_current && status == "GOAL_REACHED";
+      const bool has_failed =
+          !is_current || status == "ABORTED" || status == "FAILING" || status == "ERROR" || status == "IDLE";
+      if (is_reached || has_failed || each.is_canceled) {
+        Map result;
+        if (has_error_ && !is_reached) result["error_code"] = 9000;  // unknown
+        action.end(each.goal_id,
+                   is_reached         ? ros::GoalEnd::kSucceeded
+                   : each.is_canceled ? ros::GoalEnd::kCanceled
+                                      : ros::GoalEnd::kAborted,
+                   Value(std::move(result)));
+        const std::lock_guard lock(drives_mutex_);
+        std::erase_if(drives_[robot.name], [&](const Drive& d) { return d.goal_id == each.goal_id; });
+      } else if (tells) {
+        action.feedback(
+            each.goal_id,
+            Map{{"current_pose", Map{{"header", header(now, "map")}, {"pose", ros_pose(believed)}}},
+                {"navigation_time", stamp(state.find("navigation_time")->number())},
+                {"estimated_time_remaining", stamp(std::max(0.0, state.find("estimated_time_remaining")->number()))},
+                {"number_of_recoveries", *state.find("number_of_recoveries")},
+                {"distance_remaining", *state.find("distance_remaining")}});
+      }
+    }
+  }
+
+  // Null: the simulator does not say.
+  Value ask(const std::string& robot, const char* interface, const char* method, Map arguments = {}) {
+    mission::CallOutcome out = server_.host().call(interface, method, Value(std::move(arguments)), robot);
+    return out.ok ? std::move(out.result) : Value();
+  }
+
+  void send(const std::string& name, Map message) {
+    topics_.at(name)->call("message", Value(std::move(message)), rpc::kNoDeadline,
+                           [this, name](const rpc::Outcome& out) {
+                             if (!out && problem_ && !told_.exchange(true)) problem_(name + ": " + out.error().message);
+                           });
+  }
+
+  static Map stamp(double time) {
+    const double whole = std::floor(time);
+    return Map{{"sec", static_cast<std::int64_t>(whole)},
+               {"nanosec", std::min<std::int64_t>(std::llround((time - whole) * 1e9), 999'999'999)}};
+  }
+  static Map header(double time, const std::string& frame) { return Map{{"stamp", stamp(time)}, {"frame_id", frame}}; }
+
+  void run() {
+    std::unique_lock lock(mutex_);
+    for (std::int64_t tick = 0; !stopped_; ++tick) {
+      lock.unlock();
+      const double now = seconds(server_.host().snapshot().time.time_since_epoch());
+      send("/clock", Map{{"clock", stamp(now)}});
+      List transforms;
+      for (const Robot& robot : robots_) step(robot, now, tick, transforms);
+      send("/tf", Map{{"transforms", std::move(transforms)}});
+      lock.lock();
+      changed_.wait_for(lock, kPeriod, [&] { return stopped_; });
+    }
+  }
+
+  void step(const Robot& robot, double now, std::int64_t tick, List& transforms) {
+    const std::string frames = robot.prefix.empty() ? "" : robot.name + "/";
+    const Value odometry = ask(robot.name, "Base", "getOdometry");
+    const Value position = ask(robot.name, "Localization", "getCurrentPosition");
+    if (odometry.is_null() || position.is_null()) return;
+    const Pose odom = pose_of(odometry.find("pose"));
+    const Pose believed = pose_of(position.find("pose"));
+    const auto transform = [&](const std::string& parent, const std::string& child, const Pose& pose) {
+      transforms.push_back(
+          Map{{"header", header(now, parent)},
+              {"child_frame_id", child},
+              {"transform", Map{{"translation", vector(pose.x, pose.y, 0)}, {"rotation", rotation(pose.theta)}}}});
+    };
+    transform("map", frames + "odom", believed * inverse(odom));
+    transform(frames + "odom", frames + "base_link", odom);
+    const Value* twist = odometry.find("twist");
+    send(
+        robot.prefix + "/odom",
+        Map{{"header", header(now, frames + "odom")},
+            {"child_frame_id", frames + "base_link"},
+            {"pose", Map{{"pose", ros_pose(odom)}, {"covariance", covariance(nullptr)}}},
+            {"twist", Map{{"twist", Map{{"linear", vector(twist->find("vx")->number(), twist->find("vy")->number(), 0)},
+                                        {"angular", vector(0, 0, twist->find("omega")->number())}}},
+                          {"covariance", covariance(nullptr)}}}});
+    follow_goals(robot, now, believed, tick % (kTicksPerSecond / 2) == 0);
+    if (tick % 2 == 0) publish_scan(robot, now, frames);
+    if (tick % (kTicksPerSecond / 2) == 0) {
+      publish_battery(robot, now);
+      send(robot.prefix + "/amcl_pose",
+           Map{{"header", header(now, "map")},
+               {"pose", Map{{"pose", ros_pose(believed)}, {"covariance", covariance(position.find("covariance"))}}}});
+    }
+    if (tick % (10 * kTicksPerSecond) == 0) publish_map(robot, now);
+  }
+
+  void publish_scan(const Robot& robot, double now, const std::string& frames) {
+    const Value scan = ask(robot.name, "Laser", "getLaserMeasurement");
+    if (scan.is_null()) return;
+    Map out{{"header", header(now, frames + "laser")}};
+    for (const char* name :
+         {"angle_min", "angle_max", "angle_increment", "scan_time", "range_min", "range_max", "ranges"})
+      out[name] = *scan.find(name);
+    send(robot.prefix + "/scan", std::move(out));
+  }
+
+  void publish_battery(const Robot& robot, double now) {
+    const Value state = ask(robot.name, "Battery", "getBatteryState");
+    if (state.is_null()) return;
+    constexpr const char* kStatuses[] = {"UNKNOWN", "CHARGING", "DISCHARGING", "NOT_CHARGING", "FULL"};
+    std::int64_t status = 0;
+    for (std::int64_t i = 0; i < 5; ++i) {
+      if (state.find("power_supply_status")->text() == kStatuses[i]) status = i;
+    }
+    const double unknown = std::nan("");
+    Map out{{"header", header(now, "")},
+            {"charge", unknown},
+            {"capacity", unknown},
+            {"design_capacity", unknown},
+            {"power_supply_status", status}};
+    for (const char* name : {"voltage", "temperature", "current", "percentage", "present"})
+      out[name] = *state.find(name);
+    send(robot.prefix + "/battery_state", std::move(out));
+  }
+
+  void publish_map(const Robot& robot, double now) {
+    const Value names = ask(robot.name, "MapServer", "getMapNames");
+    if (names.as_list() == nullptr || names.as_list()->empty()) return;
+    const Value reply = ask(robot.name, "MapServer", "getMap", Map{{"map_id", names.as_list()->front()}});
+    const Value* grid = reply.find("grid");
+    const Value* info = grid != nullptr ? grid->find("info") : nullptr;
+    if (info == nullptr) return;
+    send(robot.prefix + "/map", Map{{"header", header(now, "map")},
+                                    {"info", Map{{"map_load_time", stamp(0)},
+                                                 {"resolution", *info->find("resolution")},
+                                                 {"width", *info->find("width")},
+                                                 {"height", *info->find("height")},
+                                                 {"origin", ros_pose(pose_of(info->find("origin")))}}},
+                                    {"data", *grid->find("data")}});
+  }
+
+  runtime::SimServer& server_;
+  const std::function<void(const std::string&)> problem_;
+  std::vector<Robot> robots_;
+  std::map<std::string, std::unique_ptr<rpc::Caller>> topics_;
+  std::vector<std::unique_ptr<rpc::Opened>> heard_;
+  std::mutex drives_mutex_;
+  std::map<std::string, std::vector<Drive>> drives_;
+  std::map<std::string, std::unique_ptr<ros::ActionServer>> actions_;
+  bool has_error_ = false;  // results say why
+  std::atomic<bool> told_{false};
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool stopped_ = false;
+  std::thread thread_;
+};
+
+RosRobot::RosRobot(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+RosRobot::~RosRobot() = default;
+
+Result<std::unique_ptr<RosRobot>> RosRobot::start(runtime::SimServer& server, const sim::World& world,
+                                                  std::function<void(const std::string&)> problem) {
+  auto impl = std::make_unique<Impl>(server, std::move(problem));
+  if (auto opened = impl->open(world); !opened) return tl::unexpected(std::move(opened.error()));
+  return std::unique_ptr<RosRobot>(new RosRobot(std::move(impl)));
+}
+
+}  // namespace sentree::cli

@@ -1,0 +1,118 @@
+#include "sentree/ros/address.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+
+namespace sentree::ros {
+namespace {
+
+// Beyond it, the ports of UDP are those that the kernel gives to others.
+constexpr std::uint32_t kDomainMax = 232;
+
+tl::unexpected<Diagnostic> wrong(std::string_view text, std::string_view why) {
+  return fail("rpc.address", "address \"ros:" + std::string(text) + "\" " + std::string(why) +
+                                 "; a name of ROS 2 is ros:/name, as ros2 topic list or ros2 service list shows it");
+}
+
+std::optional<std::uint32_t> domain_number(std::string_view text) {
+  std::uint32_t out = 0;
+  const auto read = std::from_chars(text.data(), text.data() + text.size(), out);
+  if (text.empty() || read.ec != std::errc() || read.ptr != text.data() + text.size() || out > kDomainMax)
+    return std::nullopt;
+  return out;
+}
+
+std::string environment(const char* name) {
+  const char* const value = std::getenv(name);
+  return value != nullptr ? value : "";
+}
+
+std::optional<Release> release_named(std::string_view name) {
+  if (name == "humble") return Release::kHumble;
+  for (const char* const later : {"iron", "jazzy", "kilted", "lyrical", "rolling"}) {
+    if (name == later) return Release::kIron;
+  }
+  return std::nullopt;
+}
+
+bool is_name(std::string_view name) {
+  if (name.empty() || name.front() != '/' || name.size() > 240) return false;
+  char before = 0;
+  for (const char c : name) {
+    const bool is_digit = c >= '0' && c <= '9';
+    const bool is_letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+    if (c == '/' ? before == '/' : !is_letter && !is_digit) return false;
+    if (is_digit && before == '/') return false;
+    before = c;
+  }
+  return true;
+}
+
+}  // namespace
+
+Result<GraphAddress> GraphAddress::parse(std::string_view text) {
+  GraphAddress out;
+  std::string_view rest = text;
+  if (const auto question = rest.find('?'); question != std::string_view::npos) {
+    std::string_view options = rest.substr(question + 1);
+    rest = rest.substr(0, question);
+    while (!options.empty()) {
+      const std::string_view option = options.substr(0, options.find('&'));
+      const std::string_view value = option.substr(std::min(option.find('=') + 1, option.size()));
+      if (option == "publish") {
+        out.publish = true;
+      } else if (option == "qos=default" || option == "qos=sensor_data" || option == "qos=transient_local" ||
+                 option == "qos=best_effort") {
+        out.qos = value;
+      } else if (option.starts_with("domain=")) {
+        out.domain = domain_number(value);
+        if (!out.domain) return wrong(text, "has a domain that is no number from 0 to " + std::to_string(kDomainMax));
+      } else if (option == "range=localhost" || option == "range=subnet") {
+        out.localhost = value == "localhost";
+      } else if (option.starts_with("release=")) {
+        out.release = release_named(value);
+        if (!out.release)
+          return wrong(text, "names the release \"" + std::string(value) + "\", which is not known here");
+      } else {
+        return wrong(text, "has the unknown option \"" + std::string(option) +
+                               "\" (there is publish, qos=default|sensor_data|transient_local|best_effort, domain=N, "
+                               "range=localhost|subnet, release=humble|iron|jazzy|kilted)");
+      }
+      options.remove_prefix(std::min(option.size() + 1, options.size()));
+    }
+  }
+  if (rest.empty()) rest = "/";
+  if (!is_name(rest)) {
+    return wrong(text,
+                 "has a name that cannot be one: it begins with a slash, and its parts have letters, digits and "
+                 "underscores and begin with no digit");
+  }
+  out.name = rest;
+  return out;
+}
+
+dds::Qos GraphAddress::qos_of(bool writes) const {
+  if (qos == "sensor_data") return {.reliable = false, .transient_local = false, .depth = 5};
+  if (qos == "transient_local") return {.reliable = true, .transient_local = true, .depth = 1};
+  if (qos == "best_effort") return {.reliable = false};
+  // A reader that asks for less than is offered gets it all the same, one that asks for more gets nothing.
+  if (qos.empty() && !writes) return {.reliable = false};
+  return {};
+}
+
+std::uint32_t GraphAddress::domain_or_environment() const {
+  return domain ? *domain : domain_number(environment("ROS_DOMAIN_ID")).value_or(0);
+}
+
+bool GraphAddress::localhost_or_environment() const {
+  if (localhost) return *localhost;
+  const std::string range = environment("ROS_AUTOMATIC_DISCOVERY_RANGE");
+  return !(range == "SUBNET" || (range.empty() && environment("ROS_LOCALHOST_ONLY") == "0"));
+}
+
+Release GraphAddress::release_or_environment() const {
+  return release ? *release : release_named(environment("ROS_DISTRO")).value_or(Release::kHumble);
+}
+
+}  // namespace sentree::ros

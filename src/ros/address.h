@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "sentree/base/result.h"
+#include "sentree/ros/dds.h"
+
+namespace sentree::ros {
+
+/// Releases whose messages between nodes differ: up to Humble, and from Iron on.
+enum class Release : std::uint8_t { kHumble, kIron };
+
+/// A name in the graph of ROS 2, and where that graph is.
+///
+///   ros:/battery_state                    a topic, a service or an action, as the interface says
+///   ros:/robot1/                          what names begin with: service battery is /robot1/battery there
+///
+/// Behind that `?` and, joined by `&`: `publish` (a topic that is ours; else it is read), `qos=default|sensor_data|
+/// transient_local|best_effort`, `domain=N` (else ROS_DOMAIN_ID, else 0), `range=localhost|subnet` (else
+/// ROS_AUTOMATIC_DISCOVERY_RANGE or ROS_LOCALHOST_ONLY=0, else localhost), `release=humble|iron|jazzy|kilted` (else
+/// ROS_DISTRO, else humble).
+struct GraphAddress {
+  std::string name;  ///< With its slash. One at its end: what names begin with.
+  bool publish = false;
+  std::string qos;  ///< Empty: read best effort, write reliable.
+  std::optional<std::uint32_t> domain;
+  std::optional<bool> localhost;
+  std::optional<Release> release;
+
+  /// @param text  What stands behind "ros:". Error: rpc.address.
+  [[nodiscard]] static Result<GraphAddress> parse(std::string_view text);
+
+  /// The name of a service of the project.
+  [[nodiscard]] std::string name_of(const std::string& service) const {
+    return name.ends_with('/') ? name + service : name;
+  }
+  [[nodiscard]] dds::Qos qos_of(bool writes) const;
+
+  // With the environment taken for what is not said.
+  [[nodiscard]] std::uint32_t domain_or_environment() const;
+  [[nodiscard]] bool localhost_or_environment() const;
+  [[nodiscard]] Release release_or_environment() const;
+};
+
+}  // namespace sentree::ros

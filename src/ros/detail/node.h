@@ -1,0 +1,120 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "sentree/base/result.h"
+#include "sentree/ros/address.h"
+#include "sentree/ros/dds.h"
+
+/// Our place in a graph of ROS 2. Private to the library.
+namespace sentree::ros {
+
+/// Does what it is given in a thread of its own, in that order. What is beyond the bound drops the oldest.
+class Worker {
+ public:
+  static constexpr std::size_t kWaitingMax = 256;
+
+  Worker() : thread_([this] { run(); }) {}
+  ~Worker() { stop(); }
+  Worker(const Worker&) = delete;
+  Worker& operator=(const Worker&) = delete;
+
+  /// False: something older was dropped for it.
+  bool post(std::function<void()> work);
+  /// Waits for what is in progress; the rest is forgotten. Not from its own thread.
+  void stop();
+
+ private:
+  void run();
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<std::function<void()>> waiting_;
+  bool stopped_ = false;
+  std::mutex join_mutex_;
+  std::thread thread_;
+};
+
+class Node;
+
+/// A reader or a writer that the node tells of as long as it is there.
+class Told {
+ public:
+  ~Told();
+  Told(const Told&) = delete;
+  Told& operator=(const Told&) = delete;
+  dds::Reader* reader() { return reader_.get(); }
+  dds::Writer* writer() { return writer_.get(); }
+  [[nodiscard]] const dds::Guid& guid() const { return guid_; }
+
+ private:
+  friend class Node;
+  Told(std::shared_ptr<Node> node, std::unique_ptr<dds::Reader> reader, std::unique_ptr<dds::Writer> writer)
+      : node_(std::move(node)),
+        reader_(std::move(reader)),
+        writer_(std::move(writer)),
+        guid_(reader_ != nullptr ? reader_->guid() : writer_->guid()) {}
+  std::shared_ptr<Node> node_;
+  std::unique_ptr<dds::Reader> reader_;
+  std::unique_ptr<dds::Writer> writer_;
+  const dds::Guid guid_;
+};
+using ToldPtr = std::unique_ptr<Told>;
+
+/// One participant for each domain and range, shared by everything in this process. Thread-safe.
+class Node : public std::enable_shared_from_this<Node> {
+ public:
+  using SteadyClock = std::chrono::steady_clock;
+
+  /// Errors: rpc.address (this build has no DDS, or its library is missing), rpc.exhausted.
+  [[nodiscard]] static Result<std::shared_ptr<Node>> of(const GraphAddress& address);
+  Node(std::unique_ptr<dds::Participant> participant, Release release, std::uint32_t domain);
+
+  [[nodiscard]] Result<ToldPtr> read(const dds::Channel& channel, dds::Participant::OnSample on_sample,
+                                     dds::Participant::OnChange on_change);
+  [[nodiscard]] Result<ToldPtr> write(const dds::Channel& channel, dds::Participant::OnChange on_change);
+  [[nodiscard]] std::vector<dds::Endpoint> endpoints() const { return participant_->endpoints(); }
+  [[nodiscard]] std::uint32_t domain() const { return domain_; }
+  /// Until then others may not have been discovered.
+  [[nodiscard]] SteadyClock::time_point settled() const { return settled_; }
+
+  /// The one object of that key, made if there is none.
+  template <class T, class Make>
+  [[nodiscard]] Result<std::shared_ptr<T>> shared(const std::string& key, Make&& make) {
+    const std::lock_guard lock(shared_mutex_);
+    std::weak_ptr<void>& slot = shared_[key];
+    if (auto known = std::static_pointer_cast<T>(slot.lock())) return known;
+    Result<std::shared_ptr<T>> made = make();
+    if (made) slot = *made;
+    return made;
+  }
+
+ private:
+  friend class Told;
+  void tell_of(const dds::Guid& guid, bool is_writer, bool is_there);
+
+  const std::unique_ptr<dds::Participant> participant_;
+  const Release release_;
+  const std::uint32_t domain_;
+  const SteadyClock::time_point settled_;
+  std::mutex mutex_;
+  std::set<dds::Guid> readers_;
+  std::set<dds::Guid> writers_;
+  std::unique_ptr<dds::Writer> graph_;  // of what the node is made of
+  std::mutex shared_mutex_;
+  std::map<std::string, std::weak_ptr<void>> shared_;
+};
+
+/// Loads the shared object with DDS, once. Error: rpc.address, saying what is missing.
+[[nodiscard]] Result<dds::Open> load_dds();
+
+}  // namespace sentree::ros

@@ -1,0 +1,660 @@
+#include "sentree/ros/middleware.h"
+
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "sentree/idl/conform.h"
+#include "sentree/ros/address.h"
+#include "sentree/ros/detail/action.h"
+#include "sentree/ros/detail/mapping.h"
+#include "sentree/ros/detail/node.h"
+#include "sentree/ros/detail/service.h"
+
+namespace sentree::ros {
+namespace {
+
+using rpc::Address;
+using rpc::CallErrorKind;
+using SteadyClock = std::chrono::steady_clock;
+
+constexpr std::size_t kCallsMax = 256;
+// The method by which `sentree ping` asks whether anybody is there.
+constexpr std::string_view kProbe = "sentree_ping";
+constexpr std::chrono::milliseconds kLook{20};
+
+rpc::Outcome refused(CallErrorKind kind, std::string why) {
+  return tl::unexpected(rpc::CallError{kind, std::move(why), {}, {}});
+}
+
+ServiceName service_name(const Carried& c) { return {c.name, c.request_type, c.reply_type}; }
+
+// "/battery" of "rq/batteryRequest"; the kind of what it is; empty: nothing that a person would look for.
+std::pair<std::string, std::string> shown(const dds::Endpoint& endpoint) {
+  const std::string& topic = endpoint.topic;
+  const std::string type = ros_name(endpoint.type);
+  const auto without = [](std::string text, std::string_view end) {
+    if (text.ends_with(end)) text.resize(text.size() - end.size());
+    return text;
+  };
+  if (topic.starts_with("rq/") && topic.ends_with("Request") && !endpoint.is_writer) {
+    const std::string name = without(topic.substr(2), "Request");
+    if (name.ends_with("/_action/send_goal"))
+      return {without(name, "/_action/send_goal"), "action " + without(type, "_SendGoal_Request")};
+    if (name.find("/_action/") != std::string::npos) return {};
+    return {name, "service " + without(type, "_Request")};
+  }
+  if (topic.starts_with("rt/") && topic.find("/_action/") == std::string::npos)
+    return {topic.substr(2), "topic " + type};
+  return {};
+}
+
+// Calls one service, each after the other, in a thread of its own.
+class RosCaller final : public rpc::Caller {
+ public:
+  RosCaller(std::shared_ptr<Node> node, idl::ServicePtr interface, rpc::ClientOptions options)
+      : node_(std::move(node)), interface_(std::move(interface)), options_(std::move(options)) {}
+  ~RosCaller() override { end(); }
+
+  Result<void> open(const GraphAddress& address, const std::string& base) {
+    name_ = base;
+    if (form_of(*interface_) == Form::kAction) {
+      auto action = ActionClient::of(node_, interface_, base);
+      if (!action) return tl::unexpected(std::move(action.error()));
+      action_ = std::move(*action);
+    } else {
+      for (const idl::Method* method : interface_->methods) {
+        if (method->name == kProbe) continue;
+        auto carried = Carried::make(*interface_, *method, base);
+        if (!carried) return tl::unexpected(std::move(carried.error()));
+        Way way{*carried, nullptr, nullptr};
+        if (method->oneway) {
+          if (is_data(*interface_) && !address.publish)
+            return fail("rpc.address",
+                        "\"ros:" + base + "\" is read from; write ros:" + base + "?publish to publish there");
+          auto writer = topic(**carried, address.qos_of(true));
+          if (!writer) return tl::unexpected(std::move(writer.error()));
+          way.writer = std::move(*writer);
+        } else {
+          auto client = ServiceClient::of(node_, service_name(**carried));
+          if (!client) return tl::unexpected(std::move(client.error()));
+          way.client = std::move(*client);
+        }
+        ways_.emplace(method, std::move(way));
+      }
+    }
+    try {
+      thread_ = std::thread([this] { run(); });
+    } catch (const std::system_error& e) {
+      return fail("rpc.exhausted", std::string("no thread is left for a client: ") + e.what());
+    }
+    return {};
+  }
+
+  // While discovery may go on, so that the first call finds its server.
+  void settle() {
+    const auto never = [] { return false; };
+    if (action_ != nullptr) static_cast<void>(action_->wait_available(node_->settled(), never));
+    for (const auto& [method, way] : ways_) {
+      if (way.client != nullptr) static_cast<void>(way.client->wait_available(node_->settled(), never));
+    }
+  }
+
+  const idl::Service& interface() const override { return *interface_; }
+  using Caller::call;
+
+  void call(const idl::Method& method, Value arguments, rpc::Deadline deadline, Done done) override {
+    if (arguments.is_null()) arguments = Value(Map());
+    if (!idl::conforms_arguments(method, arguments)) {
+      auto conformed = idl::conform_arguments(method, std::move(arguments));
+      if (!conformed) return done(refused(CallErrorKind::kArguments, conformed.error().message));
+      arguments = std::move(*conformed);
+    }
+    calls_.fetch_add(1);
+    std::unique_lock lock(mutex_);
+    if (closed_ || waiting_.size() >= kCallsMax) {
+      const bool closed = closed_;
+      lock.unlock();
+      return finish(
+          {&method, {}, deadline, std::move(done)},
+          refused(CallErrorKind::kUnreachable,
+                  closed ? "the client has been closed" : std::to_string(kCallsMax) + " calls are waiting already"));
+    }
+    waiting_.push_back({&method, std::move(arguments), deadline, std::move(done)});
+    lock.unlock();
+    changed_.notify_one();
+  }
+
+  void close() override {
+    {
+      const std::lock_guard lock(mutex_);
+      if (std::exchange(closed_, true)) return;
+    }
+    changed_.notify_all();
+    if (action_ != nullptr) action_->wake();
+    for (const auto& [method, way] : ways_) {
+      if (way.client != nullptr) way.client->wake();
+    }
+  }
+  void end() override {
+    close();
+    const std::lock_guard lock(join_mutex_);
+    if (thread_.joinable()) thread_.join();
+    for (const auto& [method, way] : ways_) {
+      if (way.writer != nullptr) way.writer->writer()->flush();
+    }
+    if (action_ != nullptr) action_->cancel_now(std::exchange(goals_, {}));
+  }
+
+  rpc::ClientCounters counters() const override {
+    rpc::ClientCounters out;
+    out.calls = calls_.load();
+    out.errors = errors_.load();
+    out.late = late_.load();
+    return out;
+  }
+
+ private:
+  struct Way {
+    std::shared_ptr<const Carried> carried;
+    std::shared_ptr<ServiceClient> client;
+    std::shared_ptr<Told> writer;
+  };
+  struct Job {
+    const idl::Method* method = nullptr;
+    Value arguments;
+    rpc::Deadline deadline;
+    Done done;
+  };
+
+  // One writer of a topic serves everybody in this process who publishes there.
+  Result<std::shared_ptr<Told>> topic(const Carried& carried, const dds::Qos& qos) {
+    return node_->shared<Told>("topic " + carried.name + " " + carried.type, [&]() -> Result<std::shared_ptr<Told>> {
+      auto made = node_->write({"rt" + carried.name, carried.type, qos}, [](const std::string&) {});
+      if (!made) return tl::unexpected(std::move(made.error()));
+      return std::shared_ptr<Told>(std::move(*made));
+    });
+  }
+
+  void finish(Job job, rpc::Outcome outcome) {
+    if (!outcome && outcome.error().kind != CallErrorKind::kException) {
+      errors_.fetch_add(1);
+      if (outcome.error().kind == CallErrorKind::kLate) late_.fetch_add(1);
+    }
+    job.done(std::move(outcome));
+  }
+
+  bool is_closed() {
+    const std::lock_guard lock(mutex_);
+    return closed_;
+  }
+
+  void run() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+      changed_.wait(lock, [&] { return closed_ || !waiting_.empty(); });
+      if (waiting_.empty()) return;
+      Job job = std::move(waiting_.front());
+      waiting_.pop_front();
+      const bool closed = closed_;
+      lock.unlock();
+      rpc::Outcome out = closed ? refused(CallErrorKind::kUnreachable, "the client has been closed") : make(job);
+      finish(std::move(job), std::move(out));
+      lock.lock();
+    }
+  }
+
+  rpc::Outcome make(const Job& job) {
+    const auto interrupted = [this] { return is_closed(); };
+    if (job.method->name == kProbe) return probe(job.deadline);
+    if (SteadyClock::now() >= job.deadline)
+      return refused(CallErrorKind::kLate, "other calls of " + options_.target + " took the time");
+    if (action_ != nullptr) {
+      rpc::Outcome out = action_->call(*job.method, job.arguments, job.deadline, interrupted);
+      if (out && job.method->name == "send_goal") remember(*out);
+      return out;
+    }
+    const Way& way = ways_.at(job.method);
+    std::vector<std::uint8_t> message;
+    begin_message(message);
+    if (auto written = way.carried->write_arguments(message, job.arguments); !written)
+      return refused(CallErrorKind::kArguments,
+                     job.method->service + "." + job.method->name + ": " + written.error().message);
+    if (way.writer != nullptr) {
+      await_readers(*way.writer, std::min(job.deadline, node_->settled()));
+      if (way.writer->writer()->write(message, nullptr) != 0) return Value();
+      return refused(CallErrorKind::kUnreachable, "nothing more can be published on " + way.carried->name);
+    }
+    if (!way.client->wait_available(job.deadline, interrupted))
+      return refused(CallErrorKind::kUnreachable, "no server of " + way.carried->name + " (" +
+                                                      ros_name(way.carried->request_type) + ") is there, in domain " +
+                                                      std::to_string(node_->domain()) +
+                                                      "; sentree services --on ros: lists what is");
+    const auto key = way.client->send(message);
+    if (!key) return refused(CallErrorKind::kUnreachable, "the server of " + way.carried->name + " has gone");
+    const auto reply = way.client->wait(*key, job.deadline, interrupted);
+    if (reply) return way.carried->read_outcome(*reply, options_.limits);
+    if (interrupted()) return refused(CallErrorKind::kUnreachable, "the client has been closed");
+    if (SteadyClock::now() < job.deadline)
+      return refused(CallErrorKind::kUnreachable, "the server of " + way.carried->name + " has gone");
+    return refused(CallErrorKind::kLate, way.carried->name + " did not answer in time");
+  }
+
+  // What is published before anybody has been discovered reaches nobody.
+  void await_readers(Told& writer, rpc::Deadline until) {
+    std::unique_lock lock(mutex_);
+    while (!closed_ && SteadyClock::now() < until && writer.writer()->matched().empty()) changed_.wait_for(lock, kLook);
+  }
+
+  // Whether anybody has anything of this name. As in Thrift, the answer is that there is no such method.
+  rpc::Outcome probe(rpc::Deadline deadline) {
+    for (;;) {
+      for (const dds::Endpoint& each : node_->endpoints()) {
+        const std::string name = shown(each).first;
+        if (!name.empty() && (name == name_ || name.starts_with(name_.ends_with('/') ? name_ : name_ + "/")))
+          return refused(CallErrorKind::kProtocol, name_ + " is there");
+      }
+      std::unique_lock lock(mutex_);
+      if (closed_ || SteadyClock::now() >= deadline) break;
+      changed_.wait_for(lock, kLook);
+    }
+    return refused(CallErrorKind::kUnreachable,
+                   "nobody has anything named " + name_ + " in domain " + std::to_string(node_->domain()));
+  }
+
+  // Those that have ended are not kept.
+  void remember(const Value& reply) {
+    if (reply.find("accepted") == nullptr || !*reply.find("accepted")->as_bool()) return;
+    std::erase_if(goals_, [&](const std::string& id) { return !action_->is_open(id); });
+    goals_.emplace_back(reply.find("goal_id")->text());
+  }
+
+  const std::shared_ptr<Node> node_;
+  const idl::ServicePtr interface_;
+  const rpc::ClientOptions options_;
+  std::string name_;
+  std::map<const idl::Method*, Way> ways_;
+  std::shared_ptr<ActionClient> action_;
+  std::vector<std::string> goals_;  // of the thread; of whoever has joined it
+  std::atomic<std::uint64_t> calls_{0};
+  std::atomic<std::uint64_t> errors_{0};
+  std::atomic<std::uint64_t> late_{0};
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool closed_ = false;
+  std::deque<Job> waiting_;
+  std::mutex join_mutex_;
+  std::thread thread_;
+};
+
+using Problem = std::function<void(const std::string&)>;
+
+// Readers of topics, and what they hear, in a thread of its own.
+class Listening final : public rpc::Opened {
+ public:
+  explicit Listening(std::string address) : address_(std::move(address)) {}
+  ~Listening() override { stop(); }
+  std::string address() const override { return address_; }
+  void stop() override {
+    std::vector<ToldPtr> readers;
+    {
+      const std::lock_guard lock(mutex_);
+      readers.swap(readers_);
+    }
+    readers.clear();
+    worker_.stop();
+    if (action_ != nullptr && number_ != 0) action_->forget(std::exchange(number_, 0));
+  }
+
+  Result<void> hear(const std::shared_ptr<Node>& node, std::shared_ptr<const Carried> carried, const dds::Qos& qos,
+                    idl::ServicePtr interface, rpc::Middleware::Take take, const Problem& problem) {
+    const auto told = std::make_shared<std::atomic<bool>>(false);
+    const auto once = [told, problem](const std::string& what) {
+      if (problem && !told->exchange(true)) problem(what);
+    };
+    auto on_sample = [this, carried, interface, take = std::move(take), once](dds::Sample sample) {
+      auto kept = std::make_shared<std::vector<std::uint8_t>>(std::move(sample.octets));
+      const bool fits = worker_.post([carried, interface, take, once, kept] {
+        auto arguments = carried->read_arguments(*kept, {});
+        if (arguments) return take(*carried->method, std::move(*arguments));
+        once("a message of " + carried->name + " cannot be read as " + interface->name + ": " +
+             arguments.error().message);
+      });
+      if (!fits) once("messages of " + carried->name + " come faster than they are heard: the oldest are lost");
+    };
+    auto reader =
+        node->read({"rt" + carried->name, carried->type, qos}, std::move(on_sample), [once](const std::string& misfit) {
+          if (!misfit.empty()) once(misfit);
+        });
+    if (!reader) return tl::unexpected(std::move(reader.error()));
+    const std::lock_guard lock(mutex_);
+    readers_.push_back(std::move(*reader));
+    return {};
+  }
+
+  Result<void> hear_action(const std::shared_ptr<Node>& node, const idl::ServicePtr& interface, const std::string& name,
+                           rpc::Middleware::Take take, const Problem& problem) {
+    auto action = ActionClient::of(node, interface, name);
+    if (!action) return tl::unexpected(std::move(action.error()));
+    action_ = std::move(*action);
+    number_ = action_->hear(std::move(take), problem);
+    return {};
+  }
+
+ private:
+  const std::string address_;
+  std::mutex mutex_;
+  std::vector<ToldPtr> readers_;
+  std::shared_ptr<ActionClient> action_;
+  int number_ = 0;
+  Worker worker_;
+};
+
+// Services of ours.
+class Serving final : public rpc::Opened {
+ public:
+  Serving(std::string address, Problem problem) : address_(std::move(address)), problem_(std::move(problem)) {}
+  ~Serving() override { stop(); }
+  std::string address() const override { return address_; }
+  void stop() override {
+    std::vector<std::unique_ptr<ServiceServer>> servers;
+    servers.swap(servers_);
+    servers.clear();
+    if (topics_ != nullptr) topics_->stop();
+    worker_.stop();
+  }
+
+  Result<void> add(const std::shared_ptr<Node>& node, const GraphAddress& address, const std::string& base,
+                   const std::shared_ptr<rpc::Service>& service, const rpc::Limits& limits) {
+    const idl::Service& interface = service->interface();
+    if (form_of(interface) == Form::kAction)
+      return fail("rpc.address", "\"" + address_ + "\": actions are called, but cannot be served");
+    for (const idl::Method* method : interface.methods) {
+      auto carried = Carried::make(interface, *method, base);
+      // What has no form in ROS cannot be asked there; the rest can.
+      if (!carried) {
+        if (problem_) problem_(carried.error().message + "; " + base + " is served without it");
+        continue;
+      }
+      if (method->oneway) {
+        if (topics_ == nullptr) topics_ = std::make_unique<Listening>(address_);
+        const auto done = topics_->hear(
+            node, *carried, address.qos_of(false), idl::ServicePtr(service, &interface),
+            [service](const idl::Method& of, Value arguments) { static_cast<void>(service->call(of, arguments)); },
+            problem_);
+        if (!done) return done;
+        continue;
+      }
+      auto server =
+          ServiceServer::open(node, service_name(**carried), worker_, handler(*carried, service, limits), problem_);
+      if (!server) return tl::unexpected(std::move(server.error()));
+      servers_.push_back(std::move(*server));
+    }
+    return {};
+  }
+
+ private:
+  ServiceServer::Handle handler(std::shared_ptr<const Carried> carried, std::shared_ptr<rpc::Service> service,
+                                rpc::Limits limits) const {
+    return [carried = std::move(carried), service = std::move(service), limits, problem = problem_](
+               std::vector<std::uint8_t> request, ServiceServer::Answer answer) {
+      const auto reply = [carried, answer = std::move(answer), problem](rpc::Outcome outcome, bool) {
+        std::vector<std::uint8_t> message;
+        begin_message(message);
+        outcome = rpc::checked(*carried->method, std::move(outcome));
+        const auto written = carried->write_outcome(message, outcome);
+        if (written && *written) return answer(message);
+        // A reply of ROS has no place for an error: who asked hears nothing.
+        if (problem)
+          problem(carried->name + " gives no answer: " + (written ? outcome.error().message : written.error().message));
+      };
+      auto arguments = carried->read_arguments(request, limits);
+      if (!arguments) {
+        return reply(refused(CallErrorKind::kProtocol, "the request cannot be read: " + arguments.error().message),
+                     false);
+      }
+      service->serve(*carried->method, *arguments, rpc::Reply(reply));
+    };
+  }
+
+  const std::string address_;
+  const Problem problem_;
+  std::vector<std::unique_ptr<ServiceServer>> servers_;
+  std::unique_ptr<Listening> topics_;
+  Worker worker_;
+};
+
+// A topic as text: first its type is discovered, then its definition looked up.
+class Watching final : public rpc::Opened {
+ public:
+  Watching(std::shared_ptr<Node> node, GraphAddress address, std::string text, Options find,
+           std::function<void(const std::string&)> take, Problem problem)
+      : node_(std::move(node)),
+        address_(std::move(address)),
+        text_(std::move(text)),
+        find_(std::move(find)),
+        take_(std::move(take)),
+        problem_(std::move(problem)),
+        thread_([this] { look(); }) {}
+  ~Watching() override { stop(); }
+  std::string address() const override { return text_; }
+  void stop() override {
+    {
+      const std::lock_guard lock(mutex_);
+      stopped_ = true;
+    }
+    changed_.notify_all();
+    if (thread_.joinable()) thread_.join();
+    if (listening_ != nullptr) listening_->stop();
+  }
+
+ private:
+  void look() {
+    std::unique_lock lock(mutex_);
+    bool told = false;
+    const auto patience = SteadyClock::now() + std::chrono::seconds(3);
+    while (!stopped_) {
+      lock.unlock();
+      const std::string type = type_there();
+      if (!type.empty()) return listen(type);
+      lock.lock();
+      if (!std::exchange(told, told || SteadyClock::now() > patience) && told && problem_)
+        problem_("nobody publishes on " + address_.name + " yet, in domain " + std::to_string(node_->domain()));
+      changed_.wait_for(lock, kLook, [&] { return stopped_; });
+    }
+  }
+  std::string type_there() const {
+    for (const dds::Endpoint& each : node_->endpoints()) {
+      if (each.is_writer && each.topic == "rt" + address_.name) return ros_name(each.type);
+    }
+    return {};
+  }
+  void listen(const std::string& type) {
+    const auto say = [&](const std::string& what) {
+      if (problem_) problem_(what);
+    };
+    if (!find_.find) return say("the type " + type + " is not known here");
+    const auto schema = find_.find(type);
+    if (!schema.ok()) {
+      const std::string why = schema.diagnostics.empty() ? "" : ": " + to_string(schema.diagnostics.front());
+      return say(address_.name + " is of type " + type +
+                 ", whose definition is not here; set AMENT_PREFIX_PATH, or put it in interfaces/" + type + ".msg" +
+                 why);
+    }
+    const idl::ServicePtr interface = schema.value->service(type.substr(type.rfind('/') + 1));
+    auto carried = Carried::make(*interface, *interface->methods.front(), address_.name);
+    if (!carried) return say(carried.error().message);
+    auto listening = std::make_unique<Listening>(text_);
+    const auto heard = listening->hear(
+        node_, *carried, address_.qos_of(false), interface,
+        [take = take_](const idl::Method&, Value arguments) { take(to_json(arguments)); }, problem_);
+    if (!heard) return say(heard.error().message);
+    const std::lock_guard lock(mutex_);
+    listening_ = std::move(listening);
+  }
+
+  const std::shared_ptr<Node> node_;
+  const GraphAddress address_;
+  const std::string text_;
+  const Options find_;
+  const std::function<void(const std::string&)> take_;
+  const Problem problem_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool stopped_ = false;
+  std::unique_ptr<Listening> listening_;
+  std::thread thread_;
+};
+
+class Ros final : public rpc::Middleware {
+ public:
+  explicit Ros(Options options) : options_(std::move(options)) {}
+
+  std::vector<std::string> schemes() const override { return {"ros"}; }
+  std::vector<std::string> forms() const override { return {"ros:/name"}; }
+
+  std::string about() const override {
+    const auto there = load_dds();
+    if (!there) return there.error().message;
+    const GraphAddress here = *GraphAddress::parse("");
+    return "ROS 2 by Fast DDS, without authentication; domain " + std::to_string(here.domain_or_environment()) +
+           (here.localhost_or_environment() ? ", this machine only" : ", all machines of the network") +
+           (here.release_or_environment() == Release::kHumble ? ", messages between nodes as in Humble"
+                                                              : ", messages between nodes as from Iron on");
+  }
+
+  Result<void> check(const Address& address) const override {
+    const auto parsed = GraphAddress::parse(address.path);
+    if (!parsed) return tl::unexpected(parsed.error());
+    return {};
+  }
+
+  bool is_source(const Address& address, const idl::Service* interface) const override {
+    const auto parsed = GraphAddress::parse(address.path);
+    if (!parsed) return false;
+    if (interface != nullptr && form_of(*interface) == Form::kAction) return true;
+    return !parsed->publish && (interface == nullptr || is_data(*interface));
+  }
+
+  Address beside(const Address& address, const std::string& service, const std::string& other) const override {
+    Address out = address;
+    out.service = other;
+    const auto question = std::min(out.path.find('?'), out.path.size());
+    if (out.path.substr(0, question).ends_with("/" + service))
+      out.path.replace(question - service.size(), service.size(), other);
+    return out;
+  }
+
+  Result<std::unique_ptr<rpc::Caller>> connect(const Address& address, idl::ServicePtr interface,
+                                               rpc::ClientOptions options) override {
+    const auto parsed = GraphAddress::parse(address.path);
+    if (!parsed) return tl::unexpected(parsed.error());
+    auto node = Node::of(*parsed);
+    if (!node) return tl::unexpected(std::move(node.error()));
+    if (options.target.empty()) options.target = interface->name;
+    const std::string base = parsed->name_of(address.service.empty() ? options.target : address.service);
+    const bool is_probe = interface->find(kProbe) != nullptr;
+    auto out = std::make_unique<RosCaller>(*node, std::move(interface), std::move(options));
+    if (auto opened = out->open(*parsed, is_probe ? parsed->name : base); !opened)
+      return tl::unexpected(std::move(opened.error()));
+    out->settle();
+    return std::unique_ptr<rpc::Caller>(std::move(out));
+  }
+
+  Result<std::unique_ptr<rpc::Opened>> serve(const Address& address, std::vector<rpc::NamedService> services,
+                                             rpc::ServerOptions options) override {
+    const auto parsed = GraphAddress::parse(address.path);
+    if (!parsed) return tl::unexpected(parsed.error());
+    if (services.size() > 1 && !parsed->name.ends_with('/')) {
+      return fail("rpc.address",
+                  "\"" + to_string(address) + "\" is one name, but there are " + std::to_string(services.size()) +
+                      " services; give what their names begin with, such as ros:/ for /" + services.front().name);
+    }
+    auto node = open_node(*parsed, options.on_peer_error);
+    if (!node) return tl::unexpected(std::move(node.error()));
+    auto out = std::make_unique<Serving>(to_string(address), options.on_peer_error);
+    for (const rpc::NamedService& each : services) {
+      if (auto added = out->add(*node, *parsed, parsed->name_of(each.name), each.service, options.limits); !added)
+        return tl::unexpected(std::move(added.error()));
+    }
+    return std::unique_ptr<rpc::Opened>(std::move(out));
+  }
+
+  Result<std::unique_ptr<rpc::Opened>> subscribe(const Address& address, idl::ServicePtr interface, Take take,
+                                                 SubscribeOptions options) override {
+    const auto parsed = GraphAddress::parse(address.path);
+    if (!parsed) return tl::unexpected(parsed.error());
+    auto node = open_node(*parsed, options.problem);
+    if (!node) return tl::unexpected(std::move(node.error()));
+    const std::string base = parsed->name_of(options.target);
+    auto out = std::make_unique<Listening>(to_string(address));
+    if (form_of(*interface) == Form::kAction) {
+      if (auto heard = out->hear_action(*node, interface, base, std::move(take), options.problem); !heard)
+        return tl::unexpected(std::move(heard.error()));
+      return std::unique_ptr<rpc::Opened>(std::move(out));
+    }
+    for (const idl::Method* method : interface->methods) {
+      auto carried = Carried::make(*interface, *method, base);
+      if (!carried) return tl::unexpected(std::move(carried.error()));
+      if (auto heard = out->hear(*node, *carried, parsed->qos_of(false), interface, take, options.problem); !heard)
+        return tl::unexpected(std::move(heard.error()));
+    }
+    return std::unique_ptr<rpc::Opened>(std::move(out));
+  }
+
+  Result<std::unique_ptr<rpc::Opened>> watch(const Address& address, std::function<void(const std::string&)> take,
+                                             SubscribeOptions options) override {
+    const auto parsed = GraphAddress::parse(address.path);
+    if (!parsed) return tl::unexpected(parsed.error());
+    auto node = Node::of(*parsed);
+    if (!node) return tl::unexpected(std::move(node.error()));
+    return std::unique_ptr<rpc::Opened>(std::make_unique<Watching>(*node, *parsed, to_string(address), options_,
+                                                                   std::move(take), std::move(options.problem)));
+  }
+
+  Result<std::vector<rpc::NetworkEntry>> list(const Address& address, std::chrono::milliseconds patience) override {
+    const auto parsed = GraphAddress::parse(address.path);
+    if (!parsed) return tl::unexpected(parsed.error());
+    auto node = Node::of(*parsed);
+    if (!node) return tl::unexpected(std::move(node.error()));
+    // Nobody says when everybody has been discovered.
+    const auto until = std::max(SteadyClock::now() + patience, (*node)->settled());
+    std::mutex mutex;
+    std::condition_variable never;
+    std::unique_lock lock(mutex);
+    never.wait_until(lock, until, [] { return false; });
+    std::map<std::string, std::string> found;
+    for (const dds::Endpoint& each : (*node)->endpoints()) {
+      const auto [name, kind] = shown(each);
+      if (!name.empty() && name.starts_with(parsed->name)) found[name] = kind;
+    }
+    std::vector<rpc::NetworkEntry> out;
+    for (const auto& [name, kind] : found) out.push_back({name, "ros:" + name, kind});
+    return out;
+  }
+
+ private:
+  static Result<std::shared_ptr<Node>> open_node(const GraphAddress& address, const Problem& problem) {
+    auto node = Node::of(address);
+    if (node && problem && !address.localhost_or_environment()) {
+      problem(
+          "domain " + std::to_string((*node)->domain()) +
+          " of ROS 2 is open to all machines of the network; whoever reaches it can do everything, DDS is used without "
+          "authentication");
+    }
+    return node;
+  }
+
+  const Options options_;
+};
+
+}  // namespace
+
+std::unique_ptr<rpc::Middleware> make_middleware(Options options) { return std::make_unique<Ros>(std::move(options)); }
+
+}  // namespace sentree::ros

@@ -1,0 +1,384 @@
+// The shared object that carries octets over Fast DDS 2. It knows nothing of Sentree but `ros/dds.h`.
+
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <algorithm>
+#include <cstring>
+#include <fastdds/dds/core/LoanableSequence.hpp>
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
+#include <fastdds/dds/log/Log.hpp>
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/DataWriterListener.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/subscriber/DataReaderListener.hpp>
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <fastdds/dds/topic/Topic.hpp>
+#include <fastdds/dds/topic/TopicDataType.hpp>
+#include <fastdds/dds/topic/TypeSupport.hpp>
+#include <map>
+#include <mutex>
+#include <set>
+
+#include "sentree/ros/dds.h"
+
+namespace sentree::ros::dds {
+namespace {
+
+namespace fast = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastrtps::rtps;
+using eprosima::fastrtps::types::ReturnCode_t;
+
+// The library's own 3 s keep a sample from a reader that was matched a moment later.
+constexpr std::uint32_t kHeartbeatNs = 200'000'000;
+constexpr std::uint32_t kLocalPeersMax = 20;
+constexpr std::int32_t kFlushS = 1;
+
+Guid guid_of(const rtps::GUID_t& guid) {
+  Guid out;
+  std::memcpy(out.data(), guid.guidPrefix.value, 12);
+  std::memcpy(out.data() + 12, guid.entityId.value, 4);
+  return out;
+}
+
+rtps::GUID_t guid_of(const Guid& guid) {
+  rtps::GUID_t out;
+  std::memcpy(out.guidPrefix.value, guid.data(), 12);
+  std::memcpy(out.entityId.value, guid.data() + 12, 4);
+  return out;
+}
+
+SampleId sample_id(const rtps::SampleIdentity& id) {
+  if (id.writer_guid() == rtps::GUID_t::unknown()) return {};
+  return {guid_of(id.writer_guid()), static_cast<std::int64_t>(id.sequence_number().to64long())};
+}
+
+using Octets = std::vector<std::uint8_t>;
+
+// A type whose samples are octets already.
+class OctetsType final : public fast::TopicDataType {
+ public:
+  explicit OctetsType(const std::string& name) {
+    setName(name.c_str());
+    m_typeSize = 512;
+    m_isGetKeyDefined = false;
+    auto_fill_type_object(false);
+    auto_fill_type_information(false);
+  }
+  bool serialize(void* data, rtps::SerializedPayload_t* payload) override {
+    const auto& octets = *static_cast<const Octets*>(data);
+    if (octets.size() > payload->max_size) return false;
+    std::memcpy(payload->data, octets.data(), octets.size());
+    payload->length = static_cast<std::uint32_t>(octets.size());
+    payload->encapsulation = CDR_LE;
+    return true;
+  }
+  bool deserialize(rtps::SerializedPayload_t* payload, void* data) override {
+    static_cast<Octets*>(data)->assign(payload->data, payload->data + payload->length);
+    return true;
+  }
+  std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override {
+    return [data] { return static_cast<std::uint32_t>(static_cast<const Octets*>(data)->size()); };
+  }
+  void* createData() override { return new Octets; }
+  void deleteData(void* data) override { delete static_cast<Octets*>(data); }
+  bool getKey(void*, rtps::InstanceHandle_t*, bool) override { return false; }
+  bool is_bounded() const override { return false; }
+  bool is_plain() const override { return false; }
+};
+
+std::string misfit_text(const std::string& topic, fast::QosPolicyId_t policy) {
+  const char* what = policy == fast::RELIABILITY_QOS_POLICY_ID  ? "reliability"
+                     : policy == fast::DURABILITY_QOS_POLICY_ID ? "durability"
+                     : policy == fast::DEADLINE_QOS_POLICY_ID   ? "deadline"
+                     : policy == fast::LIVELINESS_QOS_POLICY_ID ? "liveliness"
+                                                                : "another policy";
+  return "somebody at " + topic + " offers or wants another quality of service (" + what + "), so that nothing passes";
+}
+
+class MatchedSet {
+ public:
+  void change(const rtps::GUID_t& guid, int by) {
+    const std::lock_guard lock(mutex_);
+    if (by > 0)
+      all_.insert(guid_of(guid));
+    else
+      all_.erase(guid_of(guid));
+  }
+  [[nodiscard]] std::vector<Guid> all() const {
+    const std::lock_guard lock(mutex_);
+    return {all_.begin(), all_.end()};
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::set<Guid> all_;
+};
+
+// The library's own objects of one participant, with a topic for each name, counted.
+class Core {
+ public:
+  fast::DomainParticipant* participant = nullptr;
+  fast::Publisher* publisher = nullptr;
+  fast::Subscriber* subscriber = nullptr;
+
+  fast::Topic* topic(const Channel& channel, std::string& error) {
+    const std::lock_guard lock(mutex_);
+    auto& slot = topics_[channel.topic];
+    if (slot.topic == nullptr) {
+      fast::TypeSupport type(new OctetsType(channel.type));
+      type.register_type(participant);
+      slot.topic = participant->create_topic(channel.topic, channel.type, fast::TOPIC_QOS_DEFAULT);
+      slot.type = channel.type;
+    }
+    if (slot.topic == nullptr || slot.type != channel.type) {
+      error = slot.topic == nullptr ? "the topic " + channel.topic + " cannot be made"
+                                    : "the topic " + channel.topic + " is used with the type " + slot.type + " already";
+      if (slot.topic == nullptr) topics_.erase(channel.topic);
+      return nullptr;
+    }
+    ++slot.users;
+    return slot.topic;
+  }
+  void leave(const std::string& name) {
+    const std::lock_guard lock(mutex_);
+    const auto slot = topics_.find(name);
+    if (slot == topics_.end() || --slot->second.users > 0) return;
+    participant->delete_topic(slot->second.topic);
+    topics_.erase(slot);
+  }
+
+ private:
+  struct Slot {
+    fast::Topic* topic = nullptr;
+    std::string type;
+    int users = 0;
+  };
+  std::mutex mutex_;
+  std::map<std::string, Slot> topics_;
+};
+
+template <class EndpointQos>
+void set_qos(EndpointQos& qos, const Channel& channel) {
+  qos.reliability().kind = channel.qos.reliable ? fast::RELIABLE_RELIABILITY_QOS : fast::BEST_EFFORT_RELIABILITY_QOS;
+  qos.durability().kind =
+      channel.qos.transient_local ? fast::TRANSIENT_LOCAL_DURABILITY_QOS : fast::VOLATILE_DURABILITY_QOS;
+  qos.history().kind = fast::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = channel.qos.depth;
+  qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  qos.data_sharing().off();
+  qos.user_data().setValue({channel.user_data.begin(), channel.user_data.end()});
+  qos.resource_limits().allocated_samples = 0;
+}
+
+class FastReader final : public Reader, fast::DataReaderListener {
+ public:
+  FastReader(std::shared_ptr<Core> core, const Channel& channel, Participant::OnSample on_sample,
+             Participant::OnChange on_change)
+      : core_(std::move(core)),
+        name_(channel.topic),
+        on_sample_(std::move(on_sample)),
+        on_change_(std::move(on_change)) {}
+  ~FastReader() override {
+    if (reader_ != nullptr) {
+      reader_->set_listener(nullptr);
+      core_->subscriber->delete_datareader(reader_);
+    }
+    core_->leave(name_);
+  }
+  bool open(fast::Topic* topic, const Channel& channel) {
+    fast::DataReaderQos qos = fast::DATAREADER_QOS_DEFAULT;
+    set_qos(qos, channel);
+    qos.type_consistency().representation.m_value = {fast::XCDR_DATA_REPRESENTATION};
+    reader_ = core_->subscriber->create_datareader(topic, qos, this);
+    return reader_ != nullptr;
+  }
+  Guid guid() const override { return guid_of(reader_->guid()); }
+  std::vector<Guid> matched() const override { return matched_.all(); }
+
+ private:
+  void on_data_available(fast::DataReader* reader) override {
+    Octets octets;
+    fast::SampleInfo info;
+    while (reader->take_next_sample(&octets, &info) == ReturnCode_t::RETCODE_OK) {
+      if (!info.valid_data) continue;
+      on_sample_({std::move(octets), sample_id(info.sample_identity), sample_id(info.related_sample_identity)});
+      octets = {};
+    }
+  }
+  void on_subscription_matched(fast::DataReader*, const fast::SubscriptionMatchedStatus& status) override {
+    matched_.change(status.last_publication_handle.operator const rtps::GUID_t&(), status.current_count_change);
+    on_change_("");
+  }
+  void on_requested_incompatible_qos(fast::DataReader*, const fast::RequestedIncompatibleQosStatus& status) override {
+    on_change_(misfit_text(name_, status.last_policy_id));
+  }
+
+  const std::shared_ptr<Core> core_;
+  const std::string name_;
+  const Participant::OnSample on_sample_;
+  const Participant::OnChange on_change_;
+  MatchedSet matched_;
+  fast::DataReader* reader_ = nullptr;
+};
+
+class FastWriter final : public Writer, fast::DataWriterListener {
+ public:
+  FastWriter(std::shared_ptr<Core> core, const Channel& channel, Participant::OnChange on_change)
+      : core_(std::move(core)), name_(channel.topic), on_change_(std::move(on_change)) {}
+  ~FastWriter() override {
+    if (writer_ != nullptr) {
+      writer_->set_listener(nullptr);
+      core_->publisher->delete_datawriter(writer_);
+    }
+    core_->leave(name_);
+  }
+  bool open(fast::Topic* topic, const Channel& channel) {
+    fast::DataWriterQos qos = fast::DATAWRITER_QOS_DEFAULT;
+    set_qos(qos, channel);
+    qos.representation().m_value = {fast::XCDR_DATA_REPRESENTATION};
+    // Calls are short and wait for each other; what is published may be large.
+    if (channel.topic.starts_with("rt/")) qos.publish_mode().kind = fast::ASYNCHRONOUS_PUBLISH_MODE;
+    qos.reliable_writer_qos().times.heartbeatPeriod = {0, kHeartbeatNs};
+    writer_ = core_->publisher->create_datawriter(topic, qos, this);
+    return writer_ != nullptr;
+  }
+  Guid guid() const override { return guid_of(writer_->guid()); }
+  std::vector<Guid> matched() const override { return matched_.all(); }
+  std::int64_t write(const std::vector<std::uint8_t>& octets, const SampleId* related) override {
+    rtps::WriteParams params;
+    if (related != nullptr) {
+      params.related_sample_identity().writer_guid(guid_of(related->writer));
+      params.related_sample_identity().sequence_number(rtps::SequenceNumber_t(
+          static_cast<std::int32_t>(related->sequence >> 32), static_cast<std::uint32_t>(related->sequence)));
+    }
+    if (!writer_->write(const_cast<Octets*>(&octets), params)) return 0;
+    return static_cast<std::int64_t>(params.sample_identity().sequence_number().to64long());
+  }
+  void flush() override { writer_->wait_for_acknowledgments({kFlushS, 0}); }
+
+ private:
+  void on_publication_matched(fast::DataWriter*, const fast::PublicationMatchedStatus& status) override {
+    matched_.change(status.last_subscription_handle.operator const rtps::GUID_t&(), status.current_count_change);
+    on_change_("");
+  }
+  void on_offered_incompatible_qos(fast::DataWriter*, const fast::OfferedIncompatibleQosStatus& status) override {
+    on_change_(misfit_text(name_, status.last_policy_id));
+  }
+
+  const std::shared_ptr<Core> core_;
+  const std::string name_;
+  const Participant::OnChange on_change_;
+  MatchedSet matched_;
+  fast::DataWriter* writer_ = nullptr;
+};
+
+class FastParticipant final : public Participant, fast::DomainParticipantListener {
+ public:
+  ~FastParticipant() override {
+    if (core_->participant == nullptr) return;
+    core_->participant->set_listener(nullptr);
+    core_->participant->delete_contained_entities();
+    fast::DomainParticipantFactory::get_instance()->delete_participant(core_->participant);
+    core_->participant = nullptr;
+  }
+
+  bool open(const ParticipantOptions& options, std::string& error) {
+    // What it prints is for its own developers.
+    fast::Log::SetVerbosity(fast::Log::Kind::Error);
+    fast::Log::ClearConsumers();
+    fast::DomainParticipantQos qos = fast::PARTICIPANT_QOS_DEFAULT;
+    const std::string data = "enclave=" + options.enclave + ";";
+    qos.name(options.enclave);
+    qos.user_data().setValue({data.begin(), data.end()});
+    qos.wire_protocol().builtin.readerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+    qos.wire_protocol().builtin.writerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+    qos.transport().use_builtin_transports = false;
+    auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+    // A burst of fragments of one large message fits.
+    udp->sendBufferSize = 4U << 20U;
+    udp->receiveBufferSize = 4U << 20U;
+    if (options.localhost) {
+      udp->interfaceWhiteList = {"127.0.0.1"};
+      udp->maxInitialPeersRange = kLocalPeersMax;
+      rtps::Locator_t peer;
+      peer.kind = LOCATOR_KIND_UDPv4;
+      rtps::IPLocator::setIPv4(peer, 127, 0, 0, 1);
+      qos.wire_protocol().builtin.initialPeersList.push_back(peer);
+    }
+    qos.transport().user_transports.push_back(udp);
+    core_->participant = fast::DomainParticipantFactory::get_instance()->create_participant(options.domain, qos, this,
+                                                                                            fast::StatusMask::none());
+    if (core_->participant != nullptr) {
+      core_->publisher = core_->participant->create_publisher(fast::PUBLISHER_QOS_DEFAULT);
+      core_->subscriber = core_->participant->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
+    }
+    if (core_->subscriber != nullptr && core_->publisher != nullptr) return true;
+    error = "no participant can be made in domain " + std::to_string(options.domain) + "; are there more than " +
+            std::to_string(kLocalPeersMax) + " on this machine already?";
+    return false;
+  }
+
+  Guid guid() const override { return guid_of(core_->participant->guid()); }
+
+  std::unique_ptr<Reader> read(const Channel& channel, OnSample on_sample, OnChange on_change,
+                               std::string& error) override {
+    fast::Topic* topic = core_->topic(channel, error);
+    if (topic == nullptr) return nullptr;
+    auto out = std::make_unique<FastReader>(core_, channel, std::move(on_sample), std::move(on_change));
+    if (out->open(topic, channel)) return out;
+    error = "no reader of " + channel.topic + " can be made";
+    return nullptr;
+  }
+  std::unique_ptr<Writer> write(const Channel& channel, OnChange on_change, std::string& error) override {
+    fast::Topic* topic = core_->topic(channel, error);
+    if (topic == nullptr) return nullptr;
+    auto out = std::make_unique<FastWriter>(core_, channel, std::move(on_change));
+    if (out->open(topic, channel)) return out;
+    error = "no writer of " + channel.topic + " can be made";
+    return nullptr;
+  }
+
+  std::vector<Endpoint> endpoints() const override {
+    const std::lock_guard lock(mutex_);
+    std::vector<Endpoint> out;
+    for (const auto& [guid, endpoint] : endpoints_) out.push_back(endpoint);
+    return out;
+  }
+
+ private:
+  // Bound of what others can make us remember.
+  static constexpr std::size_t kEndpointsMax = 20'000;
+
+  template <class Info>
+  void note(bool is_there, const Info& info, bool is_writer) {
+    const std::lock_guard lock(mutex_);
+    const Guid guid = guid_of(info.guid());
+    if (!is_there) {
+      endpoints_.erase(guid);
+    } else if (endpoints_.size() < kEndpointsMax) {
+      endpoints_[guid] = {guid, is_writer, info.topicName().to_string(), info.typeName().to_string()};
+    }
+  }
+  void on_subscriber_discovery(fast::DomainParticipant*, rtps::ReaderDiscoveryInfo&& info) override {
+    note(info.status != rtps::ReaderDiscoveryInfo::REMOVED_READER, info.info, false);
+  }
+  void on_publisher_discovery(fast::DomainParticipant*, rtps::WriterDiscoveryInfo&& info) override {
+    note(info.status != rtps::WriterDiscoveryInfo::REMOVED_WRITER, info.info, true);
+  }
+
+  std::shared_ptr<Core> core_ = std::make_shared<Core>();
+  mutable std::mutex mutex_;
+  std::map<Guid, Endpoint> endpoints_;
+};
+
+}  // namespace
+}  // namespace sentree::ros::dds
+
+extern "C" __attribute__((visibility("default"))) sentree::ros::dds::Participant* sentree_ros_dds_1(
+    const sentree::ros::dds::ParticipantOptions& options, std::string& error) {
+  auto made = std::make_unique<sentree::ros::dds::FastParticipant>();
+  return made->open(options, error) ? made.release() : nullptr;
+}

@@ -1,0 +1,595 @@
+#include <gmock/gmock.h>
+
+#include "sentree/ros/action_server.h"
+#include "sentree/ros/address.h"
+#include "sentree/ros/cdr.h"
+#include "sentree/ros/detail/goal_id.h"
+#include "sentree/ros/detail/mapping.h"
+#include "sentree/ros/detail/service.h"
+#include "sentree/ros/detail/test_graph.h"
+
+namespace sentree::ros {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+std::string address_error(const std::string& text) {
+  const auto parsed = GraphAddress::parse(text);
+  return parsed ? "" : parsed.error().message;
+}
+
+TEST(GraphAddress, IsANameAndOptions) {
+  const auto plain = GraphAddress::parse("/robot1/scan");
+  ASSERT_TRUE(plain);
+  EXPECT_EQ(plain->name, "/robot1/scan");
+  EXPECT_FALSE(plain->publish);
+  const auto whole = GraphAddress::parse("/map?publish&qos=transient_local&domain=7&range=subnet&release=jazzy");
+  ASSERT_TRUE(whole);
+  EXPECT_TRUE(whole->publish);
+  EXPECT_TRUE(whole->qos_of(true).transient_local);
+  EXPECT_EQ(whole->domain_or_environment(), 7U);
+  EXPECT_FALSE(whole->localhost_or_environment());
+  EXPECT_EQ(whole->release_or_environment(), Release::kIron);
+  EXPECT_EQ(GraphAddress::parse("/robot/")->name_of("battery"), "/robot/battery");
+  EXPECT_FALSE(plain->qos_of(false).reliable);
+  EXPECT_TRUE(plain->qos_of(true).reliable);
+}
+
+TEST(GraphAddress, SaysWhatIsWrong) {
+  EXPECT_THAT(address_error("scan"), HasSubstr("begins with a slash"));
+  EXPECT_THAT(address_error("/a//b"), HasSubstr("cannot be one"));
+  EXPECT_THAT(address_error("/1a"), HasSubstr("begin with no digit"));
+  EXPECT_THAT(address_error("/a?domain=999"), HasSubstr("from 0 to 232"));
+  EXPECT_THAT(address_error("/a?release=galactica"), HasSubstr("not known"));
+  EXPECT_THAT(address_error("/a?qos=best"), HasSubstr("unknown option \"qos=best\""));
+}
+
+TEST(Names, AreThoseOfNodes) {
+  const TypeName type = *type_name("nav2_msgs/action/NavigateToPose");
+  EXPECT_EQ(dds_name(type, "_SendGoal_Request"), "nav2_msgs::action::dds_::NavigateToPose_SendGoal_Request_");
+  EXPECT_EQ(dds_name(*type_name("sensor_msgs/msg/BatteryState")), "sensor_msgs::msg::dds_::BatteryState_");
+  EXPECT_EQ(ros_name("sensor_msgs::msg::dds_::BatteryState_"), "sensor_msgs/msg/BatteryState");
+  EXPECT_EQ(ros_name("HelloWorld"), "");
+  EXPECT_FALSE(type_name("Battery"));
+}
+
+class RosServices : public Graph {
+ protected:
+  std::unique_ptr<rpc::Opened> serve(const std::string& name, const idl::ServicePtr& of,
+                                     rpc::FunctionService::Function function) {
+    rpc::ServerOptions options;
+    options.on_peer_error = [this](const std::string& what) { problems_.add(what); };
+    auto opened = rpc::serve(at(name), {{"service", std::make_shared<rpc::FunctionService>(of, std::move(function))}},
+                             std::move(options));
+    EXPECT_TRUE(opened) << (opened ? "" : opened.error().message);
+    return opened ? std::move(*opened) : nullptr;
+  }
+  std::unique_ptr<rpc::Caller> connect(const std::string& name, const idl::ServicePtr& of) {
+    auto client = rpc::connect(at(name), of, {.target = "service"});
+    EXPECT_TRUE(client) << (client ? "" : client.error().message);
+    return client ? std::move(*client) : nullptr;
+  }
+  Heard<std::string> problems_;
+};
+
+TEST_F(RosServices, AnswerCalls) {
+  const auto set_bool = interface("std_srvs/srv/SetBool");
+  const auto served = serve("/lamp", set_bool, [](const idl::Method&, const Value& arguments) -> rpc::Outcome {
+    const bool on = *arguments.find("data")->as_bool();
+    return Value(Map{{"success", true}, {"message", on ? "on" : "off"}});
+  });
+  const auto client = connect("/lamp", set_bool);
+  for (const bool on : {true, false, true}) {
+    const auto reply = rpc::call_and_wait(*client, "call", Map{{"data", on}}, patience());
+    ASSERT_TRUE(reply) << reply.error().message;
+    EXPECT_EQ(*reply->find("message"), Value(on ? "on" : "off"));
+  }
+  EXPECT_EQ(client->counters().calls, 3U);
+}
+
+TEST_F(RosServices, OfAThriftInterfaceAreOneForEachMethod) {
+  const auto loaded = idl::Schema::load(
+      "exception Empty { 1: double charge }\n"
+      "service Battery { double charge() throws (1: Empty empty) void drain(1: i32 by) string fail() }\n",
+      "robot.thrift");
+  const auto battery = loaded.value->service("Battery");
+  double charge = 50;
+  const auto served =
+      serve("/robot1/", battery, [&](const idl::Method& method, const Value& arguments) -> rpc::Outcome {
+        if (method.name == "fail")
+          return tl::unexpected(rpc::CallError{rpc::CallErrorKind::kUnreachable, "unplugged", {}, {}});
+        if (method.name == "drain") return charge -= arguments.find("by")->number(), Value();
+        if (charge > 0) return Value(charge);
+        return tl::unexpected(rpc::CallError{rpc::CallErrorKind::kException, "", "Empty", Map{{"charge", charge}}});
+      });
+  const auto client = connect("/robot1/", battery);
+  EXPECT_EQ(*rpc::call_and_wait(*client, "charge", Map(), patience()), Value(50.0));
+  EXPECT_EQ(*rpc::call_and_wait(*client, "drain", Map{{"by", 60}}, patience()), Value());
+  const auto empty = rpc::call_and_wait(*client, "charge", Map(), patience());
+  ASSERT_FALSE(empty);
+  EXPECT_EQ(empty.error().kind, rpc::CallErrorKind::kException);
+  EXPECT_EQ(*empty.error().data.find("charge"), Value(-10.0));
+  const auto failed = rpc::call_and_wait(*client, "fail", Map(), patience());
+  ASSERT_FALSE(failed);
+  EXPECT_EQ(failed.error().kind, rpc::CallErrorKind::kProtocol);
+  EXPECT_THAT(failed.error().message, HasSubstr("unplugged"));
+  const auto listed = rpc::middleware_of(at("/")).list(at("/"), std::chrono::milliseconds(10));
+  ASSERT_TRUE(listed);
+}
+
+TEST_F(RosServices, ThatNobodyServesAreUnreachableWithinTheDeadline) {
+  const auto client = connect("/nobody", interface("std_srvs/srv/Trigger"));
+  const auto reply =
+      rpc::call_and_wait(*client, "call", Map(), std::chrono::steady_clock::now() + std::chrono::milliseconds(50));
+  ASSERT_FALSE(reply);
+  EXPECT_EQ(reply.error().kind, rpc::CallErrorKind::kUnreachable);
+  EXPECT_THAT(reply.error().message, HasSubstr("no server of /nobody (std_srvs/srv/Trigger_Request)"));
+}
+
+TEST_F(RosServices, ThatDoNotAnswerAreLate) {
+  const auto trigger = interface("std_srvs/srv/Trigger");
+  const auto served = serve("/slow", trigger, [](const idl::Method&, const Value&) -> rpc::Outcome {
+    return tl::unexpected(rpc::CallError{rpc::CallErrorKind::kUnreachable, "broken", {}, {}});
+  });
+  const auto client = connect("/slow", trigger);
+  ASSERT_TRUE(eventually([&] {
+    const auto reply =
+        rpc::call_and_wait(*client, "call", Map(), std::chrono::steady_clock::now() + std::chrono::milliseconds(200));
+    return !reply && reply.error().kind == rpc::CallErrorKind::kLate;
+  }));
+  EXPECT_THAT(problems_.wait_for(1).front(), HasSubstr("/slow gives no answer: broken"));
+}
+
+TEST_F(RosServices, AreFoundAnewWhenTheirServerComesBack) {
+  const auto trigger = interface("std_srvs/srv/Trigger");
+  const auto answer = [](std::string who) {
+    return [who = std::move(who)](const idl::Method&, const Value&) -> rpc::Outcome {
+      return Value(Map{{"success", true}, {"message", who}});
+    };
+  };
+  auto served = serve("/robot", trigger, answer("first"));
+  const auto client = connect("/robot", trigger);
+  EXPECT_EQ(*rpc::call_and_wait(*client, "call", Map(), patience())->find("message"), Value("first"));
+  served->stop();
+  served = serve("/robot", trigger, answer("second"));
+  ASSERT_TRUE(eventually([&] {
+    const auto reply = rpc::call_and_wait(*client, "call", Map(), patience());
+    return reply && *reply->find("message") == Value("second");
+  }));
+}
+
+TEST_F(RosServices, RefuseWhatIsNoRequestAndGoOn) {
+  const auto set_bool = interface("std_srvs/srv/SetBool");
+  const auto served = serve("/lamp", set_bool, [](const idl::Method&, const Value&) -> rpc::Outcome {
+    return Value(Map{{"success", true}, {"message", "fine"}});
+  });
+  const auto other = stranger();
+  std::string error;
+  const auto writer = other->write(
+      {"rq/lampRequest", "std_srvs::srv::dds_::SetBool_Request_", {}}, [](const std::string&) {}, error);
+  ASSERT_NE(writer, nullptr) << error;
+  ASSERT_TRUE(eventually([&] { return !writer->matched().empty(); }));
+  for (const std::vector<std::uint8_t>& bad :
+       {std::vector<std::uint8_t>{}, {0, 1}, {0, 1, 0, 0}, {9, 9, 9, 9, 1}, {0, 1, 0, 0, 1}})
+    static_cast<void>(writer->write(bad, nullptr));
+  EXPECT_THAT(problems_.wait([](const auto& all) { return all.size() >= 2; }), Contains(HasSubstr("cannot be read")));
+  const auto client = connect("/lamp", set_bool);
+  EXPECT_EQ(*rpc::call_and_wait(*client, "call", Map{{"data", true}}, patience())->find("message"), Value("fine"));
+}
+
+class RosTopics : public Graph {};
+
+TEST_F(RosTopics, PassFromPublishersToSubscribers) {
+  const auto text = interface("std_msgs/msg/String");
+  const rpc::Address source = at("/chatter");
+  rpc::Middleware& ros = rpc::middleware_of(source);
+  EXPECT_TRUE(ros.is_source(source, text.get()));
+  EXPECT_FALSE(ros.is_source(at("/chatter", "&publish"), text.get()));
+  EXPECT_FALSE(ros.is_source(at("/lamp"), interface("std_srvs/srv/SetBool").get()));
+  Heard<std::string> heard;
+  auto opened = ros.subscribe(
+      source, text,
+      [&](const idl::Method& method, Value arguments) { heard.add(method.name + " " + to_json(arguments)); },
+      {.target = "chatter", .problem = {}});
+  ASSERT_TRUE(opened) << opened.error().message;
+  Heard<std::string> seen;
+  auto watched = ros.watch(source, [&](const std::string& what) { seen.add(what); }, {.target = "echo", .problem = {}});
+  ASSERT_TRUE(watched);
+  auto publisher = rpc::connect(at("/chatter", "&publish"), text, {});
+  ASSERT_TRUE(publisher) << publisher.error().message;
+  int said = 0;
+  ASSERT_TRUE(eventually([&] {
+    EXPECT_TRUE(
+        rpc::call_and_wait(**publisher, "message", Map{{"data", "hello " + std::to_string(++said)}}, patience()));
+    bool both = false;
+    heard.wait([&](const auto& all) { return both = !all.empty(), true; });
+    bool other = false;
+    seen.wait([&](const auto& all) { return other = !all.empty(), true; });
+    return both && other;
+  }));
+  EXPECT_THAT(heard.wait_for(1).front(), HasSubstr("message {\"data\":\"hello "));
+  EXPECT_THAT(seen.wait_for(1).front(), HasSubstr("{\"data\":\"hello "));
+  EXPECT_FALSE(rpc::connect(source, text, {})) << "it is read from";
+}
+
+TEST_F(RosTopics, ThatAreTransientLocalGiveTheirLastToWhoComesLate) {
+  const auto text = interface("std_msgs/msg/String");
+  auto publisher = rpc::connect(at("/map", "&publish&qos=transient_local"), text, {});
+  ASSERT_TRUE(publisher);
+  ASSERT_TRUE(rpc::call_and_wait(**publisher, "message", Map{{"data", "old"}}, patience()));
+  ASSERT_TRUE(rpc::call_and_wait(**publisher, "message", Map{{"data", "last"}}, patience()));
+  Heard<std::string> heard;
+  const rpc::Address source = at("/map", "&qos=transient_local");
+  auto opened = rpc::middleware_of(source).subscribe(
+      source, text, [&](const idl::Method&, Value arguments) { heard.add(to_json(arguments)); },
+      {.target = "map", .problem = {}});
+  ASSERT_TRUE(opened);
+  EXPECT_THAT(heard.wait_for(1), ElementsAre(R"({"data":"last"})"));
+}
+
+TEST_F(RosTopics, CarryEightMegabytes) {
+  const auto octets = interface("sensor_msgs/msg/Octets");
+  const auto other = stranger();
+  std::string error;
+  Heard<std::size_t> sizes;
+  const auto reader = other->read(
+      {"rt/image", "sensor_msgs::msg::dds_::Octets_", {.reliable = true}},
+      [&](dds::Sample sample) { sizes.add(sample.octets.size()); }, [](const std::string&) {}, error);
+  ASSERT_NE(reader, nullptr) << error;
+  auto publisher = rpc::connect(at("/image", "&publish"), octets, {});
+  ASSERT_TRUE(publisher);
+  ASSERT_TRUE(eventually([&] { return !reader->matched().empty(); }));
+  ASSERT_TRUE(eventually([&] {
+    bool came = false;
+    static_cast<void>(rpc::call_and_wait(**publisher, "message",
+                                         Map{{"data", Bytes{std::vector<std::byte>(8U << 20U)}}}, patience()));
+    sizes.wait([&](const auto& all) { return came = !all.empty(), true; });
+    return came;
+  }));
+  EXPECT_EQ(sizes.wait_for(1).front(), (8U << 20U) + 8);
+}
+
+TEST_F(RosTopics, SayThatQualitiesOfServiceDoNotFit) {
+  const auto text = interface("std_msgs/msg/String");
+  auto publisher = rpc::connect(at("/scan", "&publish&qos=sensor_data"), text, {});
+  ASSERT_TRUE(publisher);
+  Heard<std::string> problems;
+  const rpc::Address source = at("/scan", "&qos=default");
+  auto other = stranger();
+  std::string error;
+  const auto writer = other->write(
+      {"rt/scan", "std_msgs::msg::dds_::String_", {.reliable = false}}, [](const std::string&) {}, error);
+  auto opened = rpc::middleware_of(source).subscribe(
+      source, text, [](const idl::Method&, Value) {},
+      {.target = "scan", .problem = [&](const std::string& what) { problems.add(what); }});
+  ASSERT_TRUE(opened);
+  EXPECT_THAT(problems.wait_for(1), Contains(HasSubstr("another quality of service (reliability)")));
+}
+
+TEST_F(RosTopics, OfANodeAreToldAsHumbleDoes) {
+  const auto other = stranger();
+  std::string error;
+  Heard<std::vector<std::uint8_t>> told;
+  const auto reader = other->read(
+      {"ros_discovery_info",
+       "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_",
+       {.reliable = true, .transient_local = true, .depth = 1}},
+      [&](dds::Sample sample) { told.add(std::move(sample.octets)); }, [](const std::string&) {}, error);
+  ASSERT_NE(reader, nullptr) << error;
+  auto publisher = rpc::connect(at("/chatter", "&publish"), interface("std_msgs/msg/String"), {});
+  ASSERT_TRUE(publisher);
+  const std::string name = "sentree_" + std::to_string(::getpid());
+  // The participant, one node, its namespace and name, no reader and one writer, each by 24 octets.
+  const std::size_t name_size = (name.size() + 1 + 3) / 4 * 4;
+  const std::size_t whole = 4 + 24 + 4 + 8 + 4 + name_size + 4 + 4 + 24;
+  const auto all = told.wait([&](const auto& each) {
+    return std::any_of(each.begin(), each.end(), [&](const auto& message) { return message.size() >= whole; });
+  });
+  const auto& message = all.back();
+  EXPECT_EQ(message.size(), whole);
+  EXPECT_NE(std::search(message.begin(), message.end(), name.begin(), name.end()), message.end());
+}
+
+TEST_F(RosTopics, AreListedWithTheirTypes) {
+  auto other = stranger();
+  std::string error;
+  const auto nothing = [](const std::string&) {};
+  const auto scan = other->write({"rt/robot1/scan", "sensor_msgs::msg::dds_::LaserScan_", {}}, nothing, error);
+  const auto lamp = other->read(
+      {"rq/lampRequest", "std_srvs::srv::dds_::SetBool_Request_", {}}, [](dds::Sample) {}, nothing, error);
+  const auto count = other->read(
+      {"rq/count/_action/send_goalRequest", "demo::action::dds_::Count_SendGoal_Request_", {}}, [](dds::Sample) {},
+      nothing, error);
+  std::vector<std::string> lines;
+  ASSERT_TRUE(eventually([&] {
+    const auto listed = rpc::middleware_of(at("/")).list(at("/"), std::chrono::milliseconds(50));
+    lines.clear();
+    for (const auto& each : *listed) lines.push_back(each.at + " " + each.kind);
+    return lines.size() >= 3;
+  }));
+  EXPECT_THAT(lines, ElementsAre("ros:/count action demo/action/Count", "ros:/lamp service std_srvs/srv/SetBool",
+                                 "ros:/robot1/scan topic sensor_msgs/msg/LaserScan"));
+}
+
+// An action's server as rcl_action has it, as far as its clients see.
+class CountServer {
+ public:
+  using Octets = std::vector<std::uint8_t>;
+
+  CountServer(const rpc::Address& address, bool finishes) : finishes_(finishes) {
+    node_ = *Node::of(*GraphAddress::parse(address.path));
+    const std::string base = GraphAddress::parse(address.path)->name + "/_action/";
+    const std::string type = "demo::action::dds_::Count_";
+    const auto open = [&](const char* name, const std::string& request, const std::string& reply,
+                          ServiceServer::Handle handle) {
+      servers_.push_back(*ServiceServer::open(node_, {base + name, request, reply}, worker_, std::move(handle), {}));
+    };
+    feedback_ = *node_->write({"rt" + base + "feedback", type + "FeedbackMessage_", {}}, [](const std::string&) {});
+    status_ = *node_->write({"rt" + base + "status",
+                             "action_msgs::msg::dds_::GoalStatusArray_",
+                             {.reliable = true, .transient_local = true, .depth = 1}},
+                            [](const std::string&) {});
+    open("send_goal", type + "SendGoal_Request_", type + "SendGoal_Response_",
+         [this](const Octets& request, const auto& answer) {
+           id_.assign(request.begin() + 4, request.begin() + 20);
+           upto_ = request[20];
+           answer(Octets{0, 1, 0, 0, static_cast<std::uint8_t>(upto_ < 100), 0, 0, 0, 7, 0, 0, 0, 0, 0, 0, 0});
+         });
+    open("get_result", type + "GetResult_Request_", type + "GetResult_Response_",
+         [this](const Octets&, const auto& answer) {
+           ended_ = answer;
+           tell_status(2);
+           Octets feedback{0, 1, 0, 0};
+           feedback.insert(feedback.end(), id_.begin(), id_.end());
+           feedback.insert(feedback.end(), {3, 0, 0, 0});
+           static_cast<void>(feedback_->writer()->write(feedback, nullptr));
+           if (finishes_) end(4, "fine");
+         });
+    open("cancel_goal", "action_msgs::srv::dds_::CancelGoal_Request_", "action_msgs::srv::dds_::CancelGoal_Response_",
+         [this](const Octets& request, const auto& answer) {
+           cancelled_.add(Octets(request.begin() + 4, request.begin() + 20));
+           Octets reply{0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0};
+           reply.insert(reply.end(), id_.begin(), id_.end());
+           reply.insert(reply.end(), {7, 0, 0, 0, 0, 0, 0, 0});
+           answer(reply);
+           if (ended_) end(5, "stopped");
+         });
+  }
+  ~CountServer() {
+    servers_.clear();
+    worker_.stop();
+  }
+  Heard<Octets> cancelled_;
+
+ private:
+  void tell_status(std::uint8_t status) {
+    Octets out{0, 1, 0, 0, 1, 0, 0, 0};
+    out.insert(out.end(), id_.begin(), id_.end());
+    out.insert(out.end(), {7, 0, 0, 0, 0, 0, 0, 0, status});
+    static_cast<void>(status_->writer()->write(out, nullptr));
+  }
+  void end(std::uint8_t status, const std::string& how) {
+    tell_status(status);
+    Octets reply{0,
+                 1,
+                 0,
+                 0,
+                 status,
+                 0,
+                 0,
+                 0,
+                 static_cast<std::uint8_t>(upto_),
+                 0,
+                 0,
+                 0,
+                 static_cast<std::uint8_t>(how.size() + 1),
+                 0,
+                 0,
+                 0};
+    reply.insert(reply.end(), how.begin(), how.end());
+    reply.push_back(0);
+    ended_(reply);
+    ended_ = nullptr;
+  }
+
+  const bool finishes_;
+  std::shared_ptr<Node> node_;
+  Worker worker_;
+  Octets id_;
+  int upto_ = 0;
+  ServiceServer::Answer ended_;
+  ToldPtr feedback_;
+  ToldPtr status_;
+  std::vector<std::unique_ptr<ServiceServer>> servers_;
+};
+
+class RosActions : public Graph {
+ protected:
+  void open() {
+    const auto count = interface("demo/action/Count");
+    ASSERT_TRUE(rpc::middleware_of(at("/count")).is_source(at("/count"), count.get()));
+    auto opened = rpc::middleware_of(at("/count"))
+                      .subscribe(at("/count"), count,
+                                 [this](const idl::Method& method, Value arguments) {
+                                   heard_.add({method.name, std::move(arguments)});
+                                 },
+                                 {.target = "count", .problem = {}});
+    ASSERT_TRUE(opened) << opened.error().message;
+    heard_at_ = std::move(*opened);
+    auto client = rpc::connect(at("/count"), count, {.target = "count"});
+    ASSERT_TRUE(client) << client.error().message;
+    client_ = std::move(*client);
+  }
+  Value end_of_goal() {
+    for (const auto& [name, arguments] : heard_.wait([](const auto& all) {
+           return std::any_of(all.begin(), all.end(), [](const auto& each) { return each.first == "result"; });
+         })) {
+      if (name == "result") return arguments;
+    }
+    return {};
+  }
+  Heard<std::pair<std::string, Value>> heard_;
+  std::unique_ptr<rpc::Opened> heard_at_;
+  std::unique_ptr<rpc::Caller> client_;
+};
+
+TEST_F(RosActions, TellFeedbackStatusAndResultOfAGoal) {
+  CountServer server(at("/count"), true);
+  open();
+  const auto reply = rpc::call_and_wait(*client_, "send_goal", Map{{"upto", 5}}, patience());
+  ASSERT_TRUE(reply) << reply.error().message;
+  EXPECT_EQ(*reply->find("accepted"), Value(true));
+  const std::string id(reply->find("goal_id")->text());
+  EXPECT_EQ(id.size(), 32U);
+  const Value end = end_of_goal();
+  EXPECT_EQ(to_json(end),
+            "{\"goal_id\":\"" + id + "\",\"status\":\"SUCCEEDED\",\"result\":{\"reached\":5,\"how\":\"fine\"}}");
+  const auto all = heard_.wait([](const auto& each) {
+    return std::any_of(each.begin(), each.end(), [](const auto& e) { return e.first == "feedback"; });
+  });
+  EXPECT_THAT(all,
+              Contains(std::pair<std::string, Value>("feedback", Map{{"goal_id", id}, {"feedback", Map{{"now", 3}}}})));
+}
+
+TEST_F(RosActions, AreRefusedByTheirServer) {
+  CountServer server(at("/count"), true);
+  open();
+  const auto reply = rpc::call_and_wait(*client_, "send_goal", Map{{"upto", 100}}, patience());
+  ASSERT_TRUE(reply) << reply.error().message;
+  EXPECT_EQ(*reply->find("accepted"), Value(false));
+}
+
+TEST_F(RosActions, EndWhenTheyAreCancelled) {
+  CountServer server(at("/count"), false);
+  open();
+  const auto reply = rpc::call_and_wait(*client_, "send_goal", Map{{"upto", 9}}, patience());
+  ASSERT_TRUE(reply) << reply.error().message;
+  heard_.wait_for(1);
+  const Value id = *reply->find("goal_id");
+  const auto cancelled = rpc::call_and_wait(*client_, "cancel_goal", Map{{"goal_id", id}}, patience());
+  ASSERT_TRUE(cancelled) << cancelled.error().message;
+  EXPECT_EQ(*cancelled->find("goals_canceling"), Value(List{id}));
+  EXPECT_EQ(*end_of_goal().find("status"), Value("CANCELED"));
+  EXPECT_FALSE(rpc::call_and_wait(*client_, "cancel_goal", Map{{"goal_id", "kitchen"}}, patience()));
+}
+
+TEST_F(RosActions, AreCancelledWhenWhoSentThemGoes) {
+  CountServer server(at("/count"), false);
+  open();
+  ASSERT_TRUE(rpc::call_and_wait(*client_, "send_goal", Map{{"upto", 9}}, patience()));
+  client_->end();
+  EXPECT_EQ(server.cancelled_.wait_for(1).size(), 1U);
+}
+
+TEST_F(RosActions, EndUnknownWhenTheirServerGoes) {
+  auto server = std::make_unique<CountServer>(at("/count"), false);
+  open();
+  ASSERT_TRUE(rpc::call_and_wait(*client_, "send_goal", Map{{"upto", 9}}, patience()));
+  heard_.wait_for(1);
+  server.reset();
+  EXPECT_EQ(*end_of_goal().find("status"), Value("UNKNOWN"));
+}
+
+class RosActionServer : public RosActions {
+ protected:
+  void serve() {
+    ActionServerOptions options;
+    options.accept = [this](const std::string& id, const Value& goal) {
+      goals_.add({id, *goal.find("upto")});
+      return *goal.find("upto")->as_int() > 0;
+    };
+    options.cancel = [this](const std::string& id) {
+      cancelled_.add(id);
+      return true;
+    };
+    options.now = [] { return 7.5; };
+    auto opened = ActionServer::open(at("/count").path, interface("demo/action/Count"), std::move(options));
+    ASSERT_TRUE(opened) << opened.error().message;
+    server_ = std::move(*opened);
+    open();
+  }
+  std::string send(int upto) {
+    const auto reply = rpc::call_and_wait(*client_, "send_goal", Map{{"upto", upto}}, patience());
+    EXPECT_TRUE(reply) << (reply ? "" : reply.error().message);
+    return reply && *reply->find("accepted")->as_bool() ? std::string(reply->find("goal_id")->text()) : "";
+  }
+  Heard<std::pair<std::string, Value>> goals_;
+  Heard<std::string> cancelled_;
+  std::unique_ptr<ActionServer> server_;
+};
+
+TEST_F(RosActionServer, TellsClientsHowTheirGoalsGo) {
+  serve();
+  const std::string id = send(5);
+  EXPECT_THAT(goals_.wait_for(1), ElementsAre(std::pair(id, Value(5))));
+  server_->feedback(id, Map{{"now", 4}});
+  EXPECT_THAT(heard_.wait([](const auto& all) {
+    return std::any_of(all.begin(), all.end(), [](const auto& each) { return each.first == "feedback"; });
+  }),
+              Contains(std::pair<std::string, Value>("feedback", Map{{"goal_id", id}, {"feedback", Map{{"now", 4}}}})));
+  server_->end(id, GoalEnd::kSucceeded, Map{{"reached", 5}});
+  const Value end = end_of_goal();
+  EXPECT_EQ(*end.find("status"), Value("SUCCEEDED"));
+  EXPECT_EQ(*end.at({"result", "reached"}), Value(5));
+  EXPECT_EQ(send(0), "") << "it refuses";
+}
+
+TEST_F(RosActionServer, CancelsAGoalOrAllOfThem) {
+  serve();
+  const std::string first = send(1);
+  const std::string second = send(2);
+  auto reply = rpc::call_and_wait(*client_, "cancel_goal", Map{{"goal_id", first}}, patience());
+  ASSERT_TRUE(reply) << reply.error().message;
+  EXPECT_EQ(to_json(*reply), "{\"return_code\":0,\"goals_canceling\":[\"" + first + "\"]}");
+  server_->end(first, GoalEnd::kCanceled, Value());
+  reply = rpc::call_and_wait(*client_, "cancel_goal", Map{{"goal_id", first}}, patience());
+  EXPECT_EQ(*reply->find("return_code"), Value(3)) << "it has ended";
+  reply = rpc::call_and_wait(*client_, "cancel_goal", Map{{"goal_id", new_goal_id()}}, patience());
+  EXPECT_EQ(*reply->find("return_code"), Value(2)) << "nobody knows it";
+  reply = rpc::call_and_wait(*client_, "cancel_goal", Map(), patience());
+  EXPECT_EQ(*reply->find("goals_canceling"), Value(List{second}));
+  EXPECT_THAT(cancelled_.wait_for(2), ElementsAre(first, second));
+}
+
+TEST_F(RosActionServer, AnswersAsServersOfRosDo) {
+  serve();
+  const auto other = stranger();
+  std::string error;
+  Heard<std::vector<std::uint8_t>> statuses;
+  Heard<std::vector<std::uint8_t>> replies;
+  const auto nothing = [](const std::string&) {};
+  const auto status = other->read(
+      {"rt/count/_action/status",
+       "action_msgs::msg::dds_::GoalStatusArray_",
+       {.reliable = true, .transient_local = true, .depth = 1}},
+      [&](dds::Sample sample) { statuses.add(std::move(sample.octets)); }, nothing, error);
+  const auto reader = other->read(
+      {"rr/count/_action/send_goalReply", "demo::action::dds_::Count_SendGoal_Response_", {}},
+      [&](dds::Sample sample) { replies.add(std::move(sample.octets)); }, nothing, error);
+  const auto writer = other->write(
+      {"rq/count/_action/send_goalRequest", "demo::action::dds_::Count_SendGoal_Request_", {}}, nothing, error);
+  ASSERT_TRUE(eventually([&] { return !writer->matched().empty() && !reader->matched().empty(); }));
+  std::vector<std::uint8_t> request{0, 1, 0, 0};
+  for (std::uint8_t i = 0; i < 16; ++i) request.push_back(static_cast<std::uint8_t>(0xa0 + i));
+  request.insert(request.end(), {5, 0, 0, 0});
+  const dds::SampleId from{reader->guid(), -(std::int64_t{1} << 32)};
+  ASSERT_NE(writer->write(request, &from), 0);
+  // accepted, at 7.5 s
+  const std::vector<std::uint8_t> expected{0, 1, 0, 0, 1, 0, 0, 0, 7, 0, 0, 0, 0x00, 0x65, 0xcd, 0x1d};
+  EXPECT_THAT(replies.wait_for(1), Contains(expected));
+  std::vector<std::uint8_t> array{0, 1, 0, 0, 1, 0, 0, 0};
+  array.insert(array.end(), request.begin() + 4, request.begin() + 20);
+  array.insert(array.end(), {7, 0, 0, 0, 0x00, 0x65, 0xcd, 0x1d, 2});
+  const auto all = statuses.wait([&](const auto& each) {
+    return std::any_of(each.begin(), each.end(), [&](const auto& octets) { return octets.size() >= array.size(); });
+  });
+  // Samples may have surplus octets at their end.
+  EXPECT_EQ(
+      std::vector<std::uint8_t>(all.back().begin(), all.back().begin() + static_cast<std::ptrdiff_t>(array.size())),
+      array);
+}
+
+}  // namespace
+}  // namespace sentree::ros
