@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "sentree/idl/conform.h"
 #include "sentree/idl/detail/program.h"
 
 namespace sentree::idl {
@@ -271,10 +270,8 @@ class Reader {
     const Type* text = named_type("string", Kind::kString);
     Type& texts = new_type(Kind::kList, "string[]");
     texts.element = text;
-    const Type* goal_type = struct_type(*goal);
     const Type* result_type = struct_type(*result);
     const Type* feedback_type = struct_type(*feedback);
-    static_cast<void>(goal_type);
 
     Struct& accepted = program_.structs.emplace_back(Struct{identity.full() + "_Accepted", {}, {}, here});
     add(accepted, "accepted", named_type("bool", Kind::kBool), Value(false));

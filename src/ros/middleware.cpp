@@ -99,6 +99,7 @@ class RosCaller final : public rpc::Caller {
   // While discovery may go on, so that the first call finds its server.
   void settle() {
     const auto never = [] { return false; };
+    if (interface_->find(kProbe) != nullptr) static_cast<void>(probe(node_->settled()));
     if (action_ != nullptr) static_cast<void>(action_->wait_available(node_->settled(), never));
     for (const auto& [method, way] : ways_) {
       if (way.client != nullptr) static_cast<void>(way.client->wait_available(node_->settled(), never));
@@ -344,6 +345,9 @@ class Listening final : public rpc::Opened {
     action_ = std::move(*action);
     number_ = action_->hear(std::move(take), problem);
     return {};
+  }
+  void settle(SteadyClock::time_point until) const {
+    static_cast<void>(action_->wait_available(until, [] { return false; }));
   }
 
  private:
@@ -596,6 +600,8 @@ class Ros final : public rpc::Middleware {
     if (form_of(*interface) == Form::kAction) {
       if (auto heard = out->hear_action(*node, interface, base, std::move(take), options.problem); !heard)
         return tl::unexpected(std::move(heard.error()));
+      // So that the first goal finds its server.
+      out->settle((*node)->settled());
       return std::unique_ptr<rpc::Opened>(std::move(out));
     }
     for (const idl::Method* method : interface->methods) {

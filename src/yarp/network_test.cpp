@@ -294,7 +294,7 @@ TEST_F(Network, ReadsWhatIsPublished) {
   Events heard;
   Events text;
   const rpc::Address source = address("yarp:/battery/level:o");
-  ASSERT_TRUE(rpc::middleware_of(source).is_source(source));
+  ASSERT_TRUE(rpc::middleware_of(source).is_source(source, nullptr));
   auto subscribed = rpc::middleware_of(source).subscribe(
       source, data,
       [&](const idl::Method& method, const Value& arguments) { heard.add(method.name + to_json(arguments)); },

@@ -2,6 +2,7 @@
 
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 #include <fastdds/dds/core/LoanableSequence.hpp>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
@@ -309,8 +310,14 @@ class FastParticipant final : public Participant, fast::DomainParticipantListene
       qos.wire_protocol().builtin.initialPeersList.push_back(peer);
     }
     qos.transport().user_transports.push_back(udp);
-    core_->participant = fast::DomainParticipantFactory::get_instance()->create_participant(options.domain, qos, this,
-                                                                                            fast::StatusMask::none());
+    // Numbers choose ports, and others on this machine look for us only at the first ones; the library's own never come
+    // back. Each is taken again as late as can be, because it is part of the identity.
+    static std::atomic<std::int32_t> next{0};
+    for (std::uint32_t tries = 0; tries < kLocalPeersMax && core_->participant == nullptr; ++tries) {
+      qos.wire_protocol().participant_id = next++ % static_cast<std::int32_t>(kLocalPeersMax);
+      core_->participant = fast::DomainParticipantFactory::get_instance()->create_participant(options.domain, qos, this,
+                                                                                              fast::StatusMask::none());
+    }
     if (core_->participant != nullptr) {
       core_->publisher = core_->participant->create_publisher(fast::PUBLISHER_QOS_DEFAULT);
       core_->subscriber = core_->participant->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
