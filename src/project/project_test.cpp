@@ -154,7 +154,8 @@ TEST(Project, ReportsAllProblemsAtOnce) {
       messages(loaded.diagnostics, folder),
       ElementsAre("sentree.yaml:1:10: mission needs \"file\"",
                   "sentree.yaml:1:29: rate \"fast\" is not a rate such as 10 Hz, from 0.01 to 1000 Hz",
-                  "sentree.yaml:4:24: interface \"Battery\" must be FILE.thrift/SERVICE, e.g. robot.thrift/Battery",
+                  "sentree.yaml:4:24: interface \"Battery\" must be FILE.thrift/SERVICE, e.g. robot.thrift/Battery, or "
+                  "of ROS PACKAGE/srv/NAME, e.g. std_srvs/srv/SetBool",
                   "sentree.yaml:5:11: \"monitors\" of the project must be a list",
                   "sentree.yaml:6:12: deadlines must nest: call (90 ms) < condition (80 ms) < tick budget (100 ms); "
                   "otherwise a slow call is judged by the wrong one",
