@@ -29,7 +29,8 @@ done
 if [[ -e $source/build/release/lib/sentree/libsentree_dds.so ]]; then
   ros=$(echo "$work"/out/sentree-ros_"$version"_*.deb)
   [[ $(dpkg-deb --field "$ros" Depends) == *libfastrtps* ]] || fail "sentree-ros does not depend on DDS"
-  dpkg-deb --contents "$ros" | grep -q '\./usr/lib/sentree/libsentree_dds.so$' || fail "sentree-ros lacks its library"
+  dpkg-deb --extract "$ros" "$work/ros"
+  [[ -s $work/ros/usr/lib/sentree/libsentree_dds.so ]] || fail "sentree-ros lacks its library"
 fi
 dpkg-deb --extract "$program" "$work/program"
 dpkg-deb --extract "$development" "$work/development"
