@@ -67,8 +67,8 @@ outside=$(ldd "$unpacked/bin/sentree" | awk '$3 ~ "^/" {print $3}' | grep -v "^$
   grep -Ev '^(libc|libm|libresolv|libpthread|librt|libdl|libgcc_s|libstdc\+\+)\.so\.[0-9]+$' || true)
 [[ -z $outside ]] || fail "the archive leans on $outside"
 (cd "$unpacked/share/sentree" && "$unpacked/bin/sentree" test examples/recharge </dev/null) || fail "the archive's example does not hold"
-if [[ -e $unpacked/lib/sentree/libsentree_dds.so ]]; then
-  "$unpacked/bin/sentree" doctor | grep -q 'ROS 2 by Fast DDS' || fail "the archive does not load its DDS"
-fi
-"$unpacked/bin/sentree" doctor --json | grep -qF "$unpacked/share/sentree/interfaces" || fail "the archive uses others' interfaces"
+# What it finds wrong with this machine is not the archive's fault.
+said=$("$unpacked/bin/sentree" doctor --json || true)
+[[ $said == *"$unpacked/share/sentree/interfaces"* ]] || fail "the archive uses others' interfaces"
+[[ ! -e $unpacked/lib/sentree/libsentree_dds.so || $said == *'ROS 2 by Fast DDS'* ]] || fail "the archive does not load its DDS"
 echo "all good"
