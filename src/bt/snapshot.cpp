@@ -317,6 +317,160 @@ Result<State> Snapshot::restore(const Tree& tree, std::string_view bytes) {
 
 namespace {
 
+// The nodes of one tree that are nodes of another.
+std::vector<NodeId> paired(const Tree& before, const Tree& after) {
+  std::vector<NodeId> node_of(before.size(), kNoNode);
+  const auto alike = [&](NodeId a, NodeId b) {
+    return before.model().nodes[a].kind == after.model().nodes[b].kind &&
+           before.registration(a) == after.registration(b) && before.name(a) == after.name(b);
+  };
+  if (alike(0, 0)) node_of[0] = 0;
+  // Parents come before their children.
+  for (NodeId id = 0; id < before.size(); ++id) {
+    if (node_of[id] == kNoNode) continue;
+    const auto theirs = after.children(node_of[id]);
+    std::size_t from = 0;
+    for (const NodeId child : before.children(id)) {
+      const auto found = std::find_if(theirs.begin() + static_cast<std::ptrdiff_t>(from), theirs.end(),
+                                      [&](NodeId other) { return alike(child, other); });
+      if (found == theirs.end()) continue;
+      node_of[child] = *found;
+      from = static_cast<std::size_t>(found - theirs.begin()) + 1;
+    }
+  }
+  std::vector<bool> taken(after.size(), false);
+  for (const NodeId node : node_of) {
+    if (node != kNoNode) taken[node] = true;
+  }
+  for (const NodeId leaf : before.external_leaves()) {
+    if (node_of[leaf] != kNoNode) continue;
+    for (const NodeId other : after.external_leaves()) {
+      if (!taken[other] && before.event_name(leaf) == after.event_name(other) && alike(leaf, other)) {
+        node_of[leaf] = other;
+        taken[other] = true;
+      }
+    }
+  }
+  return node_of;
+}
+
+}  // namespace
+
+Loaded<Carried> Snapshot::carry(const Tree& before, const State& state, const Tree& after) {
+  const Model& was = before.model();
+  const Model& is = after.model();
+  Loaded<Carried> out;
+  const auto refuse = [&](NodeId node, const std::string& what) {
+    out.diagnostics.push_back(
+        {Severity::kError, "bt.cannot-carry",
+         "node \"" + before.path(node) + "\" (" + std::string(before.registration(node)) + ") " + what,
+         before.span(node)});
+  };
+  if (was.format != is.format)
+    refuse(0,
+           "is of a tree of format " + std::to_string(was.format) + ", the new one is of " + std::to_string(is.format));
+  Carried carried{State(after), paired(before, after)};
+  const std::vector<NodeId>& node_of = carried.node_of;
+  State& next = carried.state;
+
+  std::vector<NodeId> open = open_nodes(was, state.waiting_);
+  std::vector<bool> at_work(before.size(), false);
+  for (const NodeId id : open) at_work[id] = true;
+  for (const State::Timer& timer : state.timers_) at_work[timer.node] = true;
+  for (const NodeId id : state.halting_) at_work[id] = true;
+  if (state.waiting_ != kNoNode) at_work[state.waiting_] = true;
+  for (NodeId id = 0; id < before.size(); ++id) at_work[id] = at_work[id] || state.status_[id] == Status::kRunning;
+
+  for (NodeId id = 0; id < before.size(); ++id) {
+    const NodeId to = node_of[id];
+    const NodeId parent = was.nodes[id].parent;
+    if (to == kNoNode) {
+      if (at_work[id]) refuse(id, "is at work, and there is none of that ID and name in its place");
+      continue;
+    }
+    const bool stays = parent == kNoNode || node_of[parent] == is.nodes[to].parent;
+    if (!stays) {
+      // One that is idle begins anew wherever it stands.
+      if (at_work[id]) refuse(id, "is at work, and has moved");
+      continue;
+    }
+    next.status_[to] = state.status_[id];
+    const auto theirs = after.children(to);
+    const auto children = before.children(id);
+    const auto place_of = [&](std::int32_t child) {
+      const auto found = std::find(theirs.begin(), theirs.end(), node_of[children[static_cast<std::size_t>(child)]]);
+      return static_cast<std::int32_t>(found - theirs.begin());
+    };
+    const auto count = static_cast<std::int32_t>(children.size());
+    const auto their_count = static_cast<std::int32_t>(theirs.size());
+    bool same_children = children.size() == theirs.size();
+    for (std::int32_t i = 0; same_children && i < count; ++i) same_children = place_of(i) == i;
+    const std::int32_t* from = state.memory_.data() + was.nodes[id].memory;
+    std::int32_t* into = next.memory_.data() + is.nodes[to].memory;
+    const bool matters = at_work[id] || state.status_[id] != Status::kIdle;
+    for (const Word& word : words(was.nodes[id].kind)) {
+      const std::int32_t value = *from++;
+      std::int32_t& kept = *into++;
+      const bool counts = word.range == Word::Range::kChild || word.range == Word::Range::kChildOrEnd ||
+                          word.range == Word::Range::kCounted || word.range == Word::Range::kChosen;
+      if (!counts || same_children) {
+        kept = value;
+      } else if (value == kept || (!matters && word.lives != Word::Lives::kAlways)) {
+        continue;
+      } else if (word.range == Word::Range::kChild || word.range == Word::Range::kChildOrEnd) {
+        kept = value < count ? place_of(value) : their_count;
+        if (value < count && kept == their_count) refuse(id, "is at a child that is gone");
+      } else {
+        refuse(id, "counts its children, which are others now");
+      }
+    }
+    const std::size_t bits =
+        memory_words(was.nodes[id].kind, 0) == memory_words(was.nodes[id].kind, 1) ? 0 : children.size();
+    for (std::size_t i = 0; i < bits; ++i) {
+      const std::int32_t place = place_of(static_cast<std::int32_t>(i));
+      const bool set = (static_cast<std::uint32_t>(from[i / 32]) >> (i % 32) & 1U) != 0;
+      if (set && place < their_count)
+        into[place / 32] = static_cast<std::int32_t>(static_cast<std::uint32_t>(into[place / 32]) | 1U << (place % 32));
+    }
+    if (was.nodes[id].kind == Kind::kUser) {
+      const std::uint32_t object = was.users[was.nodes[id].data].object;
+      const std::uint32_t their_object = is.users[is.nodes[to].data].object;
+      if (object != kNone && their_object != kNone) next.objects_[their_object] = state.objects_[object];
+    }
+  }
+  const auto carry_over = [&](NodeId node) { return node_of[node]; };
+  for (const State::Timer& timer : state.timers_) next.timers_.push_back({timer.due, carry_over(timer.node)});
+  for (const NodeId leaf : state.halting_) next.halting_.push_back(carry_over(leaf));
+  next.waiting_ = state.waiting_ == kNoNode ? kNoNode : carry_over(state.waiting_);
+
+  for (const EntryFact& fact : blackboard(before, state)) {
+    if (fact.value->is_null()) continue;
+    const NodeId subtree = fact.scope.empty() ? kNoNode : after.find(fact.scope);
+    if (!fact.scope.empty() && (subtree == kNoNode || after.category(subtree) != Category::kSubTree)) continue;
+    if (const auto set = set_entry(after, next, fact.name, *fact.value, fact.stamp, subtree); !set) {
+      out.diagnostics.push_back({Severity::kError, "bt.cannot-carry", set.error().message, before.span(0)});
+      continue;
+    }
+    std::uint32_t scope = 0;
+    while (scope + 1 < is.scopes.size() && is.scopes[scope].subtree != subtree) ++scope;
+    Blackboard entries(is, next, fact.stamp);
+    if (auto* held = entries.find(entries.cell(scope, fact.name))) {
+      held->sequence = fact.sequence;
+      held->stamp = fact.stamp;
+      if (held->type == nullptr && !fact.type.empty()) held->type = find_type(is, fact.type);
+    }
+  }
+  if (out.diagnostics.empty() && !consistent(is, next)) refuse(0, "and what is below it do not fit the new tree");
+  if (out.diagnostics.empty()) out.value = std::move(carried);
+  return out;
+}
+
+Loaded<Carried> carry(const Tree& before, const State& state, const Tree& after) {
+  return Snapshot::carry(before, state, after);
+}
+
+namespace {
+
 TimePoint relative(TimePoint time, TimePoint now) { return time == kNever ? kNever : TimePoint(time - now); }
 
 /// How a node that waits for writes stands to its entry, where entries never begin to count anew: 0 if it has seen the

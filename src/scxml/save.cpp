@@ -2,9 +2,11 @@
 #include <charconv>
 #include <utility>
 
+#include "sentree/scxml/carry.h"
 #include "sentree/scxml/detail/session_members.h"
 #include "sentree/scxml/interpreter.h"
 #include "sentree/scxml/model.h"
+#include "sentree/scxml/step.h"
 
 namespace sentree::scxml {
 namespace {
@@ -116,7 +118,165 @@ struct SessionSnapshot {
   }
 
   static constexpr int kSavedDepthMax = 64;
+
+  /// From one chart to another.
+  struct Passage {
+    const Chart& before;
+    const Chart& after;
+    Diagnostics problems;
+
+    // The root, and states that have no id, have no counterpart.
+    std::optional<StateIndex> find(StateIndex state) const {
+      const std::string& id = before.states()[state].id;
+      return id.empty() ? std::nullopt : after.find(id);
+    }
+    void refuse(const std::string& what, const Place& place) {
+      problems.push_back({Severity::kError, "scxml.cannot-carry", what, before.span(place)});
+    }
+    std::string named(StateIndex state) const {
+      const std::string& id = before.states()[state].id;
+      return id.empty() ? "a state without id" : "state \"" + id + "\"";
+    }
+  };
+
+  static StateSet configuration(Passage& passage, const Session& session) {
+    const auto states = passage.after.states();
+    StateSet active(states.size());
+    session.configuration_.for_each([&](StateIndex old) {
+      const auto now = passage.find(old);
+      if (!now || states[*now].is_history()) {
+        if (!session.running()) return;
+        passage.refuse(passage.named(old) + " is active, and the new chart has none of that id",
+                       passage.before.states()[old].place);
+        return;
+      }
+      for (StateIndex s = *now; s != 0 && s != kNoState; s = states[s].parent) active.insert(s);
+    });
+    if (!passage.problems.empty()) return active;
+    const auto refuse = [&](StateIndex at, const std::string& what) {
+      const std::string& id = states[at].id;
+      passage.problems.push_back({Severity::kError, "scxml.cannot-carry",
+                                  (id.empty() ? "a state" : "state \"" + id + "\"") + " is active, and " + what,
+                                  passage.after.span(states[at].place)});
+    };
+    const auto check = [&](StateIndex at) {
+      std::size_t inside = 0;
+      std::size_t children = 0;
+      for (const StateIndex child : states[at].children) {
+        if (states[child].is_history()) continue;
+        ++children;
+        if (active.contains(child)) ++inside;
+      }
+      if (states[at].kind == StateKind::kParallel) {
+        if (inside < children) refuse(at, "in the new chart it has a region of which nothing is active");
+      } else if (children > 0 && inside == 0) {
+        refuse(at, "in the new chart it has states inside, none of which is active");
+      } else if (inside > 1) {
+        refuse(at, "in the new chart only one of its active states can be");
+      }
+    };
+    if (session.running()) {
+      check(0);
+      active.for_each(check);
+    }
+    return active;
+  }
+
+  static void history(const Passage& passage, const Session& session, Session& carried) {
+    for (const auto& [history, states] : *session.history_) {
+      const auto now = passage.find(history);
+      if (!now || !passage.after.states()[*now].is_history()) continue;
+      std::vector<StateIndex> kept;
+      for (const StateIndex state : states) {
+        const auto target = passage.find(state);
+        if (target && passage.after.model().is_descendant(*target, passage.after.states()[*now].parent))
+          kept.push_back(*target);
+      }
+      // What is no longer whole is no memory: the default is taken instead.
+      if (kept.size() == states.size()) carried.history_.edit().emplace_back(*now, std::move(kept));
+    }
+  }
+
+  // What was running stays with the <invoke> of the same place in the state of the same id.
+  static void invocations(Passage& passage, const Session& session, Session& carried) {
+    const Model& was = passage.before.model();
+    const Model& is = passage.after.model();
+    for (const Invocation& invocation : session.invocations_) {
+      const auto& olds = was.state_code[invocation.state].invokes;
+      const auto place = std::find(olds.begin(), olds.end(), invocation.invoke) - olds.begin();
+      const auto state = passage.find(invocation.state);
+      if (!state || is.state_code[*state].invokes.size() != olds.size()) {
+        passage.refuse("what " + passage.named(invocation.state) +
+                           " has invoked is running, and the new chart's state "
+                           "of that id does not invoke as many",
+                       was.invokes[invocation.invoke].place);
+        continue;
+      }
+      Invocation& kept = carried.invocations_.emplace_back(invocation);
+      kept.state = *state;
+      kept.invoke = is.state_code[*state].invokes[static_cast<std::size_t>(place)];
+    }
+  }
+
+  static void data(const Passage& passage, const Session& session, Session& carried) {
+    const Model& was = passage.before.model();
+    const Model& is = passage.after.model();
+    if (is.variables.empty()) return;
+    const bool has_new = std::any_of(is.variables.begin(), is.variables.end(),
+                                     [&](const Variable& variable) { return !was.slots.contains(variable.id); });
+    if (has_new && !is.late_binding) {
+      Session beginning;
+      Effects nowhere;
+      start(passage.after, beginning, {}, TimePoint{}, nowhere);
+      if (beginning.variables_->size() == is.variables.size()) carried.variables_ = beginning.variables_;
+    }
+    auto& variables = carried.variables_.edit();
+    for (std::size_t slot = 0; slot < is.variables.size(); ++slot) {
+      const auto old = was.slots.find(is.variables[slot].id);
+      if (old != was.slots.end()) variables[slot] = (*session.variables_)[old->second];
+    }
+  }
+
+  static Loaded<Session> carry(const Chart& before, const Session& session, const Chart& after) {
+    if (!is_bound(session) || before.fingerprint() == after.fingerprint()) return {session, {}};
+    Passage passage{before, after, {}};
+    const Model& model = after.model();
+    if (before.data_model() != after.data_model() || before.model().late_binding != model.late_binding)
+      passage.refuse("the new chart has another data model, or another binding", {});
+    if (auto reason = session.unsaveable()) passage.problems.push_back(*std::move(reason));
+    Session carried;
+    reset_session(after, carried, {}, 1);
+    if (passage.problems.empty()) {
+      carried.status_ = session.status_;
+      carried.scripts_run_ = session.scripts_run_;
+      carried.identity_ = session.identity_;
+      carried.configuration_ = configuration(passage, session);
+      if (model.late_binding) {
+        session.initialized_->for_each([&](StateIndex state) {
+          if (const auto now = passage.find(state)) carried.initialized_.edit().insert(*now);
+        });
+      }
+      history(passage, session, carried);
+      carried.internal_ = session.internal_;
+      carried.external_ = session.external_;
+      carried.timers_ = session.timers_;
+      invocations(passage, session, carried);
+      data(passage, session, carried);
+      carried.globals_ = session.globals_;
+      carried.sequence_ = session.sequence_;
+      carried.ids_ = session.ids_;
+      carried.rng_ = session.rng_;
+      carried.failure_ = session.failure_;
+      carried.done_data_ = session.done_data_;
+    }
+    if (!passage.problems.empty()) return {std::nullopt, std::move(passage.problems)};
+    return {std::move(carried), {}};
+  }
 };
+
+Loaded<Session> carry(const Chart& before, const Session& session, const Chart& after) {
+  return SessionSnapshot::carry(before, session, after);
+}
 
 Result<Value> save(const Chart&, const Session& session) {
   if (!SessionSnapshot::is_bound(session)) return Value();

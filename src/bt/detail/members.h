@@ -3,6 +3,7 @@
 #include <tuple>
 #include <type_traits>
 
+#include "sentree/bt/carry.h"
 #include "sentree/bt/state.h"
 
 namespace sentree::bt {
@@ -30,6 +31,7 @@ struct Snapshot {
 
   [[nodiscard]] static Result<std::string> save(const Tree& tree, const State& state);
   [[nodiscard]] static Result<State> restore(const Tree& tree, std::string_view bytes);
+  [[nodiscard]] static Loaded<Carried> carry(const Tree& before, const State& state, const Tree& after);
   /// A state that goes on as this one does, with everything that no future depends on taken out: for comparing only.
   [[nodiscard]] static State canonical(const Tree& tree, const State& state, TimePoint now);
   [[nodiscard]] static Result<void> encode(const Tree& tree, const State& state, TimePoint now, std::string& out);

@@ -1,0 +1,278 @@
+#include "sentree/mission/carry.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+#include <variant>
+
+#include "sentree/bt/carry.h"
+#include "sentree/monitor/carry.h"
+#include "sentree/scxml/carry.h"
+#include "sentree/sim/state.h"
+
+namespace sentree::mission {
+
+namespace {
+
+constexpr std::size_t kGone = Carried::kGone;
+
+class Passage {
+ public:
+  Passage(const project::Plan& before, const State& state, const project::Plan& after)
+      : before_(before), old_(state), after_(after) {}
+
+  Loaded<Carried> carry() {
+    State& next = out_.state;
+    next.now = old_.now;
+    next.begun = old_.begun;
+    next.order = old_.order;
+    next.orders = old_.orders;
+    next.faults = old_.faults;
+    next.down = old_.down;
+    next.published = old_.published;
+    next.stamp = old_.stamp;
+    next.calls = old_.calls;
+    next.tick = old_.tick;
+    tree();
+    skills();
+    models();
+    monitors();
+    world();
+    for (const Waiting& waiting : old_.queue) {
+      if (auto what = delivery(waiting.what)) next.queue.push_back({waiting.when, waiting.rank, waiting.order, *what});
+    }
+    if (problems_.empty()) {
+      // Whatever a step takes for granted of a state is looked at there.
+      const auto saved = save(after_, next);
+      const auto back = saved ? restore(after_, *saved) : tl::unexpected(saved.error());
+      if (!back) problems_.push_back(back.error());
+    }
+    Loaded<Carried> carried;
+    carried.diagnostics = std::move(problems_);
+    if (carried.diagnostics.empty()) carried.value = std::move(out_);
+    return carried;
+  }
+
+ private:
+  void refuse(std::string what, const SourceSpan& span = {}) {
+    problems_.push_back({Severity::kError, "mission.cannot-carry", std::move(what), span});
+  }
+  void refuse_for(const std::string& whom, Diagnostics problems) {
+    for (Diagnostic& problem : problems) {
+      problem.message = whom + ": " + problem.message;
+      problems_.push_back(std::move(problem));
+    }
+  }
+  void changed(std::string what) { out_.changes.push_back(std::move(what)); }
+
+  void tree() {
+    auto carried = bt::carry(before_.tree, old_.tree.tree, after_.tree);
+    for (Diagnostic& problem : carried.diagnostics) problems_.push_back(std::move(problem));
+    out_.leaf_of.assign(before_.leaves.size(), kGone);
+    TreeState& next = out_.state.tree;
+    next = old_.tree;
+    next.leaves.assign(after_.leaves.size(), {});
+    if (carried.ok()) next.tree = std::move(carried.value->state);
+    for (std::size_t i = 0; i < before_.leaves.size(); ++i) {
+      const project::LeafPlan& leaf = before_.leaves[i];
+      const bt::NodeId node = carried.ok() ? carried.value->node_of[leaf.node] : bt::kNoNode;
+      const auto same = std::find_if(after_.leaves.begin(), after_.leaves.end(), [&](const project::LeafPlan& other) {
+        return carried.ok() ? other.node == node : other.name == leaf.name;
+      });
+      if (same == after_.leaves.end()) {
+        changed("leaf " + leaf.name + " is gone");
+        const TreeState::Leaf& asked = old_.tree.leaves[i];
+        if (asked.outstanding != 0 || asked.halt_call != 0)
+          refuse("leaf " + leaf.name + " owes an answer, and is gone", before_.tree.span(leaf.node));
+        continue;
+      }
+      out_.leaf_of[i] = static_cast<std::size_t>(same - after_.leaves.begin());
+      next.leaves[out_.leaf_of[i]] = old_.tree.leaves[i];
+    }
+    const auto gone = [&](std::size_t leaf) { return leaf >= out_.leaf_of.size() || out_.leaf_of[leaf] == kGone; };
+    next.deadline.leaf = gone(next.deadline.leaf) ? 0 : out_.leaf_of[next.deadline.leaf];
+    for (std::size_t i = 0; i < after_.leaves.size(); ++i) {
+      if (std::find(out_.leaf_of.begin(), out_.leaf_of.end(), i) == out_.leaf_of.end())
+        changed("leaf " + after_.leaves[i].name + " is new");
+    }
+  }
+
+  void skills() {
+    auto& skills = out_.state.skills;
+    skills.resize(after_.leaves.size());
+    for (std::size_t i = 0; i < before_.leaves.size(); ++i) {
+      const project::LeafPlan& leaf = before_.leaves[i];
+      const SkillState& skill = old_.skills[i];
+      if (out_.leaf_of[i] == kGone) {
+        if (skill.running()) refuse("the skill of " + leaf.name + " is at work, and its leaf is gone", {});
+        continue;
+      }
+      const project::LeafPlan& other = after_.leaves[out_.leaf_of[i]];
+      SkillState& next = skills[out_.leaf_of[i]];
+      next = skill;
+      if (!leaf.chart || !other.chart) {
+        refuse("the skill of " + leaf.name + " is no chart of this run");
+        continue;
+      }
+      if (leaf.chart->fingerprint() != other.chart->fingerprint()) {
+        changed("the chart of " + leaf.name + " is another one");
+        next.latest = {
+            .transition = std::nullopt, .event = skill.latest.event, .transitions = skill.latest.transitions};
+      }
+      if (skill.running() && leaf.protocol.has_value() != other.protocol.has_value())
+        refuse("the skill of " + leaf.name + " is at work, and is ticked in another way now");
+      if (skill.running()) {
+        auto session = scxml::carry(*leaf.chart, skill.session, *other.chart);
+        if (session.ok())
+          next.session = std::move(*session.value);
+        else
+          refuse_for("the skill of " + leaf.name, std::move(session.diagnostics));
+      } else if (leaf.chart->fingerprint() != other.chart->fingerprint()) {
+        next.session = scxml::Session();  // its next run begins anew
+      }
+      for (SkillState::Line& line : next.lines) {
+        for (const Shared<Call>& call : line.waiting) check(call);
+      }
+    }
+  }
+
+  void models() {
+    auto& models = out_.state.models;
+    models.resize(after_.models.size());
+    model_of_.assign(before_.models.size(), kGone);
+    std::vector<bool> known(after_.models.size(), false);
+    for (std::size_t i = 0; i < before_.models.size(); ++i) {
+      const project::ModelPlan& model = before_.models[i];
+      const auto same = std::find_if(after_.models.begin(), after_.models.end(),
+                                     [&](const project::ModelPlan& other) { return other.name == model.name; });
+      if (same == after_.models.end()) {
+        refuse("model " + model.name + " is gone, and what it stands for with it");
+        continue;
+      }
+      const auto index = static_cast<std::size_t>(same - after_.models.begin());
+      model_of_[i] = index;
+      known[index] = true;
+      models[index] = old_.models[i];
+      auto session = scxml::carry(model.chart, old_.models[i].session, same->chart);
+      if (session.ok())
+        models[index].session = std::move(*session.value);
+      else
+        refuse_for("model " + model.name, std::move(session.diagnostics));
+      for (ModelState::OpenCall& open : models[index].open) {
+        open.leaf = caller(open.leaf);
+        check(open.call);
+      }
+    }
+    for (std::size_t i = 0; i < known.size(); ++i) {
+      if (!known[i]) refuse("model " + after_.models[i].name + " is new; a model begins with its run");
+    }
+  }
+
+  void monitors() {
+    auto& memory = out_.state.monitors;
+    memory.leaves = old_.monitors.leaves;
+    for (const monitor::Model& model : after_.monitors) {
+      const auto same = std::find_if(before_.monitors.begin(), before_.monitors.end(),
+                                     [&](const monitor::Model& other) { return other.name() == model.name(); });
+      if (same == before_.monitors.end()) {
+        changed("monitor " + model.name() + " is new, and begins now");
+        memory.states.push_back(monitor::start(model, old_.now));
+        continue;
+      }
+      const monitor::State& state = old_.monitors.states[static_cast<std::size_t>(same - before_.monitors.begin())];
+      if (same->chart().fingerprint() != model.chart().fingerprint())
+        changed("the chart of monitor " + model.name() + " is another one");
+      auto carried = monitor::carry(*same, state, model, old_.now);
+      if (carried.ok())
+        memory.states.push_back(std::move(*carried.value));
+      else
+        refuse_for("monitor " + model.name(), std::move(carried.diagnostics));
+    }
+    for (std::size_t i = 0; i < before_.monitors.size(); ++i) {
+      const std::string& name = before_.monitors[i].name();
+      const bool stays = std::any_of(after_.monitors.begin(), after_.monitors.end(),
+                                     [&](const monitor::Model& model) { return model.name() == name; });
+      if (stays) continue;
+      // What it has found must not be lost.
+      if (old_.monitors.states[i].verdict == monitor::Verdict::kViolated)
+        refuse("monitor " + name + " is violated, and is gone");
+      changed("monitor " + name + " is gone");
+    }
+  }
+
+  void world() {
+    if (!old_.world) return;
+    if (after_.world == nullptr) {
+      changed("the simulated world is gone");
+      return;
+    }
+    auto world = sim::restore(*after_.world, sim::save(*old_.world));
+    if (world)
+      out_.state.world = std::move(*world);
+    else
+      refuse("the simulated world: " + world.error().message);
+  }
+
+  [[nodiscard]] std::size_t caller(std::size_t leaf) {
+    if (leaf == ServeCall::kOutside) return leaf;
+    if (out_.leaf_of[leaf] != kGone) return out_.leaf_of[leaf];
+    refuse("a call of " + before_.leaves[leaf].name + " is open, and its leaf is gone");
+    return ServeCall::kOutside;
+  }
+
+  void check(const Shared<Call>& call) {
+    const auto service = after_.services.find(call->service);
+    if (service == after_.services.end() || service->second.service->find(call->method) == nullptr)
+      refuse("a call of " + call->service + "." + call->method + " is on its way, and there is no such method now");
+  }
+
+  // Nothing: it was for a leaf that is gone, and no longer matters.
+  std::optional<Delivery> delivery(Delivery what) {
+    if (auto* to_tree = std::get_if<TreeDelivery>(&what.what)) {
+      const bool stays = std::visit(
+          [&](auto& about) {
+            if constexpr (requires { about.leaf; }) {
+              about.leaf = out_.leaf_of[about.leaf];
+              return about.leaf != kGone;
+            } else {
+              return true;
+            }
+          },
+          *to_tree);
+      return stays ? std::optional(std::move(what)) : std::nullopt;
+    }
+    if (auto* to_skill = std::get_if<SkillDelivery>(&what.what)) {
+      what.leaf = out_.leaf_of[what.leaf];
+      if (what.leaf == kGone) return std::nullopt;
+      std::visit(
+          [&](const auto& about) {
+            if constexpr (requires { about.call; }) check(about.call);
+          },
+          *to_skill);
+      return what;
+    }
+    auto& to_model = std::get<ModelDelivery>(what.what);
+    what.leaf = model_of_[what.leaf];
+    if (what.leaf == kGone) return std::nullopt;
+    if (auto* serve = std::get_if<ServeCall>(&to_model)) {
+      serve->leaf = caller(serve->leaf);
+      check(serve->call);
+    }
+    return what;
+  }
+
+  const project::Plan& before_;
+  const State& old_;
+  const project::Plan& after_;
+  Carried out_;
+  Diagnostics problems_;
+  std::vector<std::size_t> model_of_;
+};
+
+}  // namespace
+
+Loaded<Carried> carry(const project::Plan& before, const State& state, const project::Plan& after) {
+  return Passage(before, state, after).carry();
+}
+
+}  // namespace sentree::mission
