@@ -6,6 +6,7 @@
 #include <iostream>
 
 #include "sentree/sim/astar.h"
+#include "sentree/sim/exact_localization.h"
 #include "sentree/sim/particle_filter.h"
 #include "sentree/sim/simulation.h"
 #include "sentree/sim/test_support.h"
@@ -122,6 +123,98 @@ TEST_P(Amcl, TracksWithinFiveCentimetresThroughNoise) {
   const double rmse = std::sqrt(squares / count);
   std::cout << GetParam() << ": rmse " << rmse << " m, worst " << worst << " m\n";
   EXPECT_LT(rmse, 0.05);
+}
+
+// What of the error is measured at each update, in the robot's frame.
+struct Measured {
+  double along_m = 0.0;  // root mean squares
+  double across_m = 0.0;
+  double heading_rad = 0.0;
+  double persistence = 0.0;  // correlation of the error with that of the update before, of all three
+};
+
+Measured measured_errors(const GridMap& map, LocalizationSpec::Method method, std::uint64_t seed) {
+  Rng rng(seed);
+  World world = noisy_world(map, {});
+  world.robots[0].localization.method = method;
+  world.robots[0].start = random_place(world, rng, nullptr);
+  State state = initial_state(world, seed);
+  std::vector<Pose2> errors;
+  Pose2 updated_at = state.robots[0].localization.updated_at;
+  drive(world, state, rng, 400.0, [&](const RobotState& robot) {
+    if (robot.localization.updated_at == updated_at) return true;
+    updated_at = robot.localization.updated_at;
+    errors.push_back(relative(robot.truth.pose, estimated_pose(robot.localization, robot.odometry)));
+    return true;
+  });
+  Measured out;
+  const auto of = [&](auto&& part, double& rms) {
+    double squares = 0.0;
+    double products = 0.0;
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+      squares += part(errors[i]) * part(errors[i]);
+      if (i > 0) products += part(errors[i]) * part(errors[i - 1]);
+    }
+    rms = std::sqrt(squares / static_cast<double>(errors.size()));
+    out.persistence += products / squares / 3.0;
+  };
+  of([](const Pose2& e) { return e.x; }, out.along_m);
+  of([](const Pose2& e) { return e.y; }, out.across_m);
+  of([](const Pose2& e) { return wrap_angle(e.theta); }, out.heading_rad);
+  return out;
+}
+
+TEST_P(Amcl, ErrsAsTheExactLocalizationDoes) {
+  for (const std::uint64_t seed : {1, 2}) {
+    SCOPED_TRACE(seed);
+    const Measured filter = measured_errors(*map_, LocalizationSpec::Method::kAmcl, seed);
+    const Measured exact = measured_errors(*map_, kExact, seed);
+    for (const auto& [name, m] : {std::pair("amcl", filter), std::pair("exact", exact)}) {
+      std::cout << GetParam() << ", " << name << ": along " << m.along_m << " m, across " << m.across_m
+                << " m, heading " << m.heading_rad << " rad, persistence " << m.persistence << "\n";
+    }
+    const auto is_like = [](double of_exact, double of_filter) {
+      return of_exact > of_filter / 2 && of_exact < of_filter * 2;
+    };
+    EXPECT_PRED2(is_like, exact.along_m, filter.along_m);
+    EXPECT_PRED2(is_like, exact.across_m, filter.across_m);
+    EXPECT_PRED2(is_like, exact.heading_rad, filter.heading_rad);
+    EXPECT_NEAR(exact.persistence, filter.persistence, 0.1);
+  }
+}
+
+TEST(ExactLocalization, IsTheSameForTheSameSeedAndForgetsWhatItWasTold) {
+  const Loaded<World> house = test::load_house();
+  ASSERT_TRUE(house.ok());
+  World world = *house.value;
+  world.robots[0].localization.method = kExact;
+  const auto after = [&](std::uint64_t seed) {
+    State state = initial_state(world, seed);
+    RobotState& robot = state.robots[0];
+    set_initial_pose(world.robots[0].localization, robot.localization, {.pose = {3.0, 1.2, 0.0}}, robot.odometry);
+    Rng rng(1);
+    drive(world, state, rng, 30.0, [](const RobotState&) { return true; });
+    return state;
+  };
+  const State state = after(7);
+  EXPECT_EQ(state, after(7));
+  EXPECT_NE(state.robots[0].localization.estimate.pose, after(8).robots[0].localization.estimate.pose);
+  EXPECT_LT(error_m(state.robots[0]), 0.1);
+  EXPECT_GT(error_m(state.robots[0]), 0.0);
+}
+
+TEST(ExactLocalization, KnowsItsPlaceAgainOnceItHasMoved) {
+  const Loaded<World> house = test::load_house();
+  ASSERT_TRUE(house.ok());
+  World world = *house.value;
+  world.robots[0].localization.method = kExact;
+  State state = initial_state(world, 1);
+  RobotState& robot = state.robots[0];
+  reinitialize_globally(world.robots[0].localization, world.map, robot.localization, robot.odometry);
+  EXPECT_EQ(robot.localization.status, LocalizationStatus::kNotYetLocalized);
+  wander(world, state, 2.0, [](const RobotState&) { return true; });
+  EXPECT_EQ(robot.localization.status, LocalizationStatus::kLocalizedOk);
+  EXPECT_LT(error_m(robot), 0.1);
 }
 
 TEST_P(Amcl, FindsItselfAnywhere) {

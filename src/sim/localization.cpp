@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "sentree/sim/exact_localization.h"
 #include "sentree/sim/particle_filter.h"
 
 namespace sentree::sim {
@@ -30,15 +31,16 @@ void set_running(Localization& state, bool running) {
 
 void reinitialize_globally(const LocalizationSpec& spec, const GridMap& map, Localization& state,
                            const Pose2& odometry) {
-  if (spec.method != LocalizationSpec::Method::kAmcl) return;
+  if (spec.method == LocalizationSpec::Method::kOdometry) return;
   if (state.running) state.status = LocalizationStatus::kNotYetLocalized;
   state.updated_at = odometry;
+  if (spec.method == kExact) return;
   scatter_everywhere(spec, map, state);
   state.map_to_odom = frame_from(state.estimate.pose, odometry);
 }
 
 void update_localization(const LocalizationModel& model, Localization& state, const Pose2& odometry, const Scan& scan) {
-  if (!state.running) return;
+  if (!state.running || model.spec.method == kExact) return;
   if (model.spec.method == LocalizationSpec::Method::kOdometry) {
     state.estimate.pose = estimated_pose(state, odometry);
     return;

@@ -39,7 +39,8 @@ Value set_pose(const Context& c) {
   robot.truth.pose = pose;
   robot.truth.twist = {};
   robot.odometry_twist = {};
-  if (c.spec().localization.method == LocalizationSpec::Method::kOdometry) {
+  // To a filter it is a kidnapping.
+  if (c.spec().localization.method != LocalizationSpec::Method::kAmcl) {
     set_initial_pose(c.spec().localization, robot.localization, {.pose = pose}, robot.odometry);
     replan(robot.navigator, c.state.time);
   }

@@ -6,6 +6,7 @@
 #include "sentree/base/assert.h"
 #include "sentree/sim/announced.h"
 #include "sentree/sim/clearance.h"
+#include "sentree/sim/exact_localization.h"
 
 namespace sentree::sim {
 
@@ -137,7 +138,10 @@ void step(const World& world, State& state) {
     const bool moves = robot.truth.twist != Twist2{} || robot.drive != Twist2{} || robot.command.twist != Twist2{};
     std::vector<Shape> shapes;
     if (scan_due || moves) shapes = shapes_around(world, state, i);
-    if (scan_due) sense(world, state, i, shapes, robot);
+    if (scan_due) {
+      sense(world, state, i, shapes, robot);
+      update_exactly(spec.localization, robot.localization, robot.odometry, robot.truth.pose);
+    }
     if (scan_due || control_due) think(world, state, spec, robot, scan_due);
     if (!is_active(robot.navigator.status)) robot.drive = {};
     const bool commanded = robot.command != VelocityCommand{};

@@ -259,6 +259,16 @@ class WorldReader {
     const text::YamlNode empty;
     const auto section = [&](std::string_view name, auto&& read) {
       const text::YamlNode* node = fields.node(name);
+      // `localization: exact` says the method alone.
+      text::YamlNode method;
+      if (node != nullptr && node->is_scalar() && name == "localization") {
+        text::YamlNode key = *node;
+        key.scalar = "method";
+        method.kind = text::YamlNode::Kind::kMapping;
+        method.span = node->span;
+        method.entries.emplace_back(std::move(key), *node);
+        node = &method;
+      }
       YamlFields inner(node != nullptr ? *node : empty, "sim", std::string(name) + of, found_);
       read(inner);
       inner.finish();
@@ -316,7 +326,7 @@ class WorldReader {
   }
 
   void localization(YamlFields& f, LocalizationSpec& spec) {
-    const std::array<std::string, 2> methods{"odometry", "amcl"};
+    const std::array<std::string, 3> methods{"odometry", "amcl", "exact"};
     if (const auto method = f.choice("method", methods)) spec.method = static_cast<LocalizationSpec::Method>(*method);
     constexpr int kParticlesMax = 200'000;
     f.integer("particles_min", spec.particles_min, 10, kParticlesMax);

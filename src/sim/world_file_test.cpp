@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include "sentree/sim/exact_localization.h"
 
 #include <string>
 
@@ -86,6 +87,14 @@ odometry: {noise: 10 %, scale: 3 %}
   EXPECT_EQ(w.robot(""), 0U);
   EXPECT_EQ(w.robot("r2"), 1U);
   EXPECT_EQ(w.robot("r3"), std::nullopt);
+}
+
+TEST(WorldFile, TakesTheMethodOfLocalizationAlone) {
+  const Loaded<World> world = parse("map: room.yaml\nstart: [1, 1]\nlocalization: exact\n");
+  ASSERT_TRUE(world.ok());
+  EXPECT_EQ(world.value->robots[0].localization.method, kExact);
+  EXPECT_THAT(messages("map: room.yaml\nstart: [1, 1]\nlocalization: exakt\n"),
+              ElementsAre(HasSubstr("one of odometry, amcl, exact is expected")));
 }
 
 TEST(WorldFile, ReportsEverythingAtOnceWithPlaces) {
