@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "sentree/monitor/quick.h"
 #include "sentree/runtime/inside.h"
 
 namespace sentree::campaign {
@@ -66,6 +67,11 @@ void complete(Vary& vary, Duration duration) {
   }
 }
 
+// What explains a violation is asked of a run of it alone.
+void forgo_witnesses(project::Plan& plan) {
+  for (monitor::Model& model : plan.monitors) model = monitor::without_witnesses(model);
+}
+
 double rounded(double value) { return std::round(value * 1e6) / 1e6; }
 
 std::string first_error(const Diagnostics& diagnostics) {
@@ -82,6 +88,7 @@ Runner::Runner(project::Plan plan, project::Scenario base, Vary vary)
   for (const Parameter& parameter : vary_.parameters) {
     if (!parameter.name.starts_with("world.") && !parameter.name.starts_with("deadlines.")) follows_files_ = true;
   }
+  forgo_witnesses(plan_);
   for (const monitor::Model& model : plan_.monitors) requirements_.push_back(model.name());
   drawing_ = std::make_unique<Drawing>(vary_, world_.get(), base_.duration);
 }
@@ -163,6 +170,7 @@ Runner::Executed Runner::execute(const Draw& draw) {
       return out;
     }
     plan_ = std::move(*plan.value);
+    forgo_witnesses(plan_);
   } else {
     const bool same_world =
         scenario.value->project.world_overrides.has_value() == base_.project.world_overrides.has_value() &&

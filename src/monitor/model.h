@@ -16,6 +16,7 @@ struct Model::Parts {
   std::vector<Verdict> decides;  ///< By state: what its entry decides.
   std::vector<bool> pending;     ///< By state: something is owed while it is active.
   bool has_data = false;
+  bool forgoes_witnesses = false;  ///< See `without_witnesses`.
   bool listens_to_all = false;
   std::vector<std::string> descriptors;  ///< Event descriptors of the chart's transitions.
   Projection projection;                 ///< What it looks at.
@@ -33,6 +34,9 @@ struct Model::Parts {
 
 struct Access {
   static const Model::Parts& parts(const Model& model) { return *model.parts_; }
+  static void exchange(Model& model, Model::Parts parts) {
+    model.parts_ = std::make_shared<const Model::Parts>(std::move(parts));
+  }
 };
 
 /// Whether `name` fits one of the patterns.

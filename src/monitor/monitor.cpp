@@ -6,6 +6,7 @@
 
 #include "sentree/base/encoder.h"
 #include "sentree/monitor/model.h"
+#include "sentree/monitor/quick.h"
 #include "sentree/scxml/encode.h"
 #include "sentree/scxml/step.h"
 
@@ -182,6 +183,14 @@ void advance_into(const Model& model, State& state, TimePoint now, Decisions& de
 
 }  // namespace
 
+Model without_witnesses(const Model& model) {
+  Model::Parts parts = Access::parts(model);
+  parts.forgoes_witnesses = true;
+  Model quick = model;
+  Access::exchange(quick, std::move(parts));
+  return quick;
+}
+
 Core begin(const Model& model, TimePoint now, const Tracing& tracing, scxml::ExecutionWatch* watch) {
   const Model::Parts& parts = Access::parts(model);
   Core core;
@@ -268,6 +277,8 @@ TimePoint next_timer(const Model& model, const Core& core) {
 
 Decisions observe(const Model& model, State& state, const Observation& observation, const scxml::Event* event,
                   scxml::ExecutionWatch* watch) {
+  // Stands for all that are not kept: which states were entered is known, not by what.
+  static const Observation kSomething = std::make_shared<const Message>();
   Decisions decisions;
   if (is_over(model, state)) return decisions;
   const Message& message = *observation;
@@ -276,9 +287,13 @@ Decisions observe(const Model& model, State& state, const Observation& observati
     if (is_over(model, state)) return decisions;
   }
   ++state.trail.seen;
-  remember(model, state, observation, watch);
+  const bool keeps = !Access::parts(model).forgoes_witnesses;
+  if (keeps)
+    remember(model, state, observation, watch);
+  else
+    state.trail.history_complete = false;
   const std::optional<TimePoint> since = state.since;
-  const Stepped stepped = step(model, state, message, event, {&state.trail, observation}, watch);
+  const Stepped stepped = step(model, state, message, event, {&state.trail, keeps ? observation : kSomething}, watch);
   if (stepped.verdict != Verdict::kUndecided)
     decisions.push_back(decide(model, state, stepped, since, message.time, &message, watch));
   const Model::Parts& parts = Access::parts(model);

@@ -37,8 +37,14 @@ void Stream::publish(Message message) {
       pending_.push_back(std::move(lost));
     }
     stamp(message);
-    pending_.push_back(std::move(message));
     start_draining = !std::exchange(draining_, true);
+    // Who drains at once takes the message with it.
+    if (start_draining && scheduler_.is_virtual() && pending_.empty() && batch_.empty() && !delivering_) {
+      delivering_ = std::move(message);
+      listener_ = 0;
+    } else {
+      pending_.push_back(std::move(message));
+    }
   }
   if (start_draining) {
     if (scheduler_.is_virtual())

@@ -1,0 +1,11 @@
+#pragma once
+
+#include "sentree/monitor/monitor.h"
+
+namespace sentree::monitor {
+
+/// A monitor that decides the same at the same times, but keeps no observations: its decisions have no witness. For
+/// whoever wants verdicts of many runs.
+[[nodiscard]] Model without_witnesses(const Model& model);
+
+}  // namespace sentree::monitor
