@@ -20,6 +20,7 @@ struct CampaignCommand {
   std::string confidence = "95 %";
   std::vector<std::string> expect;  ///< "never_empty violated < 1e-3".
   std::string shard;                ///< "2/4"; empty: all.
+  bool mpi = false;                 ///< It is one of the ranks that a launcher has started.
   std::string out;                  ///< Folder; empty: campaign/ in the project.
   bool resume = false;
   bool no_shrink = false;

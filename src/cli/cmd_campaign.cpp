@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -18,6 +19,7 @@
 #include "sentree/cli/share.h"
 #include "sentree/project/scenario_text.h"
 #include "sentree/text/file.h"
+#include "sentree/text/json.h"
 
 namespace sentree::cli {
 
@@ -147,6 +149,101 @@ bool parse_expectations(const std::vector<std::string>& texts, const campaign::R
   return true;
 }
 
+// A process among those that a launcher (mpirun, srun) has started together: a shard of the campaign. They share
+// nothing but a folder; the first merges what all have done.
+struct Rank {
+  std::uint64_t index = 0;
+  std::uint64_t count = 1;
+  std::string job;  // tells the files of this launch from those of an earlier one
+};
+
+std::optional<Rank> rank_of_launcher() {
+  struct Names {
+    const char* index;
+    const char* count;
+  };
+  constexpr Names kLaunchers[] = {
+      {"OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE"}, {"PMI_RANK", "PMI_SIZE"}, {"SLURM_PROCID", "SLURM_NTASKS"}};
+  for (const Names& names : kLaunchers) {
+    const char* index = std::getenv(names.index);
+    const char* count = std::getenv(names.count);
+    if (index == nullptr || count == nullptr) continue;
+    Rank rank{std::strtoull(index, nullptr, 10), std::strtoull(count, nullptr, 10), {}};
+    if (rank.count == 0 || rank.index >= rank.count) continue;
+    for (const char* name : {"PMIX_NAMESPACE", "OMPI_MCA_ess_base_jobid", "SLURM_JOB_ID", "SLURM_STEP_ID", "PMI_FD"}) {
+      if (const char* job = std::getenv(name)) rank.job += std::string(job) + ".";
+    }
+    return rank;
+  }
+  return std::nullopt;
+}
+
+fs::path rank_folder(const fs::path& folder, std::uint64_t index, std::uint64_t count) {
+  return folder / fmt::format("rank-{}-of-{}", index + 1, count);
+}
+
+constexpr const char* kRankFile = "rank.json";
+
+std::string host_name() {
+  char name[256] = {};
+  (void)gethostname(name, sizeof name - 1);
+  return name;
+}
+
+void note_rank(const Rank& rank, const fs::path& folder, bool has_ended) {
+  const Value note =
+      Map{{"job", rank.job}, {"host", host_name()}, {"pid", static_cast<std::int64_t>(getpid())}, {"ended", has_ended}};
+  (void)text::write_file(folder / kRankFile, to_json(note) + "\n");
+}
+
+// Waits until each of the other ranks has ended or is gone; says of those what is known.
+std::vector<fs::path> await_ranks(const Rank& rank, const fs::path& folder) {
+  // On another machine only its files tell of a rank: one that has written nothing for so long is given up.
+  constexpr std::chrono::minutes kSilenceMax{10};
+  constexpr std::chrono::milliseconds kLook{100};
+  std::vector<fs::path> folders;
+  for (std::uint64_t i = 0; i < rank.count; ++i) {
+    const fs::path of = rank_folder(folder, i, rank.count);
+    std::uintmax_t size = 0;
+    auto heard = std::chrono::steady_clock::now();
+    while (i != rank.index && interrupted == 0) {
+      const auto source = text::read_file(of / kRankFile);
+      const auto note = source ? text::parse_json(*source) : Result<Value>(Value());
+      const Value none;
+      const auto member = [&](const char* name) {
+        const Value* found = note ? note->find(name) : nullptr;
+        return found != nullptr ? *found : none;
+      };
+      const bool is_ours = note && member("job").text() == rank.job;
+      const Value ended = member("ended");
+      if (is_ours && ended.as_bool() != nullptr && *ended.as_bool()) break;
+      const auto pid = static_cast<pid_t>(member("pid").number());
+      const bool is_gone = is_ours && pid > 0 && member("host").text() == host_name() && kill(pid, 0) != 0;
+      // It may have ended since its file was read.
+      if (is_gone && text::read_file(of / kRankFile).value_or("").find("\"ended\":true") == std::string::npos) {
+        say(fmt::format("rank {} of {} (process {}) died; those of its runs that it has not written are lost", i + 1,
+                        rank.count, pid));
+        break;
+      }
+      std::error_code error;
+      const std::uintmax_t now = fs::file_size(of / campaign::kTableName, error);
+      if (!error && now != size) heard = std::chrono::steady_clock::now();
+      size = now;
+      if (std::chrono::steady_clock::now() - heard > kSilenceMax) {
+        say(
+            fmt::format("rank {} of {} has written nothing for {} min; those of its runs that it has not written are "
+                        "lost",
+                        i + 1, rank.count, kSilenceMax.count()));
+        break;
+      }
+      std::this_thread::sleep_for(kLook);
+    }
+    std::error_code error;
+    if (fs::exists(of / campaign::kTableName, error)) folders.push_back(of);
+  }
+  return folders;
+}
+
 // What follows once all runs are in: least scenarios, page, data, text.
 int tell(campaign::Runner& runner, const campaign::Settings& settings, const campaign::Summary& summary,
          const campaign::CampaignOptions& options, bool shrinks, bool json) {
@@ -218,6 +315,15 @@ int campaign(const CampaignCommand& command) {
       return kUsage;
     }
   }
+  std::optional<Rank> rank;
+  if (command.mpi) {
+    rank = rank_of_launcher();
+    if (!rank) {
+      say("--mpi: no launcher has started this; mpirun sentree campaign … --mpi does");
+      return kUsage;
+    }
+    settings.shard = {rank->index + 1, rank->count};
+  }
   const auto runner = load_runner(command.project, settings.vary);
   if (!runner) return kInvalidInput;
   if (!parse_expectations(command.expect, *runner, asked)) return kUsage;
@@ -229,7 +335,9 @@ int campaign(const CampaignCommand& command) {
   }
   settings.identity = runner->identity();
   fs::path where = command.out.empty() ? project_folder(command.project) / "campaign" : fs::path(command.out);
-  if (command.out.empty() && settings.shard.count > 1)
+  if (rank)
+    where = rank_folder(where, rank->index, rank->count);
+  else if (command.out.empty() && settings.shard.count > 1)
     where /= fmt::format("shard-{}-of-{}", settings.shard.index, settings.shard.count);
   const auto folder = made_folder(where);
   if (!folder) return kEnvironment;
@@ -237,13 +345,19 @@ int campaign(const CampaignCommand& command) {
   Meter meter;
   campaign::Progress last;
   campaign::CampaignOptions options;
-  options.jobs = command.jobs.value_or(std::max(1U, std::thread::hardware_concurrency()));
+  if (rank) {
+    std::error_code error;
+    // Nobody merges the runs of an earlier campaign.
+    if (!command.resume) fs::remove(*folder / campaign::kTableName, error);
+    note_rank(*rank, *folder, false);
+  }
+  options.jobs = command.jobs.value_or(rank ? 1U : std::max(1U, std::thread::hardware_concurrency()));
   options.folder = *folder;
   options.resume = command.resume;
   options.is_interrupted = [] { return interrupted != 0; };
   options.on_progress = [&](const campaign::Progress& progress) {
     last = progress;
-    meter.show(progress);
+    if (!rank || rank->index == 0) meter.show(progress);
   };
   const auto summary = campaign::run_campaign(*runner, settings, options);
   show_status("");
@@ -256,6 +370,20 @@ int campaign(const CampaignCommand& command) {
   say(fmt::format("{} runs in {}, {:.1f} runs/s with {} process{}{}", last.fresh, about(meter.wall_s()),
                   meter.rate(last), options.jobs, options.jobs == 1 ? "" : "es",
                   was_interrupted ? "; interrupted: --resume goes on behind them" : ""));
+  if (rank) {
+    note_rank(*rank, *folder, true);
+    if (rank->index != 0) return was_interrupted ? kInterrupted : kOk;
+    options.folder = where.parent_path();
+    const auto folders = await_ranks(*rank, options.folder);
+    settings.shard = {};
+    const auto merged = campaign::merge_campaign(*runner, settings, folders, options.folder);
+    if (!merged) {
+      say(to_string(merged.error()));
+      return kInvalidInput;
+    }
+    const int code = tell(*runner, settings, *merged, options, !command.no_shrink && !was_interrupted, command.json);
+    return was_interrupted ? kInterrupted : code;
+  }
   if (settings.shard.count > 1) {
     say(fmt::format("shard {} of {} in {}; sentree campaign merge has the result", settings.shard.index,
                     settings.shard.count, folder->string()));
