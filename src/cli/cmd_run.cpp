@@ -22,6 +22,7 @@
 #include "sentree/cli/what_if.h"
 #include "sentree/cli/yarp_network.h"
 #include "sentree/project/distribute.h"
+#include "sentree/runtime/durable.h"
 #include "sentree/studio/groot_run.h"
 #include "sentree/studio/live.h"
 
@@ -231,6 +232,7 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, std::u
     return kInvalidInput;
   };
   std::optional<Resumption> resumption;
+  std::vector<std::function<void(const runtime::RunOptions&)>> untold;
   if (command.resume) {
     auto found = Resumption::find(*command.resume);
     if (!found) {
@@ -239,7 +241,10 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, std::u
     }
     resumption = std::move(*found);
   }
-  auto loaded = resumption ? resumption->scenario(false) : load(command.project, command.scenario);
+  const bool replaces = resumption && command.project != RunCommand().project;
+  auto loaded = replaces     ? resumption->scenario_of(command.project)
+                : resumption ? resumption->scenario(false)
+                             : load(command.project, command.scenario);
   say(loaded.diagnostics);
   std::optional<project::Scenario> scenario = std::move(loaded.value);
   if (!scenario) return invalid(loaded.diagnostics);
@@ -250,7 +255,23 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, std::u
   if (command.processes) scenario->virtual_time = false;
   if (!resumption && !apply_options(command, *scenario)) return kUsage;
   auto plan = project::prepare(std::move(*scenario));
-  if (resumption && resumption->recorded && (!plan.ok() || !is_plan_of(*plan.value, resumption->journaled))) {
+  if (replaces && plan.ok()) {
+    say(plan.diagnostics);
+    auto before = resumption->plan();
+    if (!before.ok()) {
+      say(before.diagnostics);
+      return invalid(before.diagnostics);
+    }
+    auto replaced = runtime::replace_plan(*before.value, resumption->journaled, resumption->known, *plan.value);
+    if (!replaced.ok()) {
+      say(replaced.diagnostics);
+      say("the mission cannot go on with " + command.project + "; nothing was resumed");
+      return invalid(replaced.diagnostics);
+    }
+    for (const std::string& change : replaced.value->changes) say(change);
+    resumption->journaled = std::move(replaced.value->journaled);
+    untold = std::move(replaced.value->untold);
+  } else if (resumption && resumption->recorded && (!plan.ok() || !is_plan_of(*plan.value, resumption->journaled))) {
     // What it began with goes on, whatever has become of its files.
     if (files) files.emplace();
     auto recorded = resumption->scenario(true);
@@ -376,6 +397,7 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, std::u
     }
     return there;
   };
+  for (const auto& tell : untold) tell(options);
   auto progress = std::make_unique<Progress>(*plan.value, options);
   runtime::Run run(*plan.value, std::move(options));
   Interrupts interrupts(run);

@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <filesystem>
 
 #include "sentree/cli/campaign_command.h"
 #include "sentree/cli/commands.h"
@@ -58,7 +59,8 @@ void add_run(CLI::App& app, RunCommand& command, std::string& vary) {
       "  sentree run examples/recharge --scenario recharge --durable   and when it was killed: sentree run --resume\n"
       "Exit code: 0 the mission did as expected, 1 it did not or a monitor is violated, 3 invalid project,\n"
       "4 environment (port taken), 124 time limit, 130 interrupted.");
-  sub->add_option("project", command.project, "Folder with a sentree.yaml, or a scenario file")->capture_default_str();
+  auto* project = sub->add_option("project", command.project, "Folder with a sentree.yaml, or a scenario file");
+  project->capture_default_str();
   auto* scenario = sub->add_option("--scenario", command.scenario, "Name of a file in the project's scenarios/");
   sub->add_option("--vary", vary, "The run of that campaign with this --seed, as a scenario file in campaign/")
       ->excludes(scenario);
@@ -103,15 +105,23 @@ void add_run(CLI::App& app, RunCommand& command, std::string& vary) {
                                 "is killed; --durable=never, =interval (each second, default) or =each says when it "
                                 "reaches the disk itself, and so outlives the machine too")
                       ->excludes(unrecorded);
-  sub->add_option_function<std::vector<std::string>>(
-         "--resume",
-         [&](const std::vector<std::string>& run) { command.resume = run.empty() ? std::string() : run.front(); },
-         "Go on with the durable run of this recording; default: the last one that was killed")
-      ->expected(0, 1)
-      ->type_name("RUN.mcap")
-      ->excludes(scenario)
-      ->excludes(durable)
-      ->excludes(unrecorded);
+  auto* resume =
+      sub->add_option_function<std::vector<std::string>>(
+             "--resume",
+             [&](const std::vector<std::string>& run) { command.resume = run.empty() ? std::string() : run.front(); },
+             "Go on with the durable run of this recording; default: the last one that was killed")
+          ->expected(0, 1)
+          ->type_name("RUN.mcap")
+          ->excludes(project)
+          ->excludes(scenario)
+          ->excludes(durable)
+          ->excludes(unrecorded);
+  sub->add_option_function<std::string>(
+         "--project",
+         // A folder that is named is another one than the folder that nobody named.
+         [&](const std::string& other) { command.project = std::filesystem::absolute(other).string(); },
+         "With --resume: the project or scenario with which the mission goes on, instead of its own")
+      ->needs(resume);
 }
 
 void add_allow_plugins(CLI::App& sub, bool& allowed) {
@@ -327,6 +337,7 @@ const CLI::App* add_campaign(CLI::App& app, CampaignCommand& command) {
       "  sentree campaign . --expect 'never_empty violated < 1e-3'                ends when that is decided\n"
       "  sentree campaign . --resume                              goes on where it was interrupted\n"
       "  sentree campaign . --shard 2/4 --out part2               a part of it, on another machine\n"
+      "  mpirun -n 8 sentree campaign . --mpi                     parts for each rank, merged by the first\n"
       "  sentree campaign merge part1 part2 part3 part4           the same result, byte for byte\n"
       "  sentree run . --vary campaign.yaml --seed 1000042        one of its runs again\n"
       "Exit code: 0 nothing is violated, or what is expected holds; 1 something is, or does not; 124 an expectation "
@@ -342,7 +353,10 @@ const CLI::App* add_campaign(CLI::App& app, CampaignCommand& command) {
   sub->add_option("--expect", command.expect,
                   "Decide by a sequential test: \"REQUIREMENT violated < 1e-3\"; several times")
       ->allow_extra_args(false);
-  sub->add_option("--shard", command.shard, "Run the I-th of N parts, I/N");
+  auto* shard = sub->add_option("--shard", command.shard, "Run the I-th of N parts, I/N");
+  sub->add_flag("--mpi", command.mpi,
+                "One of the ranks that mpirun or srun has started together: each runs its part, the first merges them")
+      ->excludes(shard);
   sub->add_flag("--resume", command.resume, "Go on behind the runs that the folder has");
   sub->add_flag("--no-shrink", command.no_shrink, "Write no least scenarios");
   auto* merge = sub->add_subcommand("merge", "The result of a campaign's shards");

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sentree/cli/output.h"
+#include "sentree/mission/state.h"
 
 namespace sentree::cli {
 
@@ -85,14 +86,41 @@ Loaded<project::Scenario> Resumption::scenario(bool from_recording) const {
   } else {
     loaded.value = load_file(text_of(journaled.note, "source"));
   }
-  if (!loaded.value) return loaded;
+  if (loaded.value) set_pace(*loaded.value);
+  return loaded;
+}
+
+Loaded<project::Scenario> Resumption::scenario_of(const std::string& project) const {
+  Loaded<project::Scenario> loaded = load(project, "");
+  if (loaded.value) set_pace(*loaded.value);
+  return loaded;
+}
+
+Loaded<project::Plan> Resumption::plan() const {
+  for (const bool from_recording : {false, true}) {
+    auto loaded = scenario(from_recording);
+    if (!loaded.value) {
+      if (from_recording) return {std::nullopt, std::move(loaded.diagnostics)};
+      continue;
+    }
+    auto plan = project::prepare(std::move(*loaded.value));
+    const bool is_last = from_recording || !recorded;
+    if (!plan.ok() && is_last) return plan;
+    if (!plan.ok()) continue;
+    const auto state = mission::restore(*plan.value, journaled.state);
+    if (state || state.error().code != "mission.other-plan") return plan;
+    if (is_last) return {std::nullopt, {state.error()}};
+  }
+  return {};
+}
+
+void Resumption::set_pace(project::Scenario& scenario) const {
   const Value* is_virtual = journaled.note.find("virtual");
   const Value* factor = journaled.note.find("factor");
-  loaded.value->virtual_time = is_virtual != nullptr && is_virtual->as_bool() != nullptr && *is_virtual->as_bool();
-  if (factor != nullptr && factor->as_double() != nullptr) loaded.value->factor = *factor->as_double();
-  loaded.value->seed = static_cast<std::uint64_t>(integer(journaled.note, "seed"));
-  loaded.value->duration = Duration(integer(journaled.note, "duration_ns"));
-  return loaded;
+  scenario.virtual_time = is_virtual != nullptr && is_virtual->as_bool() != nullptr && *is_virtual->as_bool();
+  if (factor != nullptr && factor->as_double() != nullptr) scenario.factor = *factor->as_double();
+  scenario.seed = static_cast<std::uint64_t>(integer(journaled.note, "seed"));
+  scenario.duration = Duration(integer(journaled.note, "duration_ns"));
 }
 
 }  // namespace sentree::cli

@@ -26,6 +26,13 @@ struct Resumption {
   [[nodiscard]] static Result<Resumption> find(const std::string& recording);
   /// The scenario from where it was, as it ran; or from the recording, if it has changed since.
   [[nodiscard]] Loaded<project::Scenario> scenario(bool from_recording) const;
+  /// The scenario of another project, or another scenario, at the pace of this run.
+  [[nodiscard]] Loaded<project::Scenario> scenario_of(const std::string& project) const;
+  /// The plan with which it ran: from where it was, or from the recording.
+  [[nodiscard]] Loaded<project::Plan> plan() const;
+
+ private:
+  void set_pace(project::Scenario& scenario) const;
 };
 
 }  // namespace sentree::cli

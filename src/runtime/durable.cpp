@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "sentree/mission/carry.h"
 #include "sentree/rpc/address.h"
 #include "sentree/runtime/local_skill.h"
+#include "sentree/runtime/run.h"
 
 namespace sentree::runtime {
 
@@ -47,9 +49,11 @@ std::string Durability::obstacle(const project::Plan& plan) {
     if (!leaf.chart) return "the skill of " + leaf.name + " is no chart";
   }
   if (!plan.observers.empty()) return "\"" + plan.observers.front().name + "\" observes it from another process";
-  if (!plan.scenario.processes.empty())
-    return "it starts process \"" + plan.scenario.processes.front().name +
-           "\", which would end with it; start that yourself, and give its address (at: unix:…)";
+  for (const project::ProcessEntry& process : plan.scenario.processes) {
+    if (process.component.empty())
+      return "process \"" + process.name + "\" is a " + (process.skill.empty() ? "monitor" : "skill") +
+             ", which a durable run executes itself; leave it out";
+  }
   for (const auto& [name, service] : plan.services) {
     const auto address = rpc::Address::parse(service.at);
     if (address && address->kind == rpc::Address::Kind::kOther)
@@ -89,24 +93,51 @@ void Durability::intervention(const project::Intervention& what, const std::stri
   if (!catching_up_) journal_.intervention(scheduler_.now(), mission::save(what), source);
 }
 
+void Durability::observed(const Message& message) {
+  if (catching_up_) return;
+  journal_.input(scheduler_.now(), Map{{"observed", message.name}, {"target", message.target}, {"data", message.data}});
+}
+
+std::optional<Message> Durability::observed(const Value& input) {
+  const Value* name = input.find("observed");
+  const Value* target = input.find("target");
+  const Value* data = input.find("data");
+  if (name == nullptr || target == nullptr || data == nullptr) return std::nullopt;
+  Message message;
+  message.source = "run";
+  message.target = target->text();
+  message.name = name->text();
+  message.data = *data;
+  return message;
+}
+
 void Durability::snapshot(mission::State state) {
   if (catching_up_) return;
   const auto begun = std::chrono::steady_clock::now();
   mission::forget_history(state, kTrailMax);
   const auto saved = mission::save(plan_, state);
-  List open;
-  for (const auto& [id, call] : open_) {
-    const mission::Delivery form{call.leaf, mission::SkillDelivery(mission::Send{call.call})};
-    open.push_back(Map{{"call", mission::save(form)}, {"sent", call.sent}});
-  }
   // A recording in real time is at most a second late, and the journal reaches back for seconds; but not behind its
   // first state, and in virtual time a recording may be as late as it likes.
   if (settle_ && (std::exchange(is_first_, false) || plan_.scenario.virtual_time)) settle_();
   journal_.spent(std::chrono::steady_clock::now() - begun);
   if (saved)
-    journal_.snapshot(state.now, *saved, std::move(open), gaps_);
+    journal_.snapshot(state.now, *saved, open(), gaps_);
   else
     journal_.give_up(to_string(saved.error()));
+}
+
+List Durability::open() const {
+  List open;
+  for (const auto& [id, call] : open_) {
+    const mission::Delivery form{call.leaf, mission::SkillDelivery(mission::Send{call.call})};
+    open.push_back(Map{{"call", mission::save(form)}, {"sent", call.sent}});
+  }
+  return open;
+}
+
+List Durability::reached() {
+  for (const std::uint64_t call : answered_) open_.erase(call);
+  return open();
 }
 
 Result<void> Durability::begin_again(const Journaled& journaled) {
@@ -127,6 +158,7 @@ Result<void> Durability::begin_again(const Journaled& journaled) {
     open_[send->call->id] = {form->leaf, send->call, *sent->as_bool() || sent_.contains(send->call->id)};
   }
   for (const auto& [when, saved] : journaled.inputs) {
+    if (saved.find("observed") != nullptr) continue;
     auto what = mission::restore_delivery(plan_, saved);
     if (!what) return tl::unexpected(what.error());
     if (!std::holds_alternative<mission::SkillDelivery>(what->what)) return bad("an input is for no skill");
@@ -162,6 +194,67 @@ void Durability::resumed(const Gap& gap, Duration lost) {
 void Durability::ask_again() {
   const std::map<std::uint64_t, Open> open = std::exchange(open_, {});
   for (const auto& [id, call] : open) skill_(call.leaf)->send_again(call.call, method_of(*call.call));
+}
+
+Loaded<Replaced> replace_plan(const project::Plan& before, const Journaled& journaled, std::uint64_t known,
+                              const project::Plan& after) {
+  Loaded<Replaced> out;
+  const auto refuse = [&](Diagnostic why) {
+    out.diagnostics.push_back(std::move(why));
+    return std::move(out);
+  };
+  Replaced replaced;
+  std::optional<RunOptions::Reached> reached;
+  RunOptions options;
+  options.durable = DurableOptions{.journal = journaled.file, .known = known};
+  options.resume = &journaled;
+  options.on_reached = [&](RunOptions::Reached what) { reached = std::move(what); };
+  options.listeners.emplace_back([&](const Message& message) {
+    replaced.untold.emplace_back([message](const RunOptions& to) {
+      for (const auto& listener : to.listeners) listener(message);
+    });
+  });
+  options.on_decision = [&](const MonitorReport& report) {
+    replaced.untold.emplace_back([report](const RunOptions& to) {
+      if (to.on_decision) to.on_decision(report);
+    });
+  };
+  const RunReport report = Run(before, std::move(options)).execute();
+  if (!report.error.empty()) return refuse({Severity::kError, "journal.damaged", report.error, {}});
+  if (!reached) {
+    return refuse({Severity::kError,
+                   "run.ended",
+                   "the run had ended when its executive died; sentree run --resume without --project says how",
+                   {}});
+  }
+  auto carried = mission::carry(before, reached->state, after);
+  if (!carried.ok()) {
+    out.diagnostics = std::move(carried.diagnostics);
+    return out;
+  }
+  Journaled& next = replaced.journaled;
+  next = journaled;
+  next.inputs.clear();
+  next.interventions.clear();
+  next.sent.clear();
+  next.open.clear();
+  next.gaps = reached->gaps;
+  next.reached = carried.value->state.now;
+  for (const Value& entry : reached->open) {
+    auto call = mission::restore_delivery(before, *entry.find("call"));
+    if (!call) return refuse(call.error());
+    call->leaf = carried.value->leaf_of[call->leaf];
+    // Nobody waits for it any more.
+    if (call->leaf == mission::Carried::kGone) continue;
+    if (auto fits = mission::restore_delivery(after, mission::save(*call)); !fits) return refuse(fits.error());
+    next.open.push_back(Map{{"call", mission::save(*call)}, {"sent", *entry.find("sent")}});
+  }
+  auto saved = mission::save(after, carried.value->state);
+  if (!saved) return refuse(saved.error());
+  next.state = std::move(*saved);
+  replaced.changes = std::move(carried.value->changes);
+  out.value = std::move(replaced);
+  return out;
 }
 
 }  // namespace sentree::runtime

@@ -34,6 +34,9 @@ class Durability final : public Chronicle {
   [[nodiscard]] std::unique_ptr<ServicePort> guard(std::unique_ptr<ServicePort> port);
   /// What somebody does to the run, before it is done.
   void intervention(const project::Intervention& what, const std::string& source);
+  /// Something that is published of the run's processes, before it is; and what that was, of an input that is such.
+  void observed(const Message& message);
+  [[nodiscard]] static std::optional<Message> observed(const Value& input);
   /// The whole run as of now.
   void snapshot(mission::State state);
 
@@ -45,6 +48,8 @@ class Durability final : public Chronicle {
   /// others are left to `ask_again`. The skills' deadlines are put off by `lost`.
   void resumed(const Gap& gap, Duration lost);
   void ask_again();
+  /// Instead of `resumed`: the calls that are on their way at the last instant, as `Journaled::open` has them.
+  [[nodiscard]] List reached();
 
   [[nodiscard]] const std::vector<Gap>& gaps() const { return gaps_; }
   [[nodiscard]] Journal& journal() { return journal_; }
@@ -57,6 +62,7 @@ class Durability final : public Chronicle {
     bool sent = false;
   };
   void make(std::size_t leaf, const mission::Shared<mission::Call>& call, ServicePort& port);
+  [[nodiscard]] List open() const;
   [[nodiscard]] const idl::Method& method_of(const mission::Call& call) const;
   [[nodiscard]] bool is_idempotent(const mission::Call& call) const;
 
@@ -72,5 +78,20 @@ class Durability final : public Chronicle {
   bool catching_up_ = false;
   bool is_first_ = true;  // no state has been written
 };
+
+/// What a durable run was, and goes on as with another project.
+struct Replaced {
+  Journaled journaled;               ///< For `RunOptions::resume` with the new plan.
+  std::vector<std::string> changes;  ///< See `mission::Carried`.
+  /// What the recording of the run that died has not: tells it to `listeners` and `on_decision`, in its order.
+  std::vector<std::function<void(const struct RunOptions&)>> untold;
+};
+
+/// Brings the run of a journal to its last instant with the plan that it had, and carries it over to another plan.
+/// Nothing is written and nothing leaves the run.
+/// @param known  The last observation that its recording holds.
+/// Codes: those of `mission::carry`; run.ended (it had ended), journal.*, mission.*.
+[[nodiscard]] Loaded<Replaced> replace_plan(const project::Plan& before, const Journaled& journaled,
+                                            std::uint64_t known, const project::Plan& after);
 
 }  // namespace sentree::runtime

@@ -33,7 +33,7 @@ constexpr std::size_t kRecordMax = std::size_t{256} << 20U;
 constexpr std::chrono::seconds kSyncInterval{1};
 
 enum class HeadState : char { kOpen = 'o', kGivenUp = 'g', kContinued = 'c' };
-enum class Kind : std::uint8_t { kSnapshot = 1, kInstant, kInput, kIntervention, kSent };
+enum class Kind : std::uint8_t { kSnapshot = 1, kInstant, kInput, kIntervention, kSent, kParts };
 
 std::string head(HeadState state, std::string_view text) {
   std::string made(kMagic);
@@ -101,6 +101,11 @@ std::int64_t integer(const Value& map, std::string_view key) {
   return number != nullptr ? *number : 0;
 }
 
+void take_parts(const Value& body, Journaled& out) {
+  const Value* parts = body.find("parts");
+  if (parts != nullptr && parts->as_list() != nullptr) out.parts = *parts->as_list();
+}
+
 // What a snapshot says beside the state.
 bool take_snapshot(const Value& body, Journaled& out) {
   const Value* state = body.find("state");
@@ -116,6 +121,7 @@ bool take_snapshot(const Value& body, Journaled& out) {
   for (const Value& gap : *gaps->as_list())
     out.gaps.push_back({time_of(integer(gap, "from")), time_of(integer(gap, "to")), Duration(integer(gap, "wall"))});
   if (const Value* note = body.find("note")) out.note = *note;
+  take_parts(body, out);
   if (const Value* boot = body.find("boot")) out.at.boot = boot->text();
   out.at.up = integer(body, "up");
   out.at.date = integer(body, "date");
@@ -159,6 +165,7 @@ bool take_records(std::string_view octets, Journaled& out) {
         went_on(*body);
         out.interventions.emplace_back(time_of(integer(*body, "at")), *body);
         break;
+      case Kind::kParts: take_parts(*body, out); break;
       case Kind::kSent: out.sent.insert(static_cast<std::uint64_t>(integer(*body, "call"))); break;
       default: return false;
     }
@@ -270,14 +277,10 @@ class Journal::Impl {
     for (const Gap& gap : gaps)
       passed.push_back(Map{{"from", ns(gap.from)}, {"to", ns(gap.to)}, {"wall", gap.wall.count()}});
     const auto* octets = reinterpret_cast<const std::byte*>(state.data());
-    const Value body = Map{{"now", ns(now)},
-                           {"boot", at.boot},
-                           {"up", at.up},
-                           {"date", at.date},
-                           {"note", options_.note},
-                           {"gaps", std::move(passed)},
-                           {"open", std::move(open)},
-                           {"state", Bytes{{octets, octets + state.size()}}}};
+    const Value body =
+        Map{{"now", ns(now)},          {"boot", at.boot},       {"up", at.up},
+            {"date", at.date},         {"note", options_.note}, {"gaps", std::move(passed)},
+            {"open", std::move(open)}, {"parts", parts_},       {"state", Bytes{{octets, octets + state.size()}}}};
     const fs::path made = options_.journal.string() + ".new";
     const int descriptor = ::open(made.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
     const bool first = file_ == nullptr;
@@ -313,7 +316,7 @@ class Journal::Impl {
     // What came in says as much.
     if (kind == Kind::kInstant && at <= reached_) return;
     reached_ = std::max(reached_, at);
-    if (kind != Kind::kSent) {
+    if (kind != Kind::kSent && kind != Kind::kParts) {
       body["at"] = ns(at);
       body["up"] = options_.clock().up;
     }
@@ -364,6 +367,7 @@ class Journal::Impl {
   const DurableOptions options_;
   std::string base_;  // the last state and the records behind it, with which the next file begins
   TimePoint reached_{};
+  List parts_;
   JournalCost cost_;
   std::atomic<std::uint64_t> syncs_ = 0;
   std::atomic<bool> dirty_ = false;
@@ -390,6 +394,10 @@ void Journal::intervention(TimePoint when, Value what, const std::string& source
 }
 void Journal::sent(std::uint64_t call) {
   impl_->write(Kind::kSent, Map{{"call", static_cast<std::int64_t>(call)}}, {});
+}
+void Journal::parts(List parts) {
+  impl_->parts_ = std::move(parts);
+  impl_->write(Kind::kParts, Map{{"parts", impl_->parts_}}, {});
 }
 void Journal::before_leaving() { impl_->before_leaving(); }
 void Journal::give_up(const std::string& why) { impl_->give_up(why); }

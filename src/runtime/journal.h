@@ -71,6 +71,7 @@ struct Journaled {
   std::vector<std::pair<TimePoint, Value>> interventions;  ///< {what, source}.
   /// Calls that were on their way, at the time of `state`: {delivery, sent}.
   std::vector<Value> open;
+  List parts;                    ///< Processes that the run has started, as `Journal::parts` was told.
   std::set<std::uint64_t> sent;  ///< Calls that have left since, of methods that must not be asked twice.
   TimePoint reached{};           ///< The last instant that began.
   WallTime at;                   ///< When that was.
@@ -105,6 +106,8 @@ class Journal {
   void input(TimePoint when, Value delivery);
   void intervention(TimePoint when, Value what, const std::string& source);
   void sent(std::uint64_t call);
+  /// The processes that the run has started, from now on.
+  void parts(List parts);
   /// Something is about to leave the run that follows from what was written.
   void before_leaving();
   /// The run cannot be resumed any more, and why.

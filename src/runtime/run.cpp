@@ -201,6 +201,10 @@ class Run::Impl final : public RunView, private RunInside {
     take_decisions();  // those that no actor took any more
     stream_.flush();
     if (supervisor_) supervisor_->end(kEndPatience);
+    if (!parts_folder_.empty() && !options_.on_reached) {
+      std::error_code unremoved;
+      std::filesystem::remove_all(parts_folder_, unremoved);
+    }
     end_callers();
 
     report.error = error.value_or("");
@@ -212,7 +216,7 @@ class Run::Impl final : public RunView, private RunInside {
     report.observations = stream_.published();
     report.timing = mission_->timing();
     report.monitors = monitors_.reports();
-    if (durability_) {
+    if (durability_ && !options_.on_reached) {
       durability_->journal().remove();
       if (is_again()) end_journal(*options_.resume, recording_name());  // it had ended
       report.journal = durability_->journal().cost();
@@ -333,12 +337,21 @@ class Run::Impl final : public RunView, private RunInside {
                        steering_.again(intervention, by);
                      });
     }
+    for (const auto& [when, saved] : journaled.inputs) {
+      if (auto message = Durability::observed(saved))
+        scheduler_->at(director_, when, mission::Rank::kInjection, [this, message] { stream_.publish(*message); });
+    }
     scheduler_->catch_up(journaled.reached, [this, &journaled] { resumed(journaled); });
     return {};
   }
 
   // It is where it was when its executive died: the time since then passes at once.
   void resumed(const Journaled& journaled) {
+    if (options_.on_reached) {
+      options_.on_reached({capture(), durability_->reached(), durability_->gaps()});
+      scheduler_->stop();
+      return;
+    }
     const auto wall = between(journaled.at, options_.durable->clock());
     const Duration lost = scenario_.virtual_time ? Duration(0) : stretched(wall.value_or(Duration(0)));
     const Gap gap{scheduler_->now(), add_saturating(scheduler_->now(), lost), wall.value_or(Duration(0))};
@@ -391,7 +404,11 @@ class Run::Impl final : public RunView, private RunInside {
   bool is_heard(std::uint64_t sequence) const { return !is_again() || sequence > options_.durable->known; }
 
   std::optional<std::string> prepare() {
-    if (anything_remote()) {
+    if (anything_remote() && durability_) {
+      // Where who resumes the run finds them.
+      parts_folder_ = options_.durable->journal;
+      parts_folder_.replace_extension(".parts");
+    } else if (anything_remote()) {
       folder_.emplace("run");
       if (folder_->path().empty()) return "no folder for its sockets can be made; TMPDIR names where";
     }
@@ -413,6 +430,9 @@ class Run::Impl final : public RunView, private RunInside {
   // "{name}" stands for the address of a process of the scenario, "{run}" for the run's private folder.
   std::string resolved(std::string text) {
     if (folder_) replace_all(text, "{run}", folder_->path().string());
+    if (!parts_folder_.empty()) replace_all(text, "{run}", parts_folder_.string());
+    for (const Value& part : left_behind_parts())
+      replace_all(text, "{" + std::string(part.find("name")->text()) + "}", std::string(part.find("address")->text()));
     if (supervisor_) {
       for (const auto& process : supervisor_->running()) replace_all(text, "{" + process.name + "}", process.address);
     }
@@ -428,11 +448,50 @@ class Run::Impl final : public RunView, private RunInside {
       supervisor_ = std::make_unique<Supervisor>(options_.program.empty() ? own_program() : options_.program,
                                                  [this](const ProcessEvent& event) { on_process(event); });
     }
-    const auto started = supervisor_->start({.name = entry.name,
-                                             .arguments = std::move(arguments),
-                                             .listen = resolved(entry.listen),
-                                             .restarts = entry.restarts});
+    ProcessSpec spec{.name = entry.name,
+                     .arguments = std::move(arguments),
+                     .listen = resolved(entry.listen),
+                     .restarts = entry.restarts,
+                     .survives = durability_ != nullptr};
+    for (const Value& part : left_behind_parts()) {
+      if (part.find("name")->text() != entry.name) continue;
+      spec.listen = part.find("address")->text();
+      const auto number = [&](const char* key) { return *part.find(key)->as_int(); };
+      if (supervisor_->adopt(spec, static_cast<pid_t>(number("pid")), static_cast<std::uint64_t>(number("begun"))))
+        return std::nullopt;
+    }
+    if (durability_) {
+      std::error_code error;
+      std::filesystem::create_directories(parts_folder_, error);
+    }
+    const auto started = supervisor_->start(std::move(spec));
     return started ? std::nullopt : std::optional(started.error().message);
+  }
+
+  // The processes of the run that is resumed, those of them that are told whole.
+  List left_behind_parts() const {
+    List parts;
+    if (options_.resume == nullptr) return parts;
+    for (const Value& part : options_.resume->parts) {
+      const auto is_number = [&](const char* key) {
+        return part.find(key) != nullptr && part.find(key)->as_int() != nullptr;
+      };
+      if (part.find("name") != nullptr && part.find("address") != nullptr && is_number("pid") && is_number("begun"))
+        parts.push_back(part);
+    }
+    return parts;
+  }
+
+  void keep_parts() {
+    if (!durability_ || !supervisor_) return;
+    List parts;
+    for (const auto& process : supervisor_->running()) {
+      parts.push_back(Map{{"name", process.name},
+                          {"pid", static_cast<std::int64_t>(process.pid)},
+                          {"begun", static_cast<std::int64_t>(process_begun(process.pid))},
+                          {"address", process.address}});
+    }
+    durability_->journal().parts(std::move(parts));
   }
 
   void on_process(const ProcessEvent& event) {
@@ -456,21 +515,31 @@ class Run::Impl final : public RunView, private RunInside {
         problem("process " + event.process + " ended too often and is not started again");
         break;
     }
-    stream_.publish(std::move(message));
+    if (!durability_) {
+      stream_.publish(std::move(message));
+      return;
+    }
+    (void)scheduler_->inject(director_, [this, message = std::move(message)] {
+      durability_->observed(message);
+      keep_parts();
+      stream_.publish(message);
+    });
   }
 
   std::optional<std::string> start_components() {
     for (const project::ProcessEntry& entry : scenario_.processes) {
-      if (entry.component.empty()) continue;
+      // Whoever only looks where the run was calls nobody.
+      if (entry.component.empty() || options_.on_reached) continue;
       if (auto error = start_process(entry, {"component", entry.component, "--project", scenario_.file})) return error;
       component_ = entry.name;
     }
+    keep_parts();
     for (auto& [name, service] : services_) service.at = resolved(service.at);
     return std::nullopt;
   }
 
   std::optional<std::string> start_skills() {
-    if (!anything_remote()) return std::nullopt;
+    if (!anything_remote() || durability_) return std::nullopt;
     const std::string address = resolved("unix:{run}/observer.sock");
     auto inbox = ObservationInbox::open(
         observation_path((folder_->path() / "observer.sock").string()),
@@ -983,6 +1052,7 @@ class Run::Impl final : public RunView, private RunInside {
   const project::Scenario& scenario_;
   RunOptions options_;
   std::optional<TemporaryFolder> folder_;    // for sockets
+  std::filesystem::path parts_folder_;       // the same, of a durable run
   std::unique_ptr<ObservationInbox> inbox_;  // null: everything runs in this process
   std::map<std::string, project::ServicePlan> services_;
   std::unique_ptr<Scheduler> scheduler_;

@@ -120,6 +120,14 @@ struct RunOptions {
   /// A durable run goes on where this one was: what happened since the journal's state is executed again, unheard but
   /// for observations behind `DurableOptions::known`. Borrowed until `execute` returns.
   const Journaled* resume = nullptr;
+  struct Reached {
+    mission::State state;
+    List open;  ///< Calls on their way, as `Journaled::open` has them.
+    std::vector<Gap> gaps;
+  };
+  /// Told what the resumed run was when its executive died. It ends there: its journal stays as it is, and no call
+  /// leaves it.
+  std::function<void(Reached)> on_reached;
 };
 
 /// Runs a scenario to its end. One run at a time per object.

@@ -5,6 +5,7 @@
 #include <signal.h>
 #include <sys/eventfd.h>
 #include <sys/prctl.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -16,7 +17,10 @@
 #include <filesystem>
 #include <mutex>
 #include <optional>
+#include <sstream>
 #include <thread>
+
+#include "sentree/text/file.h"
 
 namespace sentree::runtime {
 
@@ -36,7 +40,8 @@ struct Spawned {
   int output = -1;
 };
 
-Result<Spawned> spawn(const std::string& name, const std::string& program, const std::vector<std::string>& arguments) {
+Result<Spawned> spawn(const std::string& name, const std::string& program, const std::vector<std::string>& arguments,
+                      bool survives) {
   int pipes[2];
   if (pipe2(pipes, O_CLOEXEC) != 0)
     return fail("process.start", "process \"" + name + "\" cannot be started: " + std::strerror(errno));
@@ -48,8 +53,10 @@ Result<Spawned> spawn(const std::string& name, const std::string& program, const
   const pid_t pid = fork();
   if (pid == 0) {
     // Between fork and exec only what is safe in a process that had threads.
-    prctl(PR_SET_PDEATHSIG, SIGTERM);
-    if (getppid() != parent) _exit(127);
+    if (!survives) {
+      prctl(PR_SET_PDEATHSIG, SIGTERM);
+      if (getppid() != parent) _exit(127);
+    }
     dup2(pipes[1], STDOUT_FILENO);
     sigset_t none;
     sigemptyset(&none);
@@ -82,7 +89,8 @@ struct Child {
   ProcessSpec spec;
   State state = State::kStarting;
   pid_t pid = -1;
-  int output = -1;
+  int output = -1;                    // of an adopted one: what says that it has ended
+  bool adopted = false;               // somebody else's child
   std::string text;                   // printed so far, until the announcement is found
   std::string address;                // where it listens, once it has said so
   SteadyTime due{};                   // kStarting: patience ends; kEnding: look again; kWaiting: start again
@@ -120,6 +128,25 @@ class Supervisor::Impl {
     return fail("process.no-address", "process \"" + child.spec.name + "\" did not say within " +
                                           std::to_string(kStartPatience.count()) +
                                           " s where it listens; its own message stands above");
+  }
+
+  bool adopt(ProcessSpec spec, pid_t pid, std::uint64_t begun) {
+    const int watched = static_cast<int>(syscall(SYS_pidfd_open, pid, 0));
+    if (watched < 0) return false;
+    if (begun == 0 || process_begun(pid) != begun) {
+      close(watched);
+      return false;
+    }
+    const std::lock_guard lock(mutex_);
+    Child& child = *children_.emplace_back(std::make_unique<Child>());
+    child.address = spec.listen;
+    child.spec = std::move(spec);
+    child.state = Child::State::kRunning;
+    child.pid = pid;
+    child.output = watched;
+    child.adopted = true;
+    poke();
+    return true;
   }
 
   std::string address(const std::string& name) {
@@ -257,7 +284,7 @@ class Supervisor::Impl {
   // Reads what the child prints, so that it never waits for us; the end of its output is its end.
   void listen(Child& child, std::vector<ProcessEvent>& events) {
     char buffer[4096];
-    for (;;) {
+    for (; !child.adopted;) {
       const ssize_t got = read(child.output, buffer, sizeof buffer);
       if (got < 0) return;  // nothing now
       if (got == 0) break;
@@ -273,6 +300,7 @@ class Supervisor::Impl {
       child.state = Child::State::kRunning;
       if (!first) events.push_back({ProcessEvent::Kind::kRestarted, child.spec.name, child.pid, {}});
     }
+    if (pollfd ended{child.output, POLLIN, 0}; child.adopted && poll(&ended, 1, 0) <= 0) return;
     close(child.output);
     child.output = -1;
     child.state = Child::State::kEnding;
@@ -282,7 +310,9 @@ class Supervisor::Impl {
   void reap(Child& child, SteadyTime now, std::vector<ProcessEvent>& events) {
     if (now < child.due) return;
     int status = 0;
-    if (waitpid(child.pid, &status, WNOHANG) == 0) {
+    // Whose child it was has waited for an adopted one.
+    const bool adopted = std::exchange(child.adopted, false);
+    if (!adopted && waitpid(child.pid, &status, WNOHANG) == 0) {
       child.due = now + kReapInterval;
       return;
     }
@@ -292,7 +322,7 @@ class Supervisor::Impl {
       child.state = Child::State::kGone;
       return;
     }
-    events.push_back({ProcessEvent::Kind::kExited, child.spec.name, pid, describe(status)});
+    events.push_back({ProcessEvent::Kind::kExited, child.spec.name, pid, adopted ? "" : describe(status)});
     wait_or_give_up(child, now, events);
   }
 
@@ -318,7 +348,7 @@ class Supervisor::Impl {
   void spawn_child(Child& child, SteadyTime now, std::vector<ProcessEvent>& events) {
     std::vector<std::string> arguments = child.spec.arguments;
     arguments.insert(arguments.end(), {"--listen", child.spec.listen});
-    const auto spawned = spawn(child.spec.name, program_, arguments);
+    const auto spawned = spawn(child.spec.name, program_, arguments, child.spec.survives);
     if (!spawned) {
       start_error_ = spawned.error();
       if (child.address.empty())
@@ -348,6 +378,9 @@ Supervisor::Supervisor(std::string program, std::function<void(const ProcessEven
     : impl_(std::make_unique<Impl>(std::move(program), std::move(on_event))) {}
 Supervisor::~Supervisor() = default;
 Result<std::string> Supervisor::start(ProcessSpec spec) { return impl_->start(std::move(spec)); }
+bool Supervisor::adopt(ProcessSpec spec, pid_t pid, std::uint64_t begun) {
+  return impl_->adopt(std::move(spec), pid, begun);
+}
 std::string Supervisor::address(const std::string& name) const { return impl_->address(name); }
 std::vector<Supervisor::Running> Supervisor::running() const { return impl_->running(); }
 void Supervisor::kill(const std::string& name) { impl_->kill(name); }
@@ -356,6 +389,18 @@ void Supervisor::end(const std::vector<std::string>& names, std::chrono::millise
   impl_->end(names, patience);
 }
 void Supervisor::end(std::chrono::milliseconds patience) { impl_->end(patience); }
+
+std::uint64_t process_begun(pid_t pid) {
+  const auto stat = text::read_file("/proc/" + std::to_string(pid) + "/stat");
+  if (!stat) return 0;
+  // Behind the program's name, which may hold anything, the 20th word.
+  std::istringstream words(stat->substr(stat->rfind(')') + 1));
+  std::string word;
+  for (int i = 0; i < 19; ++i) words >> word;
+  std::uint64_t begun = 0;
+  words >> begun;
+  return begun;
+}
 
 std::string own_program() {
   std::error_code error;

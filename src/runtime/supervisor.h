@@ -18,6 +18,7 @@ struct ProcessSpec {
   std::vector<std::string> arguments;  ///< Of the program, without --listen.
   std::string listen;                  ///< Given as --listen; after the first start, the address that came of it.
   int restarts = 0;                    ///< How often it is started again within `kRestartWindow`.
+  bool survives = false;               ///< It goes on when the program itself dies.
 };
 
 /// Restarts are counted over this long.
@@ -41,8 +42,12 @@ struct ProcessEvent {
   std::string how;  ///< kExited: "signal 9 (Killed)", "exit code 3".
 };
 
+/// When a process began, in clock ticks since the machine was started, so that another one of its number is told apart;
+/// 0: there is none.
+[[nodiscard]] std::uint64_t process_begun(pid_t pid);
+
 /// Starts processes, watches them in a thread of its own, restarts those that end. All are ended with it, and by the
-/// kernel when the program itself dies.
+/// kernel when the program itself dies, but for those that survive it.
 class Supervisor {
  public:
   /// @param on_event  Called in the supervisor's thread.
@@ -54,6 +59,10 @@ class Supervisor {
   /// Starts it and waits until it prints "listening on ADDRESS" on its standard output; what it prints on standard
   /// error goes to ours. Returns the address. Errors: process.start, process.no-address.
   [[nodiscard]] Result<std::string> start(ProcessSpec spec);
+
+  /// Takes over a process that another supervisor has started and left behind: `spec.listen` is where it listens.
+  /// False: it is no longer there.
+  [[nodiscard]] bool adopt(ProcessSpec spec, pid_t pid, std::uint64_t begun);
 
   [[nodiscard]] std::string address(const std::string& name) const;
   struct Running {

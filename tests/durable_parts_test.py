@@ -1,0 +1,164 @@
+#!/usr/bin/env python3
+"""A durable run whose simulator is a process of its own: it survives the executive and is found again; one that died
+meanwhile is started again.
+
+usage: durable_parts_test.py SENTREE SOURCE_DIR WORK_DIR
+"""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+PATIENCE_S = 240
+
+
+class Test:
+    def __init__(self, sentree, source, work):
+        self.sentree, self.work = sentree, work
+        shutil.rmtree(work, ignore_errors=True)
+        os.makedirs(work)
+        # Sockets want short names.
+        self.runs = tempfile.mkdtemp(prefix="sentree-parts-")
+        self.environment = dict(os.environ, SENTREE_RUNS=self.runs, XDG_RUNTIME_DIR=self.runs)
+        self.scenario = os.path.join(work, "mission.yaml")
+        with open(self.scenario, "w", encoding="utf-8") as file:
+            file.write(f"""project: {source}/examples/recharge
+clock: {{real: 20}}
+processes: {{robot: {{component: sim, listen: "unix:{{run}}/robot.sock", restarts: 5}}}}
+override:
+  services: {{battery: {{at: "{{robot}}"}}, navigation: {{at: "{{robot}}"}}}}
+  world: {{battery: {{initial: 100 %}}}}
+  # The machine may be slow; the mission is not what is tested for speed here.
+  deadlines: {{call: 2 s, condition: 4 s, budget: 5 s, unresponsive: 10 s}}
+duration: 60 min
+""")
+
+    def start(self, *arguments):
+        return subprocess.Popen([self.sentree, "run", *arguments, "--verbose"], cwd=self.work, env=self.environment,
+                                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+    def until(self, run, text, lines=1):
+        """Reads what the run prints until `text` came so often."""
+        seen = []
+        for line in run.stdout:
+            seen.append(line)
+            lines -= text in line
+            if lines <= 0:
+                return
+        raise AssertionError(f"the run ended without {text}: {''.join(seen[-40:])}")
+
+    def parts(self):
+        """Process ids of simulators of this test."""
+        found = []
+        for pid in os.listdir("/proc"):
+            if not pid.isdigit():
+                continue
+            try:
+                with open(f"/proc/{pid}/cmdline", "rb") as file:
+                    command = file.read().split(b"\0")
+            except OSError:
+                continue
+            if b"component" in command and self.scenario.encode() in command:
+                found.append(int(pid))
+        return found
+
+    def kill(self, process):
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        process.stdout.close()
+
+    def run(self):
+        run = self.start(self.scenario, "--durable")
+        processes = [run]
+        try:
+            self.until(run, "getNavigationState.reply", 20)
+            first = self.parts()
+            assert len(first) == 1, first
+            self.kill(run)
+            assert self.parts() == first, "the simulator died with its executive"
+
+            run = self.start("--resume")
+            processes.append(run)
+            self.until(run, "mission.resumed")
+            self.until(run, "getNavigationState.reply", 20)
+            assert self.parts() == first, "the simulator was not found again"
+            print("✓ what survived is found again")
+
+            self.kill(run)
+            os.kill(first[0], signal.SIGKILL)
+            deadline = time.monotonic() + PATIENCE_S
+            while self.parts() and time.monotonic() < deadline:
+                pass
+            run = self.start("--resume")
+            processes.append(run)
+            self.until(run, "mission.resumed")
+            # A robot that begins anew stands at its start, and is sent to the kitchen again.
+            self.until(run, "getNavigationState.reply", 20)
+            second = self.parts()
+            assert len(second) == 1 and second != first, (first, second)
+            print("✓ what died is started again")
+
+            # While the run goes on, too: that is observed, and once.
+            os.kill(second[0], signal.SIGKILL)
+            self.until(run, "process.restarted")
+            third = self.parts()
+            self.kill(run)
+            run = self.start("--resume")
+            processes.append(run)
+            self.until(run, "getNavigationState.reply", 20)
+            assert self.parts() == third, (third, self.parts())
+            print("✓ one that was started again is found again")
+
+            run.send_signal(signal.SIGINT)
+            text = run.communicate(timeout=PATIENCE_S)[0]
+            assert run.returncode == 130, (run.returncode, text[-2000:])
+            assert not self.parts(), "it outlives a run that ends in order"
+            names = sorted(os.path.splitext(name)[1] for name in os.listdir(self.runs))
+            assert ".parts" not in names and names.count(".mcap") == 4, names
+            seen, expected = 0, 1
+            for name in self.chain():
+                for message in self.messages(name):
+                    assert message["sequence"] == expected, (name, message, expected)
+                    expected += 1
+                    seen += message["name"] == "process.restarted"
+            assert seen == 1, seen
+            print(f"✓ {expected - 1} observations, each once")
+        finally:
+            for process in processes:
+                if process.poll() is None:
+                    process.kill()
+                    process.wait()
+            for pid in self.parts():
+                os.kill(pid, signal.SIGKILL)
+            shutil.rmtree(self.runs, ignore_errors=True)
+
+    def facts(self, name):
+        done = subprocess.run([self.sentree, "info", os.path.join(self.runs, name), "--json"], stdin=subprocess.DEVNULL,
+                              capture_output=True, text=True, timeout=PATIENCE_S, check=True)
+        return json.loads(done.stdout)["metadata"]
+
+    def chain(self):
+        """Names of the recordings, the first first."""
+        facts = {name: self.facts(name) for name in os.listdir(self.runs) if name.endswith(".mcap")}
+        order = [name for name, fact in facts.items() if "sentree.result" in fact]
+        assert len(order) == 1, order
+        while before := facts[order[0]]["sentree.run"].get("continues"):
+            order.insert(0, before)
+        return order
+
+    def messages(self, name):
+        done = subprocess.run([self.sentree, "export", os.path.join(self.runs, name), "--to", "ndjson"],
+                              stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE_S, check=True)
+        for line in done.stdout.splitlines():
+            entry = json.loads(line)
+            if entry["topic"] == "/observations":
+                yield entry.get("message", entry.get("data"))
+
+
+if __name__ == "__main__":
+    Test(*(os.path.abspath(path) for path in sys.argv[1:4])).run()
