@@ -103,7 +103,8 @@ TEST_F(Replace, AMissionGoesOnWithANewLeafAChangedGuardAndANewRequirement) {
        R"(<ReactiveSequence name="Root"><AlwaysSuccess/><BatteryLevelAbove name="NotEmpty" threshold="1"/>)");
   edit("skills/GoToLocation.scxml", "cond=\"_event.data.result.status === 'GOAL_REACHED'\"",
        "cond=\"_event.data.result.status !== 'MOVING' &amp;&amp; _event.data.result.status === 'GOAL_REACHED'\"");
-  edit("requirements/recharge.req", "never_empty", "never_flat");
+  for (const char* file : {"requirements/recharge.req", "scenarios/recharge.yaml"})
+    edit(file, "never_empty", "never_flat");
   const project::Plan before = plan_of(folder_.path() / "before");
   const project::Plan after = plan_of(folder_.path() / "after");
   const Journaled journaled = killed(before, TimePoint(std::chrono::milliseconds(20'050)));

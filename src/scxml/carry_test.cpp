@@ -48,11 +48,11 @@ constexpr auto kBefore = R"(
 TEST(Carry, KeepsStatesDataAndTimersWhereGuardsAndOrderHaveChanged) {
   const Chart before = chart(kBefore);
   const Chart after = chart(R"(
-    <datamodel><data id='new' expr='"fresh"'/><data id='n' expr='2'/></datamodel>
+    <datamodel><data id='extra' expr='"fresh"'/><data id='n' expr='2'/></datamodel>
     <state id='c'/>
     <state id='outer'><state id='x'/><state id='b'>
       <transition event='on' cond='n === 8' target='a'/>
-      <transition event='on' cond='new === "fresh" &amp;&amp; n === 7' target='c'/>
+      <transition event='on' cond='extra === "fresh" &amp;&amp; n === 7' target='c'/>
       <transition event='late' target='x'/>
     </state></state>
     <state id='a'/>)");
@@ -61,7 +61,7 @@ TEST(Carry, KeepsStatesDataAndTimersWhereGuardsAndOrderHaveChanged) {
   auto carried = carry(before, session, after);
   ASSERT_TRUE(carried.ok()) << to_string(carried.diagnostics.front());
   EXPECT_THAT(carried.value->active_ids(after), ElementsAre("outer", "b"));
-  EXPECT_EQ(carried.value->data(after), (Map{{"new", "fresh"}, {"n", 7}}));
+  EXPECT_EQ(carried.value->data(after), (Map{{"extra", "fresh"}, {"n", 7}}));
   EXPECT_EQ(carried.value->next_timer(), session.next_timer());
   Session by_time = *carried.value;
   Effects effects;

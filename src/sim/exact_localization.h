@@ -8,13 +8,17 @@ namespace sentree::sim {
 /// which was measured of the filter. Odometry and scans are not looked at, so it stands beside the methods that do.
 inline constexpr auto kExact = static_cast<LocalizationSpec::Method>(2);
 
-/// What the error is drawn from, at each update: standard deviations along and across the heading, and of it, and
-/// the share of the error before that stays. Measured of the filter, see docs/simulator.md.
+/// What an update of the filter makes of an error: the share that stays of the one before it, which odometry has
+/// changed since the last, and the standard deviation of what is added; along and across the heading [m], and of it
+/// [rad]. Measured, see docs/simulator.md.
 struct ExactError {
-  double along_m = 0.027;
-  double across_m = 0.013;
-  double heading_rad = 0.0074;
-  double persistence = 0.97;
+  struct Part {
+    double stays;
+    double sigma;
+  };
+  Part along{0.93, 0.0024};
+  Part across{0.97, 0.0013};
+  Part heading{0.84, 0.0016};
 };
 inline constexpr ExactError kExactError;
 
