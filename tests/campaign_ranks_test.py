@@ -73,7 +73,7 @@ def main():
     lost = [number for number, row in enumerate(rows) if row != alone[number]]
     assert lost and all((number - 1) % RANKS == 2 for number in lost), lost
     assert all(",lost," in rows[number] for number in lost), rows
-    assert result["runs"]["lost"] == len(lost), result["runs"]
+    assert result["lost"]["count"] == len(lost) and result["counted"] == RUNS - len(lost), result
     print(f"✓ a rank that dies costs its runs ({len(lost)}) and no other")
 
     code, text = end(start(sentree, work, [*arguments, "--mpi"]))

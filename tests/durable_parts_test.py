@@ -25,9 +25,17 @@ class Test:
         # Sockets want short names.
         self.runs = tempfile.mkdtemp(prefix="sentree-parts-")
         self.environment = dict(os.environ, SENTREE_RUNS=self.runs, XDG_RUNTIME_DIR=self.runs)
+        # A mission that fails while its robot is gone begins anew.
+        project = os.path.join(work, "project")
+        shutil.copytree(os.path.join(source, "examples", "recharge"), project)
+        with open(os.path.join(project, "sentree.yaml"), "r+", encoding="utf-8") as file:
+            text = file.read()
+            assert "rate: 10 Hz}" in text
+            file.seek(0)
+            file.write(text.replace("rate: 10 Hz}", "rate: 10 Hz, repeat: true}"))
         self.scenario = os.path.join(work, "mission.yaml")
         with open(self.scenario, "w", encoding="utf-8") as file:
-            file.write(f"""project: {source}/examples/recharge
+            file.write(f"""project: {project}
 clock: {{real: 20}}
 processes: {{robot: {{component: sim, listen: "unix:{{run}}/robot.sock", restarts: 5}}}}
 override:

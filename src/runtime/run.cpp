@@ -408,6 +408,13 @@ class Run::Impl final : public RunView, private RunInside {
       // Where who resumes the run finds them.
       parts_folder_ = options_.durable->journal;
       parts_folder_.replace_extension(".parts");
+      for (const Value& part : left_behind_parts()) {
+        constexpr std::string_view kUnix = "unix:";
+        const std::string_view address = part.find("address")->text();
+        if (!address.starts_with(kUnix)) continue;
+        const auto folder = std::filesystem::path(address.substr(kUnix.size())).parent_path();
+        if (folder.extension() == ".parts") parts_folder_ = folder;
+      }
     } else if (anything_remote()) {
       folder_.emplace("run");
       if (folder_->path().empty()) return "no folder for its sockets can be made; TMPDIR names where";

@@ -133,7 +133,9 @@ class Supervisor::Impl {
   bool adopt(ProcessSpec spec, pid_t pid, std::uint64_t begun) {
     const int watched = static_cast<int>(syscall(SYS_pidfd_open, pid, 0));
     if (watched < 0) return false;
-    if (begun == 0 || process_begun(pid) != begun) {
+    // One that has ended may still be listed until its parent has looked.
+    pollfd ended{watched, POLLIN, 0};
+    if (begun == 0 || process_begun(pid) != begun || poll(&ended, 1, 0) != 0) {
       close(watched);
       return false;
     }
