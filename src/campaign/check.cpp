@@ -31,6 +31,11 @@ Diagnostics check_scenario(const fs::path& file, project::PartCache& parts) {
   return std::move(scenario.diagnostics);
 }
 
+Diagnostics check_vary_with(const fs::path& file, project::PartCache& parts) {
+  const fs::path folder = file.parent_path();
+  return Runner::load(folder.empty() ? fs::path(".") : folder, file, parts).diagnostics;
+}
+
 }  // namespace
 
 bool is_vary(const fs::path& file) {
@@ -38,8 +43,8 @@ bool is_vary(const fs::path& file) {
 }
 
 Diagnostics check_vary(const fs::path& file) {
-  const fs::path folder = file.parent_path();
-  return Runner::load(folder.empty() ? fs::path(".") : folder, file).diagnostics;
+  project::PartCache parts;
+  return check_vary_with(file, parts);
 }
 
 Diagnostics check_project(const fs::path& folder_or_file) {
@@ -54,7 +59,7 @@ Diagnostics check_project(const fs::path& folder_or_file) {
   if (!project.ok()) return all;
   const fs::path& folder = project.value->folder;
   std::error_code error;
-  if (fs::exists(folder / "campaign.yaml", error)) add(check_vary(folder / "campaign.yaml"));
+  if (fs::exists(folder / "campaign.yaml", error)) add(check_vary_with(folder / "campaign.yaml", parts));
   std::set<fs::path> elsewhere;
   for (auto entry = fs::recursive_directory_iterator(folder, fs::directory_options::skip_permission_denied, error);
        !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {

@@ -95,6 +95,13 @@ Runner::Runner(project::Plan plan, project::Scenario base, Vary vary)
 
 Loaded<std::unique_ptr<Runner>> Runner::load(const std::filesystem::path& project_path,
                                              const std::optional<std::filesystem::path>& vary) {
+  project::PartCache parts;
+  return load(project_path, vary, parts);
+}
+
+Loaded<std::unique_ptr<Runner>> Runner::load(const std::filesystem::path& project_path,
+                                             const std::optional<std::filesystem::path>& vary,
+                                             project::PartCache& parts) {
   Loaded<std::unique_ptr<Runner>> loaded;
   const auto append = [&](const Diagnostics& found) {
     loaded.diagnostics.insert(loaded.diagnostics.end(), found.begin(), found.end());
@@ -124,7 +131,7 @@ Loaded<std::unique_ptr<Runner>> Runner::load(const std::filesystem::path& projec
   project::Scenario scenario = base;
   scenario.virtual_time = true;
   scenario.factor = 1.0;
-  auto plan = project::prepare(std::move(scenario));
+  auto plan = project::prepare(std::move(scenario), parts);
   append(plan.diagnostics);
   if (!plan.ok()) return loaded;
   check_alone(*plan.value, loaded.diagnostics);
@@ -146,7 +153,7 @@ Loaded<std::unique_ptr<Runner>> Runner::load(const std::filesystem::path& projec
     append(probe.diagnostics);
     if (!probe.ok()) return loaded;
     // What a draw makes of the world may be refused, and is counted; names may not.
-    auto checked = project::prepare(std::move(*probe.value));
+    auto checked = project::prepare(std::move(*probe.value), parts);
     for (const Diagnostic& diagnostic : checked.diagnostics) {
       if (diagnostic.severity == Severity::kError && !diagnostic.code.starts_with("sim.bad-place"))
         loaded.diagnostics.push_back(diagnostic);

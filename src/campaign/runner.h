@@ -9,6 +9,7 @@
 
 #include "sentree/campaign/row.h"
 #include "sentree/campaign/vary.h"
+#include "sentree/project/part_cache.h"
 #include "sentree/project/plan.h"
 #include "sentree/project/variant.h"
 #include "sentree/runtime/run.h"
@@ -22,6 +23,10 @@ class Runner {
   /// Codes: those of `load_project`, `load_vary`, `prepare`; campaign.elsewhere, campaign.area.
   [[nodiscard]] static Loaded<std::unique_ptr<Runner>> load(const std::filesystem::path& project,
                                                             const std::optional<std::filesystem::path>& vary);
+  /// With what of the project is known already.
+  [[nodiscard]] static Loaded<std::unique_ptr<Runner>> load(const std::filesystem::path& project,
+                                                            const std::optional<std::filesystem::path>& vary,
+                                                            project::PartCache& parts);
 
   /// What came out of one run.
   struct Executed {

@@ -61,7 +61,7 @@ int monitor_check(const MonitorCheckCommand& command) {
     models.push_back(std::move(*model));
   }
   std::optional<monitor::Vocabulary> vocabulary;
-  if (plan) vocabulary = project::vocabulary_of(plan->services, &plan->tree, plan->leaves, plan->world.get());
+  if (plan) vocabulary = project::vocabulary_of(*plan);
   for (const std::string& file : command.requirements) {
     auto loaded = load_requirement_file(file, vocabulary ? &*vocabulary : nullptr);
     say(loaded.diagnostics);

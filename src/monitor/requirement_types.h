@@ -31,11 +31,13 @@ struct DataType {
   std::vector<std::string> samples;
   bool samples_are_all = false;     ///< It never is anything else.
   std::vector<DataMember> members;  ///< kRecord.
+  friend bool operator==(const DataType&, const DataType&) = default;
 };
 
 struct DataMember {
   std::string name;
   DataType type;
+  friend bool operator==(const DataMember&, const DataMember&) = default;
 };
 
 /// What a project observes: that by which requirements are checked before it runs.
@@ -44,6 +46,7 @@ struct Vocabulary {
     DataType arguments;  ///< kRecord.
     DataType result;
     bool oneway = false;  ///< A topic: published by anybody, answered by nobody.
+    friend bool operator==(const Method&, const Method&) = default;
   };
   std::map<std::string, std::map<std::string, Method>> services;
   std::vector<std::string> leaves;  ///< Names of leaves as observations have them.
@@ -57,6 +60,7 @@ struct Vocabulary {
   };
   /// Every call that some skill can make; nothing: that is not known (a skill in another language).
   std::optional<std::vector<Call>> calls;
+  friend bool operator==(const Vocabulary&, const Vocabulary&) = default;
 };
 
 /// The types of a requirement's values, by their text ("reply(battery.getBatteryState).percentage"; inside where by the

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "sentree/project/part_cache.h"
 #include "sentree/project/plan.h"
 
 namespace sentree::project {
@@ -203,6 +204,31 @@ TEST_P(BrokenProject, IsReportedExactly) {
     messages += (messages.empty() ? "" : "\n") + text;
   }
   EXPECT_EQ(messages, broken.message);
+  fs::remove_all(folder);
+}
+
+// One after the other in one folder, as an editor sees them: what is known of before never changes what is said.
+TEST(PartCache, SaysTheSameAsAFreshLook) {
+  const fs::path folder = fs::path(testing::TempDir()) / "broken-part-cache";
+  fs::remove_all(folder);
+  fs::copy(fs::path(SENTREE_SOURCE_DIR) / "examples/recharge", folder, fs::copy_options::recursive);
+  fs::create_directory(folder / "interfaces");
+  fs::copy(fs::path(SENTREE_SOURCE_DIR) / "interfaces/robot.thrift", folder / "interfaces/robot.thrift");
+  PartCache cache;
+  EXPECT_THAT(check_project(folder, cache), testing::IsEmpty());
+  std::vector<Broken> edits(std::begin(kBroken), std::end(kBroken));
+  edits.push_back({"MemberOfAnInterface", "interfaces/robot.thrift", "percentage", "percent", ""});
+  edits.push_back({"PlaceOfTheWorld", "world/world.yaml", "  kitchen: [", "  larder: [", ""});
+  for (const Broken& broken : edits) {
+    const fs::path file = folder / broken.file;
+    std::stringstream before;
+    before << std::ifstream(file).rdbuf();
+    edit(file, broken);
+    EXPECT_EQ(check_project(folder, cache), check_project(folder)) << broken.name;
+    EXPECT_THAT(check_project(folder, cache), testing::Not(testing::IsEmpty())) << broken.name;
+    std::ofstream(file) << before.str();
+    EXPECT_THAT(check_project(folder, cache), testing::IsEmpty()) << "after " << broken.name;
+  }
   fs::remove_all(folder);
 }
 

@@ -23,17 +23,42 @@ using Node = ScriptNode::Kind;
 /// Forms that one expression may have before it counts as anything.
 constexpr std::size_t kFormsMax = 32;
 
-ExpressionType of(DataType type) {
-  if (type.kind == Kind::kUnknown) return {};
-  ExpressionType result{.open = false, .forms = {}};
-  result.forms.push_back(std::move(type));
-  return result;
+/// A type that many expressions share: those of interfaces are large.
+class Form {
+ public:
+  explicit Form(DataType type) : type_(std::make_shared<const DataType>(std::move(type))) {}
+  /// A part of another, which lives on with it.
+  Form(const Form& whole, const DataType& part) : type_(whole.type_, &part) {}
+  operator const DataType&() const { return *type_; }  // NOLINT(google-explicit-constructor)
+  const DataType* operator->() const { return type_.get(); }
+
+ private:
+  std::shared_ptr<const DataType> type_;
+};
+
+/// What an expression can be, as far as it can be told.
+struct ExpressionType {
+  bool open = true;         ///< Or anything else.
+  std::vector<Form> forms;  ///< One of these.
+};
+
+ExpressionType of(Form form) {
+  if (form->kind == Kind::kUnknown) return {};
+  return {.open = false, .forms = {std::move(form)}};
 }
-ExpressionType of(Kind kind, const char* name) { return of(DataType{.kind = kind, .name = name}); }
+ExpressionType of(DataType type) { return of(Form(std::move(type))); }
+const ExpressionType& number() {
+  static const ExpressionType kNumber = of(DataType{.kind = Kind::kNumber, .name = "number"});
+  return kNumber;
+}
+const ExpressionType& truth() {
+  static const ExpressionType kTruth = of(DataType{.kind = Kind::kTruth, .name = "bool"});
+  return kTruth;
+}
 
 ExpressionType of_constant(const Value& value) {
-  if (value.as_bool() != nullptr) return of(Kind::kTruth, "bool");
-  if (value.is_number()) return of(Kind::kNumber, "number");
+  if (value.as_bool() != nullptr) return truth();
+  if (value.is_number()) return number();
   if (const std::string* text = value.as_string())
     return of(DataType{.kind = Kind::kText, .name = "text", .samples = {*text}, .samples_are_all = true});
   return {};
@@ -50,7 +75,7 @@ void join(ExpressionType& into, const ExpressionType& other) {
 
 bool all_of_kind(const ExpressionType& type, Kind kind) {
   return !type.open && !type.forms.empty() &&
-         std::all_of(type.forms.begin(), type.forms.end(), [&](const DataType& form) { return form.kind == kind; });
+         std::all_of(type.forms.begin(), type.forms.end(), [&](const Form& form) { return form->kind == kind; });
 }
 
 std::string_view shown(Kind kind) {
@@ -111,9 +136,9 @@ class Reader {
   ExpressionType visit(std::uint32_t id) {
     const ScriptNode& n = at(id);
     switch (n.kind) {
-      case Node::kNumber: return of(Kind::kNumber, "number");
+      case Node::kNumber: return number();
       case Node::kText: return of_constant(Value(n.text));
-      case Node::kTruth: return of(Kind::kTruth, "bool");
+      case Node::kTruth: return truth();
       case Node::kName: return name(n.text);
       case Node::kMember: return member(id);
       case Node::kIndex:
@@ -132,7 +157,7 @@ class Reader {
       }
       case Node::kList:
         for (const std::uint32_t item : n.operands) visit(item);
-        return of(Kind::kOther, "list");
+        return of(DataType{.kind = Kind::kOther, .name = "list"});
       default:
         for (const std::uint32_t inner : n.operands) visit(inner);
         return {};
@@ -175,7 +200,8 @@ class Reader {
     std::string owner;
     bool any = false;
     bool some_lack_it = false;
-    for (const DataType& form : object.forms) {
+    for (const Form& shared : object.forms) {
+      const DataType& form = shared;
       if (form.kind == Kind::kUnknown || form.kind == Kind::kOther) return {};
       if (form.kind == Kind::kText && form.words.empty()) return {};  // its functions
       if (form.kind == Kind::kText || form.kind == Kind::kNumber || form.kind == Kind::kTruth) {
@@ -197,9 +223,15 @@ class Reader {
         continue;
       }
       any = true;
-      join(result, of(found->type));
+      join(result, of(Form(shared, found->type)));
     }
-    for (DataType& form : result.forms) form.may_be_absent = form.may_be_absent || some_lack_it;
+    if (some_lack_it) {
+      for (Form& form : result.forms) {
+        DataType with_absence = form;
+        with_absence.may_be_absent = true;
+        form = Form(std::move(with_absence));
+      }
+    }
     if (!any && !object.forms.empty()) {
       const std::string near = did_you_mean(wanted, known);
       std::string all;
@@ -230,7 +262,7 @@ class Reader {
     if (object.kind == Node::kList && (called.text == "indexOf" || called.text == "includes") &&
         n.operands.size() == 2) {
       for (const std::uint32_t item : object.operands) compare("===", item, visit(item), n.operands[1], arguments[0]);
-      return of(called.text == "indexOf" ? Kind::kNumber : Kind::kTruth, "number");
+      return called.text == "indexOf" ? number() : truth();
     }
     if (object.kind == Node::kList) function_of_list(called.text);
     member_of(owner, called.text, name_of(called.operands[0]));
@@ -250,8 +282,8 @@ class Reader {
   // What models choose.
   [[nodiscard]] ExpressionType chosen(const std::string& function, const std::vector<ExpressionType>& arguments) const {
     if (scope_.functions == nullptr || !scope_.functions->contains(function)) return {};
-    if (function == "between" || function == "fresh") return of(Kind::kNumber, "number");
-    if (function == "chance") return of(Kind::kTruth, "bool");
+    if (function == "between" || function == "fresh") return number();
+    if (function == "chance") return truth();
     const std::size_t first = function == "pick" ? 1 : 0;
     if ((function != "choose" && function != "pick") || arguments.size() <= first) return {};
     ExpressionType result = arguments[first];
@@ -266,7 +298,7 @@ class Reader {
         "min",  "pow",  "random", "round", "sign",   "sin",   "sinh",  "sqrt",  "tan",   "tanh",  "trunc"};
     if (std::find(kFunctions.begin(), kFunctions.end(), function) == kFunctions.end())
       error("check.unknown-member", "Math has no function " + quoted(function) + did_you_mean(function, kFunctions));
-    return of(Kind::kNumber, "number");
+    return number();
   }
 
   // Several texts are one of them; other mixtures can be anything.
@@ -300,7 +332,7 @@ class Reader {
     const ExpressionType inner = visit(n.operands[0]);
     if (n.text == "!") {
       check_condition(n.operands[0], inner);
-      return of(Kind::kTruth, "bool");
+      return truth();
     }
     if (n.text == "void" || n.text == "delete") return {};
     DataType type{.kind = Kind::kNumber, .name = "number"};
@@ -323,11 +355,11 @@ class Reader {
     if (n.text == ",") return right;
     if (is_equality(n.text)) {
       compare(n.text, left_id, left, right_id, right);
-      return of(Kind::kTruth, "bool");
+      return truth();
     }
     if (is_order(n.text)) {
       order(n.text, left_id, left, right_id, right);
-      return of(Kind::kTruth, "bool");
+      return truth();
     }
     if (n.text == "+") {
       if (all_of_kind(left, Kind::kNumber) && all_of_kind(right, Kind::kNumber)) {
@@ -339,26 +371,26 @@ class Reader {
     }
     if (n.text == "-" || n.text == "*" || n.text == "/" || n.text == "%") {
       for (const auto& [operand, type] : {std::pair{left_id, &left}, {right_id, &right}}) {
-        const bool is_word = all_of_kind(*type, Kind::kText) && !type->forms[0].words.empty();
+        const bool is_word = all_of_kind(*type, Kind::kText) && !type->forms[0]->words.empty();
         if (is_word || all_of_kind(*type, Kind::kRecord))
-          error("check.never-equal", name_of(operand) + " is " + std::string(shown(type->forms[0].kind)) + " (" +
-                                         type->forms[0].name + "), and cannot be calculated with");
+          error("check.never-equal", name_of(operand) + " is " + std::string(shown(type->forms[0]->kind)) + " (" +
+                                         type->forms[0]->name + "), and cannot be calculated with");
       }
       DataType result{.kind = Kind::kNumber, .name = "number"};
       result.unit = scaled(n.text, left_id, left, right_id, right);
       return of(std::move(result));
     }
-    if (n.text == "in" || n.text == "instanceof") return of(Kind::kTruth, "bool");
-    return of(Kind::kNumber, "number");
+    if (n.text == "in" || n.text == "instanceof") return truth();
+    return number();
   }
 
   // The unit that all its forms have; empty: none that is known.
   static std::string unit_of(const ExpressionType& type) {
     if (type.open || type.forms.empty()) return {};
     for (const DataType& form : type.forms) {
-      if (form.unit != type.forms[0].unit) return {};
+      if (form.unit != type.forms[0]->unit) return {};
     }
-    return type.forms[0].unit;
+    return type.forms[0]->unit;
   }
 
   std::string scaled(const std::string& sign, std::uint32_t left_id, const ExpressionType& left, std::uint32_t right_id,
@@ -407,8 +439,8 @@ class Reader {
         if (overlap(a, b)) return check_bounds(sign, left_id, left, right_id, right);
       }
     }
-    error("check.never-equal", name_or_value(left_id) + " is " + std::string(shown(left.forms[0].kind)) + ", " +
-                                   name_or_value(right_id) + " is " + std::string(shown(right.forms[0].kind)) +
+    error("check.never-equal", name_or_value(left_id) + " is " + std::string(shown(left.forms[0]->kind)) + ", " +
+                                   name_or_value(right_id) + " is " + std::string(shown(right.forms[0]->kind)) +
                                    "; they are never equal");
   }
 
@@ -468,10 +500,10 @@ class Reader {
              const ExpressionType& right) {
     for (const auto& [id, type, other] : {std::tuple{left_id, &left, &right}, {right_id, &right, &left}}) {
       if (!all_of_kind(*other, Kind::kNumber)) continue;
-      const bool is_word = all_of_kind(*type, Kind::kText) && !type->forms[0].words.empty();
+      const bool is_word = all_of_kind(*type, Kind::kText) && !type->forms[0]->words.empty();
       if (is_word || all_of_kind(*type, Kind::kRecord)) {
-        error("check.never-equal", name_of(id) + " is " + std::string(shown(type->forms[0].kind)) + " (" +
-                                       type->forms[0].name + "), and is neither more nor less than a number");
+        error("check.never-equal", name_of(id) + " is " + std::string(shown(type->forms[0]->kind)) + " (" +
+                                       type->forms[0]->name + "), and is neither more nor less than a number");
         return;
       }
     }
@@ -535,8 +567,8 @@ class Reader {
     });
     if (!is_object) return;
     add(Severity::kWarning, "check.always-true",
-        name_of(id) + " is always true: it is " + std::string(shown(type.forms[0].kind)) +
-            (type.forms[0].name.empty() ? "" : " (" + type.forms[0].name + ")") + "; compare it, or name a member");
+        name_of(id) + " is always true: it is " + std::string(shown(type.forms[0]->kind)) +
+            (type.forms[0]->name.empty() ? "" : " (" + type.forms[0]->name + ")") + "; compare it, or name a member");
   }
 
   ExpressionType visit_silently(std::uint32_t id) {
@@ -554,16 +586,11 @@ class Reader {
 
 class ChartReader {
  public:
-  ChartReader(const scxml::Chart& chart, const ChartEvents& events, Diagnostics& diagnostics)
-      : chart_(chart), model_(chart.model()), events_(events), out_(diagnostics) {}
+  ChartReader(const ChartFacts& facts, const ChartEvents& events, Diagnostics& diagnostics)
+      : facts_(facts), chart_(facts.chart()), model_(chart_.model()), events_(events), out_(diagnostics) {}
 
   void run() {
     if (model_.data_model != scxml::DataModelKind::kEcmaScript) return;
-    for (const scxml::Expression& expression : model_.expressions) {
-      trees_.push_back(expression.use == scxml::ExpressionUse::kScript
-                           ? std::nullopt
-                           : scxml::parse_script_expression(expression.text));
-    }
     declare();
     // What data can be follows from what is assigned to them, which may be other data.
     for (int pass = 0; pass < 2; ++pass) {
@@ -591,16 +618,16 @@ class ChartReader {
         fixed_.insert(expression.text);
       }
     }
-    for (std::size_t i = 0; i < trees_.size(); ++i) {
+    for (Id i = 0; i < model_.expressions.size(); ++i) {
       // What cannot be read may declare and write anything that it mentions; so may functions.
       const scxml::Expression& expression = model_.expressions[i];
-      const bool is_plain =
-          trees_[i] && std::none_of(trees_[i]->nodes.begin(), trees_[i]->nodes.end(), [](const auto& n) {
-            return n.kind == Node::kOpaque || n.kind == Node::kAssignment ||
-                   (n.kind == Node::kUnary && n.text.size() == 2);
-          });
+      const auto& tree = facts_.tree(i);
+      const bool is_plain = tree && std::none_of(tree->nodes.begin(), tree->nodes.end(), [](const auto& n) {
+                              return n.kind == Node::kOpaque || n.kind == Node::kAssignment ||
+                                     (n.kind == Node::kUnary && n.text.size() == 2);
+                            });
       const bool writes_a_part =
-          expression.use == scxml::ExpressionUse::kLocation && trees_[i] && trees_[i]->nodes.back().kind != Node::kName;
+          expression.use == scxml::ExpressionUse::kLocation && tree && tree->nodes.back().kind != Node::kName;
       if (expression.use != scxml::ExpressionUse::kScript && (!is_plain || writes_a_part))
         in_scripts.merge(scxml::names_in_script(expression.text));
     }
@@ -674,8 +701,9 @@ class ChartReader {
 
   // A text that nearly is one of those that the data has from outside the chart.
   void check_assigned(Id id, const std::string& location) {
-    if (told_ == nullptr || id == scxml::kNoExpression || !trees_[id] || trees_[id]->nodes.size() != 1) return;
-    const ScriptNode& literal = trees_[id]->at(0);
+    if (told_ == nullptr || id == scxml::kNoExpression || !facts_.tree(id) || facts_.tree(id)->nodes.size() != 1)
+      return;
+    const ScriptNode& literal = facts_.tree(id)->at(0);
     const auto data = names_.find(location);
     if (literal.kind != Node::kText || data == names_.end()) return;
     std::vector<std::string> known;
@@ -710,7 +738,7 @@ class ChartReader {
   void check_param(const scxml::Send& send, const scxml::Param& param, const ExpressionType& type) {
     const bool is_constant = send.event.expr == scxml::kNoExpression && send.target.expr == scxml::kNoExpression;
     if (told_ == nullptr || !events_.param_of || !is_constant || send.type.constant != "thrift") return;
-    if (const auto& tree = trees_[param.expr]; tree && tree->nodes.size() == 1 && tree->at(0).kind == Node::kText)
+    if (const auto& tree = facts_.tree(param.expr); tree && tree->nodes.size() == 1 && tree->at(0).kind == Node::kText)
       return;  // of constants it has been said
     const DataType wanted = events_.param_of(send.target.constant, send.event.constant, param.name);
     check_sent(wanted, type, "param " + quoted(param.name), chart_.span(model_.expressions[param.expr].place));
@@ -771,9 +799,9 @@ class ChartReader {
   }
 
   ExpressionType expression(Id id, const Scope& scope, bool is_condition = false) {
-    if (id == scxml::kNoExpression || !trees_[id]) return {};
+    if (id == scxml::kNoExpression || !facts_.tree(id)) return {};
     const SourceSpan span = chart_.span(model_.expressions[id].place);
-    return Reader(*trees_[id], scope, span, told_).whole(is_condition);
+    return Reader(*facts_.tree(id), scope, span, told_).whole(is_condition);
   }
 
   void write(const std::string& name, const ExpressionType& type) {
@@ -830,12 +858,12 @@ class ChartReader {
     return event_of(descriptors);
   }
 
+  const ChartFacts& facts_;
   const scxml::Chart& chart_;
   const scxml::Model& model_;
   const ChartEvents& events_;
   Diagnostics& out_;
   Diagnostics* told_ = nullptr;
-  std::vector<std::optional<ScriptTree>> trees_;
   std::map<std::string, ExpressionType, std::less<>> names_;
   std::map<std::string, ExpressionType, std::less<>> written_;
   std::set<std::string, std::less<>> fixed_;  // can be anything
@@ -845,8 +873,8 @@ class ChartReader {
 
 }  // namespace
 
-void check_expressions(const scxml::Chart& chart, const ChartEvents& events, Diagnostics& diagnostics) {
-  ChartReader(chart, events, diagnostics).run();
+void check_expressions(const ChartFacts& facts, const ChartEvents& events, Diagnostics& diagnostics) {
+  ChartReader(facts, events, diagnostics).run();
 }
 
 DataType check_renamed_data(const EventRename& rename, const std::vector<DataType>& observed,
@@ -868,7 +896,7 @@ DataType check_renamed_data(const EventRename& rename, const std::vector<DataTyp
   DataType result{.kind = Kind::kRecord, .may_be_absent = false};
   for (const auto& [name, source] : rename.data) {
     const ExpressionType found = visit(source, false);
-    result.members.push_back({name, !found.open && found.forms.size() == 1 ? found.forms[0] : DataType{}});
+    result.members.push_back({name, !found.open && found.forms.size() == 1 ? DataType(found.forms[0]) : DataType{}});
   }
   // What these two are depends on what was observed before.
   names["value"] = {};

@@ -7,16 +7,10 @@
 #include <vector>
 
 #include "sentree/monitor/requirement_types.h"
+#include "sentree/project/chart_facts.h"
 #include "sentree/project/project.h"
-#include "sentree/scxml/chart.h"
 
 namespace sentree::project {
-
-/// What an expression can be, as far as it can be told.
-struct ExpressionType {
-  bool open = true;                      ///< Or anything else.
-  std::vector<monitor::DataType> forms;  ///< One of these.
-};
 
 /// The events that can arrive at a chart from outside.
 struct ChartEvents {
@@ -39,7 +33,7 @@ struct ChartEvents {
 /// Errors: check.unknown-send (of <cancel>), check.delay, check.unknown-name, check.unknown-member, check.unknown-word,
 /// check.never-equal, check.unit. Warnings: check.unknown-word (where other words are possible), check.out-of-range,
 /// check.always-true. Cost: O(size of the chart · events that a transition takes).
-void check_expressions(const scxml::Chart& chart, const ChartEvents& events, Diagnostics& diagnostics);
+void check_expressions(const ChartFacts& facts, const ChartEvents& events, Diagnostics& diagnostics);
 
 /// The same of the expressions of a renamed event, whose names are the members of the observations' data.
 /// @param observed  Data of the observations that it stands for.

@@ -200,7 +200,7 @@ DataType arguments_of(const std::string& service, const std::string& method, con
 
 }  // namespace
 
-void check_model_expressions(const ModelEntry& entry, const scxml::Chart& chart, const monitor::Vocabulary& vocabulary,
+void check_model_expressions(const ModelEntry& entry, const ChartFacts& facts, const monitor::Vocabulary& vocabulary,
                              Diagnostics& diagnostics) {
   ChartEvents events;
   for (const std::string& service : entry.serves) {
@@ -227,11 +227,12 @@ void check_model_expressions(const ModelEntry& entry, const scxml::Chart& chart,
     const auto* const method = method_of(target, event.substr(0, event.rfind('.')), vocabulary);
     return method == nullptr || param != "result" ? DataType() : method->result;
   };
-  check_expressions(chart, events, diagnostics);
+  check_expressions(facts, events, diagnostics);
 }
 
-void check_monitor(const MonitorEntry& entry, const scxml::Chart& chart, const monitor::Vocabulary* vocabulary,
+void check_monitor(const MonitorEntry& entry, const ChartFacts& facts, const monitor::Vocabulary* vocabulary,
                    Diagnostics& diagnostics) {
+  const scxml::Chart& chart = facts.chart();
   check_verdicts(entry, chart, diagnostics);
   check_idle_transitions(chart, false, diagnostics);
   std::optional<monitor::Observations> observations;
@@ -258,7 +259,7 @@ void check_monitor(const MonitorEntry& entry, const scxml::Chart& chart, const m
   } else {
     return;
   }
-  if (vocabulary != nullptr) check_expressions(chart, events, diagnostics);
+  if (vocabulary != nullptr) check_expressions(facts, events, diagnostics);
 }
 
 void check_receivers(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,
@@ -278,12 +279,13 @@ void check_receivers(const scxml::Chart& chart, const std::map<std::string, Serv
   }
 }
 
-void check_skill_events(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,
+void check_skill_events(const ChartFacts& facts, const std::map<std::string, ServicePlan>& services,
                         const monitor::Vocabulary& vocabulary, const SkillUse& use, Diagnostics& diagnostics) {
+  const scxml::Chart& chart = facts.chart();
   ChartEvents events;
   if (use.is_native) events.names = {"tick", "halt"};
-  for (const SkillProtocol* protocol : use.protocols) {
-    for (const std::string* event : {&protocol->start, &protocol->tick, &protocol->halt, &protocol->acknowledge}) {
+  for (const SkillProtocol& protocol : use.protocols) {
+    for (const std::string* event : {&protocol.start, &protocol.tick, &protocol.halt, &protocol.acknowledge}) {
       if (!event->empty()) events.names.push_back(*event);
     }
   }
@@ -353,7 +355,7 @@ void check_skill_events(const scxml::Chart& chart, const std::map<std::string, S
                      add(diagnostics, Severity::kWarning, "check.never-arrives",
                          "event \"" + descriptor + "\" never arrives: nobody sends it" + near, chart.span(place));
                    });
-  check_expressions(chart, events, diagnostics);
+  check_expressions(facts, events, diagnostics);
   check_idle_transitions(chart, true, diagnostics);
   check_receivers(chart, services, diagnostics);
   if (!use.is_native) return;

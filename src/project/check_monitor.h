@@ -7,6 +7,7 @@
 
 #include "sentree/monitor/monitor.h"
 #include "sentree/monitor/requirement_types.h"
+#include "sentree/project/chart_memory.h"
 #include "sentree/project/plan.h"
 
 namespace sentree::project {
@@ -18,32 +19,23 @@ namespace sentree::project {
 /// Errors: check.unknown-event, check.unheard-event, check.unreachable-verdict, and those of `check_expressions`.
 /// Warning: check.idle-transition.
 /// @param vocabulary  Null: it is not known what the project observes, so only the chart is looked at.
-void check_monitor(const MonitorEntry& entry, const scxml::Chart& chart, const monitor::Vocabulary* vocabulary,
+void check_monitor(const MonitorEntry& entry, const ChartFacts& facts, const monitor::Vocabulary* vocabulary,
                    Diagnostics& diagnostics);
 
 /// What the expressions of a model's chart say of calls and topics that it gets, and of what it answers and publishes.
 /// Errors: those of `check_expressions`.
-void check_model_expressions(const ModelEntry& entry, const scxml::Chart& chart, const monitor::Vocabulary& vocabulary,
+void check_model_expressions(const ModelEntry& entry, const ChartFacts& facts, const monitor::Vocabulary& vocabulary,
                              Diagnostics& diagnostics);
 
 /// <send>s of a skill or a model that nobody receives. Error: check.unknown-receiver.
 void check_receivers(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,
                      Diagnostics& diagnostics);
 
-/// How the leaves of a mission use one chart.
-struct SkillUse {
-  std::set<std::string> given;                       ///< Names of its <data> that ports or sentree.yaml give values.
-  bool is_native = false;                            ///< Some leaf runs it without a protocol …
-  bool is_condition = false;                         ///< … and that is a condition.
-  std::vector<const SkillProtocol*> protocols = {};  ///< Of the others; borrowed.
-  std::set<std::string> topics = {};                 ///< That it subscribes to.
-};
-
 /// The same of a skill's chart.
 ///
 /// Errors: check.unknown-event (a call's outcome that does not exist), check.no-outcome, check.unknown-receiver, and
 /// those of `check_expressions`. Warnings: check.never-arrives, check.idle-transition.
-void check_skill_events(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,
+void check_skill_events(const ChartFacts& facts, const std::map<std::string, ServicePlan>& services,
                         const monitor::Vocabulary& vocabulary, const SkillUse& use, Diagnostics& diagnostics);
 
 }  // namespace sentree::project

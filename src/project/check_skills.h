@@ -6,6 +6,7 @@
 
 #include "sentree/bt/tree.h"
 #include "sentree/monitor/requirement_types.h"
+#include "sentree/project/chart_memory.h"
 #include "sentree/project/plan.h"
 
 namespace sentree::project {
@@ -17,9 +18,6 @@ namespace sentree::project {
 /// leaf's name misspelt).
 void check_skills(const bt::Tree& tree, const std::vector<LeafPlan>& leaves,
                   const std::map<std::string, ServicePlan>& services, const monitor::Vocabulary& vocabulary,
-                  const Project& project, Diagnostics& diagnostics);
-
-/// Whether the chart itself may write this <data>, as far as its text tells.
-[[nodiscard]] bool is_written(const scxml::Chart& chart, const std::string& data);
+                  const Project& project, ChartMemory& charts, Diagnostics& diagnostics);
 
 }  // namespace sentree::project

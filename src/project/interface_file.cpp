@@ -49,9 +49,14 @@ std::optional<path> find_interface(const path& own, const std::string& file) {
   return std::nullopt;
 }
 
-Loaded<idl::Schema> load_interface(const path& file, const std::string& shown) {
+Loaded<idl::Schema> load_interface(const path& file, const std::string& shown, const OnInterfaceRead& on_read) {
   Loaded<idl::Schema> loaded;
-  const auto source = text::read_file(file, shown);
+  const auto read = [&](const path& from, const std::string& name) {
+    auto text = text::read_file(from, name);
+    if (on_read) on_read(from, name, text ? std::optional(*text) : std::nullopt);
+    return text;
+  };
+  const auto source = read(file, shown);
   if (!source) {
     loaded.diagnostics.push_back(source.error());
     return loaded;
@@ -63,6 +68,8 @@ Loaded<idl::Schema> load_interface(const path& file, const std::string& shown) {
     const path shown_root = (shown_folder / "../..").lexically_normal();
     const idl::IncludeReader used = [&](std::string_view name, std::string_view) -> Result<idl::IncludedFile> {
       const auto place = find_interface(root, std::string(name));
+      // Where it would have been found first.
+      if (on_read && (!place || *place != root / name)) on_read(root / name, std::string(name), std::nullopt);
       if (!place) {
         return fail("idl.include", "it is neither beside " + shown +
                                        ", in $AMENT_PREFIX_PATH, nor among those of Sentree; "
@@ -72,7 +79,7 @@ Loaded<idl::Schema> load_interface(const path& file, const std::string& shown) {
       const std::string other = place->parent_path().parent_path().parent_path() == root
                                     ? (shown_root / name).lexically_normal().string()
                                     : std::string(name);
-      auto text = text::read_file(*place, other);
+      auto text = read(*place, other);
       if (!text) return tl::unexpected(text.error());
       return idl::IncludedFile{other, std::move(*text)};
     };
@@ -81,9 +88,9 @@ Loaded<idl::Schema> load_interface(const path& file, const std::string& shown) {
   const idl::IncludeReader include = [&](std::string_view name, std::string_view from) -> Result<idl::IncludedFile> {
     const path beside = (path(from).parent_path() / name).lexically_normal();
     const path full = path(name).is_absolute() ? beside : file.parent_path() / beside.lexically_relative(shown_folder);
-    auto text = text::read_file(full.lexically_normal(), beside.string());
+    auto text = read(full.lexically_normal(), beside.string());
     if (text) return idl::IncludedFile{beside.string(), std::move(*text)};
-    auto ours = text::read_file(shipped / name, std::string(name));
+    auto ours = read(shipped / name, std::string(name));
     if (ours) return idl::IncludedFile{std::string(name), std::move(*ours)};
     return tl::unexpected(text.error());
   };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -21,12 +22,17 @@ struct InterfaceName {
 [[nodiscard]] std::optional<std::filesystem::path> find_interface(const std::filesystem::path& own,
                                                                   const std::string& file);
 
+/// Called for each file that was tried, with its text, or nothing if it could not be read.
+using OnInterfaceRead = std::function<void(const std::filesystem::path& file, const std::string& shown,
+                                           const std::optional<std::string>& content)>;
+
 /// Reads a Thrift IDL file with all that it includes. As for the Thrift compiler, an include is looked for in the
 /// folder of the file that has it, then among the interfaces that come with Sentree. Of ROS a .msg, .srv or .action
 /// with the messages that it uses, each where `find_interface` finds it; `file` lies in PACKAGE/FORM/.
 ///
 /// `shown` is the file's name in messages; included files are named beside it. Codes: those of `idl::Schema::load`, and
 /// of `text::read_file` for `file` itself.
-[[nodiscard]] Loaded<idl::Schema> load_interface(const std::filesystem::path& file, const std::string& shown);
+[[nodiscard]] Loaded<idl::Schema> load_interface(const std::filesystem::path& file, const std::string& shown,
+                                                 const OnInterfaceRead& on_read = {});
 
 }  // namespace sentree::project

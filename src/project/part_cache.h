@@ -6,8 +6,8 @@
 
 namespace sentree::project {
 
-/// Charts and the map of a project as they were read, for what prepares it again and again: what has the same text is
-/// not read anew. Bounded; of one thread at a time.
+/// Charts, interfaces and the map of a project as they were read, and what was found in its charts, for what prepares
+/// it again and again: what has the same text is not read anew. Bounded; of one thread at a time.
 class PartCache {
  public:
   PartCache();

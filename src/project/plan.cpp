@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <bit>
 #include <cstdlib>
+#include <deque>
 #include <set>
 
 #include "sentree/idl/conform.h"
+#include "sentree/project/chart_memory.h"
 #include "sentree/project/check_intervention.h"
 #include "sentree/project/check_mission.h"
 #include "sentree/project/check_model.h"
@@ -43,10 +45,10 @@ struct PartCache::Impl {
   struct Text {
     path file;
     std::string shown;
-    std::string content;
+    std::optional<std::string> content;  // nothing: it could not be read
     [[nodiscard]] bool is_same() const {
       const auto now = text::read_file(file, shown);
-      return now && *now == content;
+      return now ? content && *now == *content : !content;
     }
   };
   struct Looked {
@@ -55,20 +57,63 @@ struct PartCache::Impl {
     std::optional<scxml::Chart> chart;
     Diagnostics found;
   };
+  struct Interface {
+    std::vector<Text> files;  // the first is the one named
+    Loaded<idl::Schema> schema;
+  };
+  struct WorldText {
+    Text file;
+    std::shared_ptr<const WorldSource> source;
+  };
   static constexpr std::size_t kChartsMax = 4096;
+  static constexpr std::size_t kInterfacesMax = 256;
 
   std::map<std::pair<std::string, std::vector<std::string>>, Looked> charts;  // by file, and what is seen outside of it
-  std::vector<Text> map;                                                      // its files, the first is the one named
-  std::shared_ptr<const sim::World> world;                                    // of that map
+  ChartMemory findings;
+  std::map<std::pair<std::string, std::string>, Interface> interfaces;  // by file, and how it is shown
+  std::optional<WorldText> world_text;
+  std::vector<Text> map;                    // its files, the first is the one named
+  std::shared_ptr<const sim::World> world;  // of that map
+
+  static bool are_same(const std::vector<Text>& texts) {
+    return std::all_of(texts.begin(), texts.end(), [](const Text& text) { return text.is_same(); });
+  }
 
   [[nodiscard]] const Looked* chart(const std::pair<std::string, std::vector<std::string>>& key,
                                     const std::string& source) const {
     const auto looked = charts.find(key);
     if (looked == charts.end() || looked->second.source != source) return nullptr;
-    const auto& included = looked->second.included;
-    return std::all_of(included.begin(), included.end(), [](const Text& text) { return text.is_same(); })
-               ? &looked->second
-               : nullptr;
+    return are_same(looked->second.included) ? &looked->second : nullptr;
+  }
+
+  Result<std::shared_ptr<const WorldSource>> world_source(const Project& project) {
+    const path file = project.folder / project.world->path;
+    if (world_text && world_text->file.file == file && world_text->file.shown == project.shown(project.world->path) &&
+        world_text->file.is_same())
+      return world_text->source;
+    world_text.reset();
+    auto source = WorldSource::read(project);
+    if (!source) return tl::unexpected(source.error());
+    Text text{file, project.shown(project.world->path), {}};
+    auto shared = std::make_shared<const WorldSource>(std::move(*source));
+    if (auto content = text::read_file(text.file, text.shown)) {
+      text.content = std::move(*content);
+      world_text = WorldText{std::move(text), shared};
+    }
+    return shared;
+  }
+
+  const Loaded<idl::Schema>& interface(const path& file, const std::string& shown) {
+    const std::pair key{file.string(), shown};
+    const auto known = interfaces.find(key);
+    if (known != interfaces.end() && are_same(known->second.files)) return known->second.schema;
+    if (interfaces.size() >= kInterfacesMax) interfaces.clear();
+    Interface read;
+    read.schema = load_interface(
+        file, shown, [&](const path& part, const std::string& name, const std::optional<std::string>& content) {
+          read.files.push_back({part, name, content});
+        });
+    return interfaces.insert_or_assign(key, std::move(read)).first->second.schema;
   }
 };
 
@@ -92,8 +137,8 @@ Diagnostic missing(const Project& project, const FileRef& file, Diagnostic why) 
 
 class Preparation {
  public:
-  explicit Preparation(const Project& project, PartCache::Impl* known = nullptr)
-      : project_(project), fence_(project.folder, {shipped_folder("interfaces")}), known_(known) {}
+  Preparation(const Project& project, PartCache& known)
+      : project_(project), fence_(project.folder, {shipped_folder("interfaces")}), known_(known.impl()) {}
 
   void services() {
     for (const ServiceEntry& entry : project_.services) {
@@ -128,6 +173,8 @@ class Preparation {
   // After the leaves: what their skills call must be answered.
   void models() {
     std::map<std::string, std::string> served;  // and by which model
+    std::optional<monitor::Vocabulary> called;
+    auto context = ChartMemory::kNoContext;
     std::vector<std::string> names;
     for (const ServiceEntry& entry : project_.services) names.push_back(entry.name);
     for (const ModelEntry& entry : project_.models) {
@@ -156,7 +203,16 @@ class Preparation {
       if (are_known) {
         check_model(entry, *chart, services_, leaves_, diagnostics);
         if (services_.size() == project_.services.size()) {
-          check_model_expressions(entry, *chart, vocabulary_of(services_, nullptr, leaves_, world_.get()), diagnostics);
+          if (!called) {
+            called = vocabulary_of(services_, nullptr, leaves_, world_.get(), known_.findings);
+            context = known_.findings.context(*called, services_);
+          }
+          known_.findings.add_findings(
+              *chart, entry, context,
+              [&](Diagnostics& found) {
+                check_model_expressions(entry, known_.findings.facts(*chart), *called, found);
+              },
+              diagnostics);
         }
       }
       check_subscriptions("model \"" + entry.name + "\"", entry.subscribes, *chart, services_, diagnostics);
@@ -177,20 +233,19 @@ class Preparation {
 
   // With the map that is known, where its files are the same.
   Loaded<sim::World> load_world() {
-    if (known_ == nullptr) return load_project_world(project_);
-    const auto source = WorldSource::read(project_);
+    const auto source = known_.world_source(project_);
     if (!source) return {.value = std::nullopt, .diagnostics = {source.error()}};
-    auto& map = known_->map;
-    const bool is_known = known_->world && !map.empty() &&
-                          map.front().file == source->map_file(project_.world_overrides) &&
-                          std::all_of(map.begin(), map.end(), [](const auto& text) { return text.is_same(); });
-    if (is_known) return source->with(project_.world_overrides, known_->world.get());
+    auto& map = known_.map;
+    const bool is_known = known_.world && !map.empty() &&
+                          map.front().file == (*source)->map_file(project_.world_overrides) &&
+                          PartCache::Impl::are_same(map);
+    if (is_known) return (*source)->with(project_.world_overrides, known_.world.get());
     map.clear();
-    known_->world.reset();
-    return source->with(project_.world_overrides, nullptr,
-                        [&](const path& file, const std::string& name, const std::string& content) {
-                          map.push_back({file, name, content});
-                        });
+    known_.world.reset();
+    return (*source)->with(project_.world_overrides, nullptr,
+                           [&](const path& file, const std::string& name, const std::string& content) {
+                             map.push_back({file, name, content});
+                           });
   }
 
   void world() {
@@ -207,7 +262,7 @@ class Preparation {
     append(diagnostics, loaded.diagnostics);
     if (loaded.value) {
       world_ = std::make_shared<const sim::World>(std::move(*loaded.value));
-      if (known_ != nullptr && (known_->world || loaded.diagnostics.empty())) known_->world = world_;
+      if (known_.world || loaded.diagnostics.empty()) known_.world = world_;
       for (const ServiceEntry& entry : project_.services) check_robot(entry);
     }
     if (const idl::Schema* schema = interface("robot.thrift", project_.world->span))
@@ -259,8 +314,8 @@ class Preparation {
       leaves_.push_back(std::move(leaf));
     }
     check_names(tree, leaves_, services_, project_, diagnostics);
-    check_skills(tree, leaves_, services_, vocabulary_of(services_, &tree, leaves_, world_.get()), project_,
-                 diagnostics);
+    vocabulary_ = vocabulary_of(services_, &tree, leaves_, world_.get(), known_.findings);
+    check_skills(tree, leaves_, services_, *vocabulary_, project_, known_.findings, diagnostics);
     if (world_) {
       check_tolerances(leaves_, *world_, diagnostics);
       check_locations(tree, leaves_, *world_, project_.shown(project_.world->path), diagnostics);
@@ -321,12 +376,12 @@ class Preparation {
     // What a broken project lacks has been said, and is not missed again by each monitor.
     const bool is_known =
         tree != nullptr && leaves_.size() == tree->external_leaves().size() && !has_errors(diagnostics);
-    std::optional<monitor::Vocabulary> vocabulary;
+    auto context = ChartMemory::kNoContext;
     if (is_known) {
-      vocabulary = vocabulary_of(services_, tree, leaves_, world_.get());
-      for (const ModelEntry& model : project_.models) vocabulary->models.push_back(model.name);
+      for (const ModelEntry& model : project_.models) vocabulary_->models.push_back(model.name);
+      context = known_.findings.context(*vocabulary_, services_);
     }
-    const monitor::Vocabulary* known = vocabulary ? &*vocabulary : nullptr;
+    const monitor::Vocabulary* known = is_known ? &*vocabulary_ : nullptr;
     for (const ObserverEntry& entry : project_.observers) {
       check_address("observer \"" + entry.name + "\"", entry.at, entry.span);
       observers_.push_back({.name = entry.name, .at = entry.at, .is_monitor = false});
@@ -337,7 +392,7 @@ class Preparation {
         observers_.push_back({.name = entry.name, .at = entry.at, .is_monitor = true});
         continue;
       }
-      auto model = is_requirement(entry) ? synthesized(entry, known) : drawn(entry, known);
+      auto model = is_requirement(entry) ? synthesized(entry, known) : drawn(entry, known, context);
       if (!model) continue;
       if (!entry.gate.empty()) {
         check_gate(entry, *model, services_, diagnostics);
@@ -349,10 +404,14 @@ class Preparation {
 
   static bool is_requirement(const MonitorEntry& entry) { return path(entry.file.path).extension() == ".req"; }
 
-  std::optional<monitor::Model> drawn(const MonitorEntry& entry, const monitor::Vocabulary* vocabulary) {
+  std::optional<monitor::Model> drawn(const MonitorEntry& entry, const monitor::Vocabulary* vocabulary,
+                                      ChartMemory::ContextId context) {
     const auto chart = load_chart(entry.file);
     if (!chart) return std::nullopt;
-    check_monitor(entry, *chart, vocabulary, diagnostics);
+    known_.findings.add_findings(
+        *chart, entry, context,
+        [&](Diagnostics& found) { check_monitor(entry, known_.findings.facts(*chart), vocabulary, found); },
+        diagnostics);
     monitor::Spec spec{.name = entry.name, .chart = *chart, .violated = entry.violated, .span = entry.span};
     for (const EventRename& rename : entry.events) {
       check_sources(rename, leaves_, services_, project_, diagnostics);
@@ -437,9 +496,8 @@ class Preparation {
   }
 
   const idl::Schema* interface(const std::string& name, const SourceSpan& span) {
-    if (const auto known = schemas_.find(name); known != schemas_.end())
-      return known->second ? &*known->second : nullptr;
-    std::optional<idl::Schema>& slot = schemas_[name];
+    if (const auto known = schemas_.find(name); known != schemas_.end()) return known->second;
+    const idl::Schema*& slot = schemas_[name];
     const path own = project_.folder / "interfaces";
     const auto file = find_interface(own, name);
     if (!file) {
@@ -449,10 +507,11 @@ class Preparation {
           span);
       return nullptr;
     }
-    auto loaded = load_interface(*file, *file == own / name ? project_.shown("interfaces/" + name) : name);
+    const auto& loaded = known_.interface(*file, *file == own / name ? project_.shown("interfaces/" + name) : name);
     append(diagnostics, loaded.diagnostics);
-    slot = std::move(loaded.value);
-    return slot ? &*slot : nullptr;
+    // The types of services are shared; the schema itself may be forgotten.
+    if (loaded.value) slot = &kept_.emplace_back(*loaded.value);
+    return slot;
   }
 
   std::optional<scxml::Chart> load_chart(const FileRef& file, const scxml::CheckOptions& checked = {}) {
@@ -464,11 +523,9 @@ class Preparation {
       return std::nullopt;
     }
     const std::pair key{full.string(), checked.seen_outside};
-    if (known_ != nullptr) {
-      if (const auto* looked = known_->chart(key, *source)) {
-        append(diagnostics, looked->found);
-        return looked->chart;
-      }
+    if (const auto* looked = known_.chart(key, *source)) {
+      append(diagnostics, looked->found);
+      return looked->chart;
     }
     scxml::LoadOptions options;
     std::vector<PartCache::Impl::Text> included;
@@ -487,9 +544,9 @@ class Preparation {
     auto loaded = scxml::load(*source, shown, options);
     if (loaded.value) append(loaded.diagnostics, scxml::check(*loaded.value, checked));
     append(diagnostics, loaded.diagnostics);
-    if (known_ != nullptr && are_all_there) {
-      if (known_->charts.size() >= PartCache::Impl::kChartsMax) known_->charts.clear();
-      known_->charts.insert_or_assign(
+    if (are_all_there) {
+      if (known_.charts.size() >= PartCache::Impl::kChartsMax) known_.charts.clear();
+      known_.charts.insert_or_assign(
           key, PartCache::Impl::Looked{*source, std::move(included), loaded.value, std::move(loaded.diagnostics)});
     }
     return std::move(loaded.value);
@@ -497,8 +554,10 @@ class Preparation {
 
   const Project& project_;
   const text::ReadFence fence_;
-  PartCache::Impl* known_;
-  std::map<std::string, std::optional<idl::Schema>> schemas_;
+  PartCache::Impl& known_;
+  std::deque<idl::Schema> kept_;
+  std::map<std::string, const idl::Schema*> schemas_;  // null: it could not be read
+  std::optional<monitor::Vocabulary> vocabulary_;
   std::map<std::string, std::optional<scxml::Chart>> charts_;
   std::set<std::pair<std::string, std::string>> ways_checked_;  // of charts: to answer ticks
   std::set<const SkillEntry*> entries_checked_;
@@ -681,9 +740,7 @@ std::uint64_t identity_of(const Scenario& scenario, std::set<std::uint64_t> cont
 
 }  // namespace
 
-namespace {
-
-Loaded<Plan> prepare(Scenario scenario, PartCache::Impl* known) {
+Loaded<Plan> prepare(Scenario scenario, PartCache& known) {
   Loaded<Plan> prepared;
   const text::ReadHashes read;
   Preparation preparation(scenario.project, known);
@@ -745,10 +802,10 @@ Loaded<Plan> prepare(Scenario scenario, PartCache::Impl* known) {
   return prepared;
 }
 
-}  // namespace
-
-Loaded<Plan> prepare(Scenario scenario) { return prepare(std::move(scenario), nullptr); }
-Loaded<Plan> prepare(Scenario scenario, PartCache& cache) { return prepare(std::move(scenario), &cache.impl()); }
+Loaded<Plan> prepare(Scenario scenario) {
+  PartCache cache;
+  return prepare(std::move(scenario), cache);
+}
 
 Diagnostics check_project(const path& folder_or_file) {
   PartCache cache;
@@ -768,31 +825,34 @@ Diagnostics check_project(const path& folder_or_file, PartCache& cache) {
   add_new(project.diagnostics);
   if (!project.ok()) return all;
   const auto files = scenario_files(*project.value);
-  add_new(prepare(plain_scenario(std::move(*project.value)), &cache.impl()).diagnostics);
+  add_new(prepare(plain_scenario(std::move(*project.value)), cache).diagnostics);
   for (const path& file : files) {
     auto scenario = load_scenario(file);
     add_new(scenario.diagnostics);
-    if (scenario.ok()) add_new(prepare(std::move(*scenario.value), &cache.impl()).diagnostics);
+    if (scenario.ok()) add_new(prepare(std::move(*scenario.value), cache).diagnostics);
   }
   return all;
 }
 
 Loaded<monitor::Vocabulary> load_vocabulary(const Project& project) {
   Loaded<monitor::Vocabulary> loaded;
-  Preparation preparation(project);
+  PartCache known;
+  Preparation preparation(project, known);
   preparation.services();
   if (project.world) preparation.world();
   const auto tree = preparation.tree();
   if (tree) preparation.leaves(*tree);
   loaded.diagnostics = std::move(preparation.diagnostics);
   if (tree && !has_errors(loaded.diagnostics))
-    loaded.value = vocabulary_of(preparation.services_, &*tree, preparation.leaves_, preparation.world_.get());
+    loaded.value = vocabulary_of(preparation.services_, &*tree, preparation.leaves_, preparation.world_.get(),
+                                 known.impl().findings);
   return loaded;
 }
 
 Loaded<SkillPlan> prepare_skill(const Project& project, const std::string& leaf) {
   Loaded<SkillPlan> prepared;
-  Preparation preparation(project);
+  PartCache known;
+  Preparation preparation(project, known);
   preparation.services();
   // The mission tells the leaf's ID, and whether it is a condition.
   const auto tree = preparation.tree();
@@ -837,7 +897,8 @@ Loaded<MonitorPlan> prepare_monitor(const Project& project, const std::string& n
   std::vector<std::string> names;
   for (const MonitorEntry& entry : project.monitors) names.push_back(entry.name);
   std::erase_if(alone.monitors, [&](const MonitorEntry& entry) { return entry.name != name; });
-  Preparation preparation(alone);
+  PartCache known;
+  Preparation preparation(alone, known);
   if (alone.monitors.empty()) {
     preparation.add("check.unknown-monitor", "the project has no monitor \"" + name + "\"" + did_you_mean(name, names),
                     SourceSpan{project.file});

@@ -21,6 +21,7 @@ namespace sentree::project {
 struct FileRef {
   std::string path;  ///< Relative to the project's folder.
   SourceSpan span;
+  friend bool operator==(const FileRef&, const FileRef&) = default;
 };
 
 /// A topic that the simulator publishes again and again.
@@ -56,6 +57,7 @@ enum class JournalSync : std::uint8_t {
 struct Subscriptions {
   std::vector<std::string> topics;
   SourceSpan span;
+  friend bool operator==(const Subscriptions&, const Subscriptions&) = default;
 };
 
 /// A chart that stands for components: it serves services that are at: model.
@@ -66,6 +68,7 @@ struct ModelEntry {
   SourceSpan serves_span;
   Subscriptions subscribes;
   SourceSpan span;
+  friend bool operator==(const ModelEntry&, const ModelEntry&) = default;
 };
 
 /// `verify:` what is tried beside what models leave open.
@@ -99,6 +102,7 @@ struct SkillProtocol {
   std::map<std::string, SourceSpan> places;
 
   [[nodiscard]] std::optional<bt::Status> meaning(const Value& status) const;
+  friend bool operator==(const SkillProtocol&, const SkillProtocol&) = default;
 };
 
 /// A constant of sentree.yaml that a chart's <data> of that id begins with.
@@ -129,6 +133,7 @@ struct EventRename {
   std::string when;  ///< Empty: always; "changed", or an expression over `value` and `last`.
   SourceSpan span;
   SourceSpan from_span;
+  friend bool operator==(const EventRename&, const EventRename&) = default;
 };
 
 struct MonitorEntry {
@@ -142,6 +147,7 @@ struct MonitorEntry {
   SourceSpan gate_span;
   std::string at;  ///< Empty: in the run; else the address of the process that runs it (`sentree monitor`).
   SourceSpan span;
+  friend bool operator==(const MonitorEntry&, const MonitorEntry&) = default;
 };
 
 /// An observer in another process: interfaces/observer.thrift.

@@ -4,7 +4,6 @@
 #include <set>
 
 #include "sentree/idl/schema.h"
-#include "sentree/project/check_skills.h"
 #include "sentree/sim/world.h"
 #include "sentree/text/file.h"
 
@@ -80,7 +79,7 @@ std::set<std::string> names_of_world(const sim::World* world) {
 // The texts that skills give for arguments, where their charts tell them.
 class GivenTexts {
  public:
-  GivenTexts(const bt::Tree& tree, const std::vector<LeafPlan>& leaves) {
+  GivenTexts(const bt::Tree& tree, const std::vector<LeafPlan>& leaves, ChartMemory& charts) : charts_(charts) {
     for (const LeafPlan& leaf : leaves) {
       for (const bt::PortFact& port : tree.ports(leaf.node)) {
         if (port.input && !port.text.empty() && port.text.front() != '{') all_.emplace(port.text);
@@ -116,7 +115,7 @@ class GivenTexts {
     const auto item =
         std::find_if(data.begin(), data.end(), [&](const scxml::DataItem& d) { return d.id == param.expression; });
     // An input that nobody but the tree, or sentree.yaml, gives a value.
-    if (item == data.end() || is_written(*leaf.chart, item->id)) return false;
+    if (item == data.end() || charts_.facts(*leaf.chart).is_written(item->id)) return false;
     for (const SkillConstant& constant : leaf.constants) {
       if (constant.id != item->id) continue;
       if (const std::string* text = constant.value.as_string()) all_.insert(*text);
@@ -129,13 +128,14 @@ class GivenTexts {
     return false;
   }
 
+  ChartMemory& charts_;
   std::set<std::string> all_;
   std::set<std::string> open_;
 };
 
 void add_samples(monitor::Vocabulary& vocabulary, const bt::Tree& tree, const std::vector<LeafPlan>& leaves,
-                 const sim::World* world) {
-  const GivenTexts given(tree, leaves);
+                 const sim::World* world, ChartMemory& charts) {
+  const GivenTexts given(tree, leaves, charts);
   std::set<std::string> names = names_of_world(world);
   names.insert(given.all().begin(), given.all().end());
   if (names.empty()) return;
@@ -180,7 +180,7 @@ bool is_unread_requirements(const MonitorEntry& entry) {
 }
 
 monitor::Vocabulary vocabulary_of(const std::map<std::string, ServicePlan>& services, const bt::Tree* tree,
-                                  const std::vector<LeafPlan>& leaves, const sim::World* world) {
+                                  const std::vector<LeafPlan>& leaves, const sim::World* world, ChartMemory& charts) {
   monitor::Vocabulary vocabulary;
   for (const auto& [name, service] : services) {
     auto& methods = vocabulary.services[name];
@@ -194,8 +194,13 @@ monitor::Vocabulary vocabulary_of(const std::map<std::string, ServicePlan>& serv
   for (bt::NodeId node = 0; node < tree->size(); ++node) vocabulary.nodes.push_back(tree->path(node));
   for (const LeafPlan& leaf : leaves) vocabulary.leaves.push_back(leaf.name);
   if (leaves.size() == tree->external_leaves().size()) vocabulary.calls = calls_of(leaves);
-  add_samples(vocabulary, *tree, leaves, world);
+  add_samples(vocabulary, *tree, leaves, world, charts);
   return vocabulary;
+}
+
+monitor::Vocabulary vocabulary_of(const Plan& plan) {
+  ChartMemory charts;
+  return vocabulary_of(plan.services, &plan.tree, plan.leaves, plan.world.get(), charts);
 }
 
 }  // namespace sentree::project

@@ -6,6 +6,7 @@
 
 #include "sentree/bt/tree.h"
 #include "sentree/monitor/requirement_types.h"
+#include "sentree/project/chart_memory.h"
 #include "sentree/project/plan.h"
 
 namespace sentree::project {
@@ -22,6 +23,7 @@ namespace sentree::project {
 /// @param world  Null: there is none, or it could not be loaded.
 [[nodiscard]] monitor::Vocabulary vocabulary_of(const std::map<std::string, ServicePlan>& services,
                                                 const bt::Tree* tree, const std::vector<LeafPlan>& leaves,
-                                                const sim::World* world);
+                                                const sim::World* world, ChartMemory& charts);
+[[nodiscard]] monitor::Vocabulary vocabulary_of(const Plan& plan);
 
 }  // namespace sentree::project

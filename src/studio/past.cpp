@@ -63,7 +63,7 @@ void Past::read(Recording& recording, const project::Plan& plan) {
 
 Value Past::judge(const std::string& file, const std::string& text, const project::Plan& plan) {
   look(plan);
-  const auto vocabulary = project::vocabulary_of(plan.services, &plan.tree, plan.leaves, plan.world.get());
+  const auto vocabulary = project::vocabulary_of(plan);
   const auto parsed = monitor::parse_requirements(text, file);
   std::vector<monitor::Model> models;
   List requirements;
