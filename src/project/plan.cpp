@@ -65,12 +65,21 @@ struct PartCache::Impl {
     Text file;
     std::shared_ptr<const WorldSource> source;
   };
+  struct Requirements {
+    Text file;
+    Loaded<monitor::RequirementFile> parsed;
+    // By requirement, the monitor's name, and what is observed.
+    std::map<std::tuple<std::string, std::string, ChartMemory::ContextId>, Loaded<monitor::Model>> monitors;
+  };
   static constexpr std::size_t kChartsMax = 4096;
   static constexpr std::size_t kInterfacesMax = 256;
+  static constexpr std::size_t kRequirementFilesMax = 256;
+  static constexpr std::size_t kSynthesizedMax = 4096;  // of a file
 
   std::map<std::pair<std::string, std::vector<std::string>>, Looked> charts;  // by file, and what is seen outside of it
   ChartMemory findings;
   std::map<std::pair<std::string, std::string>, Interface> interfaces;  // by file, and how it is shown
+  std::map<std::string, std::shared_ptr<Requirements>> requirements;    // by file
   std::optional<WorldText> world_text;
   std::vector<Text> map;                    // its files, the first is the one named
   std::shared_ptr<const sim::World> world;  // of that map
@@ -101,6 +110,16 @@ struct PartCache::Impl {
       world_text = WorldText{std::move(text), shared};
     }
     return shared;
+  }
+
+  std::shared_ptr<Requirements> requirements_of(Text file) {
+    if (requirements.size() >= kRequirementFilesMax) requirements.clear();
+    auto& known = requirements[file.file.string()];
+    if (known == nullptr || known->file.content != file.content || known->file.shown != file.shown) {
+      auto parsed = monitor::parse_requirements(*file.content, file.shown);
+      known = std::make_shared<Requirements>(Requirements{std::move(file), std::move(parsed), {}});
+    }
+    return known;
   }
 
   const Loaded<idl::Schema>& interface(const path& file, const std::string& shown) {
@@ -392,7 +411,7 @@ class Preparation {
         observers_.push_back({.name = entry.name, .at = entry.at, .is_monitor = true});
         continue;
       }
-      auto model = is_requirement(entry) ? synthesized(entry, known) : drawn(entry, known, context);
+      auto model = is_requirement(entry) ? synthesized(entry, known, context) : drawn(entry, known, context);
       if (!model) continue;
       if (!entry.gate.empty()) {
         check_gate(entry, *model, services_, diagnostics);
@@ -423,29 +442,33 @@ class Preparation {
   }
 
   // One requirement of a file, which is read once.
-  std::optional<monitor::Model> synthesized(const MonitorEntry& entry, const monitor::Vocabulary* vocabulary) {
+  std::optional<monitor::Model> synthesized(const MonitorEntry& entry, const monitor::Vocabulary* vocabulary,
+                                            ChartMemory::ContextId context) {
     const std::string shown = project_.shown(entry.file.path);
     if (!requirements_.contains(entry.file.path)) {
       auto& slot = requirements_[entry.file.path];
-      const auto source = text::read_file(project_.folder / entry.file.path, shown, monitor::kRequirementBytesMax);
+      const path full = project_.folder / entry.file.path;
+      auto source = text::read_file(full, shown, monitor::kRequirementBytesMax);
       if (!source) {
         diagnostics.push_back(missing(project_, entry.file, source.error()));
         return std::nullopt;
       }
-      auto parsed = monitor::parse_requirements(*source, shown);
-      append(diagnostics, parsed.diagnostics);
-      slot = std::move(parsed.value);
+      slot = known_.requirements_of({full, shown, std::move(*source)});
+      append(diagnostics, slot->parsed.diagnostics);
     }
-    const auto& file = requirements_[entry.file.path];
-    if (!file) return std::nullopt;
+    const std::shared_ptr<PartCache::Impl::Requirements> known = requirements_[entry.file.path];
+    if (known == nullptr || !known->parsed.value) return std::nullopt;
+    const monitor::RequirementFile* const file = &*known->parsed.value;
     if (!entry.violated.empty() || !entry.events.empty())
       add("check.requirement", "a requirement needs neither \"violated\" nor \"events\"", entry.span);
     for (monitor::Requirement requirement : file->requirements) {
       if (requirement.name != entry.requirement) continue;
       requirement.name = entry.name;
-      auto model = monitor::Model::make(requirement, vocabulary);
-      append(diagnostics, model.diagnostics);
-      return std::move(model.value);
+      if (known->monitors.size() >= PartCache::Impl::kSynthesizedMax) known->monitors.clear();
+      const auto [model, is_new] = known->monitors.try_emplace({entry.requirement, entry.name, context});
+      if (is_new) model->second = monitor::Model::make(requirement, vocabulary);
+      append(diagnostics, model->second.diagnostics);
+      return model->second.value;
     }
     add("check.requirement", "\"" + entry.file.path + "\" holds no requirement, only definitions", entry.file.span);
     return std::nullopt;
@@ -561,7 +584,7 @@ class Preparation {
   std::map<std::string, std::optional<scxml::Chart>> charts_;
   std::set<std::pair<std::string, std::string>> ways_checked_;  // of charts: to answer ticks
   std::set<const SkillEntry*> entries_checked_;
-  std::map<std::string, std::optional<monitor::RequirementFile>> requirements_;
+  std::map<std::string, std::shared_ptr<PartCache::Impl::Requirements>> requirements_;  // null: it could not be read
 };
 
 // What is said to run elsewhere does so: every "{name}" is a process, and nothing elsewhere needs what is in this one.
