@@ -25,6 +25,18 @@ thread_local ReadLog* read_log = nullptr;
 thread_local ReadHashes* read_hashes = nullptr;
 thread_local const Overlay* read_through = nullptr;
 
+// Of contents that may be large, such as maps: a word at a time.
+std::uint64_t hash_content(std::string_view content) {
+  std::uint64_t hash = content.size();
+  while (content.size() >= sizeof(std::uint64_t)) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, content.data(), sizeof word);
+    hash = hash_combine(hash, word);
+    content.remove_prefix(sizeof word);
+  }
+  return hash_combine(hash, hash_bytes(content));
+}
+
 // What stands for the file, or null.
 const std::string* overlaid(const std::filesystem::path& path) {
   if (read_through == nullptr || read_through->empty()) return nullptr;
@@ -76,7 +88,7 @@ Result<std::string> read_file(const std::filesystem::path& path, std::string sho
   const std::string* const edited = overlaid(path);
   auto content = edited != nullptr ? Result<std::string>(*edited) : read_from_disk(*place, {shown_as}, size_max);
   if (!content) return content;
-  if (read_hashes != nullptr) read_hashes->hashes_.insert(hash_bytes(*content));
+  if (read_hashes != nullptr) read_hashes->hashes_.insert(hash_content(*content));
   if (read_log != nullptr) {
     auto& files = read_log->files_;
     if (std::none_of(files.begin(), files.end(), [&](const ReadFile& known) { return known.path == path; }))
