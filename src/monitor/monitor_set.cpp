@@ -24,15 +24,41 @@ void LeafTracker::see(const Message& message, Sign sign) {
     return;
   }
   if (ticked_ == leaf) ticked_.clear();
-  std::erase(running_, leaf);
   const Value* status = message.data.find("status");
-  if (sign == Sign::kAnswered && status != nullptr && status->text() == "RUNNING") running_.push_back(leaf);
+  if (sign == Sign::kAnswered && status != nullptr && status->text() == "RUNNING")
+    note_running(leaf);
+  else
+    forget_running(leaf);
+}
+
+void LeafTracker::note_running(std::string leaf) {
+  const auto [since, is_new] = running_.try_emplace(leaf, ++answers_);
+  if (is_new) {
+    latest_.emplace_hint(latest_.end(), answers_, std::move(leaf));
+    return;
+  }
+  auto moved = latest_.extract(since->second);
+  moved.key() = since->second = answers_;
+  latest_.insert(latest_.end(), std::move(moved));
+}
+
+void LeafTracker::forget_running(const std::string& leaf) {
+  const auto since = running_.find(leaf);
+  if (since == running_.end()) return;
+  latest_.erase(since->second);
+  running_.erase(since);
+}
+
+std::vector<std::string> LeafTracker::running() const {
+  std::vector<std::string> leaves;
+  for (const auto& [since, leaf] : latest_) leaves.push_back(leaf);
+  return leaves;
 }
 
 const std::string& LeafTracker::active() const {
   static const std::string kNone;
   if (!ticked_.empty()) return ticked_;
-  return running_.empty() ? kNone : running_.back();
+  return latest_.empty() ? kNone : latest_.rbegin()->second;
 }
 
 void Dispatch::add(Targets& targets, std::size_t monitor) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -25,12 +26,20 @@ class LeafTracker {
   void see(const Message& message, Sign sign);
   /// The leaf that is being ticked, else the one whose last answer was RUNNING most recently; empty: none.
   [[nodiscard]] const std::string& active() const;
-  friend bool operator==(const LeafTracker&, const LeafTracker&) = default;
+  friend bool operator==(const LeafTracker& a, const LeafTracker& b) {
+    return a.ticked_ == b.ticked_ && a.running() == b.running();
+  }
 
  private:
   friend struct MemoryMembers;
+  void note_running(std::string leaf);
+  void forget_running(const std::string& leaf);
+  [[nodiscard]] std::vector<std::string> running() const;  // the latest last
+
   std::string ticked_;
-  std::vector<std::string> running_;
+  std::map<std::uint64_t, std::string> latest_;             // those whose last answer was RUNNING, by when it came
+  std::unordered_map<std::string, std::uint64_t> running_;  // when it came
+  std::uint64_t answers_ = 0;
 };
 
 /// Who listens to observations of which name and source, and to what of them.

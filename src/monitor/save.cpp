@@ -1,6 +1,7 @@
 // What monitors remember as data, and back.
 #include <algorithm>
 #include <string>
+#include <type_traits>
 #include <unordered_map>
 #include <utility>
 
@@ -51,7 +52,13 @@ struct MemoryMembers {
   requires archive::MaybeConst<S, LeafTracker>
   static void visit_leaves(S& s, V&& visit) {
     visit("ticked", s.ticked_);
-    visit("running", s.running_);
+    auto running = s.running();
+    visit("running", running);
+    if constexpr (!std::is_const_v<S>) {
+      s.latest_.clear();
+      s.running_.clear();
+      for (std::string& leaf : running) s.note_running(std::move(leaf));
+    }
   }
 };
 
