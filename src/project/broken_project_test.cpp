@@ -161,6 +161,15 @@ const Broken kBroken[] = {
     {"PlaceThatIsAssigned", "monitors/recharge.scxml", "expr=\"'station'\"", "expr=\"'statoin'\"",
      "monitors/recharge.scxml:37:41: warning: nothing else in this project makes target 'statoin'; did you mean "
      "\"station\"?"},
+    {"NoEntry", "mission.xml", "reason=\"{reason}\"", "reason=\"{}\"",
+     "mission.xml:27:71: warning: \"{}\" names no entry of the blackboard, so it is a text of two brackets; write "
+     "reason=\"{name}\""},
+    {"InputOfASubTree", "mission.xml",
+     "<GoToLocation name=\"GoToKitchen\" destination=\"kitchen\" reason=\"{reason}\"/>",
+     "<SubTree ID=\"Go\" nmae=\"Go\" plcae=\"kitchen\"/></ReactiveFallback></ReactiveSequence></BehaviorTree>"
+     "<BehaviorTree ID=\"Go\"><ReactiveSequence><ReactiveFallback>"
+     "<GoToLocation name=\"GoToKitchen\" destination=\"{place}\"/>",
+     ""},
     {"TwoWordsThatAreCompared", "requirements/recharge.req", "destination = kitchen", "robot = kitchen",
      "requirements/recharge.req:15:35: \"robot\" and \"kitchen\" are words that stand for themselves; one of them "
      "should be defined by let"},

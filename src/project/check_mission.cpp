@@ -1,6 +1,8 @@
 #include "sentree/project/check_mission.h"
 
 #include <algorithm>
+#include <cctype>
+#include <map>
 #include <optional>
 #include <set>
 #include <vector>
@@ -96,6 +98,71 @@ void check_types(const text::XmlElement& model, Diagnostics& diagnostics) {
   }
 }
 
+bool is_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.'; }
+
+bool is_subtree(const text::XmlElement& element) {
+  return element.name() == "SubTree" || element.name() == "SubTreePlus";
+}
+
+// Words that may name entries: those of values, and the names that a SubTree's attributes have inside.
+void add_words(const text::XmlElement& element, std::set<std::string>& words) {
+  for (const text::XmlAttribute& attribute : element.attributes()) {
+    const std::string value(attribute.value);
+    for (std::size_t at = 0; at < value.size();) {
+      const auto end = std::find_if_not(value.begin() + static_cast<std::ptrdiff_t>(at), value.end(), is_word);
+      const auto length = static_cast<std::size_t>(end - value.begin()) - at;
+      if (length > 0) words.insert(value.substr(at, length));
+      at += length + 1;
+    }
+    if (is_subtree(element)) words.emplace(attribute.name);
+  }
+  for (text::XmlElement child = element.first_child(); child; child = child.next_sibling()) add_words(child, words);
+}
+
+// What a tree is given goes by the names that it has inside, so another name reaches nothing.
+class SubTreeInputs {
+ public:
+  explicit SubTreeInputs(const std::vector<text::XmlDocument>& documents) {
+    for (const text::XmlDocument& document : documents) {
+      for (text::XmlElement tree = document.root().first_child(); tree; tree = tree.next_sibling()) {
+        if (tree.name() == "BehaviorTree") add_words(tree, words_[std::string(tree.attribute("ID").value_or(""))]);
+      }
+    }
+  }
+
+  void check(const text::XmlElement& element, Diagnostics& diagnostics) const {
+    for (const text::XmlAttribute& attribute : element.attributes()) {
+      if (attribute.value == "{}") {
+        warn(diagnostics, "check.no-entry",
+             "\"{}\" names no entry of the blackboard, so it is a text of two brackets; write " +
+                 std::string(attribute.name) + "=\"{name}\"",
+             element.attribute_span(attribute.name));
+      }
+    }
+    if (is_subtree(element)) check_names(element, diagnostics);
+    for (text::XmlElement child = element.first_child(); child; child = child.next_sibling()) check(child, diagnostics);
+  }
+
+ private:
+  void check_names(const text::XmlElement& element, Diagnostics& diagnostics) const {
+    const auto inside = words_.find(std::string(element.attribute("ID").value_or("")));
+    if (inside == words_.end()) return;  // elsewhere
+    for (const text::XmlAttribute& attribute : element.attributes()) {
+      const std::string name(attribute.name);
+      if (name == "ID" || name == "name" || name.starts_with("_") || inside->second.contains(name)) continue;
+      std::vector<std::string> known(inside->second.begin(), inside->second.end());
+      known.insert(known.end(), {"ID", "name", "_autoremap"});
+      const std::string near = did_you_mean(name, known);
+      if (near.empty()) continue;  // it may be given for those who read it later
+      warn(diagnostics, "check.unused-input",
+           "nothing in tree \"" + inside->first + "\" reads or writes \"" + name + "\"" + near,
+           element.attribute_span(name));
+    }
+  }
+
+  std::map<std::string, std::set<std::string>> words_;  // by tree
+};
+
 void check_declared(const bt::Tree& tree, const std::set<std::string>& declared, Diagnostics& diagnostics) {
   std::set<std::string> used;
   for (bt::NodeId node = 0; node < tree.size(); ++node) used.emplace(tree.registration(node));
@@ -121,11 +188,13 @@ void check_mission(const bt::Tree& tree, const std::vector<MissionSource>& files
     if (auto document = text::XmlDocument::parse(file.text, file.shown)) documents.push_back(std::move(*document));
   }
   check_main_tree(documents, diagnostics);
+  const SubTreeInputs inputs(documents);
   for (const text::XmlDocument& document : documents) {
     check_root(document.root(), diagnostics);
     for (text::XmlElement child = document.root().first_child(); child; child = child.next_sibling()) {
       if (child.local_name() == "BehaviorTree" || child.local_name() == "TreeNodesModel")
         check_text(child, diagnostics);
+      if (child.local_name() == "BehaviorTree") inputs.check(child, diagnostics);
       if (child.local_name() != "TreeNodesModel") continue;
       check_types(child, diagnostics);
       if (!declared) declared.emplace();
