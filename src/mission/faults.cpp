@@ -100,6 +100,17 @@ void Faults::falsify(std::string_view call, const idl::Method& method, Value& re
       });
 }
 
+bool Faults::fails(Kind how, std::string_view call) {
+  bool fails = false;
+  each(
+      how, [&](const Entry& entry) { return project::matches_pattern(entry.standing.what.target, call); },
+      [&](Entry& entry) {
+        ++entry.standing.used;
+        fails = true;
+      });
+  return fails;
+}
+
 std::optional<bt::Status> Faults::forced(std::string_view leaf) {
   std::optional<bt::Status> status;
   // The newest wins; only what is used is used up.

@@ -24,7 +24,7 @@ struct StandingIntervention {
   friend bool operator==(const StandingIntervention&, const StandingIntervention&) = default;
 };
 
-/// The delays, falsified replies, forced results and breakpoints that stand. A plain value.
+/// The delays, falsified replies, failing calls, forced results and breakpoints that stand. A plain value.
 class Faults {
  public:
   static constexpr std::size_t kStandingMax = 256;
@@ -47,6 +47,8 @@ class Faults {
   [[nodiscard]] Duration delay_of(std::string_view message);
   /// Changes a reply to "SERVICE.METHOD". What would not conform to the method stays as it is.
   void falsify(std::string_view call, const idl::Method& method, Value& result);
+  /// Whether a call of "SERVICE.METHOD" is unreachable, or late.
+  [[nodiscard]] bool fails(project::Intervention::Kind how, std::string_view call);
   /// What a leaf answers instead; nothing: the truth.
   [[nodiscard]] std::optional<bt::Status> forced(std::string_view leaf);
 

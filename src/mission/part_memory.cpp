@@ -342,6 +342,12 @@ void PartMemory::falsify(std::string_view call, const idl::Method& method, Value
   result = values_[static_cast<std::size_t>(said)];
 }
 
+bool PartMemory::fails(project::Intervention::Kind how, std::string_view call) {
+  if (!faults_) return false;
+  if (is_told()) return script_[replayed_++] != 0;
+  return answer({.kind = Query::Kind::kFails, .a = intern_text(call), .b = static_cast<std::uint32_t>(how)}) != 0;
+}
+
 std::optional<Veto> PartMemory::judge(const Message& request) {
   if (!gates_) return std::nullopt;
   const std::int64_t veto =
@@ -430,6 +436,10 @@ std::int64_t PartMemory::ask(const Query& query) {
         return 0;
       });
       return intern_value(result);
+    }
+    case Query::Kind::kFails: {
+      const auto how = static_cast<project::Intervention::Kind>(query.b);
+      return change_standing([&](Stands& stands) { return stands.faults.fails(how, texts_[query.a]); }) ? 1 : 0;
     }
     case Query::Kind::kJudge: {
       auto veto = outside_->judge(messages_[query.a].message);

@@ -166,7 +166,7 @@ class PartMemory final : private Ground {
   };
   // What it asks then.
   struct Query {
-    enum class Kind : std::uint8_t { kNothing, kTick, kRun, kForced, kDelay, kFalsify, kJudge, kChoose };
+    enum class Kind : std::uint8_t { kNothing, kTick, kRun, kForced, kDelay, kFalsify, kFails, kJudge, kChoose };
     Kind kind = Kind::kNothing;
     std::uint32_t a = 0;
     std::uint32_t b = 0;
@@ -196,6 +196,7 @@ class PartMemory final : private Ground {
   std::optional<bt::Status> forced(std::string_view leaf) override;
   Duration delay_of(std::string_view message) override;
   void falsify(std::string_view call, const idl::Method& method, Value& result) override;
+  bool fails(project::Intervention::Kind how, std::string_view call) override;
   std::optional<Veto> judge(const Message& request) override;
   std::optional<std::uint64_t> choose(const Choice& choice) override;
 

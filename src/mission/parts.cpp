@@ -110,6 +110,7 @@ class Parts::SkillSide final : public SkillHost {
   void falsify(std::string_view call, const idl::Method& method, Value& result) override {
     ground->falsify(call, method, result);
   }
+  bool fails(project::Intervention::Kind how, std::string_view call) override { return ground->fails(how, call); }
   void answer(std::uint64_t tick, bt::Status status, Map outputs) override {
     ground->put(now(), Rank::kMessage,
                 {Delivery::kTree, TreeDelivery(Answered{leaf_, tick, status, std::move(outputs)})});

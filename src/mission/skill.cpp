@@ -169,6 +169,7 @@ SkillModel skill_model(const project::Plan& plan, std::size_t leaf) {
   return {.name = of.name,
           .condition = of.condition,
           .halt_deadline = plan.scenario.project.deadlines.halt,
+          .call_deadline = plan.scenario.project.deadlines.call,
           .seed = hash_combine(plan.scenario.seed, hash_bytes(of.name)),
           .chart = *of.chart,
           .services = &plan.services,
@@ -364,6 +365,13 @@ class SkillMachine::Step {
     // What nobody answers has left, and that is all.
     if (answered.outcome.ok && method_of(*answered.call).oneway) return false;
     const std::string name = full_name(*answered.call);
+    const bool is_served = answered.outcome.ok || answered.outcome.kind == "exception";
+    if (is_served && host_.fails(project::Intervention::Kind::kLate, name)) {
+      CallOutcome late{.ok = false, .result = {}, .kind = "late", .message = "a fault: the answer comes too late"};
+      host_.deliver_at(add_saturating(host_.now(), model_.call_deadline), Rank::kMessage,
+                       Finish{answered.call, std::move(late), {}});
+      return false;
+    }
     if (answered.outcome.ok) host_.falsify(name, method_of(*answered.call), answered.outcome.result);
     const Duration delay = host_.delay_of(name + ".reply");
     if (delay == Duration(0)) return (*this)(Finish{answered.call, std::move(answered.outcome), {}});
@@ -702,6 +710,11 @@ class SkillMachine::Step {
           call,
           {.ok = false, .result = {}, .kind = "vetoed", .message = "vetoed" + by + ": " + admission.veto->reason},
           admission.veto->by});
+      return;
+    }
+    if (!method_of(*call).oneway && host_.fails(project::Intervention::Kind::kUnreachable, full_name(*call))) {
+      host_.deliver(Finish{
+          call, {.ok = false, .result = {}, .kind = "unreachable", .message = "a fault: nobody can be reached"}, {}});
       return;
     }
     const TimePoint now = host_.now();

@@ -57,6 +57,7 @@ struct SkillModel {
   std::string name;  ///< The leaf's name in messages.
   bool condition = false;
   Duration halt_deadline = std::chrono::seconds(2);  ///< Run time.
+  Duration call_deadline = std::chrono::seconds(2);  ///< Likewise: what a fault makes late comes when it is over.
   std::uint64_t seed = 1;
   scxml::Chart chart;
   const std::map<std::string, project::ServicePlan>* services = nullptr;  ///< Borrowed.
@@ -134,6 +135,8 @@ class SkillHost {
   /// reply says instead.
   [[nodiscard]] virtual Duration delay_of(std::string_view message) = 0;
   virtual void falsify(std::string_view call, const idl::Method& method, Value& result) = 0;
+  /// Whether a fault makes calls of "SERVICE.METHOD" unreachable, or late.
+  [[nodiscard]] virtual bool fails(project::Intervention::Kind /*how*/, std::string_view /*call*/) { return false; }
   /// The answer to tick number `tick`.
   virtual void answer(std::uint64_t tick, bt::Status status, Map outputs) = 0;
   /// The halt is over; no run is left.

@@ -45,6 +45,8 @@ class Check {
       case Kind::kDelay: return delay();
       case Kind::kFalsify: return falsify();
       case Kind::kForce: return force();
+      case Kind::kUnreachable:
+      case Kind::kLate: return failing();
       case Kind::kBreakpoint: return breakpoint();
       case Kind::kStop:
       case Kind::kClear: break;
@@ -154,6 +156,21 @@ class Check {
       }
     }
     if (why) return refuse(why->code, "falsify " + what_.target + ": " + why->message);
+    return refuse("steering.unknown-call",
+                  "no service has a method \"" + what_.target + "\"" + did_you_mean(what_.target, calls()));
+  }
+
+  Result<void> failing() const {
+    bool is_oneway = false;
+    for (const auto& [name, service] : *scope_.services) {
+      for (const idl::Method* method : service.service->methods) {
+        if (!matches_pattern(what_.target, name + "." + method->name)) continue;
+        if (!method->oneway) return {};
+        is_oneway = true;
+      }
+    }
+    if (is_oneway)
+      return refuse("steering.unknown-call", what_.target + " is one-way: nobody learns what became of it");
     return refuse("steering.unknown-call",
                   "no service has a method \"" + what_.target + "\"" + did_you_mean(what_.target, calls()));
   }

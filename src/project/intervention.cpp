@@ -87,6 +87,8 @@ std::string_view to_string(Kind kind) {
     case Kind::kForce: return "force";
     case Kind::kBreakpoint: return "breakpoint";
     case Kind::kClear: return "clear";
+    case Kind::kUnreachable: return "unreachable";
+    case Kind::kLate: return "late";
   }
   return "";
 }
@@ -101,7 +103,9 @@ Map to_entry(const Intervention& what) {
     }
     case Kind::kStop: return Map{{word, "mission"}};
     case Kind::kKill:
-    case Kind::kRestart: return Map{{word, what.target}};
+    case Kind::kRestart:
+    case Kind::kUnreachable:
+    case Kind::kLate: return Map{{word, what.target}};
     case Kind::kDelay: {
       Map entry{{"message", what.target}, {"by", exact_seconds(what.by)}};
       append_count(entry, what);
@@ -132,6 +136,8 @@ std::string describe(const Intervention& what) {
     case Kind::kStop: return "stop the mission";
     case Kind::kKill:
     case Kind::kRestart: return word + " " + what.target;
+    case Kind::kUnreachable:
+    case Kind::kLate: return what.target + " is " + word;
     case Kind::kDelay: return "delay " + what.target + " by " + exact_seconds(what.by) + times(what);
     case Kind::kFalsify:
       return "falsify " + what.target + ": " + (what.path.empty() ? "result" : what.path) + " becomes " +

@@ -14,21 +14,24 @@ namespace sentree::project {
 /// Something that is done to a run from outside: by a scenario's timeline, or by a person who steers it.
 struct Intervention {
   enum class Kind : std::uint8_t {
-    kCall,        ///< A call to a service, or to the simulator's test control.
-    kStop,        ///< The mission is halted.
-    kKill,        ///< A part ends as if its process had been killed.
-    kRestart,     ///< A part that was killed can be used again.
-    kDelay,       ///< Messages are held back, as by a slow machine or network.
-    kFalsify,     ///< A service's replies say something else.
-    kForce,       ///< A leaf answers something else.
-    kBreakpoint,  ///< When it is reached, that is observed, and a run that is steered pauses.
-    kClear,       ///< One of the last four ends.
+    kCall,         ///< A call to a service, or to the simulator's test control.
+    kStop,         ///< The mission is halted.
+    kKill,         ///< A part ends as if its process had been killed.
+    kRestart,      ///< A part that was killed can be used again.
+    kDelay,        ///< Messages are held back, as by a slow machine or network.
+    kFalsify,      ///< A service's replies say something else.
+    kForce,        ///< A leaf answers something else.
+    kBreakpoint,   ///< When it is reached, that is observed, and a run that is steered pauses.
+    kClear,        ///< One of those that stand ends.
+    kUnreachable,  ///< Calls fail at once, as if nobody were there.
+    kLate,         ///< Calls are served, and what they answer comes too late for who has called.
   };
   enum class Point : std::uint8_t { kNode, kState, kMessage };
 
   Kind kind = Kind::kCall;
   /// kCall: "SERVICE.METHOD". kKill, kRestart: the part's name. kDelay: "LEAF.tick", "LEAF.halt", "SERVICE.METHOD" (the
-  /// request) or "SERVICE.METHOD.reply". kFalsify: "SERVICE.METHOD". kForce: the leaf. kBreakpoint: the node's path,
+  /// request) or "SERVICE.METHOD.reply". kFalsify, kUnreachable, kLate: "SERVICE.METHOD". kForce:
+  /// the leaf. kBreakpoint: the node's path,
   /// the chart's name ("skill:LEAF", "monitor:NAME"), or the observation's name. In those of messages '*' stands for
   /// any text.
   std::string target;
@@ -46,7 +49,8 @@ struct Intervention {
 
   /// Whether it stays until it is used up or cleared.
   [[nodiscard]] bool stands() const {
-    return kind == Kind::kDelay || kind == Kind::kFalsify || kind == Kind::kForce || kind == Kind::kBreakpoint;
+    return kind == Kind::kDelay || kind == Kind::kFalsify || kind == Kind::kForce || kind == Kind::kBreakpoint ||
+           kind == Kind::kUnreachable || kind == Kind::kLate;
   }
 };
 

@@ -163,10 +163,9 @@ void read_verify(const text::YamlNode& node, Project& project, Diagnostics& diag
     YamlReader fault(entry, "fault", diagnostics);
     Intervention what = read_intervention(fault, entry, diagnostics);
     using Kind = Intervention::Kind;
-    const bool can_be_tried = what.kind == Kind::kKill || what.kind == Kind::kDelay || what.kind == Kind::kFalsify ||
-                              what.kind == Kind::kForce;
+    const bool can_be_tried = what.kind == Kind::kKill || (what.stands() && what.kind != Kind::kBreakpoint);
     if (!can_be_tried) {
-      fault.error(entry.span, "project.verify", "a fault is one of kill, delay, falsify and force");
+      fault.error(entry.span, "project.verify", "a fault is one of kill, delay, falsify, force, unreachable and late");
       continue;
     }
     verify.faults.push_back(std::move(what));

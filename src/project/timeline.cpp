@@ -9,8 +9,9 @@ namespace {
 
 using Kind = Intervention::Kind;
 
-constexpr std::array kKinds{Kind::kCall,    Kind::kStop,  Kind::kKill,       Kind::kRestart, Kind::kDelay,
-                            Kind::kFalsify, Kind::kForce, Kind::kBreakpoint, Kind::kClear};
+constexpr std::array kKinds{Kind::kCall,  Kind::kStop,        Kind::kKill,  Kind::kRestart,
+                            Kind::kDelay, Kind::kFalsify,     Kind::kForce, Kind::kBreakpoint,
+                            Kind::kClear, Kind::kUnreachable, Kind::kLate};
 
 std::string words() {
   std::string list;
@@ -114,7 +115,9 @@ Intervention read_intervention(YamlReader& reader, const text::YamlNode& entry, 
   switch (what.kind) {
     case Kind::kCall: read_call(reader, what); break;
     case Kind::kKill:
-    case Kind::kRestart: what.target = reader.string(word).value_or(""); break;
+    case Kind::kRestart:
+    case Kind::kUnreachable:
+    case Kind::kLate: what.target = reader.string(word).value_or(""); break;
     case Kind::kStop:
       if (const auto target = reader.string(word); target && *target != "mission") {
         reader.error(reader.span(word), "scenario.stop",

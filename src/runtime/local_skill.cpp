@@ -128,6 +128,10 @@ void SkillActor::falsify(std::string_view call, const idl::Method& method, Value
   if (!faults_.calls_spared()) faults_.falsify(call, method, result);
 }
 
+bool SkillActor::fails(project::Intervention::Kind how, std::string_view call) {
+  return !faults_.calls_spared() && faults_.fails(how, call);
+}
+
 void SkillActor::answer(std::uint64_t tick, bt::Status status, Map outputs) {
   replies_.answered(tick, status, std::move(outputs));
 }

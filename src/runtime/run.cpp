@@ -854,6 +854,7 @@ class Run::Impl final : public RunView, private RunInside {
     auto driver = std::make_unique<LocalDriver>(*this, index);
     mission::SkillModel model = mission::skill_model(plan_, index);
     model.halt_deadline = stretched(model.halt_deadline);
+    model.call_deadline = stretched(model.call_deadline);
     model.services = &services_;
     driver->skill = std::make_unique<SkillActor>(
         std::move(model), index,

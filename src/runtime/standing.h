@@ -48,6 +48,9 @@ class StandingFaults {
   void falsify(std::string_view call, const idl::Method& method, Value& result) {
     if (any()) with([&](mission::Faults& faults) { faults.falsify(call, method, result); });
   }
+  [[nodiscard]] bool fails(project::Intervention::Kind how, std::string_view call) {
+    return any() && with([&](mission::Faults& faults) { return faults.fails(how, call); });
+  }
   [[nodiscard]] std::optional<bt::Status> forced(std::string_view leaf) {
     return any() ? with([&](mission::Faults& faults) { return faults.forced(leaf); }) : std::nullopt;
   }

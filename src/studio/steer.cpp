@@ -115,6 +115,12 @@ Value to_value(const Subject& subject, const mission::StandingIntervention& stan
       value["value"] = what.value;
       text = what.target + (what.path.empty() ? "" : ": " + what.path) + " = " + to_json(what.value);
       break;
+    case Kind::kUnreachable:
+    case Kind::kLate:
+      value["kind"] = std::string(to_string(what.kind));
+      value["call"] = what.target;
+      text = describe(what);
+      break;
     case Kind::kForce:
       value["kind"] = "force";
       value["leaf"] = what.target;

@@ -14,7 +14,7 @@ constexpr Status last_enumerator(Status) { return Status::kSkipped; }
 
 namespace sentree::project {
 
-constexpr Intervention::Kind last_enumerator(Intervention::Kind) { return Intervention::Kind::kClear; }
+constexpr Intervention::Kind last_enumerator(Intervention::Kind) { return Intervention::Kind::kLate; }
 constexpr Intervention::Point last_enumerator(Intervention::Point) { return Intervention::Point::kMessage; }
 template <class S, class V>
 requires archive::MaybeConst<S, Intervention>
