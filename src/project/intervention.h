@@ -30,10 +30,10 @@ struct Intervention {
 
   Kind kind = Kind::kCall;
   /// kCall: "SERVICE.METHOD". kKill, kRestart: the part's name. kDelay: "LEAF.tick", "LEAF.halt", "SERVICE.METHOD" (the
-  /// request) or "SERVICE.METHOD.reply". kFalsify, kUnreachable, kLate: "SERVICE.METHOD". kForce:
-  /// the leaf. kBreakpoint: the node's path,
-  /// the chart's name ("skill:LEAF", "monitor:NAME"), or the observation's name. In those of messages '*' stands for
-  /// any text.
+  /// request) or "SERVICE.METHOD.reply". kFalsify, kUnreachable, kLate: "SERVICE.METHOD". kForce: the leaf.
+  /// kBreakpoint: the node's path, the chart's name ("skill:LEAF", "monitor:NAME"), or the observation's name. In those
+  /// of messages
+  /// '*' stands for any text.
   std::string target;
   Value args;          ///< kCall: by name.
   Duration by{0};      ///< kDelay.

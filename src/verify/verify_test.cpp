@@ -235,6 +235,29 @@ TEST_F(Verify, TriesFaults) {
   EXPECT_EQ(counterexample(found.graph, found.judgements.front(), of.scenario).timeline.size(), 1U);
 }
 
+TEST_F(Verify, TriesCallsThatAreUnreachableOrLate) {
+  model("6");
+  requirements("answers \"It answers.\": never node(Ask) in FAILURE.\n");
+  for (const char* const fault : {"unreachable: door.ask", "late: door.*"}) {
+    SCOPED_TRACE(fault);
+    const project::Plan of = plan("verify: {faults: {any_of: [{" + std::string(fault) + "}]}}\n");
+    for (const bool memory : {true, false}) {
+      Asked asked;
+      asked.explore.memory_of_steps = memory;
+      EXPECT_EQ(verify(of, asked).judgements.front().finding, Finding::kHolds);
+      asked.explore.faults = of.scenario.project.verify.faults;
+      ASSERT_EQ(asked.explore.faults.size(), 1U);
+      const Verification found = verify(of, asked);
+      ASSERT_THAT(found.errors, IsEmpty());
+      ASSERT_EQ(found.judgements.front().finding, Finding::kRefuted);
+      const project::Scenario example = counterexample(found.graph, found.judgements.front(), of.scenario);
+      ASSERT_EQ(example.timeline.size(), 1U);
+      EXPECT_EQ(example.timeline.front().what, asked.explore.faults.front());
+      EXPECT_EQ(verdict_of(found, of), monitor::Verdict::kViolated);
+    }
+  }
+}
+
 TEST_F(Verify, RefusesWhatNeverComesAgain) {
   model("Math.random() &lt; 0.5 ? 1 : 6");
   requirements("small \"It says little.\": always said <= 6.\n");

@@ -153,6 +153,8 @@ class RandomProject {
     add("delay: {message: device.*, by: " + number(1, 20) + "0 ms}");
     add("delay: {message: device.ask.reply, by: " + number(1, 20) + "0 ms, count: 2}");
     add("falsify: {call: device.ask, value: " + number(0, 2) + "}");
+    add("unreachable: device.ask");
+    add("late: device." + pick({"*", "put"}));
     if (leaf.empty()) return all;
     add("kill: " + leaf);
     add("delay: {message: " + leaf + ".tick, by: " + number(1, 25) + "0 ms}");
