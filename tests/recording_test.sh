@@ -76,7 +76,7 @@ expect 0 'ended by interrupt' "$sentree" info interrupted.mcap
 expect 4 'no mission runs' "$sentree" studio --attach
 expect 4 'is no run that goes on' "$sentree" studio --attach $$
 expect 2 'neither the process id of a run nor the address' "$sentree" studio --attach here
-expect 2 'needs a project, a recording, or --attach' "$sentree" studio
+expect 2 'needs a project, a recording, --diff with two files, or --attach' "$sentree" studio
 started() { until grep -q 'GoToKitchen: RUNNING' "$1" || ! kill -0 "$2" 2>/dev/null; do read -rt 0.02 <> <(:) || true; done; }
 "$sentree" run "$project" --clock real --record attached.mcap >attached 2>attached.err &
 run=$!

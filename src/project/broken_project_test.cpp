@@ -162,14 +162,19 @@ const Broken kBroken[] = {
      "monitors/recharge.scxml:37:41: warning: nothing else in this project makes target 'statoin'; did you mean "
      "\"station\"?"},
     {"NoEntry", "mission.xml", "reason=\"{reason}\"", "reason=\"{}\"",
-     "mission.xml:27:71: warning: \"{}\" names no entry of the blackboard, so it is a text of two brackets; write "
+     "mission.xml:27:64: warning: \"{}\" names no entry of the blackboard, so it is a text of two brackets; write "
      "reason=\"{name}\""},
     {"InputOfASubTree", "mission.xml",
      "<GoToLocation name=\"GoToKitchen\" destination=\"kitchen\" reason=\"{reason}\"/>",
      "<SubTree ID=\"Go\" nmae=\"Go\" plcae=\"kitchen\"/></ReactiveFallback></ReactiveSequence></BehaviorTree>"
      "<BehaviorTree ID=\"Go\"><ReactiveSequence><ReactiveFallback>"
      "<GoToLocation name=\"GoToKitchen\" destination=\"{place}\"/>",
-     ""},
+     "mission.xml:27:26: warning: nothing in tree \"Go\" reads or writes \"nmae\"; did you mean \"name\"?\n"
+     "mission.xml:27:36: warning: nothing in tree \"Go\" reads or writes \"plcae\"; did you mean \"place\"?\n"
+     "mission.xml:27:164: warning: input \"destination\" of SubTree.GoToKitchen reads blackboard entry \"place\", "
+     "which "
+     "nothing in the tree writes\n"
+     "sentree.yaml:19:33: nothing of this run that can be killed is called \"GoToKitchen\""},
     {"TwoWordsThatAreCompared", "requirements/recharge.req", "destination = kitchen", "robot = kitchen",
      "requirements/recharge.req:15:35: \"robot\" and \"kitchen\" are words that stand for themselves; one of them "
      "should be defined by let"},

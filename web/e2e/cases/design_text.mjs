@@ -121,6 +121,13 @@ test("undo goes over all files, to identical bytes, also after the page was load
   await until(async () => (await undo_name(page)) === "move WaitForUser within Recharge", "a leaf has moved");
   await page.locator('[data-file="skills/GoToLocation.scxml"]').click();
   await page.getByTestId("design-chart").waitFor();
+  // The whole of it: at first as much is shown as can be read.
+  const chart = page.getByTestId("design-chart");
+  await until(async () => {
+    await chart.press("0");
+    const [whole, state] = [await chart.boundingBox(), await chart.locator("[data-id=moving]").boundingBox()];
+    return state.y + state.height < whole.y + whole.height;
+  }, "the whole chart is shown");
   await page.locator("[data-testid=design-chart] [data-id=moving]").click();
   await page.keyboard.press("F2");
   await page.locator("#design-state").fill("driving");
