@@ -70,6 +70,24 @@ Summary empty_summary(const Runner& runner, const Asked& asked) {
   return {asked, runner.requirements(), runner.drawing().factors(), runner.base().duration};
 }
 
+// What a run has reached, in front of its line.
+constexpr char kReachedEnd = '|';
+
+std::string reached_text(const std::vector<std::uint32_t>& reached) {
+  std::string out;
+  for (const std::uint32_t thing : reached) out += std::to_string(thing) + " ";
+  return out + kReachedEnd;
+}
+
+std::vector<std::uint32_t> take_reached(std::string& text) {
+  std::vector<std::uint32_t> reached;
+  const char* at = text.c_str();
+  for (char* end = nullptr; *at != kReachedEnd; at = end + 1)
+    reached.push_back(static_cast<std::uint32_t>(std::strtoul(at, &end, 10)));
+  text.erase(0, static_cast<std::size_t>(at - text.c_str()) + 1);
+  return reached;
+}
+
 // Runs of a shard, in order.
 std::uint64_t first_of(const Shard& shard) { return shard.index; }
 
@@ -136,8 +154,20 @@ Result<Summary> run_campaign(Runner& runner, const Settings& settings, const Cam
   progress.summary = &summary;
   // A shard's runs are not in the order of all, so it does not judge by them when to end.
   const bool judges = shard.count == 1;
+  // Whether it is the first of its kind: the one that is shown as the least of them.
+  const auto is_first = [&](std::uint64_t run) {
+    return summary.failing().first_run == run ||
+           std::any_of(summary.requirements().begin(), summary.requirements().end(),
+                       [&](const auto& requirement) { return requirement.first_run == run; });
+  };
+  Search* const search = options.search;
+  const Coverage* const things = search != nullptr ? &search->coverage() : options.coverage;
+  const auto seeds_of = [&](std::uint64_t run, std::uint64_t seed) {
+    return search != nullptr ? search->seeds(run) : runner.drawing().seeds(seed);
+  };
   const auto take = [&](const Row& row) {
-    if (judges || !summary.done()) summary.add(row, runner.drawing().levels(row.seed));
+    if (judges || !summary.done()) summary.add(row, runner.drawing().levels(seeds_of(row.run, row.seed)));
+    if (search != nullptr && is_first(row.run)) search->keep(row.run);
     ++progress.done;
     next_row += shard.count;
   };
@@ -168,48 +198,67 @@ Result<Summary> run_campaign(Runner& runner, const Settings& settings, const Cam
     return tl::unexpected(written.error());
   std::ofstream out(file, begins ? std::ios::binary | std::ios::trunc : std::ios::binary | std::ios::app);
   if (begins) out << header;
-  std::map<std::uint64_t, std::string> early;  // lines, by run
+  struct Early {
+    std::string line;
+    std::vector<std::uint32_t> reached;
+  };
+  std::map<std::uint64_t, Early> early;  // by run
   std::uint64_t next_run = next_row;
+  std::uint64_t generation_end = settings.asked.runs + 1;  // the first run behind it
   const auto finished = [&] { return (judges && summary.done()) || next_row > settings.asked.runs; };
-  const auto put = [&](std::uint64_t run, std::string line) -> void {
-    early.emplace(run, std::move(line));
+  const auto put = [&](std::uint64_t run, Early what) -> void {
+    early.emplace(run, std::move(what));
     for (auto at = early.find(next_row); at != early.end() && !finished(); at = early.find(next_row)) {
-      std::string_view text = at->second;
+      Early& next = at->second;
+      std::string_view text = next.line;
       text.remove_suffix(1);
       const auto row = parse_csv_line(text, runner.requirements().size());
-      out << at->second;
+      out << next.line;
       ++progress.fresh;
-      take(row ? *row : Row{.run = run, .seed = seed_of(settings.asked.seed, run)});
+      take(row ? *row : Row{.run = at->first, .seed = seed_of(settings.asked.seed, at->first)});
+      if (options.coverage != nullptr) options.coverage->reach(next.reached);
+      if (search != nullptr) search->take(at->first, std::move(next.reached));
       early.erase(at);
     }
   };
   PoolTask task;
   task.jobs = options.jobs;
   task.next = [&]() -> std::optional<std::uint64_t> {
-    if (finished() || next_run > settings.asked.runs || next_run - next_row > kAheadMax * shard.count)
+    if (finished() || next_run >= generation_end || next_run - next_row > kAheadMax * shard.count)
       return std::nullopt;
     return std::exchange(next_run, next_run + shard.count);
   };
   task.work = [&](std::uint64_t run) {
     const std::uint64_t seed = seed_of(settings.asked.seed, run);
-    return csv_line(runner.row(run, seed), texts(runner.drawing().levels(seed)));
+    const Seeds seeds = seeds_of(run, seed);
+    const Runner::Executed executed = runner.execute(runner.drawing().draw(seeds), things);
+    return (things != nullptr ? reached_text(executed.reached) : std::string()) +
+           csv_line(runner.row(run, seed, executed), texts(runner.drawing().levels(seeds)));
   };
   task.spoilt = [&] { return runner.spoilt(); };
-  task.done = put;
+  task.done = [&](std::uint64_t run, std::string text) {
+    auto reached = things != nullptr ? take_reached(text) : std::vector<std::uint32_t>();
+    put(run, {std::move(text), std::move(reached)});
+  };
   task.lost = [&](std::uint64_t run, const std::string& why) {
     Row row;
     row.run = run;
     row.seed = seed_of(settings.asked.seed, run);
     row.reason = why;
     row.requirements.resize(runner.requirements().size());
-    put(run, csv_line(row, texts(runner.drawing().levels(row.seed))));
+    put(run, {csv_line(row, texts(runner.drawing().levels(seeds_of(run, row.seed)))), {}});
   };
+  const auto is_interrupted = [&] { return options.is_interrupted && options.is_interrupted(); };
   task.goes_on = [&] {
     out.flush();
     if (options.on_progress) options.on_progress(progress);
-    return static_cast<bool>(out) && !finished() && !(options.is_interrupted && options.is_interrupted());
+    return static_cast<bool>(out) && !finished() && !is_interrupted();
   };
-  if (auto ran = run_pool(task); !ran) return tl::unexpected(ran.error());
+  do {
+    if (search != nullptr) generation_end = std::min(next_row + Search::kGeneration, settings.asked.runs + 1);
+    if (auto ran = run_pool(task); !ran) return tl::unexpected(ran.error());
+    if (search != nullptr) search->end_generation();
+  } while (search != nullptr && out && !finished() && !is_interrupted());
   out.flush();
   if (!out) return fail("file.unwritable", file.string() + " cannot be written; the runs before are kept");
   if (options.on_progress) options.on_progress(progress);
@@ -290,7 +339,9 @@ Result<std::map<std::string, std::string>> write_least(Runner& runner, const Sum
   };
   task.work = [&](std::uint64_t index) {
     const auto& of = found[index];
-    const auto least = shrink(runner, runner.drawing().draw(of.first_seed), of.name);
+    const Seeds* const seeds = options.search != nullptr ? options.search->kept(of.first_run) : nullptr;
+    const auto least =
+        shrink(runner, seeds != nullptr ? runner.drawing().draw(*seeds) : runner.drawing().draw(of.first_seed), of.name);
     if (!least) return std::string();
     const std::string about =
         fmt::format("{}: the least of run {} (seed {})",

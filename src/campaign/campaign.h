@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sentree/campaign/runner.h"
+#include "sentree/campaign/search.h"
 #include "sentree/campaign/summary.h"
 
 namespace sentree::campaign {
@@ -45,13 +46,16 @@ struct CampaignOptions {
   std::size_t jobs = 1;
   std::filesystem::path folder;  ///< Exists.
   bool resume = false;           ///< Go on behind the runs that the folder has.
+  Coverage* coverage = nullptr;  ///< If given, has what can be reached, and gets what is. Borrowed.
+  Search* search = nullptr;      ///< Chooses what runs are drawn from; null: the seed of each alone. Borrowed.
   std::function<void(const Progress&)> on_progress;
   std::function<bool()> is_interrupted;
 };
 
 /// Runs a campaign, or its shard, in processes of their own, and writes its table and settings into the folder. The
 /// result is that of the runs so far, in the order of their numbers, whatever the number of processes. A shard runs all
-/// of its part: only who merges knows whether it could have ended.
+/// of its part: only who merges knows whether it could have ended. What is reached, and a search, are of the runs that
+/// are executed now: for neither can a campaign be gone on with, nor be one shard of several.
 /// Errors: campaign.process, campaign.table, campaign.settings, campaign.changed, file.*.
 [[nodiscard]] Result<Summary> run_campaign(Runner& runner, const Settings& settings, const CampaignOptions& options);
 

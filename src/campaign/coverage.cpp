@@ -17,7 +17,8 @@ namespace {
 using Kind = Coverage::Kind;
 using Thing = Coverage::Thing;
 
-constexpr std::array<std::string_view, 5> kKinds{"nodes", "states", "transitions", "methods", "requirements"};
+constexpr std::array<std::string_view, 6> kKinds{"nodes",  "states",  "transitions",
+                                                 "guards", "methods", "requirements"};
 // Things not reached that people are shown of each kind.
 constexpr std::size_t kShownMax = 12;
 
@@ -43,6 +44,13 @@ Thing transition_thing(const scxml::Chart& chart, scxml::TransitionIndex index) 
   if (!transition.condition.empty()) what += " if " + transition.condition;
   for (const scxml::StateIndex target : transition.targets) what += " → " + chart.states()[target].id;
   return {Kind::kTransition, chart.file(), std::move(what), place(chart.span(transition.place))};
+}
+
+Thing guard_thing(const scxml::Chart& chart, scxml::TransitionIndex index, bool holds) {
+  Thing thing = transition_thing(chart, index);
+  thing.kind = Kind::kGuard;
+  thing.what += holds ? ": true" : ": false";
+  return thing;
 }
 
 // <initial> and <history> have transitions too, which belong to no state's list.
@@ -77,7 +85,11 @@ void Coverage::add(const project::Plan& plan) {
     for (scxml::StateIndex state = 0; state < chart.states().size(); ++state) {
       if (is_a_place_to_be(chart.states()[state])) can(state_thing(chart, state));
     }
-    for (const scxml::TransitionIndex transition : transitions_of(chart)) can(transition_thing(chart, transition));
+    for (const scxml::TransitionIndex transition : transitions_of(chart)) {
+      can(transition_thing(chart, transition));
+      if (chart.transitions()[transition].condition.empty()) continue;
+      for (const bool holds : {true, false}) can(guard_thing(chart, transition, holds));
+    }
     for (const scxml::SendInfo& send : chart.sends()) {
       if (send.type != "thrift" || !send.target || !send.event) continue;
       const auto service = plan.services.find(*send.target);
@@ -93,6 +105,28 @@ void Coverage::add(const project::Plan& plan) {
 
 void Coverage::reach(const Thing& thing) {
   if (const auto found = things_.find(thing); found != things_.end()) found->second = true;
+}
+
+std::vector<std::uint32_t> Coverage::reached_of(const Coverage& known) const {
+  std::vector<std::uint32_t> reached;
+  std::uint32_t place = 0;
+  auto at = things_.begin();
+  for (auto of = known.things_.begin(); of != known.things_.end(); ++of, ++place) {
+    while (at != things_.end() && at->first < of->first) ++at;
+    if (at == things_.end()) break;
+    if (at->first == of->first && at->second) reached.push_back(place);
+  }
+  return reached;
+}
+
+void Coverage::reach(std::span<const std::uint32_t> things) {
+  std::uint32_t place = 0;
+  auto wanted = things.begin();
+  for (auto at = things_.begin(); at != things_.end() && wanted != things.end(); ++at, ++place) {
+    if (*wanted != place) continue;
+    at->second = true;
+    ++wanted;
+  }
 }
 
 Coverage::Count Coverage::count(Kind kind) const {
@@ -157,6 +191,7 @@ class CoverageWatch::Impl {
     nodes_.resize(plan.tree.size());
     states_.resize(plan.leaves.size());
     transitions_.resize(plan.leaves.size());
+    guards_.resize(plan.leaves.size());
     options.listeners.emplace_back([this](const Message& message) { observe(message); });
     options.on_skill_step = [this, before = std::move(options.on_skill_step)](std::size_t leaf,
                                                                               const runtime::Skill& skill) {
@@ -167,10 +202,15 @@ class CoverageWatch::Impl {
       if (before) before(inside);
       for (std::size_t leaf = 0; leaf < plan_.leaves.size(); ++leaf) {
         if (runtime::SkillActor* skill = inside.skill(leaf)) {
-          skill->watch_transitions([this, leaf](scxml::TransitionIndex transition) {
-            const std::lock_guard lock(mutex_);
-            transitions_[leaf].insert(transition);
-          });
+          skill->watch_transitions(
+              [this, leaf](scxml::TransitionIndex transition) {
+                const std::lock_guard lock(mutex_);
+                transitions_[leaf].insert(transition);
+              },
+              [this, leaf](scxml::TransitionIndex transition, bool holds) {
+                const std::lock_guard lock(mutex_);
+                guards_[leaf].emplace(transition, holds);
+              });
         }
       }
     };
@@ -192,6 +232,7 @@ class CoverageWatch::Impl {
         states_[leaf].insert(transition.source);
         states_[leaf].insert(transition.targets.begin(), transition.targets.end());
       }
+      for (const auto& [index, holds] : guards_[leaf]) coverage_.reach(guard_thing(chart, index, holds));
       for (scxml::StateIndex state : states_[leaf]) {
         for (; state != scxml::kNoState; state = chart.states()[state].parent) {
           if (is_a_place_to_be(chart.states()[state])) coverage_.reach(state_thing(chart, state));
@@ -237,6 +278,7 @@ class CoverageWatch::Impl {
   std::vector<std::set<std::string>> nodes_;
   std::vector<std::set<scxml::StateIndex>> states_;  // by leaf, those it has rested in
   std::vector<std::set<scxml::TransitionIndex>> transitions_;
+  std::vector<std::set<std::pair<scxml::TransitionIndex, bool>>> guards_;
   std::set<std::pair<std::string, std::string>> calls_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <span>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,15 +16,16 @@ namespace sentree::campaign {
 /// What of a project runs have reached.
 ///
 /// Things that can be reached: SUCCESS and FAILURE of each node, and RUNNING of actions; each state and transition of
-/// the charts of skills that run in this process; of each method that these charts call a reply, an error and a late
-/// answer; each requirement or monitor put to the test. Some may be impossible in a correct project.
+/// the charts of skills that run in this process; each condition of these transitions true and false (one that cannot be
+/// evaluated is false); of each method that these charts call a reply, an error and a late answer; each requirement or
+/// monitor put to the test. Some may be impossible in a correct project.
 class Coverage {
  public:
-  enum class Kind : std::uint8_t { kNode, kState, kTransition, kMethod, kRequirement };
+  enum class Kind : std::uint8_t { kNode, kState, kTransition, kGuard, kMethod, kRequirement };
   struct Thing {
     Kind kind;
     std::string of;    ///< The node's path, the chart's file, the call, the requirement.
-    std::string what;  ///< Status, state, transition, outcome; empty: put to the test.
+    std::string what;  ///< Status, state, transition, condition and value, outcome; empty: put to the test.
     std::string at;    ///< "file:line", where there is one.
     friend auto operator<=>(const Thing&, const Thing&) = default;
   };
@@ -31,6 +33,10 @@ class Coverage {
   /// Adds what of the plan can be reached.
   void add(const project::Plan& plan);
   void reach(const Thing& thing);
+  /// What is reached here of the things of `known`, by their place among those.
+  [[nodiscard]] std::vector<std::uint32_t> reached_of(const Coverage& known) const;
+  /// By place among `things`; what lies beyond them is none.
+  void reach(std::span<const std::uint32_t> things);
   [[nodiscard]] const std::map<Thing, bool>& things() const { return things_; }
   struct Count {
     std::size_t reached = 0;

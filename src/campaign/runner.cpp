@@ -163,7 +163,9 @@ Loaded<std::unique_ptr<Runner>> Runner::load(const std::filesystem::path& projec
   return loaded;
 }
 
-Runner::Executed Runner::execute(const Draw& draw) {
+Runner::Executed Runner::execute(const Draw& draw) { return execute(draw, nullptr); }
+
+Runner::Executed Runner::execute(const Draw& draw, const Coverage* things) {
   Executed out;
   auto scenario = scenario_of(base_, vary_, draw);
   if (!scenario.ok()) {
@@ -218,8 +220,15 @@ Runner::Executed Runner::execute(const Draw& draw) {
   options.on_view = [&](runtime::RunView* view) {
     if (view == nullptr && sim != nullptr) look();
   };
+  Coverage reached;
+  std::optional<CoverageWatch> watch;
+  if (things != nullptr) watch.emplace(plan_, reached, options);
   runtime::Run run(plan_, std::move(options));
   out.report = run.execute();
+  if (watch) {
+    watch->finish(*out.report);
+    out.reached = reached.reached_of(*things);
+  }
   if (sim != nullptr) {
     out.battery_least = rounded(lowest);
     out.battery_end = rounded(last);
@@ -228,8 +237,7 @@ Runner::Executed Runner::execute(const Draw& draw) {
   return out;
 }
 
-Row Runner::row(std::uint64_t run, std::uint64_t seed) {
-  const Executed executed = execute(drawing_->draw(seed));
+Row Runner::row(std::uint64_t run, std::uint64_t seed, const Executed& executed) const {
   Row row;
   row.run = run;
   row.seed = seed;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "sentree/campaign/coverage.h"
 #include "sentree/campaign/row.h"
 #include "sentree/campaign/vary.h"
 #include "sentree/project/part_cache.h"
@@ -35,9 +36,16 @@ class Runner {
     std::optional<double> battery_least;
     std::optional<double> battery_end;
     std::map<std::string, double> violated_at;  ///< By monitor, the first violation [s].
+    /// Places among the things that were given.
+    std::vector<std::uint32_t> reached;
   };
   [[nodiscard]] Executed execute(const Draw& draw);
-  [[nodiscard]] Row row(std::uint64_t run, std::uint64_t seed);
+  /// The same, and what it reaches of `things`.
+  [[nodiscard]] Executed execute(const Draw& draw, const Coverage* things);
+  [[nodiscard]] Row row(std::uint64_t run, std::uint64_t seed) {
+    return row(run, seed, execute(drawing_->draw(seed)));
+  }
+  [[nodiscard]] Row row(std::uint64_t run, std::uint64_t seed, const Executed& executed) const;
   /// An endless script has been left behind in a thread of this process, which had better end.
   [[nodiscard]] bool spoilt() const { return spoilt_; }
 

@@ -417,9 +417,11 @@ Loaded<Vary> load_vary(const std::filesystem::path& file, const project::Project
 }
 
 Drawing::Drawing(const Vary& vary, const sim::World* world, Duration duration)
-    : vary_(vary), world_(world), duration_(duration) {
+    : vary_(vary), world_(world), duration_(duration), sources_(kParameters + vary.parameters.size()) {
   for (const Parameter& parameter : vary.parameters) add_factor(parameter.name, parameter.from, false);
   for (const Event& event : vary.events) {
+    places_.push_back(sources_);
+    sources_ += 1 + event.parts.size();
     const bool may_be_absent = event.is_fault || event.probability < 1.0;
     if (may_be_absent)
       factors_.push_back(
@@ -478,7 +480,22 @@ Drawing::Value Drawing::value(const Distribution& from, std::uint64_t seed, cons
   return {scalar_node(number_text(number, from.unit)), bin};
 }
 
-std::vector<bool> Drawing::happening(std::uint64_t seed) const {
+Seeds Drawing::seeds(std::uint64_t seed) const { return Seeds(sources_, seed); }
+
+std::vector<std::size_t> Drawing::free_sources() const {
+  std::vector<std::size_t> free{kRun};
+  if (std::any_of(vary_.events.begin(), vary_.events.end(), [](const Event& event) { return event.is_fault; }))
+    free.push_back(kFaults);
+  for (std::size_t i = 0; i < vary_.parameters.size(); ++i) free.push_back(kParameters + i);
+  for (std::size_t i = 0; i < vary_.events.size(); ++i) {
+    const Event& event = vary_.events[i];
+    if (!event.is_fault && event.probability < 1.0) free.push_back(places_[i]);
+    for (std::size_t part = 1; part <= event.parts.size(); ++part) free.push_back(places_[i] + part);
+  }
+  return free;
+}
+
+std::vector<bool> Drawing::happening(const Seeds& seeds) const {
   std::vector<bool> happens(vary_.events.size(), false);
   std::vector<std::size_t> faults;
   for (std::size_t i = 0; i < vary_.events.size(); ++i) {
@@ -486,10 +503,10 @@ std::vector<bool> Drawing::happening(std::uint64_t seed) const {
     if (event.is_fault)
       faults.push_back(i);
     else
-      happens[i] =
-          event.probability >= 1.0 || Rng::of(seed, "campaign.happens." + event.name).uniform() < event.probability;
+      happens[i] = event.probability >= 1.0 ||
+                   Rng::of(seeds[places_[i]], "campaign.happens." + event.name).uniform() < event.probability;
   }
-  Rng rng = Rng::of(seed, "campaign.faults");
+  Rng rng = Rng::of(seeds[kFaults], "campaign.faults");
   const std::size_t most = std::min(vary_.faults_at_most, faults.size());
   const std::uint64_t count = rng.below(most + 1);
   for (std::size_t i = 0; i < count; ++i) {
@@ -499,49 +516,54 @@ std::vector<bool> Drawing::happening(std::uint64_t seed) const {
   return happens;
 }
 
-Draw Drawing::draw(std::uint64_t seed) const {
+Drawing::Value Drawing::drawn_part(std::size_t event, std::size_t part, const Seeds& seeds) const {
+  const Event::Part& of = vary_.events[event].parts[part];
+  std::string name = vary_.events[event].name;
+  for (const std::string& key : of.path) name += "." + key;
+  return value(of.from, seeds[places_[event] + 1 + part], name);
+}
+
+Draw Drawing::draw(const Seeds& seeds) const {
   Draw draw;
-  draw.seed = seed;
+  draw.seed = seeds[kRun];
   draw.duration = duration_;
-  for (const Parameter& parameter : vary_.parameters)
-    draw.parameters.emplace_back(value(parameter.from, seed, parameter.name).node);
-  const std::vector<bool> happens = happening(seed);
+  for (std::size_t i = 0; i < vary_.parameters.size(); ++i) {
+    const Parameter& parameter = vary_.parameters[i];
+    draw.parameters.emplace_back(value(parameter.from, seeds[kParameters + i], parameter.name).node);
+  }
+  const std::vector<bool> happens = happening(seeds);
   for (std::size_t i = 0; i < vary_.events.size(); ++i) {
     const Event& event = vary_.events[i];
     std::optional<YamlNode> entry;
     if (happens[i]) {
       entry = event.entry;
-      for (const Event::Part& part : event.parts) {
-        std::string name = event.name;
-        for (const std::string& key : part.path) name += "." + key;
-        set_at(*entry, part.path, value(part.from, seed, name).node);
-      }
+      for (std::size_t part = 0; part < event.parts.size(); ++part)
+        set_at(*entry, event.parts[part].path, drawn_part(i, part, seeds).node);
     }
     draw.events.push_back(std::move(entry));
   }
   return draw;
 }
 
-std::vector<Level> Drawing::levels(std::uint64_t seed) const {
+std::vector<Level> Drawing::levels(const Seeds& seeds) const {
   std::vector<Level> levels;
   levels.reserve(factors_.size());
-  for (const Parameter& parameter : vary_.parameters) {
-    const Value drawn = value(parameter.from, seed, parameter.name);
+  for (std::size_t i = 0; i < vary_.parameters.size(); ++i) {
+    const Parameter& parameter = vary_.parameters[i];
+    const Value drawn = value(parameter.from, seeds[kParameters + i], parameter.name);
     levels.push_back({drawn.bin, shown(drawn.node)});
   }
-  const std::vector<bool> happens = happening(seed);
+  const std::vector<bool> happens = happening(seeds);
   for (std::size_t i = 0; i < vary_.events.size(); ++i) {
     const Event& event = vary_.events[i];
     const bool may_be_absent = event.is_fault || event.probability < 1.0;
     if (may_be_absent) levels.push_back({happens[i] ? 1U : 0U, happens[i] ? "yes" : "no"});
-    for (const Event::Part& part : event.parts) {
+    for (std::size_t part = 0; part < event.parts.size(); ++part) {
       if (!happens[i]) {
         levels.push_back({});
         continue;
       }
-      std::string name = event.name;
-      for (const std::string& key : part.path) name += "." + key;
-      const Value drawn = value(part.from, seed, name);
+      const Value drawn = drawn_part(i, part, seeds);
       levels.push_back({drawn.bin + (may_be_absent ? 1U : 0U), shown(drawn.node)});
     }
   }

@@ -86,6 +86,10 @@ struct Draw {
   std::vector<std::optional<text::YamlNode>> events;
 };
 
+/// What a run is drawn from: a seed for each thing that is drawn by itself, so that parts of one run can be taken over
+/// into another.
+using Seeds = std::vector<std::uint64_t>;
+
 /// A column of the results, and what may matter to them: a parameter, whether something happens, a part of it.
 struct Factor {
   std::string name;
@@ -110,10 +114,16 @@ class Drawing {
   /// @param world  For poses; null: the project has none. Borrowed.
   Drawing(const Vary& vary, const sim::World* world, Duration duration);
 
-  [[nodiscard]] Draw draw(std::uint64_t seed) const;
+  /// The same seed for everything.
+  [[nodiscard]] Seeds seeds(std::uint64_t seed) const;
+  /// Places among the seeds of which another seed may make another run.
+  [[nodiscard]] std::vector<std::size_t> free_sources() const;
+  [[nodiscard]] Draw draw(const Seeds& seeds) const;
+  [[nodiscard]] Draw draw(std::uint64_t seed) const { return draw(seeds(seed)); }
   [[nodiscard]] const std::vector<Factor>& factors() const { return factors_; }
-  /// By factor, what `draw(seed)` has.
-  [[nodiscard]] std::vector<Level> levels(std::uint64_t seed) const;
+  /// By factor, what `draw` has.
+  [[nodiscard]] std::vector<Level> levels(const Seeds& seeds) const;
+  [[nodiscard]] std::vector<Level> levels(std::uint64_t seed) const { return levels(seeds(seed)); }
 
  private:
   struct Value {
@@ -121,13 +131,21 @@ class Drawing {
     std::size_t bin = 0;
   };
   [[nodiscard]] Value value(const Distribution& from, std::uint64_t seed, const std::string& name) const;
-  [[nodiscard]] std::vector<bool> happening(std::uint64_t seed) const;
+  [[nodiscard]] Value drawn_part(std::size_t event, std::size_t part, const Seeds& seeds) const;
+  [[nodiscard]] std::vector<bool> happening(const Seeds& seeds) const;
   void add_factor(const std::string& name, const Distribution& from, bool may_be_absent);
 
   const Vary& vary_;
   const sim::World* world_;
   Duration duration_;
   std::vector<Factor> factors_;
+  // Places among the seeds: of the run itself, of which faults come, of each parameter, and of each event whether it
+  // happens, behind which those of its parts are.
+  static constexpr std::size_t kRun = 0;
+  static constexpr std::size_t kFaults = 1;
+  static constexpr std::size_t kParameters = 2;
+  std::vector<std::size_t> places_;  // by event
+  std::size_t sources_ = kParameters;
 };
 
 /// The scenario of a run: `base` with what was drawn. Codes: as `load_scenario`.

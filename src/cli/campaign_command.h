@@ -21,6 +21,8 @@ struct CampaignCommand {
   std::vector<std::string> expect;  ///< "never_empty violated < 1e-3".
   std::string shard;                ///< "2/4"; empty: all.
   bool mpi = false;                 ///< It is one of the ranks that a launcher has started.
+  bool search = false;              ///< For what was not reached, instead of drawing runs.
+  bool coverage = false;            ///< Say what runs have reached.
   std::string out;                  ///< Folder; empty: campaign/ in the project.
   bool resume = false;
   bool no_shrink = false;

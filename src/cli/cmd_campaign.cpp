@@ -244,6 +244,25 @@ std::vector<fs::path> await_ranks(const Rank& rank, const fs::path& folder) {
   return folders;
 }
 
+int tell_search(const campaign::Runner& runner, const campaign::Summary& summary,
+                const campaign::CampaignOptions& options, const Value& result,
+                const std::map<std::string, std::string>& least, bool json) {
+  const auto corpus = campaign::write_corpus(runner, *options.search, options.folder / "corpus");
+  const auto data = text::write_file(options.folder / "result.json", to_json(result) + "\n");
+  for (const auto* written : {&corpus, &data}) {
+    if (*written) continue;
+    say(to_string(written->error()));
+    return kEnvironment;
+  }
+  if (json)
+    print(to_json(result) + "\n");
+  else
+    print(campaign::to_text(*options.search, summary, least) +
+          fmt::format("\n{}: runs.csv, result.json, and in corpus/ the scenarios that reached something first\n",
+                      options.folder.string()));
+  return code_of(summary);
+}
+
 // What follows once all runs are in: least scenarios, page, data, text.
 int tell(campaign::Runner& runner, const campaign::Settings& settings, const campaign::Summary& summary,
          const campaign::CampaignOptions& options, bool shrinks, bool json) {
@@ -260,7 +279,8 @@ int tell(campaign::Runner& runner, const campaign::Settings& settings, const cam
   }
   const std::string again = "sentree run " + settings.project +
                             (settings.vary.empty() ? " --clock virtual" : " --vary " + settings.vary) + " --seed SEED";
-  Value result = summary.to_value();
+  Value result = options.search != nullptr ? campaign::to_value(*options.search, summary) : summary.to_value();
+  if (options.coverage != nullptr) (*result.as_map())["coverage"] = options.coverage->to_value();
   // Beside the result, wherever that lies.
   Map files;
   std::map<std::string, std::string> shown;
@@ -269,6 +289,7 @@ int tell(campaign::Runner& runner, const campaign::Settings& settings, const cam
     files[name] = shown[name];
   }
   (*result.as_map())["least"] = std::move(files);
+  if (options.search != nullptr) return tell_search(runner, summary, options, result, least, json);
   const std::string title = "Campaign of " + std::string(runner.plan().tree.id());
   const auto page = text::write_file(options.folder / "report.html", campaign::to_page(summary, title, again, shown));
   const auto data = text::write_file(options.folder / "result.json", to_json(result) + "\n");
@@ -281,6 +302,7 @@ int tell(campaign::Runner& runner, const campaign::Settings& settings, const cam
     print(to_json(result) + "\n");
   } else {
     print(campaign::to_text(summary, least) +
+          (options.coverage != nullptr ? "\n" + options.coverage->to_text() : "") +
           fmt::format("\n{}: runs.csv, result.json, report.html; any run again: {}\n", options.folder.string(), again));
   }
   return code_of(summary);
@@ -333,8 +355,10 @@ int campaign(const CampaignCommand& command) {
     say(fmt::format("--runs {}: from 1 to {}", asked.runs, campaign::kRunsMax));
     return kUsage;
   }
-  settings.identity = runner->identity();
-  fs::path where = command.out.empty() ? project_folder(command.project) / "campaign" : fs::path(command.out);
+  // Nobody takes a search's runs for drawn ones.
+  settings.identity = command.search ? hash_combine(runner->identity(), 1) : runner->identity();
+  fs::path where =
+      command.out.empty() ? project_folder(command.project) / (command.search ? "search" : "campaign") : command.out;
   if (rank)
     where = rank_folder(where, rank->index, rank->count);
   else if (command.out.empty() && settings.shard.count > 1)
@@ -359,6 +383,13 @@ int campaign(const CampaignCommand& command) {
     last = progress;
     if (!rank || rank->index == 0) meter.show(progress);
   };
+  campaign::Coverage coverage;
+  std::optional<campaign::Search> search;
+  if (command.coverage || command.search) coverage.add(runner->plan());
+  if (command.search)
+    options.search = &search.emplace(runner->drawing(), std::move(coverage), asked.seed);
+  else if (command.coverage)
+    options.coverage = &coverage;
   const auto summary = campaign::run_campaign(*runner, settings, options);
   show_status("");
   if (!summary) {

@@ -335,6 +335,7 @@ const CLI::App* add_campaign(CLI::App& app, CampaignCommand& command) {
       "  sentree campaign examples/recharge -n 10000              what campaign.yaml of the project varies\n"
       "  sentree campaign . --vary storm.yaml --precision 1% --confidence 99%     ends when rates are known so well\n"
       "  sentree campaign . --expect 'never_empty violated < 1e-3'                ends when that is decided\n"
+      "  sentree campaign . --search                              looks for runs that reach what none before did\n"
       "  sentree campaign . --resume                              goes on where it was interrupted\n"
       "  sentree campaign . --shard 2/4 --out part2               a part of it, on another machine\n"
       "  mpirun -n 8 sentree campaign . --mpi                     parts for each rank, merged by the first\n"
@@ -349,15 +350,25 @@ const CLI::App* add_campaign(CLI::App& app, CampaignCommand& command) {
                   "Most runs (default: as the file says; else 1000, or 100000 that end early)");
   sub->add_option("--seed", command.seed, "Of everything that is drawn; run N has the seed S000000 + N");
   sub->add_option("--jobs,-j", command.jobs, "Processes at a time (default: one a core); the result is the same");
-  sub->add_option("--precision", command.precision, "End when half of every rate's interval is at most this, e.g. 1%");
-  sub->add_option("--expect", command.expect,
-                  "Decide by a sequential test: \"REQUIREMENT violated < 1e-3\"; several times")
-      ->allow_extra_args(false);
+  auto* precision = sub->add_option(
+      "--precision", command.precision, "End when half of every rate's interval is at most this, e.g. 1%");
+  auto* expect = sub->add_option("--expect", command.expect,
+                                 "Decide by a sequential test: \"REQUIREMENT violated < 1e-3\"; several times")
+                     ->allow_extra_args(false);
   auto* shard = sub->add_option("--shard", command.shard, "Run the I-th of N parts, I/N");
-  sub->add_flag("--mpi", command.mpi,
-                "One of the ranks that mpirun or srun has started together: each runs its part, the first merges them")
-      ->excludes(shard);
-  sub->add_flag("--resume", command.resume, "Go on behind the runs that the folder has");
+  auto* mpi = sub->add_flag("--mpi", command.mpi,
+                            "One of the ranks that mpirun or srun has started together: each runs its part, the first "
+                            "merges them")
+                  ->excludes(shard);
+  auto* resume = sub->add_flag("--resume", command.resume, "Go on behind the runs that the folder has");
+  // Both are of the runs of one process and its children.
+  for (CLI::Option* of_all :
+       {sub->add_flag("--coverage", command.coverage, "Say what of the project the runs have reached"),
+        sub->add_flag("--search", command.search,
+                      "Look for runs that reach what none before did; not for how often something happens")
+            ->excludes(precision)
+            ->excludes(expect)})
+    of_all->excludes(shard)->excludes(mpi)->excludes(resume);
   sub->add_flag("--no-shrink", command.no_shrink, "Write no least scenarios");
   auto* merge = sub->add_subcommand("merge", "The result of a campaign's shards");
   merge->add_option("folder", command.merged, "Folders of the shards")->required();

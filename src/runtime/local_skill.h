@@ -61,8 +61,13 @@ class SkillActor final : private mission::SkillHost {
   void send_again(const mission::Shared<mission::Call>& call, const idl::Method& method) { send(call, method); }
   /// It can be ticked again; what it did before is lost.
   void restart() { post(mission::RestartSkill{}); }
-  /// Before anything has happened: who is told, in its actor, of each transition that its chart takes.
-  void watch_transitions(std::function<void(scxml::TransitionIndex)> told) { taken_ = std::move(told); }
+  /// Before anything has happened: who is told, in its actor, of each transition that its chart takes, and of each
+  /// condition that it evaluates.
+  void watch_transitions(std::function<void(scxml::TransitionIndex)> taken,
+                         std::function<void(scxml::TransitionIndex, bool holds)> tried) {
+    taken_ = std::move(taken);
+    tried_ = std::move(tried);
+  }
   /// Shows the skill in its actor; null if it has been given up.
   void inspect(std::function<void(const Skill*)> look);
   /// What it remembers: of its actor, and of anybody while nothing is executed.
@@ -86,6 +91,9 @@ class SkillActor final : private mission::SkillHost {
   void taken(scxml::TransitionIndex transition) override {
     if (taken_) taken_(transition);
   }
+  void tried(scxml::TransitionIndex transition, bool holds) override {
+    if (tried_) tried_(transition, holds);
+  }
   void problem(const std::string& what) override { replies_.problem(what); }
 
   void take(mission::Delivery delivery);
@@ -106,6 +114,7 @@ class SkillActor final : private mission::SkillHost {
   MakePort make_port_;
   Replies replies_;
   std::function<void(scxml::TransitionIndex)> taken_;
+  std::function<void(scxml::TransitionIndex, bool)> tried_;
   std::shared_ptr<Watched> watched_;
   mission::SkillMachine machine_;
   mission::SkillState state_;
