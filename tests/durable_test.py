@@ -1,18 +1,23 @@
 #!/usr/bin/env python3
 """Kills the executive of the recharge mission at random moments, in real time, with the simulator in another process.
 
-usage: durable_test.py SENTREE SOURCE_DIR WORK_DIR [KILLS [SEED]]
+usage: durable_test.py SENTREE SOURCE_DIR WORK_DIR OTHER_BOOT [KILLS [SEED]]
 
-Missions follow each other until there were KILLS kills (default 6). Each mission must end with SUCCESS, and over the
-whole chain of its recordings each observation is there once, each verdict too, and no goal was sent that the robot had.
+OTHER_BOOT is the library of other_boot.cpp. Missions follow each other until there were KILLS kills (default 6); after
+every third kill the last write is torn, after every third the machine is another one to the program, with its clock set
+back. Each mission must end with SUCCESS, and over the whole chain of its recordings each observation is there once, each
+verdict too, and no goal was sent that the robot had. At last the disk is full: that is told, the mission goes on, and
+cannot be resumed.
 """
 
 import json
 import os
 import random
 import re
+import resource
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 
@@ -29,10 +34,11 @@ class Failed(Exception):
 
 
 class Test:
-    def __init__(self, sentree, source, work, kills, seed):
+    def __init__(self, sentree, source, work, other_boot, kills, seed):
         self.sentree, self.source, self.work = sentree, source, work
         self.kills, self.random = kills, random.Random(seed)
-        self.resumed = 0
+        self.other_boot = other_boot
+        self.resumed = self.mishaps = self.torn = self.set_back = self.told_set_back = 0
         shutil.rmtree(work, ignore_errors=True)
         os.makedirs(work)
         self.socket = os.path.join(work, "robot.sock")
@@ -50,8 +56,49 @@ duration: 60 min
 """)
 
     def start(self, *arguments):
-        return subprocess.Popen([self.sentree, *arguments], cwd=self.work, env=self.environment,
+        # Signals stay ignored: a write beyond a file's limit is an error then.
+        return subprocess.Popen([self.sentree, *arguments], cwd=self.work, env=self.environment, restore_signals=False,
                                 stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+    def simulator(self, seed):
+        simulator = self.start("component", "sim", "--project", self.scenario, "--listen", f"unix:{self.socket}",
+                               "--factor", str(FACTOR), "--seed", str(seed))
+        for line in simulator.stdout:
+            if line.startswith("listening on"):
+                break
+        shutil.rmtree(os.path.join(self.work, "runs"), ignore_errors=True)
+        return simulator
+
+    def mishap(self):
+        """What else befalls the machine when the executive is killed."""
+        self.mishaps += 1
+        if self.mishaps % 3 == 1:
+            self.tear()
+        elif self.mishaps % 3 == 2:
+            self.set_clock_back()
+
+    def tear(self):
+        """The executive died while it wrote a record."""
+        runs = os.path.join(self.work, "runs")
+        for name in os.listdir(runs):
+            path = os.path.join(runs, name)
+            if not name.endswith(".journal"):
+                continue
+            with open(path, "r+b") as file:
+                if file.read(25)[-1:] != b"o":  # of a run that was resumed already
+                    continue
+                file.seek(0, os.SEEK_END)
+                size = self.random.randrange(1, 4000)
+                file.write((struct.pack("<QB", 4000, 3) + self.random.randbytes(4000))[:size])
+                self.torn += 1
+
+    def set_clock_back(self):
+        self.set_back += 1
+        boot = os.path.join(self.work, "boot")
+        with open(boot, "w", encoding="utf-8") as file:
+            file.write(f"boot-{self.set_back}\n")
+        self.environment.update(LD_PRELOAD=self.other_boot, SENTREE_TEST_BOOT=boot,
+                                SENTREE_TEST_SET_BACK_S=str(3600 * self.set_back))
 
     def ask(self, service, interface, method, *arguments):
         command = [self.sentree, "call", f"unix:{self.socket}#{service}", method, *arguments, "--interface",
@@ -79,14 +126,9 @@ duration: 60 min
 
     def mission(self, number, kills):
         """One mission with so many kills. Returns how many of them happened before its end, and whether the robot was seen to drive on."""
-        simulator = self.start("component", "sim", "--project", self.scenario, "--listen", f"unix:{self.socket}",
-                               "--factor", str(FACTOR), "--seed", str(number))
+        simulator = self.simulator(number)
         run = None
         try:
-            for line in simulator.stdout:
-                if line.startswith("listening on"):
-                    break
-            shutil.rmtree(os.path.join(self.work, "runs"), ignore_errors=True)
             killed, driven = 0, False
             run = self.start("run", self.scenario, "--durable", "--verbose")
             while True:
@@ -100,6 +142,7 @@ duration: 60 min
                 run.wait()
                 run.stdout.close()
                 killed += 1
+                self.mishap()
                 if not driven:
                     driven = self.drives_on()
                 run = self.start("run", "--resume", "--verbose")
@@ -113,12 +156,48 @@ duration: 60 min
                     process.kill()
                     process.wait()
 
+    def full_disk(self, is_killed):
+        """A mission on whose disk there is no more room from some moment on, which then is killed or ends."""
+        simulator = self.simulator(1)
+        run = self.start("run", self.scenario, "--durable", "--verbose")
+        try:
+            code, text, _ = self.follow(run, int(8000 ** self.random.random()))
+            if code is not None:
+                raise Failed(f"the mission ended with {code} before the disk was full:\n{text}")
+            resource.prlimit(run.pid, resource.RLIMIT_FSIZE, (512, resource.RLIM_INFINITY))
+            told = ""
+            for line in run.stdout:
+                told += line if "journal cannot be written" in line else ""
+                if told:
+                    break
+            if "File too large" not in told:
+                raise Failed(f"nothing was told of the full disk, but {told!r}")
+            if is_killed:
+                run.send_signal(signal.SIGKILL)
+                run.wait()
+                run.stdout.close()
+                run = self.start("run", "--resume")
+                text, _ = run.communicate(timeout=120)
+                if run.returncode == 0 or "cannot be resumed" not in text or "File too large" not in text:
+                    raise Failed(f"resumed with {run.returncode}, where the disk was full:\n{text}")
+            else:
+                code, text, _ = self.follow(run, None)
+                if code not in (0, 1) or "mission SUCCESS" not in text:
+                    raise Failed(f"the mission on the full disk exited with {code}:\n{text}")
+            say(f"✓ full disk: told, and {'not resumed' if is_killed else 'the mission ended with SUCCESS'}")
+        finally:
+            for process in (run, simulator):
+                if process.poll() is None:
+                    process.kill()
+                    process.wait()
+
     def follow(self, run, until):
         """Reads what the run prints, and plugs the robot in when it waits for that. (None, …): it has printed so many lines."""
         lines, tail, plugged = 0, [], False
         for line in run.stdout:
             lines += 1
             tail = tail[-60:] + [line]
+            self.told_set_back += "the machine's clock was set back" in line
             if not plugged and "WaitForUser.tick.reply" in line:
                 plugged = self.ask("simulation", "Simulation", "plugIn") == "OK"
             if until is not None and lines >= until:
@@ -198,15 +277,20 @@ duration: 60 min
             raise Failed(f"only {self.resumed} of {self.kills} kills came after the run had gone on")
         if not driven:
             raise Failed("the robot was never seen to drive on while nobody was there")
+        if self.torn == 0 or self.told_set_back == 0:
+            raise Failed(f"writes torn: {self.torn}, clock set back: {self.set_back}, told: {self.told_set_back}")
+        for is_killed in (True, False):
+            self.full_disk(is_killed)
 
 
 def main():
     sentree, source, work = (os.path.abspath(path) for path in sys.argv[1:4])
-    kills = int(sys.argv[4]) if len(sys.argv) > 4 else 6
-    seed = int(sys.argv[5]) if len(sys.argv) > 5 else 20
+    other_boot = os.path.abspath(sys.argv[4])
+    kills = int(sys.argv[5]) if len(sys.argv) > 5 else 6
+    seed = int(sys.argv[6]) if len(sys.argv) > 6 else 20
     say(f"{kills} kills, seed {seed}")
     try:
-        Test(sentree, source, work, kills, seed).run()
+        Test(sentree, source, work, other_boot, kills, seed).run()
     except Failed as failure:
         say(f"✗ seed {seed}: {failure}")
         return 1

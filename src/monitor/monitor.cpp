@@ -191,6 +191,8 @@ Model without_witnesses(const Model& model) {
   return quick;
 }
 
+bool keeps_observations(const Model& model) { return !Access::parts(model).forgoes_witnesses; }
+
 Core begin(const Model& model, TimePoint now, const Tracing& tracing, scxml::ExecutionWatch* watch) {
   const Model::Parts& parts = Access::parts(model);
   Core core;
@@ -287,7 +289,7 @@ Decisions observe(const Model& model, State& state, const Observation& observati
     if (is_over(model, state)) return decisions;
   }
   ++state.trail.seen;
-  const bool keeps = !Access::parts(model).forgoes_witnesses;
+  const bool keeps = keeps_observations(model);
   if (keeps)
     remember(model, state, observation, watch);
   else

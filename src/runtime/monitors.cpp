@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "sentree/monitor/quick.h"
+
 namespace sentree::runtime {
 
 namespace {
@@ -87,8 +89,9 @@ void Monitors::recall(monitor::MonitorSet::Memory memory) {
 
 void Monitors::observe(const Message& message) {
   reached_ = set_.listeners(message.name, message.source);
-  // Monitors keep what may be part of a witness; what none of them listens to is not copied.
-  if (reached_.empty())
+  // Monitors keep what may be part of a witness; what none of them listens to, or keeps, is not copied.
+  const auto keeps = [this](std::uint32_t monitor) { return monitor::keeps_observations(set_.models()[monitor]); };
+  if (std::none_of(reached_.begin(), reached_.end(), keeps))
     set_.observe(monitor::Observation(monitor::Observation(), &message), *this);
   else
     set_.observe(std::make_shared<const Message>(message), *this);

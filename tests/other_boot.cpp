@@ -1,0 +1,27 @@
+// Loaded into a program before everything else: shows it a machine that has been started anew, with its clock set back.
+// SENTREE_TEST_BOOT: a file that stands for the identity of the boot; SENTREE_TEST_SET_BACK_S: by how many seconds.
+
+#include <dlfcn.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+
+extern "C" {
+
+FILE* fopen(const char* path, const char* mode) {
+  static const auto real = reinterpret_cast<FILE* (*)(const char*, const char*)>(dlsym(RTLD_NEXT, "fopen"));
+  const char* boot = std::getenv("SENTREE_TEST_BOOT");
+  return real(boot != nullptr && std::strcmp(path, "/proc/sys/kernel/random/boot_id") == 0 ? boot : path, mode);
+}
+
+int clock_gettime(clockid_t clock, timespec* time) noexcept {
+  static const auto real = reinterpret_cast<int (*)(clockid_t, timespec*)>(dlsym(RTLD_NEXT, "clock_gettime"));
+  const int result = real(clock, time);
+  const char* back = clock == CLOCK_REALTIME ? std::getenv("SENTREE_TEST_SET_BACK_S") : nullptr;
+  if (result == 0 && back != nullptr) time->tv_sec -= std::strtol(back, nullptr, 10);
+  return result;
+}
+
+}  // extern "C"
