@@ -459,6 +459,11 @@ cmp "$work/whole.csv" "$work/merged/runs.csv" && cmp "$work/whole.json" "$work/m
 expect 1 'mission SUCCESS < 1 %: REFUTED after [0-9]+ runs' "$sentree" campaign "$work/varied" --no-shrink --out "$work/expected" \
   --confidence '90 %' --expect 'mission SUCCESS < 1 %'
 expect 2 'did you mean "never_empty"' "$sentree" campaign "$work/varied" --expect 'never_emty violated < 1e-3'
+expect 1 'guards +[0-9]+ of' "$sentree" campaign "$work/varied" -n 6 --no-shrink --coverage --out "$work/covered"
+expect 1 '[0-9]+ of them reached something first' "$sentree" campaign "$work/varied" -n 12 --no-shrink --search
+expect 0 '^project: ' cat "$work/varied/search/corpus/run-1.yaml"
+expect 3 'are not those of the runs there' "$sentree" campaign "$work/varied" -n 12 --resume --out "$work/varied/search"
+expect 2 'excludes' "$sentree" campaign "$work/varied" --search --resume
 expect 2 'I/N, the I-th of N parts' "$sentree" campaign "$work/varied" --shard 5/4
 printf 'parameters: {world.batery.initial: {uniform: [20 %%, 100 %%]}}\n' >"$work/slip.yaml"
 expect 3 'did you mean "battery"' "$sentree" campaign "$work/varied" --vary "$work/slip.yaml"

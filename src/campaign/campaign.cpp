@@ -224,8 +224,7 @@ Result<Summary> run_campaign(Runner& runner, const Settings& settings, const Cam
   PoolTask task;
   task.jobs = options.jobs;
   task.next = [&]() -> std::optional<std::uint64_t> {
-    if (finished() || next_run >= generation_end || next_run - next_row > kAheadMax * shard.count)
-      return std::nullopt;
+    if (finished() || next_run >= generation_end || next_run - next_row > kAheadMax * shard.count) return std::nullopt;
     return std::exchange(next_run, next_run + shard.count);
   };
   task.work = [&](std::uint64_t run) {
@@ -340,8 +339,8 @@ Result<std::map<std::string, std::string>> write_least(Runner& runner, const Sum
   task.work = [&](std::uint64_t index) {
     const auto& of = found[index];
     const Seeds* const seeds = options.search != nullptr ? options.search->kept(of.first_run) : nullptr;
-    const auto least =
-        shrink(runner, seeds != nullptr ? runner.drawing().draw(*seeds) : runner.drawing().draw(of.first_seed), of.name);
+    const auto least = shrink(
+        runner, seeds != nullptr ? runner.drawing().draw(*seeds) : runner.drawing().draw(of.first_seed), of.name);
     if (!least) return std::string();
     const std::string about =
         fmt::format("{}: the least of run {} (seed {})",

@@ -17,8 +17,7 @@ namespace {
 using Kind = Coverage::Kind;
 using Thing = Coverage::Thing;
 
-constexpr std::array<std::string_view, 6> kKinds{"nodes",  "states",  "transitions",
-                                                 "guards", "methods", "requirements"};
+constexpr std::array<std::string_view, 6> kKinds{"nodes", "states", "transitions", "guards", "methods", "requirements"};
 // Things not reached that people are shown of each kind.
 constexpr std::size_t kShownMax = 12;
 

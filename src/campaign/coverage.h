@@ -2,8 +2,8 @@
 
 #include <cstdint>
 #include <map>
-#include <span>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -16,9 +16,9 @@ namespace sentree::campaign {
 /// What of a project runs have reached.
 ///
 /// Things that can be reached: SUCCESS and FAILURE of each node, and RUNNING of actions; each state and transition of
-/// the charts of skills that run in this process; each condition of these transitions true and false (one that cannot be
-/// evaluated is false); of each method that these charts call a reply, an error and a late answer; each requirement or
-/// monitor put to the test. Some may be impossible in a correct project.
+/// the charts of skills that run in this process; each condition of these transitions true and false (one that cannot
+/// be evaluated is false); of each method that these charts call a reply, an error and a late answer; each requirement
+/// or monitor put to the test. Some may be impossible in a correct project.
 class Coverage {
  public:
   enum class Kind : std::uint8_t { kNode, kState, kTransition, kGuard, kMethod, kRequirement };

@@ -37,6 +37,8 @@ bool is_reached(const Coverage& coverage, Kind kind, const std::string& of, cons
 }
 
 TEST(Coverage, IsWhatAllRunsTogetherHaveReached) {
+  const std::string kGuard =
+      "asking on battery.getBatteryState.reply if _event.data.result.percentage * 100 > threshold → success";
   Coverage coverage;
   run("normal.yaml", coverage);
   EXPECT_TRUE(is_reached(coverage, Kind::kNode, "BatteryLevelAbove30", "SUCCESS"));
@@ -47,6 +49,8 @@ TEST(Coverage, IsWhatAllRunsTogetherHaveReached) {
   EXPECT_FALSE(is_reached(coverage, Kind::kMethod, "battery.getBatteryState", "late"));
   EXPECT_TRUE(is_reached(coverage, Kind::kRequirement, "never_empty", ""));
   EXPECT_FALSE(is_reached(coverage, Kind::kRequirement, "turns_to_station", ""));
+  EXPECT_TRUE(is_reached(coverage, Kind::kGuard, "BatteryLevelAbove.scxml", kGuard + ": true"));
+  EXPECT_FALSE(is_reached(coverage, Kind::kGuard, "BatteryLevelAbove.scxml", kGuard + ": false"));
   const auto before = coverage.all();
   EXPECT_GT(coverage.count(Kind::kTransition).reached, 0U);
   EXPECT_LT(coverage.count(Kind::kTransition).reached, coverage.count(Kind::kTransition).of);
@@ -56,6 +60,7 @@ TEST(Coverage, IsWhatAllRunsTogetherHaveReached) {
   EXPECT_TRUE(is_reached(coverage, Kind::kNode, "BatteryLevelAbove30", "FAILURE"));
   EXPECT_TRUE(is_reached(coverage, Kind::kNode, "GoToStation", "RUNNING"));
   EXPECT_TRUE(is_reached(coverage, Kind::kRequirement, "turns_to_station", ""));
+  EXPECT_TRUE(is_reached(coverage, Kind::kGuard, "BatteryLevelAbove.scxml", kGuard + ": false"));
   EXPECT_EQ(coverage.all().of, before.of);
   EXPECT_GT(coverage.all().reached, before.reached);
 

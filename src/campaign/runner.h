@@ -42,9 +42,7 @@ class Runner {
   [[nodiscard]] Executed execute(const Draw& draw);
   /// The same, and what it reaches of `things`.
   [[nodiscard]] Executed execute(const Draw& draw, const Coverage* things);
-  [[nodiscard]] Row row(std::uint64_t run, std::uint64_t seed) {
-    return row(run, seed, execute(drawing_->draw(seed)));
-  }
+  [[nodiscard]] Row row(std::uint64_t run, std::uint64_t seed) { return row(run, seed, execute(drawing_->draw(seed))); }
   [[nodiscard]] Row row(std::uint64_t run, std::uint64_t seed, const Executed& executed) const;
   /// An endless script has been left behind in a thread of this process, which had better end.
   [[nodiscard]] bool spoilt() const { return spoilt_; }

@@ -106,8 +106,8 @@ Result<void> write_corpus(const Runner& runner, const Search& search, const std:
 Value to_value(const Search& search, const Summary& summary) {
   List corpus;
   for (const Search::Entry& entry : search.corpus())
-    corpus.push_back(Map{{"run", static_cast<std::int64_t>(entry.run)},
-                         {"reached_first", static_cast<std::int64_t>(entry.fresh)}});
+    corpus.push_back(
+        Map{{"run", static_cast<std::int64_t>(entry.run)}, {"reached_first", static_cast<std::int64_t>(entry.fresh)}});
   List violated;
   for (const Summary::Requirement& requirement : found_in(summary))
     violated.push_back(Map{{"name", requirement.name},

@@ -103,6 +103,11 @@ TEST_F(CampaignSearch, FindsThreeEventsInOrderSoonerThanBlindRuns) {
     };
     while (run < kRunsMax && !opens(run)) ++run;
     blind.push_back(run);
+    const auto verdict = [&](std::uint64_t of) { return runner_->row(of, seed_of(seed, of)).requirements[0].verdict; };
+    if (opens(run)) {
+      EXPECT_EQ(verdict(run), Verdict::kViolated);
+    }
+    EXPECT_NE(verdict(run - 1), Verdict::kViolated);
     Search looking = search(seed);
     CampaignOptions options{.jobs = 2, .folder = out("seed" + std::to_string(seed))};
     options.search = &looking;

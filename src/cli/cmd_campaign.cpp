@@ -301,8 +301,7 @@ int tell(campaign::Runner& runner, const campaign::Settings& settings, const cam
   if (json) {
     print(to_json(result) + "\n");
   } else {
-    print(campaign::to_text(summary, least) +
-          (options.coverage != nullptr ? "\n" + options.coverage->to_text() : "") +
+    print(campaign::to_text(summary, least) + (options.coverage != nullptr ? "\n" + options.coverage->to_text() : "") +
           fmt::format("\n{}: runs.csv, result.json, report.html; any run again: {}\n", options.folder.string(), again));
   }
   return code_of(summary);
@@ -357,8 +356,8 @@ int campaign(const CampaignCommand& command) {
   }
   // Nobody takes a search's runs for drawn ones.
   settings.identity = command.search ? hash_combine(runner->identity(), 1) : runner->identity();
-  fs::path where =
-      command.out.empty() ? project_folder(command.project) / (command.search ? "search" : "campaign") : command.out;
+  fs::path where = command.out;
+  if (command.out.empty()) where = project_folder(command.project) / (command.search ? "search" : "campaign");
   if (rank)
     where = rank_folder(where, rank->index, rank->count);
   else if (command.out.empty() && settings.shard.count > 1)

@@ -350,8 +350,8 @@ const CLI::App* add_campaign(CLI::App& app, CampaignCommand& command) {
                   "Most runs (default: as the file says; else 1000, or 100000 that end early)");
   sub->add_option("--seed", command.seed, "Of everything that is drawn; run N has the seed S000000 + N");
   sub->add_option("--jobs,-j", command.jobs, "Processes at a time (default: one a core); the result is the same");
-  auto* precision = sub->add_option(
-      "--precision", command.precision, "End when half of every rate's interval is at most this, e.g. 1%");
+  auto* precision = sub->add_option("--precision", command.precision,
+                                    "End when half of every rate's interval is at most this, e.g. 1%");
   auto* expect = sub->add_option("--expect", command.expect,
                                  "Decide by a sequential test: \"REQUIREMENT violated < 1e-3\"; several times")
                      ->allow_extra_args(false);

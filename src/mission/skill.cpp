@@ -207,10 +207,6 @@ void SkillMachine::got(const std::string& event, const std::string& message) {
   if (!message.empty()) stepped_->trouble += ": " + message;
 }
 
-void SkillMachine::Observer::guard(const scxml::Chart& chart, std::string_view, scxml::TransitionIndex of, bool holds) {
-  if (chart == machine.model_.chart) machine.surroundings_->tried(of, holds);
-}
-
 void SkillMachine::Observer::transition(const scxml::Chart& chart, std::string_view, scxml::TransitionIndex taken) {
   if (!(chart == machine.model_.chart)) return;
   if (machine.memory_) machine.memory_->saw({taken, {}, {}});

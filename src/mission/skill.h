@@ -144,8 +144,6 @@ class SkillHost {
   virtual void log(const scxml::LogLine& line) = 0;
   /// Its chart takes a transition.
   virtual void taken(scxml::TransitionIndex /*transition*/) {}
-  /// Its chart has evaluated a transition's condition.
-  virtual void tried(scxml::TransitionIndex /*transition*/, bool /*holds*/) {}
   /// Something a person should know; the run goes on.
   virtual void problem(const std::string& what) = 0;
 };
@@ -203,7 +201,6 @@ class SkillMachine {
   struct Observer final : scxml::Observer {
     explicit Observer(SkillMachine& of) : machine(of) {}
     void event(const scxml::Chart& chart, std::string_view session, const scxml::Event& event) override;
-    void guard(const scxml::Chart& chart, std::string_view session, scxml::TransitionIndex of, bool holds) override;
     void transition(const scxml::Chart& chart, std::string_view session, scxml::TransitionIndex taken) override;
     void entered(const scxml::Chart& chart, std::string_view session, scxml::StateIndex state) override;
     SkillMachine& machine;

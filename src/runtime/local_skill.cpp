@@ -33,6 +33,7 @@ void SkillActor::take(mission::Delivery delivery) {
       mission::SkillMachine::refuse(state_, what, why_, *this);
     return;
   }
+  const scxml::ObserveGuards seen(tried_ ? this : nullptr);
   if (machine_.step(state_, std::move(what), *this)) told();
 }
 

@@ -15,12 +15,13 @@
 #include "sentree/runtime/standing.h"
 #include "sentree/runtime/topics.h"
 #include "sentree/runtime/watchdog.h"
+#include "sentree/scxml/guards.h"
 
 namespace sentree::runtime {
 
 /// A skill with its calls in an actor of its own. One whose script does not end is given up: its thread is left behind,
 /// its leaf fails, and everything else goes on.
-class SkillActor final : private mission::SkillHost {
+class SkillActor final : private mission::SkillHost, private scxml::GuardObserver {
  public:
   using MakePort = std::function<std::unique_ptr<ServicePort>(const project::ServicePlan&)>;
   /// Where answers go; called in the skill's actor.
@@ -91,8 +92,9 @@ class SkillActor final : private mission::SkillHost {
   void taken(scxml::TransitionIndex transition) override {
     if (taken_) taken_(transition);
   }
-  void tried(scxml::TransitionIndex transition, bool holds) override {
-    if (tried_) tried_(transition, holds);
+  // Not of what it invokes.
+  void guard(const scxml::Chart& chart, scxml::TransitionIndex of, bool holds) override {
+    if (chart == machine_.model().chart) tried_(of, holds);
   }
   void problem(const std::string& what) override { replies_.problem(what); }
 

@@ -88,10 +88,10 @@ void Monitors::recall(monitor::MonitorSet::Memory memory) {
 }
 
 void Monitors::observe(const Message& message) {
-  reached_ = set_.listeners(message.name, message.source);
-  // Monitors keep what may be part of a witness; what none of them listens to, or keeps, is not copied.
-  const auto keeps = [this](std::uint32_t monitor) { return monitor::keeps_observations(set_.models()[monitor]); };
-  if (std::none_of(reached_.begin(), reached_.end(), keeps))
+  // Monitors keep what may be part of a witness; what none of them listens to, or none keeps, is not copied.
+  const auto& models = set_.models();
+  const bool keep = std::any_of(models.begin(), models.end(), monitor::keeps_observations);
+  if (!keep || set_.listeners(message.name, message.source).empty())
     set_.observe(monitor::Observation(monitor::Observation(), &message), *this);
   else
     set_.observe(std::make_shared<const Message>(message), *this);

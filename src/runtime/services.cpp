@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "sentree/sim/scan_memo.h"
 #include "sentree/sim/services.h"
 #include "sentree/sim/simulation.h"
 
@@ -14,6 +15,18 @@ namespace {
 constexpr std::chrono::milliseconds kKeepUpPeriod{20};
 // Run time after which it is looked how long advancing takes.
 constexpr std::chrono::milliseconds kSlice{100};
+
+// Of the world that this thread advanced last.
+sim::ScanMemo& scans_of(const std::shared_ptr<const sim::World>& world) {
+  // Another world may come to lie where one was, but not be owned by what owned that.
+  thread_local std::weak_ptr<const sim::World> of;
+  thread_local sim::ScanMemo scans;
+  if (of.owner_before(world) || world.owner_before(of)) {
+    of = world;
+    scans = {};
+  }
+  return scans;
+}
 
 }  // namespace
 
@@ -51,6 +64,7 @@ void SimHost::keep_up(Patience patience, std::function<void(Duration)> told) {
 }
 
 void SimHost::advance() {
+  const sim::RememberScans remembers(scans_of(world_));
   const TimePoint now = clock_.now();
   if (!keeps_up_) return sim::advance(*world_, state_, now);
   const auto until = std::chrono::steady_clock::now() + patience_.work;

@@ -195,6 +195,7 @@ class Compiler {
     }
     if (c == '"' || c == '\'') return string_literal(c);
     if (is_digit(c) || c == '.') return number_literal();
+    if (accept('[')) return index_in_list(depth);
     const std::string_view name = identifier();
     if (!ok_) return 0;
     if (name == "true") return add(Op::kTrue);
@@ -216,6 +217,30 @@ class Compiler {
       return add(Op::kIn, code_.nodes[text].a);
     }
     return give_up();
+  }
+
+  // ['a', 'b'].indexOf(x) is a chain of comparisons. Whatever else is done with a list is left to the interpreter.
+  std::uint32_t index_in_list(int depth) {
+    std::vector<std::uint32_t> items;
+    do {
+      const char c = peek();
+      items.push_back(c == '"' || c == '\'' ? string_literal(c) : number_literal());
+      if (!ok_ || depth + static_cast<int>(items.size()) >= kNativeNestingMax) return give_up();
+    } while (accept(','));
+    if (!accept(']') || !accept('.') || identifier() != "indexOf" || !accept('(')) return give_up();
+    const std::size_t begin = code_.nodes.size();
+    const std::uint32_t wanted = conditional(depth + static_cast<int>(items.size()));
+    if (!ok_ || !accept(')')) return give_up();
+    // It is evaluated for each item: what makes texts, or is a chain itself, had better be evaluated once.
+    for (std::size_t i = begin; i < code_.nodes.size(); ++i) {
+      if (code_.nodes[i].op == Op::kAdd || code_.nodes[i].op == Op::kConditional) return give_up();
+    }
+    std::uint32_t found = add(Op::kNumber, 0, 0, 0, -1.0);
+    for (std::size_t i = items.size(); i-- > 0;) {
+      const std::uint32_t here = add(Op::kNumber, 0, 0, 0, static_cast<double>(i));
+      found = add(Op::kConditional, add(Op::kStrictEqual, wanted, items[i]), here, found);
+    }
+    return found;
   }
 
   std::uint32_t event_field() {

@@ -120,7 +120,8 @@ std::string random_expression(Rng& rng, int depth) {
                                    "c[7]"});
   }
   const auto sub = [&] { return random_expression(rng, depth + 1); };
-  switch (rng.below(8)) {
+  switch (rng.below(9)) {
+    case 8: return "['abc', 5, \"5\", 0.5, ''].indexOf(" + sub() + ")";
     case 0: return "!" + sub();
     case 1: return "-" + std::string(rng.below(2) ? " " : "") + sub();
     case 2: return "typeof " + sub();
@@ -198,6 +199,11 @@ TEST(NativeExpressions, LeaveTheRestToTheInterpreter) {
     EXPECT_TRUE(compile_native(source, slots).empty()) << source;
   }
   EXPECT_FALSE(compile_native(" ( x + 1 ) * - 2 % 3 >= x.y ? x['z'] : ! x ", slots).empty());
+  EXPECT_FALSE(compile_native("['a', 2].indexOf(x.y) >= 0", slots).empty());
+  for (const char* source : {"['a']", "['a'].length", "[x].indexOf(x)", "['a',].indexOf(x)", "[].indexOf(x)",
+                             "['a'].indexOf(x, 1)", "['a'].indexOf(x + 'b')", "['a'].indexOf(['b'].indexOf(x))"}) {
+    EXPECT_TRUE(compile_native(source, slots).empty()) << source;
+  }
   EXPECT_TRUE(compile_native(std::string(1000, '(') + "x" + std::string(1000, ')'), slots).empty());
 }
 

@@ -83,8 +83,6 @@ class Observer {
  public:
   virtual ~Observer() = default;
   virtual void event(const Chart& /*chart*/, std::string_view /*session*/, const Event& /*event*/) {}
-  /// The condition of a transition has been evaluated; one that fails does not hold.
-  virtual void guard(const Chart& /*chart*/, std::string_view /*session*/, TransitionIndex /*of*/, bool /*holds*/) {}
   virtual void transition(const Chart& /*chart*/, std::string_view /*session*/, TransitionIndex /*taken*/) {}
   virtual void exited(const Chart& /*chart*/, std::string_view /*session*/, StateIndex /*state*/) {}
   virtual void entered(const Chart& /*chart*/, std::string_view /*session*/, StateIndex /*state*/) {}

@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "sentree/base/assert.h"
+#include "sentree/scxml/guards.h"
 
 namespace sentree::scxml {
 namespace {
@@ -239,7 +240,7 @@ void Interpreter::select_for_state(StateIndex atomic, const DescriptorTable::Mat
                                                 [&](DescriptorId id) { return matches->contains(id); })) {
         continue;
       }
-      if (!condition_match(t)) continue;
+      if (!condition_match(code)) continue;
       auto& enabled = scratch_->enabled;
       if (std::find(enabled.begin(), enabled.end(), t) == enabled.end()) enabled.push_back(t);
       return;
@@ -247,13 +248,13 @@ void Interpreter::select_for_state(StateIndex atomic, const DescriptorTable::Mat
   }
 }
 
-bool Interpreter::condition_match(TransitionIndex transition) {
-  const ExpressionId condition = model_.transition_code[transition].condition;
-  if (condition == kNoExpression) return true;
-  auto result = data_->condition(condition);
+bool Interpreter::condition_match(const TransitionCode& transition) {
+  if (transition.condition == kNoExpression) return true;
+  auto result = data_->condition(transition.condition);
   // SCXML 5.9.1: a condition that cannot be evaluated is false, and error.execution is raised.
   const bool holds = result.value_or(false);
-  if (observer_) observer_->guard(chart_, session_.id(), transition, holds);
+  if (GuardObserver* observer = ObserveGuards::present())
+    observer->guard(chart_, static_cast<TransitionIndex>(&transition - model_.transition_code.data()), holds);
   if (!result) raise_error("error.execution", std::move(result.error().message));
   return holds;
 }

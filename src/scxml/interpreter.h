@@ -91,7 +91,7 @@ class Interpreter {
   void select_eventless_transitions();
   void select_transitions(const Event& event);
   void select_for_state(StateIndex atomic, const DescriptorTable::Matches* matches);
-  [[nodiscard]] bool condition_match(TransitionIndex transition);
+  [[nodiscard]] bool condition_match(const TransitionCode& transition);
   void remove_conflicting_transitions();
   void microstep();
   void exit_states();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace sentree::sim {
 
@@ -29,6 +30,22 @@ bool is_seen_through(const LaserSpec& laser, const Pose2& laser_pose, const Scan
   return true;
 }
 
+// Cosine and sine of each beam's angle, which are the same scan for scan.
+std::span<const Vec2> directions(const LaserSpec& laser, std::size_t beams) {
+  thread_local double first = 0.0;
+  thread_local double increment = 0.0;
+  thread_local std::vector<Vec2> known;
+  if (known.size() == beams && first == laser.angle_min_rad && increment == laser.angle_increment_rad) return known;
+  first = laser.angle_min_rad;
+  increment = laser.angle_increment_rad;
+  known.resize(beams);
+  for (std::size_t i = 0; i < beams; ++i) {
+    const double angle = first + static_cast<double>(i) * increment;
+    known[i] = {std::cos(angle), std::sin(angle)};
+  }
+  return known;
+}
+
 }  // namespace
 
 std::vector<Cell> update_obstacles(const GridMap& map, const DistanceField& distance, const CostGrid& grid,
@@ -44,12 +61,11 @@ std::vector<Cell> update_obstacles(const GridMap& map, const DistanceField& dist
   std::vector<Cell> added;
   const std::size_t known = seen.size();
   const Vec2 axis{std::cos(laser_pose.theta), std::sin(laser_pose.theta)};
+  const std::span<const Vec2> beams = directions(laser, scan.ranges.size());
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
     const double range = scan.ranges[i];
     if (!(range > 0.0 && range <= kObstacleRangeMax_m)) continue;
-    const double angle = laser.angle_min_rad + static_cast<double>(i) * laser.angle_increment_rad;
-    const double c = std::cos(angle);
-    const double s = std::sin(angle);
+    const auto [c, s] = beams[i];
     const Cell cell = map.cell_at(
         {laser_pose.x + range * (c * axis.x - s * axis.y), laser_pose.y + range * (s * axis.x + c * axis.y)});
     if (!map.contains(cell) || distance.squared_cells(cell) <= near_square) continue;

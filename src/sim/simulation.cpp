@@ -7,6 +7,7 @@
 #include "sentree/sim/announced.h"
 #include "sentree/sim/clearance.h"
 #include "sentree/sim/exact_localization.h"
+#include "sentree/sim/scan_memo.h"
 
 namespace sentree::sim {
 
@@ -92,7 +93,12 @@ void sense(const World& world, const State& state, std::size_t index, std::span<
            RobotState& robot) {
   const RobotSpec& spec = world.robots[index];
   robot.scan.stamp = state.time;
-  cast_scan(world.map, world.rays, shapes, compose(robot.truth.pose, spec.laser.mount), spec.laser, robot.scan.ranges);
+  const Pose2 laser = compose(robot.truth.pose, spec.laser.mount);
+  ScanMemo* const memo = RememberScans::present();
+  if (memo == nullptr || !memo->recall(index, laser, shapes, robot.scan.ranges)) {
+    cast_scan(world.map, world.rays, shapes, laser, spec.laser, robot.scan.ranges);
+    if (memo != nullptr) memo->keep(index, laser, shapes, robot.scan.ranges);
+  }
   disturb_scan(spec.laser, robot.laser_rng, robot.scan.ranges);
   robot.scan_odometry = robot.odometry;
 }

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "sentree/sim/geometry.h"
+#include "sentree/sim/shape.h"
+
+namespace sentree::sim {
+
+/// What each laser of one world saw last, without noise: while nothing moves, it sees the same again.
+class ScanMemo {
+ public:
+  /// True: `ranges` are what was kept of that robot, for the same pose of its laser among the same shapes.
+  [[nodiscard]] bool recall(std::size_t robot, const Pose2& laser, std::span<const Shape> shapes,
+                            std::vector<double>& ranges) const;
+  void keep(std::size_t robot, const Pose2& laser, std::span<const Shape> shapes, const std::vector<double>& ranges);
+
+ private:
+  struct Seen {
+    Pose2 laser;
+    std::vector<Shape> shapes;
+    std::vector<double> ranges;
+  };
+  std::vector<Seen> seen_;  // by robot; without ranges: nothing
+};
+
+/// While it lives, scans of this thread are looked up in `memo`, which must be of their world.
+class RememberScans {
+ public:
+  explicit RememberScans(ScanMemo& memo) : before_(remembering) { remembering = &memo; }
+  ~RememberScans() { remembering = before_; }
+  RememberScans(const RememberScans&) = delete;
+  RememberScans& operator=(const RememberScans&) = delete;
+
+  /// Null: nothing is remembered.
+  [[nodiscard]] static ScanMemo* present() { return remembering; }
+
+ private:
+  static inline thread_local ScanMemo* remembering = nullptr;
+  ScanMemo* before_;
+};
+
+}  // namespace sentree::sim
