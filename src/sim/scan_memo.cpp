@@ -8,8 +8,8 @@ bool ScanMemo::recall(std::size_t robot, const Pose2& laser, std::span<const Sha
                       std::vector<double>& ranges) const {
   if (robot >= seen_.size()) return false;
   const Seen& seen = seen_[robot];
-  if (seen.ranges.empty() || seen.laser != laser || !std::equal(shapes.begin(), shapes.end(), seen.shapes.begin(),
-                                                                 seen.shapes.end()))
+  if (seen.ranges.empty() || seen.laser != laser ||
+      !std::equal(shapes.begin(), shapes.end(), seen.shapes.begin(), seen.shapes.end()))
     return false;
   ranges = seen.ranges;
   return true;
