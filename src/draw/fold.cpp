@@ -47,4 +47,16 @@ FoldedChart folded(const Chart& chart, const std::vector<bool>& closed) {
   return result;
 }
 
+Map to_value(const FoldedChart& folded) {
+  const auto numbers = [](const std::vector<int>& from) {
+    List values;
+    for (const int one : from) values.emplace_back(static_cast<std::int64_t>(one));
+    return values;
+  };
+  return {{"layout", to_value(folded.chart, layout(folded.chart))},
+          {"states", numbers(folded.states)},
+          {"transitions", numbers(folded.transitions)},
+          {"hidden", numbers(folded.hidden)}};
+}
+
 }  // namespace sentree::draw

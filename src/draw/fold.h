@@ -19,4 +19,7 @@ struct FoldedChart {
 /// Cost: O(states + transitions).
 [[nodiscard]] FoldedChart folded(const Chart& chart, const std::vector<bool>& closed);
 
+/// Laid out, for pages: {"layout", "states", "transitions", "hidden"}.
+[[nodiscard]] Map to_value(const FoldedChart& folded);
+
 }  // namespace sentree::draw

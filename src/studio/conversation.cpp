@@ -315,6 +315,17 @@ bool Conversation::advance(Request& request) {
       }
     }
     answer(request.id, folded_layout(composer_->subject, collapsed));
+  } else if (request.op == "fold_chart") {
+    std::set<std::string> closed;
+    const Value* given = request.body.find("closed");
+    if (given != nullptr && given->as_list() != nullptr) {
+      for (const Value& id : *given->as_list()) closed.emplace(id.text());
+    }
+    const std::string chart = text_of(request.body, "chart");
+    if (Value folded = folded_chart(composer_->subject, chart, closed); !folded.is_null())
+      answer(request.id, std::move(folded));
+    else
+      refuse(request.id, "there is no chart \"" + chart + "\"");
   } else if (request.op == "lanes") {
     const auto from = integer_of(request.body, "from").value_or(0);
     const auto to = integer_of(request.body, "to").value_or(composer_->history.end());

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <thread>
 
 #include "sentree/base/json.h"
@@ -193,7 +194,15 @@ TEST(StudioServer, AnswersMessagesLanesFindAndLayout) {
   client.send(request(4, "layout", R"("collapsed":[1])"));
   const Value layout = client.next("answer");
   EXPECT_LT(layout.at({"value", "nodes"})->as_list()->size(), shown.plan.tree.size());
-  client.send(request(5, "no_such_thing"));
+  client.send(request(5, "fold_chart", R"("chart":"skill:GoToKitchen","closed":["going"])"));
+  const Value fold = client.next("answer");
+  EXPECT_EQ(fold.at({"value", "states"})->as_list()->size(), fold.at({"value", "layout", "states"})->as_list()->size());
+  EXPECT_TRUE(std::any_of(fold.at({"value", "hidden"})->as_list()->begin(),
+                          fold.at({"value", "hidden"})->as_list()->end(),
+                          [](const Value& hidden) { return hidden.number() > 1; }));
+  client.send(request(6, "fold_chart", R"("chart":"skill:Nobody","closed":[])"));
+  EXPECT_EQ(client.next("answer").find("error")->text(), "there is no chart \"skill:Nobody\"");
+  client.send(request(7, "no_such_thing"));
   EXPECT_FALSE(*client.next("answer").find("ok")->as_bool());
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sentree/base/json.h"
+#include "sentree/draw/fold.h"
 #include "sentree/draw/tree.h"
 #include "sentree/graph/chart.h"
 #include "sentree/graph/tree.h"
@@ -308,6 +309,15 @@ Value folded_layout(const Subject& subject, const std::vector<bt::NodeId>& colla
   }
   folded.direction = draw::best_direction(folded);
   return Map{{"nodes", std::move(nodes)}, {"layout", draw::to_value(folded, draw::layout(folded))}};
+}
+
+Value folded_chart(const Subject& subject, std::string_view chart, const std::set<std::string>& closed) {
+  const auto found = subject.charts_by_id.find(chart);
+  if (found == subject.charts_by_id.end()) return {};
+  const draw::Chart& whole = subject.charts[found->second].drawing;
+  std::vector<bool> is_closed;
+  for (const draw::ChartState& state : whole.states) is_closed.push_back(closed.contains(state.name));
+  return draw::to_value(draw::folded(whole, is_closed));
 }
 
 std::string map_octets(const Subject& subject) {

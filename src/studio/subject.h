@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -51,6 +52,9 @@ struct Subject {
 
 /// The tree with the descendants of some nodes left out, and which nodes are left: for `layout`.
 [[nodiscard]] Value folded_layout(const Subject& subject, const std::vector<bt::NodeId>& collapsed);
+
+/// A chart in which the states of these ids hide what is in them: for `fold_chart`. Null: there is no such chart.
+[[nodiscard]] Value folded_chart(const Subject& subject, std::string_view chart, const std::set<std::string>& closed);
 
 /// The map's cells as octets, row by row from the bottom: 0 free to 100 occupied, 255 unknown. Empty without a world.
 [[nodiscard]] std::string map_octets(const Subject& subject);

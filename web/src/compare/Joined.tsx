@@ -1,10 +1,10 @@
-import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "react";
+import { useEffect, useMemo } from "react";
 
 import { arrow } from "../panels/charts/arrow";
 import { Label, StateTexts } from "../panels/charts/ChartPicture";
 import { curve, Outline, Texts } from "../panels/mission/TreePicture";
 import { Minimap } from "../picture/Minimap";
-import { PictureView } from "../picture/picture_view";
+import { usePictureView } from "../picture/use_picture_view";
 import type { Comparison, PartMark, Point, Rect } from "../protocol/types";
 import { kSigns, part_of, type Part } from "./marks";
 
@@ -26,24 +26,9 @@ interface Props {
 
 /** Both states as one picture. */
 export function JoinedPicture({ comparison, tree, chart, current, choose }: Props) {
-  const svg = useRef<SVGSVGElement>(null);
-  const group = useRef<SVGGElement>(null);
   const layout = tree?.layout ?? chart!.layout;
   const box: Rect = useMemo(() => ({ x: 0, y: 0, width: Math.max(layout.size.width, 60), height: Math.max(layout.size.height, 60) }), [layout]);
-  const [view] = useState(
-    () =>
-      new PictureView({
-        limits: { min: 0.05, max: 4 },
-        margin: 14,
-        fit_max: 1.15,
-        change: ({ scale, x, y }) => group.current?.setAttribute("transform", `translate(${x} ${y}) scale(${scale})`),
-      }),
-  );
-  useEffect(() => {
-    if (svg.current) view.attach(svg.current);
-    return () => view.detach();
-  }, [view]);
-  useLayoutEffect(() => view.set_box(box), [view, box]);
+  const { svg, group, view, keys } = usePictureView({ box, limits: { min: 0.05, max: 4 }, margin: 14, fit_max: 1.15 });
 
   /** By part: the differences that are about it. */
   const about = useMemo(() => {
@@ -93,11 +78,7 @@ export function JoinedPicture({ comparison, tree, chart, current, choose }: Prop
           const first = found ? about.get(found)?.[0] : undefined;
           if (first !== undefined) choose(first);
         }}
-        onKeyDown={(event) => {
-          if (!view.key(event, true)) return;
-          event.preventDefault();
-          event.stopPropagation();
-        }}
+        onKeyDown={keys}
       >
         <g ref={group}>
           {tree ? <TreeParts tree={tree} says={says} badge={badge} /> : <ChartParts chart={chart!} says={says} badge={badge} />}

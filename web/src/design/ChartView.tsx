@@ -1,99 +1,57 @@
-import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "react";
+import { useEffect, useMemo } from "react";
 
 import { Edge, Label, StateTexts } from "../panels/charts/ChartPicture";
+import { composites, FoldCount, FoldSign, useFolding } from "../panels/charts/folding";
 import { Minimap } from "../picture/Minimap";
-import { PictureView } from "../picture/picture_view";
-import type { FoldedChart, OutlineChart, Rect } from "../protocol/types";
+import { usePictureView } from "../picture/use_picture_view";
+import type { OutlineChart, Rect } from "../protocol/types";
 import { request } from "../store/store";
 import { doc_of, gesture, go_to, obstacle, useDesign } from "./design";
 import { payload_of, play_chart, useSimulation } from "./simulate";
 
-const kNothingClosed: ReadonlySet<string> = new Set();
-/** States that hide what is in them, by file, for as long as the page is open. */
-const closed_in = new Map<string, ReadonlySet<string>>();
-
 /** A chart as its text has it; what one clicks is shown in the text. */
 export function ChartView({ chart, file }: { chart: OutlineChart; file: string }) {
-  const svg = useRef<SVGSVGElement>(null);
-  const group = useRef<SVGGElement>(null);
   const why_dim = useDesign(obstacle);
   const summary = useDesign((state) => state.summary);
   const version = useDesign((state) => doc_of(state)?.version ?? 0);
-  const [closed, set_closed] = useState(() => closed_in.get(file) ?? kNothingClosed);
-  const [folded, set_folded] = useState<FoldedChart | null>(null);
   const chosen = useDesign((state) => state.state);
   const played = useSimulation(({ on, file: of, chart_now }) => (on && of === file ? chart_now : null));
 
-  useEffect(() => {
-    closed_in.set(file, closed);
-    if (closed.size === 0) {
-      set_folded(null);
-      return;
-    }
-    let gone = false;
-    // While a text cannot be read, its last picture stays.
-    request("design_fold", { file, closed: [...closed] }).then(
-      (found) => !gone && set_folded(found),
-      () => undefined,
-    );
-    return () => {
-      gone = true;
-    };
-  }, [file, closed, version]);
-
-  /** What is drawn, and which state and transition of the whole each is. */
-  const shown = useMemo(() => {
-    if (folded?.version === version && folded.states.every((at) => at < chart.states.length)) return folded;
-    return { layout: chart.layout, states: chart.layout.states.map((_, i) => i), transitions: chart.transitions.map((_, i) => i), hidden: chart.layout.states.map(() => 0) };
-  }, [folded, version, chart]);
+  const { shown, folded, closed, toggle } = useFolding(file, chart, version, (ids) =>
+    request("design_fold", { file, closed: ids }).then((found) => (found.version === version ? found : null)),
+  );
   const { layout } = shown;
   const box: Rect = useMemo(() => ({ x: 0, y: 0, ...layout.size }), [layout]);
-  const latest = useRef({ layout, chosen: -1 });
-  latest.current = { layout, chosen: shown.states.findIndex((at) => chosen !== null && chart.states[at]?.id === chosen) };
-  const [view] = useState(
-    () =>
-      new PictureView({
-        limits: { min: 0.05, max: 4 },
-        margin: 12,
-        fit_max: 1.15,
-        readable: { from: 0.42, scale: 0.85 },
-        focus: () => latest.current.layout.states[Math.max(latest.current.chosen, 0)] ?? null,
-        change: ({ scale, x, y }) => group.current?.setAttribute("transform", `translate(${x} ${y}) scale(${scale})`),
-      }),
-  );
-  useEffect(() => {
-    if (svg.current) view.attach(svg.current);
-    return () => view.detach();
-  }, [view]);
-  useLayoutEffect(() => view.set_box(box), [view, box]);
+  const at_chosen = shown.states.findIndex((at) => chosen !== null && chart.states[at]?.id === chosen);
+  const { svg, group, view } = usePictureView({
+    box,
+    limits: { min: 0.05, max: 4 },
+    margin: 12,
+    fit_max: 1.15,
+    readable: { from: 0.42, scale: 0.85 },
+    focus: () => layout.states[Math.max(at_chosen, 0)] ?? null,
+  });
   // What was opened or closed is shown as far as it fits.
   useEffect(() => {
     if (folded) view.fit_readable();
   }, [folded, view]);
-  const at_chosen = latest.current.chosen;
   useEffect(() => {
-    const rect = latest.current.layout.states[at_chosen];
+    const rect = layout.states[at_chosen];
     if (rect) view.reveal(rect);
+    // Once when it is chosen; an edit leaves the picture where it is.
+    // eslint-disable-next-line react-hooks/exhaustive-deps
   }, [at_chosen, view]);
 
-  const nests = useMemo(() => new Set(layout.states.map(({ parent }) => parent)), [layout]);
-  const composite = useMemo(() => new Set(chart.layout.states.map(({ parent }) => parent)), [chart]);
+  const nests = useMemo(() => composites(layout), [layout]);
+  const composite = useMemo(() => composites(chart.layout), [chart]);
   const lines = useMemo(() => new Set((summary?.findings ?? []).filter((found) => found.file === file && found.severity === "error").map(({ line }) => line)), [summary, file]);
   const active = useMemo(() => new Set(played?.active ?? []), [played]);
   const taken = useMemo(() => new Set(played?.taken ?? []), [played]);
   const enabled = useMemo(() => new Map((played?.enabled ?? []).map(({ transition, event }) => [transition, event] as const)), [played]);
 
-  const toggle = (id: string | undefined) => {
-    if (!id) return;
-    set_closed((before) => {
-      const next = new Set(before);
-      if (!next.delete(id)) next.add(id);
-      return next;
-    });
-  };
   const toggle_chosen = () => {
     const at = chart.states.findIndex(({ id }) => id === chosen);
-    if (at >= 0 && composite.has(at)) toggle(chosen ?? undefined);
+    if (at >= 0 && composite.has(at)) toggle(chart.states[at]!.id);
   };
   const show_line = (line: number) => {
     const doc = doc_of(useDesign.getState());
@@ -133,7 +91,8 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
         onClick={(event) => {
           const target = event.target instanceof Element ? event.target : null;
           const found = target?.closest("[data-line]") ?? null;
-          if (target?.closest(".fold")) return toggle(found?.getAttribute("data-id") ?? undefined);
+          const fold = target?.closest(".fold")?.getAttribute("data-fold");
+          if (fold) return toggle(fold);
           const transition = found?.getAttribute("data-transition");
           if (transition) take(Number(transition));
           if (found) show_line(Number(found.getAttribute("data-line")));
@@ -168,19 +127,8 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
                 )}
                 {drawn.kind === "final" && <rect className={`inner${lit}`} x={drawn.x + 3.5} y={drawn.y + 3.5} width={drawn.width - 7} height={drawn.height - 7} rx={5.5} />}
                 <StateTexts drawn={drawn} nest={nest} />
-                {hidden > 0 && (
-                  <g className="fold-count" transform={`translate(${middle} ${drawn.y + drawn.height})`}>
-                    <rect x={-19} y={-8} width={38} height={16} rx={8} />
-                    <text y={4} textAnchor="middle">{`+${hidden}`}</text>
-                  </g>
-                )}
-                {id !== "" && composite.has(at) && (
-                  <g className="fold shown" data-fold={id} transform={`translate(${drawn.x + drawn.width - 1} ${drawn.y + 1})`}>
-                    <title>{closed.has(id) ? `Show what is in ${id} (C)` : `Hide what is in ${id} (C)`}</title>
-                    <circle r={8} />
-                    <path d={closed.has(id) ? "M-4 0H4M0 -4V4" : "M-4 0H4"} />
-                  </g>
-                )}
+                {hidden > 0 && <FoldCount hidden={hidden} x={middle} y={drawn.y + drawn.height} />}
+                {id !== "" && composite.has(at) && <FoldSign id={id} closed={closed.has(id)} hint=" (C)" x={drawn.x + drawn.width - 1} y={drawn.y + 1} />}
               </g>
             );
           })}

@@ -1,9 +1,10 @@
-import { memo, useEffect, useImperativeHandle, useLayoutEffect, useMemo, useRef, useState, type Ref } from "react";
+import { memo, useEffect, useImperativeHandle, useMemo, useRef, useState, type Ref } from "react";
 
 import { Links, Outline, Texts } from "../panels/mission/TreePicture";
 import { neighbour, type Arrow } from "../panels/mission/tree";
+import { follow_pointer } from "../picture/drag";
 import { Minimap } from "../picture/Minimap";
-import { PictureView } from "../picture/picture_view";
+import { usePictureView } from "../picture/use_picture_view";
 import { to_picture } from "../picture/viewport";
 import { StatusSign } from "../panels/mission/StatusSign";
 import { kStatuses, type Finding, type Gesture, type OutlineNode, type OutlineTree, type Rect } from "../protocol/types";
@@ -42,8 +43,6 @@ export function gesture_for(what: Dragged, slot: { parent: number; index: number
 
 /** The tree as its text has it, with every gesture on it. */
 export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<PictureHandle>; ask: Ask }) {
-  const svg = useRef<SVGSVGElement>(null);
-  const group = useRef<SVGGElement>(null);
   const chosen = useDesign((state) => state.chosen?.element ?? null);
   const why_dim = useDesign(obstacle);
   const summary = useDesign((state) => state.summary);
@@ -59,31 +58,21 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
   const rects = useMemo(() => new Map(tree.nodes.map(({ element }, i) => [element, tree.layout.nodes[i]!] as const)), [tree]);
   const box: Rect = useMemo(() => ({ x: 0, y: 0, width: Math.max(tree.layout.size.width, 60), height: Math.max(tree.layout.size.height, 60) }), [tree]);
 
-  const [view] = useState(
-    () =>
-      new PictureView({
-        limits: { min: 0.05, max: 4 },
-        margin: 10,
-        fit_max: 1.15,
-        readable: { from: 0.5, scale: 0.85 },
-        focus: () => latest.current.tree.layout.nodes[0] ?? null,
-        change: ({ scale, x, y }) => {
-          group.current?.setAttribute("transform", `translate(${x} ${y}) scale(${scale})`);
-          group.current?.style.setProperty("--lens", String(Math.max(1, 11.5 / (13 * scale))));
-        },
-        grab: (event) => {
-          const found = event.target instanceof Element ? event.target.closest("[data-element]") : null;
-          if (!found) return false;
-          press(Number(found.getAttribute("data-element")), event);
-          return true;
-        },
-      }),
-  );
-  useEffect(() => {
-    if (svg.current) view.attach(svg.current);
-    return () => view.detach();
-  }, [view]);
-  useLayoutEffect(() => view.set_box(box), [view, box]);
+  const { svg, group, view } = usePictureView({
+    box,
+    limits: { min: 0.05, max: 4 },
+    margin: 10,
+    fit_max: 1.15,
+    readable: { from: 0.5, scale: 0.85 },
+    focus: () => tree.layout.nodes[0] ?? null,
+    change: ({ scale }, _size, moved) => moved?.style.setProperty("--lens", String(Math.max(1, 11.5 / (13 * scale)))),
+    grab: (event) => {
+      const found = event.target instanceof Element ? event.target.closest("[data-element]") : null;
+      if (!found) return false;
+      press(Number(found.getAttribute("data-element")), event);
+      return true;
+    },
+  });
 
   // What is chosen in the text, or made by a gesture, comes into view.
   const rect = chosen === null ? undefined : rects.get(chosen);
@@ -108,34 +97,15 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
   };
 
   const begin = (what: Dragged, event: { clientX: number; clientY: number }, at_once: boolean) => {
-    const from = { x: event.clientX, y: event.clientY };
-    let moving = at_once;
-    const move = (moved: PointerEvent) => {
-      if (!moving && Math.hypot(moved.clientX - from.x, moved.clientY - from.y) < kDragFrom_px) return;
-      moving = true;
-      follow.current?.(what, moved);
-    };
-    const stop = () => {
-      window.removeEventListener("pointermove", move);
-      window.removeEventListener("pointerup", drop);
-      window.removeEventListener("pointercancel", stop);
-      window.removeEventListener("keydown", key, true);
-      set_drag(null);
-    };
-    const drop = (dropped: PointerEvent) => {
-      const slot = moving ? latest.current.drag?.slot : null;
-      stop();
-      if (slot) void gesture(gesture_for(what, slot, dropped.altKey));
-    };
-    const key = (pressed: KeyboardEvent) => {
-      if (pressed.key !== "Escape") return;
-      pressed.stopPropagation();
-      stop();
-    };
-    window.addEventListener("pointermove", move);
-    window.addEventListener("pointerup", drop);
-    window.addEventListener("pointercancel", stop);
-    window.addEventListener("keydown", key, true);
+    follow_pointer(event, {
+      from_px: at_once ? 0 : kDragFrom_px,
+      move: (moved) => follow.current?.(what, moved),
+      drop: (dropped) => {
+        const slot = latest.current.drag?.slot;
+        if (slot) void gesture(gesture_for(what, slot, dropped.altKey));
+      },
+      end: () => set_drag(null),
+    });
     if (at_once) follow.current?.(what, event);
   };
   const press = (element: number, event: PointerEvent) => {
@@ -145,7 +115,7 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     svg.current?.focus({ preventScroll: true });
     begin({ node }, event, false);
   };
-  useImperativeHandle(handle, () => ({ drag: (what, event) => begin(what, event, true), fit: () => view.fit(), focus: () => svg.current?.focus() }), [view]);
+  useImperativeHandle(handle, () => ({ drag: (what, event) => begin(what, event, true), fit: () => view.fit(), focus: () => svg.current?.focus() }), [svg, view]);
 
   // ---- keys ----
   const node_of = (element: number | null) => tree.nodes.find((node) => node.element === element) ?? null;

@@ -1,9 +1,10 @@
 import "../styles/world.css";
 
-import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "react";
+import { useEffect, useMemo, useRef, useState } from "react";
 
+import { follow_pointer } from "../picture/drag";
 import { Minimap } from "../picture/Minimap";
-import { PictureView } from "../picture/picture_view";
+import { usePictureView } from "../picture/use_picture_view";
 import { to_picture } from "../picture/viewport";
 import { plan_image } from "../panels/map/floor_plan";
 import type { Point, Rect } from "../protocol/types";
@@ -77,9 +78,7 @@ interface Drag {
 /** The places of a world on its floor plan: what one drags is written where it stands in the text. */
 export default function WorldView({ doc }: { doc: Doc }) {
   const text = doc.places.shown;
-  const svg = useRef<SVGSVGElement>(null);
   const canvas = useRef<HTMLCanvasElement>(null);
-  const group = useRef<SVGGElement>(null);
   const summary = useDesign((state) => state.summary);
   const map = useStudio((studio) => studio.index?.model.world?.map ?? null);
   const boot = useStudio((studio) => studio.hello?.boot);
@@ -116,30 +115,27 @@ export default function WorldView({ doc }: { doc: Doc }) {
     return all.length > 0 || map ? { x: left * kMetre, y: -high * kMetre, width: (right - left) * kMetre, height: (high - low) * kMetre } : { x: 0, y: 0, width: 100, height: 100 };
   }, [all, map]);
 
-  const latest = useRef({ all, drag, plan, map });
-  latest.current = { all, drag, plan, map };
+  const latest = useRef(drag);
+  latest.current = drag;
   const paint = useRef<() => void>(() => undefined);
   const press = useRef<(spot: Spot, heading: boolean, event: PointerEvent) => void>(() => undefined);
-  const [view] = useState(
-    () =>
-      new PictureView({
-        limits: { min: 0.05, max: 8 },
-        margin: 12,
-        fit_max: 3,
-        change: ({ scale, x, y }) => {
-          group.current?.setAttribute("transform", `translate(${x} ${y}) scale(${scale})`);
-          group.current?.style.setProperty("--unit", String(1 / scale));
-          paint.current();
-        },
-        grab: (event) => {
-          const target = event.target instanceof Element ? event.target.closest("[data-spot]") : null;
-          const spot = latest.current.all.find(({ id }) => id === target?.getAttribute("data-spot"));
-          if (!spot) return false;
-          press.current(spot, target!.getAttribute("data-heading") === "true", event);
-          return true;
-        },
-      }),
-  );
+  const { svg, group, view } = usePictureView({
+    box,
+    limits: { min: 0.05, max: 8 },
+    margin: 12,
+    fit_max: 3,
+    change: ({ scale }, _size, moved) => {
+      moved?.style.setProperty("--unit", String(1 / scale));
+      paint.current();
+    },
+    grab: (event) => {
+      const target = event.target instanceof Element ? event.target.closest("[data-spot]") : null;
+      const spot = all.find(({ id }) => id === target?.getAttribute("data-spot"));
+      if (!spot) return false;
+      press.current(spot, target!.getAttribute("data-heading") === "true", event);
+      return true;
+    },
+  });
   paint.current = () => {
     const context = canvas.current?.getContext("2d");
     if (!canvas.current || !context) return;
@@ -147,30 +143,22 @@ export default function WorldView({ doc }: { doc: Doc }) {
     const { width, height } = view.size;
     canvas.current.width = width * ratio;
     canvas.current.height = height * ratio;
-    const { plan: image, map: info } = latest.current;
-    if (!image || !info) return;
+    if (!plan || !map) return;
     const { scale, x, y } = view.view;
-    const pixel = scale * kMetre * info.resolution;
+    const pixel = scale * kMetre * map.resolution;
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.imageSmoothingEnabled = pixel < 1;
-    context.translate(x + scale * kMetre * info.origin[0], y - scale * kMetre * info.origin[1]);
-    context.rotate(-info.origin[2]);
-    context.drawImage(image, 0, -pixel * info.height, pixel * info.width, pixel * info.height);
+    context.translate(x + scale * kMetre * map.origin[0], y - scale * kMetre * map.origin[1]);
+    context.rotate(-map.origin[2]);
+    context.drawImage(plan, 0, -pixel * map.height, pixel * map.width, pixel * map.height);
   };
-  useEffect(() => {
-    if (svg.current) view.attach(svg.current);
-    return () => view.detach();
-  }, [view]);
-  useLayoutEffect(() => view.set_box(box), [view, box]);
   useEffect(() => paint.current(), [plan]);
 
   const begin = (spot: Spot, heading: boolean, event: PointerEvent) => {
     set_chosen(spot.id);
     go_to(doc_byte(spot.x.from));
     svg.current?.focus({ preventScroll: true });
-    const start = { x: event.clientX, y: event.clientY };
     const origin: Drag = { id: spot.id, heading, x: number_of(spot.x)!, y: number_of(spot.y)!, angle: angle_of(spot.heading ?? undefined) ?? 0 };
-    let moving = false;
     const at = (moved: { clientX: number; clientY: number }): Point => {
       const frame = svg.current!.getBoundingClientRect();
       const [x, y] = to_picture(view.view, [moved.clientX - frame.left, moved.clientY - frame.top]);
@@ -178,36 +166,23 @@ export default function WorldView({ doc }: { doc: Doc }) {
     };
     const from = at(event);
     const move = (moved: PointerEvent) => {
-      if (!moving && Math.hypot(moved.clientX - start.x, moved.clientY - start.y) < kDragFrom_px) return;
-      moving = true;
       const [x, y] = at(moved);
       // To 5 cm and 5 degrees; with Alt to the centimetre and the degree.
       const grid = moved.altKey ? 0.01 : 0.05;
       const snap = (value: number, step: number) => Math.round(value / step) * step;
       const turn = (moved.altKey ? 1 : 5) * (Math.PI / 180);
-      set_drag(heading ? { ...origin, angle: snap(Math.atan2(y - origin.y, x - origin.x), turn) } : { ...origin, x: snap(origin.x + x - from[0], grid), y: snap(origin.y + y - from[1], grid) });
+      const next = heading ? { ...origin, angle: snap(Math.atan2(y - origin.y, x - origin.x), turn) } : { ...origin, x: snap(origin.x + x - from[0], grid), y: snap(origin.y + y - from[1], grid) };
+      latest.current = next;
+      set_drag(next);
     };
-    const stop = () => {
-      window.removeEventListener("pointermove", move);
-      window.removeEventListener("pointerup", drop);
-      window.removeEventListener("pointercancel", stop);
-      window.removeEventListener("keydown", key, true);
-      set_drag(null);
-    };
-    const drop = () => {
-      const to = latest.current.drag;
-      if (moving && to) void write(spot, to);
-      stop();
-    };
-    const key = (pressed: KeyboardEvent) => {
-      if (pressed.key !== "Escape") return;
-      pressed.stopPropagation();
-      stop();
-    };
-    window.addEventListener("pointermove", move);
-    window.addEventListener("pointerup", drop);
-    window.addEventListener("pointercancel", stop);
-    window.addEventListener("keydown", key, true);
+    follow_pointer(event, {
+      from_px: kDragFrom_px,
+      move,
+      drop: () => {
+        if (latest.current) void write(spot, latest.current);
+      },
+      end: () => set_drag(null),
+    });
   };
   press.current = begin;
   const doc_byte = (at: number) => useDesign.getState().docs[doc.file]?.places.byte(at) ?? 0;

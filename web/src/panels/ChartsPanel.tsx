@@ -11,6 +11,7 @@ import { select, useStudio } from "../store/store";
 import type { ChartModel } from "../protocol/types";
 import { ChartPicture, type ChartHandle } from "./charts/ChartPicture";
 import { ChartSide } from "./charts/ChartSide";
+import { composites } from "./charts/folding";
 import { Grid } from "./charts/Grid";
 import { chart_to_follow, kTilesMax, useCharts } from "./charts/charts";
 
@@ -82,6 +83,12 @@ export function ChartsPanel() {
           more={[
             { label: "Follow the leaf at work", checked: follow, run: () => useCharts.setState({ follow: !follow }) },
             { label: "Values beside the chart", checked: values, run: () => useCharts.setState({ values: !values }) },
+            ...(grid || composites(chart.layout).size === 0
+              ? []
+              : [
+                  { label: "Close states that hold others", run: () => picture.current?.fold_all(true) },
+                  { label: "Open all states", run: () => picture.current?.fold_all(false) },
+                ]),
           ]}
         />
         <button className="button small" title="The chart goes; choosing a leaf, monitor or state brings it back" onClick={() => useLayout.setState({ charts_open: false })}>

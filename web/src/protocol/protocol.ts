@@ -283,7 +283,21 @@ export const OutlineNode = object({
 export const OutlineTree = object({ element: index(), id: string(), from: byte(), to: byte(), direction: one_of("down", "right"), nodes: list(OutlineNode), layout: TreeLayout });
 export const OutlineChart = object({ layout: ChartLayout, states: list(object({ id: string(), line: index() })), transitions: list(object({ line: index() })) });
 /** A chart in which some states hide what is in them; places are those of the whole. */
-export const FoldedChart = object({ version: index(), layout: ChartLayout, states: list(index()), transitions: list(index()), hidden: list(index()) });
+const folded = { layout: ChartLayout, states: list(index()), transitions: list(index()), hidden: list(index()) };
+export const ChartFold = object(folded, "By what is drawn: which state or transition of the whole it is, and how many states it hides");
+export const FoldedChart = object({ version: index(), ...folded });
+export const Sentence = object(
+  {
+    name: string(),
+    prose: string(),
+    scope: one_of("globally", "before", "after", "between", "after-until", "while"),
+    pattern: string(),
+    from: byte(),
+    to: byte(),
+    parts: list(object({ part: one_of("open", "close", "p", "q", "r", "bound", "times", "assuming"), from: byte(), to: byte(), text: string() })),
+  },
+  "A requirement as its text has it",
+);
 export const DesignDocument = object({
   file: string(),
   version: index(),
@@ -294,6 +308,7 @@ export const DesignDocument = object({
   main: or_null(string()),
   trees: or_null(list(OutlineTree)),
   chart: or_null(OutlineChart),
+  requirements: or_null(list(Sentence)),
 });
 /** What a file of requirements would have said of the last runs; `violated`: when first [ns], by run. */
 export const DesignPast = object({
@@ -309,6 +324,7 @@ export const PaletteNode = object({
   description: string(),
   ports: list(object({ name: string(), direction: string(), type: string(), default: or_null(string()), description: string() })),
 });
+const YamlPath = () => Type.Array(Type.Union([string(), index()]), { description: "Keys of mappings and places in lists, from 0" });
 export const Gesture = Type.Union([
   object({ what: Type.Literal("insert"), id: string(), subtree: optional(boolean()), name: optional(string()), ports: optional(by_name(string())), parent: index(), index: index() }),
   object({ what: Type.Literal("delete"), node: index() }),
@@ -320,6 +336,12 @@ export const Gesture = Type.Union([
   object({ what: Type.Literal("add_state"), inside: string(), id: string(), final: boolean() }),
   object({ what: Type.Literal("remove_state"), state: string() }),
   object({ what: Type.Literal("add_transition"), state: string(), target: string(), event: string(), condition: string() }),
+  object({ what: Type.Literal("set_part"), requirement: string(), part: string(), text: string() }),
+  object({ what: Type.Literal("set_scope"), requirement: string(), scope: string() }),
+  object({ what: Type.Literal("set_pattern"), requirement: string(), pattern: string() }),
+  object({ what: Type.Literal("yaml_set"), path: YamlPath(), value: Data }),
+  object({ what: Type.Literal("yaml_insert"), path: YamlPath(), index: index(), value: Data }),
+  object({ what: Type.Literal("yaml_remove"), path: YamlPath() }),
 ]);
 
 // ---- running one chart or one tree by hand ----
@@ -401,6 +423,7 @@ export const Operations = {
   live: [nothing(), Type.Unknown()],
   seek: [object({ time: Time }), Type.Unknown()],
   layout: [object({ collapsed: list(index()) }), object({ nodes: list(index()), layout: TreeLayout })],
+  fold_chart: [object({ chart: string(), closed: Type.Array(string(), { description: "Ids of states whose inside is hidden" }) }), ChartFold],
   messages: [
     object({ before: optional(Type.Integer()), after: optional(Type.Integer()), until: optional(Time), limit: optional(Type.Integer({ minimum: 1, maximum: 500 })), filter: optional(Filter) }),
     object({ messages: list(Observation), more: boolean() }),
@@ -412,12 +435,14 @@ export const Operations = {
   step: [object({ ticks: Type.Integer({ minimum: 1 }) }), Type.Unknown()],
   factor: [object({ value: number() }), Type.Unknown()],
   stop: [nothing(), Type.Unknown()],
-  run_again: [object({ seed: optional(Type.Integer({ minimum: 0 })), scenario: optional(string()) }), Type.Unknown()],
+  run_again: [object({ seed: optional(Type.Integer({ minimum: 0 })), scenario: optional(string()), choose: optional(Type.Array(string(), { description: "MODEL#NUMBER=VALUE: what models choose instead" })) }), Type.Unknown()],
   call: [object({ service: string(), method: string(), args: by_name(Data) }), object({ result: Data })],
   kill: [object({ part: string() }), Type.Unknown()],
   restart: [object({ part: string() }), Type.Unknown()],
   delay: [object({ message: string(), by: Time, count: optional(Type.Integer()) }), object({ id: optional(Type.Integer()) })],
   falsify: [object({ call: string(), path: string(), value: Data, count: optional(Type.Integer()) }), object({ id: optional(Type.Integer()) })],
+  unreachable: [object({ call: string() }), object({ id: optional(Type.Integer()) })],
+  late: [object({ call: string() }), object({ id: optional(Type.Integer()) })],
   force: [object({ leaf: string(), status: one_of("SUCCESS", "FAILURE", "RUNNING"), once: boolean() }), object({ id: optional(Type.Integer()) })],
   breakpoint: [
     object({ kind: one_of("node", "state", "message"), node: optional(index()), chart: optional(string()), state: optional(string()), pattern: optional(string()), status: optional(string()) }),
@@ -427,7 +452,7 @@ export const Operations = {
   interventions: [nothing(), Interventions],
   save_scenario: [object({ name: string() }), object({ yaml: string(), file: string() })],
   design: [nothing(), Design],
-  design_palette: [nothing(), object({ nodes: list(PaletteNode), places: list(string()) })],
+  design_palette: [nothing(), object({ nodes: list(PaletteNode), places: list(string()), interfaces: Type.Array(string(), { description: "FILE.thrift/SERVICE" }) })],
   design_read: [object({ file: string() }), DesignDocument],
   design_edit: [object({ file: string(), base: index(), edits: list(TextEdit), cause: string(), join: optional(boolean()) }), object({ version: index() })],
   design_gesture: [

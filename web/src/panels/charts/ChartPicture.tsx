@@ -1,51 +1,50 @@
-import { memo, useEffect, useImperativeHandle, useLayoutEffect, useMemo, useRef, useState, type Ref } from "react";
+import { memo, useEffect, useImperativeHandle, useMemo, useState, type Ref } from "react";
 
 import { svg_of_group } from "../../picture/export";
+import { Minimap } from "../../picture/Minimap";
 import { usePicture } from "../../picture/pictures";
-import { PictureView } from "../../picture/picture_view";
-import type { ChartLayout, ChartModel, Rect } from "../../protocol/types";
+import { usePictureView } from "../../picture/use_picture_view";
+import type { ChartFold, ChartLayout, ChartModel, Rect } from "../../protocol/types";
 import { color } from "../../widgets/theme";
-import { useStudio } from "../../store/store";
+import { request, useStudio } from "../../store/store";
 import { curve } from "../mission/TreePicture";
 import { useSteering } from "../steer/steering";
 import { arrow } from "./arrow";
+import { composites, FoldCount, FoldSign, useFolding } from "./folding";
 import { StateMenu } from "./StateMenu";
 
 export interface ChartHandle {
   fit(): void;
   zoom(factor: number): void;
+  /** Closes all states that hold others, or opens them. */
+  fold_all(closed: boolean): void;
 }
 
 /** A chart that can be panned and zoomed; states choose and have a menu. */
 export function ChartPicture({ chart, handle }: { chart: ChartModel; handle: Ref<ChartHandle> }) {
-  const svg = useRef<SVGSVGElement>(null);
-  const group = useRef<SVGGElement>(null);
+  const boot = useStudio((studio) => studio.hello?.boot);
   const [menu, set_menu] = useState<{ state: number; x: number; y: number } | null>(null);
-  const box: Rect = useMemo(() => ({ x: 0, y: 0, ...chart.layout.size }), [chart]);
-  const [view] = useState(
-    () =>
-      new PictureView({
-        limits: { min: 0.05, max: 4 },
-        margin: 4,
-        fit_max: 1.1,
-        readable: { from: 0.5, scale: 0.72 },
-        focus: () => active_box(chart),
-        change: ({ scale, x, y }) => group.current?.setAttribute("transform", `translate(${x} ${y}) scale(${scale})`),
-      }),
-  );
-  useEffect(() => {
-    if (svg.current) view.attach(svg.current);
-    return () => view.detach();
-  }, [view]);
-  useLayoutEffect(() => view.set_box(box), [view, box]);
+  const { shown, closed, toggle, set_closed } = useFolding(`${boot} ${chart.id}`, chart, 0, (ids) => request("fold_chart", { chart: chart.id, closed: ids }));
+  const { layout } = shown;
+  const box: Rect = useMemo(() => ({ x: 0, y: 0, ...layout.size }), [layout]);
+  const { svg, group, view, keys } = usePictureView({
+    box,
+    limits: { min: 0.05, max: 4 },
+    margin: 4,
+    fit_max: 1.1,
+    readable: { from: 0.5, scale: 0.72 },
+    focus: () => active_box(chart, shown),
+  });
+  const composite = useMemo(() => composites(chart.layout), [chart]);
   const active = useStudio((studio) => studio.state?.charts[chart.id]?.active.join() ?? "");
   useEffect(() => view.refocus(), [view, active]);
-  useImperativeHandle(handle, () => ({ fit: () => view.fit(), zoom: (factor) => view.zoom(factor) }), [view]);
+  const fold_all = (close: boolean) => set_closed(close ? [...composite].flatMap((at) => chart.states[at]?.id || []) : []);
+  useImperativeHandle(handle, () => ({ fit: () => view.fit(), zoom: (factor) => view.zoom(factor), fold_all }));
   usePicture(`chart:${chart.id}`, () =>
     group.current ? { name: chart.name, size: box, svg: svg_of_group(group.current, box, `${chart.kind} ${chart.name}`, color("surface")) } : null,
   );
   return (
-    <>
+    <div className="chart-frame">
       <svg
         ref={svg}
         className="picture chart-picture"
@@ -54,12 +53,14 @@ export function ChartPicture({ chart, handle }: { chart: ChartModel; handle: Ref
         tabIndex={0}
         data-testid="chart"
         data-chart={chart.id}
-        onKeyDown={(event) => {
-          if (!view.key(event, true)) return;
-          event.preventDefault();
-          event.stopPropagation();
+        onKeyDown={keys}
+        onClick={(event) => {
+          const fold = event.target instanceof Element ? event.target.closest(".fold")?.getAttribute("data-fold") : null;
+          if (fold) toggle(fold);
         }}
-        onDoubleClick={() => view.fit()}
+        onDoubleClick={(event) => {
+          if (!(event.target instanceof Element && event.target.closest(".fold"))) view.fit();
+        }}
         onContextMenu={(event) => {
           event.preventDefault();
           const found = event.target instanceof Element ? event.target.closest("[data-state]") : null;
@@ -67,19 +68,20 @@ export function ChartPicture({ chart, handle }: { chart: ChartModel; handle: Ref
         }}
       >
         <g ref={group}>
-          <ChartDrawing chart={chart} />
+          <ChartDrawing chart={chart} shown={shown} closed={closed} />
         </g>
       </svg>
-      {menu && <StateMenu chart={chart} {...menu} close={() => set_menu(null)} />}
-    </>
+      <Minimap view={view} box={box} rects={layout.states} />
+      {menu && <StateMenu chart={chart} {...menu} fold={composite.has(menu.state) ? { closed: closed.has(chart.states[menu.state]?.id ?? ""), toggle } : null} close={() => set_menu(null)} />}
+    </div>
   );
 }
 
-/** Around the active states that hold no others; null: none is active. */
-function active_box(chart: ChartModel): Rect | null {
+/** Around the active states that hold no others, as far as they are shown; null: none is active. */
+function active_box(chart: ChartModel, { layout, states }: ChartFold): Rect | null {
   const active = useStudio.getState().state?.charts[chart.id]?.active ?? [];
-  const inner = active.filter((s) => !active.some((other) => chart.layout.states[other]?.parent === s));
-  const rects = inner.map((s) => chart.layout.states[s]).filter((rect) => rect !== undefined);
+  const drawn = layout.states.filter((_, i) => active.includes(states[i]!));
+  const rects = drawn.filter((rect) => !drawn.some(({ parent }) => layout.states[parent] === rect));
   if (rects.length === 0) return null;
   const [x, y] = [Math.min(...rects.map((r) => r.x)), Math.min(...rects.map((r) => r.y))];
   const right = Math.max(...rects.map((r) => r.x + r.width));
@@ -87,26 +89,31 @@ function active_box(chart: ChartModel): Rect | null {
 }
 
 /** The chart's figure: nested states with the active ones lit, and the transition taken last. */
-export const ChartDrawing = memo(function ChartDrawing({ chart }: { chart: ChartModel }) {
-  const { layout } = chart;
-  const nests = useMemo(() => {
-    const out = layout.states.map(() => false);
-    for (const { parent } of layout.states) if (parent >= 0) out[parent] = true;
-    return out;
-  }, [layout]);
+export const ChartDrawing = memo(function ChartDrawing({ chart, shown, closed }: { chart: ChartModel; shown?: ChartFold; closed?: ReadonlySet<string> }) {
+  const layout = shown?.layout ?? chart.layout;
+  const nests = useMemo(() => composites(layout), [layout]);
+  const composite = useMemo(() => composites(chart.layout), [chart]);
   const last = useStudio((studio) => studio.state?.charts[chart.id]?.last ?? -1);
-  const order = useMemo(() => layout.edges.map((_, i) => i), [layout]);
+  const state = (nest: boolean) =>
+    layout.states.map((drawn, i) => {
+      if (nests.has(i) !== nest) return null;
+      const s = shown?.states[i] ?? i;
+      const id = chart.states[s]?.id ?? "";
+      const region = layout.states[drawn.parent]?.kind === "parallel";
+      return <StateView key={s} chart={chart} s={s} drawn={drawn} nest={nest} region={region} hidden={shown?.hidden[i] ?? 0} closed={closed && composite.has(s) ? closed.has(id) : null} />;
+    });
+  const edges = layout.edges.map((edge, i) => ({ edge, i, transition: shown?.transitions[edge.transition] ?? edge.transition }));
   return (
     <>
-      {layout.states.map((_, s) => nests[s] && <StateView key={s} chart={chart} s={s} nest />)}
+      {state(true)}
       {layout.separators.map(([x1, y1, x2, y2], i) => (
         <line key={`r${i}`} className="region" x1={x1} y1={y1} x2={x2} y2={y2} />
       ))}
-      {order.map((i) => layout.edges[i]!.transition !== last && <Edge key={`e${i}`} edge={layout.edges[i]!} last={false} />)}
-      {order.map((i) => layout.edges[i]!.transition === last && <Edge key={`e${i}`} edge={layout.edges[i]!} last />)}
-      {layout.states.map((_, s) => !nests[s] && <StateView key={s} chart={chart} s={s} nest={false} />)}
-      {layout.edges.map((edge, i) => (
-        <Label key={`l${i}`} edge={edge} last={edge.transition === last} whole={label_text(chart, edge.transition)} />
+      {edges.map(({ edge, i, transition }) => transition !== last && <Edge key={`e${i}`} edge={edge} last={false} />)}
+      {edges.map(({ edge, i, transition }) => transition === last && <Edge key={`e${i}`} edge={edge} last />)}
+      {state(false)}
+      {edges.map(({ edge, i, transition }) => (
+        <Label key={`l${i}`} edge={edge} last={transition === last} whole={label_text(chart, transition)} />
       ))}
     </>
   );
@@ -124,8 +131,19 @@ const kRadius = 9;
 const kInset = 3.5;
 const kPaddingX = 12;
 
-const StateView = memo(function StateView({ chart, s, nest }: { chart: ChartModel; s: number; nest: boolean }) {
-  const drawn = chart.layout.states[s]!;
+interface StateProps {
+  chart: ChartModel;
+  /** Of the whole. */
+  s: number;
+  drawn: ChartLayout["states"][number];
+  nest: boolean;
+  region: boolean;
+  hidden: number;
+  /** Null: it cannot be closed. */
+  closed: boolean | null;
+}
+
+const StateView = memo(function StateView({ chart, s, drawn, nest, region, hidden, closed }: StateProps) {
   const active = useStudio((studio) => {
     const state = studio.state?.charts[chart.id];
     return state !== undefined && state.active.includes(s);
@@ -135,7 +153,6 @@ const StateView = memo(function StateView({ chart, s, nest }: { chart: ChartMode
   const [middle, centre] = [drawn.x + drawn.width / 2, drawn.y + drawn.height / 2];
   const violated = useStudio((studio) => chart.kind === "monitor" && studio.state?.monitors[chart.name]?.verdict === "violated");
   const lit = active ? (violated ? " active violated" : " active") : "";
-  const region = drawn.parent >= 0 && chart.layout.states[drawn.parent]?.kind === "parallel";
   const name = drawn.name.join(" ") || drawn.kind;
   const outline = () => {
     switch (drawn.kind) {
@@ -170,10 +187,12 @@ const StateView = memo(function StateView({ chart, s, nest }: { chart: ChartMode
     }
   };
   return (
-    <g data-state={s} data-id={id} data-active={active} role="img" aria-label={`State ${name}${active ? ", active" : ""}`}>
+    <g data-state={s} data-id={id} data-active={active} role="img" aria-label={`State ${name}${active ? ", active" : ""}${hidden > 0 ? `, ${hidden} states hidden in it` : ""}`}>
       <title>{`${name}${active ? ": active" : ""}`}</title>
       {outline()}
       <StateTexts drawn={drawn} nest={nest} />
+      {hidden > 0 && <FoldCount hidden={hidden} x={middle} y={drawn.y + drawn.height} />}
+      {closed !== null && id !== "" && <FoldSign id={id} closed={closed} hint="" x={drawn.x + drawn.width - (active && !nest ? 22 : 1)} y={drawn.y + 1} />}
       {active && !nest && (
         <g className={violated ? "violated" : "running"} transform={`translate(${drawn.x + drawn.width - 2} ${drawn.y + 2})`}>
           <circle className="badge-disc" r={8} />

@@ -3,7 +3,7 @@ import { Menu, type MenuEntry } from "../../widgets/Menu";
 import { steer, useSteering, useWhyNot } from "../steer/steering";
 
 /** What can be done with a state of a chart. */
-export function StateMenu({ chart, state, x, y, close }: { chart: ChartModel; state: number; x: number; y: number; close(): void }) {
+export function StateMenu({ chart, state, x, y, fold, close }: { chart: ChartModel; state: number; x: number; y: number; fold: { closed: boolean; toggle(id: string): void } | null; close(): void }) {
   const no_steering = useWhyNot();
   const standing = useSteering((steering) => steering.standing);
   const id = chart.states[state]?.id ?? "";
@@ -16,6 +16,7 @@ export function StateMenu({ chart, state, x, y, close }: { chart: ChartModel; st
       why_not,
       run: () => void (present ? steer("clear", { what: present.id }) : steer("breakpoint", { kind: "state", chart: chart.id, state: id })),
     },
+    ...(fold && id !== "" ? [{ label: fold.closed ? "Show what is in it" : "Hide what is in it", run: () => fold.toggle(id) }] : []),
     { label: "Copy its name", why_not: id === "" ? "It has none" : null, run: () => void navigator.clipboard?.writeText(id) },
   ];
   return <Menu x={x} y={y} close={close} label={`State ${id}`} head={<><strong>{id || "unnamed state"}</strong> <span className="muted">{chart.name}</span></>} entries={entries} />;

@@ -1,13 +1,15 @@
-import { memo, useEffect, useImperativeHandle, useLayoutEffect, useMemo, useRef, useState, type Ref } from "react";
+import { memo, useEffect, useImperativeHandle, useMemo, useState, type Ref } from "react";
 
 import { duration_text } from "../../draw/format";
 import { svg_of_group } from "../../picture/export";
 import { usePicture } from "../../picture/pictures";
 import { Minimap } from "../../picture/Minimap";
-import { PictureView } from "../../picture/picture_view";
+import type { PictureView } from "../../picture/picture_view";
+import { usePictureView } from "../../picture/use_picture_view";
 import { kStatuses, type Point, type Rect, type TreeLayout, type TreeNode } from "../../protocol/types";
 import { color } from "../../widgets/theme";
 import { select, useStudio, type Index } from "../../store/store";
+import { FoldCount } from "../charts/folding";
 import { is_on, useSteering } from "../steer/steering";
 import { open_skill, toggle, useMission } from "./mission";
 import { NodeMenu } from "./NodeMenu";
@@ -27,8 +29,6 @@ const kReadable_px = 11.5;
 
 /** The tree as the program lays it out; only nodes whose status changed are drawn anew. */
 export function TreePicture({ index, handle }: { index: Index; handle: Ref<TreeHandle> }) {
-  const svg = useRef<SVGSVGElement>(null);
-  const group = useRef<SVGGElement>(null);
   const drawn = useMission((mission) => mission.drawn);
   const collapsed = useMission((mission) => mission.collapsed);
   const chosen = useStudio((studio) => studio.selection.node);
@@ -40,25 +40,15 @@ export function TreePicture({ index, handle }: { index: Index; handle: Ref<TreeH
   const rects = useMemo(() => new Map(ids.map((id, i) => [id, layout.nodes[i]!] as const)), [ids, layout]);
   const box: Rect = useMemo(() => ({ x: 0, y: 0, ...layout.size }), [layout]);
 
-  const [view] = useState(
-    () =>
-      new PictureView({
-        limits: { min: 0.05, max: 4 },
-        margin: 8,
-        fit_max: 1.15,
-        readable: { from: 0, scale: 0.55 },
-        change: ({ scale, x, y }) => {
-          group.current?.setAttribute("transform", `translate(${x} ${y}) scale(${scale})`);
-          // What is chosen can be read, however small the rest is.
-          group.current?.style.setProperty("--lens", String(Math.max(1, kReadable_px / (kName_px * scale))));
-        },
-      }),
-  );
-  useEffect(() => {
-    if (svg.current) view.attach(svg.current);
-    return () => view.detach();
-  }, [view]);
-  useLayoutEffect(() => view.set_box(box), [view, box]);
+  const { svg, group, view } = usePictureView({
+    box,
+    limits: { min: 0.05, max: 4 },
+    margin: 8,
+    fit_max: 1.15,
+    readable: { from: 0, scale: 0.55 },
+    // What is chosen can be read, however small the rest is.
+    change: ({ scale }, _size, moved) => moved?.style.setProperty("--lens", String(Math.max(1, kReadable_px / (kName_px * scale)))),
+  });
   useImperativeHandle(handle, () => ({ fit: () => view.fit(), zoom: (factor) => view.zoom(factor) }), [view]);
   useFollow(index, view, rects);
   useAges(svg, rects);
@@ -236,12 +226,7 @@ const NodeView = memo(function NodeView({ node, drawn, folded, hidden, parent_of
           </g>
         )
       )}
-      {folded && (
-        <g className="fold-count" transform={`translate(${round(middle)} ${round(drawn.y + drawn.height)})`}>
-          <rect x={-19} y={-8} width={38} height={16} rx={8} />
-          <text y={4} textAnchor="middle">{`+${hidden}`}</text>
-        </g>
-      )}
+      {folded && <FoldCount hidden={hidden} x={round(middle)} y={round(drawn.y + drawn.height)} />}
       {parent_of_some && (
         <g className="fold" data-export="no" transform={`translate(${round(drawn.x)} ${round(drawn.y + drawn.height)})`}>
           <title>{folded ? "Show what is below" : "Hide what is below"}</title>
