@@ -215,6 +215,16 @@ Result<Value> steer(runtime::Steering& steering, const Subject& subject, const s
     if (!count) return tl::unexpected(count.error());
     return standing("id", steering.falsify(*calls, asked.text_or("path", ""), asked.value("value"), *count));
   }
+  if (op == "unreachable" || op == "late") {
+    const auto calls = asked.text("call");
+    if (!calls) return tl::unexpected(calls.error());
+    project::Intervention what;
+    what.kind = op == "late" ? project::Intervention::Kind::kLate : project::Intervention::Kind::kUnreachable;
+    what.target = *calls;
+    const auto applied = steering.apply(what);
+    if (!applied) return tl::unexpected(applied.error());
+    return standing("id", applied->id);
+  }
   if (op == "force") {
     const auto leaf = asked.text("leaf");
     if (!leaf) return tl::unexpected(leaf.error());

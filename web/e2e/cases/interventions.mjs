@@ -61,6 +61,26 @@ test("a falsified reply reaches the skill, the service stays as it is", async ()
   await program.stop();
 });
 
+test("a service is cut off, and answers too late, until that is cleared", async () => {
+  const program = await serve_run(example("recharge"), { scenario: "normal" });
+  const { page, close } = await open_page(program.url);
+  for (const [kind, button] of [["unreachable", "Cut off"], ["late", "Let them be late"]]) {
+    await open_tab(page, "Faults");
+    await page.getByTestId("fault-kind").selectOption(kind);
+    await page.getByTestId("stage").getByLabel("Service").selectOption("battery");
+    await page.getByTestId("stage").getByLabel("Method").selectOption("getBatteryState");
+    await page.getByRole("button", { name: button }).click();
+    await until(async () => (await operate(page, "interventions")).some((one) => one.kind === kind && one.call === "battery.getBatteryState"), `it stands: ${kind}`);
+    const named = async () => (await operate(page, "messages", { limit: 500, filter: { name: "battery.getBatteryState.error" } })).messages.some(({ data }) => JSON.stringify(data).includes(kind));
+    await until(named, `a call ends as ${kind}`);
+    await open_tab(page, "Standing");
+    await page.getByRole("button", { name: new RegExp(`^Clear ${kind}`) }).click();
+    await until(async () => (await operate(page, "interventions")).length === 0, "it is cleared");
+  }
+  await close();
+  await program.stop();
+});
+
 test("a skill is killed and restarted", async () => {
   const program = await serve_run(example("recharge"), { scenario: "normal" });
   const { page, close } = await open_page(program.url);

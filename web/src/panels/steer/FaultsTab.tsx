@@ -9,6 +9,8 @@ import { steer } from "./steering";
 const kKinds = [
   { id: "falsify", title: "Falsify a reply" },
   { id: "delay", title: "Delay messages" },
+  { id: "unreachable", title: "Calls find nobody" },
+  { id: "late", title: "Answers come too late" },
   { id: "force", title: "Force a leaf's result" },
   { id: "breakpoint", title: "Stop at a message" },
 ] as const;
@@ -31,6 +33,7 @@ export function FaultsTab() {
       </div>
       {kind === "falsify" && <Falsify />}
       {kind === "delay" && <Delay />}
+      {(kind === "unreachable" || kind === "late") && <Outage key={kind} op={kind} />}
       {kind === "force" && <Force />}
       {kind === "breakpoint" && <AtMessage />}
     </>
@@ -60,14 +63,66 @@ function with_count(count: number | undefined): { count?: number } {
   return count === undefined ? {} : { count };
 }
 
+const replying = (service: ServiceModel) => service.methods.filter((method) => method.result !== "void");
+const with_replies = (services: readonly ServiceModel[]) => services.filter((service) => !service.name.endsWith("simulation") && replying(service).length > 0);
+
+/** A method that has a reply, of one of these services. */
+function MethodPick({ services, service, method, set }: { services: readonly ServiceModel[]; service: ServiceModel; method: string; set(chosen: { service: string; method: string }): void }) {
+  return (
+    <div className="row">
+      <select className="field small grow" aria-label="Service" value={service.name} onChange={(event) => set({ service: event.target.value, method: "" })}>
+        {services.map(({ name }) => (
+          <option key={name}>{name}</option>
+        ))}
+      </select>
+      <select className="field small grow" aria-label="Method" value={method} onChange={(event) => set({ service: service.name, method: event.target.value })}>
+        {replying(service).map(({ name }) => (
+          <option key={name}>{name}</option>
+        ))}
+      </select>
+    </div>
+  );
+}
+
+const kOutages = {
+  unreachable: { button: "Cut off", says: "Each call ends at once as unreachable, as if nobody were there, until it is cleared." },
+  late: { button: "Let them be late", says: "Calls are served, but whoever has called hears “late” when its time is over, until it is cleared." },
+} as const;
+
+function Outage({ op }: { op: keyof typeof kOutages }) {
+  const all = useStudio((studio) => studio.index?.model.services) ?? kNone;
+  const services = useMemo(() => with_replies(all), [all]);
+  const [at, set_at] = useState({ service: "", method: "" });
+  const service = services.find(({ name }) => name === at.service) ?? services[0];
+  const method = service && (replying(service).find(({ name }) => name === at.method) ?? replying(service)[0]);
+  if (!service || !method) return <p className="muted">No service of this run has a reply.</p>;
+  return (
+    <form
+      className="form"
+      onSubmit={(event) => {
+        event.preventDefault();
+        void steer(op, { call: `${service.name}.${method.name}` });
+      }}
+    >
+      <MethodPick services={services} service={service} method={method.name} set={set_at} />
+      <p className="muted">{kOutages[op].says}</p>
+      <div className="row end">
+        <button type="submit" className="button small primary">
+          {kOutages[op].button}
+        </button>
+      </div>
+    </form>
+  );
+}
+
 function Falsify() {
   const all = useStudio((studio) => studio.index?.model.services) ?? kNone;
-  const services = useMemo(() => all.filter((service) => !service.name.endsWith("simulation") && service.methods.some((method) => method.result !== "void")), [all]);
+  const services = useMemo(() => with_replies(all), [all]);
   const [at, set_at] = useState({ service: "", method: "", path: "" });
   const [edited, set_edited] = useState<{ of: string; draft: Draft } | null>(null);
   const [count, set_count] = useState("");
   const service = services.find(({ name }) => name === at.service) ?? services[0];
-  const methods = service?.methods.filter((method) => method.result !== "void") ?? [];
+  const methods = service ? replying(service) : [];
   const method = methods.find(({ name }) => name === at.method) ?? methods[0];
   const fields = useMemo(() => (service && method ? reply_fields(method, service.types) : []), [service, method]);
   const field = fields.find(({ path }) => path === at.path) ?? fields.find(({ path }) => !path.startsWith("header")) ?? fields[0];
@@ -88,18 +143,7 @@ function Falsify() {
         });
       }}
     >
-      <div className="row">
-        <select className="field small grow" aria-label="Service" value={service.name} onChange={(event) => set_at({ service: event.target.value, method: "", path: "" })}>
-          {services.map(({ name }) => (
-            <option key={name}>{name}</option>
-          ))}
-        </select>
-        <select className="field small grow" aria-label="Method" value={method.name} onChange={(event) => set_at({ service: service.name, method: event.target.value, path: "" })}>
-          {methods.map(({ name }) => (
-            <option key={name}>{name}</option>
-          ))}
-        </select>
-      </div>
+      <MethodPick services={services} service={service} method={method.name} set={(chosen) => set_at({ ...chosen, path: "" })} />
       <div className="form-row">
         <label className="form-label" htmlFor="fault-field">
           Member

@@ -3,7 +3,7 @@ import { useStudio } from "../../store/store";
 import { jump_to } from "../mission/mission";
 import { steer, useSteering, type Standing } from "./steering";
 
-const kSigns: Record<string, string> = { breakpoint: "⬣", force: "F", delay: "⏱", falsify: "≠" };
+const kSigns: Record<string, string> = { breakpoint: "⬣", force: "F", delay: "⏱", falsify: "≠", unreachable: "∅", late: "⌛" };
 
 /** Breakpoints, faults and forced results that stand, each with a way to end it. */
 export function StandingList() {
