@@ -13,6 +13,7 @@ import { Palette } from "./Palette";
 import { useRunCommands } from "../widgets/run_commands";
 import { toggle_theme } from "../widgets/theme";
 import { ViolationStrip } from "../panels/violation/ViolationStrip";
+import { WhatIf } from "./WhatIf";
 import { Work } from "./Work";
 
 /** Comes when a project is edited; who looks at a run needs nothing of it. */
@@ -82,6 +83,7 @@ export function App() {
       <Notes />
       <Palette />
       <Help />
+      <WhatIf />
       <Confirm />
     </div>
   );

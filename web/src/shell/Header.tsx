@@ -7,6 +7,7 @@ import { Icon, type IconName } from "../widgets/Icon";
 import { MenuButton } from "../picture/PictureTools";
 import { open_help } from "./Help";
 import { open_palette } from "./Palette";
+import { open_what_if } from "./WhatIf";
 import { kSpeeds, next_tick, run_again, stop_run, toggle_running } from "../widgets/run_commands";
 import { toggle_theme, useTheme } from "../widgets/theme";
 import { useViolations } from "../panels/violation/violations";
@@ -105,6 +106,7 @@ function RunAgain() {
       entries={[
         { label: "The same once more", hint: `seed ${seed}`, run: () => run_again({}) },
         { label: "With another seed", run: () => run_again({ seed: Math.floor(Math.random() * 1e6) }) },
+        { label: "What if a model had chosen otherwise …", run: open_what_if },
         ...(scenarios && scenarios.length > 0 ? [{ heading: "Scenario" }] : []),
         ...(scenarios ?? []).map((scenario) => ({ label: scenario, checked: scenario === present, run: () => run_again({ scenario }) })),
       ]}

@@ -67,7 +67,7 @@ export function stop_run(): void {
   confirm({ text: "Stop the mission? All skills are halted, and the run cannot go on afterwards.", yes: "Stop", run: () => void ask("stop", {}) });
 }
 
-export function run_again(how: { seed?: number; scenario?: string }): void {
+export function run_again(how: { seed?: number; scenario?: string; choose?: string[] }): void {
   const begin = () => void ask("run_again", how);
   const state = useStudio.getState().state?.run.state;
   if (state === undefined || state === "ended") begin();
