@@ -101,15 +101,7 @@ Result<GestureResult> edit_chart(std::string_view xml, const ChartGesture& gestu
   if (!text) return tl::unexpected(text.error());
   GestureResult result{edits_between(xml, *text), *name};
   if (result.edits.empty()) return fail("design.nothing-to-do", "it is so already");
-  // New lines end as the others do.
-  const std::size_t first = xml.find('\n');
-  if (first == std::string_view::npos || first == 0 || xml[first - 1] != '\r') return result;
-  for (TextEdit& edit : result.edits) {
-    for (std::size_t at = edit.text.find('\n'); at != std::string::npos; at = edit.text.find('\n', at + 2)) {
-      if (at > 0 && edit.text[at - 1] == '\r') continue;
-      edit.text.insert(at, 1, '\r');
-    }
-  }
+  end_lines_alike(xml, result.edits);
   return result;
 }
 

@@ -170,6 +170,17 @@ TextEdits edits_between(std::string_view before, std::string_view after) {
   return edits;
 }
 
+void end_lines_alike(std::string_view text, TextEdits& edits) {
+  const std::size_t first = text.find('\n');
+  if (first == std::string_view::npos || first == 0 || text[first - 1] != '\r') return;
+  for (TextEdit& edit : edits) {
+    for (std::size_t at = edit.text.find('\n'); at != std::string::npos; at = edit.text.find('\n', at + 2)) {
+      if (at > 0 && edit.text[at - 1] == '\r') continue;
+      edit.text.insert(at, 1, '\r');
+    }
+  }
+}
+
 std::optional<std::string> merge(std::string_view base, std::string_view mine, std::string_view theirs) {
   if (mine == theirs || base == theirs) return std::string(mine);
   if (base == mine) return std::string(theirs);

@@ -35,6 +35,9 @@ inline constexpr int kDifferentLinesMax = 1000;
 /// Source: Myers, "An O(ND) Difference Algorithm and Its Variations", 1986.
 [[nodiscard]] TextEdits edits_between(std::string_view before, std::string_view after);
 
+/// Lines that the edits make end as the first line of `text` does: with CR LF, or LF.
+void end_lines_alike(std::string_view text, TextEdits& edits);
+
 /// Both changes of `base` in one text, line by line; what both made alike counts once. Nothing: they change lines that
 /// are the same or stand next to each other.
 [[nodiscard]] std::optional<std::string> merge(std::string_view base, std::string_view mine, std::string_view theirs);

@@ -261,6 +261,12 @@ void resolve_names(RequirementFile& file, Diagnostics& diagnostics) {
 }
 
 Loaded<RequirementFile> parse_requirements(std::string_view source, std::string file) {
+  std::vector<RequirementParts> parts;
+  return parse_requirements(source, std::move(file), parts);
+}
+
+Loaded<RequirementFile> parse_requirements(std::string_view source, std::string file,
+                                           std::vector<RequirementParts>& parts) {
   Loaded<RequirementFile> loaded;
   if (source.size() > kRequirementBytesMax) {
     loaded.diagnostics.push_back({Severity::kError, "requirement.too-large",
@@ -279,7 +285,9 @@ Loaded<RequirementFile> parse_requirements(std::string_view source, std::string 
   result.file = file;
   auto tokens = lex_requirements(source, result.file, loaded.diagnostics);
   if (has_errors(loaded.diagnostics)) return loaded;
-  RequirementParser(std::move(tokens), loaded.diagnostics).run(result);
+  RequirementParser parser(std::move(tokens), loaded.diagnostics);
+  parser.run(result);
+  parts = std::move(parser.parts());
   if (!has_errors(loaded.diagnostics)) resolve_names(result, loaded.diagnostics);
   sort_by_place(loaded.diagnostics);
   if (!has_errors(loaded.diagnostics)) loaded.value = std::move(result);

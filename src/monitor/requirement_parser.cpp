@@ -10,6 +10,7 @@ namespace {
 
 using Kind = Condition::Kind;
 using TokenKind = RequirementToken::Kind;
+using Role = RequirementPart::Role;
 
 const std::vector<std::string>& keywords() {
   static const std::vector<std::string> kWords{
@@ -166,7 +167,26 @@ void RequirementParser::definition(RequirementFile& file) {
   file.definitions.push_back(std::move(definition));
 }
 
+void RequirementParser::mark(RequirementPart::Role role, std::size_t from) {
+  if (!failed_ && at_ > from) marked_.push_back({role, tokens_[from].span, tokens_[at_ - 1].span});
+}
+
+ConditionPtr RequirementParser::part(RequirementPart::Role role, int precedence) {
+  const std::size_t from = at_;
+  ConditionPtr read = binary(precedence);
+  mark(role, from);
+  return read;
+}
+
+Bound RequirementParser::bound_part() {
+  const std::size_t from = at_;
+  const Bound read = bound();
+  mark(Role::kBound, from);
+  return read;
+}
+
 void RequirementParser::requirement(RequirementFile& file) {
+  marked_.clear();
   Requirement requirement;
   requirement.span = peek().span;
   requirement.name = take().text;
@@ -174,8 +194,10 @@ void RequirementParser::requirement(RequirementFile& file) {
   if (!failed_ && peek().kind == TokenKind::kString) requirement.prose = take().text;
   expect_symbol(":", "after the name of a requirement");
   scope(requirement);
+  const std::size_t from = at_;
   body(requirement);
-  if (accept_word("assuming")) requirement.assuming = condition();
+  mark(Role::kBody, from);
+  if (accept_word("assuming")) requirement.assuming = part(Role::kAssuming);
   if (failed_) return;
   if (peek().kind != TokenKind::kStop) {
     const std::string hint = peek().kind == TokenKind::kName ? did_you_mean(peek().text, keywords()) : "";
@@ -189,6 +211,7 @@ void RequirementParser::requirement(RequirementFile& file) {
         "requirement \"" + requirement.name + "\" exists already, in line " + std::to_string(other.span.line));
   }
   file.requirements.push_back(std::move(requirement));
+  parts_.push_back(std::move(marked_));
 }
 
 void RequirementParser::attributes(Requirement& requirement) {
@@ -212,31 +235,34 @@ void RequirementParser::attributes(Requirement& requirement) {
 void RequirementParser::scope(Requirement& requirement) {
   if (failed_) return;
   Scope& scope = requirement.scope;
+  const std::size_t from = at_;
   if (accept_word("globally")) {
+    mark(Role::kScope, from);
     accept_symbol(",");
     return;
   }
   if (accept_word("before")) {
     scope.kind = Scope::Kind::kBefore;
-    scope.close = condition();
+    scope.close = part(Role::kClose);
   } else if (accept_word("after")) {
     scope.kind = Scope::Kind::kAfter;
-    scope.open = condition();
+    scope.open = part(Role::kOpen);
     if (accept_word("until")) {
       scope.kind = Scope::Kind::kAfterUntil;
-      scope.close = condition();
+      scope.close = part(Role::kClose);
     }
   } else if (accept_word("between")) {
     scope.kind = Scope::Kind::kBetween;
-    scope.open = binary(4);  // above "and"
+    scope.open = part(Role::kOpen, 4);  // above "and"
     expect_word("and");
-    if (!failed_) scope.close = condition();
+    if (!failed_) scope.close = part(Role::kClose);
   } else if (accept_word("while")) {
     scope.kind = Scope::Kind::kWhile;
-    scope.open = condition();
+    scope.open = part(Role::kOpen);
   } else {
     return;
   }
+  mark(Role::kScope, from);
   expect_symbol(",", "after the scope");
 }
 
@@ -244,15 +270,15 @@ void RequirementParser::body(Requirement& requirement) {
   if (failed_) return;
   if (accept_word("always") || is_word("never")) {
     requirement.pattern = accept_word("never") ? Pattern::kNever : Pattern::kAlways;
-    requirement.p = condition();
+    requirement.p = part(Role::kP);
   } else if (accept_word("eventually")) {
     requirement.pattern = Pattern::kEventually;
-    requirement.p = condition();
-    if (accept_word("within")) requirement.bound = bound();
+    requirement.p = part(Role::kP);
+    if (accept_word("within")) requirement.bound = bound_part();
   } else if (accept_word("whenever") || accept_word("once")) {
     whenever(requirement);
   } else {
-    requirement.p = condition();
+    requirement.p = part(Role::kP);
     after_condition(requirement);
   }
 }
@@ -261,23 +287,23 @@ void RequirementParser::after_condition(Requirement& requirement) {
   if (failed_) return;
   if (accept_word("precedes")) {
     requirement.pattern = Pattern::kPrecedes;
-    requirement.q = condition();
+    requirement.q = part(Role::kQ);
     if (accept_word("by")) {
       expect_word("at");
       expect_word("most");
-      requirement.bound = bound();
+      requirement.bound = bound_part();
     }
   } else if (accept_word("holds")) {
     requirement.pattern = Pattern::kHoldsFor;
     expect_word("for");
     expect_word("at");
     expect_word("least");
-    requirement.bound = bound();
+    requirement.bound = bound_part();
   } else if (accept_word("at")) {
     if (accept_word("least")) {
       requirement.pattern = Pattern::kAtLeastEvery;
       expect_word("every");
-      requirement.bound = bound();
+      requirement.bound = bound_part();
       return;
     }
     expect_word("most");
@@ -289,9 +315,11 @@ void RequirementParser::after_condition(Requirement& requirement) {
       return error("expected a whole number up to " + std::to_string(kTimesMax) + " after \"at most\", got " +
                    shown(token));
     }
+    const std::size_t from = at_;
     requirement.times = static_cast<std::int64_t>(take().number);
+    mark(Role::kTimes, from);
     expect_word("times");
-    if (accept_word("per")) requirement.bound = bound();
+    if (accept_word("per")) requirement.bound = bound_part();
   } else {
     const std::string hint = peek().kind == TokenKind::kName && requirement.p->kind != Kind::kName
                                  ? did_you_mean(peek().text, keywords())
@@ -306,7 +334,7 @@ void RequirementParser::after_condition(Requirement& requirement) {
 }
 
 void RequirementParser::whenever(Requirement& requirement) {
-  requirement.p = condition();
+  requirement.p = part(Role::kP);
   if (failed_) return;
   const bool separated = accept_symbol(",");
   if (!accept_word("then") && !separated)
@@ -317,22 +345,23 @@ void RequirementParser::whenever(Requirement& requirement) {
     take();
   }
   if (accept_word("keep")) {
-    requirement.q = condition();
+    requirement.q = part(Role::kQ);
     if (accept_word("until")) {
       requirement.pattern = Pattern::kKeepUntil;
-      requirement.r = condition();
+      requirement.r = part(Role::kR);
       return;
     }
     requirement.pattern = Pattern::kKeepFor;
     expect_word("for");
-    requirement.bound = bound();
+    requirement.bound = bound_part();
     return;
   }
-  requirement.q = condition();
+  const std::size_t from = at_;
+  requirement.q = part(Role::kQ);
   if (failed_) return;
   if (accept_word("within")) {
     requirement.pattern = Pattern::kRespond;
-    requirement.bound = bound();
+    requirement.bound = bound_part();
   } else if (accept_word("immediately")) {
     requirement.pattern = Pattern::kImmediately;
   } else if (accept_word("eventually")) {
@@ -341,7 +370,8 @@ void RequirementParser::whenever(Requirement& requirement) {
     take();
     requirement.pattern = Pattern::kNotFor;
     requirement.q = requirement.q->operands[0];
-    requirement.bound = bound();
+    marked_.back().first = tokens_[from + 1].span;
+    requirement.bound = bound_part();
   } else if (is_word("for")) {
     error("\"for\" follows \"keep P\" or \"not P\"; put keep before the condition, or parentheses after not");
   } else {

@@ -6,6 +6,7 @@
 
 #include "sentree/monitor/requirement.h"
 #include "sentree/monitor/requirement_lexer.h"
+#include "sentree/monitor/requirement_parts.h"
 
 namespace sentree::monitor {
 
@@ -17,6 +18,8 @@ class RequirementParser {
       : tokens_(std::move(tokens)), diagnostics_(diagnostics) {}
 
   void run(RequirementFile& file);
+  /// By requirement.
+  [[nodiscard]] std::vector<RequirementParts>& parts() { return parts_; }
 
  private:
   using Token = RequirementToken;
@@ -31,6 +34,10 @@ class RequirementParser {
   void after_condition(Requirement& requirement);
   Bound bound();
   void recover();
+  /// Keeps where the words since `from` stand.
+  void mark(RequirementPart::Role role, std::size_t from);
+  ConditionPtr part(RequirementPart::Role role, int precedence = 1);
+  Bound bound_part();
 
   // Conditions.
   ConditionPtr condition() { return binary(1); }
@@ -63,6 +70,8 @@ class RequirementParser {
   std::vector<Token> tokens_;
   std::map<std::pair<bool, std::string>, int> defined_;  // events and values, with their lines
   Diagnostics& diagnostics_;
+  RequirementParts marked_;  // of the requirement that is being read
+  std::vector<RequirementParts> parts_;
   std::size_t at_ = 0;
   bool failed_ = false;
   int depth_ = 0;

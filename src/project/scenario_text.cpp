@@ -1,53 +1,15 @@
 #include "sentree/project/scenario_text.h"
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <utility>
 
 #include "sentree/project/intervention.h"
+#include "sentree/text/yaml_edit.h"
 
 namespace sentree::project {
 
 namespace {
-
-bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
-// Text that YAML takes for a text, or for a quantity such as "12.5 s", without quotes wherever it stands.
-bool is_plain(std::string_view text) {
-  static const std::array kOtherTypes{"true", "false", "null", "True", "False", "Null", "TRUE", "FALSE", "NULL"};
-  if (text.empty() || !(is_letter(text.front()) || is_digit(text.front())) || text.back() == ' ') return false;
-  if (std::find(kOtherTypes.begin(), kOtherTypes.end(), text) != kOtherTypes.end()) return false;
-  const bool has_space = text.find(' ') != std::string_view::npos;
-  if (is_digit(text.front()) && !has_space) return false;
-  return std::all_of(text.begin(), text.end(), [](char c) {
-    return is_letter(c) || is_digit(c) || c == '.' || c == '-' || c == '/' || c == '*' || c == ' ' || c == '%';
-  });
-}
-
-std::string scalar(std::string_view text) {
-  if (is_plain(text)) return std::string(text);
-  std::string out;
-  append_json_string(out, text);
-  return out;
-}
-
-// In YAML's flow style, on one line.
-std::string flow(const Value& value) {
-  if (const Map* map = value.as_map()) {
-    std::string out = "{";
-    for (const auto& [key, member] : *map) out += (out.size() > 1 ? ", " : "") + scalar(key) + ": " + flow(member);
-    return out + "}";
-  }
-  if (const List* list = value.as_list()) {
-    std::string out = "[";
-    for (const Value& item : *list) out += (out.size() > 1 ? ", " : "") + flow(item);
-    return out + "]";
-  }
-  if (const std::string* text = value.as_string()) return scalar(*text);
-  return to_json(value);
-}
 
 std::string flow(const text::YamlNode& node) {
   using Kind = text::YamlNode::Kind;
@@ -57,7 +19,7 @@ std::string flow(const text::YamlNode& node) {
     case Kind::kScalar:
       // A number, a truth value or a quantity as it was written.
       if (!node.quoted && node.value().as_string() == nullptr) return node.scalar;
-      return scalar(node.scalar);
+      return text::yaml_flow(node.scalar);
     case Kind::kSequence:
       for (const text::YamlNode& item : node.items) out += (out.empty() ? "" : ", ") + flow(item);
       return "[" + out + "]";
@@ -88,7 +50,7 @@ std::string entry(const Injection& injection) {
   Map map{{"at", exact_seconds(injection.at.time_since_epoch())}};
   if (injection.source != "scenario") map["source"] = injection.source;
   for (auto& [key, value] : to_entry(injection.what)) map[key] = value;
-  return "  - " + flow(Value(std::move(map))) + "\n";
+  return "  - " + text::yaml_flow(Value(std::move(map))) + "\n";
 }
 
 std::string expectations(const Scenario& scenario, const RunOutcome& outcome) {
@@ -97,7 +59,7 @@ std::string expectations(const Scenario& scenario, const RunOutcome& outcome) {
   std::string monitors;
   for (const MonitorEntry& monitor : scenario.project.monitors) {
     const auto verdict = outcome.verdicts.find(monitor.name);
-    monitors += (monitors.empty() ? "" : ", ") + scalar(monitor.name) + ": " +
+    monitors += (monitors.empty() ? "" : ", ") + text::yaml_flow(monitor.name) + ": " +
                 (verdict != outcome.verdicts.end() ? verdict->second : "undecided");
   }
   if (!monitors.empty()) out += "  monitors: {" + monitors + "}\n";
@@ -113,7 +75,7 @@ std::string scenario_text(const Scenario& scenario, const std::vector<Injection>
     return node != nullptr && !node->is_null() ? block(key, *node) : std::string();
   };
   std::string out = written("description");
-  if (!project.empty()) out += "project: " + scalar(project) + "\n";
+  if (!project.empty()) out += "project: " + text::yaml_flow(project) + "\n";
   if (scenario.virtual_time)
     out += "clock: virtual\n";
   else
@@ -132,13 +94,13 @@ std::string scenario_text(const Scenario& scenario, const std::vector<Injection>
     if (!choice.name.empty()) map["name"] = choice.name;
     map["value"] = choice.value;
     if (choice.tick > 0) map["tick"] = static_cast<std::int64_t>(choice.tick);
-    out += "  - " + flow(Value(std::move(map))) + "\n";
+    out += "  - " + text::yaml_flow(Value(std::move(map))) + "\n";
   }
   if (!scenario.orders.empty()) out += "orders:\n";
   for (const ScenarioOrder& order : scenario.orders) {
     Map map{{"number", static_cast<std::int64_t>(order.number)}, {"first", order.first}};
     if (order.tick > 0) map["tick"] = static_cast<std::int64_t>(order.tick);
-    out += "  - " + flow(Value(std::move(map))) + "\n";
+    out += "  - " + text::yaml_flow(Value(std::move(map))) + "\n";
   }
   out += "duration: " + exact_seconds(scenario.duration) + "\n";
   out += written("stop_when_violated");

@@ -6,8 +6,10 @@
 #include "sentree/draw/fold.h"
 #include "sentree/draw/tree.h"
 #include "sentree/graph/chart.h"
+#include "sentree/project/interface_file.h"
 #include "sentree/scxml/chart.h"
 #include "sentree/scxml/model.h"
+#include "sentree/text/yaml.h"
 
 namespace sentree::studio {
 
@@ -74,6 +76,16 @@ Value chart_value(const scxml::Chart& chart) {
              {"transitions", std::move(transitions)}};
 }
 
+Value sentence_value(const design::Sentence& sentence) {
+  List parts;
+  for (const design::SentencePart& part : sentence.parts)
+    parts.push_back(
+        Map{{"part", part.part}, {"from", number(part.from)}, {"to", number(part.to)}, {"text", part.text}});
+  return Map{{"name", sentence.name},       {"prose", sentence.prose},       {"scope", sentence.scope},
+             {"pattern", sentence.pattern}, {"from", number(sentence.from)}, {"to", number(sentence.to)},
+             {"parts", std::move(parts)}};
+}
+
 std::size_t count_of(const Value& value, std::string_view name) {
   const Value* found = value.find(name);
   return found != nullptr && found->as_int() != nullptr && *found->as_int() >= 0
@@ -118,7 +130,8 @@ Value document_value(const std::string& file, const design::Document& document, 
             {"error", nullptr},
             {"main", nullptr},
             {"trees", nullptr},
-            {"chart", nullptr}};
+            {"chart", nullptr},
+            {"requirements", nullptr}};
   const auto wrong = [&](const Diagnostic& why) {
     value["error"] = Map{{"line", why.span.line}, {"column", why.span.column}, {"message", why.message}};
   };
@@ -139,6 +152,16 @@ Value document_value(const std::string& file, const design::Document& document, 
       const auto error = std::find_if(chart.diagnostics.begin(), chart.diagnostics.end(),
                                       [](const Diagnostic& d) { return d.severity == Severity::kError; });
       if (error != chart.diagnostics.end()) wrong(*error);
+    }
+  } else if (file.ends_with(".yaml") || file.ends_with(".yml")) {
+    if (const auto read = text::parse_yaml(document.text, file); !read) wrong(read.error());
+  } else if (kind == "requirement") {
+    if (const auto sentences = design::sentences_of(document.text, file)) {
+      List requirements;
+      for (const design::Sentence& sentence : *sentences) requirements.push_back(sentence_value(sentence));
+      value["requirements"] = std::move(requirements);
+    } else {
+      wrong(sentences.error());
     }
   }
   return value;
@@ -246,17 +269,9 @@ Result<Value> folded_value(const std::string& file, const design::Document& docu
   std::vector<bool> is_closed(states.size());
   for (std::size_t i = 0; i < states.size(); ++i)
     is_closed[i] = states[i] != scxml::kNoState && closed.contains(chart.value->states()[states[i]].id);
-  const draw::FoldedChart folded = draw::folded(whole, is_closed);
-  const auto numbers = [](const std::vector<int>& from) {
-    List values;
-    for (const int one : from) values.emplace_back(static_cast<std::int64_t>(one));
-    return values;
-  };
-  return Value(Map{{"version", static_cast<std::int64_t>(document.version)},
-                   {"layout", draw::to_value(folded.chart, draw::layout(folded.chart))},
-                   {"states", numbers(folded.states)},
-                   {"transitions", numbers(folded.transitions)},
-                   {"hidden", numbers(folded.hidden)}});
+  Map value = draw::to_value(draw::folded(whole, is_closed));
+  value["version"] = static_cast<std::int64_t>(document.version);
+  return Value(std::move(value));
 }
 
 Value finding_value(const design::Finding& finding) {
@@ -295,6 +310,26 @@ Value palette_value(const design::Kinds& kinds, const std::vector<bt::NodeModel>
   return values;
 }
 
+List interfaces_value(const std::filesystem::path& folder, const std::map<std::string, std::string>& texts) {
+  constexpr std::string_view kOwn = "interfaces/";
+  std::vector<std::string> files;
+  for (const auto& [file, text] : texts) {
+    if (file.starts_with(kOwn) && file.ends_with(".thrift")) files.push_back(file.substr(kOwn.size()));
+  }
+  files.emplace_back("robot.thrift");
+  List names;
+  for (const std::string& file : files) {
+    const auto path = project::find_interface(folder / "interfaces", file);
+    if (!path) continue;
+    const auto schema = project::load_interface(*path, file);
+    if (!schema.value) continue;
+    for (const std::string& service : schema.value->service_names()) names.emplace_back(file + "/" + service);
+  }
+  return names;
+}
+
+namespace {
+
 Result<design::TreeGesture> gesture_of(const Value& gesture) {
   const std::string what = string_of(gesture, "what");
   const auto node = static_cast<std::uint32_t>(std::min<std::size_t>(count_of(gesture, "node"), 0xFFFFFFFFU));
@@ -332,6 +367,56 @@ Result<design::ChartGesture> chart_gesture_of(const Value& gesture) {
                                  string_of(gesture, "condition")};
   }
   return fail("studio.request", "\"" + what + "\" is no gesture on a chart");
+}
+
+Result<design::RequirementGesture> requirement_gesture_of(const Value& gesture) {
+  const std::string what = string_of(gesture, "what");
+  const std::string requirement = string_of(gesture, "requirement");
+  if (what == "set_part") return design::SetPart{requirement, string_of(gesture, "part"), string_of(gesture, "text")};
+  if (what == "set_scope") return design::SetScope{requirement, string_of(gesture, "scope")};
+  if (what == "set_pattern") return design::SetPattern{requirement, string_of(gesture, "pattern")};
+  return fail("studio.request", "\"" + what + "\" is no gesture on requirements");
+}
+
+Result<design::YamlGesture> yaml_gesture_of(const Value& gesture) {
+  const std::string what = string_of(gesture, "what");
+  text::YamlPath path;
+  const Value* steps = gesture.find("path");
+  if (steps == nullptr || steps->as_list() == nullptr) return fail("studio.request", "a gesture needs a path");
+  for (const Value& step : *steps->as_list()) {
+    if (step.as_string() != nullptr)
+      path.emplace_back(*step.as_string());
+    else if (step.as_int() != nullptr && *step.as_int() >= 0)
+      path.emplace_back(static_cast<std::size_t>(*step.as_int()));
+    else
+      return fail("studio.request", "a path has keys and places from 0");
+  }
+  const Value* value = gesture.find("value");
+  if (what == "yaml_remove") return design::RemoveYaml{std::move(path)};
+  if (value == nullptr) return fail("studio.request", what + " needs a value");
+  if (what == "yaml_set") return design::SetYaml{std::move(path), *value};
+  if (what == "yaml_insert") return design::InsertYaml{std::move(path), count_of(gesture, "index"), *value};
+  return fail("studio.request", "\"" + what + "\" is no gesture on a file of settings");
+}
+
+}  // namespace
+
+Result<design::GestureResult> edited_by(const Value& gesture, const std::string& file, std::string_view text,
+                                        const design::Kinds& kinds) {
+  if (file.ends_with(".scxml")) {
+    const auto wanted = chart_gesture_of(gesture);
+    return wanted ? design::edit_chart(text, *wanted, file) : tl::unexpected(wanted.error());
+  }
+  if (file.ends_with(".req")) {
+    const auto wanted = requirement_gesture_of(gesture);
+    return wanted ? design::edit_requirement(text, *wanted, file) : tl::unexpected(wanted.error());
+  }
+  if (file.ends_with(".yaml") || file.ends_with(".yml")) {
+    const auto wanted = yaml_gesture_of(gesture);
+    return wanted ? design::edit_yaml(text, *wanted, file) : tl::unexpected(wanted.error());
+  }
+  const auto wanted = gesture_of(gesture);
+  return wanted ? design::edit_tree(text, *wanted, kinds, file) : tl::unexpected(wanted.error());
 }
 
 }  // namespace sentree::studio

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <filesystem>
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -8,8 +10,10 @@
 #include "sentree/design/chart_edit.h"
 #include "sentree/design/comparison.h"
 #include "sentree/design/findings.h"
+#include "sentree/design/requirement_edit.h"
 #include "sentree/design/tree_edit.h"
 #include "sentree/design/workspace.h"
+#include "sentree/design/yaml_gesture.h"
 
 // What is edited, as data for pages: docs/studio-protocol.md.
 
@@ -18,7 +22,8 @@ namespace sentree::studio {
 /// "project", "mission", "skill", "monitor", "requirement", "scenario", "world", "interface", "model" or "other".
 [[nodiscard]] std::string_view kind_of_file(const std::string& file, std::string_view text);
 
-/// A file's text and, of a file of trees or of a chart, its picture with the places of its parts.
+/// A file's text and, of a file of trees or of a chart, its picture with the places of its parts; of requirements,
+/// their parts.
 [[nodiscard]] Value document_value(const std::string& file, const design::Document& document,
                                    const design::Kinds& kinds);
 
@@ -36,10 +41,13 @@ namespace sentree::studio {
 /// Nodes that can be put into trees; `own` are the project's.
 [[nodiscard]] Value palette_value(const design::Kinds& kinds, const std::vector<bt::NodeModel>& own);
 
-/// What a page wants done to a tree. Errors: studio.request.
-[[nodiscard]] Result<design::TreeGesture> gesture_of(const Value& gesture);
+/// Services that `interface:` can name: those of the project's files in interfaces/, and those of the simulator.
+[[nodiscard]] List interfaces_value(const std::filesystem::path& folder,
+                                    const std::map<std::string, std::string>& texts);
 
-/// The same of a chart.
-[[nodiscard]] Result<design::ChartGesture> chart_gesture_of(const Value& gesture);
+/// What a page wants done to a tree, a chart, requirements or a YAML file, as edits of its text. Errors:
+/// studio.request, and those of the `edit_*` of that kind of file.
+[[nodiscard]] Result<design::GestureResult> edited_by(const Value& gesture, const std::string& file,
+                                                      std::string_view text, const design::Kinds& kinds);
 
 }  // namespace sentree::studio

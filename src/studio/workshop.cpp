@@ -103,8 +103,6 @@ struct Workshop::Impl {
 
   Result<Value> carry_out(const std::string& op, const Value& request);
   Result<Value> edit_by_gesture(const Asked& asked);
-  [[nodiscard]] Result<design::GestureResult> gesture_result(const std::string& file, const std::string& text,
-                                                             const Value& wanted) const;
   Result<Value> add(const Asked& asked);
   [[nodiscard]] Value other_sides() const;
   [[nodiscard]] Result<Value> simulate(const std::string& op, const Asked& asked, const Value& request);
@@ -143,6 +141,7 @@ struct Workshop::Impl {
   design::Kinds kinds{{}};
   std::vector<bt::NodeModel> own;
   List places;                 // of the world, for completion
+  List interfaces;             // of services, too
   std::set<std::string> open;  // files whose text some page has asked for
   std::vector<design::Finding> findings;
   std::string scenario;  // file; empty: the mission as it stands
@@ -282,7 +281,8 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
     value.as_map()->erase("type");
     return value;
   }
-  if (op == "design_palette") return Value(Map{{"nodes", palette_value(kinds, own)}, {"places", places}});
+  if (op == "design_palette")
+    return Value(Map{{"nodes", palette_value(kinds, own)}, {"places", places}, {"interfaces", interfaces}});
   if (op == "design_read") {
     const design::Document* document = workspace.find(file);
     if (document == nullptr) return fail("design.no-such-file", "\"" + file + "\" is no file of this project");
@@ -342,16 +342,6 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
   return fail("studio.request", "\"" + op + "\" is not known here: a project is edited, no run goes on");
 }
 
-Result<design::GestureResult> Workshop::Impl::gesture_result(const std::string& file, const std::string& text,
-                                                             const Value& wanted) const {
-  if (file.ends_with(".scxml")) {
-    const auto gesture = chart_gesture_of(wanted);
-    return gesture ? design::edit_chart(text, *gesture, file) : tl::unexpected(gesture.error());
-  }
-  const auto gesture = gesture_of(wanted);
-  return gesture ? design::edit_tree(text, *gesture, kinds, file) : tl::unexpected(gesture.error());
-}
-
 Result<Value> Workshop::Impl::edit_by_gesture(const Asked& asked) {
   const std::string file = asked.text("file");
   const design::Document* document = workspace.find(file);
@@ -359,7 +349,7 @@ Result<Value> Workshop::Impl::edit_by_gesture(const Asked& asked) {
   if (asked.count("base") != document->version)
     return fail("design.conflict", "the text has changed meanwhile; try again");
   const Value* wanted = asked.find("gesture");
-  const auto result = gesture_result(file, document->text, wanted != nullptr ? *wanted : Value());
+  const auto result = edited_by(wanted != nullptr ? *wanted : Value(), file, document->text, kinds);
   if (!result) return tl::unexpected(result.error());
   if (asked.flag("try")) return Value(Map{{"name", result->name}});
   if (auto edited = workspace.edit(file, document->version, result->edits, result->name); !edited)
@@ -540,7 +530,9 @@ Loaded<project::Plan> Workshop::Impl::look(const Texts& texts, Diagnostics& foun
         for (const auto& area : world.value->areas) named.emplace_back(area.name);
       }
     }
+    List services = interfaces_value(folder, texts.texts);
     const std::lock_guard lock(mutex);
+    interfaces = std::move(services);
     if (models.value) {
       own = *models.value;
       kinds = design::Kinds(own);

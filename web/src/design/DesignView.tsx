@@ -3,7 +3,7 @@ import "../styles/mission.css";
 import "../styles/picture.css";
 import "../styles/charts.css";
 
-import { lazy, Suspense, useEffect, useLayoutEffect, useRef, useState } from "react";
+import { lazy, Suspense, useEffect, useRef, useState } from "react";
 
 import { TimelinePanel } from "../panels/TimelinePanel";
 import type { OutlineTree, PaletteNode, Size } from "../protocol/types";
@@ -14,18 +14,23 @@ import { useWindow } from "../widgets/layout";
 import { ChartForm } from "./ChartForm";
 import { ChartView } from "./ChartView";
 import { Completer, type Asked } from "./Completer";
-import { doc_of, obstacle, redo, resolve, save_all, set_look, start_design, tree_of, undo, useDesign, type Look } from "./design";
+import { doc_of, obstacle, redo, resolve, save_all, set_look, start_design, tree_of, undo, useDesign, type Doc, type Look } from "./design";
 import { Inspector } from "./Inspector";
 import { matches } from "../widgets/match";
 import { PastPanel } from "./PastPanel";
 import { Picture, type PictureHandle } from "./Picture";
 import { ProjectTree } from "./ProjectTree";
+import { RequirementBlocks } from "./RequirementBlocks";
 import { simulate, useSimulation } from "./simulate";
 import { SimulatePanel } from "./SimulatePanel";
 import { Problems, ShadowStrip } from "./Strip";
+import { useRoom } from "./use_room";
 
 const CodeEditor = lazy(() => import("./CodeEditor"));
 const WorldView = lazy(() => import("./WorldView"));
+const ScenarioView = lazy(() => import("./ScenarioView"));
+const ScenarioForm = lazy(() => import("./ScenarioView").then((module) => ({ default: module.ScenarioForm })));
+const ProjectForm = lazy(() => import("./ProjectForm"));
 const CompareView = lazy(() => import("../compare/CompareView"));
 
 /** The project, its texts and their pictures. */
@@ -91,18 +96,18 @@ function Bench() {
   const is_tree = useDesign((state) => (doc_of(state)?.shown_trees ?? null) !== null);
   const is_chart = useDesign((state) => (doc_of(state)?.shown_chart ?? null) !== null);
   const is_requirement = useDesign(({ file }) => file?.endsWith(".req") ?? false);
+  const is_scenario = useDesign((state) => doc_of(state)?.kind === "scenario");
   const empty = useDesign((state) => state.summary?.files.length === 0);
   const simulating = useSimulation(({ on }) => on) && (is_tree || is_chart);
   const timeline = useDesign((state) => state.summary?.shadow.ready ?? false) && height >= 780;
+  const side = is_tree ? "Node" : is_chart ? "State" : is_requirement ? "Last runs" : is_scenario ? "Scenario" : null;
+  const form = simulating ? <SimulatePanel /> : is_tree ? <Inspector /> : is_chart ? <ChartForm /> : is_requirement ? <PastPanel /> : is_scenario ? <ScenarioForm /> : null;
   return (
     <main className="design" data-narrow={narrow}>
       <div className="design-left">
         <ProjectTree />
         {is_tree && !narrow && <PaletteList picture={picture} />}
-        {simulating && narrow && <SimulatePanel />}
-        {is_tree && narrow && !simulating && <Inspector />}
-        {is_chart && narrow && !simulating && <ChartForm />}
-        {is_requirement && narrow && <PastPanel />}
+        {narrow && <Suspense>{form}</Suspense>}
       </div>
       <div className="design-middle">
         <DesignBar />
@@ -114,9 +119,9 @@ function Bench() {
           </div>
         )}
       </div>
-      {(is_tree || is_chart || is_requirement) && !narrow && (
-        <aside className="design-right" aria-label={is_tree ? "Node" : is_chart ? "State" : "Last runs"}>
-          {simulating ? <SimulatePanel /> : is_tree ? <Inspector /> : is_chart ? <ChartForm /> : <PastPanel />}
+      {side && !narrow && (
+        <aside className="design-right" aria-label={side}>
+          <Suspense>{form}</Suspense>
         </aside>
       )}
       <div className="design-foot">
@@ -139,7 +144,7 @@ function DesignBar() {
   const refused = useDesign((state) => state.refused);
   const has_picture = useDesign((state) => {
     const doc = doc_of(state);
-    return (doc?.shown_trees ?? null) !== null || (doc?.shown_chart ?? null) !== null || doc?.kind === "world";
+    return doc !== null && has_picture_of(doc);
   });
   const can_run = useDesign((state) => (doc_of(state)?.shown_trees ?? null) !== null || (doc_of(state)?.shown_chart ?? null) !== null);
   const simulating = useSimulation(({ on }) => on);
@@ -256,13 +261,17 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
   const size = tree?.layout.size ?? doc?.shown_chart?.layout.size ?? null;
   const stacked = narrow || (size !== null && room !== null && larger_stacked(size, room));
   if (!doc) return <p className="empty">Choose a file.</p>;
-  const drawn = tree ? <Picture key={doc.file} tree={tree} handle={picture} ask={ask} /> : doc.shown_chart ? (
+  const drawn = !has_picture_of(doc) ? null : tree ? (
+    <Picture key={doc.file} tree={tree} handle={picture} ask={ask} />
+  ) : doc.shown_chart ? (
     <ChartView key={doc.file} chart={doc.shown_chart} file={doc.file} />
-  ) : doc.kind === "world" ? (
-    <Suspense fallback={<p className="empty">Loading the map …</p>}>
-      <WorldView key={doc.file} doc={doc} />
+  ) : doc.shown_requirements ? (
+    <RequirementBlocks key={doc.file} doc={doc} requirements={doc.shown_requirements} />
+  ) : (
+    <Suspense fallback={<p className="empty">Loading the editor …</p>}>
+      {doc.kind === "world" ? <WorldView key={doc.file} doc={doc} /> : doc.kind === "scenario" ? <ScenarioView key={doc.file} doc={doc} /> : <ProjectForm key={doc.file} doc={doc} />}
     </Suspense>
-  ) : null;
+  );
   const with_picture = drawn !== null && look !== "text";
   const with_text = drawn === null || look !== "picture";
   return (
@@ -288,6 +297,11 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
   );
 }
 
+/** Whether a file is shown as anything else than its text. */
+function has_picture_of(doc: Doc): boolean {
+  return doc.shown_trees !== null || doc.shown_chart !== null || doc.shown_requirements !== null || ["world", "scenario", "project"].includes(doc.kind);
+}
+
 /** What a picture gets at most of the height where the text is below it. */
 const kPictureAbove = 0.64;
 /** Around a picture. */
@@ -297,17 +311,6 @@ const kGround_px = 20;
 function larger_stacked(picture: Size, room: Size): boolean {
   const scale = (width: number, height: number) => Math.min(width / picture.width, height / picture.height, 1);
   return scale(room.width, kPictureAbove * room.height) > scale(room.width / 2, room.height);
-}
-
-function useRoom(frame: React.RefObject<HTMLDivElement | null>, there: boolean): Size | null {
-  const [room, set_room] = useState<Size | null>(null);
-  useLayoutEffect(() => {
-    if (!there || !frame.current) return;
-    const observer = new ResizeObserver(([entry]) => entry && set_room({ width: entry.contentRect.width, height: entry.contentRect.height }));
-    observer.observe(frame.current);
-    return () => observer.disconnect();
-  }, [frame, there]);
-  return room;
 }
 
 const kSections: readonly { title: string; of(node: PaletteNode): boolean }[] = [

@@ -10,7 +10,7 @@ export function PastPanel() {
   if (!past || !doc) return <p className="empty">Looking at the last runs …</p>;
   if (past.runs.length === 0)
     return (
-      <p className="empty">
+      <p className="inspector-empty muted">
         There is no recording in <span className="mono">runs/</span>. <span className="mono">sentree run</span> makes one; what is written here is then tried on it.
       </p>
     );

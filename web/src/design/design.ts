@@ -10,6 +10,7 @@ export interface Doc extends DesignDocument {
   /** The last picture there was, while the text has none. */
   shown_trees: OutlineTree[] | null;
   shown_chart: DesignDocument["chart"];
+  shown_requirements: DesignDocument["requirements"];
 }
 
 export type Look = "both" | "picture" | "text";
@@ -19,6 +20,8 @@ export interface DesignState {
   docs: Readonly<Record<string, Doc>>;
   palette: readonly PaletteNode[];
   world_places: readonly string[];
+  /** `FILE.thrift/SERVICE`. */
+  interfaces: readonly string[];
   file: string | null;
   /** Of a file with several: which tree the picture shows. */
   tree: string | null;
@@ -43,6 +46,7 @@ export const useDesign = create<DesignState>()(() => ({
   docs: {},
   palette: [],
   world_places: [],
+  interfaces: [],
   file: null,
   tree: null,
   chosen: null,
@@ -130,6 +134,7 @@ function take(document: DesignDocument): void {
       places: before?.text === document.text ? before.places : new Places(document.text),
       shown_trees: document.trees ?? before?.shown_trees ?? null,
       shown_chart: document.chart ?? before?.shown_chart ?? null,
+      shown_requirements: document.requirements ?? before?.shown_requirements ?? null,
     };
     const docs = { ...state.docs, [document.file]: doc };
     return { docs, ...(state.file === document.file && document.trees ? { chosen: kept(state, document.trees) } : {}) };
@@ -148,8 +153,8 @@ function kept({ chosen }: DesignState, trees: readonly OutlineTree[]): DesignSta
 
 async function load_palette(): Promise<void> {
   try {
-    const { nodes, places } = await request("design_palette", {});
-    useDesign.setState({ palette: nodes, world_places: places });
+    const { nodes, places, interfaces } = await request("design_palette", {});
+    useDesign.setState({ palette: nodes, world_places: places, interfaces });
   } catch {
     // The next summary asks again.
   }
@@ -345,7 +350,7 @@ export async function gesture(wanted: Gesture): Promise<boolean> {
     if (why_not) throw new Error(why_not);
     return request("design_gesture", { file: doc.file, base: doc.version, gesture: wanted });
   });
-  if (done?.at !== undefined && !/^(?:delete|remove_state)$/.test(wanted.what)) go_to(done.at);
+  if (done?.at !== undefined && !/^(?:delete|remove_state|yaml_remove)$/.test(wanted.what)) go_to(done.at);
   return done !== null;
 }
 

@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 
-import { angle_of, angle_text, entry, metres_text, number_of, yaml_values } from "./yaml_places";
+import { angle_of, angle_text, data_in, data_of, duration_like, duration_of, entry, metres_text, number_of, period_of, yaml_values } from "./yaml_places";
 
 const kWorld = "# a house\nstart: a\nlocations:\n  a: [1.2, -3, 45 deg] # here\n  'b c': [0, 0, 0.5]\nareas:\n  hall: {corners: [[0.1, 4.3], [1, 2]]}\n";
 
@@ -30,4 +30,27 @@ test("numbers and angles are read and written as people do", () => {
   expect(angle_text(1.2345, "0.5")).toBe("1.23");
   expect(metres_text(3.14159)).toBe("3.14");
   expect(metres_text(-0.001)).toBe("0");
+});
+
+test("data are read as a file says them", () => {
+  const root = yaml_values("a: 1\nb: '1'\nc: [x, true, 2.5]\nd: {e: 10 s}\n");
+  expect(root && data_of(root)).toEqual({ a: 1, b: "1", c: ["x", true, 2.5], d: { e: "10 s" } });
+  expect(data_in("12.5")).toBe(12.5);
+  expect(data_in("12.5 s")).toBe("12.5 s");
+  expect(data_in("[a, b]")).toEqual(["a", "b"]);
+  expect(data_in("tcp://h:1")).toBe("tcp://h:1");
+  expect(data_in("[a")).toBe("[a");
+  expect(data_in("a # b")).toBe("a # b");
+});
+
+test("durations keep their unit where that is exact", () => {
+  expect(duration_of("4500 ms")).toBe(4.5e9);
+  expect(duration_of("2 min")).toBe(120e9);
+  expect(duration_of("2")).toBeNull();
+  expect(duration_like(21.5e9, "20 s")).toBe("21.5 s");
+  expect(duration_like(90e9, "2 min")).toBe("1.5 min");
+  expect(duration_like(100e9, "2 min")).toBe("100 s");
+  expect(duration_like(4.6e9, "4500 ms")).toBe("4600 ms");
+  expect(duration_like(1.2345e9, "1 s")).toBe("1234.5 ms");
+  expect(period_of("10 Hz")).toBe(1e8);
 });

@@ -1,6 +1,8 @@
 import { yamlLanguage } from "@codemirror/lang-yaml";
 import type { SyntaxNode } from "@lezer/common";
 
+import type { Data } from "../protocol/types";
+
 /** A value of a YAML text, with its place in it. */
 export interface YamlValue {
   kind: "map" | "list" | "scalar";
@@ -8,11 +10,12 @@ export interface YamlValue {
   to: number;
   /** Of a scalar: as written, without quotes. */
   text: string;
+  quoted: boolean;
   entries: [string, YamlValue][];
   items: YamlValue[];
 }
 
-const scalar = (text: string, { from, to }: SyntaxNode): YamlValue => ({ kind: "scalar", from, to, text: text.slice(from, to).replace(/^(["'])(.*)\1$/s, "$2"), entries: [], items: [] });
+const scalar = (text: string, { from, to }: SyntaxNode): YamlValue => ({ kind: "scalar", from, to, text: text.slice(from, to).replace(/^(["'])(.*)\1$/s, "$2"), quoted: /^["']/.test(text.slice(from, from + 1)), entries: [], items: [] });
 
 function value_of(text: string, node: SyntaxNode): YamlValue | null {
   switch (node.name) {
@@ -26,7 +29,7 @@ function value_of(text: string, node: SyntaxNode): YamlValue | null {
         const value = pair.lastChild && pair.lastChild.name !== "Key" ? value_of(text, pair.lastChild) : null;
         return key && value ? [[scalar(text, key).text, value]] : [];
       });
-      return { kind: "map", from: node.from, to: node.to, text: "", entries, items: [] };
+      return { kind: "map", from: node.from, to: node.to, text: "", quoted: false, entries, items: [] };
     }
     case "BlockSequence":
     case "FlowSequence": {
@@ -34,7 +37,7 @@ function value_of(text: string, node: SyntaxNode): YamlValue | null {
         const value = item.firstChild && value_of(text, item.firstChild);
         return value ? [value] : [];
       });
-      return { kind: "list", from: node.from, to: node.to, text: "", entries: [], items };
+      return { kind: "list", from: node.from, to: node.to, text: "", quoted: false, entries: [], items };
     }
     default:
       return null;
@@ -72,4 +75,48 @@ export function angle_text(value: number, before: string): string {
   const degrees = /\s*(?:deg|°)$/.exec(before);
   if (!degrees) return String(Math.round(value * 100) / 100 + 0);
   return `${Math.round((value * 180) / Math.PI) + 0}${degrees[0]}`;
+}
+
+/** What is written as data: numbers and truth values are no texts. */
+export function data_of(value: YamlValue): Data {
+  if (value.kind === "map") return Object.fromEntries(value.entries.map(([key, member]) => [key, data_of(member)]));
+  if (value.kind === "list") return value.items.map(data_of);
+  if (value.quoted) return value.text;
+  if (value.text === "true" || value.text === "false") return value.text === "true";
+  return number_of(value) ?? value.text;
+}
+
+/** What somebody types into a field as data: as in a file, or the text itself. */
+export function data_in(typed: string): Data {
+  const value = entry(yaml_values(`value: ${typed}\n`), "value");
+  return value && value.to === "value: ".length + typed.trimEnd().length ? data_of(value) : typed;
+}
+
+/** Of a value in one line, for a field: what `data_in` reads again. */
+export function typed_text(value: YamlValue | null, text: string): string {
+  if (!value) return "";
+  return value.kind === "scalar" ? value.text : text.slice(value.from, value.to);
+}
+
+const kUnits_ns: Record<string, number> = { us: 1e3, ms: 1e6, s: 1e9, min: 60e9, h: 3600e9 };
+
+/** `40 ms`, `2 s`, `5 min` [ns]; null: no duration. */
+export function duration_of(written: string | undefined): number | null {
+  const found = /^\s*(\d+\.?\d*|\.\d+)\s*(us|ms|s|min|h)\s*$/.exec(written ?? "");
+  return found ? Number(found[1]) * kUnits_ns[found[2]!]! : null;
+}
+
+/** In the unit of `before` where that is exact to three decimals, else in seconds, or milliseconds below one. */
+export function duration_like(time_ns: number, before: string): string {
+  const unit = /(us|ms|s|min|h)\s*$/.exec(before)?.[1] ?? "s";
+  const text = (name: string) => `${Number((time_ns / kUnits_ns[name]!).toFixed(3))} ${name}`;
+  const fits = (name: string) => Math.abs(duration_of(text(name))! - time_ns) < 1e-6 * kUnits_ns[name]!;
+  if (fits(unit)) return text(unit);
+  return fits("s") ? text("s") : text("ms");
+}
+
+/** A rate such as `10 Hz` as its period [ns]. */
+export function period_of(written: string | undefined): number | null {
+  const found = /^\s*(\d+\.?\d*|\.\d+)\s*Hz\s*$/.exec(written ?? "");
+  return found && Number(found[1]) > 0 ? 1e9 / Number(found[1]) : null;
 }
