@@ -413,6 +413,29 @@ for only in never_empty turns_to_station; do
   "$sentree" verify "$work/verified" --faults none --runs 20 --ticks 90 --only $only --no-memo >"$work/executed" </dev/null || true
   cmp "$work/walked" "$work/executed" || failures=$((failures + 1))
 done
+# However many threads there are.
+for threads in 1 3; do
+  "$sentree" verify "$work/verified" --faults none --runs 60 --ticks 90 --threads $threads >"$work/runs$threads" </dev/null || true
+  "$sentree" verify "$work/verified" --faults none --threads $threads --json </dev/null | sed 's/"wall_s":[^,}]*//' >"$work/judged$threads" || true
+  "$sentree" verify examples/grasp --split owed --runs 2000 --threads $threads >"$work/split$threads" </dev/null || true
+done
+cmp "$work/runs1" "$work/runs3" || failures=$((failures + 1))
+cmp "$work/judged1" "$work/judged3" || failures=$((failures + 1))
+cmp "$work/split1" "$work/split3" || failures=$((failures + 1))
+# What hardly ever happens, by splitting; in three tries, here.
+expect 1 'grasps +violated with probability 0.0[23].* seen in [0-9]+ of 30 repetitions' "$sentree" verify examples/grasp --split owed --only grasps
+expect 1 '"method":"adaptive multilevel splitting"' "$sentree" verify examples/grasp --split hand_model.holds --runs 2000 --json
+expect 3 'no model has data called "hand_model.hold"; did you mean "hand_model.holds"' "$sentree" verify examples/grasp --split hand_model.hold
+expect 2 'excludes' "$sentree" verify examples/grasp --split owed --at-least '99 %'
+# What a model did it allows; the simulated robot does what that model does not.
+expect 0 'robot: allows all [0-9]+ answers' "$sentree" verify "$work/verified" --against "$work/verified/verify/never_empty.mcap" --tolerance '0 s' --exact
+"$sentree" run examples/recharge --clock virtual --record "$work/simulated.mcap" >/dev/null </dev/null || true
+expect 1 'tick [0-9]+: battery.getBatteryState answered .*percentage' "$sentree" verify "$work/verified" --against "$work/simulated.mcap"
+expect 1 '"not_allowed":[1-9].*"allowed":\[' "$sentree" verify "$work/verified" --against "$work/simulated.mcap" --json
+expect 2 'not a duration' "$sentree" verify "$work/verified" --against "$work/simulated.mcap" --tolerance soon
+expect 2 'against' "$sentree" verify "$work/verified" --tolerance '1 s'
+expect 3 'no models to compare with' "$sentree" verify examples/minimal --against "$work/simulated.mcap"
+expect 3 'nowhere.mcap' "$sentree" verify "$work/verified" --against "$work/nowhere.mcap"
 # Choices have numbers, and alternatives.
 expect 0 'robot chooses starts_at = 4 .robot#1, not 2' \
   bash -c "'$sentree' verify '$work/verified' --faults none --only never_empty --explain | tr '\\n' ' '"

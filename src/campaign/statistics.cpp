@@ -4,6 +4,7 @@
 #include <array>
 #include <boost/math/distributions/binomial.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <cstdlib>
 #include <sstream>
@@ -20,6 +21,19 @@ Interval clopper_pearson(std::uint64_t hits, std::uint64_t trials, double confid
   const auto k = static_cast<double>(hits);
   return {hits == 0 ? 0.0 : binomial_distribution<>::find_lower_bound_on_p(n, k, tail),
           hits == trials ? 1.0 : binomial_distribution<>::find_upper_bound_on_p(n, k, tail)};
+}
+
+Interval mean_of_shares(const std::vector<double>& values, double confidence) {
+  if (values.size() < 2) return {};
+  const auto n = static_cast<double>(values.size());
+  double sum = 0;
+  for (const double value : values) sum += value;
+  const double mean = sum / n;
+  double squares = 0;
+  for (const double value : values) squares += (value - mean) * (value - mean);
+  const boost::math::students_t distribution(n - 1);
+  const double off = quantile(distribution, 1 - (1 - confidence) / 2) * std::sqrt(squares / (n - 1) / n);
+  return {std::max(0.0, mean - off), std::min(1.0, mean + off)};
 }
 
 Tally::Tally(double width, double high)

@@ -22,6 +22,11 @@ struct Interval {
 /// Source: Clopper, Pearson, "The use of confidence or fiducial limits illustrated in the case of the binomial", 1934.
 [[nodiscard]] Interval clopper_pearson(std::uint64_t hits, std::uint64_t trials, double confidence);
 
+/// In which the mean of what the values were drawn from lies with about `confidence`: exact if they come from a normal
+/// distribution, near it if there are many. Fewer than two: [0, 1]. Cut to [0, 1].
+/// Source: Student, "The probable error of a mean", 1908.
+[[nodiscard]] Interval mean_of_shares(const std::vector<double>& values, double confidence);
+
 /// Values counted in equal bins: quantiles to the width of one, in memory that does not grow with their number.
 class Tally {
  public:

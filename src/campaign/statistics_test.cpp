@@ -43,6 +43,15 @@ TEST(ClopperPearson, HoldsTheRateAtLeastAsOftenAsItSays) {
   }
 }
 
+TEST(MeanOfShares, IsStudentsInterval) {
+  // The quantile of 3 degrees of freedom is 3.182.
+  const Interval found = mean_of_shares({0.4, 0.4, 0.6, 0.6}, 0.95);
+  EXPECT_NEAR(found.low, 0.5 - 3.182 * std::sqrt(0.04 / 3 / 4), 1e-4);
+  EXPECT_NEAR(found.high, 0.5 + 3.182 * std::sqrt(0.04 / 3 / 4), 1e-4);
+  EXPECT_EQ(mean_of_shares({0.001, 0.5}, 0.95), (Interval{0, 1})) << "it is cut to what a probability can be";
+  EXPECT_EQ(mean_of_shares({0.5}, 0.95), (Interval{0, 1}));
+}
+
 TEST(Tally, HasTheQuantilesOfTheSortedValues) {
   constexpr std::uint64_t kSeed = 5;
   SCOPED_TRACE(kSeed);

@@ -11,6 +11,7 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/report.h"
+#include "sentree/cli/verify_against.h"
 #include "sentree/cli/verify_mutate.h"
 #include "sentree/cli/verify_options.h"
 #include "sentree/cli/verify_statistics.h"
@@ -487,6 +488,7 @@ int verify(const VerifyCommand& command) {
   auto plan = project::prepare(verify::with_models(scenario));
   say(plan.diagnostics);
   if (!plan.ok()) return kInvalidInput;
+  if (!command.against.empty()) return verify_against(command, *plan.value);
   const fs::path folder = scenario.project.folder;
   const fs::path out = command.out.empty() ? folder / "verify" : fs::path(command.out);
   const auto any = verify::add_models(scenario, *plan.value, command.model ? folder / "models" : out / "any");
@@ -504,7 +506,7 @@ int verify(const VerifyCommand& command) {
     if (!plan.ok()) return kInvalidInput;
   }
   if (command.mutate) return verify_mutants(command, *plan.value);
-  if (command.runs || !command.at_least.empty()) {
+  if (command.runs || !command.at_least.empty() || !command.split.empty()) {
     const Diagnostics in_the_way = verify::obstacles(*plan.value);
     say(in_the_way);
     return has_errors(in_the_way) ? kInvalidInput : verify_by_runs(command, *plan.value);

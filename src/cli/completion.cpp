@@ -261,6 +261,7 @@ void value(const Line& line, Completion& completion) {
                              {"ros:", "topics, services and actions in the domain of ROS 2"}};
   }
   if (name == "tree") completion.candidates = trees(line);
+  if (name == "against") files(completion, {"mcap"});
   if (name == "output") files(completion, {});
   if (name == "into") files(completion, {"xml"});
   if (name == "world") files(completion, {"yaml"});

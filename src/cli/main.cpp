@@ -294,6 +294,7 @@ void add_verify(CLI::App& app, VerifyCommand& command) {
       "  sentree verify . --scenario scenarios/storm.yaml         with that scenario's overrides and timeline\n"
       "  sentree verify . --runs 10000 --confidence 99%           how often, where not everything can be tried\n"
       "  sentree verify . --model                                 a model to begin with, of each service without one\n"
+      "  sentree verify . --against runs/today.mcap               which replies of that run the models do not allow\n"
       "  sentree test verify/never_empty.yaml                     a counterexample, run again\n"
       "Exit code: 0 everything holds, 1 something is refuted or holds vacuously, 3 the project is invalid or cannot "
       "be\n"
@@ -315,13 +316,29 @@ void add_verify(CLI::App& app, VerifyCommand& command) {
   sub->add_option("--runs", command.runs, "Statistics: so many runs, drawn, instead of every behaviour")
       ->check(CLI::PositiveNumber);
   sub->add_option("--confidence", command.confidence, "Of intervals and decisions")->capture_default_str();
-  sub->add_option("--at-least", command.at_least,
-                  "Statistics: decide, in as few runs as will do, whether it holds in that share of them, e.g. 99%");
+  CLI::Option* const at_least = sub->add_option(
+      "--at-least", command.at_least,
+      "Statistics: decide, in as few runs as will do, whether it holds in that share of them, e.g. 99%");
+  sub->add_option("--split", command.split,
+                  "Statistics of what is rare: runs in which MODEL.DATA is greatest are split (or \"owed\": in which a "
+                  "bound is nearest); --runs are those that begin")
+      ->excludes(at_least);
   sub->add_option("--seed", command.seed, "Of the runs")->capture_default_str();
+  sub->add_option("--threads", command.threads,
+                  "Judge so many requirements at a time, or make so many runs; the result is the same")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
   sub->add_flag("--no-memo", command.no_memory, "Execute every step, also those that are known");
-  sub->add_flag("--exact", command.exact, "Compare states, not 128 bits of their hashes; executes every step");
+  sub->add_flag("--exact", command.exact,
+                "Compare states, not 128 bits of their hashes, and execute every step; with --against, compare replies "
+                "as they are, not as the mission tells them apart");
   sub->add_flag("--model", command.model, "Write models/SERVICE.scxml for services without a model: any reply");
   sub->add_flag("--mutate", command.mutate, "Tell which small changes of the mission no requirement notices");
+  CLI::Option* const against =
+      sub->add_option("--against", command.against, "A recording: tell which of its replies the models do not allow");
+  sub->add_option("--tolerance", command.tolerance,
+                  "With --against: how much earlier or later than the model a reply may be (default: the period)")
+      ->needs(against);
   sub->add_flag("--explain", command.explain, "Tell counterexamples tick by tick");
   sub->add_flag("--json", command.json, "Print the results as JSON");
 }

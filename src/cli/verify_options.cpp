@@ -1,9 +1,14 @@
 #include "sentree/cli/verify_options.h"
 
+#include <algorithm>
+#include <atomic>
 #include <map>
 #include <stdexcept>
+#include <system_error>
+#include <thread>
 
 #include "sentree/cli/output.h"
+#include "sentree/cli/share.h"
 
 namespace sentree::cli {
 
@@ -22,6 +27,47 @@ std::optional<std::uint64_t> bytes_of(const std::string& text) {
   return static_cast<std::uint64_t>(number * unit->second);
 }
 
+verify::Each in_threads(std::size_t threads) {
+  if (threads <= 1) return {};
+  return [threads](std::size_t count, const std::function<void(std::size_t)>& work) {
+    std::atomic<std::size_t> next = 0;
+    const auto worker = [&] {
+      for (std::size_t i = next++; i < count; i = next++) work(i);
+    };
+    std::vector<std::thread> others;
+    try {
+      while (others.size() + 1 < std::min(threads, count)) others.emplace_back(worker);
+    } catch (const std::system_error&) {
+      // Those that there are do it all.
+    }
+    worker();
+    for (std::thread& other : others) other.join();
+  };
+}
+
+std::variant<Sampled, int> read_statistics(const VerifyCommand& command, const project::Plan& plan) {
+  Sampled out;
+  const auto confidence = share("--confidence", command.confidence);
+  if (!confidence) return kUsage;
+  out.confidence = *confidence;
+  const auto& only = command.only;
+  for (std::size_t i = 0; i < plan.monitors.size(); ++i) {
+    if (only.empty() || std::find(only.begin(), only.end(), plan.monitors[i].name()) != only.end())
+      out.monitors.push_back(i);
+  }
+  if (out.monitors.empty() || (!only.empty() && out.monitors.size() != only.size())) {
+    say("--only: the project has no such requirement");
+    return kInvalidInput;
+  }
+  out.length =
+      command.ticks ? plan.scenario.project.period * static_cast<std::int64_t>(*command.ticks) : plan.scenario.duration;
+  if (!command.memory) return out;
+  out.memory = bytes_of(*command.memory);
+  if (out.memory) return out;
+  say("--memory " + *command.memory + ": not a size such as 500 MB or 2 GB");
+  return kUsage;
+}
+
 Loaded<project::Scenario> load_verified(const VerifyCommand& command) {
   if (!command.scenario.empty()) return project::load_scenario(command.scenario);
   auto project = project::load_project(command.project);
@@ -34,6 +80,7 @@ Loaded<project::Scenario> load_verified(const VerifyCommand& command) {
 bool read_options(const VerifyCommand& command, const project::Plan& plan, verify::Asked& asked) {
   const project::VerifySection& section = plan.scenario.project.verify;
   asked.only = command.only;
+  asked.each = in_threads(command.threads);
   asked.explore.memory_of_steps = !command.no_memory;
   asked.explore.exact = command.exact;
   asked.explore.order = command.order == "any" ? verify::Order::kAny : verify::Order::kVirtual;

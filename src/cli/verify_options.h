@@ -1,5 +1,10 @@
 #pragma once
 
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
 #include "sentree/cli/commands.h"
 #include "sentree/verify/verify.h"
 
@@ -11,6 +16,19 @@ namespace sentree::cli {
 
 /// "2 GB" in bytes; nothing: it is no size.
 [[nodiscard]] std::optional<std::uint64_t> bytes_of(const std::string& text);
+
+/// Work in so many threads, this one among them; 1: one after the other.
+[[nodiscard]] verify::Each in_threads(std::size_t threads);
+
+/// What the statistics of a command are about.
+struct Sampled {
+  double confidence = 0.95;
+  std::vector<std::size_t> monitors;  ///< By index in the plan.
+  Duration length{};                  ///< Of a run.
+  std::optional<std::uint64_t> memory;
+};
+/// An exit code: said what is wrong.
+[[nodiscard]] std::variant<Sampled, int> read_statistics(const VerifyCommand& command, const project::Plan& plan);
 
 /// What the command line and the project's `verify:` ask of an exploration. False: said what is wrong.
 [[nodiscard]] bool read_options(const VerifyCommand& command, const project::Plan& plan, verify::Asked& asked);

@@ -11,6 +11,7 @@
 #include "sentree/cli/output.h"
 #include "sentree/cli/share.h"
 #include "sentree/cli/verify_options.h"
+#include "sentree/cli/verify_rare.h"
 #include "sentree/verify/statistics.h"
 
 namespace sentree::cli {
@@ -25,17 +26,11 @@ constexpr std::uint64_t kDecidingRunsMax = 1'000'000;
 }  // namespace
 
 int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
-  const auto confidence = share("--confidence", command.confidence);
-  if (!confidence) return kUsage;
-  std::vector<std::size_t> asked;
-  for (std::size_t i = 0; i < plan.monitors.size(); ++i) {
-    const auto& only = command.only;
-    if (only.empty() || std::find(only.begin(), only.end(), plan.monitors[i].name()) != only.end()) asked.push_back(i);
-  }
-  if (asked.empty() || (!command.only.empty() && asked.size() != command.only.size())) {
-    say("--only: the project has no such requirement");
-    return kInvalidInput;
-  }
+  const auto read = read_statistics(command, plan);
+  if (const int* code = std::get_if<int>(&read)) return *code;
+  const Sampled& sampled = std::get<Sampled>(read);
+  if (!command.split.empty()) return verify_rare(command, plan, sampled);
+  const auto& asked = sampled.monitors;
   std::vector<campaign::SequentialTest> tests;
   if (!command.at_least.empty()) {
     const auto rate = share("--at-least", command.at_least);
@@ -47,7 +42,7 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
                                                .what = "violated",
                                                .below = true,
                                                .rate = 1 - *rate},
-                         *confidence);
+                         sampled.confidence);
     }
   }
   std::signal(SIGINT, [](int) { interrupted = true; });
@@ -58,17 +53,11 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
   sampling.runs = command.runs ? *command.runs : tests.empty() ? sampling.runs : kDecidingRunsMax;
   sampling.seed = command.seed;
   sampling.order = command.order == "any" ? verify::Order::kAny : verify::Order::kVirtual;
-  sampling.length =
-      command.ticks ? plan.scenario.project.period * static_cast<std::int64_t>(*command.ticks) : plan.scenario.duration;
+  sampling.length = sampled.length;
   sampling.memory_of_periods = !command.no_memory;
-  if (command.memory) {
-    const auto bytes = bytes_of(*command.memory);
-    if (!bytes) {
-      say("--memory " + *command.memory + ": not a size such as 500 MB or 2 GB");
-      return kUsage;
-    }
-    sampling.memory = *bytes;
-  }
+  if (sampled.memory) sampling.memory = *sampled.memory;
+  sampling.workers = command.threads;
+  sampling.each = in_threads(command.threads);
   sampling.interrupted = [] { return interrupted.load(); };
   sampling.told = [&](const std::vector<bool>& of_run) {
     if (++done % 256 == 0) show_status(fmt::format("{} runs", done));
@@ -98,10 +87,10 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
   std::size_t width = 0;
   for (const std::size_t i : asked) width = std::max(width, plan.monitors[i].name().size());
   for (std::size_t k = 0; k < asked.size(); ++k) {
-    const campaign::Interval in = campaign::clopper_pearson(violated[k], *runs, *confidence);
+    const campaign::Interval in = campaign::clopper_pearson(violated[k], *runs, sampled.confidence);
     const std::string& name = plan.monitors[asked[k]].name();
     out += fmt::format("{:<{}}   violated in {} of {}: {:.4g}–{:.4g} % ({:g} %)", name, width, violated[k], *runs,
-                       in.low * 100, in.high * 100, *confidence * 100);
+                       in.low * 100, in.high * 100, sampled.confidence * 100);
     Map one{{"name", name},
             {"verdict", violated[k] > 0 ? "refuted" : "unknown"},
             {"vacuous", false},
@@ -113,7 +102,7 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
             {"probability", Map{{"low", in.low},
                                 {"high", in.high},
                                 {"method", "Clopper-Pearson"},
-                                {"confidence", *confidence},
+                                {"confidence", sampled.confidence},
                                 {"runs", static_cast<std::int64_t>(*runs)}}}};
     if (!tests.empty()) {
       const auto state = tests[k].state();

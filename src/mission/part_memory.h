@@ -91,6 +91,11 @@ class PartMemory final : private Ground {
     return standing_[run.standing]->down.contains(service);
   }
 
+  /// The state of a model as it was found first: its times mean nothing.
+  [[nodiscard]] const ModelState& model(const Run& run, std::size_t index) const {
+    return std::get<ModelState>(*kept_[run.parts[parts_.skills() + index]].state);
+  }
+
   /// Brings every part to now, and leaves out what can have no effect any more.
   void settle(Run& run);
   /// A settled run as numbers, with times relative to now: equal for runs that behave alike from here on. Appends.

@@ -2,209 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <optional>
 #include <set>
 #include <utility>
 
-#include "sentree/scxml/model.h"
-#include "sentree/scxml/script_syntax.h"
 #include "sentree/text/file.h"
 #include "sentree/text/yaml_node_edit.h"
+#include "sentree/verify/distinctions.h"
 
 namespace sentree::verify {
 
 namespace {
-
-using scxml::ScriptTree;
-using Node = scxml::ScriptNode::Kind;
-
-// Variables that are followed from a comparison to what was assigned to them.
-constexpr int kFollowedMax = 8;
-// Types inside types of a reply.
-constexpr int kNestingMax = 16;
-
-// What values are compared with, by the name under which an expression reads them: that of a member, or "result".
-struct Uses {
-  std::set<std::string> names;  // that expressions mention at all
-  std::set<std::string> words;  // texts that are written anywhere, in charts and in the tree
-  std::map<std::string, std::set<double>> numbers;
-  std::map<std::string, std::set<std::string>> texts;
-  std::optional<Diagnostic> trouble;
-};
-
-double inverse(const std::string& sign, double result, double known, bool known_is_left) {
-  if (sign == "+") return result - known;
-  if (sign == "-") return known_is_left ? known - result : result + known;
-  if (sign == "*") return result / known;
-  return known_is_left ? known / result : result * known;
-}
-
-bool is_comparison(const std::string& sign) {
-  return sign == "<" || sign == ">" || sign == "<=" || sign == ">=" || sign == "==" || sign == "===" || sign == "!=" ||
-         sign == "!==";
-}
-
-// One chart's comparisons.
-class Comparisons {
- public:
-  Comparisons(const scxml::Chart& chart, std::map<std::string, std::set<double>> given, Uses& uses)
-      : model_(chart.model()), chart_(chart), given_(std::move(given)), uses_(uses) {
-    for (const scxml::Expression& expression : model_.expressions) {
-      for (const std::string& name : scxml::names_in_script(expression.text)) uses_.names.insert(name);
-      trees_.push_back(scxml::parse_script_expression(expression.text));
-      if (!trees_.back()) continue;
-      for (const scxml::ScriptNode& node : trees_.back()->nodes) {
-        if (node.kind == Node::kText) uses_.words.insert(node.text);
-      }
-    }
-    for (const scxml::Variable& variable : model_.variables) {
-      if (variable.expr != scxml::kNoExpression) assigned_[variable.id].push_back(variable.expr);
-    }
-    for (const scxml::StateCode& state : model_.state_code) {
-      for (const scxml::Block& block : state.onentry) look_for_assignments(block);
-      for (const scxml::Block& block : state.onexit) look_for_assignments(block);
-    }
-    for (const scxml::TransitionCode& transition : model_.transition_code) look_for_assignments(transition.content);
-  }
-
-  void operator()() {
-    for (std::size_t i = 0; i < trees_.size(); ++i) {
-      if (!trees_[i]) continue;
-      expression_ = i;
-      for (const scxml::ScriptNode& node : trees_[i]->nodes) {
-        if (node.kind != Node::kBinary || !is_comparison(node.text)) continue;
-        compare(node.operands[0], node.operands[1]);
-      }
-    }
-  }
-
- private:
-  void look_for_assignments(const scxml::Block& block) {
-    for (const scxml::Action& action : block) {
-      if (const auto* assign = std::get_if<scxml::Assign>(&action.what)) {
-        if (assign->expr != scxml::kNoExpression && assign->location != scxml::kNoExpression)
-          assigned_[model_.expressions[assign->location].text].push_back(assign->expr);
-      } else if (const auto* branches = std::get_if<scxml::If>(&action.what)) {
-        for (const scxml::If::Branch& branch : branches->branches) look_for_assignments(branch.body);
-      } else if (const auto* foreach = std::get_if<scxml::Foreach>(&action.what)) {
-        look_for_assignments(*foreach->body);
-      }
-    }
-  }
-
-  void compare(std::uint32_t left, std::uint32_t right) {
-    const ScriptTree& tree = *trees_[expression_];
-    for (const auto& [value, constant] : {std::pair(left, right), std::pair(right, left)}) {
-      if (tree.at(constant).kind == Node::kText) {
-        for (const std::string& name : sources(tree, value, kFollowedMax))
-          uses_.texts[name].insert(tree.at(constant).text);
-        continue;
-      }
-      for (const double number : constants(tree, constant, kFollowedMax)) equal(tree, value, number, kFollowedMax);
-    }
-    // Two values that are both of replies: no constant tells them apart.
-    const auto of_reply = [&](std::uint32_t node) {
-      return constants(tree, node, kFollowedMax).empty() && tree.at(node).kind == Node::kMember &&
-             tree.path(node).starts_with("_event.data.result");
-    };
-    if (of_reply(left) && of_reply(right) && !uses_.trouble) {
-      const scxml::Expression& expression = model_.expressions[expression_];
-      uses_.trouble = Diagnostic{Severity::kError, "verify.any-reply",
-                                 tree.path(left) + " is compared with " + tree.path(right) +
-                                     ", which is no constant; which of their values differ cannot be told. Write a "
-                                     "model of the service",
-                                 chart_.span(expression.place)};
-    }
-  }
-
-  // The numbers that a part of an expression can be, if it is made of constants only.
-  std::set<double> constants(const ScriptTree& tree, std::uint32_t id, int depth) const {
-    const scxml::ScriptNode& node = tree.at(id);
-    if (node.kind == Node::kNumber) return {node.number};
-    if (node.kind == Node::kName) {
-      const auto given = given_.find(node.text);
-      if (given != given_.end()) return given->second;
-      const auto found = assigned_.find(node.text);
-      if (found == assigned_.end() || depth == 0) return {};
-      std::set<double> all;
-      for (const scxml::ExpressionId expression : found->second) {
-        if (!trees_[expression]) continue;
-        const auto some = constants(*trees_[expression], trees_[expression]->root(), depth - 1);
-        all.insert(some.begin(), some.end());
-      }
-      return all;
-    }
-    if (node.kind == Node::kUnary && node.text == "-") {
-      std::set<double> all;
-      for (const double number : constants(tree, node.operands[0], depth)) all.insert(-number);
-      return all;
-    }
-    if (node.kind != Node::kBinary) return {};
-    std::set<double> all;
-    for (const double a : constants(tree, node.operands[0], depth)) {
-      for (const double b : constants(tree, node.operands[1], depth)) {
-        if (node.text == "+") all.insert(a + b);
-        if (node.text == "-") all.insert(a - b);
-        if (node.text == "*") all.insert(a * b);
-        if (node.text == "/" && b != 0) all.insert(a / b);
-      }
-    }
-    return all;
-  }
-
-  // A part of an expression tells apart what is below, at and above `number`: so what it is made of does at others.
-  void equal(const ScriptTree& tree, std::uint32_t id, double number, int depth) {
-    const scxml::ScriptNode& node = tree.at(id);
-    if (!std::isfinite(number)) return;
-    if (node.kind == Node::kMember) {
-      uses_.numbers[node.text].insert(number);
-    } else if (node.kind == Node::kName) {
-      const auto found = assigned_.find(node.text);
-      if (found == assigned_.end() || depth == 0) return;
-      for (const scxml::ExpressionId expression : found->second) {
-        if (trees_[expression]) equal(*trees_[expression], trees_[expression]->root(), number, depth - 1);
-      }
-    } else if (node.kind == Node::kUnary && node.text == "-") {
-      equal(tree, node.operands[0], -number, depth);
-    } else if (node.kind == Node::kBinary &&
-               (node.text == "+" || node.text == "-" || node.text == "*" || node.text == "/")) {
-      for (const double known : constants(tree, node.operands[0], depth))
-        equal(tree, node.operands[1], inverse(node.text, number, known, true), depth);
-      for (const double known : constants(tree, node.operands[1], depth))
-        equal(tree, node.operands[0], inverse(node.text, number, known, false), depth);
-    } else if (node.kind == Node::kConditional) {
-      equal(tree, node.operands[1], number, depth);
-      equal(tree, node.operands[2], number, depth);
-    } else if (node.kind == Node::kCall) {
-      for (std::size_t i = 1; i < node.operands.size(); ++i) equal(tree, node.operands[i], number, depth);
-    }
-  }
-
-  // The names under which what a part of an expression holds was read.
-  std::set<std::string> sources(const ScriptTree& tree, std::uint32_t id, int depth) const {
-    const scxml::ScriptNode& node = tree.at(id);
-    if (node.kind == Node::kMember) return {node.text};
-    std::set<std::string> all;
-    if (node.kind != Node::kName || depth == 0) return all;
-    if (const auto found = assigned_.find(node.text); found != assigned_.end()) {
-      for (const scxml::ExpressionId expression : found->second) {
-        if (!trees_[expression]) continue;
-        const auto some = sources(*trees_[expression], trees_[expression]->root(), depth - 1);
-        all.insert(some.begin(), some.end());
-      }
-    }
-    return all;
-  }
-
-  const scxml::Model& model_;
-  const scxml::Chart& chart_;
-  std::map<std::string, std::set<double>> given_;
-  Uses& uses_;
-  std::vector<std::optional<ScriptTree>> trees_;  // by expression
-  std::map<std::string, std::vector<scxml::ExpressionId>> assigned_;
-  std::size_t expression_ = 0;
-};
 
 std::string escaped(const std::string& text) {
   std::string out;
@@ -242,7 +50,7 @@ std::string decimal(double number) {
 // Writes replies of one service.
 class Writer {
  public:
-  Writer(const std::string& service, const Uses& uses, AnyReply& out) : service_(service), uses_(uses), out_(out) {}
+  Writer(const std::string& service, const Distinctions& uses, AnyReply& out) : service_(service), uses_(uses), out_(out) {}
 
   std::optional<Diagnostic> operator()(const std::vector<const idl::Method*>& methods) {
     std::string transitions;
@@ -336,7 +144,7 @@ class Writer {
 
   std::string record(const idl::Struct& type, const std::string& path, int depth) {
     std::string out = "({";
-    if (depth >= kNestingMax) return out + "})";
+    if (depth >= kReplyNestingMax) return out + "})";
     for (const idl::Field& field : type.fields) {
       const bool is_recursive = depth > 0 && !field.when_absent && field.type->kind == idl::Kind::kStruct;
       if (field.requiredness == idl::Requiredness::kOptional && (is_recursive || !mentioned(field, depth))) continue;
@@ -349,7 +157,7 @@ class Writer {
 
   bool mentioned(const idl::Field& field, int depth) const {
     if (uses_.names.contains(field.name)) return true;
-    if (field.type->kind != idl::Kind::kStruct || depth >= kNestingMax) return false;
+    if (field.type->kind != idl::Kind::kStruct || depth >= kReplyNestingMax) return false;
     return std::any_of(field.type->structure->fields.begin(), field.type->structure->fields.end(),
                        [&](const idl::Field& inner) { return mentioned(inner, depth + 1); });
   }
@@ -404,63 +212,16 @@ class Writer {
   }
 
   const std::string& service_;
-  const Uses& uses_;
+  const Distinctions& uses_;
   AnyReply& out_;
   std::string method_;
   std::optional<Diagnostic> trouble_;
 };
-
-std::set<double> numbers_in(const Value& value) {
-  if (value.is_number()) return {value.number()};
-  std::set<double> all;
-  if (const std::string* text = value.as_string()) {
-    char* end = nullptr;
-    const double number = std::strtod(text->c_str(), &end);
-    if (end != text->c_str() && *end == '\0') all.insert(number);
-  }
-  return all;
-}
-
 }  // namespace
 
 Result<AnyReply> any_reply(const project::Plan& plan, const std::string& service) {
-  const idl::Service& interface = *plan.services.at(service).service;
-  Uses uses;
   std::vector<const idl::Method*> methods;
-  for (const project::LeafPlan& leaf : plan.leaves) {
-    if (!leaf.chart) continue;
-    bool calls = false;
-    for (const scxml::SendInfo& send : leaf.chart->sends()) {
-      // What an expression names may be any method of it.
-      if (send.type != "thrift" || (send.target && *send.target != service)) continue;
-      calls = true;
-      for (const idl::Method* method : interface.methods) {
-        if ((send.event && *send.event != method->name) || method->oneway) continue;
-        if (std::find(methods.begin(), methods.end(), method) == methods.end()) methods.push_back(method);
-      }
-    }
-    if (!calls) continue;
-    std::map<std::string, std::set<double>> given;
-    for (const project::SkillConstant& constant : leaf.constants) given[constant.id] = numbers_in(constant.value);
-    for (const bt::PortFact& port : plan.tree.ports(leaf.node)) {
-      if (const auto numbers = numbers_in(Value(std::string(port.text))); !numbers.empty())
-        given[std::string(port.name)] = numbers;
-    }
-    Comparisons(*leaf.chart, std::move(given), uses)();
-  }
-  for (bt::NodeId node = 0; node < plan.tree.size(); ++node) {
-    for (const bt::PortFact& port : plan.tree.ports(node)) {
-      for (const std::string& word : scxml::names_in_script(port.text)) uses.words.insert(word);
-      // Texts in a script of the tree are between apostrophes.
-      for (std::size_t at = port.text.find('\''); at != std::string_view::npos;) {
-        const std::size_t end = port.text.find('\'', at + 1);
-        if (end == std::string_view::npos) break;
-        uses.words.emplace(port.text.substr(at + 1, end - at - 1));
-        at = port.text.find('\'', end + 1);
-      }
-    }
-  }
-  for (const monitor::Model& monitor : plan.monitors) Comparisons(monitor.chart(), {}, uses)();
+  const Distinctions uses = distinctions(plan, service, &methods);
   if (uses.trouble) return tl::unexpected(*uses.trouble);
   AnyReply out;
   if (const auto trouble = Writer(service, uses, out)(methods)) return tl::unexpected(*trouble);

@@ -55,6 +55,7 @@ class Executing final : public Frontier {
     }
     return false;
   }
+  const mission::ModelState& model(std::size_t index) const override { return run_.models[index]; }
   Result<void> inject(const project::Intervention& what) override { return host_.inject(run_, what, surroundings_); }
   std::uint64_t bytes() const override {
     constexpr std::uint64_t kOfAState = 4'000;
@@ -130,6 +131,7 @@ class Remembering final : public Frontier {
     }
     return false;
   }
+  const mission::ModelState& model(std::size_t index) const override { return memory_.model(run_, index); }
   Result<void> inject(const project::Intervention& what) override { return memory_.inject(run_, what, outside_); }
   std::uint64_t bytes() const override { return memory_.bytes() + waiting_.capacity() * sizeof(std::uint32_t); }
 

@@ -45,6 +45,8 @@ class Frontier {
   [[nodiscard]] virtual const mission::Faults& faults() const = 0;
   /// A skill or a service that is killed.
   [[nodiscard]] virtual bool is_down(const std::string& part) const = 0;
+  /// Of that index in the plan.
+  [[nodiscard]] virtual const mission::ModelState& model(std::size_t index) const = 0;
   virtual Result<void> inject(const project::Intervention& what) = 0;
 
   /// About.

@@ -72,6 +72,7 @@ std::uint32_t Periods::find() {
 // The run is in a new state. One that has ended is not kept: nothing follows.
 void Periods::add(std::uint32_t depth) {
   const bool ended = frontier_->ended();
+  if (look_) look_(*frontier_);
   graph_.nodes.push_back({.depth = depth, .at = frontier_->now(), .ended = ended, .first_edge = 0, .edges = 0});
   gates_of_.insert(gates_of_.end(), gates_now_.begin(), gates_now_.end());
   places_.push_back(ended ? 0 : frontier_->keep());

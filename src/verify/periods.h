@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "sentree/base/flat_map.h"
@@ -38,6 +39,8 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   /// Both are borrowed.
   Periods(const project::Plan& plan, const Options& options);
 
+  /// From now on `look` is shown each new state as it is found.
+  void on_new(std::function<void(const Frontier&)> look) { look_ = std::move(look); }
   /// State 0: the mission before anything has happened. Errors: those of `mission::encode`.
   Result<void> begin();
   /// Executes one period from a state. Errors: those of `period` and of `explore`.
@@ -96,6 +99,7 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   const project::Plan& plan_;
   const Options& options_;
   std::unique_ptr<Frontier> frontier_;
+  std::function<void(const Frontier&)> look_;
   Gates gates_;
   monitor::Dispatch dispatch_;
   Graph graph_;

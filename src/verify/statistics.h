@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "sentree/project/plan.h"
-#include "sentree/verify/explore.h"
+#include "sentree/verify/walk.h"
 
 namespace sentree::verify {
 
@@ -19,7 +19,10 @@ struct Sampling {
   /// Periods that were gone through before are looked up; else every run is executed. The outcome is the same.
   bool memory_of_periods = true;
   std::uint64_t memory = 1'000'000'000;  ///< Bytes, about, at which what is known is forgotten.
-  std::function<bool()> interrupted;     ///< May be empty.
+  /// So many runs are made at a time by `each`, if there is one; what is told is the same, in the same order.
+  std::size_t workers = 1;
+  Each each;
+  std::function<bool()> interrupted;  ///< May be empty; asked by every worker.
   /// After each run: which monitors, by index, it violated. False: enough.
   std::function<bool(const std::vector<bool>& violated)> told;
 };

@@ -94,11 +94,14 @@ Verification verify(const project::Plan& plan, const Asked& asked) {
                                plan.scenario.project.verify.fair_span));
   }
   if (has_errors(out.errors)) return out;
+  std::vector<const monitor::Model*> judged;
   for (const monitor::Model& model : plan.monitors) {
-    if (!asked.only.empty() && std::find(asked.only.begin(), asked.only.end(), model.name()) == asked.only.end())
-      continue;
-    out.judgements.push_back(judge(out.graph, model, asked.judge));
+    const auto& only = asked.only;
+    if (only.empty() || std::find(only.begin(), only.end(), model.name()) != only.end()) judged.push_back(&model);
   }
+  out.judgements.resize(judged.size());
+  for_each(asked.each, judged.size(),
+           [&](std::size_t i) { out.judgements[i] = judge(out.graph, *judged[i], asked.judge); });
   if (out.graph.complete) out.not_reached = not_reached(plan, out.graph);
   return out;
 }

@@ -8,6 +8,7 @@
 #include "sentree/verify/counterexample.h"
 #include "sentree/verify/explore.h"
 #include "sentree/verify/judge.h"
+#include "sentree/verify/walk.h"
 
 namespace sentree::verify {
 
@@ -26,6 +27,7 @@ struct Asked {
   Options explore;
   JudgeOptions judge;
   std::vector<std::string> only;  ///< Names of monitors; empty: all.
+  Each each;                      ///< Judges them, perhaps several at a time; the result is the same.
 };
 
 /// Explores the mission once and judges each requirement on what was found.

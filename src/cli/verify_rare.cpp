@@ -1,0 +1,113 @@
+#include "sentree/cli/verify_rare.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <numeric>
+
+#include "sentree/campaign/statistics.h"
+#include "sentree/cli/output.h"
+#include "sentree/verify/splitting.h"
+
+namespace sentree::cli {
+
+namespace {
+
+std::atomic<bool> interrupted = false;
+
+// Fewer do not tell how far their mean may be off.
+constexpr std::uint64_t kRepetitionsMin = 10;
+
+struct Estimate {
+  double mean = 0;
+  campaign::Interval in;
+};
+
+// Of what hardly ever happens, no repetition may have seen anything: then as many runs as began have not.
+Estimate estimate(const verify::Splits& found, double confidence) {
+  const double sum = std::accumulate(found.estimates.begin(), found.estimates.end(), 0.0);
+  if (sum == 0) return {0, campaign::clopper_pearson(0, found.runs, confidence)};
+  return {sum / static_cast<double>(found.estimates.size()), campaign::mean_of_shares(found.estimates, confidence)};
+}
+
+}  // namespace
+
+int verify_rare(const VerifyCommand& command, const project::Plan& plan, const Sampled& sampled) {
+  std::signal(SIGINT, [](int) { interrupted = true; });
+  std::signal(SIGTERM, [](int) { interrupted = true; });
+  verify::Splitting splitting;
+  splitting.score = command.split;
+  if (command.runs) splitting.repetitions = std::max(kRepetitionsMin, *command.runs / splitting.walkers);
+  splitting.seed = command.seed;
+  splitting.order = command.order == "any" ? verify::Order::kAny : verify::Order::kVirtual;
+  splitting.length = sampled.length;
+  if (sampled.memory) splitting.memory = *sampled.memory;
+  splitting.workers = command.threads;
+  splitting.each = in_threads(command.threads);
+  splitting.interrupted = [] { return interrupted.load(); };
+  splitting.progress = [&](std::uint64_t done) {
+    show_status(fmt::format("{} of {} repetitions", done, splitting.repetitions));
+  };
+  std::string out = fmt::format(
+      "{} repetitions of {} runs of at most {} s, split by {}, seed {}: what is left open without a probability comes by "
+      "the throw of a die\n",
+      splitting.repetitions, splitting.walkers, shortest_decimal(seconds(splitting.length)), splitting.score,
+      splitting.seed);
+  List requirements;
+  bool any = false;
+  std::size_t width = 0;
+  for (const std::size_t i : sampled.monitors) width = std::max(width, plan.monitors[i].name().size());
+  const auto began = std::chrono::steady_clock::now();
+  for (const std::size_t i : sampled.monitors) {
+    const auto found = verify::split(plan, i, splitting);
+    show_status("");
+    if (!found) {
+      say(to_string(found.error()));
+      return kInvalidInput;
+    }
+    const std::string& name = plan.monitors[i].name();
+    const auto [mean, in] = estimate(*found, sampled.confidence);
+    const auto seen =
+        std::count_if(found->estimates.begin(), found->estimates.end(), [](double share) { return share > 0; });
+    out += fmt::format("{:<{}}   violated with probability {:.3g}: {:.3g} to {:.3g} ({:g} %), seen in {} of {} repetitions\n",
+                       name, width, mean, in.low, in.high, sampled.confidence * 100, seen, found->estimates.size());
+    any = any || mean > 0;
+    requirements.emplace_back(Map{{"name", name},
+                                  {"verdict", mean > 0 ? "refuted" : "unknown"},
+                                  {"vacuous", false},
+                                  {"complete", false},
+                                  {"fair", List()},
+                                  {"first_violation", Value()},
+                                  {"counterexample", Value()},
+                                  {"probability", Map{{"low", in.low},
+                                                      {"high", in.high},
+                                                      {"mean", mean},
+                                                      {"method", "adaptive multilevel splitting"},
+                                                      {"confidence", sampled.confidence},
+                                                      {"runs", static_cast<std::int64_t>(found->runs)},
+                                                      {"branches", static_cast<std::int64_t>(found->branches)},
+                                                      {"repetitions", static_cast<std::int64_t>(found->estimates.size())},
+                                                      {"seen", static_cast<std::int64_t>(seen)}}}});
+    if (interrupted) break;
+  }
+  if (command.json) {
+    const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+    out = to_json(Value(Map{{"tool", "sentree verify"},
+                            {"version", SENTREE_VERSION},
+                            {"complete", false},
+                            {"limits", Map{{"time", seconds(splitting.length)}}},
+                            {"order", command.order},
+                            {"split", splitting.score},
+                            {"seed", static_cast<std::int64_t>(splitting.seed)},
+                            {"requirements", std::move(requirements)},
+                            {"wall_s", wall_s}})) +
+          "\n";
+  }
+  print(out);
+  return any ? kFindings : interrupted ? kInterrupted : kOk;
+}
+
+}  // namespace sentree::cli

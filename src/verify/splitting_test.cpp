@@ -1,0 +1,211 @@
+#include "sentree/verify/splitting.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "sentree/base/temporary_folder.h"
+#include "sentree/text/file.h"
+#include "sentree/verify/statistics.h"
+#include "sentree/verify/verify.h"
+
+namespace sentree::verify {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::string kHead = "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" ";
+
+// Each in a thread of its own, the last one first.
+void backwards(std::size_t count, const std::function<void(std::size_t)>& work) {
+  std::vector<std::thread> threads;
+  for (std::size_t i = count; i-- > 0;) threads.emplace_back([&work, i] { work(i); });
+  for (std::thread& thread : threads) thread.join();
+}
+
+// A walker on a line of cells who is asked each tick where he is. He begins at 1, steps up with probability 1/3, else
+// down, and stays at the ends.
+class Splits : public ::testing::Test {
+ protected:
+  project::Plan plan(int top, const std::string& requirement) {
+    write("interfaces/walker.thrift", "service Walker { i32 ask() }\n");
+    write("skills/Ask.scxml", kHead + R"(initial="asking"><state id="asking">
+  <onentry><send type="thrift" target="walker" event="ask"/></onentry>
+  <transition event="walker.ask.reply" cond="_event.data.result === 0" target="success"/>
+  <transition event="walker.ask.reply" target="waiting"/><transition event="error" target="failure"/></state>
+<state id="waiting"><transition event="tick" target="asking"/><transition event="halt" target="failure"/></state>
+<final id="success"/><final id="failure"/></scxml>)");
+    write("mission.xml",
+          "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\"><Action ID=\"Ask\"/></BehaviorTree></root>");
+    write("models/walker.scxml", kHead + R"(initial="there"><datamodel><data id="x" expr="1"/><data id="name" expr="'w'"/></datamodel>
+<state id="there"><onentry><send event="step" delay="100ms"/></onentry>
+  <transition event="step" target="there"><if cond="x !== 0 &amp;&amp; x !== )" +
+                                     std::to_string(top) + R"(">
+    <assign location="x" expr="chance(1 / 3) ? x + 1 : x - 1"/></if></transition>
+  <transition event="walker.ask.request"><send type="thrift" target="walker" event="ask.reply">
+    <param name="result" expr="x"/></send></transition></state></scxml>)");
+    write("r.req", "let at = reply(walker.ask)\n" + requirement);
+    write("sentree.yaml",
+          "mission: {file: mission.xml, rate: 10 Hz}\nservices: {walker: {interface: walker.thrift/Walker, at: "
+          "model}}\nmodels: [{file: models/walker.scxml, name: man, serves: [walker]}]\nmonitors: [{file: r.req}]\n");
+    auto project = project::load_project(folder_.path());
+    EXPECT_TRUE(project.ok()) << to_string(project.diagnostics.front());
+    auto prepared = project::prepare(with_models(project::plain_scenario(std::move(*project.value))));
+    for (const Diagnostic& one : prepared.diagnostics) EXPECT_NE(one.severity, Severity::kError) << to_string(one);
+    return std::move(prepared.value.value());
+  }
+  void write(const std::string& name, const std::string& text) {
+    const auto path = folder_.path() / name;
+    std::filesystem::create_directories(path.parent_path());
+    ASSERT_TRUE(text::write_file(path, text));
+  }
+  static Splitting splitting(const std::string& score) {
+    Splitting one;
+    one.score = score;
+    one.order = Order::kVirtual;
+    one.length = std::chrono::seconds(60);
+    return one;
+  }
+
+  TemporaryFolder folder_{"splits"};
+};
+
+// Student's interval for a mean.
+// @param quantile  Of the distribution with so many degrees of freedom as there are values, but one.
+std::pair<double, double> interval_of(const std::vector<double>& values, double quantile) {
+  const auto n = static_cast<double>(values.size());
+  double mean = 0;
+  for (const double value : values) mean += value / n;
+  double squares = 0;
+  for (const double value : values) squares += (value - mean) * (value - mean);
+  const double off = quantile * std::sqrt(squares / (n - 1) / n);
+  return {mean - off, mean + off};
+}
+
+const std::string kNeverUp = "low \"He does not get up.\": always at < ";
+
+TEST_F(Splits, FindWhatHappensOnceInAMillionRuns) {
+  // The gambler's ruin: (q/p - 1) / ((q/p)^20 - 1) with q/p = 2.
+  const double exact = 1 / (std::pow(2.0, 20) - 1);
+  const project::Plan of = plan(20, kNeverUp + "20.\n");
+  Asked asked;
+  asked.explore.order = Order::kVirtual;
+  const Verification found = verify(of, asked);
+  ASSERT_TRUE(found.judgements.front().least);
+  EXPECT_NEAR(found.judgements.front().least->low, exact, exact * 1e-6);
+
+  constexpr int kSeeds = 40;
+  constexpr double kQuantile = 2.093;  // 95 %, 19 degrees of freedom
+  int inside = 0;
+  double sum = 0;
+  double squares = 0;
+  std::uint64_t runs = 0;
+  std::uint64_t violated = 0;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    Splitting one = splitting("man.x");
+    one.walkers = 100;
+    one.repetitions = 20;
+    one.seed = static_cast<std::uint64_t>(seed);
+    const auto splits = split(of, 0, one);
+    ASSERT_TRUE(splits) << to_string(splits.error());
+    const auto [low, high] = interval_of(splits->estimates, kQuantile);
+    inside += low <= exact && exact <= high ? 1 : 0;
+    for (const double estimate : splits->estimates) {
+      sum += estimate;
+      squares += estimate * estimate;
+    }
+    runs += splits->runs;
+    violated += splits->violated;
+  }
+  EXPECT_GE(inside, kSeeds * 85 / 100) << "of " << kSeeds;
+  // Without bias: what is left of the error is chance.
+  const double n = kSeeds * 20;
+  const double mean = sum / n;
+  const double error = std::sqrt((squares / n - mean * mean) / n);
+  EXPECT_NEAR(mean, exact, 4 * error);
+  EXPECT_LT(error, exact / 10);
+  EXPECT_LE(violated, 2U) << "so many of " << runs << " runs saw it without being split";
+}
+
+TEST_F(Splits, GoByWhatAMonitorOwes) {
+  // It owes that he comes down to 0; each tick without that uses up its bound.
+  for (const char* const bound : {"60 ticks", "6 s"}) {
+    SCOPED_TRACE(bound);
+    const project::Plan of = plan(70, std::string("down \"He comes down.\": eventually at = 0 within ") + bound + ".\n");
+    Asked asked;
+    asked.explore.order = Order::kVirtual;
+    const Verification found = verify(of, asked);
+    ASSERT_TRUE(found.errors.empty()) << to_string(found.errors.front());
+    ASSERT_TRUE(found.judgements.front().least);
+    const double exact = found.judgements.front().least->low;
+    EXPECT_LT(exact, 1e-2);
+    EXPECT_GT(exact, 0);
+    const auto splits = split(of, 0, splitting(kOwed));
+    ASSERT_TRUE(splits) << to_string(splits.error());
+    const auto [low, high] = interval_of(splits->estimates, 3.659);  // 99.9 %, 29 degrees of freedom
+    EXPECT_LE(low, exact);
+    EXPECT_GE(high, exact);
+    EXPECT_GT(low, 0);
+  }
+}
+
+TEST_F(Splits, AreTheSameHoweverManyWorkersThereAre) {
+  const project::Plan of = plan(12, kNeverUp + "12.\n");
+  Splitting one = splitting("man.x");
+  one.repetitions = 7;
+  const auto alone = split(of, 0, one);
+  one.workers = 3;
+  one.each = backwards;
+  const auto shared = split(of, 0, one);
+  ASSERT_TRUE(alone && shared);
+  EXPECT_EQ(alone->estimates, shared->estimates);
+  EXPECT_EQ(alone->branches, shared->branches);
+}
+
+TEST_F(Splits, NeedAScoreThatIsANumber) {
+  const project::Plan of = plan(12, kNeverUp + "12.\n");
+  const auto unknown = split(of, 0, splitting("man.y"));
+  ASSERT_FALSE(unknown);
+  EXPECT_THAT(unknown.error().message, HasSubstr("no model has data called \"man.y\""));
+  const auto text = split(of, 0, splitting("man.name"));
+  ASSERT_FALSE(text);
+  EXPECT_THAT(text.error().message, HasSubstr("man.name is not always a number"));
+}
+
+TEST_F(Splits, RunsAndJudgementsAreTheSameHoweverManyWorkersThereAre) {
+  const project::Plan of = plan(4, kNeverUp + "4.\n" + "far \"He does not go far.\": always at < 3.\n");
+  const auto told = [&](std::size_t workers) {
+    Sampling sampling;
+    sampling.runs = 500;
+    sampling.length = std::chrono::seconds(10);
+    sampling.workers = workers;
+    if (workers > 1) sampling.each = backwards;
+    std::vector<std::vector<bool>> all;
+    sampling.told = [&](const std::vector<bool>& violated) {
+      all.push_back(violated);
+      return all.size() < 400;
+    };
+    EXPECT_EQ(sample(of, sampling).value_or(0), 400U);
+    return all;
+  };
+  EXPECT_EQ(told(1), told(3));
+  Asked asked;
+  const Verification one = verify(of, asked);
+  asked.each = backwards;
+  const Verification many = verify(of, asked);
+  ASSERT_EQ(one.judgements.size(), many.judgements.size());
+  for (std::size_t i = 0; i < one.judgements.size(); ++i) {
+    EXPECT_EQ(one.judgements[i].requirement, many.judgements[i].requirement);
+    EXPECT_EQ(one.judgements[i].path->edges, many.judgements[i].path->edges);
+    EXPECT_EQ(one.judgements[i].greatest->high, many.judgements[i].greatest->high);
+  }
+}
+
+}  // namespace
+}  // namespace sentree::verify
