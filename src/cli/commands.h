@@ -150,12 +150,12 @@ struct VerifyCommand {
   std::uint64_t seed = 1;
   std::string split;        ///< Statistics of what is rare: MODEL.DATA or owed, by which runs are split; empty: not so.
   std::size_t threads = 1;  ///< For judging and statistics; what comes out is the same.
-  bool no_memory = false;  ///< Every step of a chart is executed.
-  bool exact = false;      ///< States are compared, not their hashes; replies as they are.
-  bool model = false;      ///< Only write models of services that have none.
-  bool mutate = false;     ///< Only tell which small changes no requirement notices.
-  std::string against;     ///< A recording: only tell which of its replies the models do not allow.
-  std::string tolerance;   ///< How much earlier or later they may be; empty: the mission's period.
+  bool no_memory = false;   ///< Every step of a chart is executed.
+  bool exact = false;       ///< States are compared, not their hashes; replies as they are.
+  bool model = false;       ///< Only write models of services that have none.
+  bool mutate = false;      ///< Only tell which small changes no requirement notices.
+  std::string against;      ///< A recording: only tell which of its replies the models do not allow.
+  std::string tolerance;    ///< How much earlier or later they may be; empty: the mission's period.
 };
 int verify(const VerifyCommand& command);
 

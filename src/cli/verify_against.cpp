@@ -23,10 +23,9 @@ std::string any_of(const std::vector<std::string>& answers) {
 
 // The first that is not allowed of each method, and how many there are.
 std::string text_of(const verify::Agreement& of) {
-  std::string out =
-      of.not_allowed == 0
-          ? fmt::format("{}: allows all {} answers", of.model, of.answers)
-          : fmt::format("{}: allows {} of {} answers", of.model, of.answers - of.not_allowed, of.answers);
+  std::string out = of.not_allowed == 0
+                        ? fmt::format("{}: allows all {} answers", of.model, of.answers)
+                        : fmt::format("{}: allows {} of {} answers", of.model, of.answers - of.not_allowed, of.answers);
   out += of.possible_most > 1 ? fmt::format("; could be in {} states at most\n", of.possible_most) : "\n";
   if (of.answers == 0) out = of.model + ": was not asked anything that was answered\n";
   std::map<std::string, std::size_t> known;

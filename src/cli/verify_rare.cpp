@@ -52,7 +52,8 @@ int verify_rare(const VerifyCommand& command, const project::Plan& plan, const S
     show_status(fmt::format("{} of {} repetitions", done, splitting.repetitions));
   };
   std::string out = fmt::format(
-      "{} repetitions of {} runs of at most {} s, split by {}, seed {}: what is left open without a probability comes by "
+      "{} repetitions of {} runs of at most {} s, split by {}, seed {}: what is left open without a probability comes "
+      "by "
       "the throw of a die\n",
       splitting.repetitions, splitting.walkers, shortest_decimal(seconds(splitting.length)), splitting.score,
       splitting.seed);
@@ -72,25 +73,27 @@ int verify_rare(const VerifyCommand& command, const project::Plan& plan, const S
     const auto [mean, in] = estimate(*found, sampled.confidence);
     const auto seen =
         std::count_if(found->estimates.begin(), found->estimates.end(), [](double share) { return share > 0; });
-    out += fmt::format("{:<{}}   violated with probability {:.3g}: {:.3g} to {:.3g} ({:g} %), seen in {} of {} repetitions\n",
-                       name, width, mean, in.low, in.high, sampled.confidence * 100, seen, found->estimates.size());
+    out += fmt::format(
+        "{:<{}}   violated with probability {:.3g}: {:.3g} to {:.3g} ({:g} %), seen in {} of {} repetitions\n", name,
+        width, mean, in.low, in.high, sampled.confidence * 100, seen, found->estimates.size());
     any = any || mean > 0;
-    requirements.emplace_back(Map{{"name", name},
-                                  {"verdict", mean > 0 ? "refuted" : "unknown"},
-                                  {"vacuous", false},
-                                  {"complete", false},
-                                  {"fair", List()},
-                                  {"first_violation", Value()},
-                                  {"counterexample", Value()},
-                                  {"probability", Map{{"low", in.low},
-                                                      {"high", in.high},
-                                                      {"mean", mean},
-                                                      {"method", "adaptive multilevel splitting"},
-                                                      {"confidence", sampled.confidence},
-                                                      {"runs", static_cast<std::int64_t>(found->runs)},
-                                                      {"branches", static_cast<std::int64_t>(found->branches)},
-                                                      {"repetitions", static_cast<std::int64_t>(found->estimates.size())},
-                                                      {"seen", static_cast<std::int64_t>(seen)}}}});
+    requirements.emplace_back(
+        Map{{"name", name},
+            {"verdict", mean > 0 ? "refuted" : "unknown"},
+            {"vacuous", false},
+            {"complete", false},
+            {"fair", List()},
+            {"first_violation", Value()},
+            {"counterexample", Value()},
+            {"probability", Map{{"low", in.low},
+                                {"high", in.high},
+                                {"mean", mean},
+                                {"method", "adaptive multilevel splitting"},
+                                {"confidence", sampled.confidence},
+                                {"runs", static_cast<std::int64_t>(found->runs)},
+                                {"branches", static_cast<std::int64_t>(found->branches)},
+                                {"repetitions", static_cast<std::int64_t>(found->estimates.size())},
+                                {"seen", static_cast<std::int64_t>(seen)}}}});
     if (interrupted) break;
   }
   if (command.json) {

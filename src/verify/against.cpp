@@ -69,7 +69,8 @@ class Follower final : public mission::ModelHost {
         chart_(plan.models[model].chart) {
     machine_.remember_steps();
     out_.model = plan.models[model].name;
-    for (const std::string& service : plan.models[model].serves) distinctions_.emplace(service, distinctions(plan, service));
+    for (const std::string& service : plan.models[model].serves)
+      distinctions_.emplace(service, distinctions(plan, service));
   }
 
   Result<Agreement> operator()(std::span<const Message> recording) {
@@ -153,7 +154,8 @@ class Follower final : public mission::ModelHost {
     if (const idl::Method* const method = method_of(call.service, call.method)) {
       if (auto conforming = idl::conform_arguments(*method, call.args)) call.args = std::move(*conforming);
     }
-    return mission::ServeCall{mission::ServeCall::kOutside, message.source, mission::Shared<mission::Call>(std::move(call))};
+    return mission::ServeCall{mission::ServeCall::kOutside, message.source,
+                              mission::Shared<mission::Call>(std::move(call))};
   }
 
   static std::string key_of(const std::string& name, const Value& value) { return name + '\n' + to_json(value); }
@@ -172,7 +174,8 @@ class Follower final : public mission::ModelHost {
     std::vector<Possible> agreeing;
     std::vector<std::string> allowed;
     for (Possible& one : possible_) {
-      const auto given = std::find_if(one.given.begin(), one.given.end(), [&](const Given& g) { return g.call == message.call; });
+      const auto given =
+          std::find_if(one.given.begin(), one.given.end(), [&](const Given& g) { return g.call == message.call; });
       std::string shown(kNothing);
       if (given != one.given.end()) {
         const Answer answer = answer_of(given->outcome, call);
@@ -266,7 +269,8 @@ class Follower final : public mission::ModelHost {
       const TimePoint wake = one.state.wake;
       const bool rings = wake <= may;
       if (rings) {
-        if (auto stepped = step(one, std::max(one.now, wake), mission::ModelTimer{wake}, open); !stepped) return stepped;
+        if (auto stepped = step(one, std::max(one.now, wake), mission::ModelTimer{wake}, open); !stepped)
+          return stepped;
       }
       if (!rings || wake >= must) done.push_back(std::move(one));
     }
@@ -274,7 +278,8 @@ class Follower final : public mission::ModelHost {
   }
 
   // Every way in which one step can go.
-  Result<void> step(const Possible& from, TimePoint at, const mission::ModelDelivery& what, std::vector<Possible>& out) {
+  Result<void> step(const Possible& from, TimePoint at, const mission::ModelDelivery& what,
+                    std::vector<Possible>& out) {
     script_.clear();
     for (std::size_t ways = 0;; ++ways) {
       if (ways > kWaysMax) return fail("verify.choice", "model " + out_.model + " can go on in too many ways at once");
@@ -344,9 +349,11 @@ class Follower final : public mission::ModelHost {
   void deliver_at(TimePoint, mission::Rank, mission::ModelDelivery) override {}  // `ModelState::wake` says when
   std::optional<std::uint64_t> choose(const mission::Choice& choice) override {
     if (choice.count > kAlternativesMax && !error_) {
-      error_ = Diagnostic{Severity::kError, "verify.choice",
+      error_ = Diagnostic{Severity::kError,
+                          "verify.choice",
                           choice.model + ": " + choice.function + "() leaves " + std::to_string(choice.count) +
-                              " alternatives open; at most " + std::to_string(kAlternativesMax) + " can be tried", {}};
+                              " alternatives open; at most " + std::to_string(kAlternativesMax) + " can be tried",
+                          {}};
     }
     const std::uint64_t taken = made_.size() < script_.size() ? script_[made_.size()] : 0;
     made_.emplace_back(taken, error_ ? 1 : choice.count);

@@ -48,9 +48,9 @@ struct Agreement {
   TimePoint followed_to{};
 };
 
-/// Follows a recording with every behaviour of each model of the plan: all choices, timers as they are due, and requests
-/// as they were recorded. An answer is allowed if some behaviour that gave all answers before gives it too, at that
-/// time within the tolerance. What the models do not allow is told, and then taken as given.
+/// Follows a recording with every behaviour of each model of the plan: all choices, timers as they are due, and
+/// requests as they were recorded. An answer is allowed if some behaviour that gave all answers before gives it too, at
+/// that time within the tolerance. What the models do not allow is told, and then taken as given.
 ///
 /// Requests that did not reach their component (unreachable, refused by a gate, a fault), and answers that a fault held
 /// back, are left out. What a component publishes is heard by the models that subscribe, and not compared.

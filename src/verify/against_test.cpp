@@ -103,7 +103,9 @@ class Against : public ::testing::Test {
   }
 
   // A recording, line by line: a request and what answers it, `took` later.
-  void asked(Duration at, Value result, Duration took = {}) { called(at, "ask", Map(), {{"result", std::move(result)}}, took); }
+  void asked(Duration at, Value result, Duration took = {}) {
+    called(at, "ask", Map(), {{"result", std::move(result)}}, took);
+  }
   void called(Duration at, const std::string& method, Map args, Map outcome, Duration took = {}) {
     Message request;
     request.kind = MessageKind::kRequest;
@@ -203,7 +205,8 @@ TEST_F(Against, RequestsThatDoNotArriveAreLeftOut) {
   called(milliseconds(0), "ask", Map(), Map{{"kind", "late"}, {"message", "a fault: the answer comes too late"}});
   EXPECT_EQ(found().answers, 0U);
   EXPECT_EQ(found().requests, 1U);
-  called(milliseconds(0), "ask", Map(), Map{{"kind", "late"}, {"message", "no answer within 2 s"}}, std::chrono::seconds(2));
+  called(milliseconds(0), "ask", Map(), Map{{"kind", "late"}, {"message", "no answer within 2 s"}},
+         std::chrono::seconds(2));
   called(milliseconds(0), "ask", Map(), Map{{"kind", "exception"}, {"message", "off"}});
   EXPECT_EQ(found().answers, 2U);
   EXPECT_EQ(found().not_allowed, 2U);
@@ -247,11 +250,11 @@ TEST(AgainstRandomProjects, RunsWithModelsAreAllowed) {
     const auto agreement = against(*prepared.value, run.messages, {.exact = true});
     ASSERT_TRUE(agreement) << to_string(agreement.error());
     if (!agreement->front().given_up.empty()) continue;
-    EXPECT_EQ(agreement->front().not_allowed, 0U) << to_json(agreement->front().disallowed.front().args) << " "
-                                                  << agreement->front().disallowed.front().call << " at "
-                                                  << seconds(agreement->front().disallowed.front().at) << ": "
-                                                  << agreement->front().disallowed.front().answered << " not "
-                                                  << agreement->front().disallowed.front().allowed.front();
+    EXPECT_EQ(agreement->front().not_allowed, 0U)
+        << to_json(agreement->front().disallowed.front().args) << " " << agreement->front().disallowed.front().call
+        << " at " << seconds(agreement->front().disallowed.front().at) << ": "
+        << agreement->front().disallowed.front().answered << " not "
+        << agreement->front().disallowed.front().allowed.front();
     answers += agreement->front().answers;
     ++compared;
     for (Message& message : run.messages) {

@@ -50,7 +50,8 @@ std::string decimal(double number) {
 // Writes replies of one service.
 class Writer {
  public:
-  Writer(const std::string& service, const Distinctions& uses, AnyReply& out) : service_(service), uses_(uses), out_(out) {}
+  Writer(const std::string& service, const Distinctions& uses, AnyReply& out)
+      : service_(service), uses_(uses), out_(out) {}
 
   std::optional<Diagnostic> operator()(const std::vector<const idl::Method*>& methods) {
     std::string transitions;

@@ -15,10 +15,10 @@ namespace sentree::verify {
 /// What a mission tells apart of the replies of one service: by the name under which its expressions read a value, that
 /// of a member, or "result".
 struct Distinctions {
-  std::set<std::string> names;                        ///< That some expression mentions at all.
-  std::set<std::string> words;                        ///< Texts that are written anywhere, in charts and in the tree.
-  std::map<std::string, std::set<double>> numbers;    ///< That values are compared with, after + - * / by constants.
-  std::map<std::string, std::set<std::string>> texts; ///< Likewise.
+  std::set<std::string> names;                         ///< That some expression mentions at all.
+  std::set<std::string> words;                         ///< Texts that are written anywhere, in charts and in the tree.
+  std::map<std::string, std::set<double>> numbers;     ///< That values are compared with, after + - * / by constants.
+  std::map<std::string, std::set<std::string>> texts;  ///< Likewise.
   /// Values are compared with each other, so that what is told apart is not known.
   std::optional<Diagnostic> trouble;
 };

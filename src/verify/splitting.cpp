@@ -43,7 +43,11 @@ Result<std::optional<Datum>> datum_of(const project::Plan& plan, const std::stri
 class Splitter {
  public:
   Splitter(const project::Plan& plan, std::size_t monitor, const Splitting& splitting, std::optional<Datum> datum)
-      : plan_(plan), splitting_(splitting), monitor_(monitor), datum_(std::move(datum)), walk_(plan, splitting.order, score()) {}
+      : plan_(plan),
+        splitting_(splitting),
+        monitor_(monitor),
+        datum_(std::move(datum)),
+        walk_(plan, splitting.order, score()) {}
 
   // One repetition; nothing: interrupted.
   Result<std::optional<double>> operator()(std::uint64_t number, Splits& counted) {

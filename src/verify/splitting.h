@@ -18,18 +18,18 @@ inline constexpr const char* kOwed = "owed";
 
 /// How the probability of something rare is estimated.
 struct Splitting {
-  /// How near a violation is: the more, the nearer. "MODEL.DATA", a number (or a truth value) that a model's chart holds;
-  /// kOwed: how much of its bound what the monitor owes has used up.
+  /// How near a violation is: the more, the nearer. "MODEL.DATA", a number (or a truth value) that a model's chart
+  /// holds; kOwed: how much of its bound what the monitor owes has used up.
   std::string score = kOwed;
-  std::size_t walkers = 200;     ///< Runs that are kept on their way at a time.
+  std::size_t walkers = 200;  ///< Runs that are kept on their way at a time.
   std::uint64_t repetitions = 30;
   std::uint64_t seed = 1;
   Order order = Order::kAny;
-  Duration length{};  ///< As `Sampling::length`.
+  Duration length{};                     ///< As `Sampling::length`.
   std::uint64_t memory = 1'000'000'000;  ///< As `Sampling::memory`; one repetition that needs more is an error.
   std::size_t workers = 1;               ///< As `Sampling::workers`.
   Each each;
-  std::function<bool()> interrupted;  ///< May be empty; asked by every worker.
+  std::function<bool()> interrupted;                        ///< May be empty; asked by every worker.
   std::function<void(std::uint64_t repetitions)> progress;  ///< Told now and then; may be empty.
 };
 

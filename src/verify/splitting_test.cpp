@@ -43,10 +43,11 @@ class Splits : public ::testing::Test {
 <final id="success"/><final id="failure"/></scxml>)");
     write("mission.xml",
           "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\"><Action ID=\"Ask\"/></BehaviorTree></root>");
-    write("models/walker.scxml", kHead + R"(initial="there"><datamodel><data id="x" expr="1"/><data id="name" expr="'w'"/></datamodel>
+    write("models/walker.scxml",
+          kHead + R"(initial="there"><datamodel><data id="x" expr="1"/><data id="name" expr="'w'"/></datamodel>
 <state id="there"><onentry><send event="step" delay="100ms"/></onentry>
   <transition event="step" target="there"><if cond="x !== 0 &amp;&amp; x !== )" +
-                                     std::to_string(top) + R"(">
+              std::to_string(top) + R"(">
     <assign location="x" expr="chance(1 / 3) ? x + 1 : x - 1"/></if></transition>
   <transition event="walker.ask.request"><send type="thrift" target="walker" event="ask.reply">
     <param name="result" expr="x"/></send></transition></state></scxml>)");
@@ -137,7 +138,8 @@ TEST_F(Splits, GoByWhatAMonitorOwes) {
   // It owes that he comes down to 0; each tick without that uses up its bound.
   for (const char* const bound : {"60 ticks", "6 s"}) {
     SCOPED_TRACE(bound);
-    const project::Plan of = plan(70, std::string("down \"He comes down.\": eventually at = 0 within ") + bound + ".\n");
+    const project::Plan of =
+        plan(70, std::string("down \"He comes down.\": eventually at = 0 within ") + bound + ".\n");
     Asked asked;
     asked.explore.order = Order::kVirtual;
     const Verification found = verify(of, asked);
