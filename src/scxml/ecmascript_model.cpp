@@ -221,7 +221,7 @@ Result<ScriptHeap*> EcmaScriptModel::ready_heap(bool changes) {
     heap_->attach(this);
     heap_->foreach_max = interpreter_.host().limits.foreach_max;
     const Host& host = interpreter_.host();
-    if (heap_->session_id != session_.id() || !host.functions.empty() || !host.values.empty()) {
+    if (heap_->session_id != session_.id() || !heap_->knows(host.functions) || !host.values.empty()) {
       if (auto set = heap_->set_system(session_.id(), interpreter_.host().processors); !set)
         return tl::unexpected(std::move(set.error()));
     }

@@ -305,6 +305,7 @@ void push_frozen(duk_context* ctx, const Value& value) {
 
 Result<void> ScriptHeap::set_system(std::string_view id, std::span<const Processor> processors) {
   session_id.clear();
+  known_.clear();
   auto done = protect(kNoExpression, [&](duk_context* ctx) {
     constexpr duk_uint_t kFlags = DUK_DEFPROP_HAVE_VALUE | DUK_DEFPROP_FORCE | DUK_DEFPROP_CLEAR_WEC;
     duk_push_heapptr(ctx, base_);
@@ -354,7 +355,11 @@ Result<void> ScriptHeap::set_system(std::string_view id, std::span<const Process
       }
     }
   });
-  if (done) session_id = id;
+  if (!done) return done;
+  session_id = id;
+  if (world_ != nullptr) {
+    for (const NativeFunction& function : world_->script_functions()) known_.push_back(function.name);
+  }
   return done;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -59,6 +60,11 @@ class ScriptHeap {
   [[nodiscard]] bool reset();
   /// Sets the read-only variables of SCXML 5.10.
   Result<void> set_system(std::string_view session_id, std::span<const Processor> processors);
+  /// The functions that `set_system` made known last are these.
+  [[nodiscard]] bool knows(const std::vector<NativeFunction>& functions) const {
+    return std::equal(functions.begin(), functions.end(), known_.begin(), known_.end(),
+                      [](const NativeFunction& function, const std::string& name) { return function.name == name; });
+  }
   Result<void> set_event(const Event* event);
 
   Result<bool> condition(ExpressionId id);
@@ -108,6 +114,7 @@ class ScriptHeap {
   void* make_dom_ = nullptr;
   std::vector<void*> compiled_;  // by ExpressionId; null: not yet
   std::vector<std::pair<std::string, void*>> functions_;
+  std::vector<std::string> known_;  // names of native functions, which are called by their places
 };
 
 /// Heaps of one chart that no session uses at the moment. Thread-safe.
