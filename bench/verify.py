@@ -118,13 +118,14 @@ def main():
         guard = os.path.join(EXAMPLES, "large", "guard")
         row("a tree of 2,088 elements", [sentree, "verify", guard, *out], "2 s")
         runs = 20_000
-        command = ["verify", recharge, *none, "--runs", str(runs), "--ticks", "100"]
-        output, cpu, wall, _ = measured([sentree, *command])
-        print(f"statistics: sentree verify examples/recharge --faults none --runs {runs} --ticks 100")
-        if f"{runs} runs of" in output:
-            print(f"  {runs / cpu:,.0f} runs a second of processor ({wall:.2f} s wall); bar: 5,000")
-        else:
-            print(f"  FAILED: {output[-400:]}")
+        for threads in (1, 2):
+            command = ["verify", recharge, *none, "--runs", str(runs), "--ticks", "100", "--threads", str(threads)]
+            output, cpu, wall, _ = measured([sentree, *command])
+            print(f"statistics: sentree verify examples/recharge --faults none --runs {runs} --ticks 100 --threads {threads}")
+            if f"{runs} runs of" in output:
+                print(f"  {runs / cpu:,.0f} runs a second of processor, {runs / wall:,.0f} of wall time; bar: 5,000")
+            else:
+                print(f"  FAILED: {output[-400:]}")
     print(f"largest memory of any: {resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024:.0f} MB")
 
 
