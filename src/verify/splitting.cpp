@@ -36,8 +36,8 @@ Result<std::optional<Datum>> datum_of(const project::Plan& plan, const std::stri
       if (names.back() == score) return std::optional(Datum{i, variable.id});
     }
   }
-  return fail("verify.score", "no model has data called \"" + score + "\"" + did_you_mean(score, names) +
-                                  "; a score is MODEL.DATA, or " + kOwed);
+  return fail("verify.score", std::string("a score is MODEL.DATA or ") + kOwed + ", and no model has data called \"" +
+                                  score + "\"" + did_you_mean(score, names));
 }
 
 class Splitter {
