@@ -169,6 +169,13 @@ Result<void> PartMemory::inject(Run& run, const project::Intervention& what, Out
   return done;
 }
 
+void PartMemory::each_session(const std::function<void(std::size_t part, const scxml::Session&)>& visit) const {
+  for (const Kept& kept : kept_) {
+    if (const auto* const skill = std::get_if<SkillState>(kept.state.get())) visit(kept.part, skill->session);
+    if (const auto* const model = std::get_if<ModelState>(kept.state.get())) visit(kept.part, model->session);
+  }
+}
+
 void PartMemory::settle(Run& run) {
   for (std::size_t part = 0; part < run.parts.size(); ++part) {
     run.parts[part] = aged(run.parts[part], run.now - run.as_of[part]);

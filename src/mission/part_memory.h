@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <set>
@@ -95,6 +96,9 @@ class PartMemory final : private Ground {
   [[nodiscard]] const ModelState& model(const Run& run, std::size_t index) const {
     return std::get<ModelState>(*kept_[run.parts[parts_.skills() + index]].state);
   }
+
+  /// Every session of a part, by its index among leaves, then models, in any state that was found.
+  void each_session(const std::function<void(std::size_t part, const scxml::Session&)>& visit) const;
 
   /// Brings every part to now, and leaves out what can have no effect any more.
   void settle(Run& run);

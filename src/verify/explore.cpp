@@ -10,6 +10,8 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
+const std::string kMemory = "the limit of memory";
+
 class Explorer {
  public:
   Explorer(const project::Plan& plan, const Options& options) : options_(options), periods_(plan, options) {}
@@ -31,6 +33,10 @@ class Explorer {
       if (options_.progress && at % 1024 == 0) options_.progress(graph.nodes.size(), graph.edges.size());
     }
     graph.complete = graph.limit.empty();
+    // What grows without end, most likely.
+    if (graph.limit == kMemory || graph.limit.ends_with(" states")) {
+      if (const std::string most = periods_.most_varied(3); !most.empty()) graph.limit += "; most values had " + most;
+    }
     return std::move(graph);
   }
 
@@ -45,7 +51,7 @@ class Explorer {
   std::string limit_now() const {
     if (options_.interrupted && options_.interrupted()) return "interrupted";
     if (options_.time && SteadyClock::now() - started_ > *options_.time) return "the limit of time";
-    if (periods_.bytes() > options_.memory) return "the limit of memory";
+    if (periods_.bytes() > options_.memory) return kMemory;
     return {};
   }
 

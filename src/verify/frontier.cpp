@@ -57,6 +57,12 @@ class Executing final : public Frontier {
   }
   const mission::ModelState& model(std::size_t index) const override { return run_.models[index]; }
   Result<void> inject(const project::Intervention& what) override { return host_.inject(run_, what, surroundings_); }
+  void each_session(const std::function<void(std::size_t part, const scxml::Session&)>& visit) const override {
+    for (const mission::State& state : states_) {
+      for (std::size_t i = 0; i < state.skills.size(); ++i) visit(i, state.skills[i].session);
+      for (std::size_t i = 0; i < state.models.size(); ++i) visit(state.skills.size() + i, state.models[i].session);
+    }
+  }
   std::uint64_t bytes() const override {
     constexpr std::uint64_t kOfAState = 4'000;
     return states_.size() * kOfAState;
@@ -133,6 +139,9 @@ class Remembering final : public Frontier {
   }
   const mission::ModelState& model(std::size_t index) const override { return memory_.model(run_, index); }
   Result<void> inject(const project::Intervention& what) override { return memory_.inject(run_, what, outside_); }
+  void each_session(const std::function<void(std::size_t part, const scxml::Session&)>& visit) const override {
+    memory_.each_session(visit);
+  }
   std::uint64_t bytes() const override { return memory_.bytes() + waiting_.capacity() * sizeof(std::uint32_t); }
 
  private:

@@ -49,6 +49,9 @@ class Frontier {
   [[nodiscard]] virtual const mission::ModelState& model(std::size_t index) const = 0;
   virtual Result<void> inject(const project::Intervention& what) = 0;
 
+  /// Sessions by the index of their part among leaves, then models: of all states that were found, or of those that are
+  /// kept, if the others are not known any more.
+  virtual void each_session(const std::function<void(std::size_t part, const scxml::Session&)>& visit) const = 0;
   /// About.
   [[nodiscard]] virtual std::uint64_t bytes() const = 0;
 };

@@ -1,6 +1,7 @@
 #include "sentree/verify/periods.h"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "sentree/project/intervention.h"
@@ -82,6 +83,27 @@ std::uint64_t Periods::bytes() const {
   return graph_.nodes.size() * (sizeof(Graph::Node) + sizeof(std::uint64_t)) + known_.bytes() +
          graph_.edges.size() * sizeof(Edge) + gates_of_.size() * sizeof(std::uint32_t) + gates_.bytes() +
          frontier_->bytes() + kept_bytes_;
+}
+
+std::string Periods::most_varied(std::size_t count) const {
+  std::map<std::string, std::set<std::string>> values;
+  frontier_->each_session([&](std::size_t part, const scxml::Session& session) {
+    if (session.status() == scxml::SessionStatus::kNew) return;
+    const bool is_leaf = part < plan_.leaves.size();
+    const scxml::Chart& chart = is_leaf ? *plan_.leaves[part].chart : plan_.models[part - plan_.leaves.size()].chart;
+    session.visit_data(chart, [&](const std::string& name, const Value& value) {
+      values[graph_.parts[part] + "." + name].insert(to_json(value));
+    });
+  });
+  std::vector<std::pair<std::size_t, std::string>> most;
+  for (const auto& [name, of] : values) {
+    if (of.size() > 1) most.emplace_back(of.size(), name);
+  }
+  std::stable_sort(most.begin(), most.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  if (most.size() > count) most.resize(count);
+  std::string text;
+  for (const auto& [size, name] : most) text += (text.empty() ? "" : ", ") + name + " (" + std::to_string(size) + ")";
+  return text;
 }
 
 // ---- what is decided

@@ -57,6 +57,9 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   [[nodiscard]] std::uint32_t keep_seen();
   [[nodiscard]] std::uint32_t keep_made();
 
+  /// The data of charts that had most values, at most `count`: "robot.level (41,022)". As far as `Frontier` knows.
+  [[nodiscard]] std::string most_varied(std::size_t count) const;
+
   [[nodiscard]] Graph& graph() { return graph_; }
   [[nodiscard]] const Graph& graph() const { return graph_; }
   /// About.

@@ -293,6 +293,25 @@ TEST_F(Verify, StopsAtItsLimits) {
   EXPECT_EQ(verify(plan(), asked).graph.limit, "interrupted");
 }
 
+TEST_F(Verify, SaysWhatGrowsWithoutEnd) {
+  tree(
+      "<RetryUntilSuccessful num_attempts=\"-1\"><Sequence><Sleep msec=\"100\"/><Condition ID=\"Ask\"/></Sequence>"
+      "</RetryUntilSuccessful>");
+  write("models/door.scxml",
+        kHead + R"(initial="there"><datamodel><data id="asked" expr="10"/><data id="odd" expr="0"/></datamodel>
+<state id="there"><transition event="door.ask.request">
+  <assign location="asked" expr="asked + 1"/><assign location="odd" expr="asked % 2"/>
+  <send type="thrift" target="door" event="ask.reply"><param name="result" expr="asked + odd"/></send>
+</transition></state></scxml>)");
+  requirements("small \"It says little.\": always said <= 1000000.\n");
+  Asked asked;
+  asked.explore.states = 50;
+  EXPECT_THAT(verify(plan(), asked).graph.limit, HasSubstr("the limit of 50 states; most values had keeper.asked ("));
+  asked.explore = {};
+  asked.explore.ticks = 20;
+  EXPECT_EQ(verify(plan(), asked).graph.limit, "the limit of 20 ticks") << "which somebody wanted";
+}
+
 TEST_F(Verify, AnyOrderReachesWhatVirtualTimeReaches) {
   tree(
       "<Parallel success_count=\"2\" failure_count=\"2\"><Condition ID=\"Ask\" name=\"A\"/>"
