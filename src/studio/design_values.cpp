@@ -7,7 +7,6 @@
 #include "sentree/draw/tree.h"
 #include "sentree/graph/chart.h"
 #include "sentree/project/interface_file.h"
-#include "sentree/scxml/chart.h"
 #include "sentree/scxml/model.h"
 #include "sentree/text/yaml.h"
 
@@ -58,24 +57,6 @@ Value tree_value(const design::OutlineTree& tree) {
              {"layout", draw::to_value(drawing, draw::layout(drawing))}};
 }
 
-Value chart_value(const scxml::Chart& chart) {
-  std::vector<scxml::StateIndex> states;
-  std::vector<scxml::TransitionIndex> transitions_drawn;
-  const draw::Chart drawing = graph::drawing_of(chart, nullptr, 0xFFFFFFFFU, &states, &transitions_drawn);
-  List state_values;
-  for (const scxml::StateIndex state : states) {
-    const bool written = state != scxml::kNoState;
-    state_values.push_back(
-        Map{{"id", written ? chart.states()[state].id : ""}, {"line", written ? chart.states()[state].place.line : 0}});
-  }
-  List transitions;
-  for (const scxml::TransitionIndex transition : transitions_drawn)
-    transitions.push_back(Map{{"line", chart.transitions()[transition].place.line}});
-  return Map{{"layout", draw::to_value(drawing, draw::layout(drawing))},
-             {"states", std::move(state_values)},
-             {"transitions", std::move(transitions)}};
-}
-
 Value sentence_value(const design::Sentence& sentence) {
   List parts;
   for (const design::SentencePart& part : sentence.parts)
@@ -104,6 +85,24 @@ bool flag_of(const Value& value, std::string_view name) {
 }
 
 }  // namespace
+
+Value chart_value(const scxml::Chart& chart) {
+  std::vector<scxml::StateIndex> states;
+  std::vector<scxml::TransitionIndex> transitions_drawn;
+  const draw::Chart drawing = graph::drawing_of(chart, nullptr, 0xFFFFFFFFU, &states, &transitions_drawn);
+  List state_values;
+  for (const scxml::StateIndex state : states) {
+    const bool written = state != scxml::kNoState;
+    state_values.push_back(
+        Map{{"id", written ? chart.states()[state].id : ""}, {"line", written ? chart.states()[state].place.line : 0}});
+  }
+  List transitions;
+  for (const scxml::TransitionIndex transition : transitions_drawn)
+    transitions.push_back(Map{{"line", chart.transitions()[transition].place.line}});
+  return Map{{"layout", draw::to_value(drawing, draw::layout(drawing))},
+             {"states", std::move(state_values)},
+             {"transitions", std::move(transitions)}};
+}
 
 std::string_view kind_of_file(const std::string& file, std::string_view text) {
   const auto has_ending = [&](std::string_view ending) { return file.ends_with(ending); };

@@ -14,6 +14,7 @@
 #include "sentree/design/tree_edit.h"
 #include "sentree/design/workspace.h"
 #include "sentree/design/yaml_gesture.h"
+#include "sentree/scxml/chart.h"
 
 // What is edited, as data for pages: docs/studio-protocol.md.
 
@@ -26,6 +27,9 @@ namespace sentree::studio {
 /// their parts.
 [[nodiscard]] Value document_value(const std::string& file, const design::Document& document,
                                    const design::Kinds& kinds);
+
+/// A chart's picture, with the lines of its parts.
+[[nodiscard]] Value chart_value(const scxml::Chart& chart);
 
 /// The picture of a chart in which the states of these ids hide what is in them. Errors: studio.request (no chart).
 [[nodiscard]] Result<Value> folded_value(const std::string& file, const design::Document& document,

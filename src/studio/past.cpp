@@ -6,6 +6,7 @@
 #include "sentree/monitor/requirement.h"
 #include "sentree/project/requirements.h"
 #include "sentree/replay/recorded_run.h"
+#include "sentree/studio/design_values.h"
 
 namespace sentree::studio {
 
@@ -73,6 +74,7 @@ Value Past::judge(const std::string& file, const std::string& text, const projec
       if (!model.ok()) continue;
       requirements.push_back(Map{{"name", model.value->name()},
                                  {"line", static_cast<std::int64_t>(requirement.span.line)},
+                                 {"chart", chart_value(model.value->chart())},
                                  {"violated", List()}});
       models.push_back(std::move(*model.value));
     }

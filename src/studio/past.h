@@ -21,9 +21,10 @@ class Past {
  public:
   explicit Past(std::filesystem::path folder) : runs_(std::move(folder) / "runs") {}
 
-  /// The message "design_past" about a file of requirements, from its text: for each requirement when each recording
-  /// would have violated it first, as `sentree monitor check` has it. A text with errors has no requirements.
-  /// Cost: a step of the requirements' monitors for each observation that they listen to.
+  /// The message "design_past" about a file of requirements, from its text: for each requirement the picture of the
+  /// chart that it becomes, and when each recording would have violated it first, as `sentree monitor check` has it. A
+  /// text with errors has no requirements. Cost: a step of the requirements' monitors for each observation that they
+  /// listen to.
   [[nodiscard]] Value judge(const std::string& file, const std::string& text, const project::Plan& plan);
 
  private:

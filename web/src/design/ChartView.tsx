@@ -1,6 +1,6 @@
 import { useEffect, useMemo } from "react";
 
-import { Edge, Label, StateTexts } from "../panels/charts/ChartPicture";
+import { Edge, Label, StateShape } from "../panels/charts/ChartPicture";
 import { composites, FoldCount, FoldSign, useFolding } from "../panels/charts/folding";
 import { Minimap } from "../picture/Minimap";
 import { usePictureView } from "../picture/use_picture_view";
@@ -106,8 +106,7 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
             const { id, line } = chart.states[at] ?? { id: "", line: 0 };
             const nest = nests.has(i);
             const hidden = shown.hidden[i] ?? 0;
-            const lit = active.has(at) ? " active" : "";
-            const [middle, centre] = [drawn.x + drawn.width / 2, drawn.y + drawn.height / 2];
+            const middle = drawn.x + drawn.width / 2;
             return (
               <g
                 key={at}
@@ -118,15 +117,7 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
                 aria-label={`State ${drawn.name.join(" ") || drawn.kind}${active.has(at) ? ", active" : ""}${hidden > 0 ? `, ${hidden} states hidden in it` : ""}`}
                 className={[lines.has(line) ? "wrong" : "", chosen !== null && id === chosen ? "chosen" : ""].filter(Boolean).join(" ") || undefined}
               >
-                {drawn.kind === "initial" ? (
-                  <circle className="dot" cx={middle} cy={centre} r={7} />
-                ) : drawn.kind.includes("history") ? (
-                  <circle className={`state${lit}`} cx={middle} cy={centre} r={13} />
-                ) : (
-                  <rect className={`${nest ? "nest" : "state"}${lit}`} x={drawn.x} y={drawn.y} width={drawn.width} height={drawn.height} rx={9} />
-                )}
-                {drawn.kind === "final" && <rect className={`inner${lit}`} x={drawn.x + 3.5} y={drawn.y + 3.5} width={drawn.width - 7} height={drawn.height - 7} rx={5.5} />}
-                <StateTexts drawn={drawn} nest={nest} />
+                <StateShape drawn={drawn} nest={nest} active={active.has(at)} />
                 {hidden > 0 && <FoldCount hidden={hidden} x={middle} y={drawn.y + drawn.height} />}
                 {id !== "" && composite.has(at) && <FoldSign id={id} closed={closed.has(id)} hint=" (C)" x={drawn.x + drawn.width - 1} y={drawn.y + 1} />}
               </g>

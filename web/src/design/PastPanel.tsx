@@ -1,5 +1,6 @@
 import { clock_text } from "../draw/format";
 import type { DesignPast } from "../protocol/types";
+import { ChartSketch } from "./ChartSketch";
 import { doc_of, go_to, useDesign } from "./design";
 import type { Places } from "./places";
 
@@ -8,15 +9,14 @@ export function PastPanel() {
   const past = useDesign(({ file, past: known }) => (file === null ? undefined : known[file]));
   const doc = useDesign(doc_of);
   if (!past || !doc) return <p className="empty">Looking at the last runs …</p>;
-  if (past.runs.length === 0)
-    return (
-      <p className="inspector-empty muted">
-        There is no recording in <span className="mono">runs/</span>. <span className="mono">sentree run</span> makes one; what is written here is then tried on it.
-      </p>
-    );
   return (
     <div className="past scroll" data-testid="past" tabIndex={0}>
       <h2>In the last runs</h2>
+      {past.runs.length === 0 && (
+        <p className="muted">
+          There is no recording in <span className="mono">runs/</span>. <span className="mono">sentree run</span> makes one; what is written here is then tried on it.
+        </p>
+      )}
       {past.requirements.length === 0 && <p className="muted">No requirement can be read.</p>}
       {past.requirements.map((requirement) => (
         <Requirement key={requirement.name} requirement={requirement} runs={past.runs} places={doc.places} />
@@ -36,6 +36,10 @@ function Requirement({ requirement, runs, places }: { requirement: DesignPast["r
           <Run key={run.name} run={run} at={requirement.violated[i] ?? null} requirement={requirement.name} />
         ))}
       </ul>
+      <details>
+        <summary>The chart that watches for it</summary>
+        <ChartSketch chart={requirement.chart} label={`Chart of ${requirement.name}`} />
+      </details>
     </section>
   );
 }

@@ -31,7 +31,7 @@ describe("the description of the protocol", () => {
     for (const type of ["hello", "model", "state", "delta", "violation", "answer"]) expect(seen).toContain(type);
     expect([...new Set(messages.map(wrong).filter((error) => error !== null))]).toEqual([]);
     const values = messages.filter((message): message is { type: string; value: object } => message.type === "answer" && "value" in message && message.value !== null && typeof message.value === "object");
-    for (const [op, member] of [["messages", "messages"], ["lanes", "lanes"], ["layout", "layout"]] as const) {
+    for (const [op, member] of [["messages", "messages"], ["lanes", "lanes"], ["layout", "nodes"], ["fold_chart", "hidden"]] as const) {
       const answers = values.filter(({ value }) => member in value);
       expect(answers.length, op).toBeGreaterThan(0);
       const check = TypeCompiler.Compile(Operations[op][1]);

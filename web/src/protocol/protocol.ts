@@ -314,7 +314,7 @@ export const DesignDocument = object({
 export const DesignPast = object({
   file: string(),
   runs: list(object({ name: string(), ended: index(), problem: string() })),
-  requirements: list(object({ name: string(), line: index(), violated: list(or_null(index())) })),
+  requirements: list(object({ name: string(), line: index(), chart: OutlineChart, violated: list(or_null(index())) })),
 });
 export const PaletteNode = object({
   id: string(),

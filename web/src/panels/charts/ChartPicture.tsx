@@ -208,6 +208,21 @@ const StateView = memo(function StateView({ chart, s, drawn, nest, region, hidde
   );
 });
 
+/** A state of a chart that does not run, or runs by hand. */
+export function StateShape({ drawn, nest, active }: { drawn: ChartLayout["states"][number]; nest: boolean; active: boolean }) {
+  const lit = active ? " active" : "";
+  const { x, y, width, height, kind } = drawn;
+  const [middle, centre] = [x + width / 2, y + height / 2];
+  const box = <rect className={`${nest ? "nest" : "state"}${lit}`} x={x} y={y} width={width} height={height} rx={kRadius} />;
+  return (
+    <>
+      {kind === "initial" ? <circle className="dot" cx={middle} cy={centre} r={7} /> : kind.includes("history") ? <circle className={`state${lit}`} cx={middle} cy={centre} r={13} /> : box}
+      {kind === "final" && <rect className={`inner${lit}`} x={x + kInset} y={y + kInset} width={width - 2 * kInset} height={height - 2 * kInset} rx={kRadius - kInset} />}
+      <StateTexts drawn={drawn} nest={nest} />
+    </>
+  );
+}
+
 export const StateTexts = memo(function StateTexts({ drawn, nest }: { drawn: ChartLayout["states"][number]; nest: boolean }) {
   const inset = drawn.kind === "final" ? kInset : 0;
   const ruled = drawn.name.length > 0 && drawn.lines.length > 0;
