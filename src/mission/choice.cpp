@@ -3,6 +3,15 @@
 #include <algorithm>
 
 namespace sentree::mission {
+namespace {
+
+// 60 is written for 60.0 too.
+bool is_meant(const Value& alternative, const Value& given) {
+  if (alternative.is_number() && given.is_number()) return alternative.number() == given.number();
+  return to_json(alternative) == to_json(given);
+}
+
+}  // namespace
 
 std::optional<std::uint64_t> scripted(const project::Scenario& scenario, const Choice& choice) {
   if (!scenario.choices) return std::nullopt;
@@ -14,7 +23,7 @@ std::optional<std::uint64_t> scripted(const project::Scenario& scenario, const C
   // Alternatives of between() are many: they are not all looked at.
   constexpr std::uint64_t kLookedAtMax = 1'000'000;
   for (std::uint64_t i = 0; i < std::min(choice.count, kLookedAtMax); ++i) {
-    if (to_json(choice.alternative(i)) == to_json(entry->value)) return i;
+    if (is_meant(choice.alternative(i), entry->value)) return i;
   }
   return std::nullopt;
 }

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-project::Plan plan_of(const fs::path& scenario) {
+project::Plan forked_plan(const fs::path& scenario) {
   auto loaded = project::load_scenario(scenario);
   EXPECT_TRUE(loaded.ok()) << to_string(loaded.diagnostics.front());
   loaded.value->virtual_time = true;
@@ -69,7 +69,7 @@ TEST(Restored, DISABLED_InAnotherProcess) {
   const char* folder = std::getenv("SENTREE_TEST_FOLDER");
   const char* scenario = std::getenv("SENTREE_TEST_SCENARIO");
   ASSERT_TRUE(folder != nullptr && scenario != nullptr);
-  const project::Plan plan = plan_of(scenario);
+  const project::Plan plan = forked_plan(scenario);
   const auto saved = text::read_file(fs::path(folder) / "state");
   ASSERT_TRUE(saved.has_value());
   const auto state = mission::restore(plan, *saved);
@@ -88,7 +88,7 @@ TEST_P(Forked, AtAnyMomentACopyAndASavedRunGoOnAlike) {
   SCOPED_TRACE("seed " + std::to_string(seed));
   Rng rng(seed);
   const fs::path scenario = fs::path(SENTREE_SOURCE_DIR) / "examples" / GetParam();
-  const project::Plan plan = plan_of(scenario);
+  const project::Plan plan = forked_plan(scenario);
   constexpr int kMoments = 125;
   struct Moment {
     TimePoint at;

@@ -239,7 +239,7 @@ void end_journal(const Journaled& journal, const std::string& continued_by) {
   (void)::pwrite(descriptor, made.data(), made.size(), 0);
   (void)::ftruncate(descriptor, static_cast<off_t>(kHeadSize));
   (void)::fsync(descriptor);
-  // The file after it, if it was killed while it wrote that.
+  // The file after it, of this run or of one that resumed it, if that was killed while it wrote it.
   (void)::unlink((journal.file.string() + ".new").c_str());
 }
 
@@ -281,9 +281,11 @@ class Journal::Impl {
         Map{{"now", ns(now)},          {"boot", at.boot},       {"up", at.up},
             {"date", at.date},         {"note", options_.note}, {"gaps", std::move(passed)},
             {"open", std::move(open)}, {"parts", parts_},       {"state", Bytes{{octets, octets + state.size()}}}};
-    const fs::path made = options_.journal.string() + ".new";
-    const int descriptor = ::open(made.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
     const bool first = file_ == nullptr;
+    const bool replaces =
+        first && !options_.resumed.empty() && options_.resumed.parent_path() == options_.journal.parent_path();
+    const fs::path made = (replaces ? options_.resumed : options_.journal).string() + ".new";
+    const int descriptor = ::open(made.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
     std::string made_record = record(Kind::kSnapshot, pack(body));
     const std::string whole = head(HeadState::kOpen, "") + (base_.empty() ? made_record : base_);
     bool good = descriptor >= 0;

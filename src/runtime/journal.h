@@ -46,6 +46,9 @@ struct JournalCost {
 
 struct DurableOptions {
   std::filesystem::path journal;
+  /// That of the run that is resumed, in the same folder; empty: none is. What is left of a killed attempt to take its
+  /// place goes with it, see `end_journal`.
+  std::filesystem::path resumed = {};
   project::JournalSync sync = project::JournalSync::kInterval;
   /// What whoever resumes the run has to know, beside the run itself: kept as it is.
   Value note = {};

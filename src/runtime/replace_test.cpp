@@ -19,7 +19,7 @@ using testing::AllOf;
 using testing::Contains;
 using testing::HasSubstr;
 
-project::Plan plan_of(const fs::path& project) {
+project::Plan replaced_plan(const fs::path& project) {
   auto loaded = project::load_scenario(project / "scenarios" / "recharge.yaml");
   EXPECT_TRUE(loaded.ok()) << to_string(loaded.diagnostics.front());
   auto plan = project::prepare(std::move(*loaded.value));
@@ -105,8 +105,8 @@ TEST_F(Replace, AMissionGoesOnWithANewLeafAChangedGuardAndANewRequirement) {
        "cond=\"_event.data.result.status !== 'MOVING' &amp;&amp; _event.data.result.status === 'GOAL_REACHED'\"");
   for (const char* file : {"requirements/recharge.req", "scenarios/recharge.yaml"})
     edit(file, "never_empty", "never_flat");
-  const project::Plan before = plan_of(folder_.path() / "before");
-  const project::Plan after = plan_of(folder_.path() / "after");
+  const project::Plan before = replaced_plan(folder_.path() / "before");
+  const project::Plan after = replaced_plan(folder_.path() / "after");
   const Journaled journaled = killed(before, TimePoint(std::chrono::milliseconds(20'050)));
   // Some of what it said was not in its recording.
   const std::uint64_t recorded = known_ - 40;
@@ -129,8 +129,8 @@ TEST_F(Replace, ARenamedStateOfAChartAtWorkIsRefusedBeforeAnythingIsResumed) {
   edit("skills/GoToLocation.scxml", "\"moving\"", "\"driving\"");
   edit("mission.xml", R"(<GoToLocation name="GoToStation" destination="station"/>)",
        R"(<GoToLocation name="GoToDock" destination="station"/>)");
-  const project::Plan before = plan_of(folder_.path() / "before");
-  const project::Plan after = plan_of(folder_.path() / "after");
+  const project::Plan before = replaced_plan(folder_.path() / "before");
+  const project::Plan after = replaced_plan(folder_.path() / "after");
   const Journaled journaled = killed(before, TimePoint(std::chrono::milliseconds(20'050)));
   const auto file = *text::read_file(journaled.file);
   const auto refused = replace_plan(before, journaled, known_, after);
@@ -146,8 +146,8 @@ TEST_F(Replace, ARenamedStateOfAChartAtWorkIsRefusedBeforeAnythingIsResumed) {
 
 TEST_F(Replace, ALeafAtWorkThatIsGoneIsRefusedAndEachReasonTold) {
   edit("mission.xml", R"(<GoToLocation name="GoToKitchen")", R"(<GoToLocation name="DriveToKitchen")");
-  const project::Plan before = plan_of(folder_.path() / "before");
-  const project::Plan after = plan_of(folder_.path() / "after");
+  const project::Plan before = replaced_plan(folder_.path() / "before");
+  const project::Plan after = replaced_plan(folder_.path() / "after");
   const auto refused =
       replace_plan(before, killed(before, TimePoint(std::chrono::milliseconds(20'050))), known_, after);
   ASSERT_FALSE(refused.ok());

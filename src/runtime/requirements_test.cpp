@@ -13,7 +13,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-const std::string kExample = std::string(SENTREE_SOURCE_DIR) + "/examples/recharge";
+const std::string kRequirementsExample = std::string(SENTREE_SOURCE_DIR) + "/examples/recharge";
 
 // The recharge mission, watched by the requirements of one file.
 class Watched {
@@ -26,7 +26,8 @@ class Watched {
   ~Watched() { std::filesystem::remove(file_); }
 
   [[nodiscard]] project::Scenario scenario(const std::string& name = "normal") const {
-    project::Scenario scenario = std::move(*project::load_scenario(kExample + "/scenarios/" + name + ".yaml").value);
+    project::Scenario scenario =
+        std::move(*project::load_scenario(kRequirementsExample + "/scenarios/" + name + ".yaml").value);
     scenario.project.monitors.clear();
     scenario.verdicts.clear();
     project::MonitorEntry entry;
@@ -83,7 +84,8 @@ TEST(Requirements, OfTheTwelveHaveNothingToComplainAbout) {
 // The written requirement and the chart drawn by hand decide at the same instant, and tell of the same trigger.
 TEST(Requirements, DecideAsTheChartsDrawnByHand) {
   for (const bool first : {true, false}) {
-    auto loaded = project::load_scenario(kExample + "/scenarios/" + (first ? "experiment1" : "experiment2") + ".yaml");
+    auto loaded = project::load_scenario(kRequirementsExample + "/scenarios/" +
+                                         (first ? "experiment1" : "experiment2") + ".yaml");
     const auto plan = prepare(std::move(*loaded.value));
     const RunReport report = runtime::Run(*plan.value, {}).execute();
     const auto find = [&](const std::string& name) {

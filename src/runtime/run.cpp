@@ -85,6 +85,7 @@ class Run::Impl final : public RunView, private RunInside {
                        },
                    .observer = stream_.actor()}) {
     if (options_.durable) {
+      if (options_.resume != nullptr) options_.durable->resumed = options_.resume->file;
       durability_ = std::make_unique<Durability>(plan_, *scheduler_, *options_.durable,
                                                  [this](std::size_t leaf) { return skills_[leaf]; });
       scheduler_->keep(durability_.get());

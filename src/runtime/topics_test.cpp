@@ -20,7 +20,7 @@ using testing::ElementsAre;
 using testing::Field;
 using testing::Not;
 
-struct Seen {
+struct SeenTopic {
   RunReport report;
   std::vector<Message> messages;
 
@@ -34,13 +34,13 @@ struct Seen {
 };
 
 template <class Change>
-Seen run(const char* scenario, const Change& change) {
+SeenTopic run(const char* scenario, const Change& change) {
   auto loaded = project::load_scenario(fs::path(SENTREE_SOURCE_DIR) / "examples/topics/scenarios" / scenario);
   EXPECT_TRUE(loaded.ok()) << to_string(loaded.diagnostics.front());
   change(*loaded.value);
   const auto plan = project::prepare(std::move(*loaded.value));
   EXPECT_TRUE(plan.ok()) << to_string(plan.diagnostics.front());
-  Seen seen;
+  SeenTopic seen;
   RunOptions options;
   options.listeners.push_back([&](const Message& message) { seen.messages.push_back(message); });
   Run run(*plan.value, std::move(options));
@@ -50,7 +50,7 @@ Seen run(const char* scenario, const Change& change) {
 }
 
 TEST(Topics, EachPublicationIsOneObservationAndReachesItsSubscribersInOrder) {
-  const Seen seen = run("drains.yaml", [](project::Scenario&) {});
+  const SeenTopic seen = run("drains.yaml", [](project::Scenario&) {});
   EXPECT_EQ(seen.report.mission, bt::Status::kSuccess);
   const auto published = seen.named("battery.state.request");
   ASSERT_GT(published.size(), 3U);
@@ -67,7 +67,7 @@ TEST(Topics, EachPublicationIsOneObservationAndReachesItsSubscribersInOrder) {
 }
 
 TEST(Topics, AScenarioPublishesToo) {
-  const Seen seen = run("told.yaml", [](project::Scenario&) {});
+  const SeenTopic seen = run("told.yaml", [](project::Scenario&) {});
   EXPECT_THAT(
       seen.named("battery.state.request"),
       Contains(AllOf(Field(&Message::source, "scenario"), Field(&Message::time, TimePoint(std::chrono::seconds(2))))));
@@ -80,7 +80,7 @@ TEST(Topics, ADelayHoldsBackWhatSubscribersHearAndNotWhatIsObserved) {
     scenario.project.repeat = true;  // so that the run goes on
     scenario.duration = std::chrono::seconds(30);
   };
-  const Seen seen = run("drains.yaml", delay);
+  const SeenTopic seen = run("drains.yaml", delay);
   const auto said = seen.named("notices.said.request");
   const auto shown = seen.named("display.log");
   ASSERT_FALSE(said.empty());
@@ -96,7 +96,7 @@ TEST(Topics, WhatAGateRefusesReachesNobodyAndWhoPublishedHearsOfIt) {
     scenario.project.monitors.push_back(entry);
     scenario.duration = std::chrono::milliseconds(4500);
   };
-  const Seen seen = run("drains.yaml", gate);
+  const SeenTopic seen = run("drains.yaml", gate);
   EXPECT_THAT(seen.named("battery.state.request"), testing::IsEmpty());
   ASSERT_EQ(seen.named("battery.state.error").size(), 5U);
   EXPECT_EQ(seen.named("battery.state.error")[0].data.find("vetoed_by")->text(), "quiet");
@@ -108,7 +108,7 @@ TEST(Topics, WorkInRealTimeToo) {
     scenario.virtual_time = false;
     scenario.factor = 50;
   };
-  const Seen seen = run("drains.yaml", real);
+  const SeenTopic seen = run("drains.yaml", real);
   EXPECT_EQ(seen.report.mission, bt::Status::kSuccess);
   EXPECT_THAT(seen.report.problems, testing::IsEmpty());
   EXPECT_EQ(seen.named("notices.said.request").size(), 1U);

@@ -1,0 +1,44 @@
+#include "sentree/mission/choice.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "sentree/base/value.h"
+
+namespace sentree::mission {
+namespace {
+
+TEST(ScriptedChoice, IsTheAlternativeOfThatValueHoweverItsNumberIsWritten) {
+  const std::vector<Value> values{59.5, 60.0, 60.5, "60", true};
+  const Choice choice{.model = "robot",
+                      .function = "between",
+                      .number = 3,
+                      .count = values.size(),
+                      .alternative = [&](std::uint64_t i) { return values[i]; }};
+  const auto chosen = [&](Value value) {
+    project::Scenario scenario;
+    scenario.choices.emplace();
+    scenario.choices->push_back({.model = "robot", .number = 3, .value = std::move(value)});
+    return scripted(scenario, choice);
+  };
+  EXPECT_EQ(chosen(60), 1U);
+  EXPECT_EQ(chosen(60.0), 1U);
+  EXPECT_EQ(chosen(60.5), 2U);
+  EXPECT_EQ(chosen("60"), 3U);
+  EXPECT_EQ(chosen(true), 4U);
+  EXPECT_EQ(chosen(61), std::nullopt);
+}
+
+TEST(ScriptedChoice, IsTheFirstWithoutAnEntryAndNoneWhereNothingIsSaid) {
+  const Choice choice{.model = "robot", .number = 1, .count = 2, .alternative = [](std::uint64_t i) {
+                        return Value(static_cast<std::int64_t>(i));
+                      }};
+  project::Scenario scenario;
+  EXPECT_EQ(scripted(scenario, choice), std::nullopt);
+  scenario.choices.emplace();
+  EXPECT_EQ(scripted(scenario, choice), 0U);
+}
+
+}  // namespace
+}  // namespace sentree::mission
