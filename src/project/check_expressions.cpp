@@ -17,7 +17,7 @@ namespace {
 using monitor::DataType;
 using scxml::ScriptNode;
 using scxml::ScriptTree;
-using Kind = DataType::Kind;
+using TypeKind = DataType::Kind;
 using Node = ScriptNode::Kind;
 
 /// Forms that one expression may have before it counts as anything.
@@ -43,16 +43,16 @@ struct ExpressionType {
 };
 
 ExpressionType of(Form form) {
-  if (form->kind == Kind::kUnknown) return {};
+  if (form->kind == TypeKind::kUnknown) return {};
   return {.open = false, .forms = {std::move(form)}};
 }
 ExpressionType of(DataType type) { return of(Form(std::move(type))); }
 const ExpressionType& number() {
-  static const ExpressionType kNumber = of(DataType{.kind = Kind::kNumber, .name = "number"});
+  static const ExpressionType kNumber = of(DataType{.kind = TypeKind::kNumber, .name = "number"});
   return kNumber;
 }
 const ExpressionType& truth() {
-  static const ExpressionType kTruth = of(DataType{.kind = Kind::kTruth, .name = "bool"});
+  static const ExpressionType kTruth = of(DataType{.kind = TypeKind::kTruth, .name = "bool"});
   return kTruth;
 }
 
@@ -60,7 +60,7 @@ ExpressionType of_constant(const Value& value) {
   if (value.as_bool() != nullptr) return truth();
   if (value.is_number()) return number();
   if (const std::string* text = value.as_string())
-    return of(DataType{.kind = Kind::kText, .name = "text", .samples = {*text}, .samples_are_all = true});
+    return of(DataType{.kind = TypeKind::kText, .name = "text", .samples = {*text}, .samples_are_all = true});
   return {};
 }
 
@@ -73,25 +73,19 @@ void join(ExpressionType& into, const ExpressionType& other) {
   into.forms.insert(into.forms.end(), other.forms.begin(), other.forms.end());
 }
 
-bool all_of_kind(const ExpressionType& type, Kind kind) {
+bool all_of_kind(const ExpressionType& type, TypeKind kind) {
   return !type.open && !type.forms.empty() &&
          std::all_of(type.forms.begin(), type.forms.end(), [&](const Form& form) { return form->kind == kind; });
 }
 
-std::string_view shown(Kind kind) {
+std::string_view shown(TypeKind kind) {
   switch (kind) {
-    case Kind::kNumber: return "a number";
-    case Kind::kTruth: return "true or false";
-    case Kind::kText: return "a text";
-    case Kind::kRecord: return "a record";
+    case TypeKind::kNumber: return "a number";
+    case TypeKind::kTruth: return "true or false";
+    case TypeKind::kText: return "a text";
+    case TypeKind::kRecord: return "a record";
     default: return "a list";
   }
-}
-
-std::string decimal(double number) {
-  std::string text = shortest_decimal(number);
-  if (text.ends_with(".0")) text.resize(text.size() - 2);
-  return text;
 }
 
 std::string quoted(const std::string& name) { return "\"" + name + "\""; }
@@ -157,7 +151,7 @@ class Reader {
       }
       case Node::kList:
         for (const std::uint32_t item : n.operands) visit(item);
-        return of(DataType{.kind = Kind::kOther, .name = "list"});
+        return of(DataType{.kind = TypeKind::kOther, .name = "list"});
       default:
         for (const std::uint32_t inner : n.operands) visit(inner);
         return {};
@@ -202,9 +196,9 @@ class Reader {
     bool some_lack_it = false;
     for (const Form& shared : object.forms) {
       const DataType& form = shared;
-      if (form.kind == Kind::kUnknown || form.kind == Kind::kOther) return {};
-      if (form.kind == Kind::kText && form.words.empty()) return {};  // its functions
-      if (form.kind == Kind::kText || form.kind == Kind::kNumber || form.kind == Kind::kTruth) {
+      if (form.kind == TypeKind::kUnknown || form.kind == TypeKind::kOther) return {};
+      if (form.kind == TypeKind::kText && form.words.empty()) return {};  // its functions
+      if (form.kind == TypeKind::kText || form.kind == TypeKind::kNumber || form.kind == TypeKind::kTruth) {
         static const std::vector<std::string> kOfAll{
             "length",        "indexOf",       "toString",    "toFixed",     "valueOf", "charAt", "slice",
             "split",         "toLowerCase",   "toUpperCase", "startsWith",  "search",  "match",  "replace",
@@ -307,7 +301,7 @@ class Reader {
     DataType one = type.forms[0];
     for (std::size_t i = 1; i < type.forms.size(); ++i) {
       const DataType& other = type.forms[i];
-      const bool are_texts = one.kind == Kind::kText && other.kind == Kind::kText && one.samples_are_all &&
+      const bool are_texts = one.kind == TypeKind::kText && other.kind == TypeKind::kText && one.samples_are_all &&
                              other.samples_are_all && one.words.empty() && other.words.empty();
       if (!are_texts) return {};
       one.samples.insert(one.samples.end(), other.samples.begin(), other.samples.end());
@@ -316,7 +310,7 @@ class Reader {
   }
 
   ExpressionType record(const ScriptNode& n) {
-    DataType type{.kind = Kind::kRecord, .may_be_absent = false};
+    DataType type{.kind = TypeKind::kRecord, .may_be_absent = false};
     for (std::size_t i = 0; i < n.operands.size(); ++i) {
       type.members.push_back({n.names[i], as_one(visit(n.operands[i]))});
     }
@@ -335,8 +329,8 @@ class Reader {
       return truth();
     }
     if (n.text == "void" || n.text == "delete") return {};
-    DataType type{.kind = Kind::kNumber, .name = "number"};
-    if ((n.text == "-" || n.text == "+") && all_of_kind(inner, Kind::kNumber)) type.unit = unit_of(inner);
+    DataType type{.kind = TypeKind::kNumber, .name = "number"};
+    if ((n.text == "-" || n.text == "+") && all_of_kind(inner, TypeKind::kNumber)) type.unit = unit_of(inner);
     return of(std::move(type));
   }
 
@@ -362,8 +356,8 @@ class Reader {
       return truth();
     }
     if (n.text == "+") {
-      if (all_of_kind(left, Kind::kNumber) && all_of_kind(right, Kind::kNumber)) {
-        DataType sum{.kind = Kind::kNumber, .name = "number"};
+      if (all_of_kind(left, TypeKind::kNumber) && all_of_kind(right, TypeKind::kNumber)) {
+        DataType sum{.kind = TypeKind::kNumber, .name = "number"};
         if (unit_of(left) == unit_of(right)) sum.unit = unit_of(left);
         return of(std::move(sum));
       }
@@ -371,12 +365,12 @@ class Reader {
     }
     if (n.text == "-" || n.text == "*" || n.text == "/" || n.text == "%") {
       for (const auto& [operand, type] : {std::pair{left_id, &left}, {right_id, &right}}) {
-        const bool is_word = all_of_kind(*type, Kind::kText) && !type->forms[0]->words.empty();
-        if (is_word || all_of_kind(*type, Kind::kRecord))
+        const bool is_word = all_of_kind(*type, TypeKind::kText) && !type->forms[0]->words.empty();
+        if (is_word || all_of_kind(*type, TypeKind::kRecord))
           error("check.never-equal", name_of(operand) + " is " + std::string(shown(type->forms[0]->kind)) + " (" +
                                          type->forms[0]->name + "), and cannot be calculated with");
       }
-      DataType result{.kind = Kind::kNumber, .name = "number"};
+      DataType result{.kind = TypeKind::kNumber, .name = "number"};
       result.unit = scaled(n.text, left_id, left, right_id, right);
       return of(std::move(result));
     }
@@ -427,7 +421,7 @@ class Reader {
     const bool is_strict = sign.size() == 3;
     const auto overlap = [&](const DataType& a, const DataType& b) {
       const auto unsure = [](const DataType& form) {
-        return form.kind == Kind::kUnknown || form.kind == Kind::kOther || form.kind == Kind::kRecord;
+        return form.kind == TypeKind::kUnknown || form.kind == TypeKind::kOther || form.kind == TypeKind::kRecord;
       };
       if (a.kind == b.kind || unsure(a) || unsure(b)) return true;
       // == tries to make them alike; a word never is a number.
@@ -460,10 +454,10 @@ class Reader {
     bool closed = !other.open;
     bool is_text = other.open;
     for (const DataType& form : other.forms) {
-      if (form.kind == Kind::kUnknown) return true;
-      if (form.kind != Kind::kText) {
+      if (form.kind == TypeKind::kUnknown) return true;
+      if (form.kind != TypeKind::kText) {
         // '5' == 5
-        if (sign.size() == 2 && form.kind != Kind::kRecord) return true;
+        if (sign.size() == 2 && form.kind != TypeKind::kRecord) return true;
         continue;
       }
       is_text = true;
@@ -499,9 +493,9 @@ class Reader {
   void order(const std::string& sign, std::uint32_t left_id, const ExpressionType& left, std::uint32_t right_id,
              const ExpressionType& right) {
     for (const auto& [id, type, other] : {std::tuple{left_id, &left, &right}, {right_id, &right, &left}}) {
-      if (!all_of_kind(*other, Kind::kNumber)) continue;
-      const bool is_word = all_of_kind(*type, Kind::kText) && !type->forms[0]->words.empty();
-      if (is_word || all_of_kind(*type, Kind::kRecord)) {
+      if (!all_of_kind(*other, TypeKind::kNumber)) continue;
+      const bool is_word = all_of_kind(*type, TypeKind::kText) && !type->forms[0]->words.empty();
+      if (is_word || all_of_kind(*type, TypeKind::kRecord)) {
         error("check.never-equal", name_of(id) + " is " + std::string(shown(type->forms[0]->kind)) + " (" +
                                        type->forms[0]->name + "), and is neither more nor less than a number");
         return;
@@ -512,7 +506,7 @@ class Reader {
 
   void check_bounds(const std::string& sign, std::uint32_t left_id, const ExpressionType& left, std::uint32_t right_id,
                     const ExpressionType& right) {
-    if (!all_of_kind(left, Kind::kNumber) || !all_of_kind(right, Kind::kNumber)) return;
+    if (!all_of_kind(left, TypeKind::kNumber) || !all_of_kind(right, TypeKind::kNumber)) return;
     const std::string a = unit_of(left);
     const std::string b = unit_of(right);
     if (!a.empty() && !b.empty() && a != b) {
@@ -533,19 +527,19 @@ class Reader {
     if (*constant >= 0 && *constant <= most) {
       if (unit == "%" && *constant > 0 && *constant < 1)
         add(Severity::kWarning, "check.out-of-range",
-            shown_id + " is in percent, so " + decimal(*constant) + " is less than one percent; write " +
-                decimal(*constant * 100));
+            shown_id + " is in percent, so " + plain_decimal(*constant) + " is less than one percent; write " +
+                plain_decimal(*constant * 100));
       return;
     }
     if (unit == "ratio" && *constant > 1) {
-      error("check.unit", shown_id + " is a ratio from 0 to 1, and " + decimal(*constant) + " is beyond; write " +
-                              decimal(*constant / 100) + ", or multiply the value by 100");
+      error("check.unit", shown_id + " is a ratio from 0 to 1, and " + plain_decimal(*constant) + " is beyond; write " +
+                              plain_decimal(*constant / 100) + ", or multiply the value by 100");
       return;
     }
     const bool is_above = mirrored ? sign[0] == '<' : sign[0] == '>';
     const bool holds = sign[0] == '!' || (!is_equality(sign) && (*constant < 0 ? is_above : !is_above));
     add(Severity::kWarning, "check.out-of-range",
-        shown_id + " is from 0 to " + decimal(most) + " %, so this is " + (holds ? "always" : "never") + " true");
+        shown_id + " is from 0 to " + plain_decimal(most) + " %, so this is " + (holds ? "always" : "never") + " true");
   }
 
   // Where true or false is wanted.
@@ -562,8 +556,8 @@ class Reader {
     }
     if (n.kind != Node::kMember || type.open || type.forms.empty()) return;
     const bool is_object = std::all_of(type.forms.begin(), type.forms.end(), [](const DataType& form) {
-      const bool is_word = form.kind == Kind::kText && !form.words.empty();
-      return !form.may_be_absent && (form.kind == Kind::kRecord || is_word);
+      const bool is_word = form.kind == TypeKind::kText && !form.words.empty();
+      return !form.may_be_absent && (form.kind == TypeKind::kRecord || is_word);
     });
     if (!is_object) return;
     add(Severity::kWarning, "check.always-true",
@@ -724,7 +718,7 @@ class ChartReader {
     const ExpressionType type = expression(delay.expr, scope);
     if (told_ == nullptr || type.open) return;
     for (const DataType& form : type.forms) {
-      if (form.kind != Kind::kText || !form.samples_are_all) continue;
+      if (form.kind != TypeKind::kText || !form.samples_are_all) continue;
       for (const std::string& text : form.samples) {
         if (text.empty() || scxml::parse_delay(text)) continue;
         told_->push_back({Severity::kError, "check.delay",
@@ -745,20 +739,20 @@ class ChartReader {
   }
 
   void check_sent(const DataType& wanted, const ExpressionType& type, const std::string& path, const SourceSpan& span) {
-    if (wanted.kind == Kind::kUnknown || wanted.kind == Kind::kOther) return;
+    if (wanted.kind == TypeKind::kUnknown || wanted.kind == TypeKind::kOther) return;
     const auto error = [&](const char* code, std::string message) {
       Diagnostic diagnostic{Severity::kError, code, std::move(message), span};
       if (std::find(told_->begin(), told_->end(), diagnostic) == told_->end()) told_->push_back(std::move(diagnostic));
     };
     for (const DataType& form : type.forms) {
-      if (form.kind == Kind::kText && !wanted.words.empty() && form.words.empty()) {
+      if (form.kind == TypeKind::kText && !wanted.words.empty() && form.words.empty()) {
         for (const std::string& text : form.samples) {
           if (std::find(wanted.words.begin(), wanted.words.end(), text) != wanted.words.end()) continue;
           // Data may begin with a text that is never sent.
           const std::string near = did_you_mean(text, wanted.words);
           if (!near.empty()) error("check.unknown-word", path + ": '" + text + "' is no " + wanted.name + near);
         }
-      } else if (form.kind == Kind::kRecord && wanted.kind == Kind::kRecord) {
+      } else if (form.kind == TypeKind::kRecord && wanted.kind == TypeKind::kRecord) {
         std::vector<std::string> known;
         for (const monitor::DataMember& member : wanted.members) known.push_back(member.name);
         for (const monitor::DataMember& member : form.members) {
@@ -882,7 +876,7 @@ DataType check_renamed_data(const EventRename& rename, const std::vector<DataTyp
   std::map<std::string, ExpressionType, std::less<>> names;
   bool open = observed.empty();
   for (const DataType& one : observed) {
-    open = open || one.kind != Kind::kRecord;
+    open = open || one.kind != TypeKind::kRecord;
     for (const monitor::DataMember& member : one.members) {
       const auto [slot, is_new] = names.emplace(member.name, of(member.type));
       if (!is_new) join(slot->second, of(member.type));
@@ -893,7 +887,7 @@ DataType check_renamed_data(const EventRename& rename, const std::vector<DataTyp
     const auto tree = scxml::parse_script_expression(source);
     return tree ? Reader(*tree, scope, rename.span, &diagnostics).whole(is_condition) : ExpressionType();
   };
-  DataType result{.kind = Kind::kRecord, .may_be_absent = false};
+  DataType result{.kind = TypeKind::kRecord, .may_be_absent = false};
   for (const auto& [name, source] : rename.data) {
     const ExpressionType found = visit(source, false);
     result.members.push_back({name, !found.open && found.forms.size() == 1 ? DataType(found.forms[0]) : DataType{}});

@@ -12,14 +12,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Case {
+struct ModelCase {
   const char* file;
   const char* before;
   const char* after;
   const char* message;
 };
 
-std::vector<std::string> messages_of(const Case& one, const char* example = "modelled") {
+std::vector<std::string> messages_of(const ModelCase& one, const char* example = "modelled") {
   const fs::path folder = fs::path(testing::TempDir()) / "check-model";
   fs::remove_all(folder);
   fs::copy(fs::path(SENTREE_SOURCE_DIR) / "examples" / example, folder, fs::copy_options::recursive);
@@ -50,7 +50,7 @@ TEST(CheckModel, ASoundOneHasNothingToComplainAbout) {
 }
 
 TEST(CheckModel, TellsWhatIsWrongWithItsPlace) {
-  const Case cases[] = {
+  const ModelCase cases[] = {
       {"sentree.yaml", "serves: [door, lamp]", "serves: [dor, lamp]",
        "sentree.yaml:9:39: model \"hall\" serves \"dor\", which is no service of the project; did you mean \"door\"?"},
       {"sentree.yaml", "serves: [door, lamp]", "serves: [lamp]",
@@ -82,7 +82,8 @@ TEST(CheckModel, TellsWhatIsWrongWithItsPlace) {
        "sentree.yaml:9:5: model \"door\" and a service have the same name, so their messages would look alike; give it "
        "another with \"name\""},
   };
-  for (const Case& one : cases) EXPECT_THAT(messages_of(one), testing::Contains(std::string(one.message))) << one.after;
+  for (const ModelCase& one : cases)
+    EXPECT_THAT(messages_of(one), testing::Contains(std::string(one.message))) << one.after;
 }
 
 TEST(CheckModel, TellsWhatItsDataCannotAnswer) {
@@ -99,7 +100,7 @@ TEST(CheckTopics, ASoundProjectHasNothingToComplainAbout) {
 }
 
 TEST(CheckTopics, TellsWhatIsWrongWithItsPlace) {
-  const Case cases[] = {
+  const ModelCase cases[] = {
       {"sentree.yaml", "[battery.state]", "[battery.stat]",
        "sentree.yaml:13:29: skill \"WaitUntilLow\" subscribes to \"battery.stat\", which is no topic: no service of "
        "the "
@@ -134,7 +135,7 @@ TEST(CheckTopics, TellsWhatIsWrongWithItsPlace) {
        "requirements/low.req:2:23: battery.state is one-way: nobody answers it; what is published is "
        "request(battery.state)"},
   };
-  for (const Case& one : cases)
+  for (const ModelCase& one : cases)
     EXPECT_THAT(messages_of(one, "topics"), testing::Contains(std::string(one.message))) << one.after;
 }
 

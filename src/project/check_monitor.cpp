@@ -16,14 +16,14 @@ namespace {
 
 using monitor::DataType;
 
-void add(Diagnostics& diagnostics, Severity severity, std::string code, std::string message, SourceSpan span) {
+void add_once(Diagnostics& diagnostics, Severity severity, std::string code, std::string message, SourceSpan span) {
   Diagnostic diagnostic{severity, std::move(code), std::move(message), std::move(span)};
   if (std::find(diagnostics.begin(), diagnostics.end(), diagnostic) == diagnostics.end())
     diagnostics.push_back(std::move(diagnostic));
 }
 
 void error(Diagnostics& diagnostics, std::string code, std::string message, SourceSpan span) {
-  add(diagnostics, Severity::kError, std::move(code), std::move(message), std::move(span));
+  add_once(diagnostics, Severity::kError, std::move(code), std::move(message), std::move(span));
 }
 
 /// Events that a chart sends to itself.
@@ -104,9 +104,9 @@ void check_idle_transitions(const scxml::Chart& chart, bool is_skill, Diagnostic
       }
     }
     if (hides) continue;
-    add(diagnostics, Severity::kWarning, "check.idle-transition",
-        "this transition does nothing: it has neither target nor content, and keeps no other from being taken",
-        chart.span(transition.place));
+    add_once(diagnostics, Severity::kWarning, "check.idle-transition",
+             "this transition does nothing: it has neither target nor content, and keeps no other from being taken",
+             chart.span(transition.place));
   }
 }
 
@@ -268,13 +268,13 @@ void check_receivers(const scxml::Chart& chart, const std::map<std::string, Serv
   for (const scxml::SendInfo& send : chart.sends()) {
     if (!send.type || send.type == "thrift" || send.type->starts_with("http://")) continue;
     if (!send.type->empty() && send.type != "scxml") {
-      add(diagnostics, Severity::kError, "check.unknown-receiver",
-          "nobody receives <send> of type \"" + *send.type + "\"; services are called with type=\"thrift\"" +
-              did_you_mean(*send.type, kTypes),
-          chart.span(send.place));
+      add_once(diagnostics, Severity::kError, "check.unknown-receiver",
+               "nobody receives <send> of type \"" + *send.type + "\"; services are called with type=\"thrift\"" +
+                   did_you_mean(*send.type, kTypes),
+               chart.span(send.place));
     } else if (send.target && services.contains(*send.target)) {
-      add(diagnostics, Severity::kError, "check.unknown-receiver",
-          "\"" + *send.target + "\" is a service: call it with type=\"thrift\"", chart.span(send.target_place));
+      add_once(diagnostics, Severity::kError, "check.unknown-receiver",
+               "\"" + *send.target + "\" is a service: call it with type=\"thrift\"", chart.span(send.target_place));
     }
   }
 }
@@ -352,8 +352,8 @@ void check_skill_events(const ChartFacts& facts, const std::map<std::string, Ser
                      }
                      // Charts of other runtimes may know more events than they get here.
                      if (near.empty() && !use.is_native) return;
-                     add(diagnostics, Severity::kWarning, "check.never-arrives",
-                         "event \"" + descriptor + "\" never arrives: nobody sends it" + near, chart.span(place));
+                     add_once(diagnostics, Severity::kWarning, "check.never-arrives",
+                              "event \"" + descriptor + "\" never arrives: nobody sends it" + near, chart.span(place));
                    });
   check_expressions(facts, events, diagnostics);
   check_idle_transitions(chart, true, diagnostics);

@@ -10,10 +10,6 @@ namespace sentree::project {
 
 namespace {
 
-void add(Diagnostics& diagnostics, Severity severity, std::string code, std::string message, SourceSpan span) {
-  diagnostics.push_back({severity, std::move(code), std::move(message), std::move(span)});
-}
-
 void check_inputs(const bt::Tree& tree, const LeafPlan& leaf, bool has_plugins, ChartMemory& charts,
                   Diagnostics& diagnostics) {
   const ChartFacts facts = charts.facts(*leaf.chart);

@@ -10,10 +10,6 @@ namespace sentree::project {
 
 namespace {
 
-void add(Diagnostics& diagnostics, Severity severity, std::string code, std::string message, const SourceSpan& span) {
-  diagnostics.push_back({severity, std::move(code), std::move(message), span});
-}
-
 const idl::Method* method_of(const std::string& topic, const std::map<std::string, ServicePlan>& services) {
   const auto dot = topic.rfind('.');
   const auto service = services.find(topic.substr(0, dot));

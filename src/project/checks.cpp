@@ -11,10 +11,6 @@ namespace sentree::project {
 
 namespace {
 
-void add(Diagnostics& diagnostics, Severity severity, std::string code, std::string message, SourceSpan span) {
-  diagnostics.push_back({severity, std::move(code), std::move(message), std::move(span)});
-}
-
 template <class Names>
 std::vector<std::string> names_of(const Names& named) {
   std::vector<std::string> names;
@@ -96,6 +92,14 @@ void check_handled(const scxml::Chart& chart, const std::map<std::string, Servic
 }
 
 }  // namespace
+
+Diagnostic missing(const Project& project, const FileRef& file, Diagnostic why) {
+  if (file.span.line > 0) {
+    why.message = "file \"" + project.shown(file.path) + "\": " + why.message;
+    why.span = file.span;
+  }
+  return why;
+}
 
 void check_outcomes(const scxml::Chart& chart, Diagnostics& diagnostics) {
   for (const scxml::State& state : chart.states()) {
@@ -214,23 +218,17 @@ std::optional<Value> constant_of(const LeafPlan& leaf, const scxml::SendParam& p
   return std::nullopt;
 }
 
-std::string number(double value) {
-  std::string text = shortest_decimal(value);
-  if (text.ends_with(".0")) text.resize(text.size() - 2);
-  return text;
-}
-
 void check_tolerance(const scxml::Chart& chart, const scxml::SendParam& param, double tolerance, double least,
                      double most, bool has_station, const char* unit, Diagnostics& diagnostics) {
   if (tolerance < least) {
     add(diagnostics, Severity::kError, "check.tolerances",
-        param.name + " of " + number(tolerance) + unit + " is narrower than navigation's " + number(least) + unit +
-            ": the robot can stop where this skill does not see it arrived",
+        param.name + " of " + plain_decimal(tolerance) + unit + " is narrower than navigation's " +
+            plain_decimal(least) + unit + ": the robot can stop where this skill does not see it arrived",
         chart.span(param.place));
   } else if (has_station && tolerance >= most) {
     add(diagnostics, Severity::kError, "check.tolerances",
-        param.name + " of " + number(tolerance) + unit + " is not below the charging station's " + number(most) + unit +
-            ": the robot can wait where the station does not charge it",
+        param.name + " of " + plain_decimal(tolerance) + unit + " is not below the charging station's " +
+            plain_decimal(most) + unit + ": the robot can wait where the station does not charge it",
         chart.span(param.place));
   }
 }

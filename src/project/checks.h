@@ -6,6 +6,9 @@
 
 namespace sentree::project {
 
+/// A file that the project names and that cannot be read: the message stands where it is named.
+[[nodiscard]] Diagnostic missing(const Project& project, const FileRef& file, Diagnostic why);
+
 /// What a skill's chart may not do: call what does not exist, or with wrong arguments. Also warns of replies handled
 /// that no call causes, and of topics that it does not subscribe to.
 ///

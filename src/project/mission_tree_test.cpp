@@ -18,18 +18,19 @@ using ::testing::Not;
 namespace fs = std::filesystem;
 
 /// A project in a folder of its own.
-class Folder {
+class TreeFolder {
  public:
-  Folder& file(const std::string& name, const std::string& content) {
+  TreeFolder& file(const std::string& name, const std::string& content) {
     fs::create_directories((folder_.path() / name).parent_path());
     std::ofstream(folder_.path() / name) << content;
     return *this;
   }
-  Folder& tree(const std::string& name, const std::string& id, const std::string& body, const std::string& more = {}) {
+  TreeFolder& tree(const std::string& name, const std::string& id, const std::string& body,
+                   const std::string& more = {}) {
     return file(name, "<root BTCPP_format=\"4\"><BehaviorTree ID=\"" + id + "\">" + body + "</BehaviorTree>" + more +
                           "</root>\n");
   }
-  Folder& yaml(const std::string& text) { return file("sentree.yaml", text); }
+  TreeFolder& yaml(const std::string& text) { return file("sentree.yaml", text); }
 
   [[nodiscard]] Loaded<Project> project() const { return load_project(folder_.path()); }
   /// What is said of the mission, or of the project that does not load.
@@ -61,14 +62,14 @@ constexpr const char* kSkill =
     "id=\"success\"/><final id=\"halted\"/></scxml>";
 
 TEST(MissionTree, DoesNotTakeASlipOfAKindForASkillOfThatName) {
-  Folder folder;
+  TreeFolder folder;
   folder.yaml("mission: {file: m.xml}\nskills: {Go: {at: 'tcp://127.0.0.1:9'}}\n");
   folder.tree("m.xml", "Main", "<Aciton ID=\"Go\" name=\"Go\"/>");
   EXPECT_THAT(folder.told(), HasSubstr("there is no node \"Aciton\"; did you mean \"Action\"?"));
 }
 
 TEST(MissionFiles, AreFoundByPatternsAndLendEachOtherTheirTrees) {
-  Folder folder;
+  TreeFolder folder;
   folder.yaml("mission: {files: [trees/*.xml, more/dock.xml], tree: Main}\n")
       .tree("trees/b_main.xml", "Main", "<Sequence><SubTree ID=\"Drive\"/><SubTree ID=\"Dock\"/></Sequence>")
       .tree("trees/a_drive.xml", "Drive", "<AlwaysSuccess/>")
@@ -81,7 +82,7 @@ TEST(MissionFiles, AreFoundByPatternsAndLendEachOtherTheirTrees) {
 }
 
 TEST(MissionFiles, NeedNoNameOfTheMainTreeWhereOneFileNamesIt) {
-  Folder folder;
+  TreeFolder folder;
   folder.yaml("mission: {files: \"*.xml\"}\n")
       .tree("a.xml", "A", "<AlwaysSuccess/>")
       .file("b.xml",
@@ -92,7 +93,7 @@ TEST(MissionFiles, NeedNoNameOfTheMainTreeWhereOneFileNamesIt) {
 }
 
 TEST(MissionFiles, SayWhatIsMissing) {
-  Folder folder;
+  TreeFolder folder;
   folder.yaml("mission: {files: [trees/*.xml], tree: Mian}\n").tree("trees/a.xml", "Main", "<AlwaysSuccess/>");
   EXPECT_THAT(
       folder.told(),
@@ -105,7 +106,7 @@ TEST(MissionFiles, SayWhatIsMissing) {
 }
 
 TEST(Palettes, SayWhatNodesAreAndAreToldWhereTheyAreNamed) {
-  Folder folder;
+  TreeFolder folder;
   folder.yaml("mission: {file: m.xml}\npalettes: [nodes.xml]\n")
       .tree("m.xml", "M", "<Sequence><GoTo/><Twice><AlwaysSuccess/></Twice></Sequence>");
   EXPECT_THAT(folder.told(), HasSubstr("sentree.yaml:2:11: file \"nodes.xml\": no such file"));
@@ -117,7 +118,7 @@ TEST(Palettes, SayWhatNodesAreAndAreToldWhereTheyAreNamed) {
 }
 
 TEST(Palettes, OfNav2BringItsNodes) {
-  Folder folder;
+  TreeFolder folder;
   folder.yaml("mission: {file: m.xml}\npalettes: nav2\n")
       .tree("m.xml", "M",
             "<RecoveryNode><RateController hz=\"2\"><AlwaysSuccess/></RateController><AlwaysSuccess/></RecoveryNode>");
@@ -127,7 +128,7 @@ TEST(Palettes, OfNav2BringItsNodes) {
 }
 
 TEST(Packages, AreLookedForInTheProjectsFolders) {
-  Folder folder;
+  TreeFolder folder;
   const std::string include =
       "<root BTCPP_format=\"4\" main_tree_to_execute=\"M\"><include ros_pkg=\"nav\" path=\"t.xml\"/></root>";
   folder.yaml("mission: {file: m.xml}\npackages: [vendor]\n").file("m.xml", include);
@@ -137,7 +138,7 @@ TEST(Packages, AreLookedForInTheProjectsFolders) {
 }
 
 TEST(Skills, MakeTheirLeavesKnown) {
-  Folder folder;
+  TreeFolder folder;
   folder.yaml("mission: {file: m.xml}\n")
       .tree("m.xml", "M", "<Sequence><GoTo place=\"hall\"/><GoTo place=\"door\"/></Sequence>");
   EXPECT_THAT(folder.told(), HasSubstr("there is no node \"GoTo\""));

@@ -14,13 +14,14 @@
 #include "sentree/project/check_mission.h"
 #include "sentree/project/check_model.h"
 #include "sentree/project/check_monitor.h"
+#include "sentree/project/check_processes.h"
 #include "sentree/project/check_skills.h"
 #include "sentree/project/check_topics.h"
 #include "sentree/project/check_verify.h"
 #include "sentree/project/checks.h"
+#include "sentree/project/detail/part_cache.h"
 #include "sentree/project/interface_file.h"
 #include "sentree/project/mission_tree.h"
-#include "sentree/project/part_cache.h"
 #include "sentree/project/requirements.h"
 #include "sentree/project/skill_protocol.h"
 #include "sentree/project/variant.h"
@@ -41,118 +42,9 @@ bool ServicePlan::is_idempotent(const idl::Method& method) const {
 
 using std::filesystem::path;
 
-struct PartCache::Impl {
-  struct Text {
-    path file;
-    std::string shown;
-    std::optional<std::string> content;  // nothing: it could not be read
-    [[nodiscard]] bool is_same() const {
-      const auto now = text::read_file(file, shown);
-      return now ? content && *now == *content : !content;
-    }
-  };
-  struct Looked {
-    std::string source;
-    std::vector<Text> included;
-    std::optional<scxml::Chart> chart;
-    Diagnostics found;
-  };
-  struct Interface {
-    std::vector<Text> files;  // the first is the one named
-    Loaded<idl::Schema> schema;
-  };
-  struct WorldText {
-    Text file;
-    std::shared_ptr<const WorldSource> source;
-  };
-  struct Requirements {
-    Text file;
-    Loaded<monitor::RequirementFile> parsed;
-    // By requirement, the monitor's name, and what is observed.
-    std::map<std::tuple<std::string, std::string, ChartMemory::ContextId>, Loaded<monitor::Model>> monitors;
-  };
-  static constexpr std::size_t kChartsMax = 4096;
-  static constexpr std::size_t kInterfacesMax = 256;
-  static constexpr std::size_t kRequirementFilesMax = 256;
-  static constexpr std::size_t kSynthesizedMax = 4096;  // of a file
-
-  std::map<std::pair<std::string, std::vector<std::string>>, Looked> charts;  // by file, and what is seen outside of it
-  ChartMemory findings;
-  std::map<std::pair<std::string, std::string>, Interface> interfaces;  // by file, and how it is shown
-  std::map<std::string, std::shared_ptr<Requirements>> requirements;    // by file
-  std::optional<WorldText> world_text;
-  std::vector<Text> map;                    // its files, the first is the one named
-  std::shared_ptr<const sim::World> world;  // of that map
-
-  static bool are_same(const std::vector<Text>& texts) {
-    return std::all_of(texts.begin(), texts.end(), [](const Text& text) { return text.is_same(); });
-  }
-
-  [[nodiscard]] const Looked* chart(const std::pair<std::string, std::vector<std::string>>& key,
-                                    const std::string& source) const {
-    const auto looked = charts.find(key);
-    if (looked == charts.end() || looked->second.source != source) return nullptr;
-    return are_same(looked->second.included) ? &looked->second : nullptr;
-  }
-
-  Result<std::shared_ptr<const WorldSource>> world_source(const Project& project) {
-    const path file = project.folder / project.world->path;
-    if (world_text && world_text->file.file == file && world_text->file.shown == project.shown(project.world->path) &&
-        world_text->file.is_same())
-      return world_text->source;
-    world_text.reset();
-    auto source = WorldSource::read(project);
-    if (!source) return tl::unexpected(source.error());
-    Text text{file, project.shown(project.world->path), {}};
-    auto shared = std::make_shared<const WorldSource>(std::move(*source));
-    if (auto content = text::read_file(text.file, text.shown)) {
-      text.content = std::move(*content);
-      world_text = WorldText{std::move(text), shared};
-    }
-    return shared;
-  }
-
-  std::shared_ptr<Requirements> requirements_of(Text file) {
-    if (requirements.size() >= kRequirementFilesMax) requirements.clear();
-    auto& known = requirements[file.file.string()];
-    if (known == nullptr || known->file.content != file.content || known->file.shown != file.shown) {
-      auto parsed = monitor::parse_requirements(*file.content, file.shown);
-      known = std::make_shared<Requirements>(Requirements{std::move(file), std::move(parsed), {}});
-    }
-    return known;
-  }
-
-  const Loaded<idl::Schema>& interface(const path& file, const std::string& shown) {
-    const std::pair key{file.string(), shown};
-    const auto known = interfaces.find(key);
-    if (known != interfaces.end() && are_same(known->second.files)) return known->second.schema;
-    if (interfaces.size() >= kInterfacesMax) interfaces.clear();
-    Interface read;
-    read.schema = load_interface(
-        file, shown, [&](const path& part, const std::string& name, const std::optional<std::string>& content) {
-          read.files.push_back({part, name, content});
-        });
-    return interfaces.insert_or_assign(key, std::move(read)).first->second.schema;
-  }
-};
-
-PartCache::PartCache() : impl_(std::make_unique<Impl>()) {}
-PartCache::~PartCache() = default;
-PartCache::PartCache(PartCache&&) noexcept = default;
-PartCache& PartCache::operator=(PartCache&&) noexcept = default;
-
 namespace {
 
 void append(Diagnostics& to, const Diagnostics& from) { to.insert(to.end(), from.begin(), from.end()); }
-
-// A file that the project names and that cannot be read: the message stands where it is named.
-Diagnostic missing(const Project& project, const FileRef& file, Diagnostic why) {
-  if (file.span.line > 0) {
-    why.message = "file \"" + project.shown(file.path) + "\": " + why.message;
-    why.span = file.span;
-  }
-  return why;
-}
 
 class Preparation {
  public:
@@ -587,81 +479,6 @@ class Preparation {
   std::map<std::string, std::shared_ptr<PartCache::Impl::Requirements>> requirements_;  // null: it could not be read
 };
 
-// What is said to run elsewhere does so: every "{name}" is a process, and nothing elsewhere needs what is in this one.
-void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
-  const auto check = [&](const std::string& at, const std::string& what, const SourceSpan& span) {
-    if (!at.starts_with('{')) return;
-    const std::string name = at.substr(1, at.find('}') == std::string::npos ? at.size() : at.find('}') - 1);
-    const auto& processes = scenario.processes;
-    if (std::any_of(processes.begin(), processes.end(), [&](const auto& p) { return p.name == name; })) return;
-    diagnostics.push_back({Severity::kError, "scenario.process",
-                           what + " is at \"" + at + "\", but the scenario has no process \"" + name + "\"", span});
-  };
-  for (const ServiceEntry& service : scenario.project.services)
-    check(service.at, "service \"" + service.name + "\"", service.span);
-  for (const MonitorEntry& monitor : scenario.project.monitors)
-    check(monitor.at, "monitor \"" + monitor.name + "\"", monitor.span);
-  for (const ObserverEntry& observer : scenario.project.observers)
-    check(observer.at, "observer \"" + observer.name + "\"", observer.span);
-  for (const SkillEntry& skill : scenario.project.skills) check(skill.at, "skill \"" + skill.leaf + "\"", skill.span);
-  bool remote_parts = !scenario.processes.empty() || !scenario.project.observers.empty();
-  for (const MonitorEntry& monitor : scenario.project.monitors) remote_parts = remote_parts || !monitor.at.empty();
-  for (const SkillEntry& skill : scenario.project.skills) remote_parts = remote_parts || !skill.at.empty();
-  const auto is_here = [](const ServiceEntry& service) { return service.at == "sim" || service.at == "model"; };
-  for (const ServiceEntry& service : scenario.project.services)
-    remote_parts = remote_parts || (!is_here(service) && service.at != "topics");
-  if (remote_parts && scenario.virtual_time) {
-    diagnostics.push_back(
-        {Severity::kError, "scenario.clock",
-         "a part runs in another process, which has no virtual time; use clock: real or {real: FACTOR}",
-         SourceSpan{scenario.file}});
-  }
-  for (const ProcessEntry& process : scenario.processes) {
-    if (process.skill.empty()) continue;
-    const auto subscribes = std::find_if(
-        scenario.project.skills.begin(), scenario.project.skills.end(),
-        [&](const SkillEntry& skill) { return skill.leaf == process.skill && !skill.subscribes.topics.empty(); });
-    if (subscribes != scenario.project.skills.end()) {
-      diagnostics.push_back({Severity::kError, "check.subscribe",
-                             "skill \"" + process.skill +
-                                 "\" subscribes to topics, which do not reach other processes; let it run in the run",
-                             process.span});
-    }
-    for (const ServiceEntry& service : scenario.project.services) {
-      if (!is_here(service)) continue;
-      diagnostics.push_back({Severity::kError, "scenario.process",
-                             "skill \"" + process.skill + "\" runs in another process and cannot reach service \"" +
-                                 service.name + "\", which is at: " + service.at + " in this one; " +
-                                 (service.at == "sim" ? "run the simulator in a process too"
-                                                      : "models serve skills of their own process only"),
-                             process.span});
-    }
-  }
-}
-
-// A process that is to run a skill runs one that the mission has, and one that runs a monitor one of the project's.
-void check_process_skills(const Scenario& scenario, const bt::Tree& tree, Diagnostics& diagnostics) {
-  std::vector<std::string> leaves;
-  for (const bt::NodeId node : tree.external_leaves()) {
-    leaves.push_back(tree.event_name(node));
-    leaves.emplace_back(tree.name(node));
-    leaves.emplace_back(tree.registration(node));
-  }
-  std::vector<std::string> monitors;
-  for (const MonitorEntry& monitor : scenario.project.monitors) monitors.push_back(monitor.name);
-  const auto check = [&](const std::string& name, const std::vector<std::string>& known, const char* what,
-                         const SourceSpan& span) {
-    if (name.empty() || std::find(known.begin(), known.end(), name) != known.end()) return;
-    diagnostics.push_back({Severity::kError, "scenario.process",
-                           std::string("the project has no ") + what + " \"" + name + "\"" + did_you_mean(name, known),
-                           span});
-  };
-  for (const ProcessEntry& process : scenario.processes) {
-    check(process.skill, leaves, "leaf", process.span);
-    check(process.monitor, monitors, "monitor", process.span);
-  }
-}
-
 }  // namespace
 
 std::vector<std::string> test_control_names(const sim::World& world) {
@@ -696,45 +513,6 @@ std::filesystem::path shipped_folder(std::string_view what) {
     if (std::filesystem::is_directory(candidate, error)) return candidate.lexically_normal();
   }
   return {};
-}
-
-Result<WorldSource> WorldSource::read(const Project& project) {
-  WorldSource world;
-  world.file_ = project.folder / project.world->path;
-  world.shown_ = project.shown(project.world->path);
-  const auto source = text::read_file(world.file_, world.shown_);
-  if (!source) return tl::unexpected(missing(project, *project.world, source.error()));
-  auto root = text::parse_yaml(*source, world.shown_);
-  if (!root) return tl::unexpected(root.error());
-  world.root_ = std::move(*root);
-  return world;
-}
-
-Loaded<sim::World> WorldSource::with(const std::optional<text::YamlNode>& overrides, const sim::World* like,
-                                     const OnRead& on_read) const {
-  const auto read = [&](const std::string& name) {
-    const std::string shown = (path(shown_).parent_path() / name).string();
-    auto content = text::read_file(file_.parent_path() / name, shown);
-    if (content && on_read) on_read(file_.parent_path() / name, shown, *content);
-    return content;
-  };
-  if (!overrides) return sim::parse_world_like(root_, read, like);
-  text::YamlNode root = root_;
-  merge(root, *overrides);
-  return sim::parse_world_like(root, read, overrides->find("map") == nullptr ? like : nullptr);
-}
-
-path WorldSource::map_file(const std::optional<text::YamlNode>& overrides) const {
-  const text::YamlNode* map = overrides ? overrides->find("map") : nullptr;
-  if (map == nullptr) map = root_.find("map");
-  return map != nullptr ? file_.parent_path() / map->scalar : path();
-}
-
-Loaded<sim::World> load_project_world(const Project& project) {
-  const text::ReadFence fence(project.folder, {shipped_folder("interfaces")});
-  const auto source = WorldSource::read(project);
-  if (!source) return {.value = std::nullopt, .diagnostics = {source.error()}};
-  return source->with(project.world_overrides);
 }
 
 bool load_plugins(const Project& project, bt::Registry& registry, Diagnostics& diagnostics) {

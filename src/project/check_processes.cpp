@@ -1,0 +1,78 @@
+#include "sentree/project/check_processes.h"
+
+#include <algorithm>
+
+namespace sentree::project {
+
+void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
+  const auto check = [&](const std::string& at, const std::string& what, const SourceSpan& span) {
+    if (!at.starts_with('{')) return;
+    const std::string name = at.substr(1, at.find('}') == std::string::npos ? at.size() : at.find('}') - 1);
+    const auto& processes = scenario.processes;
+    if (std::any_of(processes.begin(), processes.end(), [&](const auto& p) { return p.name == name; })) return;
+    add(diagnostics, Severity::kError, "scenario.process",
+        what + " is at \"" + at + "\", but the scenario has no process \"" + name + "\"", span);
+  };
+  for (const ServiceEntry& service : scenario.project.services)
+    check(service.at, "service \"" + service.name + "\"", service.span);
+  for (const MonitorEntry& monitor : scenario.project.monitors)
+    check(monitor.at, "monitor \"" + monitor.name + "\"", monitor.span);
+  for (const ObserverEntry& observer : scenario.project.observers)
+    check(observer.at, "observer \"" + observer.name + "\"", observer.span);
+  for (const SkillEntry& skill : scenario.project.skills) check(skill.at, "skill \"" + skill.leaf + "\"", skill.span);
+  bool remote_parts = !scenario.processes.empty() || !scenario.project.observers.empty();
+  for (const MonitorEntry& monitor : scenario.project.monitors) remote_parts = remote_parts || !monitor.at.empty();
+  for (const SkillEntry& skill : scenario.project.skills) remote_parts = remote_parts || !skill.at.empty();
+  const auto is_here = [](const ServiceEntry& service) { return service.at == "sim" || service.at == "model"; };
+  for (const ServiceEntry& service : scenario.project.services)
+    remote_parts = remote_parts || (!is_here(service) && service.at != "topics");
+  if (remote_parts && scenario.virtual_time) {
+    add(diagnostics, Severity::kError, "scenario.clock",
+        "a part runs in another process, which has no virtual time; use clock: real or {real: FACTOR}",
+        SourceSpan{scenario.file});
+  }
+  for (const ProcessEntry& process : scenario.processes) {
+    if (process.skill.empty()) continue;
+    const auto subscribes = std::find_if(
+        scenario.project.skills.begin(), scenario.project.skills.end(),
+        [&](const SkillEntry& skill) { return skill.leaf == process.skill && !skill.subscribes.topics.empty(); });
+    if (subscribes != scenario.project.skills.end()) {
+      add(diagnostics, Severity::kError, "check.subscribe",
+          "skill \"" + process.skill +
+              "\" subscribes to topics, which do not reach other processes; let it run in the run",
+          process.span);
+    }
+    for (const ServiceEntry& service : scenario.project.services) {
+      if (!is_here(service)) continue;
+      add(diagnostics, Severity::kError, "scenario.process",
+          "skill \"" + process.skill + "\" runs in another process and cannot reach service \"" + service.name +
+              "\", which is at: " + service.at + " in this one; " +
+              (service.at == "sim" ? "run the simulator in a process too"
+                                   : "models serve skills of their own process only"),
+          process.span);
+    }
+  }
+}
+
+void check_process_skills(const Scenario& scenario, const bt::Tree& tree, Diagnostics& diagnostics) {
+  std::vector<std::string> leaves;
+  for (const bt::NodeId node : tree.external_leaves()) {
+    leaves.push_back(tree.event_name(node));
+    leaves.emplace_back(tree.name(node));
+    leaves.emplace_back(tree.registration(node));
+  }
+  std::vector<std::string> monitors;
+  for (const MonitorEntry& monitor : scenario.project.monitors) monitors.push_back(monitor.name);
+  const auto check = [&](const std::string& name, const std::vector<std::string>& known, const char* what,
+                         const SourceSpan& span) {
+    if (name.empty() || std::find(known.begin(), known.end(), name) != known.end()) return;
+    add(diagnostics, Severity::kError, "scenario.process",
+        std::string("the project has no ") + what + " \"" + name + "\"" + did_you_mean(name, known), span);
+  };
+  for (const ProcessEntry& process : scenario.processes) {
+    check(process.skill, leaves, "leaf", process.span);
+    check(process.monitor, monitors, "monitor", process.span);
+  }
+}
+
+}  // namespace sentree::project
