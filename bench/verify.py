@@ -115,7 +115,7 @@ def main():
             [sentree, "verify", porter, "--states", "40000", *out],
             "250,000 periods a second",
         )
-        guard = os.path.join(EXAMPLES, "large", "guard")
+        guard = os.path.join(EXAMPLES, "guard")
         row("a tree of 2,088 elements", [sentree, "verify", guard, *out], "2 s")
         runs = 20_000
         for threads in (1, 2):

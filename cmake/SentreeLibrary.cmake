@@ -23,6 +23,16 @@ function(sentree_quickly_compiled target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O0>)
 endfunction()
 
+# Names in the anonymous namespaces of a target's sources differ, or this does not compile. That a source needs no other
+# one before it is what the preset `dev` shows.
+function(sentree_unite target batch)
+  if(SENTREE_UNITY)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${batch})
+    # Said of headers, which the sources here are to the compiler.
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+  endif()
+endfunction()
+
 # sentree_library(NAME [DEPENDS sentree libraries…] [PUBLIC others…] [PRIVATE others…])
 #
 # The folder is the library: every x.cpp belongs to it, every x_test.cpp to its test program NAME_test
@@ -44,6 +54,7 @@ function(sentree_library name)
   target_link_libraries(sentree_${name} PUBLIC ${arg_DEPENDS} ${arg_PUBLIC}
     PRIVATE ${arg_PRIVATE} $<BUILD_INTERFACE:sentree_options>)
   target_precompile_headers(sentree_${name} REUSE_FROM sentree_precompiled)
+  sentree_unite(sentree_${name} 12)
   set_property(GLOBAL APPEND PROPERTY SENTREE_LIBRARIES ${name})
 
   if(SENTREE_TESTS)
@@ -61,6 +72,12 @@ function(sentree_test name)
   cmake_parse_arguments(arg "" "LABEL" "SOURCES;LIBRARIES" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE ${arg_LIBRARIES} GTest::gmock GTest::gtest_main sentree_options)
+  sentree_unite(${name} 12)
+  if(SENTREE_UNITY)
+    target_compile_definitions(${name} PRIVATE
+      SENTREE_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SENTREE_BINARY_DIR="${PROJECT_BINARY_DIR}")
+    set(arg_SOURCES)
+  endif()
   # Only where they are used: objects that name no folder are the same in every clone, and so cached for all.
   foreach(source IN LISTS arg_SOURCES)
     get_filename_component(source ${source} ABSOLUTE)

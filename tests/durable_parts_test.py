@@ -48,7 +48,8 @@ duration: 60 min
 
     def start(self, *arguments):
         return subprocess.Popen([self.sentree, "run", *arguments, "--verbose"], cwd=self.work, env=self.environment,
-                                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+                                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                                errors="replace")  # what is left in the end may begin within a character
 
     def until(self, run, text, lines=1):
         """Reads what the run prints until `text` came so often."""

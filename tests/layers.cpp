@@ -157,7 +157,7 @@ const std::vector<LibraryRule>& library_rules() {
       {"lsp", {"base", "text", "idl", "draw", "bt", "scxml", "graph", "monitor", "record", "project", "design"}},
       {"import", {"base", "text", "idl", "bt", "scxml", "project"}},
       {"mission", {"base", "text", "idl", "bt", "scxml", "monitor", "sim", "project"}},
-      {"verify", {"base", "text", "bt", "scxml", "monitor", "project", "mission"}},
+      {"verify", {"base", "text", "idl", "bt", "scxml", "monitor", "project", "mission"}},
       {"runtime", {"base", "text", "idl", "bt", "scxml", "monitor", "rpc", "sim", "project", "mission"}},
       {"campaign", {"base", "text", "idl", "bt", "scxml", "monitor", "rpc", "sim", "project", "mission", "runtime"}},
       {"replay",

@@ -14,6 +14,8 @@ import subprocess
 import sys
 import threading
 
+from mission_elsewhere import check_verdicts
+
 PATIENCE = 120
 sentree, source, work = (os.path.abspath(path) for path in sys.argv[1:4])
 shutil.rmtree(work, ignore_errors=True)
@@ -84,40 +86,6 @@ def simulated_robot():
     sim.end()
 
 
-def mission_on_both_sides():
-    """The recharge example, its robot and two of its skills in a graph: the verdicts of the simulator in the process."""
-    shutil.copytree(source + "/examples/recharge", "recharge")
-    with open("recharge/scenarios/ros.yaml", "w") as out:
-        out.write("""description: everything talks over ROS 2
-clock: {real: 20}
-processes:
-  robot: {component: sim, listen: "ros:/robot/"}
-  goto: {skill: GoToLocation, listen: "ros:/goto"}
-  level: {skill: BatteryLevelAbove, listen: "ros:/level"}
-override:
-  services: {battery: {at: "{robot}"}, navigation: {at: "{robot}"}}
-  skills: {GoToLocation: {at: "{goto}"}, BatteryLevelAbove: {at: "{level}"}}
-  world: {battery: {initial: 100 %}}
-  deadlines: {call: 1 s, condition: 2 s, budget: 3 s, unresponsive: 5 s}
-timeline:
-  - {at: 20 s, call: simulation.setBatteryCharge, args: {percent: 10}}
-duration: 2 min
-expect:
-  mission: RUNNING
-  monitors: {battery: violated, recharge: undecided, never_empty: violated, turns_to_station: undecided}
-  distinct_processes: true
-""")
-    _, plain, _ = run("run", "recharge", "--scenario", "experiment1", "--clock", "virtual", "--json", "--no-record")
-    code, out, err = run("run", "recharge", "--scenario", "ros", "--json", "--no-record")
-    try:
-        here, there = json.loads(plain), json.loads(out)
-    except ValueError:
-        return check("the mission runs over ROS 2", False, out + err)
-    verdicts = [{m["monitor"]: m["verdict"] for m in report["monitors"]} for report in (here, there)]
-    check("the same verdicts as in one process", verdicts[0] == verdicts[1], verdicts)
-    check("as expected", there["unmet"] == [], str(there["unmet"]) + err)
-
-
 def topics():
     """What others publish is a topic of the mission, and what the mission publishes is read by others."""
     shutil.copytree(source + "/examples/topics", "topics")
@@ -153,7 +121,7 @@ if __name__ == "__main__":
         print("skipped: this build has no DDS")
         sys.exit(77)
     simulated_robot()
-    mission_on_both_sides()
+    check_verdicts(run, check, source, "ros:/robot/", "ros:/goto", "ros:/level")
     topics()
     print("all good" if failures == 0 else "%d failures" % failures)
     sys.exit(failures != 0)

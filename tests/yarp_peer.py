@@ -14,6 +14,8 @@ import subprocess
 import sys
 import threading
 
+from mission_elsewhere import check_verdicts
+
 sentree, source, work = sys.argv[1:4]
 shutil.rmtree(work, ignore_errors=True)
 os.makedirs(work)
@@ -391,40 +393,6 @@ def skill_ticked_by_others():
     skill.end()
 
 
-def mission_on_both_sides():
-    """The recharge example, its robot and two of its skills on ports: the verdicts of the simulator in the process."""
-    shutil.copytree(source + "/examples/recharge", "recharge")
-    with open("recharge/scenarios/yarp.yaml", "w") as out:
-        out.write("""description: everything talks over YARP
-clock: {real: 20}
-processes:
-  robot: {component: sim, listen: "yarp:/robot/"}
-  goto: {skill: GoToLocation, listen: "yarp:/GoTo/tick:i"}
-  level: {skill: BatteryLevelAbove, listen: "yarp:/BatteryLevelAbove30/tick:i"}
-override:
-  services: {battery: {at: "yarp:/robot/battery/rpc:i"}, navigation: {at: "{robot}"}}
-  skills: {GoToLocation: {at: "{goto}"}, BatteryLevelAbove: {at: "{level}"}}
-  world: {battery: {initial: 100 %}}
-  deadlines: {call: 1 s, condition: 2 s, budget: 3 s, unresponsive: 5 s}
-timeline:
-  - {at: 20 s, call: simulation.setBatteryCharge, args: {percent: 10}}
-duration: 2 min
-expect:
-  mission: RUNNING
-  monitors: {battery: violated, recharge: undecided, never_empty: violated, turns_to_station: undecided}
-  distinct_processes: true
-""")
-    _, plain, _ = run("run", "recharge", "--scenario", "experiment1", "--clock", "virtual", "--json", "--no-record")
-    code, out, err = run("run", "recharge", "--scenario", "yarp", "--yarp-server", "--json", "--no-record")
-    try:
-        here, there = json.loads(plain), json.loads(out)
-    except ValueError:
-        return check("the mission runs over YARP", False, out + err)
-    verdicts = [{m["monitor"]: m["verdict"] for m in report["monitors"]} for report in (here, there)]
-    check("the same verdicts as in one process", verdicts[0] == verdicts[1], verdicts)
-    check("as expected", there["unmet"] == [], str(there["unmet"]) + err)
-
-
 def topics():
     """What a port of others sends is a topic of the mission, and what the mission publishes goes to one."""
     shutil.copytree(source + "/examples/topics", "topics")
@@ -459,5 +427,6 @@ if __name__ == "__main__":
     check("the name server went with it", subprocess.run(
         [sentree, "services", "--on", "yarp:"], env=environment, capture_output=True).returncode == 4)
     topics()
-    mission_on_both_sides()
+    check_verdicts(run, check, source, "yarp:/robot/", "yarp:/GoTo/tick:i", "yarp:/BatteryLevelAbove30/tick:i",
+                   "yarp:/robot/battery/rpc:i", ["--yarp-server"])
     sys.exit(1 if failures else 0)

@@ -30,6 +30,10 @@ bool has_errors(std::span<const Diagnostic> diagnostics) {
                      [](const Diagnostic& d) { return d.severity == Severity::kError; });
 }
 
+void add(Diagnostics& diagnostics, Severity severity, std::string code, std::string message, SourceSpan span) {
+  diagnostics.push_back({severity, std::move(code), std::move(message), std::move(span)});
+}
+
 void sort_by_place(Diagnostics& diagnostics) {
   std::stable_sort(diagnostics.begin(), diagnostics.end(), [](const Diagnostic& a, const Diagnostic& b) {
     return std::tie(a.span.file, a.span.line, a.span.column) < std::tie(b.span.file, b.span.line, b.span.column);

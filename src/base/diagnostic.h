@@ -32,6 +32,7 @@ using Diagnostics = std::vector<Diagnostic>;
 
 /// By file, line and column; findings of one place keep their order.
 void sort_by_place(Diagnostics& diagnostics);
+void add(Diagnostics& diagnostics, Severity severity, std::string code, std::string message, SourceSpan span);
 
 /// The candidate nearest to `name` by edit distance (Damerau-Levenshtein, case-insensitive at half
 /// cost), or empty if none is near enough to be a likely slip. O(candidates · length²).

@@ -138,6 +138,12 @@ std::string shortest_decimal(double number) {
   return text;
 }
 
+std::string plain_decimal(double number) {
+  std::string text = shortest_decimal(number);
+  if (text.ends_with(".0")) text.resize(text.size() - 2);
+  return text;
+}
+
 namespace {
 
 // Length of the valid UTF-8 sequence at the start of `text`, or 0. Rejects overlong forms and surrogates.

@@ -126,6 +126,8 @@ void append_json_string(std::string& out, std::string_view text);
 
 /// The shortest decimal that reads back as `number`, always with a point or an exponent.
 [[nodiscard]] std::string shortest_decimal(double number);
+/// The same for people: whole numbers without ".0".
+[[nodiscard]] std::string plain_decimal(double number);
 
 /// Mixes `value` into a running hash (Fowler-Noll-Vo offset, SplitMix64 finisher).
 [[nodiscard]] std::uint64_t hash_combine(std::uint64_t seed, std::uint64_t value);

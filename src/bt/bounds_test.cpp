@@ -6,6 +6,7 @@
 #include "sentree/bt/load.h"
 #include "sentree/bt/runner.h"
 #include "sentree/bt/script.h"
+#include "sentree/bt/test_support.h"
 
 // Every bound, reached: a message, no crash.
 
@@ -13,17 +14,6 @@ namespace sentree::bt {
 namespace {
 
 using ::testing::HasSubstr;
-
-std::string in_tree(const std::string& body, const std::string& more = {}) {
-  return "<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\"><BehaviorTree ID=\"Main\">" + body +
-         "</BehaviorTree>" + more + "</root>";
-}
-
-std::string messages(const std::string& xml, const LoadOptions& options = {}) {
-  std::string all;
-  for (const Diagnostic& d : load(xml, options, "m.xml").diagnostics) all += to_string(d) + "\n";
-  return all;
-}
 
 /// Every file f<n>.xml includes the next one, padded to that many bytes.
 LoadOptions chain(std::size_t padding) {

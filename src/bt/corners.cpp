@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sentree/bt/loader.h"
+#include "sentree/bt/tree.h"
 
 // What each node of a tree may return, and what follows from it: children that are never reached, and corners of the
 // semantics that look like defects and that this very tree depends on (docs/deviations.md).
@@ -42,10 +43,6 @@ Mask ordered(std::span<const Mask> children, Mask go_on, std::size_t& reached) {
   }
   const bool goes_on = std::any_of(children.begin(), children.end(), [&](Mask m) { return (m & go_on) != 0; });
   return out | all | (goes_on ? go_on : Mask{0});
-}
-
-bool is_explicit(std::string_view tag) {
-  return tag == "Action" || tag == "Condition" || tag == "Control" || tag == "Decorator";
 }
 
 /// True if the node may halt that child of its own accord.
@@ -243,7 +240,7 @@ void Loader::check_corners(std::uint32_t index) {
              node.element.span());
       }
       const std::string_view tag = node.element.name();
-      if (above == Kind::kReactiveSequence && is_explicit(tag)) {
+      if (above == Kind::kReactiveSequence && is_explicit_tag(tag)) {
         warn("bt.explicit-in-reactive",
              "BehaviorTree.CPP 4.10 refuses <" + std::string(tag) + " ID=…> under ReactiveSequence; <" + own.id +
                  "> works in both",

@@ -6,6 +6,7 @@
 
 #include "sentree/bt/load.h"
 #include "sentree/bt/script.h"
+#include "sentree/bt/test_support.h"
 
 // What loading warns of: children that are never reached, corners that a tree depends on, scripts that cannot work.
 
@@ -15,12 +16,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-std::string in_tree(const std::string& body, const std::string& more = {}) {
-  return "<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\"><BehaviorTree ID=\"Main\">" + body +
-         "</BehaviorTree>" + more + "</root>";
-}
-
-std::string messages(const std::string& body, const std::string& more = {}) {
+std::string found_in(const std::string& body, const std::string& more = {}) {
   std::string all;
   for (const Diagnostic& d : load(in_tree(body, more), {}, "m.xml").diagnostics)
     all += d.code + " " + to_string(d) + "\n";
@@ -42,8 +38,8 @@ struct Corner {
 class Corners : public ::testing::TestWithParam<Corner> {};
 
 TEST_P(Corners, AreWarnedOfWhereATreeDependsOnThemOnly) {
-  EXPECT_THAT(messages(GetParam().risky), HasSubstr(GetParam().code));
-  EXPECT_THAT(messages(GetParam().safe), Not(HasSubstr(GetParam().code)));
+  EXPECT_THAT(found_in(GetParam().risky), HasSubstr(GetParam().code));
+  EXPECT_THAT(found_in(GetParam().safe), Not(HasSubstr(GetParam().code)));
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -79,9 +75,9 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(CornersOfSubTrees, FollowFromTheTreeThatTheyName) {
   const std::string sub = "<BehaviorTree ID=\"S\">" + kSkippable + "</BehaviorTree>";
-  EXPECT_THAT(messages("<IfThenElse><SubTree ID=\"S\"/><AlwaysSuccess/></IfThenElse>", sub),
+  EXPECT_THAT(found_in("<IfThenElse><SubTree ID=\"S\"/><AlwaysSuccess/></IfThenElse>", sub),
               HasSubstr("bt.skipped-condition"));
-  EXPECT_THAT(messages("<Sequence _skipIf=\"0\"><SubTree ID=\"S\"/></Sequence>", sub),
+  EXPECT_THAT(found_in("<Sequence _skipIf=\"0\"><SubTree ID=\"S\"/></Sequence>", sub),
               HasSubstr("bt.skipped-stays-running"));
 }
 
@@ -93,11 +89,11 @@ TEST(CornersOfSubTrees, SurviveALongChainOfThem) {
             (i + 1 < 20'000 ? "<SubTree ID=\"T" + std::to_string(i + 1) + "\"/>" : "<AlwaysSuccess/>") +
             "</BehaviorTree>";
   }
-  EXPECT_THAT(messages("<AlwaysSuccess/>", more), HasSubstr("bt.unused-tree"));
+  EXPECT_THAT(found_in("<AlwaysSuccess/>", more), HasSubstr("bt.unused-tree"));
 }
 
 TEST(OnHalted, IsToldOncePerTree) {
-  const std::string all = messages(
+  const std::string all = found_in(
       "<Sequence><AlwaysSuccess _onHalted=\"n := 1\"/><AlwaysSuccess _onHalted=\"n := 2\"/>"
       "<AlwaysSuccess _onHalted=\"n := 3\"/></Sequence>");
   EXPECT_THAT(all, HasSubstr("(3 nodes of this tree have one)"));
@@ -115,13 +111,13 @@ TEST(Scripts, AreReportedAtTheVeryPlace) {
 }
 
 TEST(Scripts, WarnOfIntegersBeyond64BitsAndOfMissingSeparators) {
-  EXPECT_THAT(messages("<Script code=\"n := 99999999999999999999\"/>"),
+  EXPECT_THAT(found_in("<Script code=\"n := 99999999999999999999\"/>"),
               HasSubstr("column 6: \"99999999999999999999\" does not fit into 64 bits and counts as 0"));
-  EXPECT_THAT(messages("<Script code=\"n := 0x8000000000000000\"/>"), HasSubstr("bt.script-integer"));
-  EXPECT_THAT(messages("<Script code=\"n := 9223372036854775807\"/>"), Not(HasSubstr("bt.script-integer")));
-  EXPECT_THAT(messages("<Script code=\"n := 1 m := 2\"/>"),
+  EXPECT_THAT(found_in("<Script code=\"n := 0x8000000000000000\"/>"), HasSubstr("bt.script-integer"));
+  EXPECT_THAT(found_in("<Script code=\"n := 9223372036854775807\"/>"), Not(HasSubstr("bt.script-integer")));
+  EXPECT_THAT(found_in("<Script code=\"n := 1 m := 2\"/>"),
               HasSubstr("column 8: a statement begins here without a \";\" before it"));
-  EXPECT_THAT(messages("<Script code=\"; n := 1;; m := 2;\"/>"), Not(HasSubstr("bt.script-separator")));
+  EXPECT_THAT(found_in("<Script code=\"; n := 1;; m := 2;\"/>"), Not(HasSubstr("bt.script-separator")));
 }
 
 struct Typed {
@@ -134,7 +130,7 @@ struct Typed {
 class ScriptTypes : public ::testing::TestWithParam<Typed> {};
 
 TEST_P(ScriptTypes, AreCheckedWhereEverybodyAgreesOnThem) {
-  const std::string all = messages(
+  const std::string all = found_in(
       "<Sequence><Script code=\"n := 1; s := 'red'; e := '7'; x := 1; k := 'a'\"/><SetBlackboard value=\"1\" "
       "output_key=\"x\"/><Script code=\"k := 'b'\"/><Script code=\"" +
       GetParam().code + "\"/></Sequence>");
@@ -163,10 +159,10 @@ INSTANTIATE_TEST_SUITE_P(
                       Typed{"r := 1 &lt; n &lt; 3", ""}, Typed{"r := k * 1", "gets text"}));
 
 TEST(ScriptTypesOfPorts, ComeFromWhatWritesTheEntry) {
-  EXPECT_THAT(messages("<Sequence><LoopDouble queue=\"1;2\" value=\"{v}\"><AlwaysSuccess/></LoopDouble>"
+  EXPECT_THAT(found_in("<Sequence><LoopDouble queue=\"1;2\" value=\"{v}\"><AlwaysSuccess/></LoopDouble>"
                        "<Script code=\"r := v == 'big'\"/></Sequence>"),
               HasSubstr("text is compared with a number, 'big'"));
-  EXPECT_THAT(messages("<Sequence><LoopString queue=\"a;b\" value=\"{v}\"><AlwaysSuccess/></LoopString>"
+  EXPECT_THAT(found_in("<Sequence><LoopString queue=\"a;b\" value=\"{v}\"><AlwaysSuccess/></LoopString>"
                        "<Script code=\"r := v - 1\"/></Sequence>"),
               HasSubstr("gets text"));
 }

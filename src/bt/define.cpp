@@ -13,7 +13,7 @@ using text::XmlElement;
 
 namespace {
 
-std::string_view trimmed(std::string_view text) {
+std::string_view without_blanks(std::string_view text) {
   while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
   while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
   return text;
@@ -42,9 +42,9 @@ bool has_port(const Ports& ports, std::string_view name) {
 bool is_metadata(std::string_view tag) { return tag == "Metadata" || tag == "MetadataFields"; }
 
 std::optional<std::string_view> entry_name(std::string_view text) {
-  text = trimmed(text);
+  text = without_blanks(text);
   if (text.size() < 3 || text.front() != '{' || text.back() != '}') return std::nullopt;
-  return trimmed(text.substr(1, text.size() - 2));
+  return without_blanks(text.substr(1, text.size() - 2));
 }
 
 std::uint32_t Loader::add_manifest(const Manifest& manifest) {
@@ -126,7 +126,7 @@ std::uint32_t Loader::find_manifest(const XmlElement& element, bool& is_explicit
     is_explicit = false;
     return last_manifest_;
   }
-  is_explicit = tag == "Action" || tag == "Condition" || tag == "Control" || tag == "Decorator";
+  is_explicit = is_explicit_tag(tag);
   std::string_view id = tag;
   if (is_explicit) {
     const auto given = element.attribute("ID");

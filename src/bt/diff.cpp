@@ -1,6 +1,7 @@
 #include <map>
 #include <utility>
 
+#include "sentree/bt/tree.h"
 #include "sentree/bt/write.h"
 #include "sentree/text/xml.h"
 
@@ -12,12 +13,8 @@ using text::XmlElement;
 
 namespace {
 
-bool is_explicit(std::string_view tag) {
-  return tag == "Action" || tag == "Condition" || tag == "Control" || tag == "Decorator";
-}
-
 std::string registration(const XmlElement& element) {
-  if (is_explicit(element.name())) return std::string(element.attribute("ID").value_or(""));
+  if (is_explicit_tag(element.name())) return std::string(element.attribute("ID").value_or(""));
   if (element.name() == "SubTree" || element.name() == "SubTreePlus") {
     return "SubTree " + std::string(element.attribute("ID").value_or(""));
   }
@@ -43,7 +40,7 @@ text::XmlMeaning meaning() {
       .text = [](const XmlElement& element) { return element.text(); },
       .passes_over_attribute =
           [](const XmlElement& element, std::string_view attribute) {
-            return attribute == "ID" && (is_explicit(element.name()) || element.name().starts_with("SubTree") ||
+            return attribute == "ID" && (is_explicit_tag(element.name()) || element.name().starts_with("SubTree") ||
                                          element.name() == "BehaviorTree");
           },
       .passes_over = {},

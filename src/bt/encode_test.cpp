@@ -23,7 +23,7 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::SizeIs;
 
-Tree tree(const std::string& body, const Registry* registry = nullptr) {
+Tree encoded_tree(const std::string& body, const Registry* registry = nullptr) {
   LoadOptions options;
   options.registry = registry;
   auto loaded = load("<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\"><BehaviorTree ID=\"Main\">" + body +
@@ -157,13 +157,13 @@ std::set<std::string> forms(const Tree& tree, int ticks) {
 
 TEST(Encode, HasAFormForEachSituationAndNotForEachTick) {
   // Which of the two actions runs.
-  const Tree mission = tree(R"(<ReactiveFallback>
+  const Tree mission = encoded_tree(R"(<ReactiveFallback>
       <ReactiveSequence><Condition ID="Low"/><Action ID="Charge"/></ReactiveSequence><Action ID="Go"/></ReactiveFallback>)");
   EXPECT_THAT(forms(mission, 500), SizeIs(2));
 }
 
 TEST(Encode, LeavesOutHowOftenEntriesWereWritten) {
-  const Tree writes = tree(R"(<Sequence><Script code="n := 1"/><SkipUnlessUpdated entry="{n}"><AlwaysSuccess/>
+  const Tree writes = encoded_tree(R"(<Sequence><Script code="n := 1"/><SkipUnlessUpdated entry="{n}"><AlwaysSuccess/>
       </SkipUnlessUpdated><Action ID="Wait"/></Sequence>)");
   State state(writes);
   Effects effects;
@@ -182,7 +182,7 @@ TEST(Encode, LeavesOutHowOftenEntriesWereWritten) {
 }
 
 TEST(Encode, KeepsNumbersOfWritesWhereEntriesMayBeginToCountAnew) {
-  const Tree unsets = tree(R"(<Sequence><Script code="n := 1"/><UnsetBlackboard key="m"/></Sequence>)");
+  const Tree unsets = encoded_tree(R"(<Sequence><Script code="n := 1"/><UnsetBlackboard key="m"/></Sequence>)");
   State state(unsets);
   Effects effects;
   step(unsets, state, Input::tick(), TimePoint{}, effects);
@@ -195,7 +195,7 @@ TEST(Encode, KeepsWhatNodesInCppMayReadOfTheirEntries) {
   Registry registry;
   registry.action("Count", {input<int>("in")},
                   [](Context& self) { return self.sequence("in") % 2 == 0 ? Status::kSuccess : Status::kFailure; });
-  const Tree counting = tree(R"(<Sequence><Script code="n := 1"/><Count in="{n}"/></Sequence>)", &registry);
+  const Tree counting = encoded_tree(R"(<Sequence><Script code="n := 1"/><Count in="{n}"/></Sequence>)", &registry);
   State state(counting);
   Effects effects;
   step(counting, state, Input::tick(), TimePoint{}, effects);
@@ -205,7 +205,7 @@ TEST(Encode, KeepsWhatNodesInCppMayReadOfTheirEntries) {
 }
 
 TEST(Encode, CountsTimersFromNow) {
-  const Tree sleeps = tree(R"(<Sleep msec="500"/>)");
+  const Tree sleeps = encoded_tree(R"(<Sleep msec="500"/>)");
   State state(sleeps);
   Effects effects;
   step(sleeps, state, Input::tick(), TimePoint(1s), effects);
@@ -223,7 +223,7 @@ TEST(Encode, RefusesWhatHasNoSavedForm) {
   };
   Registry registry;
   registry.add<Keeps>("Keeps");
-  const Tree keeps = tree("<Keeps/>", &registry);
+  const Tree keeps = encoded_tree("<Keeps/>", &registry);
   std::string out = "before";
   EXPECT_EQ(encode(keeps, State(keeps), TimePoint{}, out).error().code, "bt.unsavable");
   EXPECT_EQ(out, "before");

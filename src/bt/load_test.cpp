@@ -10,23 +10,13 @@
 #include "sentree/base/temporary_folder.h"
 #include "sentree/bt/runner.h"
 #include "sentree/bt/script.h"
+#include "sentree/bt/test_support.h"
 
 namespace sentree::bt {
 namespace {
 
 using ::testing::Contains;
 using ::testing::HasSubstr;
-
-std::string in_tree(const std::string& body, const std::string& more = {}) {
-  return "<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\">\n<BehaviorTree ID=\"Main\">" + body +
-         "</BehaviorTree>" + more + "</root>";
-}
-
-std::string messages(const std::string& xml, const LoadOptions& options = {}) {
-  std::string all;
-  for (const Diagnostic& d : load(xml, options, "m.xml").diagnostics) all += to_string(d) + "\n";
-  return all;
-}
 
 struct Broken {
   std::string xml;

@@ -11,17 +11,13 @@
 #include "sentree/bt/load.h"
 #include "sentree/bt/observer.h"
 #include "sentree/bt/runner.h"
+#include "sentree/bt/test_support.h"
 
 namespace sentree::bt {
 namespace {
 
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
-
-std::string in_tree(const std::string& body, const std::string& more = {}) {
-  return "<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\"><BehaviorTree ID=\"Main\">" + body +
-         "</BehaviorTree>" + more + "</root>";
-}
 
 Runner runner(const std::string& body, const Registry* registry = nullptr) {
   LoadOptions options;

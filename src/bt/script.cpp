@@ -4,6 +4,8 @@
 #include <charconv>
 #include <utility>
 
+#include "sentree/base/ascii.h"
+
 namespace sentree::bt {
 
 namespace {
@@ -16,8 +18,7 @@ struct Lexeme {
   std::size_t offset = 0;
 };
 
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-bool is_name_start(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '@'; }
+bool starts_name(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '@'; }
 bool is_hex(char c) { return is_digit(c) || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F'); }
 
 class Lexer {
@@ -33,8 +34,8 @@ class Lexer {
     if (at_ == text_.size()) return {Token::kEnd, "end of script", start};
     const char c = text_[at_];
     if (is_digit(c)) return number();
-    if (is_name_start(c)) {
-      while (at_ < text_.size() && ((is_name_start(text_[at_]) && text_[at_] != '@') || is_digit(text_[at_]) ||
+    if (starts_name(c)) {
+      while (at_ < text_.size() && ((starts_name(text_[at_]) && text_[at_] != '@') || is_digit(text_[at_]) ||
                                     (at_ == start && text_[at_] == '@'))) {
         ++at_;
       }
@@ -88,7 +89,7 @@ class Lexer {
       }
     }
     // "3abc" is no number and no name.
-    if (at_ < text_.size() && is_name_start(text_[at_])) {
+    if (at_ < text_.size() && starts_name(text_[at_])) {
       return {Token::kBad, text_.substr(start, at_ + 1 - start), start};
     }
     return {token, text_.substr(start, at_ - start), start};

@@ -6,6 +6,10 @@
 
 namespace sentree::bt {
 
+bool is_explicit_tag(std::string_view tag) {
+  return tag == "Action" || tag == "Condition" || tag == "Control" || tag == "Decorator";
+}
+
 std::string_view to_string(Category category) {
   switch (category) {
     case Category::kControl: return "Control";

@@ -20,6 +20,8 @@ enum class Category : std::uint8_t { kControl, kDecorator, kAction, kCondition, 
 
 /// "Control", "Decorator", "Action", "Condition", "SubTree": the tags of the explicit form.
 [[nodiscard]] std::string_view to_string(Category category);
+/// A tag of the explicit form for nodes: the node's name is its attribute ID.
+[[nodiscard]] bool is_explicit_tag(std::string_view tag);
 
 /// A port of a node as the file gives it.
 struct PortFact {

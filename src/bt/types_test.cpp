@@ -9,6 +9,7 @@
 #include "sentree/bt/queue_nodes.h"
 #include "sentree/bt/runner.h"
 #include "sentree/bt/schema.h"
+#include "sentree/bt/test_support.h"
 #include "sentree/text/json.h"
 #include "sentree/text/xml.h"
 
@@ -20,11 +21,6 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-std::string in_tree(const std::string& body, const std::string& more = {}) {
-  return "<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\"><BehaviorTree ID=\"Main\">" + body +
-         "</BehaviorTree>" + more + "</root>";
-}
 
 Runner runner(const std::string& body, const Registry& registry, const std::string& more = {}) {
   LoadOptions options;

@@ -27,23 +27,19 @@ std::vector<NodeModel> models(const Registry& registry, bool with_builtins) {
 
 namespace {
 
-std::string attribute(std::string_view name, std::string_view value) {
-  return " " + std::string(name) + "=\"" + text::xml_escape(value) + "\"";
-}
-
 /// @param kept  Elements that are no ports, as they are written behind them.
 std::string write_model(const NodeModel& model, const std::string& indent, std::string_view kept = {}) {
-  std::string out = indent + "<" + std::string(to_string(model.category)) + attribute("ID", model.id);
+  std::string out = indent + "<" + std::string(to_string(model.category)) + text::xml_attribute("ID", model.id);
   if (model.ports.empty() && kept.empty()) return out + "/>\n";
   out += ">\n";
   for (const PortInfo& port : model.ports) {
     const std::string tag(to_string(port.direction));
-    out += indent + "  <" + tag + attribute("name", port.name);
+    out += indent + "  <" + tag + text::xml_attribute("name", port.name);
     const std::string type = !port.declared_type.empty() ? port.declared_type
                              : port.type != nullptr      ? port.type->name
                                                          : "";
-    if (!type.empty()) out += attribute("type", type);
-    if (port.default_text) out += attribute("default", *port.default_text);
+    if (!type.empty()) out += text::xml_attribute("type", type);
+    if (port.default_text) out += text::xml_attribute("default", *port.default_text);
     out += port.description.empty() ? "/>\n" : ">" + text::xml_escape(port.description) + "</" + tag + ">\n";
   }
   out += kept;

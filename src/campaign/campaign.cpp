@@ -16,7 +16,7 @@ namespace sentree::campaign {
 namespace {
 
 // Runs that may be done before an earlier one is.
-constexpr std::uint64_t kAheadMax = 4096;
+constexpr std::uint64_t kRowsAheadMax = 4096;
 
 Diagnostic changed(const std::filesystem::path& folder, const std::string& what) {
   return {Severity::kError,
@@ -224,7 +224,8 @@ Result<Summary> run_campaign(Runner& runner, const Settings& settings, const Cam
   PoolTask task;
   task.jobs = options.jobs;
   task.next = [&]() -> std::optional<std::uint64_t> {
-    if (finished() || next_run >= generation_end || next_run - next_row > kAheadMax * shard.count) return std::nullopt;
+    if (finished() || next_run >= generation_end || next_run - next_row > kRowsAheadMax * shard.count)
+      return std::nullopt;
     return std::exchange(next_run, next_run + shard.count);
   };
   task.work = [&](std::uint64_t run) {

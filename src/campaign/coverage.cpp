@@ -17,7 +17,8 @@ namespace {
 using Kind = Coverage::Kind;
 using Thing = Coverage::Thing;
 
-constexpr std::array<std::string_view, 6> kKinds{"nodes", "states", "transitions", "guards", "methods", "requirements"};
+constexpr std::array<std::string_view, 6> kKindNames{"nodes",  "states",  "transitions",
+                                                     "guards", "methods", "requirements"};
 // Things not reached that people are shown of each kind.
 constexpr std::size_t kShownMax = 12;
 
@@ -66,11 +67,11 @@ std::vector<std::string> statuses_of(const bt::Tree& tree, bt::NodeId node) {
   return statuses;
 }
 
-constexpr std::array<std::string_view, 3> kOutcomes{"reply", "error", "late"};
+constexpr std::array<std::string_view, 3> kCallOutcomes{"reply", "error", "late"};
 
 }  // namespace
 
-std::string_view to_string(Kind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
+std::string_view to_string(Kind kind) { return kKindNames[static_cast<std::size_t>(kind)]; }
 
 void Coverage::add(const project::Plan& plan) {
   const auto can = [this](Thing thing) { things_.emplace(std::move(thing), false); };
@@ -95,7 +96,7 @@ void Coverage::add(const project::Plan& plan) {
       if (service == plan.services.end()) continue;
       const idl::Method* method = service->second.service->find(*send.event);
       if (method == nullptr || method->oneway) continue;
-      for (const std::string_view outcome : kOutcomes)
+      for (const std::string_view outcome : kCallOutcomes)
         can({Kind::kMethod, *send.target + "." + *send.event, std::string(outcome), ""});
     }
   }
@@ -152,7 +153,8 @@ Value Coverage::to_value() const {
     return Map{{"reached", static_cast<std::int64_t>(count.reached)}, {"of", static_cast<std::int64_t>(count.of)}};
   };
   Map out{{"all", value(all())}};
-  for (std::size_t i = 0; i < kKinds.size(); ++i) out[std::string(kKinds[i])] = value(count(static_cast<Kind>(i)));
+  for (std::size_t i = 0; i < kKindNames.size(); ++i)
+    out[std::string(kKindNames[i])] = value(count(static_cast<Kind>(i)));
   List missing;
   for (const auto& [thing, reached] : things_) {
     if (reached) continue;
@@ -166,10 +168,10 @@ Value Coverage::to_value() const {
 
 std::string Coverage::to_text() const {
   std::string out;
-  for (std::size_t i = 0; i < kKinds.size(); ++i) {
+  for (std::size_t i = 0; i < kKindNames.size(); ++i) {
     const Count counted = count(static_cast<Kind>(i));
     if (counted.of == 0) continue;
-    out += fmt::format("{:<13} {:>5} of {:<5} {:>5.1f} %\n", kKinds[i], counted.reached, counted.of,
+    out += fmt::format("{:<13} {:>5} of {:<5} {:>5.1f} %\n", kKindNames[i], counted.reached, counted.of,
                        100.0 * static_cast<double>(counted.reached) / static_cast<double>(counted.of));
     std::size_t shown = 0;
     for (const auto& [thing, reached] : things_) {

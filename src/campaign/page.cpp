@@ -35,7 +35,7 @@ std::string escaped(std::string_view text) {
   return out;
 }
 
-std::string percent(double rate) { return fmt::format("{:.4g} %", rate * 100); }
+std::string short_percent(double rate) { return fmt::format("{:.4g} %", rate * 100); }
 
 // A rate with its interval on a line from 0 to 100 %.
 std::string rate_svg(double rate, const Interval& interval, bool bad) {
@@ -43,7 +43,7 @@ std::string rate_svg(double rate, const Interval& interval, bool bad) {
   return fmt::format(
       R"(<svg width="280" height="18" role="img" aria-label="{}"><line class="axis" x1="0" x2="{:.0f}" y1="9" y2="9"/>)"
       R"(<rect class="{}" x="0" y="4" width="{:.1f}" height="10"/><line class="range" x1="{:.1f}" x2="{:.1f}" y1="9" y2="9"/></svg>)",
-      percent(rate), kWidth, bad ? "bad" : "bar", rate * kWidth, interval.low * kWidth, interval.high * kWidth);
+      short_percent(rate), kWidth, bad ? "bad" : "bar", rate * kWidth, interval.low * kWidth, interval.high * kWidth);
 }
 
 std::string histogram_svg(const Tally& tally, double factor, const std::string& unit) {
@@ -99,13 +99,13 @@ std::string effect_svg(const Summary& summary, std::size_t outcome, std::size_t 
         R"(<rect class="{}" x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}"><title>{}: {} of {} runs</title></rect>)",
         is_time ? "bar" : "bad", static_cast<double>(bin) * step, kHeight - height, std::max(1.0, step - 2), height,
         escaped(bin_name(factor, bin)),
-        is_time ? fmt::format("{:.1f} s", mean(groups[bin])) : percent(mean(groups[bin])), groups[bin].count);
+        is_time ? fmt::format("{:.1f} s", mean(groups[bin])) : short_percent(mean(groups[bin])), groups[bin].count);
   }
   out += fmt::format(R"(<line class="axis" x1="0" x2="{0:.0f}" y1="{1:.0f}" y2="{1:.0f}"/>)", kWidth, kHeight);
   out += fmt::format(R"(<text x="0" y="106">{}</text><text x="{:.0f}" y="106" text-anchor="end">{}</text>)",
                      escaped(bin_name(factor, 0)), kWidth, escaped(bin_name(factor, groups.size() - 1)));
   out += fmt::format(R"(<text x="0" y="118">highest {}</text></svg>)",
-                     is_time ? fmt::format("{:.1f} s", most) : percent(most));
+                     is_time ? fmt::format("{:.1f} s", most) : short_percent(most));
   return out;
 }
 
@@ -121,7 +121,8 @@ std::string to_page(const Summary& summary, const std::string& title, const std:
       "<h1>{}</h1>\n<p>{} runs, seed {}, {} of them counted; intervals of {} (Clopper–Pearson).{}</p>\n<p "
       "class=\"soft\">Any "
       "run again: <code>{}</code></p>\n",
-      escaped(title), summary.runs(), summary.asked().seed, summary.counted(), percent(summary.asked().confidence),
+      escaped(title), summary.runs(), summary.asked().seed, summary.counted(),
+      short_percent(summary.asked().confidence),
       summary.ended_by().empty() ? "" : " Ended early: " + escaped(summary.ended_by()) + ".", escaped(again));
   const auto rate_row = [&](const std::string& name, const std::string& what, std::uint64_t hits, bool bad) {
     const auto known = summary.rate(hits).interval;
@@ -130,8 +131,8 @@ std::string to_page(const Summary& summary, const std::string& title, const std:
     return fmt::format(
         "<tr><td>{}</td><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{} to "
         "{}</td><td>{}</td><td>{}</td></tr>\n",
-        escaped(name), what, hits, percent(rate), percent(known.low), percent(known.high), rate_svg(rate, known, bad),
-        bad && file != minimal.end() ? "<code>" + escaped(file->second) + "</code>" : "");
+        escaped(name), what, hits, short_percent(rate), short_percent(known.low), short_percent(known.high),
+        rate_svg(rate, known, bad), bad && file != minimal.end() ? "<code>" + escaped(file->second) + "</code>" : "");
   };
   out +=
       "<h2>Rates</h2>\n<table><tr><th></th><th></th><th>runs</th><th>rate</th><th>interval</th><th></th><th>least "

@@ -17,7 +17,7 @@ namespace sentree::campaign {
 namespace {
 
 // Pieces that a child has at a time, so that it never waits for the next.
-constexpr std::size_t kAheadMax = 2;
+constexpr std::size_t kRunsAheadMax = 2;
 constexpr int kWakeMs = 100;
 
 struct Answer {
@@ -112,7 +112,7 @@ class Pool {
   }
 
   Result<void> give() {
-    for (std::size_t ahead = 1; ahead <= kAheadMax; ++ahead) {
+    for (std::size_t ahead = 1; ahead <= kRunsAheadMax; ++ahead) {
       for (std::size_t i = 0; i < std::max<std::size_t>(1, task_.jobs); ++i) {
         if (i < children_.size() && children_[i].given.size() >= ahead) continue;
         const auto what = next();

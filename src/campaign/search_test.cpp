@@ -14,7 +14,8 @@
 namespace sentree::campaign {
 namespace {
 
-const std::string kHead = "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" ";
+const std::string kLockHead =
+    "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" ";
 
 // A lock whose mission looks at each tick how many of its digits are right: it opens after 1, 2, 3 in this order, and
 // a wrong digit begins anew. Opening it is what must not happen.
@@ -23,12 +24,12 @@ class CampaignSearch : public ::testing::Test {
   void SetUp() override {
     write("interfaces/lock.thrift", "service Lock { i32 right()  i32 press(1: i32 digit) }\n");
     write("models/lock.scxml",
-          kHead + R"(initial="there"><datamodel><data id="right" expr="0"/></datamodel><state id="there">
+          kLockHead + R"(initial="there"><datamodel><data id="right" expr="0"/></datamodel><state id="there">
  <transition event="lock.right.request"><send type="thrift" target="lock" event="right.reply"><param name="result" expr="right"/></send></transition>
  <transition event="lock.press.request"><assign location="right" expr="_event.data.args.digit === right + 1 ? right + 1 : 0"/>
   <send type="thrift" target="lock" event="press.reply"><param name="result" expr="right"/></send></transition>
 </state></scxml>)");
-    write("skills/IsOpen.scxml", kHead + R"(initial="asking"><state id="asking">
+    write("skills/IsOpen.scxml", kLockHead + R"(initial="asking"><state id="asking">
   <onentry><send type="thrift" target="lock" event="right"/></onentry>
   <transition event="lock.right.reply" cond="_event.data.result === 3" target="success"/>
   <transition event="lock.right.reply" cond="_event.data.result === 2" target="failure"/>

@@ -25,15 +25,15 @@ namespace sentree::campaign {
 namespace {
 
 using text::YamlNode;
-using Kind = Distribution::Kind;
+using DrawnKind = Distribution::Kind;
 
-constexpr std::array<std::pair<std::string_view, Kind>, 7> kKinds{{{"uniform", Kind::kUniform},
-                                                                   {"integer", Kind::kInteger},
-                                                                   {"normal", Kind::kNormal},
-                                                                   {"lognormal", Kind::kLogNormal},
-                                                                   {"exponential", Kind::kExponential},
-                                                                   {"choice", Kind::kChoice},
-                                                                   {"pose", Kind::kPose}}};
+constexpr std::array<std::pair<std::string_view, DrawnKind>, 7> kKinds{{{"uniform", DrawnKind::kUniform},
+                                                                        {"integer", DrawnKind::kInteger},
+                                                                        {"normal", DrawnKind::kNormal},
+                                                                        {"lognormal", DrawnKind::kLogNormal},
+                                                                        {"exponential", DrawnKind::kExponential},
+                                                                        {"choice", DrawnKind::kChoice},
+                                                                        {"pose", DrawnKind::kPose}}};
 // What of a project a run may change, as in a scenario's `override:`.
 const std::vector<std::string> kSections{"world", "skills", "services", "mission", "deadlines"};
 
@@ -50,7 +50,7 @@ std::string number_text(double number, const std::string& unit) {
   return unit.empty() ? text : text + " " + unit;
 }
 
-std::optional<Kind> kind_of(const YamlNode& node) {
+std::optional<DrawnKind> kind_of(const YamlNode& node) {
   if (!node.is_mapping() || node.entries.empty()) return std::nullopt;
   for (const auto& [word, kind] : kKinds) {
     if (node.entries.front().first.scalar == word) return kind;
@@ -86,9 +86,9 @@ class Reader {
         error(node.span, "distribution", what + " says not what its values are");
         return std::nullopt;
       }
-      if (*kind == Kind::kChoice)
+      if (*kind == DrawnKind::kChoice)
         choice(*value, reader, what, from);
-      else if (*kind == Kind::kPose)
+      else if (*kind == DrawnKind::kPose)
         pose(*value, what, from);
       else
         numbers(*value, reader, what, from);
@@ -121,7 +121,7 @@ class Reader {
 
   void numbers(const YamlNode& value, project::YamlReader& reader, const std::string& what, Distribution& from) {
     has_unit_ = false;
-    const bool single = from.kind == Kind::kExponential;
+    const bool single = from.kind == DrawnKind::kExponential;
     const bool fits = single ? value.is_scalar() : value.is_sequence() && value.items.size() == 2;
     if (!fits) {
       error(value.span, "distribution",
@@ -133,7 +133,7 @@ class Reader {
     }
     const auto a = quantity(single ? value : value.items[0], what, from);
     // The factor of a lognormal has no unit.
-    const bool is_factor = from.kind == Kind::kLogNormal;
+    const bool is_factor = from.kind == DrawnKind::kLogNormal;
     const auto b = single      ? std::optional(0.0)
                    : is_factor ? value.items[1].number()
                                : quantity(value.items[1], what, from);
@@ -146,17 +146,17 @@ class Reader {
     }
     from.a = *a;
     from.b = *b;
-    const bool bounds = from.kind == Kind::kUniform || from.kind == Kind::kInteger;
+    const bool bounds = from.kind == DrawnKind::kUniform || from.kind == DrawnKind::kInteger;
     if (bounds && (from.min || from.max))
       error(value.span, "distribution", what + ": uniform and integer have their bounds already");
     if (bounds && from.a > from.b) error(value.span, "distribution", what + ": the first bound is above the second");
-    if (from.kind == Kind::kInteger && (from.a != std::floor(from.a) || from.b != std::floor(from.b)))
+    if (from.kind == DrawnKind::kInteger && (from.a != std::floor(from.a) || from.b != std::floor(from.b)))
       error(value.span, "distribution", what + ": bounds of integer are whole numbers");
-    if (from.kind == Kind::kNormal && !(from.b > 0))
+    if (from.kind == DrawnKind::kNormal && !(from.b > 0))
       error(value.span, "distribution", what + ": a standard deviation is above 0");
-    if (from.kind == Kind::kLogNormal && !(from.b > 1 && from.a > 0))
+    if (from.kind == DrawnKind::kLogNormal && !(from.b > 1 && from.a > 0))
       error(value.span, "distribution", what + ": a lognormal has a median above 0 and a factor above 1");
-    if (from.kind == Kind::kExponential && !(from.a > 0))
+    if (from.kind == DrawnKind::kExponential && !(from.a > 0))
       error(value.span, "distribution", what + ": a mean is above 0");
     if (from.min && from.max && !(*from.min < *from.max))
       error(value.span, "distribution", what + ": min is not below max");
@@ -342,17 +342,17 @@ double quantile(const Distribution& from, double rank) {
     return std::clamp(quantile(distribution, at), from.min.value_or(-infinity()), from.max.value_or(infinity()));
   };
   switch (from.kind) {
-    case Kind::kUniform: return from.a + rank * (from.b - from.a);
-    case Kind::kInteger: return std::min(from.b, std::floor(from.a + rank * (from.b - from.a + 1.0)));
-    case Kind::kNormal: return within(boost::math::normal(from.a, from.b), -std::numeric_limits<double>::max());
-    case Kind::kLogNormal: return within(boost::math::lognormal(std::log(from.a), std::log(from.b)), 0.0);
-    case Kind::kExponential: return within(boost::math::exponential(1.0 / from.a), 0.0);
+    case DrawnKind::kUniform: return from.a + rank * (from.b - from.a);
+    case DrawnKind::kInteger: return std::min(from.b, std::floor(from.a + rank * (from.b - from.a + 1.0)));
+    case DrawnKind::kNormal: return within(boost::math::normal(from.a, from.b), -std::numeric_limits<double>::max());
+    case DrawnKind::kLogNormal: return within(boost::math::lognormal(std::log(from.a), std::log(from.b)), 0.0);
+    case DrawnKind::kExponential: return within(boost::math::exponential(1.0 / from.a), 0.0);
     default: return 0.0;
   }
 }
 
 bool is_few_integers(const Distribution& from) {
-  return from.kind == Kind::kInteger && from.b - from.a < static_cast<double>(kTenths);
+  return from.kind == DrawnKind::kInteger && from.b - from.a < static_cast<double>(kTenths);
 }
 
 sim::Pose2 random_pose(const sim::World& world, const std::string& area, Rng& rng) {
@@ -437,10 +437,10 @@ Drawing::Drawing(const Vary& vary, const sim::World* world, Duration duration)
 void Drawing::add_factor(const std::string& name, const Distribution& from, bool may_be_absent) {
   Factor factor{.name = name, .kind = Factor::Kind::kNumber, .bins = {}, .may_be_absent = may_be_absent};
   if (may_be_absent) factor.bins.emplace_back("none");
-  if (from.kind == Kind::kChoice) {
+  if (from.kind == DrawnKind::kChoice) {
     factor.kind = Factor::Kind::kChoice;
     for (const YamlNode& alternative : from.alternatives) factor.bins.push_back(shown(alternative));
-  } else if (from.kind == Kind::kPose) {
+  } else if (from.kind == DrawnKind::kPose) {
     factor.kind = Factor::Kind::kChoice;
     for (const char* quarter : {"south-west", "south-east", "north-west", "north-east"})
       factor.bins.emplace_back(quarter);
@@ -457,7 +457,7 @@ void Drawing::add_factor(const std::string& name, const Distribution& from, bool
 
 Drawing::Value Drawing::value(const Distribution& from, std::uint64_t seed, const std::string& name) const {
   Rng rng = Rng::of(seed, "campaign." + name);
-  if (from.kind == Kind::kPose && world_ != nullptr) {
+  if (from.kind == DrawnKind::kPose && world_ != nullptr) {
     const sim::Pose2 pose = random_pose(*world_, from.area, rng);
     Value drawn;
     drawn.node.kind = YamlNode::Kind::kSequence;
@@ -468,7 +468,7 @@ Drawing::Value Drawing::value(const Distribution& from, std::uint64_t seed, cons
     return drawn;
   }
   const double rank = rng.uniform();
-  if (from.kind == Kind::kChoice) {
+  if (from.kind == DrawnKind::kChoice) {
     double sum = 0;
     std::size_t i = 0;
     while (i + 1 < from.weights.size() && rank >= (sum += from.weights[i])) ++i;

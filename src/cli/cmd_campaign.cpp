@@ -15,6 +15,7 @@
 
 #include "sentree/campaign/campaign.h"
 #include "sentree/cli/campaign_command.h"
+#include "sentree/cli/interrupts.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/share.h"
 #include "sentree/project/scenario_text.h"
@@ -30,29 +31,6 @@ namespace fs = std::filesystem;
 // Runs where none are asked for, and where something may end the campaign before.
 constexpr std::uint64_t kRuns = 1'000;
 constexpr std::uint64_t kRunsOpen = 100'000;
-
-volatile sig_atomic_t interrupted = 0;
-
-class Interruptible {
- public:
-  Interruptible() {
-    interrupted = 0;
-    struct sigaction action {};
-    action.sa_handler = [](int) { interrupted = 1; };
-    sigaction(SIGINT, &action, &interrupt_before_);
-    sigaction(SIGTERM, &action, &terminate_before_);
-  }
-  ~Interruptible() {
-    sigaction(SIGINT, &interrupt_before_, nullptr);
-    sigaction(SIGTERM, &terminate_before_, nullptr);
-  }
-  Interruptible(const Interruptible&) = delete;
-  Interruptible& operator=(const Interruptible&) = delete;
-
- private:
-  struct sigaction interrupt_before_ {};
-  struct sigaction terminate_before_ {};
-};
 
 fs::path project_folder(const std::string& project) {
   const fs::path path(project);
@@ -206,7 +184,7 @@ std::vector<fs::path> await_ranks(const Rank& rank, const fs::path& folder) {
     const fs::path of = rank_folder(folder, i, rank.count);
     std::uintmax_t size = 0;
     auto heard = std::chrono::steady_clock::now();
-    while (i != rank.index && interrupted == 0) {
+    while (i != rank.index && !is_interrupted()) {
       const auto source = text::read_file(of / kRankFile);
       const auto note = source ? text::parse_json(*source) : Result<Value>(Value());
       const Value none;
@@ -364,7 +342,7 @@ int campaign(const CampaignCommand& command) {
     where /= fmt::format("shard-{}-of-{}", settings.shard.index, settings.shard.count);
   const auto folder = made_folder(where);
   if (!folder) return kEnvironment;
-  const Interruptible interruptible;
+  const Interrupts interruptible;
   Meter meter;
   campaign::Progress last;
   campaign::CampaignOptions options;
@@ -377,7 +355,7 @@ int campaign(const CampaignCommand& command) {
   options.jobs = command.jobs.value_or(rank ? 1U : std::max(1U, std::thread::hardware_concurrency()));
   options.folder = *folder;
   options.resume = command.resume;
-  options.is_interrupted = [] { return interrupted != 0; };
+  options.is_interrupted = is_interrupted;
   options.on_progress = [&](const campaign::Progress& progress) {
     last = progress;
     if (!rank || rank->index == 0) meter.show(progress);
@@ -395,8 +373,7 @@ int campaign(const CampaignCommand& command) {
     say(to_string(summary.error()));
     return summary.error().code == "campaign.process" ? kEnvironment : kInvalidInput;
   }
-  const bool was_interrupted = interrupted != 0;
-  interrupted = 0;
+  const bool was_interrupted = take_interrupt();
   say(fmt::format("{} runs in {}, {:.1f} runs/s with {} process{}{}", last.fresh, about(meter.wall_s()),
                   meter.rate(last), options.jobs, options.jobs == 1 ? "" : "es",
                   was_interrupted ? "; interrupted: --resume goes on behind them" : ""));
@@ -449,11 +426,11 @@ int campaign_merge(const CampaignCommand& command) {
     say(to_string(summary.error()));
     return kInvalidInput;
   }
-  const Interruptible interruptible;
+  const Interrupts interruptible;
   campaign::CampaignOptions options;
   options.jobs = command.jobs.value_or(std::max(1U, std::thread::hardware_concurrency()));
   options.folder = *folder;
-  options.is_interrupted = [] { return interrupted != 0; };
+  options.is_interrupted = is_interrupted;
   return tell(*runner, settings, *summary, options, !command.no_shrink, command.json);
 }
 

@@ -41,7 +41,7 @@ constexpr std::size_t kHistoryMax = 1000;
 /// One line of input; longer ones are refused.
 constexpr std::size_t kLineMax = 1U << 20U;
 
-struct Line {
+struct TypedLine {
   std::string word;
   std::string rest;
 };
@@ -52,7 +52,7 @@ std::string trimmed(std::string_view text) {
   return std::string(text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1));
 }
 
-Line split(const std::string& line) {
+TypedLine split(const std::string& line) {
   const std::size_t end = std::min(line.find_first_of(" \t"), line.size());
   return {line.substr(0, end), trimmed(std::string_view(line).substr(end))};
 }
@@ -127,7 +127,7 @@ class Shell {
   void execute(const std::string& line) {
     if (history_.size() == kHistoryMax) history_.erase(history_.begin());
     history_.push_back(line);
-    const Line parts = split(line);
+    const TypedLine parts = split(line);
     for (const auto& [name, handler] : kCommands) {
       if (parts.word == name) {
         answer(line, (this->*handler)(parts.rest));
@@ -140,7 +140,7 @@ class Shell {
   // ---- What changes the chart ----
 
   Result<Answer> send(const std::string& rest) {
-    const Line parts = split(rest);
+    const TypedLine parts = split(rest);
     if (parts.word.empty()) return fail("chart.usage", "send NAME [JSON]");
     scxml::Event event;
     event.name = parts.word;

@@ -24,13 +24,13 @@ namespace sentree::cli {
 namespace {
 
 // What one check found: good, or what to do.
-struct Finding {
+struct HealthFinding {
   std::string name;
   std::string detail;
   std::string remedy;  // empty: good
 };
 
-Finding check_shipped() {
+HealthFinding check_shipped() {
   const auto interfaces = project::shipped_folder("interfaces");
   if (interfaces.empty() || !runtime::skill_interface() || !runtime::observer_interface()) {
     return {"interfaces", "the Thrift interfaces that come with Sentree are not found",
@@ -39,7 +39,7 @@ Finding check_shipped() {
   return {"interfaces", interfaces.string(), ""};
 }
 
-Finding check_socket(const std::string& name, const std::string& address_text) {
+HealthFinding check_socket(const std::string& name, const std::string& address_text) {
   const auto interface = runtime::skill_interface();
   const auto address = rpc::Address::parse(address_text);
   if (!interface || !address) return {name, "not tried", "mend the findings above first"};
@@ -52,7 +52,7 @@ Finding check_socket(const std::string& name, const std::string& address_text) {
   return {name, to_string((*server)->address()), ""};
 }
 
-Finding check_control_folder() {
+HealthFinding check_control_folder() {
   const auto folder = runtime::control_folder();
   std::error_code error;
   std::filesystem::create_directories(folder, error);
@@ -64,7 +64,7 @@ Finding check_control_folder() {
 }
 
 // Only who uses tls:// needs certificates.
-Finding check_certificates() {
+HealthFinding check_certificates() {
   constexpr int kDaysWarned = 14;
   const std::string name = "certificates";
   const rpc::TlsFiles files = runtime::environment_tls();
@@ -82,7 +82,7 @@ Finding check_certificates() {
 }
 
 // Nobody needs it who does not use Groot, so its absence is no fault.
-Finding check_groot() {
+HealthFinding check_groot() {
   if (groot::is_built()) return {"Groot", "sentree run --groot and sentree watch are there (ZeroMQ)", ""};
   return {"Groot",
           "built without ZeroMQ; for --groot and sentree watch install libzmq3-dev and cppzmq-dev, and build again",
@@ -90,8 +90,8 @@ Finding check_groot() {
 }
 
 // What addresses can be, and who would answer.
-std::vector<Finding> check_middlewares() {
-  std::vector<Finding> findings;
+std::vector<HealthFinding> check_middlewares() {
+  std::vector<HealthFinding> findings;
   for (const rpc::Middleware* each : rpc::middlewares()) {
     std::string schemes;
     for (const std::string& scheme : each->schemes()) schemes += (schemes.empty() ? "" : ", ") + scheme;
@@ -101,7 +101,7 @@ std::vector<Finding> check_middlewares() {
 }
 
 // How late a timer of 1 ms wakes up: what the machine adds to the jitter of ticks.
-Finding check_timer() {
+HealthFinding check_timer() {
   std::mutex mutex;
   std::condition_variable never;
   std::unique_lock lock(mutex);
@@ -119,15 +119,15 @@ Finding check_timer() {
   return {"timer", text, ""};
 }
 
-Finding check_cores() {
+HealthFinding check_cores() {
   const unsigned cores = std::thread::hardware_concurrency();
   const std::string text = std::to_string(cores) + " cores";
   if (cores < 2) return {"processor", text, "real time works better with two"};
   return {"processor", text, ""};
 }
 
-std::vector<Finding> examine() {
-  std::vector<Finding> findings{
+std::vector<HealthFinding> examine() {
+  std::vector<HealthFinding> findings{
       check_shipped(),
       check_control_folder(),
       check_socket("unix sockets",
@@ -137,17 +137,17 @@ std::vector<Finding> examine() {
       check_groot(),
       check_timer(),
       check_cores()};
-  for (Finding& finding : check_middlewares()) findings.push_back(std::move(finding));
+  for (HealthFinding& finding : check_middlewares()) findings.push_back(std::move(finding));
   return findings;
 }
 
-bool all_good(const std::vector<Finding>& findings) {
-  return std::all_of(findings.begin(), findings.end(), [](const Finding& f) { return f.remedy.empty(); });
+bool all_good(const std::vector<HealthFinding>& findings) {
+  return std::all_of(findings.begin(), findings.end(), [](const HealthFinding& f) { return f.remedy.empty(); });
 }
 
-Value as_value(const std::vector<Finding>& findings) {
+Value as_value(const std::vector<HealthFinding>& findings) {
   List list;
-  for (const Finding& finding : findings) {
+  for (const HealthFinding& finding : findings) {
     list.push_back(Map{{"name", finding.name},
                        {"ok", finding.remedy.empty()},
                        {"detail", finding.detail},
@@ -161,11 +161,11 @@ Value as_value(const std::vector<Finding>& findings) {
 Value examine_machine() { return as_value(examine()); }
 
 int doctor(const DoctorCommand& command) {
-  const std::vector<Finding> findings = examine();
+  const std::vector<HealthFinding> findings = examine();
   if (command.json) {
     print(to_json(as_value(findings)) + "\n");
   } else {
-    for (const Finding& finding : findings) {
+    for (const HealthFinding& finding : findings) {
       print((finding.remedy.empty() ? "✓ " : "✗ ") + finding.name + ": " + finding.detail + "\n");
       if (!finding.remedy.empty()) print("    " + finding.remedy + "\n");
     }

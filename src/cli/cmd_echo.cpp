@@ -3,6 +3,7 @@
 #include <mutex>
 
 #include "sentree/cli/commands.h"
+#include "sentree/cli/interrupts.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/report.h"
 #include "sentree/project/project.h"
@@ -20,17 +21,6 @@ volatile std::sig_atomic_t interrupted = 0;
 
 constexpr std::chrono::milliseconds kWait{500};
 
-}  // namespace
-
-namespace {
-
-void note_interrupts() {
-  struct sigaction on_interrupt {};
-  on_interrupt.sa_handler = [](int) { interrupted = 1; };
-  sigaction(SIGINT, &on_interrupt, nullptr);
-  sigaction(SIGTERM, &on_interrupt, nullptr);
-}
-
 // What comes at an address that is read from.
 int echo_address(const EchoCommand& command) {
   const auto address = rpc::Address::parse(command.pattern);
@@ -43,7 +33,7 @@ int echo_address(const EchoCommand& command) {
     say("nothing can be read from " + command.pattern + "; a port for data is yarp:/NAME:o, a topic of ROS ros:/NAME");
     return kUsage;
   }
-  note_interrupts();
+  const Interrupts interrupts;
   std::mutex mutex;
   std::condition_variable changed;
   std::uint64_t shown = 0;
@@ -63,7 +53,7 @@ int echo_address(const EchoCommand& command) {
     return kEnvironment;
   }
   std::unique_lock lock(mutex);
-  while (interrupted == 0 && !is_enough()) changed.wait_for(lock, kWait);
+  while (!is_interrupted() && !is_enough()) changed.wait_for(lock, kWait);
   lock.unlock();
   (*opened)->stop();
   return kOk;
@@ -78,18 +68,18 @@ int echo(const EchoCommand& command) {
     say(run.error().message);
     return kEnvironment;
   }
-  note_interrupts();
+  const Interrupts interrupts;
   std::int64_t after = -1;
   std::uint64_t shown = 0;
   std::uint64_t missed = 0;
   bool heard = false;
-  while (interrupted == 0) {
+  while (!is_interrupted()) {
     const auto reply = (*run)->call(
         "observe",
         Map{{"after", after}, {"pattern", command.pattern}, {"wait_ms", static_cast<std::int64_t>(kWait.count())}},
         std::chrono::steady_clock::now() + kWait + std::chrono::seconds(2));
     if (!reply) {
-      if (interrupted != 0) break;
+      if (is_interrupted()) break;
       // A run that has been heard and is gone has ended.
       if (!heard) say(reply.error().message);
       return heard ? kOk : kEnvironment;

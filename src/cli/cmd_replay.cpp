@@ -27,7 +27,7 @@ Value describe(const replay::ReplayReport& report) {
     value["unrecorded_at"] = seconds(report.unrecorded_at);
     value["continued"] = report.continued;
   }
-  value["run"] = to_value(report.run);
+  value["run"] = cli::to_value(report.run);
   return value;
 }
 

@@ -32,7 +32,7 @@ namespace {
 
 // Turns Ctrl-C, SIGTERM and a terminal that goes away into an orderly end. The signals are blocked in all threads and
 // awaited in one.
-class Interrupts {
+class RunInterrupts {
  public:
   /// Before anything that starts threads, which must not take the signals.
   static void block() {
@@ -40,11 +40,11 @@ class Interrupts {
     pthread_sigmask(SIG_BLOCK, &awaited, nullptr);
   }
 
-  explicit Interrupts(runtime::Run& run) : run_(&run) {
+  explicit RunInterrupts(runtime::Run& run) : run_(&run) {
     block();
     thread_ = std::thread([this] { wait(); });
   }
-  ~Interrupts() {
+  ~RunInterrupts() {
     done_ = true;
     pthread_kill(thread_.native_handle(), SIGUSR1);
     thread_.join();
@@ -284,7 +284,7 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, std::u
   say(plan.diagnostics);
   if (!plan.ok()) return invalid(plan.diagnostics);
 
-  Interrupts::block();
+  RunInterrupts::block();
   bool live = command.live && !command.headless && !command.json;
   if (live && !wants_colour()) {
     say("--live needs a terminal with colours; the log follows instead");
@@ -400,7 +400,7 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, std::u
   for (const auto& tell : untold) tell(options);
   auto progress = std::make_unique<Progress>(*plan.value, options);
   runtime::Run run(*plan.value, std::move(options));
-  Interrupts interrupts(run);
+  RunInterrupts interrupts(run);
   const runtime::RunReport report = run.execute();
   interrupts.run_is_over();
   progress.reset();
@@ -435,7 +435,7 @@ int run(const RunCommand& command) {
   std::unique_ptr<yarp::NameServer> names;
   if (!command.yarp_server.empty()) {
     // Before its threads begin, so that they inherit it.
-    Interrupts::block();
+    RunInterrupts::block();
     auto started = start_name_server(command.yarp_server, command.insecure);
     if (!started) {
       say(to_string(started.error()));

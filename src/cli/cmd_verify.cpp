@@ -1,14 +1,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <map>
 
 #include "sentree/cli/commands.h"
+#include "sentree/cli/interrupts.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/report.h"
 #include "sentree/cli/verify_against.h"
@@ -26,9 +25,6 @@ namespace sentree::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-// An interrupt ends the exploration; what is known by then is printed.
-std::atomic<bool> interrupted = false;
 
 struct Shown {
   std::string scenario;
@@ -77,9 +73,8 @@ class Verifying {
   int operator()() {
     verify::Asked asked;
     if (!read_options(command_, plan_, asked)) return kInvalidInput;
-    std::signal(SIGINT, [](int) { interrupted = true; });
-    std::signal(SIGTERM, [](int) { interrupted = true; });
-    asked.explore.interrupted = [] { return interrupted.load(); };
+    const Interrupts interrupts;
+    asked.explore.interrupted = is_interrupted;
     asked.explore.progress = [](std::size_t states, std::size_t edges) {
       show_status(grouped(states) + " states, " + grouped(edges) + " periods");
     };
@@ -466,7 +461,7 @@ class Verifying {
     }
     if (error) return kInvalidInput;
     if (refuted) return kFindings;
-    if (interrupted) return kInterrupted;
+    if (is_interrupted()) return kInterrupted;
     return result_.graph.complete ? kOk : kTimeLimit;
   }
 

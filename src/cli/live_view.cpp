@@ -6,6 +6,7 @@
 #include <chrono>
 #include <utility>
 
+#include "sentree/cli/colours.h"
 #include "sentree/cli/output.h"
 
 namespace sentree::cli {
@@ -13,14 +14,6 @@ namespace sentree::cli {
 namespace {
 
 constexpr std::size_t kEventsMax = 200;
-constexpr auto kReset = "\x1b[0m";
-constexpr auto kDim = "\x1b[2m";
-constexpr auto kRed = "\x1b[31m";
-constexpr auto kGreen = "\x1b[32m";
-constexpr auto kYellow = "\x1b[33m";
-constexpr auto kBanner = "\x1b[97;41;1m";
-
-std::string coloured(const char* colour, const std::string& text) { return colour + text + kReset; }
 
 // Calls `see(bytes, takes a column)` for each character of a UTF-8 text and each escape sequence.
 template <class See>

@@ -892,7 +892,7 @@ int command_line(int argc, char** argv) {
   if (app.got_subcommand("watch")) return watch(watch_command);
   if (app.got_subcommand("info")) return info(info_command);
   if (app.got_subcommand("graph")) return graph(graph_command);
-  if (app.got_subcommand("fmt")) return fmt(fmt_command);
+  if (app.got_subcommand("fmt")) return sentree::cli::fmt(fmt_command);
   if (app.got_subcommand("lsp")) return lsp();
   if (app.got_subcommand("diff")) return diff(diff_command);
   if (app.got_subcommand("model")) return model(model_command);

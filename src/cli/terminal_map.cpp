@@ -7,20 +7,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "sentree/cli/colours.h"
 #include "sentree/cli/output.h"
 
 namespace sentree::cli {
 
 namespace {
-
-constexpr auto kReset = "\x1b[0m";
-constexpr auto kRed = "\x1b[31m";
-constexpr auto kGreen = "\x1b[32m";
-constexpr auto kYellow = "\x1b[33m";
-constexpr auto kBlue = "\x1b[36m";
-constexpr auto kBrown = "\x1b[33;2m";
-
-std::string coloured(const char* colour, const std::string& text) { return colour + text + kReset; }
 
 // The map's cells in characters of the terminal, two rows of cells a character.
 class Screen {

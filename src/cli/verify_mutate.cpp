@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
-#include <csignal>
 #include <filesystem>
 #include <map>
 #include <set>
 
+#include "sentree/cli/interrupts.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/verify_options.h"
 #include "sentree/project/part_cache.h"
@@ -21,8 +20,6 @@ namespace sentree::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::atomic<bool> interrupted = false;
 
 enum class Fate : std::uint8_t { kNoticed, kNotNoticed, kSame, kRefused, kUnknown };
 constexpr const char* kFates[] = {"noticed", "not noticed", "same", "refused", "unknown"};
@@ -39,10 +36,9 @@ class Mutating {
   Mutating(const VerifyCommand& command, const project::Plan& plan) : command_(command), plan_(plan) {}
 
   int operator()() {
-    std::signal(SIGINT, [](int) { interrupted = true; });
-    std::signal(SIGTERM, [](int) { interrupted = true; });
+    const Interrupts interrupts;
     if (!read_options(command_, plan_, asked_)) return kInvalidInput;
-    asked_.explore.interrupted = [] { return interrupted.load(); };
+    asked_.explore.interrupted = is_interrupted;
     asked_.judge.probabilities = false;
     const std::vector<text::ReadFile> files = read_files();
     original_ = verify::verify(plan_, asked_);
@@ -52,14 +48,14 @@ class Mutating {
     asked_.explore.states = std::min<std::uint64_t>(asked_.explore.states, 4 * original_.graph.nodes.size() + 10'000);
     for (const text::ReadFile& file : files) {
       for (verify::Mutant& mutant : verify::mutants(file.content, shown(file.path))) {
-        if (interrupted) break;
+        if (is_interrupted()) break;
         show_status(fmt::format("{} mutants tried", tried_.size()));
         tried_.push_back(tried(file.path, std::move(mutant)));
       }
     }
     show_status("");
     print(command_.json ? to_json(json()) + "\n" : text());
-    return interrupted ? kInterrupted : kOk;
+    return is_interrupted() ? kInterrupted : kOk;
   }
 
  private:

@@ -3,20 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
-#include <csignal>
 #include <numeric>
 
 #include "sentree/campaign/statistics.h"
+#include "sentree/cli/interrupts.h"
 #include "sentree/cli/output.h"
 #include "sentree/verify/splitting.h"
 
 namespace sentree::cli {
 
 namespace {
-
-std::atomic<bool> interrupted = false;
 
 // Fewer do not tell how far their mean may be off.
 constexpr std::uint64_t kRepetitionsMin = 10;
@@ -36,8 +33,7 @@ Estimate estimate(const verify::Splits& found, double confidence) {
 }  // namespace
 
 int verify_rare(const VerifyCommand& command, const project::Plan& plan, const Sampled& sampled) {
-  std::signal(SIGINT, [](int) { interrupted = true; });
-  std::signal(SIGTERM, [](int) { interrupted = true; });
+  const Interrupts interrupts;
   verify::Splitting splitting;
   splitting.score = command.split;
   if (command.runs) splitting.repetitions = std::max(kRepetitionsMin, *command.runs / splitting.walkers);
@@ -47,7 +43,7 @@ int verify_rare(const VerifyCommand& command, const project::Plan& plan, const S
   if (sampled.memory) splitting.memory = *sampled.memory;
   splitting.workers = command.threads;
   splitting.each = in_threads(command.threads);
-  splitting.interrupted = [] { return interrupted.load(); };
+  splitting.interrupted = is_interrupted;
   splitting.progress = [&](std::uint64_t done) {
     show_status(fmt::format("{} of {} repetitions", done, splitting.repetitions));
   };
@@ -94,7 +90,7 @@ int verify_rare(const VerifyCommand& command, const project::Plan& plan, const S
                                 {"branches", static_cast<std::int64_t>(found->branches)},
                                 {"repetitions", static_cast<std::int64_t>(found->estimates.size())},
                                 {"seen", static_cast<std::int64_t>(seen)}}}});
-    if (interrupted) break;
+    if (is_interrupted()) break;
   }
   if (command.json) {
     const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
@@ -110,7 +106,7 @@ int verify_rare(const VerifyCommand& command, const project::Plan& plan, const S
           "\n";
   }
   print(out);
-  return any ? kFindings : interrupted ? kInterrupted : kOk;
+  return any ? kFindings : is_interrupted() ? kInterrupted : kOk;
 }
 
 }  // namespace sentree::cli

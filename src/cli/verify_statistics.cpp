@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
-#include <csignal>
 
 #include "sentree/campaign/statistics.h"
+#include "sentree/cli/interrupts.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/share.h"
 #include "sentree/cli/verify_options.h"
@@ -17,8 +16,6 @@
 namespace sentree::cli {
 
 namespace {
-
-std::atomic<bool> interrupted = false;
 
 // Runs of a sequential test that has not decided: then nothing is said.
 constexpr std::uint64_t kDecidingRunsMax = 1'000'000;
@@ -45,8 +42,7 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
                          sampled.confidence);
     }
   }
-  std::signal(SIGINT, [](int) { interrupted = true; });
-  std::signal(SIGTERM, [](int) { interrupted = true; });
+  const Interrupts interrupts;
   std::vector<std::uint64_t> violated(asked.size());
   std::uint64_t done = 0;
   verify::Sampling sampling;
@@ -58,7 +54,7 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
   if (sampled.memory) sampling.memory = *sampled.memory;
   sampling.workers = command.threads;
   sampling.each = in_threads(command.threads);
-  sampling.interrupted = [] { return interrupted.load(); };
+  sampling.interrupted = is_interrupted;
   sampling.told = [&](const std::vector<bool>& of_run) {
     if (++done % 256 == 0) show_status(fmt::format("{} runs", done));
     bool open = tests.empty();
@@ -130,7 +126,7 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
   }
   print(out);
   if (any) return kFindings;
-  if (interrupted) return kInterrupted;
+  if (is_interrupted()) return kInterrupted;
   return open ? kTimeLimit : kOk;
 }
 

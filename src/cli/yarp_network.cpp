@@ -8,7 +8,7 @@ namespace sentree::cli {
 
 namespace {
 
-constexpr std::chrono::milliseconds kPatience{300};
+constexpr std::chrono::milliseconds kServerPatience{300};
 
 }  // namespace
 
@@ -31,7 +31,7 @@ Result<std::unique_ptr<yarp::NameServer>> start_name_server(const std::string& w
 }
 
 Result<std::unique_ptr<yarp::NameServer>> ensure_name_server(bool insecure) {
-  if (yarp::answers(yarp::configured_name_server(), kPatience)) return std::unique_ptr<yarp::NameServer>();
+  if (yarp::answers(yarp::configured_name_server(), kServerPatience)) return std::unique_ptr<yarp::NameServer>();
   return start_name_server("", insecure);
 }
 

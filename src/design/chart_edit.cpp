@@ -17,9 +17,9 @@ bool is_id(std::string_view id) {
          });
 }
 
-class Editor {
+class ChartEditor {
  public:
-  explicit Editor(const scxml::Chart& chart) : chart_(chart), edit_(chart) {}
+  explicit ChartEditor(const scxml::Chart& chart) : chart_(chart), edit_(chart) {}
 
   Result<std::string> operator()(const RenameState& rename) {
     const auto state = find(rename.state);
@@ -94,7 +94,7 @@ Result<GestureResult> edit_chart(std::string_view xml, const ChartGesture& gestu
                                     [](const Diagnostic& d) { return d.severity == Severity::kError; });
     return tl::unexpected(error != chart.diagnostics.end() ? *error : Diagnostic{});
   }
-  Editor editor(*chart.value);
+  ChartEditor editor(*chart.value);
   auto name = std::visit(editor, gesture);
   if (!name) return tl::unexpected(name.error());
   const auto text = editor.apply();

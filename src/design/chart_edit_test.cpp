@@ -27,14 +27,15 @@ std::string edited(const std::string& xml, const ChartGesture& gesture) {
   return with_edits(xml, result->edits).value();
 }
 
-std::string with(std::string xml, const std::string& old_text, const std::string& new_text) {
+std::string replaced(std::string xml, const std::string& old_text, const std::string& new_text) {
   return xml.replace(xml.find(old_text), old_text.size(), new_text);
 }
 
 TEST(ChartEdit, RenamesAStateWithAllItsUses) {
   EXPECT_EQ(edited(kChart, RenameState{"moving", "driving"}),
-            with(with(with(kChart, "initial=\"moving\"", "initial=\"driving\""), "id=\"moving\"", "id=\"driving\""),
-                 "target='moving'", "target='driving'"));
+            replaced(replaced(replaced(kChart, "initial=\"moving\"", "initial=\"driving\""), "id=\"moving\"",
+                              "id=\"driving\""),
+                     "target='moving'", "target='driving'"));
 }
 
 TEST(ChartEdit, AddsStatesAndTransitions) {

@@ -23,9 +23,9 @@ using text::XmlElement;
 constexpr int kNowhere = -1;
 
 // Bytes of places that findings and charts have as line and column.
-class Lines {
+class ComparedLines {
  public:
-  explicit Lines(std::string_view text) {
+  explicit ComparedLines(std::string_view text) {
     for (std::size_t at = text.find('\n'); at != std::string_view::npos; at = text.find('\n', at + 1))
       starts_.push_back(at + 1);
   }
@@ -45,7 +45,7 @@ struct Side {
 };
 
 // A part of the joined picture: where it is on either side.
-struct Part {
+struct ComparedPart {
   int before = kNowhere;
   int after = kNowhere;
   int parent = kNowhere;
@@ -53,7 +53,7 @@ struct Part {
 };
 
 struct Joined {
-  std::vector<Part> parts;  // a part before those in it
+  std::vector<ComparedPart> parts;  // a part before those in it
   std::vector<int> of_before;
   std::vector<int> of_after;
   std::vector<std::pair<int, int>> moves;
@@ -101,7 +101,7 @@ class Joiner {
     return parent == kNowhere ? roots_ : children_[static_cast<std::size_t>(parent)];
   }
 
-  int add(Part part, std::size_t at) {
+  int add(ComparedPart part, std::size_t at) {
     const int index = static_cast<int>(parts_.size());
     parts_.push_back(part);
     children_.emplace_back();
@@ -133,7 +133,7 @@ class Joiner {
       const auto at = static_cast<std::size_t>(index);
       place[at] = static_cast<int>(joined.parts.size());
       joined.parts.push_back(parts_[at]);
-      Part& part = joined.parts.back();
+      ComparedPart& part = joined.parts.back();
       if (part.parent != kNowhere) part.parent = place[static_cast<std::size_t>(part.parent)];
       rest.insert(rest.end(), children_[at].rbegin(), children_[at].rend());
     }
@@ -150,7 +150,7 @@ class Joiner {
   const Side& before_;
   const Side& after_;
   const std::vector<bool>& moved_;
-  std::vector<Part> parts_;
+  std::vector<ComparedPart> parts_;
   std::vector<std::vector<int>> children_;
   std::vector<int> roots_;
 };
@@ -210,8 +210,8 @@ struct Differences {
 Differences located(std::vector<Difference> list, const text::ElementPairs& pairs, std::string_view before,
                     std::string_view after) {
   Differences found{std::move(list), Counterparts(pairs.begin(), pairs.end()), {}, {}, {}};
-  const Lines first(before);
-  const Lines second(after);
+  const ComparedLines first(before);
+  const ComparedLines second(after);
   for (const Difference& difference : found.list) {
     const bool is_gone = difference.kind == Difference::Kind::kRemoved;
     if (difference.kind == Difference::Kind::kMoved)
@@ -259,7 +259,7 @@ ComparedTree compare_tree(const OutlineTree& before, const OutlineTree& after, c
   }
   const Joined joined = Joiner(first, second, moved).run();
   ComparedTree compared{.id = after.id, .drawing = {}, .marks = {}, .moves = joined.moves};
-  for (Part part : joined.parts) {
+  for (ComparedPart part : joined.parts) {
     const auto was = static_cast<std::size_t>(part.before);
     const auto is = static_cast<std::size_t>(part.after);
     // One that went from one tree to another is in both pictures.
@@ -382,7 +382,7 @@ Result<ChartSide> chart_side(std::string_view source, const std::string& file) {
   if (!document) return tl::unexpected(document.error());
   ChartSide side{std::move(*loaded.value), {}, {}, {}, {}, {}, {}};
   side.drawing = graph::drawing_of(side.chart, nullptr, scxml::kNoTransition, &side.states, &side.transitions);
-  const Lines lines(source);
+  const ComparedLines lines(source);
   for (std::size_t i = 0; i < side.states.size(); ++i) {
     const bool is_dot = side.states[i] == scxml::kNoState;
     const int parent = side.drawing.states[i].parent;
@@ -453,7 +453,7 @@ class ChartComparison {
       moved[i] = !dot && differences_.moved.contains(before_.state_bytes[i]);
     }
     joined_ = Joiner(first, second, moved).run();
-    for (const Part& part : joined_.parts) {
+    for (const ComparedPart& part : joined_.parts) {
       const bool is_ghost = part.mark == Mark::kRemoved || part.mark == Mark::kLeft;
       draw::ChartState drawn = is_ghost ? before_.drawing.states[static_cast<std::size_t>(part.before)]
                                         : after_.drawing.states[static_cast<std::size_t>(part.after)];

@@ -29,7 +29,7 @@ std::string edited(const std::string& text, const RequirementGesture& gesture) {
   return with_edits(text, result->edits).value();
 }
 
-std::string with(const std::string& old_text, const std::string& new_text, std::string text = kText) {
+std::string requirements_with(const std::string& old_text, const std::string& new_text, std::string text = kText) {
   EXPECT_NE(text.find(old_text), std::string::npos) << old_text;
   return text.replace(text.find(old_text), old_text.size(), new_text);
 }
@@ -51,29 +51,29 @@ TEST(RequirementEdit, FindsThePartsOfASentence) {
 }
 
 TEST(RequirementEdit, WritesOnePartAndLeavesTheRest) {
-  EXPECT_EQ(edited(kText, SetPart{"never_empty", "p", "level >= 25 %"}), with("20 %.   #", "25 %.   #"));
-  EXPECT_EQ(edited(kText, SetPart{"turns", "bound", "3 s"}), with("10 ticks", "3 s"));
+  EXPECT_EQ(edited(kText, SetPart{"never_empty", "p", "level >= 25 %"}), requirements_with("20 %.   #", "25 %.   #"));
+  EXPECT_EQ(edited(kText, SetPart{"turns", "bound", "3 s"}), requirements_with("10 ticks", "3 s"));
   EXPECT_EQ(edited(kText, SetPart{"turns", "assuming", "level > 0 %"}),
-            with("10 ticks", "10 ticks assuming level > 0 %"));
+            requirements_with("10 ticks", "10 ticks assuming level > 0 %"));
   const std::string assumed = edited(kText, SetPart{"turns", "assuming", "level > 0 %"});
   EXPECT_EQ(edited(assumed, SetPart{"turns", "assuming", ""}), kText);
 }
 
 TEST(RequirementEdit, ChangesScopesAndKeepsWhatTheyShare) {
-  EXPECT_EQ(edited(kText, SetScope{"turns", "globally"}), with("after event(goes), ", ""));
+  EXPECT_EQ(edited(kText, SetScope{"turns", "globally"}), requirements_with("after event(goes), ", ""));
   EXPECT_EQ(edited(kText, SetScope{"turns", "after-until"}),
-            with("after event(goes),", "after event(goes) until true,"));
-  EXPECT_EQ(edited(kText, SetScope{"never_empty", "while"}), with("  always", "  while true, always"));
+            requirements_with("after event(goes),", "after event(goes) until true,"));
+  EXPECT_EQ(edited(kText, SetScope{"never_empty", "while"}), requirements_with("  always", "  while true, always"));
 }
 
 TEST(RequirementEdit, ChangesPatternsAndKeepsWhatTheyShare) {
-  EXPECT_EQ(edited(kText, SetPattern{"never_empty", "never"}), with("always", "never"));
+  EXPECT_EQ(edited(kText, SetPattern{"never_empty", "never"}), requirements_with("always", "never"));
   EXPECT_EQ(edited(kText, SetPattern{"never_empty", "respond"}),
-            with("always level >= 20 %", "whenever level >= 20 %, true within 1 s"));
+            requirements_with("always level >= 20 %", "whenever level >= 20 %, true within 1 s"));
   EXPECT_EQ(edited(kText, SetPattern{"turns", "keep-for"}),
-            with("(level > 40 % or event(goes)) within", "keep (level > 40 % or event(goes)) for"));
+            requirements_with("(level > 40 % or event(goes)) within", "keep (level > 40 % or event(goes)) for"));
   EXPECT_EQ(edited(kText, SetPattern{"turns", "not-for"}),
-            with("(level > 40 % or event(goes)) within", "not (level > 40 % or event(goes)) for"));
+            requirements_with("(level > 40 % or event(goes)) within", "not (level > 40 % or event(goes)) for"));
 }
 
 TEST(RequirementEdit, EveryPatternAndScopeCanBecomeEveryOther) {
@@ -109,7 +109,8 @@ TEST(RequirementEdit, KeepsLineEndsOfOtherSystems) {
   std::string crlf;
   for (const char c : kText) crlf += c == '\n' ? std::string("\r\n") : std::string(1, c);
   const std::string result = edited(crlf, SetPattern{"turns", "keep-for"});
-  EXPECT_EQ(result, with("(level > 40 % or event(goes)) within", "keep (level > 40 % or event(goes)) for", crlf));
+  EXPECT_EQ(result,
+            requirements_with("(level > 40 % or event(goes)) within", "keep (level > 40 % or event(goes)) for", crlf));
 }
 
 }  // namespace

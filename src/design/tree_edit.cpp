@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "sentree/base/ascii.h"
 #include "sentree/base/diagnostic.h"
 #include "sentree/bt/model.h"
 #include "sentree/bt/write.h"
@@ -18,7 +19,6 @@ using text::XmlElement;
 constexpr std::size_t kAnyNumber = 0xFFFFFFFFU;
 
 bool is_blank(char c) { return c == ' ' || c == '\t'; }
-bool is_space(char c) { return is_blank(c) || c == '\n' || c == '\r'; }
 
 bool is_subtree(std::string_view tag) { return tag == "SubTree" || tag == "SubTreePlus"; }
 
@@ -52,9 +52,9 @@ bool is_name(std::string_view name) {
 }
 
 // Makes the edits of one document.
-class Editor {
+class TreeEditor {
  public:
-  Editor(XmlDocument document, const Kinds& kinds) : document_(std::move(document)), kinds_(kinds) {
+  TreeEditor(XmlDocument document, const Kinds& kinds) : document_(std::move(document)), kinds_(kinds) {
     std::vector<XmlElement> open{document_.root()};
     while (!open.empty()) {
       const XmlElement element = open.back();
@@ -534,7 +534,7 @@ Result<GestureResult> edit_tree(std::string_view xml, const TreeGesture& gesture
   auto document = parse_tree(xml, file);
   if (!document) return tl::unexpected(document.error());
   const Kinds kinds = kinds_for(*document, given);
-  return std::visit(Editor(std::move(*document), kinds), gesture);
+  return std::visit(TreeEditor(std::move(*document), kinds), gesture);
 }
 
 }  // namespace sentree::design

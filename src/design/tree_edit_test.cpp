@@ -35,13 +35,13 @@ const std::string kFile = R"(<root BTCPP_format="4" main_tree_to_execute="Main">
 </root>
 )";
 
-const Kinds& kinds() {
-  static const Kinds kinds({});
-  return kinds;
+const Kinds& builtin_kinds() {
+  static const Kinds builtin_kinds({});
+  return builtin_kinds;
 }
 
 std::uint32_t element(const std::string& xml, const std::string& what) {
-  const auto outline = outline_of(xml, kinds()).value();
+  const auto outline = outline_of(xml, builtin_kinds()).value();
   for (const OutlineTree& tree : outline.trees) {
     if (tree.id == what) return tree.element;
     for (const OutlineNode& node : tree.nodes) {
@@ -53,7 +53,7 @@ std::uint32_t element(const std::string& xml, const std::string& what) {
 }
 
 std::string edited(const std::string& xml, const TreeGesture& gesture) {
-  const auto result = edit_tree(xml, gesture, kinds());
+  const auto result = edit_tree(xml, gesture, builtin_kinds());
   if (!result) return result.error().message;
   return with_edits(xml, result->edits).value();
 }
@@ -183,10 +183,10 @@ TEST(TreeEdit, EditsLeastAndUndoesToIdenticalBytesWhateverTheGesture) {
     int done = 0;
     int tried = 0;
     for (; done < 200 && tried < 5000; ++tried) {
-      const Outline outline = outline_of(now, kinds()).value();
+      const Outline outline = outline_of(now, builtin_kinds()).value();
       ASSERT_FALSE(outline.trees.empty());
       const TreeGesture gesture = any_gesture(outline, random);
-      const auto result = edit_tree(now, gesture, kinds());
+      const auto result = edit_tree(now, gesture, builtin_kinds());
       if (!result) {
         EXPECT_FALSE(result.error().message.empty());
         continue;

@@ -4,26 +4,26 @@ namespace sentree::design {
 
 namespace {
 
-struct Edited {
+struct EditedYaml {
   Result<std::string> text;
   std::string name;
 };
 
-class Editor {
+class YamlEditor {
  public:
-  Editor(std::string_view yaml, const std::string& file) : yaml_(yaml), file_(file) {}
+  YamlEditor(std::string_view yaml, const std::string& file) : yaml_(yaml), file_(file) {}
 
-  Edited operator()(const SetYaml& set) const {
+  EditedYaml operator()(const SetYaml& set) const {
     constexpr std::size_t kShownMax = 40;
     const std::string value = text::yaml_flow(set.value);
     return {text::with_value(yaml_, set.path, set.value, file_),
             "set " + text::to_string(set.path) + (value.size() <= kShownMax ? " to " + value : "")};
   }
-  Edited operator()(const InsertYaml& insert) const {
+  EditedYaml operator()(const InsertYaml& insert) const {
     return {text::with_item(yaml_, insert.path, insert.index, insert.value, file_),
             "add to " + text::to_string(insert.path)};
   }
-  Edited operator()(const RemoveYaml& remove) const {
+  EditedYaml operator()(const RemoveYaml& remove) const {
     return {text::without(yaml_, remove.path, file_), "delete " + text::to_string(remove.path)};
   }
 
@@ -35,7 +35,7 @@ class Editor {
 }  // namespace
 
 Result<GestureResult> edit_yaml(std::string_view yaml, const YamlGesture& gesture, const std::string& file) {
-  auto [text, name] = std::visit(Editor(yaml, file), gesture);
+  auto [text, name] = std::visit(YamlEditor(yaml, file), gesture);
   if (!text) return tl::unexpected(text.error());
   GestureResult result{edits_between(yaml, *text), std::move(name)};
   if (result.edits.empty()) return fail("design.nothing-to-do", "it is so already");

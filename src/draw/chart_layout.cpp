@@ -4,13 +4,12 @@
 #include "sentree/base/assert.h"
 #include "sentree/draw/chart.h"
 #include "sentree/draw/chart_metrics.h"
+#include "sentree/draw/geometry.h"
 #include "sentree/draw/layered.h"
 #include "sentree/draw/text.h"
 
 namespace sentree::draw {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 // A point on the border of a state through which an arrow passes.
 struct Port {

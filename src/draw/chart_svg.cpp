@@ -13,7 +13,7 @@ constexpr double kCornerRadius = 9;
 constexpr double kHeadLength = 9;
 constexpr double kHeadWidth = 3.6;
 
-std::string rules(const Palette& p) {
+std::string chart_rules(const Palette& p) {
   const auto rule = [](std::string_view selector, std::string_view property, std::string_view color,
                        std::string_view more) {
     return std::string(selector) + "{" + std::string(property) + ":" + std::string(color) + (more.empty() ? "" : ";") +
@@ -47,7 +47,7 @@ class Drawer {
   Drawer(const Chart& chart, const SvgOptions& options)
       : chart_(chart),
         layout_(layout(chart)),
-        svg_(layout_.size, chart.title, options, rules),
+        svg_(layout_.size, chart.title, options, chart_rules),
         nests_(chart.states.size(), false) {
     for (const ChartState& state : chart.states) {
       if (state.parent >= 0) nests_[static_cast<std::size_t>(state.parent)] = true;

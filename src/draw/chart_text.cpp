@@ -4,14 +4,13 @@
 
 #include "sentree/draw/chart.h"
 #include "sentree/draw/escape.h"
+#include "sentree/draw/geometry.h"
 
 namespace sentree::draw {
 namespace {
 
 constexpr std::array<std::string_view, 6> kKindNames = {"state", "parallel", "initial",
                                                         "final", "history",  "deep-history"};
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 // Children of each state, those of the drawing last.
 std::vector<std::vector<int>> children_of(const Chart& chart) {

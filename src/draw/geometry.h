@@ -1,8 +1,12 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 namespace sentree::draw {
+
+/// An index into what is drawn; -1, for none, is no such index.
+constexpr std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// Pixels at a scale of 1; x to the right, y down, as in SVG.
 struct Point {

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kBadgeRadius = 8;
 
-std::string rules(const Palette& p) {
+std::string tree_rules(const Palette& p) {
   const auto rule = [](std::string_view selector, std::string_view body) {
     return std::string(selector) + "{" + std::string(body) + "}\n";
   };
@@ -119,7 +119,7 @@ void outline(SvgWriter& svg, TreeShape shape, const Rect& rect) {
 
 std::string to_svg(const Tree& tree, const SvgOptions& options) {
   const TreeLayout placed = layout(tree);
-  SvgWriter svg(placed.size, tree.title, options, rules);
+  SvgWriter svg(placed.size, tree.title, options, tree_rules);
   if (!tree.title.empty()) svg.text({16, 31}, tree.title, "name", "start");
   for (const Curve& edge : placed.edges) svg.path(edge, "link");
   for (std::size_t i = 0; i < tree.nodes.size(); ++i) {

@@ -10,7 +10,7 @@ std::uint64_t number_of(bt::Status status) {
   return static_cast<std::uint64_t>(status == bt::Status::kSkipped ? bt::Status::kIdle : status);
 }
 
-std::uint64_t uid_of(const TreeImage& image, bt::NodeId node) { return std::uint64_t{image.base} + node + 1; }
+std::uint64_t wire_uid(const TreeImage& image, bt::NodeId node) { return std::uint64_t{image.base} + node + 1; }
 
 }  // namespace
 
@@ -18,7 +18,7 @@ void append_change(std::string& out, const TreeImage& image, const Change& chang
   const auto at = static_cast<std::uint64_t>(change.at_us);
   put(out, at / 1'000'000, 4);
   put(out, at % 1'000'000, 4);
-  put(out, uid_of(image, change.node), 2);
+  put(out, wire_uid(image, change.node), 2);
   put(out, number_of(change.from), 1);
   put(out, number_of(change.to), 1);
 }
@@ -35,7 +35,7 @@ std::string groot1_update(const TreeImage& image, std::span<const bt::Status> be
   out.reserve(8 + 3 * before.size() + 12 * changes.size());
   put(out, 3 * before.size(), 4);
   for (std::size_t node = 0; node < before.size(); ++node) {
-    put(out, uid_of(image, static_cast<bt::NodeId>(node)), 2);
+    put(out, wire_uid(image, static_cast<bt::NodeId>(node)), 2);
     put(out, number_of(before[node]), 1);
   }
   put(out, changes.size(), 4);

@@ -19,10 +19,6 @@ using bt::Tree;
 
 namespace {
 
-std::string attribute(std::string_view name, std::string_view value) {
-  return " " + std::string(name) + "=\"" + text::xml_escape(value) + "\"";
-}
-
 // What a node is called by where it is registered; a SubTree, by its definition.
 std::string id_of(const Tree& tree, NodeId node) {
   return std::string(tree.category(node) == Category::kSubTree ? tree.subtree_id(node) : tree.registration(node));
@@ -59,7 +55,7 @@ class XmlWriter {
 
  private:
   void write_tree(std::string_view id, const std::string& path, NodeId root) {
-    out_ += "    <BehaviorTree" + attribute("ID", id) + attribute("_fullpath", path) + ">\n";
+    out_ += "    <BehaviorTree" + text::xml_attribute("ID", id) + text::xml_attribute("_fullpath", path) + ">\n";
     write_node(root, 2);
     out_ += "    </BehaviorTree>\n";
   }
@@ -72,11 +68,11 @@ class XmlWriter {
     const bool is_short = !is_subtree && can_be_tag(id);
     const std::string tag(is_short ? id : bt::to_string(tree_.category(node)));
     out_ += indent + "<" + tag;
-    if (!is_short) out_ += attribute("ID", id);
-    out_ += is_subtree ? attribute("_fullpath", paths_[node]) : attribute("name", tree_.name(node));
-    out_ += attribute("_uid", std::to_string(uid_of(node)));
-    for (const PortFact& port : tree_.ports(node)) out_ += attribute(port.name, port.text);
-    for (const auto& [name, script] : tree_.conditions(node)) out_ += attribute(name, script);
+    if (!is_short) out_ += text::xml_attribute("ID", id);
+    out_ += is_subtree ? text::xml_attribute("_fullpath", paths_[node]) : text::xml_attribute("name", tree_.name(node));
+    out_ += text::xml_attribute("_uid", std::to_string(uid_of(node)));
+    for (const PortFact& port : tree_.ports(node)) out_ += text::xml_attribute(port.name, port.text);
+    for (const auto& [name, script] : tree_.conditions(node)) out_ += text::xml_attribute(name, script);
     const auto children = tree_.children(node);
     if (is_subtree || children.empty()) {
       out_ += "/>\n";

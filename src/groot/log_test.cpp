@@ -39,7 +39,7 @@ constexpr std::string_view kFile = R"(<root BTCPP_format="4" main_tree_to_execut
   </TreeNodesModel>
 </root>)";
 
-Tree load_tree(std::string_view xml = kFile) {
+Tree logged_tree(std::string_view xml = kFile) {
   auto loaded = bt::load(std::string(xml));
   EXPECT_TRUE(loaded.ok()) << (loaded.diagnostics.empty() ? "" : to_string(loaded.diagnostics[0]));
   return std::move(*loaded.value);
@@ -116,7 +116,7 @@ struct Decoded {
 };
 
 TEST(Groot1Log, HoldsTheTreeAndItsTransitions) {
-  const Tree tree = load_tree();
+  const Tree tree = logged_tree();
   const auto file = write_fbl(tree, transitions(tree), 1'700'000'000'000'000);
   ASSERT_TRUE(file.has_value());
   const std::size_t size = number(*file, 0, 4);
@@ -177,7 +177,7 @@ void collect(const text::XmlElement& element, std::vector<std::pair<std::string,
 }
 
 TEST(Groot2Log, HoldsTheTreeWithNumbersAndItsTransitions) {
-  const Tree tree = load_tree();
+  const Tree tree = logged_tree();
   const auto file = write_btlog(tree, transitions(tree), 1'700'000'000'000'000);
   ASSERT_TRUE(file.has_value());
   EXPECT_EQ(file->substr(0, 19), std::string("BTCPP4-FileLogger2\x01"));
@@ -219,7 +219,7 @@ TEST(Groot2Log, HoldsTheTreeWithNumbersAndItsTransitions) {
 }
 
 TEST(Groot1Log, GivesARegistrationThePortsOfAllItsNodes) {
-  const Tree tree = load_tree(R"(<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence>
+  const Tree tree = logged_tree(R"(<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence>
       <Action ID="GoTo" to="a"/><Action ID="GoTo" to="b" why="{why}"/></Sequence></BehaviorTree>
     <TreeNodesModel><Action ID="GoTo"/></TreeNodesModel></root>)");
   const auto file = write_fbl(tree, {});
@@ -234,7 +234,7 @@ TEST(Groot1Log, GivesARegistrationThePortsOfAllItsNodes) {
 }
 
 TEST(Groot1Log, HasAStopForTheFirstTickOfARunThatBeginsAtZero) {
-  const Tree tree = load_tree();
+  const Tree tree = logged_tree();
   const auto file = write_fbl(tree, transitions(tree));
   ASSERT_TRUE(file.has_value());
   const std::size_t first = 4 + number(*file, 0, 4);
@@ -243,7 +243,7 @@ TEST(Groot1Log, HasAStopForTheFirstTickOfARunThatBeginsAtZero) {
 }
 
 TEST(InstancePaths, AreDistinctAlsoWhereNamesAreNot) {
-  const Tree tree = load_tree(R"(<root BTCPP_format="4" main_tree_to_execute="Main"><BehaviorTree ID="Main"><Sequence>
+  const Tree tree = logged_tree(R"(<root BTCPP_format="4" main_tree_to_execute="Main"><BehaviorTree ID="Main"><Sequence>
       <SubTree ID="A" name="twice"/><SubTree ID="A" name="twice"/><SubTree ID="A"/><SubTree ID="A"/>
     </Sequence></BehaviorTree>
     <BehaviorTree ID="A"><SubTree ID="B"/></BehaviorTree>
@@ -258,11 +258,11 @@ TEST(GrootLogs, RefuseTreesThatTheyCannotNumber) {
   std::string xml = "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\"><Sequence>";
   for (std::size_t i = 1; i < kNodesMax; ++i) xml += "<AlwaysSuccess/>";
   const std::string end = "</Sequence></BehaviorTree></root>";
-  const Tree largest = load_tree(xml + end);
+  const Tree largest = logged_tree(xml + end);
   ASSERT_EQ(largest.size(), kNodesMax);
   EXPECT_TRUE(write_fbl(largest, {}).has_value());
   EXPECT_TRUE(write_btlog(largest, {}).has_value());
-  const Tree too_large = load_tree(xml + "<AlwaysSuccess/>" + end);
+  const Tree too_large = logged_tree(xml + "<AlwaysSuccess/>" + end);
   EXPECT_EQ(write_fbl(too_large, {}).error().code, "groot.too-many-nodes");
   EXPECT_EQ(write_btlog(too_large, {}).error().code, "groot.too-many-nodes");
 }

@@ -5,6 +5,7 @@
 #include <mutex>
 
 #include "sentree/bt/hooks.h"
+#include "sentree/groot/detail/wall.h"
 
 namespace sentree::groot {
 
@@ -13,11 +14,6 @@ namespace {
 using SteadyClock = std::chrono::steady_clock;
 // Between two copies of the blackboard.
 constexpr std::chrono::milliseconds kBoardPeriod{100};
-
-std::int64_t wall_us() {
-  return std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
 
 }  // namespace
 

@@ -20,10 +20,6 @@ using text::XmlElement;
 // The format in which BehaviorTree.CPP 4 describes its nodes.
 constexpr int kFormat = 4;
 
-std::string attribute(std::string_view name, std::string_view value) {
-  return " " + std::string(name) + "=\"" + text::xml_escape(value) + "\"";
-}
-
 std::string text_of(const XmlElement& element, std::string_view name) {
   return std::string(element.attribute(name).value_or(std::string_view()));
 }
@@ -37,9 +33,9 @@ std::optional<bt::Category> category_named(std::string_view tag) {
   return std::nullopt;
 }
 
-class Reader {
+class TreeReader {
  public:
-  Reader(const text::XmlDocument& document, const RemoteTreeOptions& options)
+  TreeReader(const text::XmlDocument& document, const RemoteTreeOptions& options)
       : options_(options), root_(document.root()) {}
 
   Result<RemoteTree> read(const std::vector<bt::NodeModel>& models) {
@@ -55,9 +51,10 @@ class Reader {
     find_uses(root_);
     RemoteTree remote;
     remote.boards.push_back({text_of(instances_.front().element, "ID"), 0});
-    remote.mission = "<root BTCPP_format=\"4\"" + attribute("main_tree_to_execute", instances_.front().id) + ">\n";
+    remote.mission =
+        "<root BTCPP_format=\"4\"" + text::xml_attribute("main_tree_to_execute", instances_.front().id) + ">\n";
     for (const Instance& instance : instances_) {
-      remote.mission += "  <BehaviorTree" + attribute("ID", instance.id) + ">\n";
+      remote.mission += "  <BehaviorTree" + text::xml_attribute("ID", instance.id) + ">\n";
       std::set<std::string, std::less<>> names;
       write(remote.mission, instance.element.first_child(), 2, instance.path, names);
       remote.mission += "  </BehaviorTree>\n";
@@ -154,10 +151,10 @@ class Reader {
                                     : children == 1              ? bt::Category::kDecorator
                                                                  : bt::Category::kControl;
       out += written = bt::to_string(category);
-      out += attribute("ID", id);
+      out += text::xml_attribute("ID", id);
     }
     const std::string name = name_of(element, id, !is_builtin && !element.first_child(), names);
-    if (!name.empty()) out += attribute("name", name);
+    if (!name.empty()) out += text::xml_attribute("name", name);
     write_given(out, element);
     if (!element.first_child()) {
       out += "/>\n";
@@ -175,8 +172,9 @@ class Reader {
     const std::string path = text_of(element, "_fullpath");
     const std::string before = inside.empty() ? std::string() : inside + "/";
     out += indent + "<SubTree";
-    out += attribute("ID", use != uses_.end() ? instances_[use->second].id : text_of(element, "ID") + " (unknown)");
-    out += attribute("name", path.starts_with(before) ? path.substr(before.size()) : path);
+    out += text::xml_attribute("ID",
+                               use != uses_.end() ? instances_[use->second].id : text_of(element, "ID") + " (unknown)");
+    out += text::xml_attribute("name", path.starts_with(before) ? path.substr(before.size()) : path);
     write_given(out, element);
     out += "/>\n";
   }
@@ -184,7 +182,8 @@ class Reader {
   void write_given(std::string& out, const XmlElement& element) const {
     if (options_.bare) return;
     element.for_each_attribute([&](std::string_view name, std::string_view value) {
-      if (name != "ID" && name != "name" && name != "_uid" && name != "_fullpath") out += attribute(name, value);
+      if (name != "ID" && name != "name" && name != "_uid" && name != "_fullpath")
+        out += text::xml_attribute(name, value);
     });
   }
 
@@ -225,7 +224,7 @@ Result<RemoteTree> read_remote_tree(const std::string& xml, const RemoteTreeOpti
   if (!document) return tl::unexpected(document.error());
   const auto models = bt::read_models(xml, "the publisher's tree");
   if (!models) return tl::unexpected(models.error());
-  return Reader(*document, options).read(*models);
+  return TreeReader(*document, options).read(*models);
 }
 
 }  // namespace sentree::groot

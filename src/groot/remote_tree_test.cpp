@@ -12,7 +12,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-bt::Tree load_tree(const std::string& xml) {
+bt::Tree remote_tree_of(const std::string& xml) {
   auto loaded = bt::load(xml, {.partial = true});
   EXPECT_TRUE(loaded.ok()) << to_string(loaded.diagnostics[0]) << xml;
   return std::move(*loaded.value);
@@ -48,7 +48,7 @@ constexpr const char* kTree = R"(<root BTCPP_format="4">
 TEST(RemoteTree, IsATreeOfOursWithThePublishersNumbers) {
   const auto remote = read_remote_tree(kTree);
   ASSERT_TRUE(remote.has_value()) << to_string(remote.error());
-  const bt::Tree tree = load_tree(remote->mission);
+  const bt::Tree tree = remote_tree_of(remote->mission);
   EXPECT_THAT(paths(tree),
               ElementsAre("root", "BatteryOk", "go1", "go1.GoTo", "Mission::9", "Mission::9.GoTo", "wait", "GoTo"));
   EXPECT_THAT(remote->uids, ElementsAre(1, 4, 7, 8, 9, 10, 11, 12));
@@ -64,7 +64,7 @@ TEST(RemoteTree, MayBeReadWithoutWhatItsNodesAreGiven) {
   const auto remote = read_remote_tree(kTree, {.bare = true});
   ASSERT_TRUE(remote.has_value());
   EXPECT_THAT(remote->mission, ::testing::Not(HasSubstr("skipIf")));
-  EXPECT_EQ(load_tree(remote->mission).size(), remote->uids.size());
+  EXPECT_EQ(remote_tree_of(remote->mission).size(), remote->uids.size());
 }
 
 TEST(RemoteTree, GivesEachLeafANameOfItsOwn) {
@@ -74,13 +74,13 @@ TEST(RemoteTree, GivesEachLeafANameOfItsOwn) {
       <Say name="Say" _uid="4"/><Say name="Say" _uid="5"/><Say name="mission" _uid="6"/></Sequence></BehaviorTree></root>)",
                                        {.reserved = reserved});
   ASSERT_TRUE(remote.has_value());
-  const bt::Tree tree = load_tree(remote->mission);
+  const bt::Tree tree = remote_tree_of(remote->mission);
   EXPECT_THAT(paths(tree), ElementsAre("Sequence", "hello", "hello #3", "Say::4", "Say::5", "mission #6"));
 }
 
 TEST(RemoteTree, IsTheTreeThatWeDescribe) {
   const bt::Tree tree =
-      load_tree(R"(<root BTCPP_format="4" main_tree_to_execute="Main"><BehaviorTree ID="Main"><Sequence>
+      remote_tree_of(R"(<root BTCPP_format="4" main_tree_to_execute="Main"><BehaviorTree ID="Main"><Sequence>
       <SubTree ID="A" name="x"/><SubTree ID="A"/><Action ID="with blank" name="w"/><Inverter><SubTree ID="B"/></Inverter>
     </Sequence></BehaviorTree>
     <BehaviorTree ID="A"><SubTree ID="B"/></BehaviorTree>
@@ -88,7 +88,7 @@ TEST(RemoteTree, IsTheTreeThatWeDescribe) {
     <TreeNodesModel><Action ID="with blank"/><Action ID="Do"/></TreeNodesModel></root>)");
   const auto remote = read_remote_tree(write_xml(tree));
   ASSERT_TRUE(remote.has_value()) << to_string(remote.error());
-  const bt::Tree again = load_tree(remote->mission);
+  const bt::Tree again = remote_tree_of(remote->mission);
   ASSERT_EQ(again.size(), tree.size());
   for (bt::NodeId node = 0; node < tree.size(); ++node) {
     EXPECT_EQ(remote->uids[node], uid_of(node));
@@ -116,7 +116,7 @@ TEST(RemoteTree, IsNoLargerThanWhatIsSent) {
   const auto remote = read_remote_tree(xml);
   ASSERT_TRUE(remote.has_value());
   EXPECT_LE(remote->uids.size(), 4u);
-  EXPECT_EQ(load_tree(remote->mission).size(), remote->uids.size());
+  EXPECT_EQ(remote_tree_of(remote->mission).size(), remote->uids.size());
   std::string chain =
       R"(<root BTCPP_format="4"><BehaviorTree ID="M" _fullpath=""><SubTree ID="T" _fullpath="1" _uid="1"/></BehaviorTree>)";
   for (int i = 1; i < 3'000; ++i) {

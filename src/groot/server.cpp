@@ -12,6 +12,7 @@
 #include <mutex>
 #include <thread>
 
+#include "sentree/groot/detail/wall.h"
 #include "sentree/groot/detail/zmq.h"
 #endif
 
@@ -64,11 +65,6 @@ bool is_loopback(const std::string& address) { return address.starts_with("127."
 std::uint16_t port_of(const zmq::socket_t& socket) {
   const std::string end = socket.get(zmq::sockopt::last_endpoint);
   return static_cast<std::uint16_t>(std::stoi(end.substr(end.rfind(':') + 1)));
-}
-
-std::int64_t wall_us() {
-  return std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch())
-      .count();
 }
 
 }  // namespace

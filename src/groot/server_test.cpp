@@ -19,7 +19,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-bt::Tree load_tree(std::string xml, const bt::Registry* registry = nullptr) {
+bt::Tree served_tree(std::string xml, const bt::Registry* registry = nullptr) {
   auto loaded = bt::load(std::move(xml), {.registry = registry});
   EXPECT_TRUE(loaded.ok()) << (loaded.diagnostics.empty() ? "" : to_string(loaded.diagnostics[0]));
   return std::move(*loaded.value);
@@ -31,7 +31,7 @@ class ServerTest : public ::testing::Test {
  protected:
   void SetUp() override {
     if (!is_built()) GTEST_SKIP() << "built without ZeroMQ";
-    const bt::Tree tree = load_tree(
+    const bt::Tree tree = served_tree(
         R"(<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence><AlwaysSuccess/></Sequence></BehaviorTree></root>)");
     scene.begin(*describe(tree), TreeId{7});
     auto started = Server::start(scene, nullptr,
@@ -177,11 +177,11 @@ class PublisherTest : public ::testing::Test {
       return bt::Status::kSuccess;
     });
     registry.add<Waiting>("Wait");
-    executor =
-        std::make_unique<exec::Executor>(load_tree(R"(<root BTCPP_format="4"><BehaviorTree ID="Main"><ReactiveSequence>
+    executor = std::make_unique<exec::Executor>(
+        served_tree(R"(<root BTCPP_format="4"><BehaviorTree ID="Main"><ReactiveSequence>
               <Script code="n := 7"/><Count/><Wait/></ReactiveSequence></BehaviorTree></root>)",
-                                                   &registry),
-                                         exec::ExecutorOptions{.period = std::chrono::milliseconds(1)});
+                    &registry),
+        exec::ExecutorOptions{.period = std::chrono::milliseconds(1)});
     auto started = Publisher::start(*executor, {.port = 0});
     ASSERT_TRUE(started.has_value()) << to_string(started.error());
     publisher = std::move(*started);

@@ -6,7 +6,7 @@
 namespace sentree::idl {
 namespace {
 
-constexpr std::string_view kIdl = R"(
+constexpr std::string_view kDescribed = R"(
   include "geometry.thrift"
   enum Mode { SLOW, FAST = 4 }
   struct Point { 1: string label }
@@ -25,7 +25,7 @@ Result<IncludedFile> geometry(std::string_view, std::string_view) {
 
 class Describe : public ::testing::Test {
  protected:
-  Schema schema_ = *Schema::load(kIdl, "guide.thrift", geometry).value;
+  Schema schema_ = *Schema::load(kDescribed, "guide.thrift", geometry).value;
   Value described_ = describe(*schema_.service("Guide"));
 
   [[nodiscard]] const Value& method(std::size_t i) const { return described_.find("methods")->as_list()->at(i); }

@@ -1,4 +1,5 @@
 #include "sentree/idl/detail/lexer.h"
+#include "sentree/base/ascii.h"
 
 #include <algorithm>
 #include <charconv>
@@ -9,7 +10,6 @@
 namespace sentree::idl::syntax {
 namespace {
 
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_hex_digit(char c) { return is_digit(c) || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F'); }
 bool is_word_start(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 bool is_word_part(char c) { return is_word_start(c) || is_digit(c); }

@@ -1,4 +1,5 @@
 #include "sentree/idl/detail/ros.h"
+#include "sentree/base/ascii.h"
 
 #include <algorithm>
 #include <array>
@@ -54,7 +55,6 @@ bool is_octet(std::string_view name) { return name == "byte" || name == "char" |
 
 bool is_lower(char c) { return c >= 'a' && c <= 'z'; }
 bool is_upper(char c) { return c >= 'A' && c <= 'Z'; }
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
 // Of packages and fields: lower case, digits, single underscores that do not end it.

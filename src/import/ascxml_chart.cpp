@@ -8,6 +8,7 @@
 #include <set>
 #include <sstream>
 
+#include "sentree/import/detail/words.h"
 #include "sentree/import/project_writer.h"
 #include "sentree/import/snippet.h"
 #include "sentree/import/xml_rewrite.h"
@@ -33,19 +34,6 @@ std::string trimmed(std::string_view text) {
   const std::size_t begin = text.find_first_not_of(" \t\r\n");
   if (begin == std::string_view::npos) return {};
   return std::string(text.substr(begin, text.find_last_not_of(" \t\r\n") + 1 - begin));
-}
-
-std::vector<std::string> words(std::string_view text) {
-  std::istringstream stream{std::string(text)};
-  std::vector<std::string> found;
-  for (std::string word; stream >> word;) found.push_back(word);
-  return found;
-}
-
-template <class Visit>
-void for_each_element(const XmlElement& element, const Visit& visit) {
-  visit(element);
-  for (XmlElement child = element.first_child(); child; child = child.next_sibling()) for_each_element(child, visit);
 }
 
 /// The attribute, or what its child of that name says: text, or the input that <bt_get_input> names.

@@ -3,21 +3,16 @@
 #include <algorithm>
 #include <array>
 
+#include "sentree/import/detail/words.h"
+
 namespace sentree::import {
 
 namespace {
-
-tl::unexpected<Diagnostic> cannot(std::string message) { return fail("import.cpp", std::move(message)); }
 
 constexpr std::array<std::string_view, 3> kKept{"true", "false", "In"};
 constexpr std::array<std::string_view, 4> kDroppedMembers{"c_str", "toStdString", "data", "value"};
 constexpr std::array<std::string_view, 4> kTextTypes{"string", "QString", "QLatin1String", "QStringLiteral"};
 constexpr std::array<std::string_view, 3> kMath{"min", "max", "abs"};
-
-template <class List>
-bool contains(const List& list, std::string_view name) {
-  return std::find(list.begin(), list.end(), name) != list.end();
-}
 
 // "1.5f", "10u", "3L" without what ECMAScript does not know; hexadecimal digits are no suffix.
 std::string number(std::string text) {
@@ -26,9 +21,9 @@ std::string number(std::string text) {
   return text.ends_with('.') ? text + "0" : text;
 }
 
-class Translator {
+class ExpressionTranslator {
  public:
-  Translator(Tokens tokens, const Names& names) : tokens_(tokens), names_(names) {}
+  ExpressionTranslator(Tokens tokens, const Names& names) : tokens_(tokens), names_(names) {}
 
   Result<Expression> run() {
     if (tokens_.empty()) return cannot("there is no expression");
@@ -190,7 +185,9 @@ std::string script_text(std::string_view text) {
   return result + "'";
 }
 
-Result<Expression> translate_expression(Tokens tokens, const Names& names) { return Translator(tokens, names).run(); }
+Result<Expression> translate_expression(Tokens tokens, const Names& names) {
+  return ExpressionTranslator(tokens, names).run();
+}
 
 Result<Expression> translate_expression(std::string_view source, const Names& names) {
   const std::vector<Token> tokens = tokens_of(source);

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "sentree/import/ascxml_chart.h"
+#include "sentree/import/detail/words.h"
 #include "sentree/import/project_writer.h"
 #include "sentree/import/snippet.h"
 #include "sentree/import/xml_rewrite.h"
@@ -20,8 +21,6 @@ using text::XmlElement;
 
 namespace {
 
-constexpr int kFirstPort = 10'001;  // of the addresses that stand in for the nodes'
-
 constexpr const char* kProtocol =
     "\nprotocols:\n"
     "  # How the plug-ins of AS2FM are ticked, and how they answer.\n"
@@ -31,7 +30,7 @@ constexpr const char* kProtocol =
     "    answer: {event: bt_return_status, param: status}\n"
     "    halted: bt_return_halted\n";
 
-struct Leaf {
+struct RoamlLeaf {
   std::string name;
   std::string id;
   std::map<std::string, std::string> attributes;
@@ -224,7 +223,7 @@ class RoamlSystem {
                                                                  : element.local_name());
       const Chart* const chart = plugin(id);
       if (chart == nullptr) continue;
-      Leaf leaf{std::string(element.attribute("name").value_or(id)), id, {}, element.span()};
+      RoamlLeaf leaf{std::string(element.attribute("name").value_or(id)), id, {}, element.span()};
       element.for_each_attribute(
           [&](std::string_view name, std::string_view value) { leaf.attributes[std::string(name)] = value; });
       // Every leaf has a name of its own here, by which its messages are known; a service has none of them.
@@ -273,7 +272,7 @@ class RoamlSystem {
     AscxmlChart chart;
     const Chart* original = nullptr;
     std::string path;
-    std::vector<const Leaf*> leaves;
+    std::vector<const RoamlLeaf*> leaves;
   };
 
   void translate_charts() {
@@ -284,7 +283,7 @@ class RoamlSystem {
       }
       const std::vector<std::string> naming = naming_ports(chart.document);
       Instance* shared = nullptr;
-      for (const Leaf& leaf : leaves_) {
+      for (const RoamlLeaf& leaf : leaves_) {
         if (leaf.id != chart.name) continue;
         if (shared == nullptr || !naming.empty()) {
           AscxmlChart made{&chart.document, naming.empty() ? chart.name : method_name(leaf.name), true, {}};
@@ -318,7 +317,7 @@ class RoamlSystem {
       std::string topics;
       for (const std::string& topic : made.subscribes) topics += (topics.empty() ? "" : ", ") + topic;
       const std::string subscribe = topics.empty() ? "" : ", subscribe: [" + topics + "]";
-      for (const Leaf* leaf : instance.leaves) {
+      for (const RoamlLeaf* leaf : instance.leaves) {
         std::string data;
         for (const std::string& counter : made.goal_counters)
           data += (data.empty() ? "" : ", ") + counter + ": " + std::to_string(1000 * goals++);
@@ -338,7 +337,7 @@ class RoamlSystem {
 
   static void note_ports(Instance& instance) {
     for (const PortDeclaration& port : ports_of(instance.original->document)) {
-      const auto has = [&](const Leaf* leaf) { return leaf->attributes.contains(port.key); };
+      const auto has = [&](const RoamlLeaf* leaf) { return leaf->attributes.contains(port.key); };
       const auto& leaves = instance.leaves;
       if (!port.is_input || std::none_of(leaves.begin(), leaves.end(), has)) continue;
       const bool all = std::all_of(leaves.begin(), leaves.end(), has);
@@ -401,7 +400,7 @@ class RoamlSystem {
   std::string duration_;
   bool repeats_ = false;
   std::deque<Chart> charts_;
-  std::deque<Leaf> leaves_;
+  std::deque<RoamlLeaf> leaves_;
   std::deque<Instance> instances_;
   RosWorld world_;
   std::string services_;

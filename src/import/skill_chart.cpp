@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "sentree/import/detail/words.h"
 #include "sentree/import/snippet.h"
 #include "sentree/import/xml_rewrite.h"
 #include "sentree/scxml/format.h"
@@ -18,25 +19,9 @@ constexpr std::array<std::string_view, 4> kTickEvents{"CMD_START", "CMD_TICK", "
 constexpr std::array<std::string_view, 4> kHaltEvents{"CMD_STOP", "CMD_HALT", "HALT", "STOP"};
 constexpr std::array<std::string_view, 5> kExpressions{"cond", "expr", "eventexpr", "delayexpr", "array"};
 
-template <class List>
-bool contains(const List& list, std::string_view name) {
-  return std::find(list.begin(), list.end(), name) != list.end();
-}
-
 bool is_state(const XmlElement& element) {
   const std::string_view name = element.local_name();
   return name == "state" || name == "parallel" || name == "final";
-}
-
-std::vector<std::string> words(std::string_view text) {
-  std::vector<std::string> found;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t begin = text.find_first_not_of(" \t\r\n", at);
-    if (begin == std::string_view::npos) break;
-    at = std::min(text.find_first_of(" \t\r\n", begin), text.size());
-    found.emplace_back(text.substr(begin, at - begin));
-  }
-  return found;
 }
 
 std::string joined(const std::vector<std::string>& words) {
@@ -46,12 +31,6 @@ std::string joined(const std::vector<std::string>& words) {
 }
 
 enum class Status { kNone, kIdle, kSuccess, kFailure };
-
-template <class Visit>
-void for_each_element(const XmlElement& element, const Visit& visit) {
-  visit(element);
-  for (XmlElement child = element.first_child(); child; child = child.next_sibling()) for_each_element(child, visit);
-}
 
 bool says_status(const XmlDocument& document) {
   bool found = false;

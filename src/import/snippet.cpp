@@ -4,15 +4,14 @@
 #include <array>
 #include <map>
 
+#include "sentree/import/detail/words.h"
 #include "sentree/text/xml.h"
 
 namespace sentree::import {
 
 namespace {
 
-using text::xml_escape;
-
-tl::unexpected<Diagnostic> cannot(std::string message) { return fail("import.cpp", std::move(message)); }
+using text::xml_attribute;
 
 constexpr std::string_view kCallInBranch =
     "a call whose result is used, inside a branch; draw a state that makes the call";
@@ -23,19 +22,15 @@ constexpr std::array<std::string_view, 16> kLogs{"qDebug",   "qInfo",   "qWarnin
 
 bool is_log(std::string_view name) { return std::find(kLogs.begin(), kLogs.end(), name) != kLogs.end(); }
 
-std::string attribute(std::string_view name, std::string_view value) {
-  return " " + std::string(name) + "=\"" + xml_escape(value) + "\"";
-}
-
 /// An event object that a snippet fills before it submits it.
 struct EventObject {
   std::string name;
   std::string delay;
 };
 
-class Translator {
+class StatementTranslator {
  public:
-  Translator(const std::string& source, const SourceSpan& place, Names& names)
+  StatementTranslator(const std::string& source, const SourceSpan& place, Names& names)
       : source_(source), place_(place), names_(names) {
     result_.pieces.emplace_back();
   }
@@ -164,7 +159,7 @@ class Translator {
       if (element == "elseif" && calls_in(inside(rest, 1))) return cannot("a call in the condition of an else-if");
       auto condition = hoisted(inside(rest, 1), scope);
       if (!condition) return tl::unexpected(condition.error());
-      xml += "<" + std::string(element) + attribute("cond", *condition) + (element == "if" ? ">" : "/>") + "\n";
+      xml += "<" + std::string(element) + xml_attribute("cond", *condition) + (element == "if" ? ">" : "/>") + "\n";
       const std::size_t begin = after_comments(rest, closing(rest, 1) + 1);
       if (begin >= rest.size()) return cannot("an if without a statement");
       const std::size_t end = statement_end(rest, begin, 0);
@@ -236,8 +231,8 @@ class Translator {
         otherwise = inner;
         has_default = true;
       } else {
-        xml += (xml.empty() ? "<if" : "<elseif") + attribute("cond", condition) + (xml.empty() ? ">" : "/>") + "\n" +
-               inner;
+        xml += (xml.empty() ? "<if" : "<elseif") + xml_attribute("cond", condition) + (xml.empty() ? ">" : "/>") +
+               "\n" + inner;
       }
       condition.clear();
       is_default = false;
@@ -392,7 +387,7 @@ class Translator {
       const bool one = part.size() == 1;
       expression += (expression.empty() ? "" : " + ' ' + ") + (one ? translated->text : "(" + translated->text + ")");
     }
-    if (!expression.empty()) put(scope, "<log" + attribute("expr", expression) + "/>");
+    if (!expression.empty()) put(scope, "<log" + xml_attribute("expr", expression) + "/>");
     return {};
   }
 
@@ -429,15 +424,16 @@ class Translator {
     std::string no;
     if (const auto done = submit_named(colon[0], {&yes, scope.timer}, depth + 1); !done) return done;
     if (const auto done = submit_named(colon[1], {&no, scope.timer}, depth + 1); !done) return done;
-    put(scope, "<if" + attribute("cond", *condition) + ">\n" + yes + "<else/>\n" + no + "</if>");
+    put(scope, "<if" + xml_attribute("cond", *condition) + ">\n" + yes + "<else/>\n" + no + "</if>");
     return {};
   }
 
   void emit(const std::string& event, const std::optional<std::string>& delay, const Scope& scope) {
     if (!delay) {
-      put(scope, "<raise" + attribute("event", event) + "/>");
+      put(scope, "<raise" + xml_attribute("event", event) + "/>");
     } else {
-      put(scope, "<send" + attribute("event", event) + (*delay == "0" ? "" : attribute("delay", *delay)) + "/>");
+      put(scope,
+          "<send" + xml_attribute("event", event) + (*delay == "0" ? "" : xml_attribute("delay", *delay)) + "/>");
     }
   }
 
@@ -572,7 +568,7 @@ class Translator {
   }
 
   Result<void> assign(const std::string& location, const std::string& value, const Scope& scope) {
-    put(scope, "<assign" + attribute("location", location) + attribute("expr", value) + "/>");
+    put(scope, "<assign" + xml_attribute("location", location) + xml_attribute("expr", value) + "/>");
     return {};
   }
 
@@ -625,17 +621,18 @@ std::string comment_of(std::string_view text) {
 }
 
 std::string send_of(const RemoteCall& call, const std::string& id) {
-  std::string xml = "<send type=\"thrift\"" + attribute("target", call.service) + attribute("event", call.method);
-  if (!id.empty()) xml += attribute("id", id);
+  std::string xml =
+      "<send type=\"thrift\"" + xml_attribute("target", call.service) + xml_attribute("event", call.method);
+  if (!id.empty()) xml += xml_attribute("id", id);
   if (call.arguments.empty()) return xml + "/>";
   xml += ">\n";
   for (const auto& [name, value] : call.arguments)
-    xml += "<param" + attribute("name", name) + attribute("expr", value) + "/>\n";
+    xml += "<param" + xml_attribute("name", name) + xml_attribute("expr", value) + "/>\n";
   return xml + "</send>";
 }
 
 Snippet translate_snippet(const std::string& source, const SourceSpan& place, Names& names) {
-  return Translator(source, place, names).run();
+  return StatementTranslator(source, place, names).run();
 }
 
 }  // namespace sentree::import

@@ -8,6 +8,7 @@
 #include <set>
 #include <sstream>
 
+#include "sentree/import/detail/words.h"
 #include "sentree/import/project_writer.h"
 #include "sentree/import/skill_chart.h"
 #include "sentree/import/snippet.h"
@@ -25,7 +26,6 @@ namespace {
 constexpr std::array<std::string_view, 9> kBuiltinLeaves{"AlwaysSuccess",   "AlwaysFailure",   "SetBlackboard",
                                                          "UnsetBlackboard", "Script",          "ScriptCondition",
                                                          "Sleep",           "WasEntryUpdated", "SubTree"};
-constexpr int kFirstPort = 10'001;  // of the addresses that stand in for the components'
 
 std::string stem(const std::string& file) { return std::filesystem::path(file).stem().string(); }
 std::string base(const std::string& file) { return std::filesystem::path(file).filename().string(); }
@@ -49,14 +49,14 @@ struct Interface {
   idl::Schema schema;
 };
 
-struct Leaf {
+struct YarpLeaf {
   std::string name;
   std::string id;
   SourceSpan span;
   bool is_condition = false;
 };
 
-std::string trimmed(std::string_view text) {
+std::string unquoted(std::string_view text) {
   const std::size_t begin = text.find_first_not_of(" \t\r\"'");
   if (begin == std::string_view::npos) return {};
   return std::string(text.substr(begin, text.find_last_not_of(" \t\r\"'") + 1 - begin));
@@ -74,7 +74,7 @@ class YarpSystem {
     read_launches();
     if (!read_tree()) return {.value = std::nullopt, .diagnostics = std::move(diagnostics_)};
     name_services();
-    for (const Leaf& leaf : leaves_) write_leaf(leaf);
+    for (const YarpLeaf& leaf : leaves_) write_leaf(leaf);
     write_unused();
     write_monitors();
     write_project_file();
@@ -194,8 +194,8 @@ class YarpSystem {
         std::size_t split = line.find('=', begin);
         if (split == std::string::npos) split = line.find_first_of(" \t", begin);
         if (split == std::string::npos) continue;
-        const std::string key = trimmed(std::string_view(line).substr(begin, split - begin));
-        options.values[key] = trimmed(std::string_view(line).substr(split + 1));
+        const std::string key = unquoted(std::string_view(line).substr(begin, split - begin));
+        options.values[key] = unquoted(std::string_view(line).substr(split + 1));
         options.lines[key] = number;
       }
       options_.push_back(std::move(options));
@@ -237,11 +237,11 @@ class YarpSystem {
     for (const XmlElement& part : document->root().children()) {
       if (part.local_name() == "module") {
         const std::string parameters = part.child("parameters") ? part.child("parameters").text() : std::string();
-        const std::string name = part.child("name") ? trimmed(part.child("name").text()) : std::string();
+        const std::string name = part.child("name") ? unquoted(part.child("name").text()) : std::string();
         read_command_lines(name + " " + parameters);
       } else if (part.local_name() == "connection") {
-        const std::string from = part.child("from") ? trimmed(part.child("from").text()) : std::string();
-        const std::string to = part.child("to") ? trimmed(part.child("to").text()) : std::string();
+        const std::string from = part.child("from") ? unquoted(part.child("from").text()) : std::string();
+        const std::string to = part.child("to") ? unquoted(part.child("to").text()) : std::string();
         const std::string protocol = part.child("protocol") ? part.child("protocol").text() : std::string();
         const bool observed = protocol.find("portmonitor") != std::string::npos;
         find(Fate::kNotNeeded, part.span(), from + " -> " + to,
@@ -263,7 +263,7 @@ class YarpSystem {
       if (!document || document->root().local_name() != "root") continue;
       trees.push_back(file);
       int score = 0;
-      for (const Leaf& leaf : leaves_of(*document)) score += skill_of(leaf) != nullptr ? 1 : 0;
+      for (const YarpLeaf& leaf : leaves_of(*document)) score += skill_of(leaf) != nullptr ? 1 : 0;
       if (score <= best_score) continue;
       best_score = score;
       best = std::move(document);
@@ -291,8 +291,8 @@ class YarpSystem {
     return true;
   }
 
-  static std::vector<Leaf> leaves_of(const XmlDocument& document) {
-    std::vector<Leaf> leaves;
+  static std::vector<YarpLeaf> leaves_of(const XmlDocument& document) {
+    std::vector<YarpLeaf> leaves;
     std::set<std::string> conditions;
     if (const XmlElement model = document.root().child("TreeNodesModel")) {
       for (const XmlElement& node : model.children()) {
@@ -322,7 +322,7 @@ class YarpSystem {
     return leaves;
   }
 
-  [[nodiscard]] const Options* options_of(const Leaf& leaf) const {
+  [[nodiscard]] const Options* options_of(const YarpLeaf& leaf) const {
     for (const Options& options : options_) {
       for (const char* key : {"skill-name", "skill_name", "name"}) {
         const auto name = options.values.find(key);
@@ -346,7 +346,7 @@ class YarpSystem {
     return nullptr;
   }
 
-  [[nodiscard]] const Skill* skill_of(const Leaf& leaf) const {
+  [[nodiscard]] const Skill* skill_of(const YarpLeaf& leaf) const {
     const Options* const options = options_of(leaf);
     if (options != nullptr) {
       const auto program = program_of_.find(base(options->file));
@@ -369,7 +369,7 @@ class YarpSystem {
   // A service for each interface of each component.
   void name_services() {
     std::set<std::string> taken;
-    for (const Leaf& leaf : leaves_) taken.insert(leaf.name);
+    for (const YarpLeaf& leaf : leaves_) taken.insert(leaf.name);
     taken.insert(std::begin(project::kReservedNames), std::end(project::kReservedNames));
     for (const Skill& skill : skills_) {
       for (const ServiceUse& use : skill.facts.services) {
@@ -393,7 +393,7 @@ class YarpSystem {
     }
   }
 
-  void write_leaf(const Leaf& leaf) {
+  void write_leaf(const YarpLeaf& leaf) {
     const Skill* const skill = skill_of(leaf);
     if (skill == nullptr) {
       write_placeholder(leaf);
@@ -432,7 +432,7 @@ class YarpSystem {
     result_.files.push_back({path, std::move(chart.source)});
   }
 
-  void write_placeholder(const Leaf& leaf) {
+  void write_placeholder(const YarpLeaf& leaf) {
     const bool waits = leaf.id == "AlwaysRunning";
     find(waits ? Fate::kReview : Fate::kByHand, leaf.span, leaf.name,
          waits ? "a C++ node; its name says that it runs until it is halted, and so does the skill written for it"
@@ -526,7 +526,7 @@ class YarpSystem {
   std::vector<std::string> monitors_;
   std::vector<Options> options_;
   std::map<std::string, std::string> program_of_;  ///< File of options → program started with it.
-  std::vector<Leaf> leaves_;
+  std::vector<YarpLeaf> leaves_;
   std::map<std::pair<std::string, std::string>, std::pair<std::string, const Interface*>> services_;
   std::set<const Skill*> used_;
   std::string mission_;

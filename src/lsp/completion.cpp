@@ -6,6 +6,8 @@
 #include <initializer_list>
 #include <map>
 
+#include "sentree/base/ascii.h"
+#include "sentree/bt/tree.h"
 #include "sentree/design/findings.h"
 #include "sentree/lsp/describe.h"
 #include "sentree/lsp/xml_cursor.h"
@@ -17,8 +19,6 @@ namespace sentree::lsp {
 namespace {
 
 using Where = XmlCursor::Where;
-
-bool is_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; }
 
 // What SCXML has inside of its elements, and their attributes.
 struct ElementInfo {
@@ -167,8 +167,7 @@ class Completer {
       return;
     }
     std::string id = cursor.tag.name;
-    if (id == "Action" || id == "Condition" || id == "Control" || id == "Decorator")
-      id = std::string(cursor.tag.attribute("ID"));
+    if (bt::is_explicit_tag(id)) id = std::string(cursor.tag.attribute("ID"));
     const bt::NodeModel* const model = index_.palette().find(id);
     if (cursor.where == Where::kAttributeName)
       tree_attribute_name(cursor, model, is_open("BehaviorTree"));

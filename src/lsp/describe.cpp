@@ -4,6 +4,8 @@
 #include <cctype>
 #include <filesystem>
 
+#include "sentree/base/ascii.h"
+#include "sentree/bt/tree.h"
 #include "sentree/design/findings.h"
 #include "sentree/lsp/xml_cursor.h"
 #include "sentree/monitor/requirement.h"
@@ -13,8 +15,6 @@
 namespace sentree::lsp {
 
 namespace {
-
-bool is_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; }
 
 std::string_view trimmed(std::string_view text) {
   const std::size_t from = text.find_first_not_of(" \t\r");
@@ -326,8 +326,7 @@ std::string hover_at(const Index& index, const std::string& name, std::size_t of
   if (file->kind == FileKind::kTree) {
     const XmlCursor cursor = xml_cursor(file->text, offset);
     std::string id = cursor.tag.name;
-    if (id == "Action" || id == "Condition" || id == "Control" || id == "Decorator")
-      id = std::string(cursor.tag.attribute("ID"));
+    if (bt::is_explicit_tag(id)) id = std::string(cursor.tag.attribute("ID"));
     from = cursor.from;
     to = cursor.to;
     if (cursor.where == XmlCursor::Where::kTagName) return node_text(index, id);

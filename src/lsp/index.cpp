@@ -18,12 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 using text::XmlElement;
 
-template <class Visit>
-void each_element(const XmlElement& element, Visit&& visit) {
-  visit(element);
-  for (XmlElement child = element.first_child(); child; child = child.next_sibling()) each_element(child, visit);
-}
-
 std::string attribute(const XmlElement& element, std::string_view name) {
   return std::string(element.attribute(name).value_or(""));
 }
@@ -34,7 +28,7 @@ void read_tree(const text::XmlDocument& document, const std::string& path, Index
   for (XmlElement child = document.root().first_child(); child; child = child.next_sibling()) {
     if (child.local_name() != "BehaviorTree") continue;
     for (XmlElement top = child.first_child(); top; top = top.next_sibling()) {
-      each_element(top, [&](const XmlElement& node) {
+      text::for_each_element(top, [&](const XmlElement& node) {
         const std::string tag(node.name());
         if (tag == "Action" || tag == "Condition")
           file.skill_ids.insert(attribute(node, "ID"));
@@ -53,7 +47,7 @@ void read_tree(const text::XmlDocument& document, const std::string& path, Index
 void read_chart(const text::XmlDocument& document, IndexedFile& file) {
   std::set<std::string> outputs;
   std::set<std::string> events;
-  each_element(document.root(), [&](const XmlElement& element) {
+  text::for_each_element(document.root(), [&](const XmlElement& element) {
     const std::string_view tag = element.local_name();
     if (tag == "data") {
       const bool has_value = element.attribute("expr") || element.attribute("src") || !element.text().empty();

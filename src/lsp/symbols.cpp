@@ -5,6 +5,7 @@
 #include <cctype>
 #include <filesystem>
 
+#include "sentree/base/ascii.h"
 #include "sentree/design/findings.h"
 #include "sentree/monitor/requirement_lexer.h"
 
@@ -13,9 +14,6 @@ namespace sentree::lsp {
 namespace {
 
 using text::XmlElement;
-
-bool is_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; }
-bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
 
 // Calls `visit(from, to)` for each word between white space.
 template <class Visit>
@@ -83,12 +81,6 @@ const text::XmlAttributePlace* place_of(const XmlElement& element, std::string_v
   return nullptr;
 }
 
-template <class Visit>
-void each_element(const XmlElement& element, Visit&& visit) {
-  visit(element);
-  for (XmlElement child = element.first_child(); child; child = child.next_sibling()) each_element(child, visit);
-}
-
 // ---- Trees ----
 
 constexpr std::array<std::string_view, 5> kByAttribute{"Action", "Condition", "Control", "Decorator", "SubTree"};
@@ -101,7 +93,7 @@ class TreeCollector : public Collector {
       if (child.local_name() == "BehaviorTree") {
         attribute(child, "ID", SymbolKind::kTree, true);
         for (XmlElement node = child.first_child(); node; node = node.next_sibling())
-          each_element(node, [&](const XmlElement& element) { of_node(element); });
+          text::for_each_element(node, [&](const XmlElement& element) { of_node(element); });
       } else if (child.local_name() == "TreeNodesModel") {
         for (XmlElement model = child.first_child(); model; model = model.next_sibling())
           attribute(model, "ID", model.local_name() == "SubTree" ? SymbolKind::kTree : SymbolKind::kSkill, false);
@@ -162,7 +154,7 @@ class ChartCollector : public Collector {
         add(SymbolKind::kSkill, skill->second, from, from + document.root().name().size(), true);
       }
     }
-    each_element(document.root(), [&](const XmlElement& element) { of_element(element); });
+    text::for_each_element(document.root(), [&](const XmlElement& element) { of_element(element); });
     in_expressions(document.root());
   }
 

@@ -2,13 +2,14 @@
 
 #include <algorithm>
 
+#include "sentree/base/ascii.h"
+
 namespace sentree::lsp {
 
 namespace {
 
 using Where = XmlCursor::Where;
 
-bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
 bool ends_name(char c) { return is_space(c) || c == '=' || c == '>' || c == '/' || c == '<' || c == '"' || c == '\''; }
 
 class Scan {

@@ -17,9 +17,9 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 
 // A model in the hands of a test: what it does is written down as text.
-class Player final : public ModelHost {
+class ModelPlayer final : public ModelHost {
  public:
-  explicit Player(const std::string& states, std::uint64_t seed = 1)
+  explicit ModelPlayer(const std::string& states, std::uint64_t seed = 1)
       : machine_({.name = "robot",
                   .seed = seed,
                   .patience = milliseconds(40),
@@ -96,7 +96,7 @@ constexpr const char* kAnswers = R"(
   </state>)";
 
 TEST(Model, AnswersACallAtOnceWithAResultOrAnError) {
-  Player p(kAnswers);
+  ModelPlayer p(kAnswers);
   p.call("ask", 1);
   p.call("stop", 2);
   EXPECT_THAT(p.done(), ElementsAre("1 ask: 3", "2 stop: exception of Leaf"));
@@ -104,7 +104,7 @@ TEST(Model, AnswersACallAtOnceWithAResultOrAnError) {
 }
 
 TEST(Model, AnswersTheOldestOpenCallOrTheOneThatIdNames) {
-  Player p(R"(
+  ModelPlayer p(R"(
     <datamodel><data id="second" expr="0"/></datamodel>
     <state id="a"><transition event="s.ask.request" target="b"/></state>
     <state id="b"><transition event="s.ask.request" target="c"><assign location="second" expr="_event.data.id"/></transition></state>
@@ -120,7 +120,7 @@ TEST(Model, AnswersTheOldestOpenCallOrTheOneThatIdNames) {
 }
 
 TEST(Model, ACallThatItDoesNotAnswerIsLateAndAnAnswerAfterThatReachesNobody) {
-  Player p(R"(<state id="a"><transition event="s.ask.request">
+  ModelPlayer p(R"(<state id="a"><transition event="s.ask.request">
       <send type="thrift" target="s" event="ask.reply" delay="50ms"><param name="result" expr="1"/></send>
     </transition></state>)");
   p.call("ask", 1);
@@ -133,7 +133,7 @@ TEST(Model, ACallThatItDoesNotAnswerIsLateAndAnAnswerAfterThatReachesNobody) {
 }
 
 TEST(Model, AnAnswerAtTheVeryEndOfThePatienceIsInTime) {
-  Player p(R"(<state id="a"><transition event="s.ask.request">
+  ModelPlayer p(R"(<state id="a"><transition event="s.ask.request">
       <send type="thrift" target="s" event="ask.reply" delay="40ms"><param name="result" expr="1"/></send>
     </transition></state>)");
   p.call("ask", 1);
@@ -142,7 +142,7 @@ TEST(Model, AnAnswerAtTheVeryEndOfThePatienceIsInTime) {
 }
 
 TEST(Model, AnAnswerThatTheInterfaceDoesNotHaveIsAnErrorOfTheChart) {
-  Player p(R"(<state id="a">
+  ModelPlayer p(R"(<state id="a">
     <transition event="s.ask.request"><send type="thrift" target="s" event="ask.reply"><param name="result" expr="'x'"/></send></transition>
     <transition event="error.execution"><log label="error" expr="_event.data.message"/></transition></state>)");
   p.call("ask", 1);
@@ -151,7 +151,7 @@ TEST(Model, AnAnswerThatTheInterfaceDoesNotHaveIsAnErrorOfTheChart) {
 }
 
 TEST(Model, PublishesOnATopicOfAServiceThatItServes) {
-  Player p(R"(<state id="a">
+  ModelPlayer p(R"(<state id="a">
     <transition event="go"><send type="thrift" target="s" event="level"><param name="n" expr="_event.data.n"/></send></transition>
     <transition event="bad"><send type="thrift" target="s" event="level"><param name="m" expr="1"/></send></transition>
     <transition event="call"><send type="thrift" target="s" event="ask"/></transition>
@@ -176,7 +176,7 @@ TEST(Model, PublishesOnATopicOfAServiceThatItServes) {
 
 // A chart that answers a veto with the same publication is told a bounded number of times.
 TEST(Model, ThatPublishesWhenItIsRefusedIsTurnedDownABoundedNumberOfTimes) {
-  Player p(R"(<state id="a"><transition event="go s.level.error">
+  ModelPlayer p(R"(<state id="a"><transition event="go s.level.error">
     <send type="thrift" target="s" event="level"><param name="n" expr="1"/></send></transition></state>)");
   p.vetoes = true;
   p.hear("go", Map());
@@ -184,7 +184,7 @@ TEST(Model, ThatPublishesWhenItIsRefusedIsTurnedDownABoundedNumberOfTimes) {
 }
 
 TEST(Model, ACallOfAOneWayMethodIsTakenAndNeedsNoAnswer) {
-  Player p(R"(<state id="a">
+  ModelPlayer p(R"(<state id="a">
     <transition event="s.level.request"><log label="level" expr="_event.data.args.n"/></transition></state>)");
   p.call("level", 1);
   EXPECT_THAT(p.done(), ElementsAre("1 level: null", R"(robot.log {"label":"level","text":"1.5"})"));
@@ -192,13 +192,13 @@ TEST(Model, ACallOfAOneWayMethodIsTakenAndNeedsNoAnswer) {
 }
 
 TEST(Model, ThatHasEndedIsUnreachable) {
-  Player p("<final id='f'/>");
+  ModelPlayer p("<final id='f'/>");
   p.call("ask", 1);
   EXPECT_THAT(p.done(), ElementsAre("1 ask: unreachable the model robot has ended"));
 }
 
 TEST(Model, TakesABoundedNumberOfCalls) {
-  Player p("<state id='a'/>");
+  ModelPlayer p("<state id='a'/>");
   for (std::uint64_t id = 1; id <= kOpenCallsMax; ++id) p.call("ask", id);
   EXPECT_THAT(p.done(), IsEmpty());
   p.call("ask", 999);
@@ -214,7 +214,7 @@ constexpr const char* kChooses = R"(
 
 TEST(Model, ChoosesByItsSeedAndSaysWhat) {
   const auto said = [](std::uint64_t seed) {
-    Player p(kChooses, seed);
+    ModelPlayer p(kChooses, seed);
     for (std::uint64_t id = 1; id <= 20; ++id) p.call("ask", id);
     return p.done();
   };
@@ -229,10 +229,10 @@ TEST(Model, ChoosesByItsSeedAndSaysWhat) {
 }
 
 TEST(Model, ACopyGoesOnAlike) {
-  Player p(kChooses);
+  ModelPlayer p(kChooses);
   p.call("ask", 1);
   p.done();
-  Player q(kChooses);
+  ModelPlayer q(kChooses);
   q.done();
   q.state = p.state;
   EXPECT_TRUE(q.state == p.state);
@@ -244,9 +244,9 @@ TEST(Model, ACopyGoesOnAlike) {
 
 TEST(Model, AWrongChoiceIsAnErrorOfTheChart) {
   for (const char* wrong : {"choose()", "pick(1, 2)", "between(2, 1)", "chance(2)", "draw([[0.5, 1]])", "fresh(1)"}) {
-    Player p(std::string(R"(<state id="a">
+    ModelPlayer p(std::string(R"(<state id="a">
       <transition event="s.ask.request"><log expr=")") +
-             wrong + R"("/></transition>
+                  wrong + R"("/></transition>
       <transition event="error.execution"><log label="error"/></transition></state>)");
     p.call("ask", 1);
     EXPECT_THAT(p.done(), ElementsAre("robot.log {\"label\":\"error\",\"text\":\"\"}")) << wrong;

@@ -14,121 +14,119 @@ namespace sentree::mission {
 
 namespace {
 
-using Phase = SkillPhase;
-
 constexpr auto kKilled = "the skill was killed";
 
-constexpr SkillEdge kEdges[] = {
+constexpr SkillEdge kSkillEdges[] = {
     // A run begins, goes on, is answered, or ends within its tick.
-    {Phase::kIdle, "tick", Phase::kIdle},
-    {Phase::kIdle, "tick", Phase::kRunning},
-    {Phase::kIdle, "tick", Phase::kOwing},
-    {Phase::kRunning, "tick", Phase::kRunning},
-    {Phase::kRunning, "tick", Phase::kIdle},
-    {Phase::kOwing, "tick", Phase::kOwing},
-    {Phase::kOwing, "tick", Phase::kIdle},
-    {Phase::kHalting, "tick", Phase::kHalting},
-    {Phase::kEnded, "tick", Phase::kIdle},
-    {Phase::kEnded, "tick", Phase::kRunning},
-    {Phase::kKilled, "tick", Phase::kKilled},
+    {SkillPhase::kIdle, "tick", SkillPhase::kIdle},
+    {SkillPhase::kIdle, "tick", SkillPhase::kRunning},
+    {SkillPhase::kIdle, "tick", SkillPhase::kOwing},
+    {SkillPhase::kRunning, "tick", SkillPhase::kRunning},
+    {SkillPhase::kRunning, "tick", SkillPhase::kIdle},
+    {SkillPhase::kOwing, "tick", SkillPhase::kOwing},
+    {SkillPhase::kOwing, "tick", SkillPhase::kIdle},
+    {SkillPhase::kHalting, "tick", SkillPhase::kHalting},
+    {SkillPhase::kEnded, "tick", SkillPhase::kIdle},
+    {SkillPhase::kEnded, "tick", SkillPhase::kRunning},
+    {SkillPhase::kKilled, "tick", SkillPhase::kKilled},
     // Outcomes and timers reach a living chart only.
-    {Phase::kRunning, "outcome", Phase::kRunning},
-    {Phase::kRunning, "outcome", Phase::kEnded},
-    {Phase::kOwing, "outcome", Phase::kOwing},
-    {Phase::kOwing, "outcome", Phase::kIdle},
-    {Phase::kHalting, "outcome", Phase::kHalting},
-    {Phase::kHalting, "outcome", Phase::kIdle},
-    {Phase::kRunning, "timer", Phase::kRunning},
-    {Phase::kRunning, "timer", Phase::kEnded},
-    {Phase::kOwing, "timer", Phase::kOwing},
-    {Phase::kOwing, "timer", Phase::kIdle},
-    {Phase::kHalting, "timer", Phase::kHalting},
-    {Phase::kHalting, "timer", Phase::kIdle},
+    {SkillPhase::kRunning, "outcome", SkillPhase::kRunning},
+    {SkillPhase::kRunning, "outcome", SkillPhase::kEnded},
+    {SkillPhase::kOwing, "outcome", SkillPhase::kOwing},
+    {SkillPhase::kOwing, "outcome", SkillPhase::kIdle},
+    {SkillPhase::kHalting, "outcome", SkillPhase::kHalting},
+    {SkillPhase::kHalting, "outcome", SkillPhase::kIdle},
+    {SkillPhase::kRunning, "timer", SkillPhase::kRunning},
+    {SkillPhase::kRunning, "timer", SkillPhase::kEnded},
+    {SkillPhase::kOwing, "timer", SkillPhase::kOwing},
+    {SkillPhase::kOwing, "timer", SkillPhase::kIdle},
+    {SkillPhase::kHalting, "timer", SkillPhase::kHalting},
+    {SkillPhase::kHalting, "timer", SkillPhase::kIdle},
     // A halt takes its time; a cancelled run is gone at once.
-    {Phase::kIdle, "halt", Phase::kIdle},
-    {Phase::kRunning, "halt", Phase::kHalting},
-    {Phase::kRunning, "halt", Phase::kIdle},
-    {Phase::kOwing, "halt", Phase::kHalting},
-    {Phase::kOwing, "halt", Phase::kIdle},
-    {Phase::kHalting, "halt", Phase::kHalting},
-    {Phase::kHalting, "halt", Phase::kIdle},
-    {Phase::kEnded, "halt", Phase::kIdle},
-    {Phase::kKilled, "halt", Phase::kKilled},
-    {Phase::kIdle, "cancel", Phase::kIdle},
-    {Phase::kRunning, "cancel", Phase::kIdle},
-    {Phase::kOwing, "cancel", Phase::kIdle},
-    {Phase::kHalting, "cancel", Phase::kIdle},
-    {Phase::kEnded, "cancel", Phase::kIdle},
-    {Phase::kKilled, "cancel", Phase::kKilled},
-    {Phase::kIdle, "kill", Phase::kKilled},
-    {Phase::kRunning, "kill", Phase::kKilled},
-    {Phase::kOwing, "kill", Phase::kKilled},
-    {Phase::kHalting, "kill", Phase::kKilled},
-    {Phase::kEnded, "kill", Phase::kKilled},
-    {Phase::kKilled, "kill", Phase::kKilled},
-    {Phase::kKilled, "restart", Phase::kIdle},
+    {SkillPhase::kIdle, "halt", SkillPhase::kIdle},
+    {SkillPhase::kRunning, "halt", SkillPhase::kHalting},
+    {SkillPhase::kRunning, "halt", SkillPhase::kIdle},
+    {SkillPhase::kOwing, "halt", SkillPhase::kHalting},
+    {SkillPhase::kOwing, "halt", SkillPhase::kIdle},
+    {SkillPhase::kHalting, "halt", SkillPhase::kHalting},
+    {SkillPhase::kHalting, "halt", SkillPhase::kIdle},
+    {SkillPhase::kEnded, "halt", SkillPhase::kIdle},
+    {SkillPhase::kKilled, "halt", SkillPhase::kKilled},
+    {SkillPhase::kIdle, "cancel", SkillPhase::kIdle},
+    {SkillPhase::kRunning, "cancel", SkillPhase::kIdle},
+    {SkillPhase::kOwing, "cancel", SkillPhase::kIdle},
+    {SkillPhase::kHalting, "cancel", SkillPhase::kIdle},
+    {SkillPhase::kEnded, "cancel", SkillPhase::kIdle},
+    {SkillPhase::kKilled, "cancel", SkillPhase::kKilled},
+    {SkillPhase::kIdle, "kill", SkillPhase::kKilled},
+    {SkillPhase::kRunning, "kill", SkillPhase::kKilled},
+    {SkillPhase::kOwing, "kill", SkillPhase::kKilled},
+    {SkillPhase::kHalting, "kill", SkillPhase::kKilled},
+    {SkillPhase::kEnded, "kill", SkillPhase::kKilled},
+    {SkillPhase::kKilled, "kill", SkillPhase::kKilled},
+    {SkillPhase::kKilled, "restart", SkillPhase::kIdle},
     // Charts that live on answer in any phase, and may end in each.
-    {Phase::kIdle, "tick", Phase::kResting},
-    {Phase::kRunning, "tick", Phase::kResting},
-    {Phase::kRunning, "tick", Phase::kOwing},
-    {Phase::kOwing, "tick", Phase::kResting},
-    {Phase::kOwing, "tick", Phase::kRunning},
-    {Phase::kEnded, "tick", Phase::kResting},
-    {Phase::kEnded, "tick", Phase::kOwing},
-    {Phase::kResting, "tick", Phase::kResting},
-    {Phase::kResting, "tick", Phase::kRunning},
-    {Phase::kResting, "tick", Phase::kOwing},
-    {Phase::kResting, "tick", Phase::kIdle},
-    {Phase::kReady, "tick", Phase::kResting},
-    {Phase::kReady, "tick", Phase::kRunning},
-    {Phase::kReady, "tick", Phase::kOwing},
-    {Phase::kReady, "tick", Phase::kIdle},
-    {Phase::kRunning, "outcome", Phase::kReady},
-    {Phase::kOwing, "outcome", Phase::kResting},
-    {Phase::kOwing, "outcome", Phase::kRunning},
-    {Phase::kHalting, "outcome", Phase::kResting},
-    {Phase::kResting, "outcome", Phase::kResting},
-    {Phase::kResting, "outcome", Phase::kIdle},
-    {Phase::kReady, "outcome", Phase::kReady},
-    {Phase::kReady, "outcome", Phase::kEnded},
-    {Phase::kRunning, "timer", Phase::kReady},
-    {Phase::kOwing, "timer", Phase::kResting},
-    {Phase::kOwing, "timer", Phase::kRunning},
-    {Phase::kHalting, "timer", Phase::kResting},
-    {Phase::kResting, "timer", Phase::kResting},
-    {Phase::kResting, "timer", Phase::kIdle},
-    {Phase::kReady, "timer", Phase::kReady},
-    {Phase::kReady, "timer", Phase::kEnded},
-    {Phase::kRunning, "halt", Phase::kResting},
-    {Phase::kOwing, "halt", Phase::kResting},
-    {Phase::kHalting, "halt", Phase::kResting},
-    {Phase::kResting, "halt", Phase::kResting},
-    {Phase::kReady, "halt", Phase::kHalting},
-    {Phase::kReady, "halt", Phase::kResting},
-    {Phase::kReady, "halt", Phase::kIdle},
-    {Phase::kResting, "cancel", Phase::kResting},
-    {Phase::kReady, "cancel", Phase::kIdle},
-    {Phase::kResting, "kill", Phase::kKilled},
-    {Phase::kReady, "kill", Phase::kKilled},
+    {SkillPhase::kIdle, "tick", SkillPhase::kResting},
+    {SkillPhase::kRunning, "tick", SkillPhase::kResting},
+    {SkillPhase::kRunning, "tick", SkillPhase::kOwing},
+    {SkillPhase::kOwing, "tick", SkillPhase::kResting},
+    {SkillPhase::kOwing, "tick", SkillPhase::kRunning},
+    {SkillPhase::kEnded, "tick", SkillPhase::kResting},
+    {SkillPhase::kEnded, "tick", SkillPhase::kOwing},
+    {SkillPhase::kResting, "tick", SkillPhase::kResting},
+    {SkillPhase::kResting, "tick", SkillPhase::kRunning},
+    {SkillPhase::kResting, "tick", SkillPhase::kOwing},
+    {SkillPhase::kResting, "tick", SkillPhase::kIdle},
+    {SkillPhase::kReady, "tick", SkillPhase::kResting},
+    {SkillPhase::kReady, "tick", SkillPhase::kRunning},
+    {SkillPhase::kReady, "tick", SkillPhase::kOwing},
+    {SkillPhase::kReady, "tick", SkillPhase::kIdle},
+    {SkillPhase::kRunning, "outcome", SkillPhase::kReady},
+    {SkillPhase::kOwing, "outcome", SkillPhase::kResting},
+    {SkillPhase::kOwing, "outcome", SkillPhase::kRunning},
+    {SkillPhase::kHalting, "outcome", SkillPhase::kResting},
+    {SkillPhase::kResting, "outcome", SkillPhase::kResting},
+    {SkillPhase::kResting, "outcome", SkillPhase::kIdle},
+    {SkillPhase::kReady, "outcome", SkillPhase::kReady},
+    {SkillPhase::kReady, "outcome", SkillPhase::kEnded},
+    {SkillPhase::kRunning, "timer", SkillPhase::kReady},
+    {SkillPhase::kOwing, "timer", SkillPhase::kResting},
+    {SkillPhase::kOwing, "timer", SkillPhase::kRunning},
+    {SkillPhase::kHalting, "timer", SkillPhase::kResting},
+    {SkillPhase::kResting, "timer", SkillPhase::kResting},
+    {SkillPhase::kResting, "timer", SkillPhase::kIdle},
+    {SkillPhase::kReady, "timer", SkillPhase::kReady},
+    {SkillPhase::kReady, "timer", SkillPhase::kEnded},
+    {SkillPhase::kRunning, "halt", SkillPhase::kResting},
+    {SkillPhase::kOwing, "halt", SkillPhase::kResting},
+    {SkillPhase::kHalting, "halt", SkillPhase::kResting},
+    {SkillPhase::kResting, "halt", SkillPhase::kResting},
+    {SkillPhase::kReady, "halt", SkillPhase::kHalting},
+    {SkillPhase::kReady, "halt", SkillPhase::kResting},
+    {SkillPhase::kReady, "halt", SkillPhase::kIdle},
+    {SkillPhase::kResting, "cancel", SkillPhase::kResting},
+    {SkillPhase::kReady, "cancel", SkillPhase::kIdle},
+    {SkillPhase::kResting, "kill", SkillPhase::kKilled},
+    {SkillPhase::kReady, "kill", SkillPhase::kKilled},
     // So do topics, which also begin a chart that lives on.
-    {Phase::kIdle, "topic", Phase::kResting},
-    {Phase::kRunning, "topic", Phase::kRunning},
-    {Phase::kRunning, "topic", Phase::kEnded},
-    {Phase::kRunning, "topic", Phase::kReady},
-    {Phase::kOwing, "topic", Phase::kOwing},
-    {Phase::kOwing, "topic", Phase::kIdle},
-    {Phase::kOwing, "topic", Phase::kResting},
-    {Phase::kOwing, "topic", Phase::kRunning},
-    {Phase::kHalting, "topic", Phase::kHalting},
-    {Phase::kHalting, "topic", Phase::kIdle},
-    {Phase::kHalting, "topic", Phase::kResting},
-    {Phase::kResting, "topic", Phase::kResting},
-    {Phase::kResting, "topic", Phase::kIdle},
-    {Phase::kReady, "topic", Phase::kReady},
-    {Phase::kReady, "topic", Phase::kEnded},
+    {SkillPhase::kIdle, "topic", SkillPhase::kResting},
+    {SkillPhase::kRunning, "topic", SkillPhase::kRunning},
+    {SkillPhase::kRunning, "topic", SkillPhase::kEnded},
+    {SkillPhase::kRunning, "topic", SkillPhase::kReady},
+    {SkillPhase::kOwing, "topic", SkillPhase::kOwing},
+    {SkillPhase::kOwing, "topic", SkillPhase::kIdle},
+    {SkillPhase::kOwing, "topic", SkillPhase::kResting},
+    {SkillPhase::kOwing, "topic", SkillPhase::kRunning},
+    {SkillPhase::kHalting, "topic", SkillPhase::kHalting},
+    {SkillPhase::kHalting, "topic", SkillPhase::kIdle},
+    {SkillPhase::kHalting, "topic", SkillPhase::kResting},
+    {SkillPhase::kResting, "topic", SkillPhase::kResting},
+    {SkillPhase::kResting, "topic", SkillPhase::kIdle},
+    {SkillPhase::kReady, "topic", SkillPhase::kReady},
+    {SkillPhase::kReady, "topic", SkillPhase::kEnded},
 };
 
-struct Kind {
+struct SkillDeliveryKind {
   std::string_view operator()(const TickSkill&) const { return "tick"; }
   std::string_view operator()(const HaltSkill&) const { return "halt"; }
   std::string_view operator()(const CancelSkill&) const { return "cancel"; }
@@ -160,9 +158,9 @@ std::string_view to_string(SkillPhase phase) {
   return kNames[static_cast<std::size_t>(phase)];
 }
 
-std::span<const SkillEdge> skill_edges() { return kEdges; }
+std::span<const SkillEdge> skill_edges() { return kSkillEdges; }
 
-std::string_view kind_of(const SkillDelivery& delivery) { return std::visit(Kind(), delivery); }
+std::string_view kind_of(const SkillDelivery& delivery) { return std::visit(SkillDeliveryKind(), delivery); }
 
 SkillModel skill_model(const project::Plan& plan, std::size_t leaf) {
   const project::LeafPlan& of = plan.leaves[leaf];
@@ -255,10 +253,10 @@ class SkillMachine::Step {
         state_(state),
         host_(host),
         lives_(state.running()),
-        alive_(state.running() && state.phase != Phase::kResting && state.phase != Phase::kReady),
-        owing_(state.phase == Phase::kOwing),
-        halting_(state.phase == Phase::kHalting),
-        ended_(state.phase == Phase::kEnded || state.phase == Phase::kReady) {
+        alive_(state.running() && state.phase != SkillPhase::kResting && state.phase != SkillPhase::kReady),
+        owing_(state.phase == SkillPhase::kOwing),
+        halting_(state.phase == SkillPhase::kHalting),
+        ended_(state.phase == SkillPhase::kEnded || state.phase == SkillPhase::kReady) {
     machine_.stepped_ = &state;
     machine_.surroundings_ = &host;
   }
@@ -310,12 +308,12 @@ class SkillMachine::Step {
 
   bool operator()(const KillSkill&) {
     give_up(state_, kKilled, host_);
-    state_.phase = Phase::kKilled;
+    state_.phase = SkillPhase::kKilled;
     return true;
   }
 
   bool operator()(const RestartSkill&) {
-    if (state_.phase == Phase::kKilled) state_.phase = Phase::kIdle;
+    if (state_.phase == SkillPhase::kKilled) state_.phase = SkillPhase::kIdle;
     return true;
   }
 
@@ -350,7 +348,7 @@ class SkillMachine::Step {
   }
 
   bool operator()(const Published& published) {
-    const bool begins = !lives_ && model_.protocol && state_.phase == Phase::kIdle && state_.run == 0;
+    const bool begins = !lives_ && model_.protocol && state_.phase == SkillPhase::kIdle && state_.run == 0;
     if (begins) start({}, false);
     if (!lives_) return begins;
     scxml::Event event;
@@ -606,17 +604,17 @@ class SkillMachine::Step {
   // The phase that follows, and the answers that come with it. An action's tick is answered after the macrostep that it
   // caused.
   bool settle() {
-    Phase next = Phase::kIdle;
+    SkillPhase next = SkillPhase::kIdle;
     if (alive_ && halting_) {
-      next = Phase::kHalting;
+      next = SkillPhase::kHalting;
     } else if (alive_ && owing_ && model_.condition && !says_running_) {
-      next = Phase::kOwing;
+      next = SkillPhase::kOwing;
     } else if (alive_) {
-      next = Phase::kRunning;
+      next = SkillPhase::kRunning;
     } else if (ended_ && !halting_ && !owing_) {
-      next = lives_ ? Phase::kReady : Phase::kEnded;
+      next = lives_ ? SkillPhase::kReady : SkillPhase::kEnded;
     } else if (lives_) {
-      next = Phase::kResting;
+      next = SkillPhase::kResting;
     }
     state_.phase = next;
     if (!alive_ && halting_) {
@@ -628,8 +626,8 @@ class SkillMachine::Step {
       else
         answer(bt::Status::kFailure, {});
       if (lives_ && !model_.protocol->acknowledge.empty()) tell(model_.protocol->acknowledge);
-      if (!lives_) state_.phase = Phase::kIdle;
-    } else if (owing_ && next == Phase::kRunning) {
+      if (!lives_) state_.phase = SkillPhase::kIdle;
+    } else if (owing_ && next == SkillPhase::kRunning) {
       answer(bt::Status::kRunning, {});
     }
     schedule();
@@ -741,9 +739,9 @@ class SkillMachine::Step {
 };
 
 bool SkillMachine::step(SkillState& state, SkillDelivery delivery, SkillHost& host) {
-  const Phase before = state.phase;
+  const SkillPhase before = state.phase;
   const std::string_view by = kind_of(delivery);
-  if (before == Phase::kKilled && (by == "tick" || by == "halt" || by == "cancel")) {
+  if (before == SkillPhase::kKilled && (by == "tick" || by == "halt" || by == "cancel")) {
     refuse(state, delivery, kKilled, host);
     return by != "cancel";
   }
@@ -753,7 +751,7 @@ bool SkillMachine::step(SkillState& state, SkillDelivery delivery, SkillHost& ho
   // Outcomes, timers and topics that find no living chart, and a restart of what lives, change nothing.
   SENTREE_ASSERT(
       (before == state.phase && (by.empty() || by == "outcome" || by == "timer" || by == "topic" || by == "restart")) ||
-      std::find(std::begin(kEdges), std::end(kEdges), taken) != std::end(kEdges));
+      std::find(std::begin(kSkillEdges), std::end(kSkillEdges), taken) != std::end(kSkillEdges));
   return told;
 }
 
@@ -771,8 +769,8 @@ void SkillMachine::give_up(SkillState& state, const std::string& why, SkillHost&
     state.answered = state.tick;
     host.answer(state.tick, bt::Status::kFailure, Map{{"reason", why}});
   }
-  if (state.phase == Phase::kHalting) host.halted();
-  state.phase = Phase::kIdle;
+  if (state.phase == SkillPhase::kHalting) host.halted();
+  state.phase = SkillPhase::kIdle;
   state.halt_due.reset();
   state.outputs = Map();
 }
@@ -797,11 +795,12 @@ Result<void> check_call(const scxml::OutgoingSend& send, const std::map<std::str
 Result<Value> save(const SkillModel& model, const SkillState& state) {
   Map saved{{"run", static_cast<std::int64_t>(state.run)},
             {"running", state.running()},
-            {"answer_owed", state.phase == Phase::kOwing},
-            {"halting", state.phase == Phase::kHalting}};
+            {"answer_owed", state.phase == SkillPhase::kOwing},
+            {"halting", state.phase == SkillPhase::kHalting}};
   if (state.halt_due) saved["halt_due_ns"] = state.halt_due->time_since_epoch().count();
   if (state.asked) saved["asked"] = true;
-  if (state.phase == Phase::kEnded || state.phase == Phase::kReady) saved["ended"] = bt::to_string(state.ended);
+  if (state.phase == SkillPhase::kEnded || state.phase == SkillPhase::kReady)
+    saved["ended"] = bt::to_string(state.ended);
   if (!state.outputs.empty()) saved["outputs"] = state.outputs;
   if (!state.trouble.empty()) saved["trouble"] = state.trouble;
   if (state.run > 0) {

@@ -29,9 +29,9 @@ struct PlayerOptions {
 };
 
 // A skill in the hands of a test: what it does is written down as text, and its calls are answered by hand.
-class Player final : public SkillHost {
+class SkillPlayer final : public SkillHost {
  public:
-  explicit Player(const std::string& states, PlayerOptions options = {})
+  explicit SkillPlayer(const std::string& states, PlayerOptions options = {})
       : machine_({.name = "Leaf",
                   .condition = options.condition,
                   .halt_deadline = options.halt_deadline,
@@ -142,7 +142,7 @@ constexpr const char* kAsking = R"(
   <final id="success"><donedata><param name="out" expr="n"/></donedata></final><final id="failure"/>)";
 
 TEST(Skill, AConditionIsAnsweredWhenItsRunEnds) {
-  Player p(kAsking, {.condition = true});
+  SkillPlayer p(kAsking, {.condition = true});
   p.tick(true, {{"n", 3.5}});
   EXPECT_THAT(p.done(), ElementsAre("call s.ask {\"n\":3.5}"));
   p.reply(true);
@@ -150,7 +150,7 @@ TEST(Skill, AConditionIsAnsweredWhenItsRunEnds) {
 }
 
 TEST(Skill, AnActionAnswersRunningAndTellsItsEndToTheNextTick) {
-  Player p(kAsking);
+  SkillPlayer p(kAsking);
   p.tick(true, {{"n", 1.5}});
   EXPECT_THAT(p.done(), ElementsAre("call s.ask {\"n\":1.5}", "RUNNING"));
   p.reply(true);
@@ -160,7 +160,7 @@ TEST(Skill, AnActionAnswersRunningAndTellsItsEndToTheNextTick) {
 }
 
 TEST(Skill, TheFirstTickIsDeliveredToo) {
-  Player p(
+  SkillPlayer p(
       "<state id='a'><transition event='tick' cond='_event.data.x === 7' target='success'/></state><final "
       "id='success'/>");
   p.tick(true, {{"x", 7}});
@@ -168,7 +168,7 @@ TEST(Skill, TheFirstTickIsDeliveredToo) {
 }
 
 TEST(Skill, StartsAnewWithItsInitialState) {
-  Player p(R"(<datamodel><data id="count" expr="0"/></datamodel>
+  SkillPlayer p(R"(<datamodel><data id="count" expr="0"/></datamodel>
     <state id="a"><transition event="tick" target="success"><assign location="count" expr="count + 1"/></transition></state>
     <final id="success"><donedata><param name="count" expr="count"/></donedata></final>)");
   p.tick(true);
@@ -177,7 +177,7 @@ TEST(Skill, StartsAnewWithItsInitialState) {
 }
 
 TEST(Skill, AHaltThatNothingHandlesCancels) {
-  Player p(kAsking);
+  SkillPlayer p(kAsking);
   p.tick(true);
   p.done();
   p.halt();
@@ -195,7 +195,7 @@ constexpr const char* kStopping = R"(
   <final id="halted"/><final id="success"/>)";
 
 TEST(Skill, AHaltTakesAsLongAsItNeeds) {
-  Player p(kStopping);
+  SkillPlayer p(kStopping);
   p.tick(true);
   p.halt();
   EXPECT_THAT(p.done(), ElementsAre("RUNNING", "call s.stop {}"));
@@ -204,7 +204,7 @@ TEST(Skill, AHaltTakesAsLongAsItNeeds) {
 }
 
 TEST(Skill, AHaltBeyondItsDeadlineIsCancelled) {
-  Player p(kStopping, {.halt_deadline = seconds(2)});
+  SkillPlayer p(kStopping, {.halt_deadline = seconds(2)});
   p.tick(true);
   p.halt();
   p.done();
@@ -217,7 +217,7 @@ TEST(Skill, AHaltBeyondItsDeadlineIsCancelled) {
 }
 
 TEST(Skill, HaltingAnEndedRunDiscardsItsStatus) {
-  Player p(kAsking);
+  SkillPlayer p(kAsking);
   p.tick(true);
   p.reply(true);
   p.done();
@@ -226,7 +226,7 @@ TEST(Skill, HaltingAnEndedRunDiscardsItsStatus) {
 }
 
 TEST(Skill, AReplyToAnOlderRunReachesNoChart) {
-  Player p(kAsking);
+  SkillPlayer p(kAsking);
   p.tick(true);
   const Shared<Call> first = p.last_call;
   p.halt();
@@ -240,7 +240,7 @@ TEST(Skill, AReplyToAnOlderRunReachesNoChart) {
 }
 
 TEST(Skill, ACancelledConditionAnswersNothing) {
-  Player p(kAsking, {.condition = true});
+  SkillPlayer p(kAsking, {.condition = true});
   p.tick(true);
   p.done();
   p.cancel();
@@ -248,7 +248,7 @@ TEST(Skill, ACancelledConditionAnswersNothing) {
 }
 
 TEST(Skill, ItsTimersRunBetweenTicks) {
-  Player p(
+  SkillPlayer p(
       R"(<state id="a"><onentry><send event="later" delay="300ms"/></onentry><transition event="later" target="success"/></state><final id="success"/>)");
   p.tick(true);
   EXPECT_THAT(p.done(), ElementsAre("RUNNING"));
@@ -259,14 +259,14 @@ TEST(Skill, ItsTimersRunBetweenTicks) {
 }
 
 TEST(Skill, ARefusedCallIsErrorExecution) {
-  Player p(R"(<state id="a"><onentry><send type="thrift" target="s" event="aks"/></onentry>
+  SkillPlayer p(R"(<state id="a"><onentry><send type="thrift" target="s" event="aks"/></onentry>
       <transition event="error.execution" cond="_event.data.message.indexOf('did you mean') > 0" target="success"/></state><final id="success"/>)");
   p.tick(true);
   EXPECT_THAT(p.done(), ElementsAre("SUCCESS"));
 }
 
 TEST(Skill, AKilledSkillFailsUntilItIsRestarted) {
-  Player p(kAsking, {.condition = true});
+  SkillPlayer p(kAsking, {.condition = true});
   p.tick(true);
   p.done();
   p.take(KillSkill{});
@@ -281,7 +281,7 @@ TEST(Skill, AKilledSkillFailsUntilItIsRestarted) {
 }
 
 TEST(Skill, AChartThatExceedsABoundIsGivenUp) {
-  Player p("<state id='a'><transition target='b'/></state><state id='b'><transition target='a'/></state>");
+  SkillPlayer p("<state id='a'><transition target='b'/></state><state id='b'><transition target='a'/></state>");
   p.tick(true);
   const auto done = p.done();
   ASSERT_EQ(done.size(), 2U);
@@ -290,10 +290,10 @@ TEST(Skill, AChartThatExceedsABoundIsGivenUp) {
 }
 
 TEST(Skill, ConstantsAreDataAndPortsComeOverThem) {
-  Player p(R"(<datamodel><data id="a" expr="1"/><data id="b" expr="1"/></datamodel>
+  SkillPlayer p(R"(<datamodel><data id="a" expr="1"/><data id="b" expr="1"/></datamodel>
     <state id="s"><transition target="success"/></state>
     <final id="success"><donedata><param name="sum" expr="a + b"/></donedata></final>)",
-           {.constants = {{"a", 10}, {"b", 20}}});
+                {.constants = {{"a", 10}, {"b", 20}}});
   p.tick(true, {{"b", 300}});
   EXPECT_THAT(p.done(), ElementsAre("SUCCESS {\"sum\":310}"));
 }
@@ -328,7 +328,7 @@ constexpr const char* kAnswering = R"(
   </state>)";
 
 TEST(SkillWithProtocol, AnswersByAnEventAndLivesOn) {
-  Player p(kAnswering, {.protocol = answering()});
+  SkillPlayer p(kAnswering, {.protocol = answering()});
   p.tick(true, {{"status", 2}});
   p.tick(false, {{"status", 0}});
   p.tick(true, {{"status", 1}});
@@ -338,7 +338,7 @@ TEST(SkillWithProtocol, AnswersByAnEventAndLivesOn) {
 }
 
 TEST(SkillWithProtocol, AConditionWaitsForTheAnswer) {
-  Player p(kAnswering, {.condition = true, .protocol = answering()});
+  SkillPlayer p(kAnswering, {.condition = true, .protocol = answering()});
   p.tick(true);
   EXPECT_THAT(p.done(), ElementsAre("call s.ask {\"n\":0.0}"));
   p.reply(true);
@@ -350,7 +350,7 @@ TEST(SkillWithProtocol, AConditionWaitsForTheAnswer) {
 }
 
 TEST(SkillWithProtocol, AnActionTellsALateAnswerToTheNextTickAndIsNotTickedTwice) {
-  Player p(kAnswering, {.protocol = answering()});
+  SkillPlayer p(kAnswering, {.protocol = answering()});
   p.tick(true);
   p.tick();
   EXPECT_THAT(p.done(), ElementsAre("call s.ask {\"n\":0.0}", "RUNNING", "RUNNING"));
@@ -361,7 +361,7 @@ TEST(SkillWithProtocol, AnActionTellsALateAnswerToTheNextTickAndIsNotTickedTwice
 }
 
 TEST(SkillWithProtocol, AnAnswerWithoutMeaningIsFailureAndTold) {
-  Player p(kAnswering, {.protocol = answering()});
+  SkillPlayer p(kAnswering, {.protocol = answering()});
   p.tick(true, {{"status", 7}});
   EXPECT_THAT(p.done(),
               ElementsAre("! Leaf: TICK_RESPONSE answers a tick with 7, which is none of the protocol's values, and "
@@ -370,7 +370,7 @@ TEST(SkillWithProtocol, AnAnswerWithoutMeaningIsFailureAndTold) {
 }
 
 TEST(SkillWithProtocol, AHaltIsOverWhenTheChartSaysSo) {
-  Player p(kAnswering, {.protocol = answering()});
+  SkillPlayer p(kAnswering, {.protocol = answering()});
   p.tick(true, {{"status", 2}});
   p.halt();
   EXPECT_THAT(p.done(), ElementsAre("RUNNING", "halted"));
@@ -379,7 +379,7 @@ TEST(SkillWithProtocol, AHaltIsOverWhenTheChartSaysSo) {
 }
 
 TEST(SkillWithProtocol, AHaltThatItDoesNotTakeEndsTheChartWhichBeginsAnew) {
-  Player p(kAnswering, {.protocol = answering()});
+  SkillPlayer p(kAnswering, {.protocol = answering()});
   p.tick(true);
   p.halt();
   EXPECT_THAT(p.done(), ElementsAre("call s.ask {\"n\":0.0}", "RUNNING", "halted"));
@@ -393,7 +393,7 @@ TEST(SkillWithProtocol, AHaltThatItDoesNotTakeEndsTheChartWhichBeginsAnew) {
 TEST(SkillWithProtocol, WithoutHaltEventOnlyAnOpenTickEndsTheChart) {
   auto protocol = answering();
   protocol.halt = protocol.halted = "";
-  Player p(kAnswering, {.protocol = protocol});
+  SkillPlayer p(kAnswering, {.protocol = protocol});
   p.tick(true, {{"status", 2}});
   p.halt();
   EXPECT_EQ(p.state.phase, SkillPhase::kResting);
@@ -429,7 +429,7 @@ constexpr const char* kStanding = R"(
   <state id="failure"><transition event="CMD_OK" target="idle"/></state>)";
 
 TEST(SkillWithProtocol, TellsTheStatusOfAStateAndIsAcknowledged) {
-  Player p(kStanding, {.protocol = standing()});
+  SkillPlayer p(kStanding, {.protocol = standing()});
   for (int run = 0; run < 2; ++run) {
     p.tick(true);
     p.tick();
@@ -443,7 +443,7 @@ TEST(SkillWithProtocol, TellsTheStatusOfAStateAndIsAcknowledged) {
 }
 
 TEST(SkillWithProtocol, HaltsUntilAStateIsReached) {
-  Player p(kStanding, {.protocol = standing()});
+  SkillPlayer p(kStanding, {.protocol = standing()});
   p.tick(true);
   p.halt();
   EXPECT_THAT(p.done(), ElementsAre("RUNNING", "call s.stop {}"));
@@ -458,7 +458,7 @@ TEST(SkillWithProtocol, AnswersByAStateThatItOnlyPassesThrough) {
   project::SkillProtocol protocol;
   protocol.tick = "go";
   protocol.states = {{"good", bt::Status::kSuccess}};
-  Player p(
+  SkillPlayer p(
       "<state id='idle'><transition event='go' target='good'/></state><state id='good'><transition "
       "target='idle'/></state>",
       {.condition = true, .protocol = protocol});
@@ -474,7 +474,7 @@ TEST(SkillWithProtocol, ThatEndsAllTheSameFailsUnlessItSaysSuccess) {
   const std::string chart =
       "<state id='idle'><transition event='go' cond='_event.data.well' target='success'/><transition event='go' "
       "target='gone'/></state><state id='never'/><final id='success'/><final id='gone'/>";
-  Player p(chart, {.protocol = protocol});
+  SkillPlayer p(chart, {.protocol = protocol});
   p.tick(true, {{"well", true}});
   p.tick(true, {{"well", false}});
   EXPECT_THAT(p.done(), ElementsAre("SUCCESS", "FAILURE"));
@@ -489,7 +489,7 @@ constexpr const char* kListening = R"(
   <final id="success"/>)";
 
 TEST(Skill, HearsATopicWhileItRunsAndAnswersTheNextTickWithWhatCameOfIt) {
-  Player p(kListening);
+  SkillPlayer p(kListening);
   p.hear(9);
   EXPECT_EQ(p.state.phase, SkillPhase::kIdle);
   p.tick(true);
@@ -500,7 +500,7 @@ TEST(Skill, HearsATopicWhileItRunsAndAnswersTheNextTickWithWhatCameOfIt) {
 }
 
 TEST(Skill, WhatItPublishesHasNoOutcomeButFailure) {
-  Player p(kListening);
+  SkillPlayer p(kListening);
   p.tick(true);
   p.hear(1);
   p.reply();
@@ -509,12 +509,12 @@ TEST(Skill, WhatItPublishesHasNoOutcomeButFailure) {
 }
 
 TEST(SkillWithProtocol, ATopicBeginsAChartThatLivesOn) {
-  Player p(R"(<datamodel><data id="n" expr="0"/></datamodel>
+  SkillPlayer p(R"(<datamodel><data id="n" expr="0"/></datamodel>
     <state id="living">
       <transition event="s.level"><assign location="n" expr="_event.data.n"/></transition>
       <transition event="CMD_TICK"><send event="TICK_RESPONSE"><param name="status" expr="n"/></send></transition>
     </state>)",
-           {.protocol = answering()});
+                {.protocol = answering()});
   p.hear(1);
   EXPECT_EQ(p.state.phase, SkillPhase::kResting);
   p.tick(true);
@@ -587,7 +587,7 @@ TEST(Skill, AnythingInAnyOrderFollowsTheTableAndACopyGoesOnAlike) {
   for (int run = 0; run < 600; ++run) {
     PlayerOptions options{.condition = run % 2 == 0, .halt_deadline = milliseconds(1500)};
     if (run >= 150) options.protocol = protocol;
-    Player p(run < 150 ? kAnything : kAnythingOfAProtocol, options);
+    SkillPlayer p(run < 150 ? kAnything : kAnythingOfAProtocol, options);
     for (int i = 0; i < 70; ++i) {
       const std::uint64_t what = rng.below(18);
       if (what < 6) {
@@ -611,7 +611,7 @@ TEST(Skill, AnythingInAnyOrderFollowsTheTableAndACopyGoesOnAlike) {
   }
   std::size_t covered = 0;
   for (const SkillEdge& edge : skill_edges()) {
-    if (Player::edges().contains(edge))
+    if (SkillPlayer::edges().contains(edge))
       ++covered;
     else
       std::cout << "not taken: " << to_string(edge.from) << " --" << edge.by << "--> " << to_string(edge.to) << '\n';

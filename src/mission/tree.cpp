@@ -10,26 +10,24 @@ namespace sentree::mission {
 
 namespace {
 
-using Phase = TreePhase;
-
-constexpr TreeEdge kEdges[] = {
-    {Phase::kBetween, "period", Phase::kBetween},   {Phase::kBetween, "period", Phase::kWaiting},
-    {Phase::kBetween, "period", Phase::kHalting},   {Phase::kBetween, "period", Phase::kEnded},
-    {Phase::kWaiting, "period", Phase::kWaiting},  // missed
-    {Phase::kWaiting, "answered", Phase::kWaiting}, {Phase::kWaiting, "answered", Phase::kBetween},
-    {Phase::kWaiting, "answered", Phase::kHalting}, {Phase::kWaiting, "answered", Phase::kEnded},
-    {Phase::kWaiting, "due", Phase::kWaiting},      {Phase::kWaiting, "due", Phase::kBetween},
-    {Phase::kWaiting, "due", Phase::kHalting},      {Phase::kWaiting, "due", Phase::kEnded},
-    {Phase::kBetween, "timer", Phase::kBetween},    {Phase::kBetween, "timer", Phase::kHalting},
-    {Phase::kBetween, "timer", Phase::kEnded},      {Phase::kWaiting, "timer", Phase::kWaiting},
-    {Phase::kBetween, "halted", Phase::kBetween},   {Phase::kWaiting, "halted", Phase::kWaiting},
-    {Phase::kHalting, "halted", Phase::kHalting},   {Phase::kHalting, "halted", Phase::kEnded},
-    {Phase::kBetween, "stop", Phase::kHalting},     {Phase::kBetween, "stop", Phase::kEnded},
-    {Phase::kWaiting, "stop", Phase::kHalting},     {Phase::kWaiting, "stop", Phase::kEnded},
-    {Phase::kHalting, "limit", Phase::kEnded},
+constexpr TreeEdge kTreeEdges[] = {
+    {TreePhase::kBetween, "period", TreePhase::kBetween},   {TreePhase::kBetween, "period", TreePhase::kWaiting},
+    {TreePhase::kBetween, "period", TreePhase::kHalting},   {TreePhase::kBetween, "period", TreePhase::kEnded},
+    {TreePhase::kWaiting, "period", TreePhase::kWaiting},  // missed
+    {TreePhase::kWaiting, "answered", TreePhase::kWaiting}, {TreePhase::kWaiting, "answered", TreePhase::kBetween},
+    {TreePhase::kWaiting, "answered", TreePhase::kHalting}, {TreePhase::kWaiting, "answered", TreePhase::kEnded},
+    {TreePhase::kWaiting, "due", TreePhase::kWaiting},      {TreePhase::kWaiting, "due", TreePhase::kBetween},
+    {TreePhase::kWaiting, "due", TreePhase::kHalting},      {TreePhase::kWaiting, "due", TreePhase::kEnded},
+    {TreePhase::kBetween, "timer", TreePhase::kBetween},    {TreePhase::kBetween, "timer", TreePhase::kHalting},
+    {TreePhase::kBetween, "timer", TreePhase::kEnded},      {TreePhase::kWaiting, "timer", TreePhase::kWaiting},
+    {TreePhase::kBetween, "halted", TreePhase::kBetween},   {TreePhase::kWaiting, "halted", TreePhase::kWaiting},
+    {TreePhase::kHalting, "halted", TreePhase::kHalting},   {TreePhase::kHalting, "halted", TreePhase::kEnded},
+    {TreePhase::kBetween, "stop", TreePhase::kHalting},     {TreePhase::kBetween, "stop", TreePhase::kEnded},
+    {TreePhase::kWaiting, "stop", TreePhase::kHalting},     {TreePhase::kWaiting, "stop", TreePhase::kEnded},
+    {TreePhase::kHalting, "limit", TreePhase::kEnded},
 };
 
-struct Kind {
+struct TreeDeliveryKind {
   std::string_view operator()(const Period&) const { return "period"; }
   std::string_view operator()(const TreeTimer&) const { return "timer"; }
   std::string_view operator()(const AnswerDue&) const { return "due"; }
@@ -52,9 +50,9 @@ std::string_view to_string(TreePhase phase) {
   return kNames[static_cast<std::size_t>(phase)];
 }
 
-std::span<const TreeEdge> tree_edges() { return kEdges; }
+std::span<const TreeEdge> tree_edges() { return kTreeEdges; }
 
-std::string_view kind_of(const TreeDelivery& delivery) { return std::visit(Kind(), delivery); }
+std::string_view kind_of(const TreeDelivery& delivery) { return std::visit(TreeDeliveryKind(), delivery); }
 
 void TreeMachine::StatusEvents::status_changed(bt::NodeId node, bt::Status from, bt::Status to, TimePoint) {
   Message message;
@@ -94,7 +92,7 @@ class TreeMachine::Step {
   void operator()(const Period&) {
     if (state_.over) return;
     const TimePoint now = host_.now();
-    if (state_.phase == Phase::kWaiting) {
+    if (state_.phase == TreePhase::kWaiting) {
       // The last tick is not over: this period is missed, not queued.
       ++state_.missed;
     } else {
@@ -118,7 +116,7 @@ class TreeMachine::Step {
   void operator()(const TreeTimer&) {
     state_.timer_at = kNever;
     // Timers that come due during a suspended tick wait for its end.
-    if (!state_.over && state_.phase != Phase::kWaiting) run(bt::Input::timer());
+    if (!state_.over && state_.phase != TreePhase::kWaiting) run(bt::Input::timer());
   }
 
   void operator()(const AnswerDue& due) {
@@ -173,21 +171,21 @@ class TreeMachine::Step {
   }
 
   void operator()(const HaltLimit&) {
-    if (state_.phase == Phase::kEnded) return;
+    if (state_.phase == TreePhase::kEnded) return;
     host_.problem("the run ended while leaves were still halting");
-    state_.phase = Phase::kEnded;
+    state_.phase = TreePhase::kEnded;
     host_.ended();
   }
 
   // Where all this leaves the mission.
   void settle() {
-    if (state_.phase == Phase::kEnded) return;
+    if (state_.phase == TreePhase::kEnded) return;
     if (!state_.over) {
-      state_.phase = state_.tree.waiting_leaf() != bt::kNoNode ? Phase::kWaiting : Phase::kBetween;
+      state_.phase = state_.tree.waiting_leaf() != bt::kNoNode ? TreePhase::kWaiting : TreePhase::kBetween;
     } else if (!state_.tree.outstanding_halts().empty()) {
-      state_.phase = Phase::kHalting;
+      state_.phase = TreePhase::kHalting;
     } else {
-      state_.phase = Phase::kEnded;
+      state_.phase = TreePhase::kEnded;
       host_.ended();
     }
   }
@@ -374,15 +372,16 @@ void TreeMachine::start(TreeState& state, TreeHost& host) const {
 }
 
 void TreeMachine::step(TreeState& state, TreeDelivery delivery, TreeHost& host) {
-  const Phase before = state.phase;
+  const TreePhase before = state.phase;
   const std::string_view by = kind_of(delivery);
-  if (before == Phase::kEnded) return;
+  if (before == TreePhase::kEnded) return;
   Step step(*this, state, host);
   std::visit([&](auto&& what) { step(std::forward<decltype(what)>(what)); }, std::move(delivery));
   step.settle();
   const TreeEdge taken{before, by, state.phase};
   // What nobody waits for any more changes nothing.
-  SENTREE_ASSERT(before == state.phase || std::find(std::begin(kEdges), std::end(kEdges), taken) != std::end(kEdges));
+  SENTREE_ASSERT(before == state.phase ||
+                 std::find(std::begin(kTreeEdges), std::end(kTreeEdges), taken) != std::end(kTreeEdges));
 }
 
 }  // namespace sentree::mission

@@ -21,9 +21,9 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 // A mission in the hands of a test: leaves answer when it says so, time passes when it says so.
-class Player final : public TreeHost {
+class TreePlayer final : public TreeHost {
  public:
-  explicit Player(const std::string& nodes, bool repeat = false) : plan_(plan_of(nodes)), machine_(model(repeat)) {
+  explicit TreePlayer(const std::string& nodes, bool repeat = false) : plan_(plan_of(nodes)), machine_(model(repeat)) {
     state = machine_.initial();
     machine_.start(state, *this);
   }
@@ -123,7 +123,7 @@ class Player final : public TreeHost {
 };
 
 TEST(Tree, EndsWithItsRoot) {
-  Player p("<Sequence><Action ID=\"A\"/><Sleep msec=\"150\"/></Sequence>");
+  TreePlayer p("<Sequence><Action ID=\"A\"/><Sleep msec=\"150\"/></Sequence>");
   p.pass(milliseconds(0));
   p.answer(bt::Status::kSuccess);
   p.pass(milliseconds(300));
@@ -144,7 +144,7 @@ TEST_P(FailingHook, IsOneProblemAndTheMissionEndsInOrder) {
         "<Sequence " + hook + "><Action ID=\"A\"/><AlwaysFailure " + hook + "/></Sequence>"}) {
     for (const bool stopped : {false, true}) {
       SCOPED_TRACE(tree + (stopped ? ", stopped" : ", left alone"));
-      Player p(tree);
+      TreePlayer p(tree);
       for (int i = 0; i < 8 && p.times_ended == 0; ++i) {
         if (stopped && i == 2) p.take(Stop{});
         p.pass(milliseconds(100));
@@ -170,7 +170,7 @@ INSTANTIATE_TEST_SUITE_P(Tree, FailingHook,
                          [](const auto& tested) { return tested.param.substr(1); });
 
 TEST(Tree, AFailingScriptSaysWhichAndWhere) {
-  Player p("<Sleep msec=\"500\" _onHalted=\"tries += 1\"/>");
+  TreePlayer p("<Sleep msec=\"500\" _onHalted=\"tries += 1\"/>");
   p.pass(milliseconds(100));
   p.take(Stop{});
   ASSERT_EQ(p.problems.size(), 1U);
@@ -195,7 +195,7 @@ TEST(Tree, AnythingInAnyOrderFollowsTheTable) {
       "<Action ID=\"A\"/>",
       "<AlwaysSuccess/>"};
   for (int run = 0; run < 1500; ++run) {
-    Player p(trees[rng.below(trees.size())], rng.below(4) == 0);
+    TreePlayer p(trees[rng.below(trees.size())], rng.below(4) == 0);
     for (int i = 0; i < 40; ++i) {
       const std::uint64_t what = rng.below(20);
       if (what < 8) {
@@ -220,7 +220,7 @@ TEST(Tree, AnythingInAnyOrderFollowsTheTable) {
   }
   std::size_t covered = 0;
   for (const TreeEdge& edge : tree_edges()) {
-    if (Player::edges().contains(edge))
+    if (TreePlayer::edges().contains(edge))
       ++covered;
     else
       std::cout << "not taken: " << to_string(edge.from) << " --" << edge.by << "--> " << to_string(edge.to) << '\n';

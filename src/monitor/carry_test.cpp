@@ -11,7 +11,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-Model model(const std::string& states) {
+Model carried_model(const std::string& states) {
   auto loaded = scxml::load(
       "<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0' datamodel='ecmascript'>" + states + "</scxml>",
       "m.scxml");
@@ -21,7 +21,7 @@ Model model(const std::string& states) {
   return *made.value;
 }
 
-Message message(const std::string& name, int ms, Value data = Map()) {
+Message carried_message(const std::string& name, int ms, Value data = Map()) {
   Message m;
   m.name = name;
   m.time = TimePoint(milliseconds(ms));
@@ -40,10 +40,10 @@ constexpr auto kOnce = R"(
   <state id='bad'><transition event='go' target='waits'/></state>)";
 
 TEST(CarryMonitor, KeepsAnOpenDeadline) {
-  const Model before = model(kOnce);
-  const Model after = model("<state id='new'/>" + std::string(kOnce));
+  const Model before = carried_model(kOnce);
+  const Model after = carried_model("<state id='new'/>" + std::string(kOnce));
   State state = start(before, TimePoint{});
-  (void)observe(before, state, message("go", 100));
+  (void)observe(before, state, carried_message("go", 100));
   auto carried = carry(before, state, after, TimePoint(milliseconds(500)));
   ASSERT_TRUE(carried.ok());
   EXPECT_EQ(next_timer(after, *carried.value), TimePoint(milliseconds(1100)));
@@ -54,18 +54,19 @@ TEST(CarryMonitor, KeepsAnOpenDeadline) {
 }
 
 TEST(CarryMonitor, KeepsWhatWasDecided) {
-  const Model before = model(kOnce);
+  const Model before = carried_model(kOnce);
   State state = start(before, TimePoint{});
-  (void)observe(before, state, message("go", 100));
+  (void)observe(before, state, carried_message("go", 100));
   (void)advance(before, state, TimePoint(milliseconds(2000)));
-  auto carried = carry(before, state, model("<state id='new'/>" + std::string(kOnce)), TimePoint(milliseconds(2000)));
+  auto carried =
+      carry(before, state, carried_model("<state id='new'/>" + std::string(kOnce)), TimePoint(milliseconds(2000)));
   ASSERT_TRUE(carried.ok());
   EXPECT_EQ(carried.value->verdict, Verdict::kViolated);
   EXPECT_EQ(carried.value->trail.violations, 1U);
 }
 
 TEST(WithoutWitnesses, DecidesTheSameAtTheSameTimes) {
-  const Model whole = model(kOnce);
+  const Model whole = carried_model(kOnce);
   const Model quick = without_witnesses(whole);
   int decided = 0;
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
@@ -76,7 +77,7 @@ TEST(WithoutWitnesses, DecidesTheSameAtTheSameTimes) {
     int now = 0;
     for (int i = 0; i < 600; ++i) {
       now += static_cast<int>(rng.below(rng.below(20) == 0 ? 1200 : 200));
-      const Message m = message(rng.below(3) == 0 ? "go" : "done", now);
+      const Message m = carried_message(rng.below(3) == 0 ? "go" : "done", now);
       const Decisions x = observe(whole, a, m);
       const Decisions y = observe(quick, b, m);
       ASSERT_EQ(x.size(), y.size());

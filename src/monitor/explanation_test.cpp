@@ -13,7 +13,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-Model model(const std::string& text) {
+Model explained_model(const std::string& text) {
   const auto file = parse_requirements(
       "let level = reply(battery.getBatteryState).percentage * 100\n"
       "let dest = request(nav.goto).name\nevent ask = request(s.ask)\nevent answer = reply(s.ask)\n" +
@@ -57,7 +57,7 @@ TEST(Explanation, TellsTriggerValuesDecidingObservationAndLeaf) {
   Recording r;
   r.go(10, "garden").level(20, 0.9).go(30, "kitchen").add(50, "GoTo.tick.reply", Map{{"status", "RUNNING"}}, "GoTo");
   r.level(60, 0.28).level(70, 0.27).ticks(1, 12);
-  const Model m = model(kTurns);
+  const Model m = explained_model(kTurns);
   const auto decided = evaluate({m}, r.messages, TimePoint{}, TimePoint(milliseconds(5000)));
   ASSERT_EQ(decided.size(), 1U);
   const auto e = *explain(m, decided[0].decision, decided[0].leaf);
@@ -84,7 +84,7 @@ TEST(Explanation, TellsTriggerValuesDecidingObservationAndLeaf) {
 TEST(Explanation, TellsOfSilence) {
   Recording r;
   r.add(100, "s.ask.request", Map{{"args", Map()}});
-  const Model m = model("R: whenever event(ask), event(answer) within 500 ms.");
+  const Model m = explained_model("R: whenever event(ask), event(answer) within 500 ms.");
   const auto decided = evaluate({m}, r.messages, TimePoint{}, TimePoint(milliseconds(5000)));
   const auto e = *explain(m, decided.at(0).decision, "");
   EXPECT_FALSE(e.deciding);
@@ -103,7 +103,7 @@ TEST(Explanation, OfALongRunNeedsOnlyWhatStillMatters) {
   for (int i = 0; i < 150'000; ++i) r.level(10 + i, 0.5 + 0.001 * (i % 7));
   const int end_ms = 10 + 150'000;
   r.level(end_ms, 0.2).ticks(end_ms / 100 + 1, end_ms / 100 + 20);
-  const Model m = model(kTurns);
+  const Model m = explained_model(kTurns);
   const auto decided = evaluate({m}, r.messages, TimePoint{}, TimePoint(milliseconds(2 * end_ms)));
   ASSERT_EQ(decided.size(), 1U);
   EXPECT_TRUE(decided[0].decision.witness_complete);
@@ -114,7 +114,7 @@ TEST(Explanation, OfThousandsOfTicksThatAllMatterTakesNoForever) {
   // No tick can be left out, and to try that with each would replay the others every time.
   Recording r;
   r.add(0, "s.ask.request", Map{{"args", Map()}}).ticks(1, 10'100);
-  const Model m = model("R: whenever event(ask), event(answer) within 10000 ticks.");
+  const Model m = explained_model("R: whenever event(ask), event(answer) within 10000 ticks.");
   const auto decided = evaluate({m}, r.messages, TimePoint{}, TimePoint(milliseconds(2'000'000)));
   ASSERT_EQ(decided.size(), 1U);
   EXPECT_EQ(decided[0].decision.witness.size(), 10'002U);
@@ -130,7 +130,8 @@ TEST(Explanation, AStoryLeavesOutTheMiddleOfALongOne) {
   const auto told = [](std::size_t steps) {
     Recording r;
     for (std::size_t i = 0; i < steps; ++i) r.add(static_cast<int>(i), "s.ask.request", Map{{"args", Map()}});
-    const Model m = model("R: whenever event(ask), event(answer) within " + std::to_string(steps - 1) + " events.");
+    const Model m =
+        explained_model("R: whenever event(ask), event(answer) within " + std::to_string(steps - 1) + " events.");
     const auto decided = evaluate({m}, r.messages, TimePoint{}, TimePoint(milliseconds(10'000)));
     const auto e = *explain(m, decided.at(0).decision, "");
     EXPECT_EQ(e.steps.size(), steps);
@@ -144,7 +145,7 @@ TEST(Explanation, IsTheSameBytesEachTime) {
   Recording r;
   r.go(30, "kitchen").level(60, 0.28).ticks(1, 12);
   const auto text = [&] {
-    const Model m = model(kTurns);
+    const Model m = explained_model(kTurns);
     const auto decided = evaluate({m}, r.messages, TimePoint{}, TimePoint(milliseconds(5000)));
     return to_json(to_value(*explain(m, decided.at(0).decision, decided[0].leaf)));
   };
@@ -154,17 +155,18 @@ TEST(Explanation, IsTheSameBytesEachTime) {
 TEST(MonitorSet, DecidesInOrderOfTimeForAllMonitors) {
   Recording r;
   r.add(100, "s.ask.request", Map{{"args", Map()}}).level(550, 0.1);
-  const auto decided =
-      evaluate({model("A: always level >= 20."), model("B: whenever event(ask), event(answer) within 400 ms."),
-                model("C: whenever event(ask), event(answer) within 300 ms."), model("D: never event(answer).")},
-               r.messages, TimePoint{}, TimePoint(milliseconds(5000)));
+  const auto decided = evaluate({explained_model("A: always level >= 20."),
+                                 explained_model("B: whenever event(ask), event(answer) within 400 ms."),
+                                 explained_model("C: whenever event(ask), event(answer) within 300 ms."),
+                                 explained_model("D: never event(answer).")},
+                                r.messages, TimePoint{}, TimePoint(milliseconds(5000)));
   std::vector<std::size_t> order;
   for (const auto& one : decided) order.push_back(one.monitor);
   EXPECT_THAT(order, ElementsAre(2U, 1U, 0U));
 }
 
 TEST(MonitorSet, HearsNamesBeyondThoseItRemembers) {
-  Dispatch dispatch(std::vector<Model>{model("A: always level >= 20.")});
+  Dispatch dispatch(std::vector<Model>{explained_model("A: always level >= 20.")});
   for (std::size_t i = 0; i <= kRoutesMax; ++i)
     EXPECT_TRUE(dispatch.route("service.m" + std::to_string(i) + ".reply").any.monitors.empty());
   EXPECT_EQ(dispatch.remembered(), kRoutesMax);
@@ -174,8 +176,8 @@ TEST(MonitorSet, HearsNamesBeyondThoseItRemembers) {
 }
 
 TEST(MonitorSet, StepsAMonitorOverNodesOnTheirStatusesOnly) {
-  const Model one = model("A: never node(Dock) in FAILURE.");
-  const Model every = model("B: event(observation(node.status)) at most 1000 times per 1 s.");
+  const Model one = explained_model("A: never node(Dock) in FAILURE.");
+  const Model every = explained_model("B: event(observation(node.status)) at most 1000 times per 1 s.");
   MonitorSet set({one, every}, TimePoint{});
   EXPECT_THAT(set.listeners("node.status", "Dock"), ElementsAre(0U, 1U));
   EXPECT_THAT(set.listeners("node.status", "Look"), ElementsAre(1U));
@@ -207,7 +209,7 @@ TEST(MonitorSet, GoesOnBehindAMonitorThatIsGivenUp) {
     std::size_t hang_in = 0;
     bool given_up = false;
   } listener;
-  MonitorSet set({model("A: always level >= 20."), model("B: always level >= 30.")});
+  MonitorSet set({explained_model("A: always level >= 20."), explained_model("B: always level >= 30.")});
   set.start(TimePoint{}, listener);
   Recording r;
   r.level(10, 0.9).level(20, 0.25);

@@ -6,16 +6,16 @@ namespace sentree::monitor {
 
 namespace {
 
-using Kind = DataType::Kind;
+using TypeKind = DataType::Kind;
 
 DataType number(std::string unit = {}) {
-  return {.kind = Kind::kNumber, .name = "number", .unit = std::move(unit), .may_be_absent = false};
+  return {.kind = TypeKind::kNumber, .name = "number", .unit = std::move(unit), .may_be_absent = false};
 }
-DataType text() { return {.kind = Kind::kText, .name = "string", .may_be_absent = false}; }
+DataType text() { return {.kind = TypeKind::kText, .name = "string", .may_be_absent = false}; }
 DataType one_of(std::string name, std::vector<std::string> words) {
-  return {.kind = Kind::kText, .name = std::move(name), .may_be_absent = false, .words = std::move(words)};
+  return {.kind = TypeKind::kText, .name = std::move(name), .may_be_absent = false, .words = std::move(words)};
 }
-DataType truth() { return {.kind = Kind::kTruth, .name = "bool"}; }
+DataType truth() { return {.kind = TypeKind::kTruth, .name = "bool"}; }
 DataType status() { return one_of("status", {"IDLE", "RUNNING", "SUCCESS", "FAILURE", "SKIPPED"}); }
 
 }  // namespace
@@ -70,7 +70,7 @@ const Observations::Entry* Observations::find(std::string_view name) const {
 DataType Observations::data_of(std::string_view name) const {
   const Entry* entry = find(name);
   if (entry == nullptr || entry->form == Form::kOpen) return {};
-  DataType data{.kind = Kind::kRecord, .name = "the data of " + std::string(name), .may_be_absent = false};
+  DataType data{.kind = TypeKind::kRecord, .name = "the data of " + std::string(name), .may_be_absent = false};
   const auto member = [&](std::string id, DataType type) { data.members.push_back({std::move(id), std::move(type)}); };
   const bool is_call = entry->method != nullptr;
   if (is_call && !entry->method->oneway)

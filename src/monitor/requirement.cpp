@@ -35,12 +35,6 @@ constexpr std::array<OperatorText, 13> kOperators{{{Kind::kImplies, "implies", 1
 constexpr int kPrecedenceNot = 4;
 constexpr int kPrecedencePrimary = 9;
 
-std::string decimal(double number) {
-  std::string text = shortest_decimal(number);
-  if (text.ends_with(".0")) text.resize(text.size() - 2);
-  return text;
-}
-
 std::string dotted(const std::vector<std::string>& path) {
   std::string text;
   for (const std::string& part : path) text += (text.empty() ? "" : ".") + part;
@@ -64,7 +58,7 @@ std::string write_binary(const Condition& condition, const OperatorText& op, int
 
 std::string write(const Condition& condition, int around) {
   switch (condition.kind) {
-    case Kind::kNumber: return decimal(condition.number) + (condition.unit.empty() ? "" : " " + condition.unit);
+    case Kind::kNumber: return plain_decimal(condition.number) + (condition.unit.empty() ? "" : " " + condition.unit);
     case Kind::kText: return condition.is_word ? condition.text : "\"" + condition.text + "\"";
     case Kind::kTruth: return condition.number != 0 ? "true" : "false";
     case Kind::kName:
@@ -131,6 +125,12 @@ std::string body_text(const Requirement& r) {
 
 }  // namespace
 
+const Condition& inside(const Condition& condition) {
+  const Condition* inner = &condition;
+  while (inner->kind == Kind::kDefined) inner = inner->operands[0].get();
+  return *inner;
+}
+
 std::string_view to_string(Importance importance) {
   switch (importance) {
     case Importance::kInfo: return "info";
@@ -192,7 +192,7 @@ std::string Bound::text() const {
   const std::int64_t ns = time.count();
   if (ns % (60 * kNsPerS) == 0) return std::to_string(ns / (60 * kNsPerS)) + " min";
   if (ns % kNsPerS == 0) return std::to_string(ns / kNsPerS) + " s";
-  return decimal(static_cast<double>(ns) / 1e6) + " ms";
+  return plain_decimal(static_cast<double>(ns) / 1e6) + " ms";
 }
 
 std::string Requirement::text() const {

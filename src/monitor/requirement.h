@@ -97,6 +97,8 @@ struct Condition {
   std::vector<std::string> path;
   SourceSpan span;
 };
+/// What a chain of definitions' names stands for in the end; anything else itself.
+[[nodiscard]] const Condition& inside(const Condition& condition);
 
 /// As written, normalised: one space, no superfluous parentheses, definitions by name.
 [[nodiscard]] std::string to_text(const Condition& condition);

@@ -2,17 +2,17 @@
 
 #include <charconv>
 
+#include "sentree/base/ascii.h"
+
 namespace sentree::monitor {
 
 namespace {
 
-using Kind = RequirementToken::Kind;
+using TokenKind = RequirementToken::Kind;
 
 bool is_letter(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || static_cast<unsigned char>(c) >= 0x80;
 }
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
 
 class Lexer {
  public:
@@ -37,7 +37,7 @@ class Lexer {
         starts_line = false;
       }
     }
-    add(Kind::kEnd, at_, "");
+    add(TokenKind::kEnd, at_, "");
     return std::move(tokens_);
   }
 
@@ -53,7 +53,7 @@ class Lexer {
     if (c == '"') return string(begin);
     if (c == '.') {
       ++at_;
-      add(is_letter(peek(0)) ? Kind::kSymbol : Kind::kStop, begin, ".");
+      add(is_letter(peek(0)) ? TokenKind::kSymbol : TokenKind::kStop, begin, ".");
       return true;
     }
     for (const std::string_view two : {"<=", ">=", "!="}) {
@@ -68,7 +68,7 @@ class Lexer {
 
   bool symbol(std::size_t begin, std::string_view text) {
     at_ += text.size();
-    add(Kind::kSymbol, begin, std::string(text));
+    add(TokenKind::kSymbol, begin, std::string(text));
     return true;
   }
 
@@ -83,7 +83,7 @@ class Lexer {
       word();
     }
     if (source_.substr(begin, at_ - begin) == "re" && source_.substr(at_).starts_with("-arming")) at_ += 7;
-    add(Kind::kName, begin, std::string(source_.substr(begin, at_ - begin)));
+    add(TokenKind::kName, begin, std::string(source_.substr(begin, at_ - begin)));
     return true;
   }
 
@@ -100,7 +100,7 @@ class Lexer {
       at_ += 2;
       digits();
     }
-    add(Kind::kNumber, begin, std::string(source_.substr(begin, at_ - begin)));
+    add(TokenKind::kNumber, begin, std::string(source_.substr(begin, at_ - begin)));
     const std::string& text = tokens_.back().text;
     if (std::from_chars(text.data(), text.data() + text.size(), tokens_.back().number).ec != std::errc())
       error(begin, at_ - begin, "number " + text + " is out of range");
@@ -115,7 +115,7 @@ class Lexer {
       return false;
     }
     at_ = end + 1;
-    add(Kind::kString, begin, std::string(source_.substr(begin + 1, end - begin - 1)));
+    add(TokenKind::kString, begin, std::string(source_.substr(begin + 1, end - begin - 1)));
     return true;
   }
 
@@ -124,7 +124,7 @@ class Lexer {
     return {file_, position.line, position.column, static_cast<int>(length)};
   }
 
-  void add(Kind kind, std::size_t begin, std::string text) {
+  void add(TokenKind kind, std::size_t begin, std::string text) {
     RequirementToken token;
     token.kind = kind;
     token.text = std::move(text);

@@ -13,9 +13,9 @@ namespace {
 using Kind = Condition::Kind;
 
 // What an observation's data can hold at its top: what where (…) can ask for.
-constexpr std::array<std::string_view, 18> kMembers{"source", "target", "call",    "tick",   "time",   "args",
-                                                    "result", "kind",   "message", "status", "inputs", "outputs",
-                                                    "node",   "from",   "to",      "what",   "label",  "text"};
+constexpr std::array<std::string_view, 18> kObservationMembers{
+    "source", "target", "call",    "tick", "time", "args", "result", "kind",  "message",
+    "status", "inputs", "outputs", "node", "from", "to",   "what",   "label", "text"};
 
 std::vector<std::string> split(std::string_view dotted) {
   std::vector<std::string> parts;
@@ -92,7 +92,7 @@ class Resolver {
     });
     if (place.in_where) {
       const auto parts = split(name.text);
-      if (std::find(kMembers.begin(), kMembers.end(), parts[0]) != kMembers.end()) {
+      if (std::find(kObservationMembers.begin(), kObservationMembers.end(), parts[0]) != kObservationMembers.end()) {
         auto member = std::make_shared<Condition>();
         member->kind = Kind::kMember;
         member->path = parts;

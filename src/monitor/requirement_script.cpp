@@ -26,12 +26,6 @@ Js infix(const Js& a, std::string_view op, const Js& b, int binding) {
   return {in(a, binding) + " " + std::string(op) + " " + in(b, binding + 1), binding};
 }
 
-std::string decimal(double number) {
-  std::string text = shortest_decimal(number);
-  if (text.ends_with(".0")) text.resize(text.size() - 2);
-  return text;
-}
-
 std::string script_text(std::string_view text) {
   std::string out = "'";
   for (const char c : text) {
@@ -75,12 +69,6 @@ std::string_view type_name(Type type) {
     case Type::kText: return "string";
     default: return "";
   }
-}
-
-const Condition& inside(const Condition& condition) {
-  const Condition* inner = &condition;
-  while (inner->kind == Kind::kDefined) inner = inner->operands[0].get();
-  return *inner;
 }
 
 }  // namespace
@@ -226,7 +214,7 @@ const std::string* Script::merged(const Condition& defined) {
       always_there = always_there && !type_of(c).may_be_absent;
       return {raw(c, false), kPrimary};
     }
-    if (c.kind == Kind::kNumber) return {decimal(c.number), kPrimary};
+    if (c.kind == Kind::kNumber) return {plain_decimal(c.number), kPrimary};
     if (c.kind == Kind::kDefined) return self(self, *c.operands[0]);
     if (c.kind == Kind::kNegate) return {"-" + in(self(self, *c.operands[0]), kPrimary), kUnary};
     const std::string_view op = c.kind == Kind::kAdd        ? "+"
@@ -293,7 +281,7 @@ Js Script::filter(const Source& source) {
 
 Js Script::value(const Condition& c) {
   switch (c.kind) {
-    case Kind::kNumber: return {decimal(c.number), kPrimary};
+    case Kind::kNumber: return {plain_decimal(c.number), kPrimary};
     case Kind::kText: return {script_text(c.text), kPrimary};
     case Kind::kTruth: return c.number != 0 ? js_true() : js_false();
     case Kind::kDefined:

@@ -42,12 +42,6 @@ const Scale* scale_of(std::string_view unit) {
   return found == kScales.end() ? nullptr : &*found;
 }
 
-std::string decimal(double number) {
-  std::string text = shortest_decimal(number);
-  if (text.ends_with(".0")) text.resize(text.size() - 2);
-  return text;
-}
-
 // A number in another unit: x [m] * 1000 is in mm. Empty: the product has no unit that is known.
 std::string scaled_unit(const std::string& unit, double by) {
   if (unit.empty()) return {};
@@ -65,8 +59,8 @@ std::string advice(const std::string& from, const std::string& to) {
   const Scale* b = scale_of(to);
   if (a == nullptr || b == nullptr || a->of != b->of) return "";
   const double factor = a->factor / b->factor;
-  return factor >= 1 ? "; multiply the first by " + decimal(factor)
-                     : "; divide the first by " + decimal(b->factor / a->factor);
+  return factor >= 1 ? "; multiply the first by " + plain_decimal(factor)
+                     : "; divide the first by " + plain_decimal(b->factor / a->factor);
 }
 
 std::vector<std::string> names(const std::vector<DataMember>& members) {
@@ -80,12 +74,6 @@ std::vector<std::string> keys(const Map& map) {
   std::vector<std::string> names;
   for (const auto& [name, value] : map) names.push_back(name);
   return names;
-}
-
-const Condition& inside(const Condition& condition) {
-  const Condition* inner = &condition;
-  while (inner->kind == Kind::kDefined) inner = inner->operands[0].get();
-  return *inner;
 }
 
 Kind mirrored(Kind kind) {
@@ -418,8 +406,8 @@ class Checker {
     const bool is_below = kind == Kind::kLess || kind == Kind::kLessEqual;
     const bool holds = kind == Kind::kNotEqual || (*constant < 0 ? is_above : is_below);
     add(Severity::kWarning, c.span, "requirement.out-of-range",
-        to_text(share) + " is from 0 to " + decimal(most) + (found.unit == "%" ? " %" : "") + ", so " + to_text(c) +
-            (holds ? " is always true" : " is never true"));
+        to_text(share) + " is from 0 to " + plain_decimal(most) + (found.unit == "%" ? " %" : "") + ", so " +
+            to_text(c) + (holds ? " is always true" : " is never true"));
   }
 
   // False: they do not fit.
@@ -430,13 +418,13 @@ class Checker {
       if (with.unit == "ratio" && bare.literal->number > 1) {
         fits = false;
         error(bare.literal->span, "requirement.unit",
-              to_text(other) + " is a ratio from 0 to 1, and " + decimal(bare.literal->number) + " is beyond; write " +
-                  decimal(bare.literal->number / 100) + ", or multiply the value by 100");
+              to_text(other) + " is a ratio from 0 to 1, and " + plain_decimal(bare.literal->number) +
+                  " is beyond; write " + plain_decimal(bare.literal->number / 100) + ", or multiply the value by 100");
       } else if (with.unit == "%" && bare.literal->number > 0 && bare.literal->number < 1) {
         add(Severity::kWarning, bare.literal->span, "requirement.unit",
-            to_text(other) + " is in percent, so " + decimal(bare.literal->number) +
-                " is less than one percent; write " + decimal(bare.literal->number * 100) + ", or say so with " +
-                decimal(bare.literal->number) + " %");
+            to_text(other) + " is in percent, so " + plain_decimal(bare.literal->number) +
+                " is less than one percent; write " + plain_decimal(bare.literal->number * 100) + ", or say so with " +
+                plain_decimal(bare.literal->number) + " %");
       }
     };
     if (!left.unit.empty() && !right.unit.empty() && left.unit != right.unit) {

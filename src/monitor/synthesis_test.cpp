@@ -16,14 +16,14 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 
-constexpr const char* kDefinitions =
+constexpr const char* kRobotDefinitions =
     "let level = reply(battery.level)\n"
     "let ok = reply(s.ok)\n"
     "event ask = request(s.ask)\n"
     "event answer = reply(s.ask)\n";
 
 Requirement requirement(const std::string& text) {
-  auto file = parse_requirements(kDefinitions + ("R: " + text), "r.req");
+  auto file = parse_requirements(kRobotDefinitions + ("R: " + text), "r.req");
   for (const Diagnostic& diagnostic : file.diagnostics) ADD_FAILURE() << to_string(diagnostic);
   return file.ok() ? file.value->requirements.at(0) : Requirement();
 }
@@ -258,7 +258,7 @@ TEST(Verdicts, AreIrrevocableUnlessReArming) {
   Player once("always level >= 20.");
   once.see(at(1), "battery.level.reply", 1).see(at(2), "battery.level.reply", 50).see(at(3), "battery.level.reply", 1);
   EXPECT_THAT(once.violations(), ElementsAre(at(1)));
-  auto file = parse_requirements(std::string(kDefinitions) + "R (re-arming): always level >= 20.");
+  auto file = parse_requirements(std::string(kRobotDefinitions) + "R (re-arming): always level >= 20.");
   const Model model = *Model::make(file.value->requirements[0]).value;
   State state = start(model, {});
   std::vector<std::uint64_t> numbers;

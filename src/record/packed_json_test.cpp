@@ -19,7 +19,7 @@ std::string random_text(Rng& rng) {
   return text;
 }
 
-Value random_value(Rng& rng, int depth) {
+Value random_packed(Rng& rng, int depth) {
   static const double kNumbers[] = {0.0,
                                     -0.0,
                                     1.0,
@@ -38,12 +38,12 @@ Value random_value(Rng& rng, int depth) {
     case 5: return Bytes{std::vector<std::byte>(rng.next() % 5, std::byte{0xA7})};
     case 6: {
       List list;
-      for (std::uint64_t i = rng.next() % 4; i > 0; --i) list.push_back(random_value(rng, depth + 1));
+      for (std::uint64_t i = rng.next() % 4; i > 0; --i) list.push_back(random_packed(rng, depth + 1));
       return list;
     }
     default: {
       Map map;
-      for (std::uint64_t i = rng.next() % 4; i > 0; --i) map[random_text(rng)] = random_value(rng, depth + 1);
+      for (std::uint64_t i = rng.next() % 4; i > 0; --i) map[random_text(rng)] = random_packed(rng, depth + 1);
       return map;
     }
   }
@@ -65,7 +65,7 @@ TEST(PackedJson, PrintsWhatWouldHaveBeenPrintedAtOnce) {
     message.name = random_text(rng);
     message.call = rng.next() % 3;
     message.tick = rng.next() % 100;
-    message.data = random_value(rng, 0);
+    message.data = random_packed(rng, 0);
     std::string at_once;
     append_observation(at_once, message);
     packed.clear();

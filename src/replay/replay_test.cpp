@@ -119,7 +119,7 @@ TEST_F(Replays, ARecordingInRealTimeDoesTheSame) {
   RecordedRun run = record_run(kRecharge / "scenarios/experiment1.yaml", false, std::chrono::seconds(8), 4);
   const ReplayReport report = replay_with(run, run.scenario(), false);
   for (const Difference& d : report.differences)
-    ADD_FAILURE() << seconds(d.time) << " " << d.who << ": " << d.recorded << " / " << d.replayed;
+    ADD_FAILURE() << sentree::seconds(d.time) << " " << d.who << ": " << d.recorded << " / " << d.replayed;
   EXPECT_EQ(report.unrecorded, "");
 }
 
@@ -128,7 +128,7 @@ TEST_F(Replays, ARecordingOfAMachineThatWasLateDoesTheSame) {
   RecordedRun run = record_run(kRecharge / "scenarios/experiment1.yaml", false, std::chrono::seconds(60), 100);
   const ReplayReport report = replay_with(run, run.scenario(), false);
   for (const Difference& d : report.differences)
-    ADD_FAILURE() << seconds(d.time) << " " << d.who << ": " << d.recorded << " / " << d.replayed;
+    ADD_FAILURE() << sentree::seconds(d.time) << " " << d.who << ": " << d.recorded << " / " << d.replayed;
   EXPECT_EQ(report.unrecorded, "");
 }
 

@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cstdlib>
 
+#include "sentree/rpc/address.h"
+
 namespace sentree::ros {
 namespace {
 
@@ -54,32 +56,24 @@ bool is_name(std::string_view name) {
 Result<GraphAddress> GraphAddress::parse(std::string_view text) {
   GraphAddress out;
   std::string_view rest = text;
-  if (const auto question = rest.find('?'); question != std::string_view::npos) {
-    std::string_view options = rest.substr(question + 1);
-    rest = rest.substr(0, question);
-    while (!options.empty()) {
-      const std::string_view option = options.substr(0, options.find('&'));
-      const std::string_view value = option.substr(std::min(option.find('=') + 1, option.size()));
-      if (option == "publish") {
-        out.publish = true;
-      } else if (option == "qos=default" || option == "qos=sensor_data" || option == "qos=transient_local" ||
-                 option == "qos=best_effort") {
-        out.qos = value;
-      } else if (option.starts_with("domain=")) {
-        out.domain = domain_number(value);
-        if (!out.domain) return wrong(text, "has a domain that is no number from 0 to " + std::to_string(kDomainMax));
-      } else if (option == "range=localhost" || option == "range=subnet") {
-        out.localhost = value == "localhost";
-      } else if (option.starts_with("release=")) {
-        out.release = release_named(value);
-        if (!out.release)
-          return wrong(text, "names the release \"" + std::string(value) + "\", which is not known here");
-      } else {
-        return wrong(text, "has the unknown option \"" + std::string(option) +
-                               "\" (there is publish, qos=default|sensor_data|transient_local|best_effort, domain=N, "
-                               "range=localhost|subnet, release=humble|iron|jazzy|kilted)");
-      }
-      options.remove_prefix(std::min(option.size() + 1, options.size()));
+  for (const auto& [option, value] : rpc::cut_options(rest)) {
+    if (option == "publish") {
+      out.publish = true;
+    } else if (option == "qos=default" || option == "qos=sensor_data" || option == "qos=transient_local" ||
+               option == "qos=best_effort") {
+      out.qos = value;
+    } else if (option.starts_with("domain=")) {
+      out.domain = domain_number(value);
+      if (!out.domain) return wrong(text, "has a domain that is no number from 0 to " + std::to_string(kDomainMax));
+    } else if (option == "range=localhost" || option == "range=subnet") {
+      out.localhost = value == "localhost";
+    } else if (option.starts_with("release=")) {
+      out.release = release_named(value);
+      if (!out.release) return wrong(text, "names the release \"" + std::string(value) + "\", which is not known here");
+    } else {
+      return wrong(text, "has the unknown option \"" + std::string(option) +
+                             "\" (there is publish, qos=default|sensor_data|transient_local|best_effort, domain=N, "
+                             "range=localhost|subnet, release=humble|iron|jazzy|kilted)");
     }
   }
   if (rest.empty()) rest = "/";

@@ -30,23 +30,25 @@ struct Codec::Node {
 
 namespace {
 
-using Node = Codec::Node;
-using Form = Node::Form;
+using CodecNode = Codec::Node;
+using CodecForm = CodecNode::Form;
 
 constexpr int kNestingMax = 64;
 
 struct Scalar {
   const char* name;
-  Form form;
+  CodecForm form;
   std::uint8_t size;
   bool is_signed;
 };
 constexpr Scalar kScalars[] = {
-    {"bool", Form::kBool, 1, false},      {"byte", Form::kInteger, 1, false},   {"char", Form::kInteger, 1, false},
-    {"int8", Form::kInteger, 1, true},    {"uint8", Form::kInteger, 1, false},  {"int16", Form::kInteger, 2, true},
-    {"uint16", Form::kInteger, 2, false}, {"int32", Form::kInteger, 4, true},   {"uint32", Form::kInteger, 4, false},
-    {"int64", Form::kInteger, 8, true},   {"uint64", Form::kInteger, 8, false}, {"float32", Form::kReal, 4, true},
-    {"float64", Form::kReal, 8, true},
+    {"bool", CodecForm::kBool, 1, false},      {"byte", CodecForm::kInteger, 1, false},
+    {"char", CodecForm::kInteger, 1, false},   {"int8", CodecForm::kInteger, 1, true},
+    {"uint8", CodecForm::kInteger, 1, false},  {"int16", CodecForm::kInteger, 2, true},
+    {"uint16", CodecForm::kInteger, 2, false}, {"int32", CodecForm::kInteger, 4, true},
+    {"uint32", CodecForm::kInteger, 4, false}, {"int64", CodecForm::kInteger, 8, true},
+    {"uint64", CodecForm::kInteger, 8, false}, {"float32", CodecForm::kReal, 4, true},
+    {"float64", CodecForm::kReal, 8, true},
 };
 
 std::uint32_t number_in(std::string_view text) {
@@ -56,23 +58,23 @@ std::uint32_t number_in(std::string_view text) {
 }
 
 // "[4]", "[<=4]", "[]" at the end of a name of ROS.
-void read_suffix(std::string_view name, Node& node) {
+void read_suffix(std::string_view name, CodecNode& node) {
   const auto open = name.rfind('[');
   if (open == std::string_view::npos || name.back() != ']') return;
   const std::string_view length = name.substr(open + 1, name.size() - open - 2);
   if (length.empty()) return;
-  node.many = length.starts_with("<=") ? Node::Many::kBounded : Node::Many::kFixed;
+  node.many = length.starts_with("<=") ? CodecNode::Many::kBounded : CodecNode::Many::kFixed;
   node.count = number_in(length.starts_with("<=") ? length.substr(2) : length);
 }
 
 class Maker {
  public:
-  Result<std::shared_ptr<const Node>> structure(const idl::Struct& s) {
+  Result<std::shared_ptr<const CodecNode>> structure(const idl::Struct& s) {
     if (s.kind == idl::StructKind::kUnion)
       return fail("ros.type", "\"" + s.name + "\" is a union, which messages of ROS cannot hold");
     if (!inside_.insert(&s).second || inside_.size() > kNestingMax)
       return fail("ros.type", "\"" + s.name + "\" holds itself, or too many others, which messages of ROS cannot");
-    auto node = std::make_shared<Node>();
+    auto node = std::make_shared<CodecNode>();
     for (const idl::Field& f : s.fields) {
       auto child = type(*f.type);
       if (!child) return child;
@@ -85,35 +87,35 @@ class Maker {
   }
 
  private:
-  Result<std::shared_ptr<const Node>> type(const Type& t) {
+  Result<std::shared_ptr<const CodecNode>> type(const Type& t) {
     if (t.kind == Kind::kStruct) return structure(*t.structure);
-    auto node = std::make_shared<Node>();
+    auto node = std::make_shared<CodecNode>();
     const std::string_view name = t.name;
     switch (t.kind) {
       case Kind::kVoid: return fail("ros.type", "a value of type void cannot be carried");
-      case Kind::kBool: node->form = Form::kBool; break;
-      case Kind::kI8: set(*node, Form::kInteger, 1); break;
-      case Kind::kI16: set(*node, Form::kInteger, 2); break;
-      case Kind::kI32: set(*node, Form::kInteger, 4); break;
-      case Kind::kI64: set(*node, Form::kInteger, 8); break;
-      case Kind::kDouble: set(*node, Form::kReal, 8); break;
+      case Kind::kBool: node->form = CodecForm::kBool; break;
+      case Kind::kI8: set(*node, CodecForm::kInteger, 1); break;
+      case Kind::kI16: set(*node, CodecForm::kInteger, 2); break;
+      case Kind::kI32: set(*node, CodecForm::kInteger, 4); break;
+      case Kind::kI64: set(*node, CodecForm::kInteger, 8); break;
+      case Kind::kDouble: set(*node, CodecForm::kReal, 8); break;
       case Kind::kEnum:
-        set(*node, Form::kEnum, 4);
+        set(*node, CodecForm::kEnum, 4);
         node->type = &t;
         break;
       case Kind::kString:
-        node->form = name.starts_with("wstring") ? Form::kWideText : Form::kText;
+        node->form = name.starts_with("wstring") ? CodecForm::kWideText : CodecForm::kText;
         if (const auto less = name.find("<="); less != std::string_view::npos)
           node->count = number_in(name.substr(less + 2));
         break;
       case Kind::kBinary:
-        node->form = Form::kOctets;
+        node->form = CodecForm::kOctets;
         read_suffix(name, *node);
         break;
       case Kind::kList:
       case Kind::kSet:
       case Kind::kMap: {
-        node->form = t.kind == Kind::kMap ? Form::kMap : Form::kList;
+        node->form = t.kind == Kind::kMap ? CodecForm::kMap : CodecForm::kList;
         if (t.kind == Kind::kList) read_suffix(name, *node);
         if (++depth_ > kNestingMax) return fail("ros.type", "\"" + t.name + "\" is nested too deep");
         for (const Type* part : {t.kind == Kind::kMap ? t.key : nullptr, t.element}) {
@@ -135,7 +137,7 @@ class Maker {
     }
     return node;
   }
-  static void set(Node& node, Form form, std::uint8_t size) {
+  static void set(CodecNode& node, CodecForm form, std::uint8_t size) {
     node.form = form;
     node.size = size;
   }
@@ -159,7 +161,7 @@ class Writer {
  public:
   explicit Writer(std::vector<std::uint8_t>& out) : out_(out) {}
 
-  bool structure(const Node& node, const Value& value, Wrong& w) {
+  bool structure(const CodecNode& node, const Value& value, Wrong& w) {
     // As the generators of DDS want it: a struct has a member.
     if (node.children.empty()) out_.push_back(0);
     for (std::size_t i = 0; i < node.children.size(); ++i) {
@@ -187,19 +189,19 @@ class Writer {
     for (std::size_t i = 0; i < size; ++i) out_.push_back(static_cast<std::uint8_t>(number >> (8 * i)));
   }
 
-  bool length(const Node& node, std::size_t count, Wrong& w) {
-    if (node.many == Node::Many::kFixed) {
+  bool length(const CodecNode& node, std::size_t count, Wrong& w) {
+    if (node.many == CodecNode::Many::kFixed) {
       return count == node.count ||
              wrong(w, "has " + std::to_string(count) + " items, and must have " + std::to_string(node.count));
     }
-    if (node.many == Node::Many::kBounded && count > node.count)
+    if (node.many == CodecNode::Many::kBounded && count > node.count)
       return wrong(w, "has " + std::to_string(count) + " items, and may have " + std::to_string(node.count));
     if (count > std::numeric_limits<std::uint32_t>::max()) return wrong(w, "has too many items");
     integer(count, 4);
     return true;
   }
 
-  bool number(const Node& node, std::int64_t n, Wrong& w) {
+  bool number(const CodecNode& node, std::int64_t n, Wrong& w) {
     if (node.size < 8) {
       const int bits = 8 * node.size;
       const std::int64_t low = node.is_signed ? -(std::int64_t{1} << (bits - 1)) : 0;
@@ -212,22 +214,22 @@ class Writer {
     return true;
   }
 
-  bool write(const Node& node, const Value& value, Wrong& w) {
+  bool write(const CodecNode& node, const Value& value, Wrong& w) {
     switch (node.form) {
-      case Form::kBool: out_.push_back(value.as_bool() != nullptr && *value.as_bool() ? 1 : 0); return true;
-      case Form::kInteger: return number(node, value.as_int() != nullptr ? *value.as_int() : 0, w);
-      case Form::kReal:
+      case CodecForm::kBool: out_.push_back(value.as_bool() != nullptr && *value.as_bool() ? 1 : 0); return true;
+      case CodecForm::kInteger: return number(node, value.as_int() != nullptr ? *value.as_int() : 0, w);
+      case CodecForm::kReal:
         if (node.size == 4)
           integer(std::bit_cast<std::uint32_t>(static_cast<float>(value.number())), 4);
         else
           integer(std::bit_cast<std::uint64_t>(value.number()), 8);
         return true;
-      case Form::kEnum: {
+      case CodecForm::kEnum: {
         const idl::Enumerator* named =
             value.as_string() != nullptr ? node.type->enumeration->find(value.text()) : nullptr;
         return number(node, named != nullptr ? named->number : value.as_int() != nullptr ? *value.as_int() : 0, w);
       }
-      case Form::kText: {
+      case CodecForm::kText: {
         const std::string_view text = value.text();
         if (node.count > 0 && text.size() > node.count)
           return wrong(w, "has " + std::to_string(text.size()) + " bytes, and may have " + std::to_string(node.count));
@@ -236,8 +238,8 @@ class Writer {
         out_.push_back(0);
         return true;
       }
-      case Form::kWideText: return wide(node, value.text(), w);
-      case Form::kOctets: {
+      case CodecForm::kWideText: return wide(node, value.text(), w);
+      case CodecForm::kOctets: {
         static const Bytes kNone;
         const Bytes& bytes = value.as_bytes() != nullptr ? *value.as_bytes() : kNone;
         if (!length(node, bytes.octets.size(), w)) return false;
@@ -245,8 +247,8 @@ class Writer {
         out_.insert(out_.end(), first, first + bytes.octets.size());
         return true;
       }
-      case Form::kStruct: return structure(node, value, w);
-      case Form::kList: {
+      case CodecForm::kStruct: return structure(node, value, w);
+      case CodecForm::kList: {
         static const List kNone;
         const List& list = value.as_list() != nullptr ? *value.as_list() : kNone;
         if (!length(node, list.size(), w)) return false;
@@ -257,13 +259,13 @@ class Writer {
         }
         return true;
       }
-      case Form::kMap: return pairs(node, value, w);
+      case CodecForm::kMap: return pairs(node, value, w);
     }
     return false;
   }
 
   // A map with text as keys, or a list of [key, value].
-  bool pairs(const Node& node, const Value& value, Wrong& w) {
+  bool pairs(const CodecNode& node, const Value& value, Wrong& w) {
     const Map* map = value.as_map();
     const List* list = value.as_list();
     if (!length(node, map != nullptr ? map->size() : list != nullptr ? list->size() : 0, w)) return false;
@@ -286,7 +288,7 @@ class Writer {
   }
 
   // Four octets for each unit of UTF-16, as both implementations of ROS have it on Linux.
-  bool wide(const Node& node, std::string_view text, Wrong& w) {
+  bool wide(const CodecNode& node, std::string_view text, Wrong& w) {
     std::vector<std::uint32_t> units;
     for (std::size_t i = 0; i < text.size();) {
       const auto lead = static_cast<std::uint8_t>(text[i]);
@@ -323,7 +325,7 @@ class Reader {
   Reader(std::span<const std::uint8_t> message, std::size_t from, bool little, std::size_t values)
       : bytes_(message), at_(from), little_(little), left_(values) {}
 
-  bool structure(const Node& node, Value& out, Wrong& w) {
+  bool structure(const CodecNode& node, Value& out, Wrong& w) {
     if (!one(w)) return false;
     Map made;
     made.reserve(node.children.size());
@@ -366,39 +368,39 @@ class Reader {
   }
 
   // Every item takes an octet at least, so that a count is never more than what is left.
-  bool length(const Node& node, std::uint64_t& count, Wrong& w) {
-    if (node.many == Node::Many::kFixed) return count = node.count, true;
+  bool length(const CodecNode& node, std::uint64_t& count, Wrong& w) {
+    if (node.many == CodecNode::Many::kFixed) return count = node.count, true;
     if (!integer(4, count, w)) return false;
-    if (node.many == Node::Many::kBounded && count > node.count)
+    if (node.many == CodecNode::Many::kBounded && count > node.count)
       return wrong(w, "has " + std::to_string(count) + " items, and may have " + std::to_string(node.count));
     return has(count, w);
   }
 
-  bool read(const Node& node, Value& out, Wrong& w) {
-    if (node.form == Form::kStruct) return structure(node, out, w);
+  bool read(const CodecNode& node, Value& out, Wrong& w) {
+    if (node.form == CodecForm::kStruct) return structure(node, out, w);
     if (!one(w)) return false;
     std::uint64_t number = 0;
     switch (node.form) {
-      case Form::kBool:
+      case CodecForm::kBool:
         if (!integer(1, number, w)) return false;
         out = Value(number != 0);
         return true;
-      case Form::kInteger:
-      case Form::kEnum: {
+      case CodecForm::kInteger:
+      case CodecForm::kEnum: {
         if (!integer(node.size, number, w)) return false;
         const int unused = 64 - 8 * node.size;
         const std::int64_t n =
             node.is_signed ? static_cast<std::int64_t>(number << unused) >> unused : static_cast<std::int64_t>(number);
-        const idl::Enumerator* named = node.form == Form::kEnum ? node.type->enumeration->find(n) : nullptr;
+        const idl::Enumerator* named = node.form == CodecForm::kEnum ? node.type->enumeration->find(n) : nullptr;
         out = named != nullptr ? Value(named->name) : Value(n);
         return true;
       }
-      case Form::kReal:
+      case CodecForm::kReal:
         if (!integer(node.size, number, w)) return false;
         out = Value(node.size == 4 ? static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(number)))
                                    : std::bit_cast<double>(number));
         return true;
-      case Form::kText: {
+      case CodecForm::kText: {
         if (!integer(4, number, w) || !has(number, w)) return false;
         std::string_view text(reinterpret_cast<const char*>(bytes_.data()) + at_, number);
         at_ += number;
@@ -409,33 +411,33 @@ class Reader {
         out = Value(std::string(text));
         return true;
       }
-      case Form::kWideText: return wide(out, w);
-      case Form::kOctets: {
+      case CodecForm::kWideText: return wide(out, w);
+      case CodecForm::kOctets: {
         if (!length(node, number, w) || !has(number, w)) return false;
         const auto* first = reinterpret_cast<const std::byte*>(bytes_.data()) + at_;
         at_ += number;
         out = Value(Bytes{{first, first + number}});
         return true;
       }
-      case Form::kList:
-      case Form::kMap: return items(node, out, w);
-      case Form::kStruct: break;
+      case CodecForm::kList:
+      case CodecForm::kMap: return items(node, out, w);
+      case CodecForm::kStruct: break;
     }
     return false;
   }
 
-  bool items(const Node& node, Value& out, Wrong& w) {
+  bool items(const CodecNode& node, Value& out, Wrong& w) {
     std::uint64_t count = 0;
     if (!length(node, count, w)) return false;
     List list;
     Map map;
     std::set<std::string> seen;  // the first of equal keys
-    const bool is_map = node.form == Form::kMap && node.children[0]->form == Form::kText;
+    const bool is_map = node.form == CodecForm::kMap && node.children[0]->form == CodecForm::kText;
     for (std::uint64_t i = 0; i < count; ++i) {
       Value first;
       Value second;
       const bool good =
-          read(*node.children[0], first, w) && (node.form == Form::kList || read(*node.children[1], second, w));
+          read(*node.children[0], first, w) && (node.form == CodecForm::kList || read(*node.children[1], second, w));
       if (!good) {
         w.path = item(i) + w.path;
         return false;
@@ -443,7 +445,7 @@ class Reader {
       if (is_map)
         seen.insert(std::string(first.text())).second ? map.append(std::string(first.text()), std::move(second))
                                                       : void();
-      else if (node.form == Form::kMap)
+      else if (node.form == CodecForm::kMap)
         list.emplace_back(List{std::move(first), std::move(second)});
       else
         list.push_back(std::move(first));

@@ -25,7 +25,7 @@ std::map<std::string, std::string> messages() {
 }
 
 // Kept: codecs refer to the types.
-const idl::Schema& load(const std::string& source, const std::string& file = "p/msg/A.msg") {
+const idl::Schema& loaded_schema(const std::string& source, const std::string& file = "p/msg/A.msg") {
   static std::deque<idl::Schema> kept;
   auto loaded =
       idl::Schema::load(source, file, [](std::string_view path, std::string_view) -> Result<idl::IncludedFile> {
@@ -62,7 +62,7 @@ std::vector<std::uint8_t> written(const Codec& codec, const Value& value) {
 }
 
 std::string refusal(const std::string& source, Map value) {
-  const idl::Schema& schema = load(source);
+  const idl::Schema& schema = loaded_schema(source);
   auto whole = idl::conform_arguments(*schema.services().front().methods.front(), std::move(value));
   if (!whole) return whole.error().message;
   std::vector<std::uint8_t> out;
@@ -78,7 +78,7 @@ struct Known {
 };
 
 TEST(Cdr, WritesWhatNodesOfRosWrite) {
-  const idl::Schema& battery = load(
+  const idl::Schema& battery = loaded_schema(
       "std_msgs/Header header\nfloat32 voltage\nfloat32 temperature\nfloat32 current\nfloat32 charge\nfloat32 "
       "capacity\n"
       "float32 design_capacity\nfloat32 percentage\nuint8 power_supply_status\nuint8 power_supply_health\n"
@@ -112,7 +112,7 @@ TEST(Cdr, WritesWhatNodesOfRosWrite) {
 
 TEST(Cdr, AlignsBehindTheEncapsulation) {
   const idl::Schema mixed =
-      load("bool a\nfloat64 b\nint8 c\nuint16 d\nstring e\nint64[] f\nstring[2] g\nuint8 h\nfloat64[<=3] i\n");
+      loaded_schema("bool a\nfloat64 b\nint8 c\nuint16 d\nstring e\nint64[] f\nstring[2] g\nuint8 h\nfloat64[<=3] i\n");
   const Codec codec = *Codec::make(fields_of(mixed));
   const Value value =
       Map{{"a", true}, {"b", 1.0},   {"c", -1}, {"d", 2}, {"e", "ab"}, {"f", List{3}}, {"g", List{"x", "yz"}},
@@ -126,7 +126,7 @@ TEST(Cdr, AlignsBehindTheEncapsulation) {
 }
 
 TEST(Cdr, ReadsPosesOfBothByteOrdersAndWithSurplus) {
-  const idl::Schema& schema = load("std_msgs/Header header\ngeometry_msgs/Pose pose\n");
+  const idl::Schema& schema = loaded_schema("std_msgs/Header header\ngeometry_msgs/Pose pose\n");
   const Codec codec = *Codec::make(fields_of(schema));
   auto bytes = octets("00010000 01000000 02000000 04000000 6d617000 00000000 0000f03f 00000000 00000040");
   bytes.resize(bytes.size() + 32);
@@ -137,16 +137,16 @@ TEST(Cdr, ReadsPosesOfBothByteOrdersAndWithSurplus) {
   EXPECT_EQ(*pose.at({"pose", "orientation", "w"}), Value(1.0));
   bytes.insert(bytes.end(), {0, 0, 0});
   EXPECT_EQ(*codec.read(bytes, kEncapsulation), pose);
-  const Codec number = *Codec::make(fields_of(load("uint32 a\nstring b\n")));
+  const Codec number = *Codec::make(fields_of(loaded_schema("uint32 a\nstring b\n")));
   EXPECT_EQ(to_json(*number.read(octets("00000000 00000102 00000002 6100"), kEncapsulation)), R"({"a":258,"b":"a"})");
   EXPECT_EQ(to_json(*number.read(octets("00010000 02010000 00000000"), kEncapsulation)), R"({"a":258,"b":""})")
       << "an empty text without its NUL";
 }
 
 TEST(Cdr, AMessageWithoutFieldsIsOneOctet) {
-  const Codec none = *Codec::make(fields_of(load("")));
+  const Codec none = *Codec::make(fields_of(loaded_schema("")));
   EXPECT_EQ(written(none, Map()), octets("00010000 00"));
-  const idl::Schema& schema = load("p/None[3] all\n");
+  const idl::Schema& schema = loaded_schema("p/None[3] all\n");
   EXPECT_EQ(written(*Codec::make(fields_of(schema)), Map{{"all", List{Map(), Map(), Map()}}}),
             octets("00010000 000000"));
 }
@@ -259,7 +259,7 @@ TEST(Cdr, ReadsWhatItWroteOfAnyType) {
   for (std::uint64_t seed = 1; seed <= 300; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Chance chance(seed);
-    const idl::Schema& schema = load(chance.message());
+    const idl::Schema& schema = loaded_schema(chance.message());
     const Codec codec = *Codec::make(fields_of(schema));
     const Value value = chance.value(fields_of(schema));
     const auto bytes = written(codec, value);
@@ -280,7 +280,7 @@ TEST(Cdr, ReadsWhatItWroteOfAnyType) {
 }
 
 TEST(Cdr, TakesNoMoreValuesThanAllowed) {
-  const Codec codec = *Codec::make(fields_of(load("bool[] a\n")));
+  const Codec codec = *Codec::make(fields_of(loaded_schema("bool[] a\n")));
   auto bytes = octets("00010000 e8030000");
   bytes.resize(bytes.size() + 1000);
   EXPECT_TRUE(codec.read(bytes, kEncapsulation));

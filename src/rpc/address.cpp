@@ -37,16 +37,10 @@ Result<Address> Address::parse(std::string_view text) {
     if (auto known = other->check(out); !known) return tl::unexpected(std::move(known.error()));
     return out;
   }
-  if (const auto question = rest.find('?'); question != std::string_view::npos) {
-    std::string_view options = rest.substr(question + 1);
-    rest = rest.substr(0, question);
-    while (!options.empty()) {
-      const std::string_view option = options.substr(0, options.find('&'));
-      if (!set_option(option, out)) {
-        return wrong(text, "has the unknown option \"" + std::string(option) +
-                               "\" (there is protocol=binary|compact, transport=buffered|framed)");
-      }
-      options.remove_prefix(std::min(option.size() + 1, options.size()));
+  for (const AddressOption& option : cut_options(rest)) {
+    if (!set_option(option.text, out)) {
+      return wrong(text, "has the unknown option \"" + std::string(option.text) +
+                             "\" (there is protocol=binary|compact, transport=buffered|framed)");
     }
   }
   if (rest.starts_with("local:") || rest.starts_with("unix:")) {
@@ -88,6 +82,20 @@ Result<Address> Address::parse(std::string_view text) {
   const auto read = std::from_chars(port.data(), port.data() + port.size(), out.port);
   if (port.empty() || read.ec != std::errc() || read.ptr != port.data() + port.size()) {
     return wrong(text, "has the port \"" + std::string(port) + "\", which is no number from 0 to 65535");
+  }
+  return out;
+}
+
+std::vector<AddressOption> cut_options(std::string_view& address) {
+  std::vector<AddressOption> out;
+  const auto question = address.find('?');
+  if (question == std::string_view::npos) return out;
+  std::string_view rest = address.substr(question + 1);
+  address = address.substr(0, question);
+  while (!rest.empty()) {
+    const std::string_view text = rest.substr(0, rest.find('&'));
+    out.push_back({text, text.substr(std::min(text.find('='), text.size() - 1) + 1)});
+    rest.remove_prefix(std::min(text.size() + 1, rest.size()));
   }
   return out;
 }

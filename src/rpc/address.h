@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "sentree/base/result.h"
 
@@ -40,5 +41,13 @@ struct Address {
 
 /// The text that `parse` reads back.
 [[nodiscard]] std::string to_string(const Address& address);
+
+/// One of those behind an address's question mark.
+struct AddressOption {
+  std::string_view text;   ///< As it stands there: "protocol=compact".
+  std::string_view value;  ///< Behind its first equals sign; empty without one.
+};
+/// Takes the question mark and what is behind it off an address, of any middleware.
+[[nodiscard]] std::vector<AddressOption> cut_options(std::string_view& address);
 
 }  // namespace sentree::rpc

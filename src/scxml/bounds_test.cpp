@@ -21,7 +21,7 @@ std::string document(std::string_view body, std::string_view data_model = "ecmas
          "\">\n" + std::string(body) + "</scxml>";
 }
 
-Chart chart_of(std::string_view body) {
+Chart bounded_chart(std::string_view body) {
   auto loaded = load(document(body), "c.scxml");
   for (const Diagnostic& diagnostic : loaded.diagnostics) ADD_FAILURE() << to_string(diagnostic);
   return *std::move(loaded.value);
@@ -37,7 +37,7 @@ std::vector<std::string> load_messages(std::string_view source, const LoadLimits
 }
 
 struct Ran : Observer {
-  explicit Ran(std::string_view body, Host given = {}) : chart(chart_of(body)), host(std::move(given)) {
+  explicit Ran(std::string_view body, Host given = {}) : chart(bounded_chart(body)), host(std::move(given)) {
     host.observer = this;
     start(chart, session, {}, {}, effects, host);
   }
@@ -233,8 +233,8 @@ TEST(Watch, TakesTheSessionFromAThreadWhoseScriptNeverEnds) {
     Effects effects;
     ExecutionWatch watch;
   };
-  auto* const lost = new Lost{chart_of("<state id='a'><transition event='e'>\n <script>\nwhile (true) {}</script>"
-                                       "</transition></state>"),
+  auto* const lost = new Lost{bounded_chart("<state id='a'><transition event='e'>\n <script>\nwhile (true) {}</script>"
+                                            "</transition></state>"),
                               {},
                               {},
                               {},
@@ -283,7 +283,7 @@ TEST_P(Tampering, DoesNotReachAnotherSession) {
       "&amp;&amp; new Error('m').message === 'm' &amp;&amp; /a/.test('a') &amp;&amp; In('a') &amp;&amp; _name === '' "
       "&amp;&amp; Object.keys(globalThis).length === 1\" target='clean'/>"
       "<transition event='ask' target='dirty'/></state><state id='clean'/><state id='dirty'/>";
-  const Chart chart = chart_of(body);
+  const Chart chart = bounded_chart(body);
   Effects effects;
   Session evil;
   Session good;

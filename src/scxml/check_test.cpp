@@ -16,7 +16,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-std::string document(std::string_view body, std::string_view data_model = "ecmascript") {
+std::string checked_document(std::string_view body, std::string_view data_model = "ecmascript") {
   return "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"" + std::string(data_model) +
          "\">\n" + std::string(body) + "</scxml>";
 }
@@ -27,30 +27,30 @@ std::vector<std::string> texts(const Diagnostics& diagnostics) {
   return result;
 }
 
-std::vector<std::string> load_messages(std::string_view body) {
-  return texts(load(document(body), "door.scxml").diagnostics);
+std::vector<std::string> checked_messages(std::string_view body) {
+  return texts(load(checked_document(body), "door.scxml").diagnostics);
 }
 
 std::vector<std::string> check_messages(std::string_view body, const CheckOptions& options = {}) {
-  const auto loaded = load(document(body), "door.scxml");
+  const auto loaded = load(checked_document(body), "door.scxml");
   EXPECT_TRUE(loaded.ok()) << testing::PrintToString(texts(loaded.diagnostics));
   return loaded.ok() ? texts(check(*loaded.value, options)) : std::vector<std::string>();
 }
 
 TEST(Load, NamesAnUnknownTargetAndTheNearestState) {
-  EXPECT_THAT(load_messages(R"(<state id="open"><transition event="e" target="opne"/></state>)"),
+  EXPECT_THAT(checked_messages(R"(<state id="open"><transition event="e" target="opne"/></state>)"),
               ElementsAre(R"(door.scxml:2:48: transition target "opne" is not a state; did you mean "open"?)"));
 }
 
 TEST(Load, ReportsAllProblemsAtOnce) {
   EXPECT_THAT(
-      load_messages(
+      checked_messages(
           "<state id=\"a\" initial=\"b\"/>\n<state id=\"a\"/>\n<stat/>\n<state><onentry><sned/></onentry></state>"),
       testing::SizeIs(4));
 }
 
 TEST(Load, RefusesWhatCannotBeActiveTogether) {
-  EXPECT_THAT(load_messages(R"(<state id="a"><transition event="e" target="a b"/></state><state id="b"/>)"),
+  EXPECT_THAT(checked_messages(R"(<state id="a"><transition event="e" target="a b"/></state><state id="b"/>)"),
               ElementsAre(HasSubstr(R"(targets "a" and "b" cannot be active together)")));
 }
 
@@ -58,18 +58,18 @@ TEST(Load, RefusesNestingBeyondTheBound) {
   std::string deep;
   for (int i = 0; i < 250; ++i) deep += "<state>";
   for (int i = 0; i < 250; ++i) deep += "</state>";
-  EXPECT_THAT(load_messages(deep), Contains(HasSubstr("nested more than 200 deep")));
+  EXPECT_THAT(checked_messages(deep), Contains(HasSubstr("nested more than 200 deep")));
 }
 
 TEST(Load, RefusesMoreStatesThanTheBound) {
   LoadOptions options;
   options.limits.states_max = 3;
-  EXPECT_THAT(texts(load(document("<state/><state/><state/><state/>"), {}, options).diagnostics),
+  EXPECT_THAT(texts(load(checked_document("<state/><state/><state/><state/>"), {}, options).diagnostics),
               Contains(HasSubstr("more than 3 states")));
 }
 
 TEST(Load, WarnsOfAnAttributeThatNobodyKnows) {
-  EXPECT_THAT(load_messages(R"(<state id="a"><transition evnet="e"/></state>)"),
+  EXPECT_THAT(checked_messages(R"(<state id="a"><transition evnet="e"/></state>)"),
               ElementsAre(HasSubstr(R"(<transition> has no attribute "evnet"; it is ignored; did you mean "event"?)")));
 }
 

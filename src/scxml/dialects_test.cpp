@@ -17,12 +17,12 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-std::string document(std::string_view body, std::string_view attributes = "datamodel=\"ecmascript\"") {
+std::string dialect_document(std::string_view body, std::string_view attributes = "datamodel=\"ecmascript\"") {
   return "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" " + std::string(attributes) + ">\n" +
          std::string(body) + "</scxml>";
 }
 
-std::vector<std::string> texts(const Diagnostics& diagnostics) {
+std::vector<std::string> dialect_texts(const Diagnostics& diagnostics) {
   std::vector<std::string> result;
   for (const Diagnostic& diagnostic : diagnostics) result.push_back(to_string(diagnostic));
   return result;
@@ -30,9 +30,9 @@ std::vector<std::string> texts(const Diagnostics& diagnostics) {
 
 Loaded<Chart> look_at(const std::string& source) { return load(source, "c.scxml", {.to_run = false}); }
 
-struct Player {
-  explicit Player(const std::string& source) : loaded(load(source, "c.scxml")) {
-    EXPECT_TRUE(loaded.ok()) << testing::PrintToString(texts(loaded.diagnostics));
+struct DialectPlayer {
+  explicit DialectPlayer(const std::string& source) : loaded(load(source, "c.scxml")) {
+    EXPECT_TRUE(loaded.ok()) << testing::PrintToString(dialect_texts(loaded.diagnostics));
     start(*loaded.value, session, {}, now, effects);
   }
   void send(const char* event) { step(*loaded.value, session, {.name = event}, now, effects); }
@@ -48,10 +48,10 @@ struct Player {
 // ---- What other engines take, and this one too ----
 
 TEST(Dialects, AnEmptyAttributeIsAnAbsentOne) {
-  Player p(document(R"(<datamodel><data id="place" expr=""/></datamodel>
+  DialectPlayer p(dialect_document(R"(<datamodel><data id="place" expr=""/></datamodel>
     <state id="a"><transition event="go" cond="" target="b"/></state><state id="b" initial=""/>)"));
   EXPECT_THAT(
-      texts(p.loaded.diagnostics),
+      dialect_texts(p.loaded.diagnostics),
       ElementsAre(HasSubstr(R"(warning: the empty "expr" of <data> is taken as if it were not there)"),
                   HasSubstr(R"(the empty "cond" of <transition>)"), HasSubstr(R"(the empty "initial" of <state>)")));
   EXPECT_TRUE(p.session.data(*p.loaded.value).empty());
@@ -60,28 +60,29 @@ TEST(Dialects, AnEmptyAttributeIsAnAbsentOne) {
 }
 
 TEST(Dialects, CancellingNothingIsAllowed) {
-  Player p(document("<state id=\"a\"><onentry><cancel sendid=\"\"/></onentry></state>"));
-  EXPECT_THAT(texts(p.loaded.diagnostics), ElementsAre(HasSubstr("warning: the empty \"sendid\" of <cancel>")));
+  DialectPlayer p(dialect_document("<state id=\"a\"><onentry><cancel sendid=\"\"/></onentry></state>"));
+  EXPECT_THAT(dialect_texts(p.loaded.diagnostics), ElementsAre(HasSubstr("warning: the empty \"sendid\" of <cancel>")));
   EXPECT_THAT(p.active(), ElementsAre("a"));
-  EXPECT_FALSE(load(document("<state id=\"a\"><onentry><cancel/></onentry></state>"), "c.scxml").ok());
+  EXPECT_FALSE(load(dialect_document("<state id=\"a\"><onentry><cancel/></onentry></state>"), "c.scxml").ok());
 }
 
 TEST(Dialects, TextBetweenElementsAndEventsWithoutANameAreTold) {
   const auto loaded =
-      load(document("<state id=\"a\">)transition/> <onentry> b<log/></onentry><transition event=\".x y..z\"/></state>"),
+      load(dialect_document(
+               "<state id=\"a\">)transition/> <onentry> b<log/></onentry><transition event=\".x y..z\"/></state>"),
            "c.scxml");
   ASSERT_TRUE(loaded.ok());
-  EXPECT_THAT(texts(loaded.diagnostics),
+  EXPECT_THAT(dialect_texts(loaded.diagnostics),
               ElementsAre(HasSubstr("warning: text inside <state> means nothing: \")transition/>\""),
                           HasSubstr("text inside <onentry> means nothing: \"b\""),
                           HasSubstr("no event is called \".x\""), HasSubstr("no event is called \"y..z\"")));
 }
 
 TEST(Dialects, ExpressionsWithoutADataModelAreEcmascript) {
-  Player p(document(R"(<datamodel><data id="n" expr="1 + 1"/></datamodel>
+  DialectPlayer p(dialect_document(R"(<datamodel><data id="n" expr="1 + 1"/></datamodel>
     <state id="a"><transition cond="n == 2" target="b"/></state><state id="b"/>)",
-                    ""));
-  EXPECT_THAT(texts(p.loaded.diagnostics),
+                                   ""));
+  EXPECT_THAT(dialect_texts(p.loaded.diagnostics),
               ElementsAre(HasSubstr("no data model is named, but there are expressions, the "
                                     "first in line 2; they are taken as ecmascript")));
   EXPECT_THAT(p.active(), ElementsAre("b"));
@@ -89,7 +90,7 @@ TEST(Dialects, ExpressionsWithoutADataModelAreEcmascript) {
 
 TEST(Dialects, AChartWithInAloneKeepsTheNullDataModel) {
   const auto loaded =
-      load(document(R"x(<state id="a"><transition cond="In('a')" target="b"/></state><state id="b"/>)x", ""));
+      load(dialect_document(R"x(<state id="a"><transition cond="In('a')" target="b"/></state><state id="b"/>)x", ""));
   EXPECT_THAT(loaded.diagnostics, IsEmpty());
   EXPECT_EQ(loaded.value->data_model(), DataModelKind::kNull);
 }
@@ -107,19 +108,19 @@ TEST(Dialects, OtherRootsNamespacesAndVersionsAreRead) {
 }
 
 TEST(Dialects, ADelayWithoutUnitIsInMilliseconds) {
-  Player p(document(R"(<state id="a"><onentry><send event="e" delay="1500"/></onentry>
+  DialectPlayer p(dialect_document(R"(<state id="a"><onentry><send event="e" delay="1500"/></onentry>
     <transition event="e" target="b"/></state><state id="b"/>)"));
-  EXPECT_THAT(texts(p.loaded.diagnostics),
+  EXPECT_THAT(dialect_texts(p.loaded.diagnostics),
               ElementsAre(HasSubstr(R"(delay "1500" has no unit and is taken as )"
                                     R"(milliseconds; write "1500ms", or "s" for seconds)")));
   EXPECT_EQ(p.session.next_timer(), TimePoint(std::chrono::milliseconds(1500)));
 }
 
 TEST(Dialects, AHistoryWithoutDefaultLeadsToWhereItsParentBegins) {
-  Player p(document(R"(<state id="out"><transition event="in" target="h"/></state>
+  DialectPlayer p(dialect_document(R"(<state id="out"><transition event="in" target="h"/></state>
     <state id="p" initial="b"><history id="h"/><state id="a"/><state id="b"><transition event="n" target="a"/></state>
       <transition event="out" target="out"/></state>)"));
-  EXPECT_THAT(texts(p.loaded.diagnostics),
+  EXPECT_THAT(dialect_texts(p.loaded.diagnostics),
               ElementsAre(HasSubstr("<history> \"h\" has no <transition> to its default")));
   p.send("in");
   EXPECT_THAT(p.active(), ElementsAre("p", "b"));
@@ -128,26 +129,27 @@ TEST(Dialects, AHistoryWithoutDefaultLeadsToWhereItsParentBegins) {
 }
 
 TEST(Dialects, AHistoryOfAParallelWithoutDefaultEntersAllRegions) {
-  Player p(document(R"(<state id="out"><transition event="in" target="h"/></state>
+  DialectPlayer p(dialect_document(R"(<state id="out"><transition event="in" target="h"/></state>
     <parallel id="p"><history id="h"/><state id="a"/><state id="b"/></parallel>)"));
   p.send("in");
   EXPECT_THAT(p.active(), ElementsAre("p", "a", "b"));
 }
 
 TEST(Dialects, AHistoryThatIsTheInitialStateNeedsNoDefaultToEnd) {
-  Player p(document(R"(<state id="p" initial="h"><history id="h" type="deep"/><state id="a"/></state>)"));
+  DialectPlayer p(
+      dialect_document(R"(<state id="p" initial="h"><history id="h" type="deep"/><state id="a"/></state>)"));
   EXPECT_THAT(p.active(), ElementsAre("p", "a"));
 }
 
 // ---- What is looked at only ----
 
 TEST(Dialects, AForeignDataModelIsReadButNotRun) {
-  const std::string lua = document(R"(<datamodel><data id="t" expr="{1, 2}"/></datamodel>
+  const std::string lua = dialect_document(R"(<datamodel><data id="t" expr="{1, 2}"/></datamodel>
     <state id="a"><transition event="go" cond="t[1] ~= nil" target="b"/></state><state id="b"/>)",
-                                   "datamodel=\"lua\"");
+                                           "datamodel=\"lua\"");
   const auto to_run = load(lua, "c.scxml");
   EXPECT_FALSE(to_run.ok());
-  EXPECT_THAT(texts(to_run.diagnostics), ElementsAre(HasSubstr(R"(data model "lua" cannot be run)")));
+  EXPECT_THAT(dialect_texts(to_run.diagnostics), ElementsAre(HasSubstr(R"(data model "lua" cannot be run)")));
 
   const auto seen = look_at(lua);
   ASSERT_TRUE(seen.ok());
@@ -165,25 +167,26 @@ TEST(Dialects, AForeignDataModelIsReadButNotRun) {
 }
 
 TEST(Dialects, AMisspeltDataModelIsAMistakeForEverybody) {
-  const auto seen = look_at(document("<state id='a'/>", "datamodel=\"ecmascipt\""));
-  EXPECT_THAT(texts(seen.diagnostics), Contains(HasSubstr(R"(did you mean "ecmascript"?)")));
+  const auto seen = look_at(dialect_document("<state id='a'/>", "datamodel=\"ecmascipt\""));
+  EXPECT_THAT(dialect_texts(seen.diagnostics), Contains(HasSubstr(R"(did you mean "ecmascript"?)")));
 }
 
 TEST(Dialects, WhatIsWrongInAnyDataModelStaysRefused) {
   EXPECT_FALSE(
-      look_at(document("<state id='a'><transition event='e' target='nowhere'/></state>", "datamodel='jexl'")).ok());
-  EXPECT_FALSE(look_at(document("<state id='a'/><state id='a'/>", "datamodel='jexl'")).ok());
-  EXPECT_FALSE(look_at(document("<state id='a'><onentyr/></state>", "datamodel='jexl'")).ok());
-  EXPECT_FALSE(look_at(document("<state id='a'><transition cond='a < b'/></state>", "datamodel='jexl'")).ok());
+      look_at(dialect_document("<state id='a'><transition event='e' target='nowhere'/></state>", "datamodel='jexl'"))
+          .ok());
+  EXPECT_FALSE(look_at(dialect_document("<state id='a'/><state id='a'/>", "datamodel='jexl'")).ok());
+  EXPECT_FALSE(look_at(dialect_document("<state id='a'><onentyr/></state>", "datamodel='jexl'")).ok());
+  EXPECT_FALSE(look_at(dialect_document("<state id='a'><transition cond='a < b'/></state>", "datamodel='jexl'")).ok());
 }
 
 TEST(Dialects, ElementsOfADialectThatLeadToAStateAreTransitions) {
-  const std::string skill = document(R"(<ros_service_server service_name="/tick"/>
+  const std::string skill = dialect_document(R"(<ros_service_server service_name="/tick"/>
     <state id="a"><ros_service_handle_request name="/tick" target="b"><field name="x"/></ros_service_handle_request></state>
     <state id="b"><onentry><bt_return_status status="SUCCESS"/></onentry></state>)");
   EXPECT_FALSE(load(skill).ok());
   const auto seen = look_at(skill);
-  ASSERT_TRUE(seen.ok()) << testing::PrintToString(texts(seen.diagnostics));
+  ASSERT_TRUE(seen.ok()) << testing::PrintToString(dialect_texts(seen.diagnostics));
   ASSERT_EQ(seen.value->states()[1].transitions.size(), 1U);
   const Transition& transition = seen.value->transitions()[seen.value->states()[1].transitions.front()];
   EXPECT_THAT(transition.events, ElementsAre("ros_service_handle_request:/tick"));
@@ -192,9 +195,9 @@ TEST(Dialects, ElementsOfADialectThatLeadToAStateAreTransitions) {
 }
 
 TEST(Dialects, AlternativeTargetsAreATransitionEach) {
-  const auto seen = look_at(document(R"(<state id="a"><transition event="e" cond="c"><target id="a" prob="0.3"/>
+  const auto seen = look_at(dialect_document(R"(<state id="a"><transition event="e" cond="c"><target id="a" prob="0.3"/>
     <target id="b"/></transition></state><state id="b"/>)"));
-  ASSERT_TRUE(seen.ok()) << testing::PrintToString(texts(seen.diagnostics));
+  ASSERT_TRUE(seen.ok()) << testing::PrintToString(dialect_texts(seen.diagnostics));
   ASSERT_EQ(seen.value->states()[1].transitions.size(), 2U);
   EXPECT_EQ(seen.value->transitions()[seen.value->states()[1].transitions.front()].condition, "c [0.3]");
 }
@@ -202,39 +205,39 @@ TEST(Dialects, AlternativeTargetsAreATransitionEach) {
 TEST(Dialects, WordsOfEarlyDraftsAreUnderstood) {
   const auto seen = look_at(R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="0.9" initialstate="b">
     <state id="a"/><state id="b"><transition event="e" next="a"/></state></scxml>)");
-  ASSERT_TRUE(seen.ok()) << testing::PrintToString(texts(seen.diagnostics));
+  ASSERT_TRUE(seen.ok()) << testing::PrintToString(dialect_texts(seen.diagnostics));
   EXPECT_EQ(seen.value->transitions()[seen.value->states()[2].transitions.front()].targets, std::vector<StateIndex>{1});
 }
 
 TEST(Dialects, StatesOfOtherFilesMayBeMissing) {
-  const std::string included = document(R"(<xi:include href="more.scxml"/>
+  const std::string included = dialect_document(R"(<xi:include href="more.scxml"/>
     <state id="a"><transition event="e" target="elsewhere"/></state>)",
-                                        R"(xmlns:xi="http://www.w3.org/2001/XInclude")");
+                                                R"(xmlns:xi="http://www.w3.org/2001/XInclude")");
   EXPECT_FALSE(load(included).ok());
   EXPECT_TRUE(look_at(included).ok());
 }
 
 TEST(Dialects, ContentInsideElseIsNotLostInSilence) {
   const std::string chart =
-      document(R"(<state id="a"><onentry><if cond="1"><log/><else><log/></else></if></onentry></state>)");
-  EXPECT_THAT(texts(load(chart).diagnostics),
+      dialect_document(R"(<state id="a"><onentry><if cond="1"><log/><else><log/></else></if></onentry></state>)");
+  EXPECT_THAT(dialect_texts(load(chart).diagnostics),
               ElementsAre(HasSubstr("the content of <else> follows it: write <else/>")));
   EXPECT_TRUE(look_at(chart).ok());
 }
 
 TEST(Dialects, PrefixesThatNobodyDeclaresAreTold) {
-  const std::string chart = document(R"(<state id="a"><qt:editorinfo geometry="1"/></state>)");
+  const std::string chart = dialect_document(R"(<state id="a"><qt:editorinfo geometry="1"/></state>)");
   EXPECT_FALSE(load(chart).ok());
   const auto seen = look_at(chart);
   EXPECT_TRUE(seen.ok());
-  EXPECT_THAT(texts(seen.diagnostics), ElementsAre(HasSubstr("prefix \"qt\" is not declared")));
+  EXPECT_THAT(dialect_texts(seen.diagnostics), ElementsAre(HasSubstr("prefix \"qt\" is not declared")));
 }
 
 // ---- Comparison ----
 
 std::vector<std::string> differences(const std::string& before, const std::string& after) {
   std::vector<std::string> found;
-  const auto result = diff(document(before), document(after));
+  const auto result = diff(dialect_document(before), dialect_document(after));
   EXPECT_TRUE(result);
   constexpr const char* kSigns[] = {"+ ", "- ", "~ ", "> "};
   for (const auto& d : *result) found.push_back(kSigns[static_cast<int>(d.kind)] + d.path + ": " + d.what);

@@ -55,7 +55,7 @@ std::string like(const XmlElement& element) {
 }
 
 // Without the white space around it.
-std::string text_of(const XmlElement& element) {
+std::string written(const XmlElement& element) {
   const std::string all = element.text();
   const std::size_t begin = all.find_first_not_of(" \t\r\n");
   return begin == std::string::npos ? "" : all.substr(begin, all.find_last_not_of(" \t\r\n") + 1 - begin);
@@ -70,7 +70,7 @@ text::XmlMeaning meaning() {
           .key = key,
           .like = like,
           .identity = identity,
-          .text = text_of,
+          .text = written,
           .passes_over_attribute =
               [](const XmlElement& element, std::string_view name) {
                 return name.starts_with("xmlns") || is_layout(name) ||

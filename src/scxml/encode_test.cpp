@@ -19,7 +19,7 @@ using testing::IsEmpty;
 
 constexpr auto kSecond = std::chrono::seconds(1);
 
-Chart chart_of(std::string_view body) {
+Chart encoded_chart(std::string_view body) {
   auto loaded = load("<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\">" +
                          std::string(body) + "</scxml>",
                      "c.scxml");
@@ -56,7 +56,7 @@ struct Play {
 
 TEST(Encode, SendsThatHaveLeftNoTrace) {
   const Chart chart =
-      chart_of(R"(<state id="a"><transition event="s"><send event="x" delay="1s" id="t"/><cancel sendid="t"/>
+      encoded_chart(R"(<state id="a"><transition event="s"><send event="x" delay="1s" id="t"/><cancel sendid="t"/>
     <send type="out" event="o"/></transition></state>)");
   EXPECT_EQ(Play(chart).encoded(), Play(chart, "sss").encoded());
   EXPECT_NE(Play(chart).session, Play(chart, "s").session);
@@ -64,7 +64,7 @@ TEST(Encode, SendsThatHaveLeftNoTrace) {
 
 TEST(Encode, DelayedSendsCountByTheTimeThatIsLeft) {
   const Chart chart =
-      chart_of(R"(<state id="a"><transition event="s"><send event="x" delay="9s"/></transition></state>)");
+      encoded_chart(R"(<state id="a"><transition event="s"><send event="x" delay="9s"/></transition></state>)");
   Play early(chart, "s");
   Play late(chart, "", TimePoint(100 * kSecond));
   late.now += 5 * kSecond;
@@ -77,7 +77,7 @@ TEST(Encode, DelayedSendsCountByTheTimeThatIsLeft) {
 }
 
 TEST(Encode, DataStatesAndHistoryCount) {
-  const Chart chart = chart_of(R"(<datamodel><data id="v"/></datamodel>
+  const Chart chart = encoded_chart(R"(<datamodel><data id="v"/></datamodel>
     <state id="a"><transition event="b" target="b"/><transition event="v"><assign location="v" expr="_event.data"/></transition>
       <state id="a1"><transition event="n" target="a2"/></state><state id="a2"/>
       <history id="h"><transition target="a1"/></history></state>
@@ -98,7 +98,7 @@ TEST(Encode, DataStatesAndHistoryCount) {
 }
 
 TEST(Encode, IdsThatTheEngineMakesUpAreNumberedByFirstUse) {
-  const Chart chart = chart_of(R"(<datamodel><data id="a"/><data id="b"/></datamodel>
+  const Chart chart = encoded_chart(R"(<datamodel><data id="a"/><data id="b"/></datamodel>
     <state id="s"><transition event="a"><send event="x" delay="9s" idlocation="a"/></transition>
     <transition event="b"><assign location="b" expr="a"/></transition>
     <transition event="c"><cancel sendidexpr="a"/></transition></state>)");
@@ -108,7 +108,7 @@ TEST(Encode, IdsThatTheEngineMakesUpAreNumberedByFirstUse) {
 }
 
 TEST(Encode, InvokedChildrenCountByWhatTheyDoNotByTheirIds) {
-  const Chart chart = chart_of(R"(<state id="idle"><transition event="g" target="run"/></state>
+  const Chart chart = encoded_chart(R"(<state id="idle"><transition event="g" target="run"/></state>
     <state id="run"><transition event="b" target="idle"/><invoke autoforward="true"><content>
       <scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
       <state id="x"><transition event="n" target="y"/></state><state id="y"/></scxml></content></invoke></state>)");
@@ -120,7 +120,7 @@ TEST(Encode, WhatTheChartAsksForCounts) {
   const std::string_view kBody = R"(<state id="a"><transition event="r"><log expr="ASKED"/></transition></state>)";
   const auto with = [&](const std::string& asked) {
     std::string body(kBody);
-    return chart_of(body.replace(body.find("ASKED"), 5, asked));
+    return encoded_chart(body.replace(body.find("ASKED"), 5, asked));
   };
   const Chart random = with("Math.random()");
   EXPECT_EQ(Play(random, "").encoded(), Play(random, "").encoded());
@@ -132,7 +132,7 @@ TEST(Encode, WhatTheChartAsksForCounts) {
 }
 
 TEST(Encode, RefusesDataWithoutAValueForm) {
-  const Chart chart = chart_of(R"(<datamodel><data id="f"/></datamodel>
+  const Chart chart = encoded_chart(R"(<datamodel><data id="f"/></datamodel>
     <state id="a"><onentry><script>f = function () {};</script></onentry></state>)");
   const Play play(chart);
   std::string bytes = "before";
@@ -144,7 +144,7 @@ TEST(Encode, RefusesDataWithoutAValueForm) {
 
 std::vector<std::string> asked(std::string_view expression) {
   const Chart chart =
-      chart_of("<state id=\"a\">\n<onentry><log expr=\"" + std::string(expression) + "\"/></onentry></state>");
+      encoded_chart("<state id=\"a\">\n<onentry><log expr=\"" + std::string(expression) + "\"/></onentry></state>");
   std::vector<std::string> names;
   for (const AmbientUse& use : chart.ambient()) {
     EXPECT_EQ(use.span.file, "c.scxml");
@@ -171,7 +171,7 @@ TEST(Ambient, IsNotFoundInTextsCommentsAndMembers) {
 }
 
 TEST(Ambient, IsFoundInIdlocationsAndInInvokedCharts) {
-  const Chart chart = chart_of(R"xml(<datamodel><data id="i"/></datamodel><state id="a">
+  const Chart chart = encoded_chart(R"xml(<datamodel><data id="i"/></datamodel><state id="a">
     <onentry><if cond="true"><send event="x" delay="1s" idlocation="i"/></if></onentry>
     <invoke><content><scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
       <state id="c"><onentry>

@@ -13,7 +13,7 @@ constexpr std::size_t kNativeTextMax = 256U << 10U;
 
 using Op = NativeCode::Op;
 using Node = NativeCode::Node;
-using Kind = ScriptValue::Kind;
+using ValueKind = ScriptValue::Kind;
 
 // Members that objects inherit: their absence from a map does not make them undefined.
 bool is_inherited(std::string_view name) {
@@ -66,7 +66,8 @@ class Evaluator {
       case Op::kFalse: out = ScriptValue::of(false); return true;
       case Op::kNumber: out = ScriptValue::of(node.number); return true;
       case Op::kString: out = ScriptValue::of(std::string_view(code_.strings[node.a])); return true;
-      case Op::kVariable: return scope_.variable(node.a, out) && !(out.kind == Kind::kObject && is_opaque(*out.object));
+      case Op::kVariable:
+        return scope_.variable(node.a, out) && !(out.kind == ValueKind::kObject && is_opaque(*out.object));
       case Op::kEventField: return event_field(static_cast<EventField>(node.a), out);
       case Op::kSystem: out = ScriptValue::of(scope_.system(static_cast<SystemVariable>(node.a))); return true;
       case Op::kIn: out = ScriptValue::of(scope_.in(code_.strings[node.a])); return true;
@@ -121,7 +122,7 @@ class Evaluator {
   }
 
   bool member(std::string_view name, ScriptValue& out) {
-    if (out.kind != Kind::kObject) return false;
+    if (out.kind != ValueKind::kObject) return false;
     if (const List* list = out.object->as_list()) {
       if (name != "length") return false;
       out = ScriptValue::of(static_cast<double>(list->size()));
@@ -141,12 +142,13 @@ class Evaluator {
   bool index_into(const Node& node, ScriptValue& out) {
     ScriptValue key;
     if (!evaluate(node.a, out) || !evaluate(node.b, key)) return false;
-    if (key.kind == Kind::kString) {
+    if (key.kind == ValueKind::kString) {
       // A list's items can be named by strings too ("0"); that is left to the interpreter.
-      return out.kind == Kind::kObject && out.object->as_map() && member(key.string, out);
+      return out.kind == ValueKind::kObject && out.object->as_map() && member(key.string, out);
     }
-    const List* list = out.kind == Kind::kObject ? out.object->as_list() : nullptr;
-    if (!list || key.kind != Kind::kNumber || !(key.number >= 0) || key.number >= static_cast<double>(list->size()))
+    const List* list = out.kind == ValueKind::kObject ? out.object->as_list() : nullptr;
+    if (!list || key.kind != ValueKind::kNumber || !(key.number >= 0) ||
+        key.number >= static_cast<double>(list->size()))
       return false;
     const auto position = static_cast<std::size_t>(key.number);
     if (static_cast<double>(position) != key.number || is_opaque((*list)[position])) return false;
@@ -157,36 +159,36 @@ class Evaluator {
   bool type_of(const Node& node, ScriptValue& out) {
     if (!evaluate(node.a, out)) return false;
     switch (out.kind) {
-      case Kind::kUndefined: out = ScriptValue::of(std::string_view("undefined")); break;
-      case Kind::kNull:
-      case Kind::kObject: out = ScriptValue::of(std::string_view("object")); break;
-      case Kind::kBool: out = ScriptValue::of(std::string_view("boolean")); break;
-      case Kind::kNumber: out = ScriptValue::of(std::string_view("number")); break;
-      case Kind::kString: out = ScriptValue::of(std::string_view("string")); break;
+      case ValueKind::kUndefined: out = ScriptValue::of(std::string_view("undefined")); break;
+      case ValueKind::kNull:
+      case ValueKind::kObject: out = ScriptValue::of(std::string_view("object")); break;
+      case ValueKind::kBool: out = ScriptValue::of(std::string_view("boolean")); break;
+      case ValueKind::kNumber: out = ScriptValue::of(std::string_view("number")); break;
+      case ValueKind::kString: out = ScriptValue::of(std::string_view("string")); break;
     }
     return true;
   }
 
   static bool to_number(const ScriptValue& value, double& number) {
     switch (value.kind) {
-      case Kind::kUndefined: number = std::numeric_limits<double>::quiet_NaN(); return true;
-      case Kind::kNull: number = 0; return true;
-      case Kind::kBool: number = value.boolean ? 1 : 0; return true;
-      case Kind::kNumber: number = value.number; return true;
-      case Kind::kString: return decimal(value.string, number);
-      case Kind::kObject: return false;
+      case ValueKind::kUndefined: number = std::numeric_limits<double>::quiet_NaN(); return true;
+      case ValueKind::kNull: number = 0; return true;
+      case ValueKind::kBool: number = value.boolean ? 1 : 0; return true;
+      case ValueKind::kNumber: number = value.number; return true;
+      case ValueKind::kString: return decimal(value.string, number);
+      case ValueKind::kObject: return false;
     }
     return false;
   }
 
   static bool append_string(const ScriptValue& value, std::string& text) {
     switch (value.kind) {
-      case Kind::kUndefined: text += "undefined"; return true;
-      case Kind::kNull: text += "null"; return true;
-      case Kind::kBool: text += value.boolean ? "true" : "false"; return true;
-      case Kind::kNumber: text += number_to_string(value.number); return true;
-      case Kind::kString: text += value.string; return true;
-      case Kind::kObject: return false;
+      case ValueKind::kUndefined: text += "undefined"; return true;
+      case ValueKind::kNull: text += "null"; return true;
+      case ValueKind::kBool: text += value.boolean ? "true" : "false"; return true;
+      case ValueKind::kNumber: text += number_to_string(value.number); return true;
+      case ValueKind::kString: text += value.string; return true;
+      case ValueKind::kObject: return false;
     }
     return false;
   }
@@ -208,7 +210,7 @@ class Evaluator {
         return true;
       }
       case Op::kAdd:
-        if (a.kind == Kind::kString || b.kind == Kind::kString) {
+        if (a.kind == ValueKind::kString || b.kind == ValueKind::kString) {
           std::string text;
           if (!append_string(a, text) || !append_string(b, text)) return false;
           if (text.size() > kNativeTextMax) return false;
@@ -220,7 +222,7 @@ class Evaluator {
       case Op::kLessEqual:
       case Op::kGreater:
       case Op::kGreaterEqual:
-        if (a.kind == Kind::kString && b.kind == Kind::kString) {
+        if (a.kind == ValueKind::kString && b.kind == ValueKind::kString) {
           // Scripts compare UTF-16 units, which bytes agree with for ASCII.
           if (!is_ascii(a.string) || !is_ascii(b.string)) return false;
           const int order = a.string.compare(b.string);
@@ -254,19 +256,21 @@ class Evaluator {
     equal = false;
     if (a.kind != b.kind) return true;
     switch (a.kind) {
-      case Kind::kUndefined:
-      case Kind::kNull: equal = true; return true;
-      case Kind::kBool: equal = a.boolean == b.boolean; return true;
-      case Kind::kNumber: equal = a.number == b.number; return true;
-      case Kind::kString: equal = a.string == b.string; return true;
-      case Kind::kObject: return false;  // identity is known to the interpreter only
+      case ValueKind::kUndefined:
+      case ValueKind::kNull: equal = true; return true;
+      case ValueKind::kBool: equal = a.boolean == b.boolean; return true;
+      case ValueKind::kNumber: equal = a.number == b.number; return true;
+      case ValueKind::kString: equal = a.string == b.string; return true;
+      case ValueKind::kObject: return false;  // identity is known to the interpreter only
     }
     return false;
   }
 
   static bool loosely_equal(const ScriptValue& a, const ScriptValue& b, bool& equal) {
     if (a.kind == b.kind) return strictly_equal(a, b, equal);
-    const auto absent = [](const ScriptValue& v) { return v.kind == Kind::kUndefined || v.kind == Kind::kNull; };
+    const auto absent = [](const ScriptValue& v) {
+      return v.kind == ValueKind::kUndefined || v.kind == ValueKind::kNull;
+    };
     if (absent(a) || absent(b)) {
       equal = absent(a) && absent(b);
       return true;
@@ -299,30 +303,30 @@ ScriptValue ScriptValue::of(const Value& v) {
     case Value::Type::kInt: return of(static_cast<double>(*v.as_int()));
     case Value::Type::kDouble: return of(*v.as_double());
     case Value::Type::kString: return of(std::string_view(*v.as_string()));
-    default: return {.kind = Kind::kObject, .string = {}, .object = &v};
+    default: return {.kind = ValueKind::kObject, .string = {}, .object = &v};
   }
 }
 
 bool ScriptValue::truthy() const {
   switch (kind) {
-    case Kind::kUndefined:
-    case Kind::kNull: return false;
-    case Kind::kBool: return boolean;
-    case Kind::kNumber: return number != 0 && !std::isnan(number);
-    case Kind::kString: return !string.empty();
-    case Kind::kObject: return true;
+    case ValueKind::kUndefined:
+    case ValueKind::kNull: return false;
+    case ValueKind::kBool: return boolean;
+    case ValueKind::kNumber: return number != 0 && !std::isnan(number);
+    case ValueKind::kString: return !string.empty();
+    case ValueKind::kObject: return true;
   }
   return false;
 }
 
 std::optional<Value> ScriptValue::to_value() const {
   switch (kind) {
-    case Kind::kUndefined: return std::nullopt;
-    case Kind::kNull: return Value();
-    case Kind::kBool: return Value(boolean);
-    case Kind::kNumber: return number_value(number);
-    case Kind::kString: return Value(string);
-    case Kind::kObject: return *object;
+    case ValueKind::kUndefined: return std::nullopt;
+    case ValueKind::kNull: return Value();
+    case ValueKind::kBool: return Value(boolean);
+    case ValueKind::kNumber: return number_value(number);
+    case ValueKind::kString: return Value(string);
+    case ValueKind::kObject: return *object;
   }
   return std::nullopt;
 }

@@ -5,16 +5,16 @@
 #include <cmath>
 #include <utility>
 
+#include "sentree/base/ascii.h"
+
 namespace sentree::scxml {
 namespace {
 
 using Op = NativeCode::Op;
 using Node = NativeCode::Node;
 
-bool is_name_start(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '$'; }
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-bool is_name_part(char c) { return is_name_start(c) || is_digit(c); }
-bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
+bool starts_name(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '$'; }
+bool continues_name(char c) { return starts_name(c) || is_digit(c); }
 
 // Reserved words of ECMAScript 5.1 and later: none of them is a variable.
 bool is_reserved(std::string_view name) {
@@ -145,7 +145,7 @@ class Compiler {
       const std::uint32_t operand = unary(depth + 1);
       return ok_ ? add(c == '!' ? Op::kNot : c == '-' ? Op::kNegate : Op::kPlus, operand) : 0;
     }
-    if (source_.substr(at_).starts_with("typeof") && at_ + 6 < source_.size() && !is_name_part(source_[at_ + 6])) {
+    if (source_.substr(at_).starts_with("typeof") && at_ + 6 < source_.size() && !continues_name(source_[at_ + 6])) {
       at_ += 6;
       const std::uint32_t operand = unary(depth + 1);
       return ok_ ? add(Op::kTypeof, operand) : 0;
@@ -178,11 +178,11 @@ class Compiler {
   std::string_view identifier() {
     skip_space();
     const std::size_t begin = at_;
-    if (at_ == source_.size() || !is_name_start(source_[at_])) {
+    if (at_ == source_.size() || !starts_name(source_[at_])) {
       ok_ = false;
       return {};
     }
-    while (at_ < source_.size() && is_name_part(source_[at_])) ++at_;
+    while (at_ < source_.size() && continues_name(source_[at_])) ++at_;
     if (at_ < source_.size() && (source_[at_] == '\\' || static_cast<unsigned char>(source_[at_]) >= 0x80)) ok_ = false;
     return source_.substr(begin, at_ - begin);
   }
@@ -292,7 +292,7 @@ class Compiler {
       while (end < source_.size() && is_digit(source_[end])) ++end;
     }
     if (end < source_.size() &&
-        (is_name_part(source_[end]) || source_[end] == '.' || static_cast<unsigned char>(source_[end]) >= 0x80)) {
+        (continues_name(source_[end]) || source_[end] == '.' || static_cast<unsigned char>(source_[end]) >= 0x80)) {
       return give_up();
     }
     // The interpreter does not round longer ones as the standard has it.

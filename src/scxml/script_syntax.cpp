@@ -4,6 +4,8 @@
 #include <array>
 #include <charconv>
 
+#include "sentree/base/ascii.h"
+
 namespace sentree::scxml {
 
 namespace {
@@ -14,7 +16,6 @@ bool is_name_start(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '$' ||
          static_cast<unsigned char>(c) >= 0x80;
 }
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_name_part(char c) { return is_name_start(c) || is_digit(c); }
 
 struct Token {

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace sentree::sim {
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// A point or a displacement [m].
 struct Vec2 {

@@ -10,9 +10,7 @@
 
 namespace sentree::sim {
 
-namespace {
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-}  // namespace
+namespace {}  // namespace
 
 RayField::RayField(const GridMap& map) : width_(map.width()), height_(map.height()), stride_(map.width() + 2) {
   const auto stride = static_cast<std::ptrdiff_t>(stride_);

@@ -11,8 +11,6 @@
 namespace sentree::sim {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 // The nearest entry into the square of any occupied cell.
 double brute_force(const GridMap& map, Vec2 from, Vec2 direction, double range_max) {
   double nearest = kInfinity;

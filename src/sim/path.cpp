@@ -10,8 +10,6 @@ namespace sentree::sim {
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 Vec2 nearest_on_segment(Vec2 a, Vec2 b, Vec2 point) {
   const Vec2 along = b - a;
   const double square = dot(along, along);

@@ -9,7 +9,7 @@
 namespace sentree::sim {
 namespace {
 
-World house() {
+World seen_house() {
   Loaded<World> loaded = load_world(SENTREE_SOURCE_DIR "/examples/recharge/world/world.yaml", "world.yaml");
   for (const Diagnostic& d : loaded.diagnostics) ADD_FAILURE() << to_string(d);
   return loaded.ok() ? *std::move(loaded.value) : World{};
@@ -18,7 +18,7 @@ World house() {
 // Whatever happens, a world whose scans are remembered goes on as one whose are not.
 TEST(ScanMemo, ChangesNothing) {
   for (const double noise_m : {0.0, 0.02}) {
-    World world = house();
+    World world = seen_house();
     ASSERT_FALSE(world.robots.empty());
     world.robots[0].laser.noise_m = noise_m;
     constexpr std::uint64_t kSeed = 11;

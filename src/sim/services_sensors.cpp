@@ -119,7 +119,7 @@ Value estimated_odometry(const Context& c) {
   return odometry(c.state, estimated_pose(c.robot().localization, c.robot().odometry), c.robot().odometry_twist, "map");
 }
 
-Value set_pose(const Context& c) {
+Value set_estimate(const Context& c) {
   const PoseEstimate estimate = c.args.estimate("pose");
   if (!c.args.problem().empty()) return {};
   set_initial_pose(c.spec().localization, c.robot().localization, estimate, c.robot().odometry);
@@ -207,7 +207,7 @@ std::span<const Method> localization_methods() {
                                        Method{"getCurrentPosition", current_position},
                                        Method{"getEstimatedPoses", estimated_poses},
                                        Method{"getEstimatedOdometry", estimated_odometry},
-                                       Method{"setInitialPose", set_pose},
+                                       Method{"setInitialPose", set_estimate},
                                        Method{"reinitializeGlobalLocalization", reinitialize},
                                        Method{"startLocalizationService", start_localization},
                                        Method{"stopLocalizationService", stop_localization}};

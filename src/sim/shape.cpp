@@ -7,8 +7,6 @@ namespace sentree::sim {
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 double ray_disc(const Shape& disc, Vec2 from, Vec2 direction) {
   const Vec2 to_centre = disc.pose.position() - from;
   const double along = dot(to_centre, direction);

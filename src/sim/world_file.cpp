@@ -18,7 +18,6 @@ namespace sentree::sim {
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kCornersMax = 1000;
 
 class WorldReader {

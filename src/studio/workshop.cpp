@@ -32,9 +32,9 @@ namespace fs = std::filesystem;
 
 Value number(std::uint64_t value) { return static_cast<std::int64_t>(value); }
 
-class Asked {
+class AskedEdit {
  public:
-  explicit Asked(const Value& request) : request_(request) {}
+  explicit AskedEdit(const Value& request) : request_(request) {}
   [[nodiscard]] std::string text(std::string_view name) const {
     const Value* value = request_.find(name);
     return value != nullptr && value->as_string() != nullptr ? *value->as_string() : std::string();
@@ -102,12 +102,12 @@ struct Workshop::Impl {
   ~Impl();
 
   Result<Value> carry_out(const std::string& op, const Value& request);
-  Result<Value> edit_by_gesture(const Asked& asked);
-  Result<Value> add(const Asked& asked);
+  Result<Value> edit_by_gesture(const AskedEdit& asked);
+  Result<Value> add(const AskedEdit& asked);
   [[nodiscard]] Value other_sides() const;
-  [[nodiscard]] Result<Value> simulate(const std::string& op, const Asked& asked, const Value& request);
-  [[nodiscard]] Result<Value> compare(const std::string& op, const Asked& asked);
-  Result<Value> save(const Asked& asked);
+  [[nodiscard]] Result<Value> simulate(const std::string& op, const AskedEdit& asked, const Value& request);
+  [[nodiscard]] Result<Value> compare(const std::string& op, const AskedEdit& asked);
+  Result<Value> save(const AskedEdit& asked);
   void changed(const std::vector<std::string>& files);
   [[nodiscard]] Value summary() const;
   void tell_summary() { server->tell(to_json(summary())); }
@@ -268,7 +268,7 @@ void Workshop::Impl::changed(const std::vector<std::string>& files) {
 // ---- What pages ask for ----
 
 Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& request) {
-  const Asked asked(request);
+  const AskedEdit asked(request);
   // What git or a recording has is read while others edit.
   if (op == "compare_sides") return other_sides();
   if (op == "compare_files" || op == "compare") return compare(op, asked);
@@ -342,7 +342,7 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
   return fail("studio.request", "\"" + op + "\" is not known here: a project is edited, no run goes on");
 }
 
-Result<Value> Workshop::Impl::edit_by_gesture(const Asked& asked) {
+Result<Value> Workshop::Impl::edit_by_gesture(const AskedEdit& asked) {
   const std::string file = asked.text("file");
   const design::Document* document = workspace.find(file);
   if (document == nullptr) return fail("design.no-such-file", "\"" + file + "\" is no file of this project");
@@ -360,7 +360,7 @@ Result<Value> Workshop::Impl::edit_by_gesture(const Asked& asked) {
                    {"at", number(place_after(result->edits))}});
 }
 
-Result<Value> Workshop::Impl::add(const Asked& asked) {
+Result<Value> Workshop::Impl::add(const AskedEdit& asked) {
   const std::string kind = asked.text("kind");
   const std::string name = asked.text("name");
   const auto part = design::new_part(kind, name, shadow ? &shadow->plan : nullptr);
@@ -423,7 +423,7 @@ Value Workshop::Impl::other_sides() const {
   return Map{{"sides", std::move(sides)}};
 }
 
-Result<Value> Workshop::Impl::compare(const std::string& op, const Asked& asked) {
+Result<Value> Workshop::Impl::compare(const std::string& op, const AskedEdit& asked) {
   const std::string with = asked.text("with");
   Sides sides;
   if (with == kCommitSide) {
@@ -459,7 +459,7 @@ Result<Value> Workshop::Impl::compare(const std::string& op, const Asked& asked)
 
 // ---- Running a chart or a tree by hand ----
 
-Result<Value> Workshop::Impl::simulate(const std::string& op, const Asked& asked, const Value& request) {
+Result<Value> Workshop::Impl::simulate(const std::string& op, const AskedEdit& asked, const Value& request) {
   Simulations::Text text{.file = asked.text("file"), .text = {}, .version = 0};
   text::Overlay overlay;
   design::Kinds known{{}};
@@ -478,7 +478,7 @@ Result<Value> Workshop::Impl::simulate(const std::string& op, const Asked& asked
 
 // ---- Saving ----
 
-Result<Value> Workshop::Impl::save(const Asked& asked) {
+Result<Value> Workshop::Impl::save(const AskedEdit& asked) {
   std::vector<std::string> files;
   if (asked.has("file")) {
     files.push_back(asked.text("file"));

@@ -10,9 +10,9 @@ namespace sentree::text {
 namespace {
 
 // Builds a Value straight from the parser's events, so that depth is bounded before anything is built.
-class Builder final : public nlohmann::json_sax<nlohmann::json> {
+class JsonBuilder final : public nlohmann::json_sax<nlohmann::json> {
  public:
-  Builder(const LineIndex& lines, const std::string& file) : lines_(lines), file_(file) {}
+  JsonBuilder(const LineIndex& lines, const std::string& file) : lines_(lines), file_(file) {}
 
   bool null() override { return add(Value()); }
   bool boolean(bool v) override { return add(v); }
@@ -106,7 +106,7 @@ class Builder final : public nlohmann::json_sax<nlohmann::json> {
 
 Result<Value> parse_json(std::string_view source, std::string file) {
   const LineIndex lines(source);
-  Builder builder(lines, file);
+  JsonBuilder builder(lines, file);
   const bool parsed = nlohmann::json::sax_parse(source.begin(), source.end(), &builder);
   if (builder.failure) return tl::unexpected(*builder.failure);
   if (!parsed) return fail("json.syntax", "not JSON", SourceSpan{file});

@@ -130,6 +130,10 @@ SourceSpan XmlElement::attribute_value_span(std::string_view name) const {
   return found != nullptr ? span_at(found->value_begin, found->value_end - found->value_begin) : span();
 }
 
+std::string xml_attribute(std::string_view name, std::string_view value) {
+  return " " + std::string(name) + "=\"" + xml_escape(value) + "\"";
+}
+
 std::string xml_escape(std::string_view text) {
   std::string out;
   out.reserve(text.size());

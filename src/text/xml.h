@@ -171,5 +171,14 @@ class XmlEdit {
 
 /// Text as it must be written inside an attribute value or between tags.
 [[nodiscard]] std::string xml_escape(std::string_view text);
+/// ` name="value"`, the value escaped.
+[[nodiscard]] std::string xml_attribute(std::string_view name, std::string_view value);
+
+/// Calls `visit` with the element and with every one inside of it, in document order.
+template <class Visit>
+void for_each_element(const XmlElement& element, Visit&& visit) {
+  visit(element);
+  for (XmlElement child = element.first_child(); child; child = child.next_sibling()) for_each_element(child, visit);
+}
 
 }  // namespace sentree::text

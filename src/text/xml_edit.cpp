@@ -42,7 +42,7 @@ void XmlEdit::set_attribute(const XmlElement& element, std::string_view name, st
     return;
   }
   const std::size_t at = places.empty() ? element.offset() + 1 + element.name().size() : places.back().value_end + 1;
-  patches_.push_back({at, at, " " + std::string(name) + "=\"" + xml_escape(value) + "\""});
+  patches_.push_back({at, at, xml_attribute(name, value)});
 }
 
 void XmlEdit::remove_attribute(const XmlElement& element, std::string_view name) {

@@ -37,9 +37,9 @@ struct BadKey {
 
 // Builds our nodes from the parser's events: bounds hold before anything is built. Aliases, and what is kept for them,
 // are copied under the same count, so that a bomb of either ends at `kNodesMax`.
-class Builder final : public YAML::EventHandler {
+class YamlBuilder final : public YAML::EventHandler {
  public:
-  explicit Builder(std::string file) : file_(std::move(file)) {}
+  explicit YamlBuilder(std::string file) : file_(std::move(file)) {}
 
   void OnDocumentStart(const YAML::Mark&) override {}
   void OnDocumentEnd() override {}
@@ -248,7 +248,7 @@ Result<YamlNode> parse_yaml(std::string_view source, std::string file) {
   if (has_too_many_brackets(source))
     return fail("yaml.too-deep", "nested deeper than " + std::to_string(kNestingMax) + " levels", SourceSpan{file});
   // yaml-cpp throws; keep its message and place.
-  Builder builder(file);
+  YamlBuilder builder(file);
   try {
     std::istringstream stream{std::string(source)};
     YAML::Parser parser(stream);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "sentree/base/ascii.h"
 #include "sentree/text/yaml.h"
 
 namespace sentree::text {
@@ -27,8 +28,6 @@ bool says_something(const std::string& line) {
 }
 
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
 
 // Text that YAML takes for a text, or for a quantity such as "12.5 s", without quotes wherever it stands.
 bool is_plain(std::string_view text) {

@@ -5,7 +5,7 @@
 namespace sentree::text {
 namespace {
 
-std::string refusal(std::string_view source) {
+std::string yaml_refusal(std::string_view source) {
   const auto node = parse_yaml(source, "a.yaml");
   return node ? "accepted" : to_string(node.error());
 }
@@ -23,14 +23,14 @@ TEST(Yaml, KeepsOrderPlacesAndTypes) {
 TEST(Yaml, AnEmptyFileIsNull) { EXPECT_TRUE(parse_yaml("# nothing\n")->is_null()); }
 
 TEST(Yaml, RefusesWithAPlace) {
-  EXPECT_TRUE(refusal("a: [1\nb: 2").starts_with("a.yaml:"));
-  EXPECT_EQ(refusal("a: 1\nb: 2\na: 3\n"), "a.yaml:3:1: key \"a\" stands twice");
-  EXPECT_EQ(refusal("a: 1\n---\nb: 1\n"), "a.yaml: a second document; one file holds one");
-  EXPECT_EQ(refusal("? [1, 2]\n: 3\n"), "a.yaml:1:3: a key must be a plain text");
+  EXPECT_TRUE(yaml_refusal("a: [1\nb: 2").starts_with("a.yaml:"));
+  EXPECT_EQ(yaml_refusal("a: 1\nb: 2\na: 3\n"), "a.yaml:3:1: key \"a\" stands twice");
+  EXPECT_EQ(yaml_refusal("a: 1\n---\nb: 1\n"), "a.yaml: a second document; one file holds one");
+  EXPECT_EQ(yaml_refusal("? [1, 2]\n: 3\n"), "a.yaml:1:3: a key must be a plain text");
 }
 
 TEST(Yaml, BoundsNestingAndAliases) {
-  EXPECT_EQ(refusal(std::string(200, '[') + std::string(200, ']')), "a.yaml: nested deeper than 100 levels");
+  EXPECT_EQ(yaml_refusal(std::string(200, '[') + std::string(200, ']')), "a.yaml: nested deeper than 100 levels");
   std::string bomb = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n";
   for (int i = 1; i < 10; ++i) {
     const std::string before = "*a" + std::to_string(i - 1);
@@ -38,17 +38,18 @@ TEST(Yaml, BoundsNestingAndAliases) {
     for (int k = 0; k < 10; ++k) bomb += (k ? ", " : "") + before;
     bomb += "]\n";
   }
-  EXPECT_EQ(refusal(bomb), "a.yaml: more than 200000 nodes");
+  EXPECT_EQ(yaml_refusal(bomb), "a.yaml: more than 200000 nodes");
   // What is kept of nested anchors counts as what is made of them.
   std::string anchors;
   for (int i = 0; i < 50; ++i) anchors += "&a" + std::to_string(i) + " [";
   for (int i = 0; i < 5000; ++i) anchors += "x,";
-  EXPECT_EQ(refusal(anchors + std::string(50, ']')), "a.yaml: more than 200000 nodes");
-  EXPECT_EQ(refusal(std::string(4U << 20U, '[')), "a.yaml: nested deeper than 100 levels");
-  EXPECT_EQ(refusal(std::string((4U << 20U) + 1, ' ')), "a.yaml: larger than the 4194304 bytes that are read at most");
+  EXPECT_EQ(yaml_refusal(anchors + std::string(50, ']')), "a.yaml: more than 200000 nodes");
+  EXPECT_EQ(yaml_refusal(std::string(4U << 20U, '[')), "a.yaml: nested deeper than 100 levels");
+  EXPECT_EQ(yaml_refusal(std::string((4U << 20U) + 1, ' ')),
+            "a.yaml: larger than the 4194304 bytes that are read at most");
   std::string texts = "t: &t " + std::string(1U << 20U, 'x') + "\nall: [";
   for (int i = 0; i < 64; ++i) texts += "*t,";
-  EXPECT_EQ(refusal(texts + "]"), "a.yaml: more than 67108864 bytes of text");
+  EXPECT_EQ(yaml_refusal(texts + "]"), "a.yaml: more than 67108864 bytes of text");
 }
 
 }  // namespace

@@ -27,7 +27,8 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
 
-const std::string kHead = "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" ";
+const std::string kAgainstHead =
+    "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" ";
 
 // What a run of a plan gives in so many ticks, with everything that is left open thrown by a die.
 class Recorded final : public mission::Surroundings {
@@ -62,7 +63,7 @@ class Against : public ::testing::Test {
     write("interfaces/stove.thrift",
           "enum Way { ON, OFF, BROKEN }\nstruct Heat { 1: double degrees, 2: i32 job, 3: Way way, 4: double weight }\n"
           "service Stove { Heat ask(), bool stop(1: i32 job) }\n");
-    write("skills/Cook.scxml", kHead + R"(initial="asking"><datamodel><data id="job" expr="0"/></datamodel>
+    write("skills/Cook.scxml", kAgainstHead + R"(initial="asking"><datamodel><data id="job" expr="0"/></datamodel>
 <state id="asking"><onentry><send type="thrift" target="stove" event="ask"/></onentry>
   <transition event="stove.ask.reply" cond="_event.data.result.way === 'BROKEN'" target="failure"/>
   <transition event="stove.ask.reply" cond="_event.data.result.degrees * 2 - 10 &gt; 90" target="stopping">
@@ -76,7 +77,7 @@ class Against : public ::testing::Test {
     write("mission.xml",
           "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\"><Action ID=\"Cook\"/></BehaviorTree></root>");
     // It warms up by ten degrees every 300 ms, and knows one job.
-    write("models/stove.scxml", kHead + R"x(initial="there"><datamodel><data id="heat" expr="20"/></datamodel>
+    write("models/stove.scxml", kAgainstHead + R"x(initial="there"><datamodel><data id="heat" expr="20"/></datamodel>
 <state id="there"><onentry><send event="warmer" delay="300ms"/></onentry>
   <transition event="warmer" target="there"><assign location="heat" expr="heat + pick('warms', 10, 20)"/></transition>
   <transition event="stove.ask.request"><send type="thrift" target="stove" event="ask.reply">
@@ -213,7 +214,7 @@ TEST_F(Against, RequestsThatDoNotArriveAreLeftOut) {
 }
 
 TEST_F(Against, AModelThatCanBeInTooManyStatesIsGivenUp) {
-  write("models/stove.scxml", kHead + R"x(initial="there"><datamodel><data id="heat" expr="20"/></datamodel>
+  write("models/stove.scxml", kAgainstHead + R"x(initial="there"><datamodel><data id="heat" expr="20"/></datamodel>
 <state id="there"><onentry><send event="warmer" delay="100ms"/></onentry>
   <transition event="warmer" target="there"><assign location="heat" expr="heat * 7 % 10007 + between(0, 99)"/></transition>
   <transition event="stove.ask.request"><send type="thrift" target="stove" event="ask.reply">

@@ -41,12 +41,6 @@ std::string script_text(const std::string& text) {
   return out + "'";
 }
 
-std::string decimal(double number) {
-  std::string text = shortest_decimal(number);
-  if (text.ends_with(".0")) text.resize(text.size() - 2);
-  return text;
-}
-
 // Writes replies of one service.
 class Writer {
  public:
@@ -119,7 +113,7 @@ class Writer {
       case idl::Kind::kI16:
       case idl::Kind::kI32:
       case idl::Kind::kI64:
-      case idl::Kind::kDouble: return named ? picked(path, numbers(type, name, field)) : decimal(zero(field));
+      case idl::Kind::kDouble: return named ? picked(path, numbers(type, name, field)) : plain_decimal(zero(field));
       case idl::Kind::kString: return named ? picked(path, texts(name)) : "''";
       case idl::Kind::kBinary: return "''";
       case idl::Kind::kEnum: {
@@ -171,7 +165,7 @@ class Writer {
 
   std::vector<std::string> numbers(const idl::Type& type, const std::string& name, const idl::Field* field) const {
     const auto found = uses_.numbers.find(name);
-    if (found == uses_.numbers.end()) return {decimal(zero(field))};
+    if (found == uses_.numbers.end()) return {plain_decimal(zero(field))};
     const bool is_whole = type.kind != idl::Kind::kDouble;
     std::set<double> values;
     const std::vector<double> at(found->second.begin(), found->second.end());
@@ -196,8 +190,8 @@ class Writer {
       if (is_whole) add(std::floor(at[i]) + 1);
     }
     std::vector<std::string> out;
-    for (const double number : values) out.push_back(decimal(number));
-    if (out.empty()) out.push_back(decimal(zero(field)));
+    for (const double number : values) out.push_back(plain_decimal(number));
+    if (out.empty()) out.push_back(plain_decimal(zero(field)));
     return out;
   }
 

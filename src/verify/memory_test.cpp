@@ -107,11 +107,6 @@ TEST(Statistics, OfLongRunsAreTheSameAgain) {
   EXPECT_EQ(first.size(), 5U);
 }
 
-std::uint64_t environment(const char* name, std::uint64_t otherwise) {
-  const char* const text = std::getenv(name);
-  return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
-}
-
 TEST(PartMemory, FindsWhatIsExecutedInRandomProjects) {
   const std::uint64_t only = environment("SENTREE_SEED", 0);
   const std::uint64_t seeds = environment("SENTREE_SEEDS", kSeeds);

@@ -24,7 +24,7 @@
 namespace sentree::verify {
 namespace {
 
-constexpr std::uint64_t kSeeds = 60;
+constexpr std::uint64_t kOracleSeeds = 60;
 constexpr std::uint64_t kTicks = 4;
 // Of a project that can go in more ways nothing is said.
 constexpr std::size_t kRunsMax = 1'500;
@@ -190,14 +190,9 @@ void walk(const Graph& graph, std::uint32_t at, std::uint64_t tick, const std::s
   }
 }
 
-std::uint64_t environment(const char* name, std::uint64_t otherwise) {
-  const char* const text = std::getenv(name);
-  return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
-}
-
 TEST(Exploration, FindsWhatBruteForceFinds) {
   const std::uint64_t only = environment("SENTREE_SEED", 0);
-  const std::uint64_t seeds = environment("SENTREE_SEEDS", kSeeds);
+  const std::uint64_t seeds = environment("SENTREE_SEEDS", kOracleSeeds);
   std::size_t compared = 0;
   std::size_t behaviours = 0;
   std::size_t violated = 0;

@@ -20,7 +20,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const std::string kHead = "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" ";
+const std::string kSplitHead =
+    "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" ";
 
 // Each in a thread of its own, the last one first.
 void backwards(std::size_t count, const std::function<void(std::size_t)>& work) {
@@ -35,7 +36,7 @@ class Splits : public ::testing::Test {
  protected:
   project::Plan plan(int top, const std::string& requirement) {
     write("interfaces/walker.thrift", "service Walker { i32 ask() }\n");
-    write("skills/Ask.scxml", kHead + R"(initial="asking"><state id="asking">
+    write("skills/Ask.scxml", kSplitHead + R"(initial="asking"><state id="asking">
   <onentry><send type="thrift" target="walker" event="ask"/></onentry>
   <transition event="walker.ask.reply" cond="_event.data.result === 0" target="success"/>
   <transition event="walker.ask.reply" target="waiting"/><transition event="error" target="failure"/></state>
@@ -44,7 +45,7 @@ class Splits : public ::testing::Test {
     write("mission.xml",
           "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\"><Action ID=\"Ask\"/></BehaviorTree></root>");
     write("models/walker.scxml",
-          kHead + R"(initial="there"><datamodel><data id="x" expr="1"/><data id="name" expr="'w'"/></datamodel>
+          kSplitHead + R"(initial="there"><datamodel><data id="x" expr="1"/><data id="name" expr="'w'"/></datamodel>
 <state id="there"><onentry><send event="step" delay="100ms"/></onentry>
   <transition event="step" target="there"><if cond="x !== 0 &amp;&amp; x !== )" +
               std::to_string(top) + R"(">

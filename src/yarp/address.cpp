@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <charconv>
 
+#include "sentree/rpc/address.h"
+
 namespace sentree::yarp {
 namespace {
 
@@ -34,35 +36,28 @@ std::string to_string(const HostPort& at) { return at.host + ":" + std::to_strin
 Result<PortAddress> PortAddress::parse(std::string_view text) {
   PortAddress out;
   std::string_view rest = text;
-  if (const auto question = rest.find('?'); question != std::string_view::npos) {
-    std::string_view options = rest.substr(question + 1);
-    rest = rest.substr(0, question);
-    while (!options.empty()) {
-      const std::string_view option = options.substr(0, options.find('&'));
-      const std::string_view value = option.substr(std::min(option.find('=') + 1, option.size()));
-      if (option == "carrier=tcp" || option == "carrier=fast_tcp") {
-        out.carrier = value == "tcp" ? Carrier::kTcp : Carrier::kFastTcp;
-      } else if (option.starts_with("carrier=")) {
-        return wrong(
-            text, "wants the carrier \"" + std::string(value) + "\", which is not spoken here (tcp and fast_tcp are)");
-      } else if (option == "yarp=3" || option == "yarp=4") {
-        out.version = value == "3" ? Version::kYarp3 : Version::kYarp4;
-      } else if (option.starts_with("server=")) {
-        auto server = parse_host_port(value);
-        if (!server) return wrong(text, "names its name server badly: " + server.error().message);
-        out.server = std::move(*server);
-      } else if (option.starts_with("listen=") && !value.empty()) {
-        out.listen = value;
-      } else if (option == "open") {
-        out.open = true;
-      } else if (option == "named") {
-        out.named = true;
-      } else {
-        return wrong(text,
-                     "has the unknown option \"" + std::string(option) +
-                         "\" (there is carrier=tcp|fast_tcp, yarp=3|4, server=HOST:PORT, open, named, listen=HOST)");
-      }
-      options.remove_prefix(std::min(option.size() + 1, options.size()));
+  for (const auto& [option, value] : rpc::cut_options(rest)) {
+    if (option == "carrier=tcp" || option == "carrier=fast_tcp") {
+      out.carrier = value == "tcp" ? Carrier::kTcp : Carrier::kFastTcp;
+    } else if (option.starts_with("carrier=")) {
+      return wrong(text,
+                   "wants the carrier \"" + std::string(value) + "\", which is not spoken here (tcp and fast_tcp are)");
+    } else if (option == "yarp=3" || option == "yarp=4") {
+      out.version = value == "3" ? Version::kYarp3 : Version::kYarp4;
+    } else if (option.starts_with("server=")) {
+      auto server = parse_host_port(value);
+      if (!server) return wrong(text, "names its name server badly: " + server.error().message);
+      out.server = std::move(*server);
+    } else if (option.starts_with("listen=") && !value.empty()) {
+      out.listen = value;
+    } else if (option == "open") {
+      out.open = true;
+    } else if (option == "named") {
+      out.named = true;
+    } else {
+      return wrong(text,
+                   "has the unknown option \"" + std::string(option) +
+                       "\" (there is carrier=tcp|fast_tcp, yarp=3|4, server=HOST:PORT, open, named, listen=HOST)");
     }
   }
   if (rest.starts_with("//")) {

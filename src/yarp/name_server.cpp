@@ -18,8 +18,8 @@ using rpc::StreamStatus;
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
-constexpr std::string_view kEnd = "*** end of message\r\n";
-constexpr std::size_t kLineMax = 8192;
+constexpr std::string_view kEndLine = "*** end of message\r\n";
+constexpr std::size_t kRequestMax = 8192;
 constexpr milliseconds kLineTime{5000};
 constexpr std::size_t kConnectionsMax = 256;
 constexpr std::size_t kSubscriptionsMax = 1000;
@@ -32,7 +32,7 @@ std::vector<std::string> words_of(const std::string& line) {
   return out;
 }
 
-std::string end(std::string answer = {}) { return std::move(answer) + std::string(kEnd); }
+std::string end(std::string answer = {}) { return std::move(answer) + std::string(kEndLine); }
 
 // "/a/b" is below "/a", and "/ab" is not.
 bool is_below(const std::string& name, const std::string& prefix) {
@@ -231,7 +231,7 @@ class NameServer::Impl {
         if (in.wait(rpc::kNoDeadline) != StreamStatus::kOk) return;
         visitor.busy();
         in.begin(steady_clock::now() + kLineTime);
-        const std::string line = in.line(kLineMax);
+        const std::string line = in.line(kRequestMax);
         std::string answer;
         if (!talks && (line.starts_with("CONNACK ") || line.starts_with("CONNECT "))) {
           talks = true;
@@ -242,7 +242,7 @@ class NameServer::Impl {
             return;
           }
           std::string second;
-          if (line == "a" || line == "d") second = in.line(kLineMax);
+          if (line == "a" || line == "d") second = in.line(kRequestMax);
           answer = tell(line, second) + "<ACK>\r\n";
         } else {
           if (!line.starts_with("NAME_SERVER") && !line.empty())

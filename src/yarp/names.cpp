@@ -13,7 +13,7 @@
 namespace sentree::yarp {
 namespace {
 
-constexpr std::size_t kLineMax = 8192;
+constexpr std::size_t kAnswerLineMax = 8192;
 constexpr std::size_t kAnswerMax = 64U << 20U;
 constexpr std::string_view kEnd = "*** end of message";
 
@@ -92,7 +92,7 @@ Result<std::vector<std::string>> NameClient::ask(const std::vector<std::string>&
     Inbox in(made.stream.get(), kAnswerMax);
     in.begin(deadline);
     while (lines.size() < kRegistrationsMax) {
-      std::string line = in.line(kLineMax);
+      std::string line = in.line(kAnswerLineMax);
       if (line == kEnd) return lines;
       lines.push_back(std::move(line));
       // These two have no end.

@@ -15,7 +15,7 @@ using std::chrono::steady_clock;
 constexpr milliseconds kConnectTime{2000};
 // A receiver that neither takes nor confirms a message for this long is given up.
 constexpr milliseconds kSendTime{5000};
-constexpr std::size_t kAnswerMax = 4096;
+constexpr std::size_t kWelcomeMax = 4096;
 
 }  // namespace
 
@@ -53,7 +53,7 @@ Result<std::unique_ptr<Output>> Output::open(const std::string& from, const std:
 }
 
 Output::Output(std::string to, Carrier carrier, std::unique_ptr<rpc::Stream> stream)
-    : to_(std::move(to)), carrier_(carrier), stream_(std::move(stream)), in_(stream_.get(), kAnswerMax) {}
+    : to_(std::move(to)), carrier_(carrier), stream_(std::move(stream)), in_(stream_.get(), kWelcomeMax) {}
 
 Output::~Output() {
   {
@@ -126,7 +126,7 @@ Result<std::string> ask_port(const HostPort& at, const std::string& admin_comman
   try {
     Inbox in(stream->get(), rpc::Limits().message_bytes);
     in.begin(deadline);
-    if (!in.line(kAnswerMax).starts_with("Welcome")) return failed("it does not welcome");
+    if (!in.line(kWelcomeMax).starts_with("Welcome")) return failed("it does not welcome");
     std::string answer;
     while (true) {
       std::string line = in.line(rpc::Limits().message_bytes);

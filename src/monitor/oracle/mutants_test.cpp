@@ -10,7 +10,7 @@
 namespace sentree::monitor::oracle {
 namespace {
 
-std::vector<Outcome> run(const Model& model, const std::vector<Message>& trace, TimePoint end) {
+std::vector<Outcome> run_mutant(const Model& model, const std::vector<Message>& trace, TimePoint end) {
   std::vector<Outcome> outcomes;
   State state = start(model, TimePoint{});
   const auto take = [&](const Decisions& decisions) {
@@ -177,7 +177,7 @@ TEST(Mutants, OfSynthesizedChartsAreKilled) {
     std::vector<std::vector<Outcome>> expected;
     for (const auto& [trace, end] : traces) {
       expected.push_back(evaluate(requirement, trace, end));
-      ASSERT_EQ(run(*original.value, trace, end), expected.back()) << text;
+      ASSERT_EQ(run_mutant(*original.value, trace, end), expected.back()) << text;
     }
     for (const std::string& mutant : mutants(original.value->chart().source())) {
       ++total;
@@ -187,7 +187,7 @@ TEST(Mutants, OfSynthesizedChartsAreKilled) {
       if (!model.ok()) continue;
       bool killed = false;
       for (std::size_t i = 0; i < traces.size() && !killed; ++i)
-        killed = run(*model.value, traces[i].first, traces[i].second) != expected[i];
+        killed = run_mutant(*model.value, traces[i].first, traces[i].second) != expected[i];
       if (killed) continue;
       const std::string what = difference(original.value->chart().source(), mutant);
       if (!is_equivalent(text, what)) survivors.push_back(text + "  " + what);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <cstdlib>
 
 #include <cstdint>
 #include <filesystem>
@@ -11,6 +12,12 @@
 #include "sentree/text/file.h"
 
 namespace sentree::verify {
+
+/// A number that whoever runs a test gives it.
+inline std::uint64_t environment(const char* name, std::uint64_t otherwise) {
+  const char* const text = std::getenv(name);
+  return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
+}
 
 // A mission of at most eight nodes with charts of at most six states, and a device that leaves things open.
 class RandomProject {

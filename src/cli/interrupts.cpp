@@ -1,0 +1,32 @@
+#include "sentree/cli/interrupts.h"
+
+#include <atomic>
+#include <csignal>
+
+namespace sentree::cli {
+namespace {
+
+std::atomic<bool> interrupted = false;
+struct sigaction interrupt_before {};
+struct sigaction terminate_before {};
+
+}  // namespace
+
+Interrupts::Interrupts() {
+  interrupted = false;
+  struct sigaction action {};
+  action.sa_handler = [](int) { interrupted = true; };
+  sigaction(SIGINT, &action, &interrupt_before);
+  sigaction(SIGTERM, &action, &terminate_before);
+}
+
+Interrupts::~Interrupts() {
+  sigaction(SIGINT, &interrupt_before, nullptr);
+  sigaction(SIGTERM, &terminate_before, nullptr);
+}
+
+bool is_interrupted() { return interrupted; }
+
+bool take_interrupt() { return interrupted.exchange(false); }
+
+}  // namespace sentree::cli

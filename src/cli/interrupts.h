@@ -1,0 +1,19 @@
+#pragma once
+
+namespace sentree::cli {
+
+/// As long as it lives, SIGINT and SIGTERM end nothing, but are noted. One at a time.
+class Interrupts {
+ public:
+  Interrupts();
+  ~Interrupts();
+  Interrupts(const Interrupts&) = delete;
+  Interrupts& operator=(const Interrupts&) = delete;
+};
+
+/// One of them has come since the last `Interrupts` was made.
+[[nodiscard]] bool is_interrupted();
+/// The same, and forgets it.
+[[nodiscard]] bool take_interrupt();
+
+}  // namespace sentree::cli
