@@ -7,6 +7,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "sentree/base/temporary_folder.h"
+
 namespace sentree::project {
 namespace {
 
@@ -20,8 +22,8 @@ struct ModelCase {
 };
 
 std::vector<std::string> messages_of(const ModelCase& one, const char* example = "modelled") {
-  const fs::path folder = fs::path(testing::TempDir()) / "check-model";
-  fs::remove_all(folder);
+  const TemporaryFolder temporary("check-model");
+  const fs::path folder = temporary.path() / "project";
   fs::copy(fs::path(SENTREE_SOURCE_DIR) / "examples" / example, folder, fs::copy_options::recursive);
   std::stringstream text;
   text << std::ifstream(folder / one.file).rdbuf();
@@ -41,7 +43,6 @@ std::vector<std::string> messages_of(const ModelCase& one, const char* example =
       said.erase(place, prefix.size());
     messages.push_back(said);
   }
-  fs::remove_all(folder);
   return messages;
 }
 
