@@ -7,14 +7,17 @@ import { to_picture } from "./viewport";
 const kWidthMax_px = 168;
 const kHeightMax_px = 112;
 const kLeast_px = 44;
+/** Of the picture's own room, so that it does not hide what one looks at. */
+const kWidthShare = 0.25;
+const kHeightShare = 0.35;
 /** What is hidden of a picture before it needs a map. */
 const kSlack_px = 2;
 
 /** All of a picture of which only a part is shown, in its corner; a click or a drag in it goes there. */
 export function Minimap({ view, box, rects }: { view: PictureView; box: Rect; rects: readonly Rect[] }) {
   const frame = useRef<SVGRectElement>(null);
-  const [needed, set_needed] = useState(false);
-  const scale = Math.min(kWidthMax_px / box.width, kHeightMax_px / box.height);
+  /** 0: all is in sight. */
+  const [scale, set_scale] = useState(0);
   // A picture that is a long stripe is widened, so that one can hit it.
   const [width, height] = [Math.max(box.width * scale, kLeast_px), Math.max(box.height * scale, kLeast_px)];
   const shapes = useMemo(() => rects.map(({ x, y, width, height }) => `M${x} ${y}h${width}v${height}h${-width}z`).join(""), [rects]);
@@ -24,7 +27,9 @@ export function Minimap({ view, box, rects }: { view: PictureView; box: Rect; re
       const [left, top] = to_picture(shown, [0, 0]);
       const [right, bottom] = to_picture(shown, [size.width, size.height]);
       const slack = kSlack_px / shown.scale;
-      set_needed(size.width > 0 && (left > box.x + slack || top > box.y + slack || right < box.x + box.width - slack || bottom < box.y + box.height - slack));
+      const needed = size.width > 0 && (left > box.x + slack || top > box.y + slack || right < box.x + box.width - slack || bottom < box.y + box.height - slack);
+      const [wide, high] = [Math.min(kWidthMax_px, size.width * kWidthShare), Math.min(kHeightMax_px, size.height * kHeightShare)];
+      set_scale(needed ? Math.min(wide / box.width, high / box.height) : 0);
       const clamped = { x: Math.max(left, box.x), y: Math.max(top, box.y) };
       frame.current?.setAttribute("x", String(clamped.x));
       frame.current?.setAttribute("y", String(clamped.y));
@@ -33,8 +38,8 @@ export function Minimap({ view, box, rects }: { view: PictureView; box: Rect; re
     };
     draw();
     return view.watch(draw);
-  }, [view, box, needed]);
-  if (!needed) return null;
+  }, [view, box, scale]);
+  if (scale === 0) return null;
   const go = (event: React.PointerEvent<SVGSVGElement>) => {
     const at = event.currentTarget.getBoundingClientRect();
     view.keep_centred([box.x + ((event.clientX - at.left) / at.width) * box.width, box.y + ((event.clientY - at.top) / at.height) * box.height]);
