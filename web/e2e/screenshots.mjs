@@ -1,10 +1,12 @@
-// The pictures of the README, from real runs of the demo: node e2e/screenshots.mjs [FOLDER]
+// The pictures of the README and of docs/designing.md, from real runs and a project that is edited: node e2e/screenshots.mjs [FOLDER]
+import { spawnSync } from "node:child_process";
 import { mkdirSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 
 import { open_page, text, until } from "./harness/browser.mjs";
-import { example, kRoot, serve_run } from "./harness/program.mjs";
+import { copy_of, open_design, serve_design, settled } from "./harness/design.mjs";
+import { example, kRoot, program as sentree, serve_run } from "./harness/program.mjs";
 
 const folder = process.argv[2] ?? join(kRoot, "docs/images");
 mkdirSync(folder, { recursive: true });
@@ -25,3 +27,27 @@ for (const theme of ["light", "dark"]) {
     await program.stop();
   });
 }
+
+// By name of the picture: the file that is open, and what is there when all of it is.
+const kDesigns = {
+  tree: ["mission.xml", "[data-testid=design-tree]"],
+  scenario: ["scenarios/experiment1.yaml", "[data-entry='0']"],
+  requirement: ["requirements/recharge.req", "[data-past-run]"],
+  settings: ["sentree.yaml", "[data-testid=project-form]"],
+};
+
+test("design", async () => {
+  const folder_of_project = copy_of("recharge");
+  const recording = join(folder_of_project, "runs", "experiment1.mcap");
+  spawnSync(sentree, ["run", folder_of_project, "--scenario", "experiment1", "--clock", "virtual", "--record", recording]);
+  const program = await serve_design(folder_of_project);
+  for (const [name, [file, shown]] of Object.entries(kDesigns)) {
+    const { page, close } = await open_design(program.url, { width: 1280, height: 800, file });
+    await page.locator(shown).first().waitFor();
+    await settled(page);
+    if (name === "requirement") await page.getByTestId("past").locator("summary").first().click();
+    await page.screenshot({ path: join(folder, `design-${name}.png`) });
+    await close();
+  }
+  await program.stop();
+});
