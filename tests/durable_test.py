@@ -77,13 +77,14 @@ duration: 60 min
         elif self.mishaps % 3 == 2:
             self.set_clock_back()
 
+    def journals(self):
+        runs = os.path.join(self.work, "runs")
+        names = os.listdir(runs) if os.path.isdir(runs) else []
+        return [os.path.join(runs, name) for name in names if name.endswith(".journal")]
+
     def tear(self):
         """The executive died while it wrote a record."""
-        runs = os.path.join(self.work, "runs")
-        for name in os.listdir(runs):
-            path = os.path.join(runs, name)
-            if not name.endswith(".journal"):
-                continue
+        for path in self.journals():
             with open(path, "r+b") as file:
                 if file.read(25)[-1:] != b"o":  # of a run that was resumed already
                     continue
@@ -138,6 +139,9 @@ duration: 60 min
                 code, text, plugged = self.follow(run, until)
                 if code is not None:
                     break
+                # Before that there is nothing to resume.
+                while not self.journals() and run.poll() is None:
+                    pass
                 run.send_signal(signal.SIGKILL)
                 run.wait()
                 run.stdout.close()
