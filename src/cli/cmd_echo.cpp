@@ -1,5 +1,4 @@
 #include <condition_variable>
-#include <csignal>
 #include <mutex>
 
 #include "sentree/cli/commands.h"
@@ -16,8 +15,6 @@
 namespace sentree::cli {
 
 namespace {
-
-volatile std::sig_atomic_t interrupted = 0;
 
 constexpr std::chrono::milliseconds kWait{500};
 

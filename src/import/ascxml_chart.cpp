@@ -252,13 +252,14 @@ class AscxmlTranslator {
     if (!rates_.empty()) {
       // The clock goes on whatever the chart does, so it is a region beside it.
       body = "\n<parallel id=\"chart.and.clock\">\n<state id=\"chart\"" +
-             (initial.empty() ? std::string() : attribute_text("initial", initial)) + ">" + inside + "</state>\n" +
+             (initial.empty() ? std::string() : text::xml_attribute("initial", initial)) + ">" + inside + "</state>\n" +
              rates_ + "</parallel>\n";
       begin = "chart.and.clock";
     }
     std::string text(std::string_view(document_.source()).substr(0, root.offset()));
-    text += "<scxml" + attribute_text("xmlns", kNamespace) + " version=\"1.0\" datamodel=\"ecmascript\"" +
-            attribute_text("name", chart_.name) + (begin.empty() ? "" : attribute_text("initial", begin)) + ">\n";
+    text += "<scxml" + text::xml_attribute("xmlns", kNamespace) + " version=\"1.0\" datamodel=\"ecmascript\"" +
+            text::xml_attribute("name", chart_.name) + (begin.empty() ? "" : text::xml_attribute("initial", begin)) +
+            ">\n";
     text += "<datamodel>\n" + extra_data() + data_ + "</datamodel>\n" + body + "</scxml>\n";
     if (auto formatted = scxml::format(text, document_.file())) text = std::move(*formatted);
     TranslatedAscxml made{std::move(text), {}, std::move(subscribes_), std::move(findings_)};
@@ -280,14 +281,14 @@ class AscxmlTranslator {
     std::string text;
     for (const PortDeclaration& port : ports_) {
       if (data_.find("<data id=\"" + port.key + "\"") != std::string::npos) continue;
-      text += "<data" + attribute_text("id", port.key) +
-              attribute_text("expr", zero_of(thrift_type(port.type).value_or("double"))) + "/> <!-- " +
+      text += "<data" + text::xml_attribute("id", port.key) +
+              text::xml_attribute("expr", zero_of(thrift_type(port.type).value_or("double"))) + "/> <!-- " +
               (port.is_input ? "input" : "output") + " port -->\n";
     }
     for (const Declaration& declaration : declarations_) {
       if (declaration.group == Group::kAction && !declaration.serves)
-        text +=
-            "<data" + attribute_text("id", goal_data(declaration)) + " expr=\"0\"/> <!-- number of the last goal -->\n";
+        text += "<data" + text::xml_attribute("id", goal_data(declaration)) +
+                " expr=\"0\"/> <!-- number of the last goal -->\n";
     }
     if (draws_ > 0) text += "<data id=\"drawn\" expr=\"0\"/>\n";
     return text;
@@ -318,10 +319,10 @@ class AscxmlTranslator {
       const std::string id = "clock." + method_name(declaration.name);
       std::ostringstream delay;
       delay << 1000.0 / declaration.rate_hz << "ms";
-      rates_ += "<state" + attribute_text("id", id) + ">\n<onentry>\n<send" +
-                attribute_text("event", rate_event(declaration)) + attribute_text("delay", delay.str()) +
-                "/>\n</onentry>\n<transition" + attribute_text("event", rate_event(declaration)) +
-                attribute_text("target", id) + "/>\n</state>\n";
+      rates_ += "<state" + text::xml_attribute("id", id) + ">\n<onentry>\n<send" +
+                text::xml_attribute("event", rate_event(declaration)) + text::xml_attribute("delay", delay.str()) +
+                "/>\n</onentry>\n<transition" + text::xml_attribute("event", rate_event(declaration)) +
+                text::xml_attribute("target", id) + "/>\n</state>\n";
       return {};
     }
     if (declaration.ros_name.empty())
@@ -337,8 +338,8 @@ class AscxmlTranslator {
     std::string value = value_of(element, "expr");
     if (value.empty()) value = trimmed(element.text());
     if (value.empty()) value = zero_of(thrift_type(type).value_or("double"));
-    std::string text =
-        "<data" + attribute_text("id", element.attribute("id").value_or("")) + attribute_text("expr", value) + "/>";
+    std::string text = "<data" + text::xml_attribute("id", element.attribute("id").value_or("")) +
+                       text::xml_attribute("expr", value) + "/>";
     return type.empty() ? text : text + " " + comment_of(type);
   }
 
@@ -411,8 +412,8 @@ class AscxmlTranslator {
     const std::string mine = std::string(kTopicData) + "goal_id === " + goal_data(*action);
     if (name == "ros_action_handle_goal_response") {
       const auto to = [&](std::string_view target, const std::string& accepted) {
-        return "<transition" + attribute_text("event", goal + ".reply") + attribute_text("cond", accepted) +
-               attribute_text("target", element.attribute(target).value_or("")) + "/>\n";
+        return "<transition" + text::xml_attribute("event", goal + ".reply") + text::xml_attribute("cond", accepted) +
+               text::xml_attribute("target", element.attribute(target).value_or("")) + "/>\n";
       };
       return to("accept", "_event.data.result") + to("reject", "!_event.data.result");
     }
@@ -443,12 +444,12 @@ class AscxmlTranslator {
       if (!port.is_input) continue;
       if (chart_.sometimes.contains(port.key)) {
         const std::string value = "_event.data." + port.key;
-        text += "<if" + attribute_text("cond", "_event.data && " + value + " !== undefined") + ">\n<assign" +
-                attribute_text("location", port.key) + attribute_text("expr", value) + "/>\n</if>\n";
+        text += "<if" + text::xml_attribute("cond", "_event.data && " + value + " !== undefined") + ">\n<assign" +
+                text::xml_attribute("location", port.key) + text::xml_attribute("expr", value) + "/>\n</if>\n";
       }
       if (chart_.given.contains(port.key))
-        text += "<assign" + attribute_text("location", port.key) + attribute_text("expr", "_event.data." + port.key) +
-                "/>\n";
+        text += "<assign" + text::xml_attribute("location", port.key) +
+                text::xml_attribute("expr", "_event.data." + port.key) + "/>\n";
     }
     return text;
   }
@@ -459,17 +460,17 @@ class AscxmlTranslator {
     condition = expression(condition);
     if (!also.empty()) condition = condition.empty() ? also : also + " && (" + condition + ")";
     std::string tag = "<transition";
-    if (!event.empty()) tag += attribute_text("event", event);
-    if (!condition.empty()) tag += attribute_text("cond", condition);
+    if (!event.empty()) tag += text::xml_attribute("event", event);
+    if (!condition.empty()) tag += text::xml_attribute("cond", condition);
     std::vector<XmlElement> chances;
     for (const XmlElement& child : element.children()) {
       if (child.local_name() == "target") chances.push_back(child);
     }
     if (!chances.empty()) {
       const std::string choice = chance(element, chances);
-      return tag + attribute_text("target", choice) + (first.empty() ? "/>" : ">\n" + first + "</transition>");
+      return tag + text::xml_attribute("target", choice) + (first.empty() ? "/>" : ">\n" + first + "</transition>");
     }
-    if (const auto target = element.attribute("target")) tag += attribute_text("target", *target);
+    if (const auto target = element.attribute("target")) tag += text::xml_attribute("target", *target);
     const std::string inside = first + content(element);
     if (inside.find_first_not_of(" \t\r\n") == std::string::npos) return tag + "/>";
     return tag + ">\n" + inside + "</transition>";
@@ -478,7 +479,7 @@ class AscxmlTranslator {
   /// A state that draws one of the targets; it stands behind the present state. Returns its id.
   std::string chance(const XmlElement& element, const std::vector<XmlElement>& targets) {
     const std::string id = state_id_ + ".chance" + std::to_string(++draws_);
-    std::string text = "<state" + attribute_text("id", id) +
+    std::string text = "<state" + text::xml_attribute("id", id) +
                        ">\n<onentry>\n<assign location=\"drawn\" expr=\"Math.random()\"/>\n</onentry>\n";
     double sum = 0;
     std::size_t without = 0;
@@ -492,13 +493,14 @@ class AscxmlTranslator {
       std::ostringstream below;
       below << "drawn < " << sum;
       const bool is_last = &target == &targets.back() && sum > 1.0 - 1e-9;
-      text += "<transition" + (is_last ? std::string() : attribute_text("cond", below.str())) +
-              attribute_text("target", target.attribute("id").value_or("")) + ">" + content(target) + "</transition>\n";
+      text += "<transition" + (is_last ? std::string() : text::xml_attribute("cond", below.str())) +
+              text::xml_attribute("target", target.attribute("id").value_or("")) + ">" + content(target) +
+              "</transition>\n";
     }
     if (sum < 1.0 - 1e-9) {
       findings_.push_back({Fate::kReview, element.span(), "",
                            "the probabilities are less than 1 together; the rest goes back to the state"});
-      text += "<transition" + attribute_text("target", state_id_) + "/>\n";
+      text += "<transition" + text::xml_attribute("target", state_id_) + "/>\n";
     }
     behind_ += "\n" + text + "</state>\n";
     return id;
@@ -525,8 +527,8 @@ class AscxmlTranslator {
     if (name == "bt_return_status") return answer(std::string(element.attribute("status").value_or("")));
     if (name == "bt_return_halted") return "<send event=\"bt_return_halted\"/>";
     if (name == "bt_set_output") {
-      return "<assign" + attribute_text("location", element.attribute("key").value_or("")) +
-             attribute_text("expr", expression(value_of(element, "expr"))) + "/>";
+      return "<assign" + text::xml_attribute("location", element.attribute("key").value_or("")) +
+             text::xml_attribute("expr", expression(value_of(element, "expr"))) + "/>";
     }
     if (name == "ros_topic_publish") {
       const Declaration* const topic = import::find(declarations_, Group::kTopic, ref, true);
@@ -574,10 +576,10 @@ class AscxmlTranslator {
 
   std::string answer(const std::string& status) {
     std::string text = "<send event=\"bt_return_status\">\n<param name=\"status\"" +
-                       attribute_text("expr", script_text(status)) + "/>\n";
+                       text::xml_attribute("expr", script_text(status)) + "/>\n";
     for (const PortDeclaration& port : ports_) {
       if (!port.is_input)
-        text += "<param" + attribute_text("name", port.key) + attribute_text("expr", port.key) + "/>\n";
+        text += "<param" + text::xml_attribute("name", port.key) + text::xml_attribute("expr", port.key) + "/>\n";
     }
     return text + "</send>";
   }
@@ -593,7 +595,8 @@ class AscxmlTranslator {
     if (!serves) {
       const std::string number = goal_data(*declaration);
       fields.insert(fields.begin(), {"goal_id", number});
-      return "<assign" + attribute_text("location", number) + attribute_text("expr", number + " + 1") + "/>\n" +
+      return "<assign" + text::xml_attribute("location", number) + text::xml_attribute("expr", number + " + 1") +
+             "/>\n" +
              call(place.service, goal, completed(world_.interfaces.method(place.service, goal).arguments, fields));
     }
     const std::string id = expression(std::string(element.attribute("goal_id").value_or("0")));
@@ -661,10 +664,10 @@ class AscxmlTranslator {
   }
 
   static std::string reply(const std::string& service, const std::string& method, const std::string& result) {
-    std::string text =
-        "<send type=\"thrift\"" + attribute_text("target", service) + attribute_text("event", method + ".reply");
+    std::string text = "<send type=\"thrift\"" + text::xml_attribute("target", service) +
+                       text::xml_attribute("event", method + ".reply");
     if (result.empty()) return text + "/>";
-    return text + ">\n<param name=\"result\"" + attribute_text("expr", result) + "/>\n</send>";
+    return text + ">\n<param name=\"result\"" + text::xml_attribute("expr", result) + "/>\n</send>";
   }
 
   const AscxmlChart& chart_;

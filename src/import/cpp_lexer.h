@@ -6,7 +6,14 @@
 #include <string_view>
 #include <vector>
 
+#include "sentree/base/result.h"
+
 namespace sentree::import {
+
+/// C++ that no chart can say. Error: import.cpp.
+[[nodiscard]] inline tl::unexpected<Diagnostic> cannot(std::string message) {
+  return fail("import.cpp", std::move(message));
+}
 
 enum class TokenKind { kName, kNumber, kText, kPunctuation, kComment };
 

@@ -7,6 +7,9 @@
 
 namespace sentree::import {
 
+/// Of the addresses that stand in for those of components and nodes, which nobody knows here.
+inline constexpr int kFirstPort = 10'001;
+
 /// `text` as a name of a service, a file or a leaf: letters, digits, '_', '-'; what else it has becomes '_'.
 [[nodiscard]] std::string safe_name(std::string_view text);
 

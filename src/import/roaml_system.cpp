@@ -7,7 +7,6 @@
 #include <set>
 
 #include "sentree/import/ascxml_chart.h"
-#include "sentree/import/detail/words.h"
 #include "sentree/import/project_writer.h"
 #include "sentree/import/snippet.h"
 #include "sentree/import/xml_rewrite.h"
@@ -257,10 +256,10 @@ class RoamlSystem {
                                : thrift == "double" ? "double"
                                                     : "int";
       ports += std::string("      <") + (port.is_input ? "input_port" : "output_port") +
-               attribute_text("name", port.key) + attribute_text("type", type) + "/>\n";
+               text::xml_attribute("name", port.key) + text::xml_attribute("type", type) + "/>\n";
     }
     const std::string tag = is_condition ? "Condition" : "Action";
-    return "    <" + tag + attribute_text("ID", chart.name) +
+    return "    <" + tag + text::xml_attribute("ID", chart.name) +
            (ports.empty() ? "/>\n" : ">\n" + ports + "    </" + tag + ">\n");
   }
 

@@ -131,7 +131,7 @@ class SkillTranslator {
     const XmlElement root = document_.root();
     std::string inside = rewritten_inside(document_, root, [&](const XmlElement& child) { return outside(child); });
     std::string declared;
-    for (const std::string& name : new_data_) declared += "<data" + attribute_text("id", name) + "/>\n";
+    for (const std::string& name : new_data_) declared += "<data" + text::xml_attribute("id", name) + "/>\n";
     if (!declared.empty() && !has_datamodel_) inside = "\n<datamodel>\n" + declared + "</datamodel>\n" + inside;
     if (has_datamodel_) {
       const std::size_t end = inside.find("</datamodel>");
@@ -343,7 +343,7 @@ class SkillTranslator {
         inside += std::string(source_of(document_, child)) + "\n";
       }
     }
-    std::string tag = "<final" + attribute_text("id", is_success ? "success" : "failure");
+    std::string tag = "<final" + text::xml_attribute("id", is_success ? "success" : "failure");
     return tag + (inside.empty() ? "/>" : ">\n" + inside + "</final>");
   }
 
@@ -360,7 +360,8 @@ class SkillTranslator {
       std::string inside = rewritten_inside(document_, element, [&](const XmlElement& child) {
         return child.local_name() == "transition" ? std::string() : outside(child);
       });
-      inside += "<transition" + attribute_text("target", status == Status::kSuccess ? "success" : "failure") + "/>";
+      inside +=
+          "<transition" + text::xml_attribute("target", status == Status::kSuccess ? "success" : "failure") + "/>";
       return element_text(element, start_tag(element, changes), inside);
     }
     if (auto waiting = waiting_state(element, changes)) return std::move(*waiting);
@@ -437,7 +438,7 @@ class SkillTranslator {
     for (std::size_t i = 0; i < pieces.size(); ++i) {
       std::string entry = pieces[i].xml;
       if (pieces[i].call) entry += send_of(*pieces[i].call, steps[i]) + "\n";
-      inside += "<state" + attribute_text("id", steps[i]) + ">\n";
+      inside += "<state" + text::xml_attribute("id", steps[i]) + ">\n";
       if (entry.find('<') != std::string::npos) inside += "<onentry>\n" + entry + "</onentry>\n";
       if (pieces[i].call) inside += outcomes(*pieces[i].call, pieces[i].result, steps[i], steps[i + 1]);
       for (const XmlElement& child : element.children()) {
@@ -459,17 +460,18 @@ class SkillTranslator {
                        const std::string& next) {
     const std::string name = call.service + "." + call.method;
     const std::string mine = "_event.sendid === '" + id + "'";
-    std::string text = "<transition" + attribute_text("event", name + ".reply") + attribute_text("cond", mine) +
-                       attribute_text("target", next);
+    std::string text = "<transition" + text::xml_attribute("event", name + ".reply") +
+                       text::xml_attribute("cond", mine) + text::xml_attribute("target", next);
     if (result.empty()) {
       text += "/>\n";
     } else {
-      text += ">\n<assign" + attribute_text("location", result) + " expr=\"_event.data.result\"/>\n</transition>\n";
+      text +=
+          ">\n<assign" + text::xml_attribute("location", result) + " expr=\"_event.data.result\"/>\n</transition>\n";
     }
     // A stub that gets no answer goes on with a default value; here the call's failure is the skill's.
     needs_failure_ = needs_failure_ || !failure_;
-    text += "<transition" + attribute_text("event", "error " + name + ".error") + attribute_text("cond", mine) +
-            " target=\"failure\"/>\n";
+    text += "<transition" + text::xml_attribute("event", "error " + name + ".error") +
+            text::xml_attribute("cond", mine) + " target=\"failure\"/>\n";
     return text;
   }
 

@@ -4,7 +4,6 @@
 #include <array>
 #include <map>
 
-#include "sentree/import/detail/words.h"
 #include "sentree/text/xml.h"
 
 namespace sentree::import {

@@ -18,22 +18,18 @@ std::string_view source_of(const XmlDocument& document, const XmlElement& elemen
   return std::string_view(document.source()).substr(element.offset(), element.end_offset() - element.offset());
 }
 
-std::string attribute_text(std::string_view name, std::string_view value) {
-  return " " + std::string(name) + "=\"" + text::xml_escape(value) + "\"";
-}
-
 std::string start_tag(const XmlElement& element, const std::map<std::string, std::optional<std::string>>& changes) {
   std::string tag = "<" + std::string(element.name());
   element.for_each_attribute([&](std::string_view name, std::string_view value) {
     const auto change = changes.find(std::string(name));
     if (change == changes.end()) {
-      tag += attribute_text(name, value);
+      tag += text::xml_attribute(name, value);
     } else if (change->second) {
-      tag += attribute_text(name, *change->second);
+      tag += text::xml_attribute(name, *change->second);
     }
   });
   for (const auto& [name, value] : changes) {
-    if (value && !element.attribute(name)) tag += attribute_text(name, *value);
+    if (value && !element.attribute(name)) tag += text::xml_attribute(name, *value);
   }
   return tag;
 }

@@ -16,9 +16,6 @@ namespace sentree::import {
 /// The element's source as written, from '<' to '>'.
 [[nodiscard]] std::string_view source_of(const text::XmlDocument& document, const text::XmlElement& element);
 
-/// " name="value"" for XML.
-[[nodiscard]] std::string attribute_text(std::string_view name, std::string_view value);
-
 /// The start tag without its '>' or "/>"; values in `changes` replace those written, nothing removes the attribute, and
 /// what is not there is added.
 [[nodiscard]] std::string start_tag(const text::XmlElement& element,

@@ -8,7 +8,6 @@
 #include <set>
 #include <sstream>
 
-#include "sentree/import/detail/words.h"
 #include "sentree/import/project_writer.h"
 #include "sentree/import/skill_chart.h"
 #include "sentree/import/snippet.h"
@@ -438,7 +437,7 @@ class YarpSystem {
          waits ? "a C++ node; its name says that it runs until it is halted, and so does the skill written for it"
                : "no chart runs this leaf (a C++ node?); its skill fails until you write it");
     std::string chart = "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\"" +
-                        attribute_text("name", leaf.name) + " initial=\"running\">\n";
+                        text::xml_attribute("name", leaf.name) + " initial=\"running\">\n";
     if (waits) {
       chart +=
           "  <state id=\"running\">\n    <transition event=\"halt\" target=\"halted\"/>\n  </state>\n"

@@ -1,14 +1,11 @@
 #include "sentree/project/plan.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <bit>
 #include <cstdlib>
 #include <deque>
 #include <set>
 
-#include "sentree/idl/conform.h"
 #include "sentree/project/chart_memory.h"
 #include "sentree/project/check_intervention.h"
 #include "sentree/project/check_mission.h"
@@ -20,19 +17,15 @@
 #include "sentree/project/check_verify.h"
 #include "sentree/project/checks.h"
 #include "sentree/project/detail/part_cache.h"
-#include "sentree/project/interface_file.h"
 #include "sentree/project/mission_tree.h"
 #include "sentree/project/requirements.h"
 #include "sentree/project/skill_protocol.h"
-#include "sentree/project/variant.h"
 #include "sentree/rpc/address.h"
 #include "sentree/scxml/check.h"
 #include "sentree/sim/services.h"
 #include "sentree/sim/topics.h"
-#include "sentree/sim/world_variant.h"
 #include "sentree/text/file.h"
 #include "sentree/text/read_fence.h"
-#include "sentree/text/yaml.h"
 
 namespace sentree::project {
 

@@ -226,11 +226,6 @@ TEST_F(Against, AModelThatCanBeInTooManyStatesIsGivenUp) {
   EXPECT_THAT(found().given_up, HasSubstr("states"));
 }
 
-std::uint64_t environment(const char* name, std::uint64_t otherwise) {
-  const char* const text = std::getenv(name);
-  return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
-}
-
 // What models do is what they allow; another number is not, unless some other behaviour gives it.
 TEST(AgainstRandomProjects, RunsWithModelsAreAllowed) {
   const std::uint64_t seeds = environment("SENTREE_SEEDS", 60);

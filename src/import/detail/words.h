@@ -6,8 +6,6 @@
 #include <string_view>
 #include <vector>
 
-#include "sentree/base/result.h"
-
 namespace sentree::import {
 
 /// What stands between white space.
@@ -18,15 +16,10 @@ inline std::vector<std::string> words(std::string_view text) {
   return found;
 }
 
+/// True if `name` is one of them.
 template <class List>
 bool contains(const List& list, std::string_view name) {
   return std::find(list.begin(), list.end(), name) != list.end();
 }
-
-/// C++ that no chart can say.
-inline tl::unexpected<Diagnostic> cannot(std::string message) { return fail("import.cpp", std::move(message)); }
-
-/// Of the addresses that stand in for components and nodes.
-inline constexpr int kFirstPort = 10'001;
 
 }  // namespace sentree::import
