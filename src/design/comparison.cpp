@@ -349,8 +349,8 @@ void find_owners(const XmlElement& root, ChartSide& side) {
   std::map<std::size_t, std::pair<int, int>> own;
   int begin = kNowhere;
   for (std::size_t i = 0; i < side.transitions.size(); ++i) {
-    const auto source = static_cast<std::size_t>(side.drawing.transitions[i].source);
-    if (side.states[source] != scxml::kNoState)
+    const auto from = static_cast<std::size_t>(side.drawing.transitions[i].source);
+    if (side.states[from] != scxml::kNoState)
       own[side.transition_bytes[i]] = {kNowhere, static_cast<int>(i)};
     else if (side.drawing.states[source].parent == kNowhere)
       begin = static_cast<int>(i);

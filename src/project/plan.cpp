@@ -6,6 +6,7 @@
 #include <deque>
 #include <set>
 
+#include "sentree/idl/conform.h"
 #include "sentree/project/chart_memory.h"
 #include "sentree/project/check_intervention.h"
 #include "sentree/project/check_mission.h"
@@ -17,6 +18,7 @@
 #include "sentree/project/check_verify.h"
 #include "sentree/project/checks.h"
 #include "sentree/project/detail/part_cache.h"
+#include "sentree/project/interface_file.h"
 #include "sentree/project/mission_tree.h"
 #include "sentree/project/requirements.h"
 #include "sentree/project/skill_protocol.h"

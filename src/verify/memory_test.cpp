@@ -172,7 +172,9 @@ TEST(Statistics, OfWhatIsRememberedAreThoseOfWhatIsExecuted) {
     for (const auto& run : executed) violated += std::find(run.begin(), run.end(), true) != run.end() ? 1U : 0U;
   }
   std::cout << violated << " runs violate something\n";
-  if (only == 0) EXPECT_GT(violated, kSeeds / 4);
+  if (only == 0) {
+    EXPECT_GT(violated, kSeeds / 4);
+  }
 }
 
 }  // namespace
