@@ -5,7 +5,7 @@
 #include "sentree/cli/output.h"
 #include "sentree/cli/page.h"
 #include "sentree/http/http.h"
-#include "sentree/runtime/control.h"
+#include "sentree/processes/control.h"
 #include "sentree/text/json.h"
 
 namespace sentree::cli {
@@ -72,8 +72,8 @@ int attach_to_page(const PageAddress& address, bool open) {
 
 // The run that is meant if nobody says which.
 std::optional<int> only_run() {
-  std::vector<runtime::RunningRun> runs = runtime::running_runs(kPatience);
-  std::erase_if(runs, [](const runtime::RunningRun& run) { return !run.has_page; });
+  std::vector<processes::RunningRun> runs = processes::running_runs(kPatience);
+  std::erase_if(runs, [](const processes::RunningRun& run) { return !run.has_page; });
   if (runs.size() == 1) return runs.front().pid;
   if (runs.empty()) {
     say("no mission runs in real time on this machine; start one with: sentree run PROJECT --clock real, or with a "
@@ -81,13 +81,13 @@ std::optional<int> only_run() {
     return std::nullopt;
   }
   say("several missions run; choose one with --attach PID");
-  for (const runtime::RunningRun& run : runs)
+  for (const processes::RunningRun& run : runs)
     say("  " + std::to_string(run.pid) + "  " + run.scenario + ", at " + shortest_decimal(run.time) + " s");
   return std::nullopt;
 }
 
 int attach_to_run(int pid, const StudioCommand& command) {
-  const auto run = runtime::connect_control(pid);
+  const auto run = processes::connect_control(pid);
   if (!run) {
     say(run.error().message);
     return kEnvironment;

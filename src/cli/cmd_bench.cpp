@@ -8,8 +8,8 @@
 #include "sentree/cli/output.h"
 #include "sentree/cli/serve.h"
 #include "sentree/cli/yarp_network.h"
+#include "sentree/processes/supervisor.h"
 #include "sentree/rpc/middleware.h"
-#include "sentree/runtime/supervisor.h"
 
 namespace sentree::cli {
 
@@ -91,7 +91,7 @@ int bench_rpc(const BenchRpcCommand& command) {
     names = std::move(*started);
     listen = "yarp:/sentree/bench/rpc:i";
   }
-  runtime::Supervisor server(runtime::own_program(), [](const runtime::ProcessEvent&) {});
+  processes::Supervisor server(processes::own_program(), [](const runtime::ProcessEvent&) {});
   const auto address = server.start({.name = "server", .arguments = {"bench", "rpc"}, .listen = listen, .restarts = 0});
   const auto client =
       address ? rpc::connect(*rpc::Address::parse(*address), interface) : tl::unexpected(address.error());

@@ -1,10 +1,10 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/idl/conform.h"
+#include "sentree/processes/control.h"
+#include "sentree/processes/remote_service.h"
 #include "sentree/project/interface_file.h"
 #include "sentree/project/plan.h"
-#include "sentree/runtime/control.h"
-#include "sentree/runtime/remote_service.h"
 #include "sentree/text/json.h"
 #include "sentree/text/yaml.h"
 
@@ -75,7 +75,7 @@ int call_address(const CallCommand& command, const rpc::Address& address, const 
     const auto checked = conformed ? idl::check_ranges(*method, *conformed) : Result<void>();
     if (!checked) return finish(false, "", "arguments", checked.error().message);
   }
-  const auto outcome = runtime::call_once(address, service, address.service, command.method, arguments, deadline);
+  const auto outcome = processes::call_once(address, service, address.service, command.method, arguments, deadline);
   return finish(outcome.ok, to_json(outcome.result), outcome.kind, outcome.message);
 }
 
@@ -97,7 +97,7 @@ int call(const CallCommand& command) {
   }
   int pid = 0;
   if (!command.run.empty()) pid = std::atoi(command.run.c_str());
-  const auto client = runtime::connect_control(pid);
+  const auto client = processes::connect_control(pid);
   if (!client) {
     say(client.error().message);
     return kEnvironment;

@@ -3,7 +3,7 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/serve.h"
-#include "sentree/runtime/component.h"
+#include "sentree/processes/component.h"
 
 namespace sentree::cli {
 
@@ -16,18 +16,18 @@ int component(const ComponentCommand& command) {
     say("give either --project PROJECT or --world FILE");
     return kUsage;
   }
-  Loaded<runtime::SimComponent> loaded;
+  Loaded<processes::SimComponent> loaded;
   if (command.world.empty()) {
     const auto scenario = load_file(command.project);
     if (!scenario) return kInvalidInput;
-    loaded = runtime::prepare_sim(scenario->project);
+    loaded = processes::prepare_sim(scenario->project);
   } else {
-    loaded = runtime::prepare_sim_world(command.world);
+    loaded = processes::prepare_sim_world(command.world);
   }
   say(loaded.diagnostics);
   if (!loaded.ok()) return kInvalidInput;
-  const runtime::SimServer server(std::move(*loaded.value), command.seed, command.factor,
-                                  [](const std::string& what) { say(what); });
+  const processes::SimServer server(std::move(*loaded.value), command.seed, command.factor,
+                                    [](const std::string& what) { say(what); });
   return serve_until_signal(command.listen, server.services(), command.insecure);
 }
 

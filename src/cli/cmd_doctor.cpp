@@ -11,13 +11,13 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/groot/server.h"
+#include "sentree/processes/control.h"
+#include "sentree/processes/environment.h"
+#include "sentree/processes/remote_skill.h"
 #include "sentree/project/plan.h"
 #include "sentree/rpc/certificates.h"
 #include "sentree/rpc/middleware.h"
 #include "sentree/rpc/server.h"
-#include "sentree/runtime/control.h"
-#include "sentree/runtime/environment.h"
-#include "sentree/runtime/remote_skill.h"
 
 namespace sentree::cli {
 
@@ -32,7 +32,7 @@ struct HealthFinding {
 
 HealthFinding check_shipped() {
   const auto interfaces = project::shipped_folder("interfaces");
-  if (interfaces.empty() || !runtime::skill_interface() || !runtime::observer_interface()) {
+  if (interfaces.empty() || !processes::skill_interface() || !processes::observer_interface()) {
     return {"interfaces", "the Thrift interfaces that come with Sentree are not found",
             "install it whole: cmake --install build/release"};
   }
@@ -40,7 +40,7 @@ HealthFinding check_shipped() {
 }
 
 HealthFinding check_socket(const std::string& name, const std::string& address_text) {
-  const auto interface = runtime::skill_interface();
+  const auto interface = processes::skill_interface();
   const auto address = rpc::Address::parse(address_text);
   if (!interface || !address) return {name, "not tried", "mend the findings above first"};
   auto service = std::make_shared<rpc::FunctionService>(
@@ -53,7 +53,7 @@ HealthFinding check_socket(const std::string& name, const std::string& address_t
 }
 
 HealthFinding check_control_folder() {
-  const auto folder = runtime::control_folder();
+  const auto folder = processes::control_folder();
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error || access(folder.c_str(), W_OK) != 0) {
@@ -67,7 +67,7 @@ HealthFinding check_control_folder() {
 HealthFinding check_certificates() {
   constexpr int kDaysWarned = 14;
   const std::string name = "certificates";
-  const rpc::TlsFiles files = runtime::environment_tls();
+  const rpc::TlsFiles files = processes::environment_tls();
   if (files.empty()) return {name, "none; tls:// addresses need some, see docs/how-to/certificates.md", ""};
   const auto certificate = rpc::examine(files);
   if (!certificate)
@@ -131,7 +131,7 @@ std::vector<HealthFinding> examine() {
       check_shipped(),
       check_control_folder(),
       check_socket("unix sockets",
-                   "unix:" + (runtime::control_folder() / ("doctor-" + std::to_string(getpid()) + ".sock")).string()),
+                   "unix:" + (processes::control_folder() / ("doctor-" + std::to_string(getpid()) + ".sock")).string()),
       check_socket("loopback TCP", "tcp://127.0.0.1:0"),
       check_certificates(),
       check_groot(),

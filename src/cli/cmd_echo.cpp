@@ -5,11 +5,11 @@
 #include "sentree/cli/interrupts.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/report.h"
+#include "sentree/processes/control.h"
+#include "sentree/processes/wire_message.h"
 #include "sentree/project/project.h"
 #include "sentree/rpc/client.h"
 #include "sentree/rpc/middleware.h"
-#include "sentree/runtime/control.h"
-#include "sentree/runtime/wire_message.h"
 #include "sentree/text/json.h"
 
 namespace sentree::cli {
@@ -60,7 +60,7 @@ int echo_address(const EchoCommand& command) {
 
 int echo(const EchoCommand& command) {
   if (command.pattern.find(':') != std::string::npos) return echo_address(command);
-  const auto run = runtime::connect_control(std::atoi(command.run.c_str()));
+  const auto run = processes::connect_control(std::atoi(command.run.c_str()));
   if (!run) {
     say(run.error().message);
     return kEnvironment;
@@ -82,8 +82,8 @@ int echo(const EchoCommand& command) {
       return heard ? kOk : kEnvironment;
     }
     heard = true;
-    after = static_cast<std::int64_t>(runtime::number_of(*reply, "upto"));
-    if (const std::uint64_t lost = runtime::number_of(*reply, "missed"); lost > 0) {
+    after = static_cast<std::int64_t>(processes::number_of(*reply, "upto"));
+    if (const std::uint64_t lost = processes::number_of(*reply, "missed"); lost > 0) {
       missed += lost;
       say("! " + std::to_string(lost) + " messages came faster than they could be shown");
     }
@@ -91,7 +91,7 @@ int echo(const EchoCommand& command) {
       if (command.json) {
         print(std::string(text.text()) + "\n");
       } else if (const auto json = text::parse_json(text.text())) {
-        print(line(runtime::message_from_json(*json)) + "\n");
+        print(line(processes::message_from_json(*json)) + "\n");
       }
       if (command.count > 0 && ++shown >= command.count) return kOk;
     }

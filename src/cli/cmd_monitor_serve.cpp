@@ -2,9 +2,9 @@
 #include "sentree/cli/output.h"
 #include "sentree/cli/report.h"
 #include "sentree/cli/serve.h"
+#include "sentree/processes/remote_observer.h"
+#include "sentree/processes/remote_skill.h"
 #include "sentree/project/plan.h"
-#include "sentree/runtime/remote_observer.h"
-#include "sentree/runtime/remote_skill.h"
 
 namespace sentree::cli {
 
@@ -18,21 +18,21 @@ int monitor_serve(const MonitorServeCommand& command) {
   auto plan = project::prepare_monitor(scenario->project, command.name);
   say(plan.diagnostics);
   if (!plan.ok()) return kInvalidInput;
-  auto interface = runtime::observer_interface();
+  auto interface = processes::observer_interface();
   if (!interface) {
     say(to_string(interface.error()));
     return kEnvironment;
   }
   const auto service =
-      runtime::make_monitor_service(std::move(*interface), plan.value->model, std::move(plan.value->gate),
-                                    [model = plan.value->model](const monitor::Decision& decision) {
-                                      runtime::MonitorReport report;
-                                      report.name = model.name();
-                                      report.explanation = monitor::explain(model, decision, "");
-                                      report.verdict = decision.verdict;
-                                      report.decision = decision;
-                                      say(story(report));
-                                    });
+      processes::make_monitor_service(std::move(*interface), plan.value->model, std::move(plan.value->gate),
+                                      [model = plan.value->model](const monitor::Decision& decision) {
+                                        runtime::MonitorReport report;
+                                        report.name = model.name();
+                                        report.explanation = monitor::explain(model, decision, "");
+                                        report.verdict = decision.verdict;
+                                        report.decision = decision;
+                                        say(story(report));
+                                      });
   return serve_until_signal(command.listen, {{"observer", service}}, command.insecure);
 }
 

@@ -21,6 +21,7 @@
 #include "sentree/cli/run_recording.h"
 #include "sentree/cli/what_if.h"
 #include "sentree/cli/yarp_network.h"
+#include "sentree/processes/elsewhere.h"
 #include "sentree/project/distribute.h"
 #include "sentree/runtime/durable.h"
 #include "sentree/studio/groot_run.h"
@@ -293,8 +294,7 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, std::u
   std::unique_ptr<LiveView> view;
   Narrator narrator;
   runtime::RunOptions options;
-  options.listen = command.listen;
-  options.insecure = command.insecure;
+  options.elsewhere = processes::elsewhere({.listen = command.listen, .insecure = command.insecure});
   if (live) {
     view = std::make_unique<LiveView>(*plan.value);
     options.listeners.push_back([&](const Message& message) { view->observe(message); });

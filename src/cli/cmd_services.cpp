@@ -4,11 +4,11 @@
 
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
+#include "sentree/processes/control.h"
+#include "sentree/processes/environment.h"
 #include "sentree/project/project.h"
 #include "sentree/rpc/client.h"
 #include "sentree/rpc/middleware.h"
-#include "sentree/runtime/control.h"
-#include "sentree/runtime/environment.h"
 #include "sentree/text/json.h"
 
 namespace sentree::cli {
@@ -71,7 +71,7 @@ Ping ping_address(const std::string& name, const std::string& text) {
   }
   rpc::ClientOptions options;
   options.target = name;
-  options.tls = runtime::environment_tls();
+  options.tls = processes::environment_tls();
   const auto client = rpc::connect(*address, probe_interface(), std::move(options));
   if (!client) {
     ping.message = client.error().message;
@@ -150,7 +150,7 @@ int services_on(const ServicesCommand& command) {
 
 int services(const ServicesCommand& command) {
   if (!command.on.empty()) return services_on(command);
-  const auto run = runtime::connect_control(std::atoi(command.run.c_str()));
+  const auto run = processes::connect_control(std::atoi(command.run.c_str()));
   if (!run) {
     say(run.error().message);
     return kEnvironment;
@@ -178,7 +178,7 @@ int services(const ServicesCommand& command) {
 int ping(const PingCommand& command) {
   if (command.target.find(':') != std::string::npos)
     return report({ping_address(command.target, command.target)}, command.json);
-  const auto run = runtime::connect_control(std::atoi(command.run.c_str()));
+  const auto run = processes::connect_control(std::atoi(command.run.c_str()));
   if (!run) {
     say(run.error().message);
     return kEnvironment;

@@ -14,9 +14,9 @@
 #include "sentree/cli/terminal_map.h"
 #include "sentree/cli/tour.h"
 #include "sentree/cli/yarp_network.h"
+#include "sentree/processes/component.h"
+#include "sentree/processes/control.h"
 #include "sentree/rpc/middleware.h"
-#include "sentree/runtime/component.h"
-#include "sentree/runtime/control.h"
 #include "sentree/sim/services.h"
 #include "sentree/sim/simulation.h"
 
@@ -148,7 +148,7 @@ int sprint(const sim::World& world, Tour tour, const SimCommand& command, std::o
 }
 
 // Draws, prints and drives until a signal or the end. The signals are blocked.
-int watch(runtime::SimServer& server, const sim::World& world, Tour tour, const SimCommand& command,
+int watch(processes::SimServer& server, const sim::World& world, Tour tour, const SimCommand& command,
           std::optional<Duration> duration, const sigset_t& signals) {
   const bool live = !command.json && !command.headless && isatty(STDOUT_FILENO) == 1;
   if (live) print("\x1b[?1049h\x1b[?25l");  // another screen, no cursor
@@ -207,7 +207,7 @@ int sim(const SimCommand& command) {
       return kUsage;
     }
   }
-  auto component = runtime::prepare_sim_world(command.world);
+  auto component = processes::prepare_sim_world(command.world);
   say(component.diagnostics);
   if (!component.ok()) return kInvalidInput;
   const std::shared_ptr<const sim::World> world = component.value->world;
@@ -242,8 +242,8 @@ int sim(const SimCommand& command) {
   sigemptyset(&signals);
   for (const int signal : {SIGINT, SIGTERM}) sigaddset(&signals, signal);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  runtime::SimServer server(std::move(*component.value), command.seed, command.speed);
-  const auto control = runtime::start_control(server.control(command.world));
+  processes::SimServer server(std::move(*component.value), command.seed, command.speed);
+  const auto control = processes::start_control(server.control(command.world));
   if (!control) say("no control socket: " + to_string(control.error()));
   std::unique_ptr<yarp::NameServer> names;
   std::vector<rpc::Address> addresses;

@@ -4,7 +4,7 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/serve.h"
-#include "sentree/runtime/remote_skill.h"
+#include "sentree/processes/remote_skill.h"
 
 namespace sentree::cli {
 
@@ -40,21 +40,21 @@ int skill(const SkillCommand& command) {
         ", which is inside another process; give its address with --at " + name + "=ADDRESS");
     return kInvalidInput;
   }
-  const auto interface = runtime::served_skill_interface();
-  const auto observers = runtime::observer_interface();
+  const auto interface = processes::served_skill_interface();
+  const auto observers = processes::observer_interface();
   if (!interface || !observers) {
     say(to_string(interface ? observers.error() : interface.error()));
     return kEnvironment;
   }
   const auto problem = [](const std::string& what) { say("! " + what); };
-  std::unique_ptr<runtime::Publisher> publisher = runtime::make_silent_publisher();
+  std::unique_ptr<runtime::Publisher> publisher = processes::make_silent_publisher();
   if (!command.observer.empty()) {
     const auto address = rpc::Address::parse(command.observer);
     if (!address) {
       say("--observer: " + address.error().message);
       return kUsage;
     }
-    auto remote = runtime::make_remote_publisher(*address, *observers, command.leaf, problem);
+    auto remote = processes::make_remote_publisher(*address, *observers, command.leaf, problem);
     if (!remote) {
       say(to_string(remote.error()));
       return kEnvironment;
@@ -62,7 +62,7 @@ int skill(const SkillCommand& command) {
     publisher = std::move(*remote);
   }
   const auto scheduler = runtime::make_real_scheduler(command.factor);
-  runtime::SkillServerOptions options;
+  processes::SkillServerOptions options;
   options.factor = command.factor;
   options.seed = command.seed;
   options.delays = scenario->delays;
@@ -70,7 +70,8 @@ int skill(const SkillCommand& command) {
   options.log = [](const std::string& leaf, const scxml::LogLine& line) {
     say(leaf + ": " + line.label + " " + line.text);
   };
-  const auto service = runtime::make_skill_service(*plan.value, *interface, *publisher, *scheduler, std::move(options));
+  const auto service =
+      processes::make_skill_service(*plan.value, *interface, *publisher, *scheduler, std::move(options));
   std::thread actors([&] {
     if (const auto error = scheduler->run()) problem(*error);
   });

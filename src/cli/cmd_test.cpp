@@ -13,6 +13,7 @@
 #include "sentree/cli/output.h"
 #include "sentree/cli/progress.h"
 #include "sentree/cli/report.h"
+#include "sentree/processes/elsewhere.h"
 
 namespace sentree::cli {
 
@@ -43,6 +44,7 @@ Tested test_one(const std::filesystem::path& file, bool strict, campaign::Covera
   }
   const auto began = std::chrono::steady_clock::now();
   runtime::RunOptions options;
+  options.elsewhere = processes::elsewhere();
   auto progress = std::make_unique<Progress>(*plan, options);
   std::optional<campaign::CoverageWatch> watch;
   if (coverage != nullptr) watch.emplace(*plan, *coverage, options);

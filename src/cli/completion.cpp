@@ -10,7 +10,7 @@
 #include "sentree/project/plan.h"
 #include "sentree/project/project.h"
 #include "sentree/rpc/middleware.h"
-#include "sentree/runtime/control.h"
+#include "sentree/processes/control.h"
 #include "sentree/text/file.h"
 #include "sentree/text/json.h"
 #include "sentree/text/xml.h"
@@ -164,7 +164,7 @@ Candidates trees(const Line& line) {
 
 /// What the running mission offers, as `sentree call` lists it.
 std::optional<Value> offered(const Line& line) {
-  const auto client = runtime::connect_control(std::atoi(option_or(line, "--run", "0").c_str()));
+  const auto client = processes::connect_control(std::atoi(option_or(line, "--run", "0").c_str()));
   if (!client) return std::nullopt;
   const auto services = (*client)->call("services", Map(), std::chrono::steady_clock::now() + kControlDeadline);
   if (!services) return std::nullopt;
@@ -176,7 +176,7 @@ std::optional<Value> offered(const Line& line) {
 /// Runs that have a page, or will.
 Candidates attachable() {
   Candidates all;
-  for (const runtime::RunningRun& run : runtime::running_runs(kControlDeadline)) {
+  for (const processes::RunningRun& run : processes::running_runs(kControlDeadline)) {
     if (run.has_page) all.push_back({std::to_string(run.pid), run.scenario});
   }
   return all;

@@ -62,7 +62,7 @@ List covariance(const Value* three) {
 
 class RosRobot::Impl {
  public:
-  Impl(runtime::SimServer& server, std::function<void(const std::string&)> problem)
+  Impl(processes::SimServer& server, std::function<void(const std::string&)> problem)
       : server_(server), problem_(std::move(problem)) {}
   ~Impl() {
     {
@@ -344,7 +344,7 @@ class RosRobot::Impl {
                                     {"data", *grid->find("data")}});
   }
 
-  runtime::SimServer& server_;
+  processes::SimServer& server_;
   const std::function<void(const std::string&)> problem_;
   std::vector<Robot> robots_;
   std::map<std::string, std::unique_ptr<rpc::Caller>> topics_;
@@ -363,7 +363,7 @@ class RosRobot::Impl {
 RosRobot::RosRobot(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 RosRobot::~RosRobot() = default;
 
-Result<std::unique_ptr<RosRobot>> RosRobot::start(runtime::SimServer& server, const sim::World& world,
+Result<std::unique_ptr<RosRobot>> RosRobot::start(processes::SimServer& server, const sim::World& world,
                                                   std::function<void(const std::string&)> problem) {
   auto impl = std::make_unique<Impl>(server, std::move(problem));
   if (auto opened = impl->open(world); !opened) return tl::unexpected(std::move(opened.error()));

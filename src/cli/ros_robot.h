@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "sentree/base/result.h"
+#include "sentree/processes/component.h"
 #include "sentree/rpc/middleware.h"
-#include "sentree/runtime/component.h"
 
 namespace sentree::cli {
 
@@ -16,7 +16,7 @@ namespace sentree::cli {
 class RosRobot {
  public:
   /// Errors: rpc.address (no ROS in this build), those of the interfaces.
-  [[nodiscard]] static Result<std::unique_ptr<RosRobot>> start(runtime::SimServer& server, const sim::World& world,
+  [[nodiscard]] static Result<std::unique_ptr<RosRobot>> start(processes::SimServer& server, const sim::World& world,
                                                                std::function<void(const std::string&)> problem);
   ~RosRobot();
   RosRobot(const RosRobot&) = delete;

@@ -6,7 +6,7 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/rpc/middleware.h"
-#include "sentree/runtime/environment.h"
+#include "sentree/processes/environment.h"
 
 namespace sentree::cli {
 
@@ -24,7 +24,7 @@ int serve_until_signal(const std::string& listen, std::vector<rpc::NamedService>
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   rpc::ServerOptions options;
   options.insecure = insecure;
-  options.tls = runtime::environment_tls();
+  options.tls = processes::environment_tls();
   options.on_peer_error = [](const std::string& message) { say(message); };
   auto server = rpc::serve(*address, std::move(services), std::move(options));
   if (!server) {

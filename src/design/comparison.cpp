@@ -349,8 +349,8 @@ void find_owners(const XmlElement& root, ChartSide& side) {
   std::map<std::size_t, std::pair<int, int>> own;
   int begin = kNowhere;
   for (std::size_t i = 0; i < side.transitions.size(); ++i) {
-    const auto from = static_cast<std::size_t>(side.drawing.transitions[i].source);
-    if (side.states[from] != scxml::kNoState)
+    const auto source = static_cast<std::size_t>(side.drawing.transitions[i].source);
+    if (side.states[source] != scxml::kNoState)
       own[side.transition_bytes[i]] = {kNowhere, static_cast<int>(i)};
     else if (side.drawing.states[source].parent == kNowhere)
       begin = static_cast<int>(i);
@@ -394,10 +394,10 @@ Result<ChartSide> chart_side(std::string_view source, const std::string& file) {
   }
   for (std::size_t i = 0; i < side.transitions.size(); ++i) {
     const scxml::Place& place = side.chart.transitions()[side.transitions[i]].place;
-    const auto source = static_cast<std::size_t>(side.drawing.transitions[i].source);
+    const auto from = static_cast<std::size_t>(side.drawing.transitions[i].source);
     // The one of an attribute `initial` has no element; that of what it is in stands for it.
-    side.transition_bytes.push_back(side.states[source] == scxml::kNoState ? side.state_bytes[source]
-                                                                           : lines.offset(place.line, place.column));
+    side.transition_bytes.push_back(side.states[from] == scxml::kNoState ? side.state_bytes[from]
+                                                                         : lines.offset(place.line, place.column));
   }
   find_owners(document->root(), side);
   return side;

@@ -35,6 +35,11 @@ bool ServicePlan::is_idempotent(const idl::Method& method) const {
   return method.idempotent || std::find(idempotent.begin(), idempotent.end(), method.name) != idempotent.end();
 }
 
+bool ServicePlan::uses_other_middleware() const {
+  const auto address = rpc::Address::parse(at);
+  return address && address->kind == rpc::Address::Kind::kOther;
+}
+
 using std::filesystem::path;
 
 namespace {

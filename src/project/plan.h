@@ -49,6 +49,8 @@ struct ServicePlan {
   std::vector<std::string> idempotent = {};  ///< Methods, beside those that the interface says are.
 
   [[nodiscard]] bool is_idempotent(const idl::Method& method) const;
+  /// At an address of another scheme than those of Thrift: "yarp:", "ros:".
+  [[nodiscard]] bool uses_other_middleware() const;
 };
 
 /// A chart that serves services of the run, or publishes and subscribes to topics.

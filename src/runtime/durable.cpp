@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "sentree/mission/carry.h"
-#include "sentree/rpc/address.h"
 #include "sentree/runtime/local_skill.h"
 #include "sentree/runtime/run.h"
 
@@ -55,8 +54,7 @@ std::string Durability::obstacle(const project::Plan& plan) {
              ", which a durable run executes itself; leave it out";
   }
   for (const auto& [name, service] : plan.services) {
-    const auto address = rpc::Address::parse(service.at);
-    if (address && address->kind == rpc::Address::Kind::kOther)
+    if (service.uses_other_middleware())
       return "service " + name + " is reached through another middleware than Thrift";
   }
   return {};

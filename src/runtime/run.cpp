@@ -4,28 +4,19 @@
 
 #include <algorithm>
 #include <atomic>
-#include <filesystem>
 #include <map>
 #include <set>
 
 #include "sentree/base/assert.h"
-#include "sentree/base/temporary_folder.h"
 #include "sentree/idl/conform.h"
-#include "sentree/rpc/middleware.h"
-#include "sentree/runtime/control.h"
 #include "sentree/runtime/durable.h"
-#include "sentree/runtime/environment.h"
+#include "sentree/runtime/elsewhere.h"
 #include "sentree/runtime/local_skill.h"
 #include "sentree/runtime/model_actor.h"
 #include "sentree/runtime/monitors.h"
-#include "sentree/runtime/observation_socket.h"
-#include "sentree/runtime/remote_observer.h"
-#include "sentree/runtime/remote_service.h"
-#include "sentree/runtime/remote_skill.h"
 #include "sentree/runtime/run_steering.h"
 #include "sentree/runtime/services.h"
 #include "sentree/runtime/stream_publisher.h"
-#include "sentree/runtime/supervisor.h"
 #include "sentree/runtime/tap.h"
 #include "sentree/runtime/telemetry.h"
 #include "sentree/runtime/topics.h"
@@ -37,16 +28,22 @@ namespace sentree::runtime {
 
 namespace {
 
-// What a run's processes get to end in order.
-constexpr std::chrono::seconds kEndPatience{2};
 // What a call of somebody who steers the run gets.
 constexpr std::chrono::seconds kCallPatience{1};
+// Why parts elsewhere are refused by a run that was given no way to them (`RunOptions::elsewhere`).
+constexpr const char* kOnlyHere = ", and everything runs in one process here";
 
-void replace_all(std::string& text, const std::string& what, const std::string& with) {
-  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + with.size())) {
-    text.replace(at, what.size(), with);
+// A service at an address, in a run that reaches none.
+class UnreachablePort final : public ServicePort {
+ public:
+  explicit UnreachablePort(std::string name) : name_(std::move(name)) {}
+  void call(const idl::Method&, Value, Done done) override {
+    done({.ok = false, .result = {}, .kind = "unreachable", .message = name_ + " is elsewhere" + kOnlyHere});
   }
-}
+
+ private:
+  const std::string name_;
+};
 
 }  // namespace
 
@@ -64,7 +61,7 @@ class Run::Impl final : public RunView, private RunInside {
                   {.decided = [this](const MonitorReport& report) { on_decision(report); },
                    .given_up = [this](const std::string& why) { given_up(why); },
                    .stepped = [this](std::size_t index) { steering_.monitor_stepped(index); }}),
-        publisher_(stream_, monitors_, observers_, *scheduler_, stretched(scenario_.project.deadlines.call)),
+        publisher_(stream_, monitors_, *scheduler_, stretched(scenario_.project.deadlines.call)),
         director_(scheduler_->add_actor("director")),
         steering_({.plan = &plan,
                    .scheduler = scheduler_.get(),
@@ -74,8 +71,12 @@ class Run::Impl final : public RunView, private RunInside {
                    .call = [this](const std::string& service, const std::string& method,
                                   const Value& args) { return call_service(service, method, args); },
                    .stop = [this] { mission_->stop(); },
-                   .kill_process = [this](const std::string& process) { supervisor_->kill(process); },
-                   .restart_process = [this](const std::string& process) { return supervisor_->restart(process); },
+                   .kill_process =
+                       [this](const std::string& process) {
+                         if (elsewhere_) elsewhere_->kill(process);
+                       },
+                   .restart_process =
+                       [this](const std::string& process) { return elsewhere_ && elsewhere_->restart(process); },
                    .skill = [this](std::size_t leaf) { return skills_[leaf]; },
                    .monitors = [this]() -> const Monitors& { return monitors_; },
                    .problem = [this](const std::string& what) { problem(what); },
@@ -133,7 +134,7 @@ class Run::Impl final : public RunView, private RunInside {
     report.processes = processes();
 
     stream_.subscribe([this](const Message& message) { monitors_.observe(message); });
-    for (const auto& observer : observers_)
+    for (const auto& observer : observers())
       stream_.subscribe([observer = observer.get()](const Message& message) { observer->observe(message); });
     for (const auto& listener : options_.listeners) {
       stream_.subscribe([this, &listener](const Message& message) {
@@ -148,7 +149,7 @@ class Run::Impl final : public RunView, private RunInside {
     else
       monitors_.start();
     if (options_.on_view) options_.on_view(this);
-    if (!scenario_.virtual_time || options_.pace > 0 || options_.paused) start_control_socket();
+    if (!scenario_.virtual_time || options_.pace > 0 || options_.paused) serve_control();
     if (!scheduler_->is_virtual() && sim_) {
       // What calls see later than they should makes a replay differ: that comes last.
       constexpr std::chrono::milliseconds kWork{250};
@@ -178,34 +179,20 @@ class Run::Impl final : public RunView, private RunInside {
     if (interrupted_) steering_.ask_to_stop("interrupt");  // while the parts were started
     // In virtual time nothing goes on without a thread, so a script that never ends has ended the run.
     const auto hung = scheduler_->is_virtual() ? monitors_.hung() : std::nullopt;
-    const auto unheard = subscribe_elsewhere();
+    const auto unheard = elsewhere_ ? elsewhere_->subscribe(services_) : std::nullopt;
     const auto error = hung ? hung : unheard ? unheard : scheduler_->run();
     steering_.finish();
     if (options_.on_view) options_.on_view(nullptr);
     // Skills elsewhere first: they still publish while they halt. Monitors and observers see what they say.
-    control_server_.reset();
-    if (supervisor_) {
-      std::vector<std::string> publishing;
-      for (const project::ProcessEntry& entry : scenario_.processes) {
-        if (entry.monitor.empty()) publishing.push_back(entry.name);
-      }
-      supervisor_->end(publishing, kEndPatience);
-    }
-    sources_.clear();
-    observer_servers_.clear();
-    if (inbox_) inbox_->close();
+    if (elsewhere_) elsewhere_->end_speaking();
     // Ended as it is, with no tick in which the mission could have said so.
     if (scheduler_->is_virtual() && (left_behind_ || (interrupted_ && ended_ == TimePoint{})))
       ended_ = scheduler_->now();
     monitors_.finish(ended_);
-    for (const auto& observer : observers_) observer->finish(ended_);
+    for (const auto& observer : observers()) observer->finish(ended_);
     take_decisions();  // those that no actor took any more
     stream_.flush();
-    if (supervisor_) supervisor_->end(kEndPatience);
-    if (!parts_folder_.empty() && !options_.on_reached) {
-      std::error_code unremoved;
-      std::filesystem::remove_all(parts_folder_, unremoved);
-    }
+    if (elsewhere_) elsewhere_->end();
     end_callers();
 
     report.error = error.value_or("");
@@ -254,8 +241,9 @@ class Run::Impl final : public RunView, private RunInside {
   TimePoint now() const override { return scheduler_->now(); }
   std::vector<ProcessReport> processes() override {
     std::vector<ProcessReport> all{{"run", static_cast<std::int64_t>(getpid())}};
-    if (!supervisor_) return all;
-    for (const auto& process : supervisor_->running()) all.push_back({process.name, process.pid});
+    if (!elsewhere_) return all;
+    const auto others = elsewhere_->processes();
+    all.insert(all.end(), others.begin(), others.end());
     return all;
   }
   std::optional<sim::State> world() override {
@@ -405,101 +393,57 @@ class Run::Impl final : public RunView, private RunInside {
   bool is_heard(std::uint64_t sequence) const { return !is_again() || sequence > options_.durable->known; }
 
   std::optional<std::string> prepare() {
-    if (anything_remote() && durability_) {
-      // Where who resumes the run finds them.
-      parts_folder_ = options_.durable->journal;
-      parts_folder_.replace_extension(".parts");
-      for (const Value& part : left_behind_parts()) {
-        constexpr std::string_view kUnix = "unix:";
-        const std::string_view address = part.find("address")->text();
-        if (!address.starts_with(kUnix)) continue;
-        const auto folder = std::filesystem::path(address.substr(kUnix.size())).parent_path();
-        if (folder.extension() == ".parts") parts_folder_ = folder;
-      }
-    } else if (anything_remote()) {
-      folder_.emplace("run");
-      if (folder_->path().empty()) return "no folder for its sockets can be made; TMPDIR names where";
-    }
-    if (auto error = start_components()) return error;
-    if (auto error = start_skills()) return error;
-    if (auto error = connect_observers()) return error;
+    if (auto error = reach_elsewhere()) return error;
     make_models();
     if (auto error = make_mission()) return error;
     subscribe();
     return std::nullopt;
   }
 
-  bool anything_remote() const {
-    return !options_.listen.empty() || !scenario_.processes.empty() ||
-           std::any_of(plan_.leaves.begin(), plan_.leaves.end(),
-                       [](const project::LeafPlan& leaf) { return !leaf.at.empty(); });
+  std::optional<std::string> reach_elsewhere() {
+    for (const project::ObserverPlan& observer : plan_.observers) {
+      if (observer.is_monitor) remote_reports_.emplace_back().name = observer.name;
+    }
+    if (!options_.elsewhere) {
+      const bool looks_only = options_.on_reached != nullptr;
+      const auto away = std::find_if(plan_.leaves.begin(), plan_.leaves.end(),
+                                     [](const project::LeafPlan& leaf) { return !leaf.at.empty(); });
+      if (away != plan_.leaves.end()) return "the skill of " + away->name + " runs elsewhere" + kOnlyHere;
+      if (!plan_.observers.empty()) return plan_.observers.front().name + " observes from elsewhere" + kOnlyHere;
+      if (!scenario_.processes.empty() && !looks_only)
+        return "process " + scenario_.processes.front().name + " cannot be started" + kOnlyHere;
+      return std::nullopt;
+    }
+    elsewhere_ = options_.elsewhere({.plan = plan_,
+                                     .publisher = publisher_,
+                                     .publish = [this](Message message) { stream_.publish(std::move(message)); },
+                                     .problem = [this](const std::string& what) { problem(what); },
+                                     .happened = [this](const ProcessEvent& event) { on_process(event); },
+                                     .decided =
+                                         [this](const std::string& name, const monitor::Decision& decision) {
+                                           {
+                                             const std::lock_guard lock(problems_mutex_);
+                                             decided_elsewhere_.emplace_back(name, decision);
+                                           }
+                                           // The stream's actor is where monitors of this process decide too.
+                                           scheduler_->post(stream_.actor(), [this] { take_decisions(); });
+                                         },
+                                     .journal = durability_ ? options_.durable->journal : std::filesystem::path(),
+                                     .left_behind = options_.resume != nullptr ? options_.resume->parts : List(),
+                                     .only_looks = options_.on_reached != nullptr});
+    publisher_.set_elsewhere(elsewhere_.get());
+    if (auto error = elsewhere_->start(services_)) return error;
+    keep_parts();
+    return std::nullopt;
   }
 
-  // "{name}" stands for the address of a process of the scenario, "{run}" for the run's private folder.
-  std::string resolved(std::string text) {
-    if (folder_) replace_all(text, "{run}", folder_->path().string());
-    if (!parts_folder_.empty()) replace_all(text, "{run}", parts_folder_.string());
-    for (const Value& part : left_behind_parts())
-      replace_all(text, "{" + std::string(part.find("name")->text()) + "}", std::string(part.find("address")->text()));
-    if (supervisor_) {
-      for (const auto& process : supervisor_->running()) replace_all(text, "{" + process.name + "}", process.address);
-    }
-    return text;
-  }
-
-  std::optional<std::string> start_process(const project::ProcessEntry& entry, std::vector<std::string> arguments) {
-    if (entry.monitor.empty()) {
-      arguments.insert(arguments.end(),
-                       {"--seed", std::to_string(scenario_.seed), "--factor", shortest_decimal(scenario_.factor)});
-    }
-    if (!supervisor_) {
-      supervisor_ = std::make_unique<Supervisor>(options_.program.empty() ? own_program() : options_.program,
-                                                 [this](const ProcessEvent& event) { on_process(event); });
-    }
-    ProcessSpec spec{.name = entry.name,
-                     .arguments = std::move(arguments),
-                     .listen = resolved(entry.listen),
-                     .restarts = entry.restarts,
-                     .survives = durability_ != nullptr};
-    for (const Value& part : left_behind_parts()) {
-      if (part.find("name")->text() != entry.name) continue;
-      spec.listen = part.find("address")->text();
-      const auto number = [&](const char* key) { return *part.find(key)->as_int(); };
-      if (supervisor_->adopt(spec, static_cast<pid_t>(number("pid")), static_cast<std::uint64_t>(number("begun"))))
-        return std::nullopt;
-    }
-    if (durability_) {
-      std::error_code error;
-      std::filesystem::create_directories(parts_folder_, error);
-    }
-    const auto started = supervisor_->start(std::move(spec));
-    return started ? std::nullopt : std::optional(started.error().message);
-  }
-
-  // The processes of the run that is resumed, those of them that are told whole.
-  List left_behind_parts() const {
-    List parts;
-    if (options_.resume == nullptr) return parts;
-    for (const Value& part : options_.resume->parts) {
-      const auto is_number = [&](const char* key) {
-        return part.find(key) != nullptr && part.find(key)->as_int() != nullptr;
-      };
-      if (part.find("name") != nullptr && part.find("address") != nullptr && is_number("pid") && is_number("begun"))
-        parts.push_back(part);
-    }
-    return parts;
+  const std::vector<std::unique_ptr<Observer>>& observers() const {
+    static const std::vector<std::unique_ptr<Observer>> kNone;
+    return elsewhere_ ? elsewhere_->observers() : kNone;
   }
 
   void keep_parts() {
-    if (!durability_ || !supervisor_) return;
-    List parts;
-    for (const auto& process : supervisor_->running()) {
-      parts.push_back(Map{{"name", process.name},
-                          {"pid", static_cast<std::int64_t>(process.pid)},
-                          {"begun", static_cast<std::int64_t>(process_begun(process.pid))},
-                          {"address", process.address}});
-    }
-    durability_->journal().parts(std::move(parts));
+    if (durability_) durability_->journal().parts(elsewhere_->parts());
   }
 
   void on_process(const ProcessEvent& event) {
@@ -534,122 +478,9 @@ class Run::Impl final : public RunView, private RunInside {
     });
   }
 
-  std::optional<std::string> start_components() {
-    for (const project::ProcessEntry& entry : scenario_.processes) {
-      // Whoever only looks where the run was calls nobody.
-      if (entry.component.empty() || options_.on_reached) continue;
-      if (auto error = start_process(entry, {"component", entry.component, "--project", scenario_.file})) return error;
-      component_ = entry.name;
-    }
-    keep_parts();
-    for (auto& [name, service] : services_) service.at = resolved(service.at);
-    return std::nullopt;
-  }
-
-  std::optional<std::string> start_skills() {
-    if (!anything_remote() || durability_) return std::nullopt;
-    const std::string address = resolved("unix:{run}/observer.sock");
-    auto inbox = ObservationInbox::open(
-        observation_path((folder_->path() / "observer.sock").string()),
-        [this](Message message) { stream_.publish(std::move(message)); },
-        [this](const std::string& what) { problem(what); });
-    if (!inbox) return inbox.error().message;
-    inbox_ = std::move(*inbox);
-    publisher_.set_inbox(inbox_.get());
-    if (auto error = serve_observer(address)) return error;
-    if (!options_.listen.empty()) {
-      if (auto error = serve_observer(options_.listen)) return error;
-    }
-    for (const project::ProcessEntry& entry : scenario_.processes) {
-      if (entry.skill.empty()) continue;
-      std::vector<std::string> arguments{"skill", scenario_.file, entry.skill, "--observer", address};
-      for (const auto& [name, service] : services_)
-        arguments.insert(arguments.end(), {"--at", name + "=" + service.at});
-      if (auto error = start_process(entry, std::move(arguments))) return error;
-    }
-    return std::nullopt;
-  }
-
   // What comes from another process must not be published before what that has observed.
   void take_observations() {
-    if (inbox_) inbox_->drain();
-  }
-
-  // Where skills in other processes publish.
-  std::optional<std::string> serve_observer(const std::string& listen) {
-    auto interface = observer_interface();
-    if (!interface) return interface.error().message;
-    const auto address = rpc::Address::parse(listen);
-    if (!address) return address.error().message;
-    rpc::ServerOptions options;
-    options.insecure = options_.insecure;
-    options.tls = environment_tls();
-    auto server =
-        rpc::serve(*address, {{"observer", make_observer_service(*interface, publisher_)}}, std::move(options));
-    if (!server) return server.error().message;
-    observer_servers_.push_back(std::move(*server));
-    return std::nullopt;
-  }
-
-  std::optional<std::string> connect_observers() {
-    for (const project::ProcessEntry& entry : scenario_.processes) {
-      if (entry.monitor.empty()) continue;
-      if (auto error = start_process(entry, {"monitor", "--project", scenario_.file, "--name", entry.monitor}))
-        return error;
-    }
-    if (plan_.observers.empty()) return std::nullopt;
-    const auto interface = observer_interface();
-    if (!interface) return interface.error().message;
-    for (const project::ObserverPlan& plan : plan_.observers) {
-      if (plan.is_monitor) remote_reports_.emplace_back().name = plan.name;
-      const auto address = rpc::Address::parse(resolved(plan.at));
-      if (!address) return address.error().message;
-      RemoteObserver::Callbacks callbacks;
-      callbacks.problem = [this](const std::string& what) { problem(what); };
-      callbacks.decision = [this, name = plan.name](const monitor::Decision& decision) {
-        {
-          const std::lock_guard lock(problems_mutex_);
-          decided_elsewhere_.emplace_back(name, decision);
-        }
-        // The stream's actor is where monitors of this process decide too.
-        scheduler_->post(stream_.actor(), [this] { take_decisions(); });
-      };
-      auto observer = RemoteObserver::connect(plan.name, *address, *interface, std::move(callbacks));
-      if (!observer) return observer.error().message;
-      observers_.push_back(std::move(*observer));
-    }
-    return std::nullopt;
-  }
-
-  // What is published elsewhere on the topics of this project.
-  std::optional<std::string> subscribe_elsewhere() {
-    for (const auto& [name, service] : services_) {
-      const auto address = rpc::Address::parse(service.at);
-      if (!address || address->kind != rpc::Address::Kind::kOther) continue;
-      if (!rpc::middleware_of(*address).is_source(*address, service.service.get())) {
-        // Others may connect what is published on before anything is.
-        auto published = rpc::connect(*address, service.service, {.target = name});
-        if (!published) return published.error().message;
-        published_.push_back(std::move(*published));
-        continue;
-      }
-      auto opened = rpc::middleware_of(*address).subscribe(
-          *address, service.service,
-          [this, name = name](const idl::Method& method, Value arguments) {
-            Message request;
-            request.kind = MessageKind::kRequest;
-            request.source = name;
-            request.target = name;
-            request.name = name + "." + method.name + ".request";
-            request.call = publisher_.next_call();
-            request.data = Map{{"args", std::move(arguments)}};
-            stream_.publish(std::move(request));
-          },
-          {.target = name, .problem = [this](const std::string& what) { problem(what); }});
-      if (!opened) return opened.error().message;
-      sources_.push_back(std::move(*opened));
-    }
-    return std::nullopt;
+    if (elsewhere_) elsewhere_->take_observations();
   }
 
   void take_decisions() {
@@ -693,12 +524,9 @@ class Run::Impl final : public RunView, private RunInside {
                              make_sim_port(*sim_, service.interface, service.robot));
     }
     if (service.at == "model") return steering_.guard(service.name, "", make_model_port(*model_of(service.name), leaf));
-    auto address = rpc::Address::parse(service.at);
-    SENTREE_ASSERT(address.has_value());
-    if (address->service.empty()) address->service = service.name;
-    auto port = make_remote_port(*address, service.service, service.name, scenario_.project.deadlines.call);
-    SENTREE_ASSERT(port.has_value());
-    return durability_ ? durability_->guard(std::move(*port)) : std::move(*port);
+    auto port = elsewhere_ ? elsewhere_->make_port(service, scenario_.project.deadlines.call)
+                           : std::make_unique<UnreachablePort>(service.name);
+    return durability_ ? durability_->guard(std::move(port)) : std::move(port);
   }
 
   void make_models() {
@@ -742,10 +570,7 @@ class Run::Impl final : public RunView, private RunInside {
     skills_.assign(plan_.leaves.size(), nullptr);
     for (std::size_t i = 0; i < plan_.leaves.size(); ++i) {
       auto driver = plan_.leaves[i].at.empty() ? make_local(i) : make_remote(i);
-      if (!driver) {
-        remote_.clear();  // those go now
-        return driver.error().message;
-      }
+      if (!driver) return driver.error().message;
       drivers.push_back(std::move(*driver));
     }
     project::Deadlines deadlines = scenario_.project.deadlines;
@@ -872,12 +697,7 @@ class Run::Impl final : public RunView, private RunInside {
   }
 
   Result<std::unique_ptr<LeafDriver>> make_remote(std::size_t index) {
-    const project::LeafPlan& leaf = plan_.leaves[index];
-    const auto interface = skill_interface();
-    if (!interface) return tl::unexpected(interface.error());
-    auto address = rpc::Address::parse(resolved(leaf.at));
-    if (!address) return tl::unexpected(address.error());
-    RemoteSkillReplies replies;
+    LeafReplies replies;
     replies.answered = [this, index](std::uint64_t tick, bt::Status status, Map outputs) {
       take_observations();
       mission_->answered(index, tick, status, std::move(outputs));
@@ -887,17 +707,7 @@ class Run::Impl final : public RunView, private RunInside {
       mission_->halted(index);
     };
     replies.problem = [this](const std::string& what) { problem(what); };
-    const project::Deadlines& deadlines = scenario_.project.deadlines;
-    auto driver = make_remote_skill({.leaf = leaf.name,
-                                     .condition = leaf.condition,
-                                     .address = *address,
-                                     .interface = *interface,
-                                     .tick_deadline = leaf.condition ? deadlines.condition : deadlines.unresponsive,
-                                     .halt_deadline = deadlines.halt},
-                                    std::move(replies));
-    if (!driver) return tl::unexpected(driver.error());
-    remote_.push_back(driver->get());
-    return std::unique_ptr<LeafDriver>(std::move(*driver));
+    return elsewhere_->make_leaf(index, std::move(replies));
   }
 
   Duration stretched(Duration wall) const {
@@ -932,19 +742,6 @@ class Run::Impl final : public RunView, private RunInside {
     telemetry_.start(options_.from);
   }
 
-  // Test control is served beside the simulated services, wherever that is.
-  std::string simulator_address(const std::string& control) const {
-    if (sim_) return "sim";
-    if (!component_.empty()) return supervisor_->address(component_);
-    for (const auto& [name, service] : services_) {
-      if (sim::find_service(service.interface) == nullptr) continue;
-      if (auto address = rpc::Address::parse(service.at)) {
-        return to_string(rpc::middleware_of(*address).beside(*address, name, control));
-      }
-    }
-    return {};
-  }
-
   // A call from outside the mission: by the scenario's timeline or through the control socket.
   mission::CallOutcome call_service(const std::string& name, const std::string& method, const Value& arguments) {
     const auto controlled = plan_.world ? project::test_control_of(name, *plan_.world) : std::nullopt;
@@ -960,7 +757,10 @@ class Run::Impl final : public RunView, private RunInside {
     if (!args) return {.ok = false, .result = {}, .kind = "arguments", .message = args.error().message};
     if (const auto checked = idl::check_ranges(**found, *args); !checked)
       return {.ok = false, .result = {}, .kind = "arguments", .message = checked.error().message};
-    const std::string at = controlled ? simulator_address(name) : service->second.at;
+    const std::string at = !controlled  ? service->second.at
+                           : sim_       ? "sim"
+                           : elsewhere_ ? elsewhere_->control_address(services_, name)
+                                        : std::string();
     if ((*found)->oneway) {
       Message request;
       request.kind = MessageKind::kRequest;
@@ -980,16 +780,16 @@ class Run::Impl final : public RunView, private RunInside {
           .run = 0, .id = publisher_.next_call(), .service = name, .method = method, .args = *args, .sendid = {}};
       return model_of(name)->call(std::move(call), "scenario", kCallPatience);
     }
-    const auto address = rpc::Address::parse(at);
     // It has left the run already.
     if (is_again()) return {.ok = true, .result = {}, .kind = {}, .message = {}};
-    if (!address)
+    if (!elsewhere_)
       return {
           .ok = false, .result = {}, .kind = "unreachable", .message = "nothing in the run serves \"" + name + "\""};
-    return call_once(*address, interface, name, method, *args, kCallPatience);
+    return elsewhere_->call(at, interface, name, method, *args, kCallPatience);
   }
 
-  void start_control_socket() {
+  void serve_control() {
+    if (!elsewhere_) return;
     ControlHandler handler;
     handler.scenario = [this] { return scenario_.name; };
     handler.now = [this] { return scheduler_->now(); };
@@ -1012,26 +812,13 @@ class Run::Impl final : public RunView, private RunInside {
     };
     handler.tap = &tap_;
     handler.open_page = options_.open_page;
-    auto server = start_control(std::move(handler));
-    if (server)
-      control_server_ = std::move(*server);
-    else
-      problem("no control socket: " + to_string(server.error()));
+    elsewhere_->serve_control(std::move(handler));
   }
 
   // Ends, and waits for, the threads that call into this and that are not the scheduler's: before what they call goes,
   // and before whoever executes the run is told that it is over.
   void end_callers() {
-    control_server_.reset();
-    sources_.clear();
-    published_.clear();
-    observer_servers_.clear();
-    supervisor_.reset();
-    if (inbox_) inbox_->close();
-    // A thread that was left behind in a script may be one of these, and is not waited for.
-    if (left_behind_) return;
-    observers_.clear();
-    for (RemoteLeafDriver* driver : remote_) driver->close();
+    if (elsewhere_) elsewhere_->close(left_behind_);
   }
 
   void on_decision(const MonitorReport& report) {
@@ -1060,10 +847,7 @@ class Run::Impl final : public RunView, private RunInside {
   const project::Plan& plan_;
   const project::Scenario& scenario_;
   RunOptions options_;
-  std::optional<TemporaryFolder> folder_;    // for sockets
-  std::filesystem::path parts_folder_;       // the same, of a durable run
-  std::unique_ptr<ObservationInbox> inbox_;  // null: everything runs in this process
-  std::map<std::string, project::ServicePlan> services_;
+  Services services_;
   std::unique_ptr<Scheduler> scheduler_;
   std::unique_ptr<SimHost> sim_;  // after its clock: it keeps up with it until it goes
   Stream stream_;
@@ -1075,19 +859,12 @@ class Run::Impl final : public RunView, private RunInside {
   RunSteering steering_;
   std::unique_ptr<Durability> durability_;  // null: the run is not durable
   std::optional<mission::State> resumed_from_;
-  std::unique_ptr<Supervisor> supervisor_;  // null: everything runs in this process
-  std::string component_;                   // name of the process that runs the simulator; empty: this one does
-  StreamPublisher::Observers observers_;
   std::vector<MonitorReport> remote_reports_;  // of monitors elsewhere; under problems_mutex_
   std::vector<std::pair<std::string, monitor::Decision>> decided_elsewhere_;  // not yet taken; likewise
-  std::vector<std::unique_ptr<rpc::Opened>> observer_servers_;
-  std::vector<std::unique_ptr<rpc::Opened>> sources_;    // of topics
-  std::vector<std::unique_ptr<rpc::Caller>> published_;  // where topics go
   Tap tap_;
-  std::unique_ptr<rpc::Server> control_server_;
+  std::unique_ptr<Elsewhere> elsewhere_;             // null: everything runs in this process
   std::vector<std::unique_ptr<ModelActor>> models_;  // as in the plan
   std::vector<SkillActor*> skills_;                  // by leaf; null: it runs elsewhere
-  std::vector<RemoteLeafDriver*> remote_;            // of the leaves whose skills do
   Topics topics_;
   std::unique_ptr<Mission> mission_;
   std::atomic<Mission*> ready_ = nullptr;  // the mission, once it can be interrupted

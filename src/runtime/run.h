@@ -9,10 +9,10 @@
 #include "sentree/monitor/explanation.h"
 #include "sentree/monitor/monitor.h"
 #include "sentree/project/plan.h"
+#include "sentree/runtime/elsewhere.h"
 #include "sentree/runtime/inside.h"
 #include "sentree/runtime/journal.h"
 #include "sentree/runtime/mission.h"
-#include "sentree/runtime/open_page.h"
 #include "sentree/runtime/skill.h"
 #include "sentree/runtime/stream.h"
 #include "sentree/sim/state.h"
@@ -33,11 +33,6 @@ struct MonitorReport {
   std::uint64_t vetoes = 0;  ///< Requests that it refused as a gate.
   /// Those that lie within what led to the decision: what happened then nobody has seen.
   std::vector<Gap> gaps = {};
-};
-
-struct ProcessReport {
-  std::string name;
-  std::int64_t pid = 0;
 };
 
 /// What came out of a run.
@@ -78,11 +73,9 @@ class RunView {
 };
 
 struct RunOptions {
-  /// The `sentree` that runs parts in processes of their own; empty: the program that runs.
-  std::string program;
-  /// Where skills on other machines publish what they do, beside the run's own socket; empty: nowhere.
-  std::string listen;
-  bool insecure = false;  ///< `listen` may be reached by other machines without TLS.
+  /// Reaches the parts of the run in other processes and at addresses; null: a plan that has any is refused, and
+  /// services at addresses are unreachable.
+  std::function<std::unique_ptr<Elsewhere>(Elsewhere::Surroundings)> elsewhere;
   /// When the first ticks begin, instead of by the mission's rate.
   std::vector<TimePoint> tick_times;
   /// Sees every observation in order.

@@ -5,7 +5,7 @@
 #include <atomic>
 #include <future>
 
-#include "sentree/runtime/component.h"
+#include "sentree/sim/world.h"
 
 namespace sentree::runtime {
 namespace {
@@ -23,8 +23,8 @@ class SetClock final : public Clock {
 };
 
 std::shared_ptr<const sim::World> world() {
-  auto component = prepare_sim_world(std::string(SENTREE_SOURCE_DIR) + "/examples/recharge/world/world.yaml");
-  return component.ok() ? component.value->world : nullptr;
+  auto world = sim::load_world(std::string(SENTREE_SOURCE_DIR) + "/examples/recharge/world/world.yaml");
+  return world.ok() ? std::make_shared<const sim::World>(std::move(*world.value)) : nullptr;
 }
 
 TEST(SimHost, FallsBehindAClockThatIsTooFastInsteadOfKeepingItsCallersWaiting) {

@@ -5,26 +5,29 @@
 
 namespace sentree::runtime {
 
-StreamPublisher::StreamPublisher(Stream& stream, const Monitors& monitors, const Observers& observers,
-                                 Scheduler& scheduler, Duration patience)
-    : stream_(stream), monitors_(monitors), observers_(observers), scheduler_(scheduler), patience_(patience) {}
+StreamPublisher::StreamPublisher(Stream& stream, const Monitors& monitors, Scheduler& scheduler, Duration patience)
+    : stream_(stream), monitors_(monitors), scheduler_(scheduler), patience_(patience) {}
 
 void StreamPublisher::publish(Message message) {
-  if (inbox_ != nullptr) inbox_->drain();
+  if (elsewhere_ != nullptr) elsewhere_->take_observations();
   stream_.publish(std::move(message));
 }
 
 std::vector<std::string> StreamPublisher::gates() const {
   std::vector<std::string> all = monitors_.gated();
-  for (const auto& observer : observers_) all.insert(all.end(), observer->gates().begin(), observer->gates().end());
+  if (elsewhere_ == nullptr) return all;
+  for (const auto& observer : elsewhere_->observers())
+    all.insert(all.end(), observer->gates().begin(), observer->gates().end());
   return all;
 }
 
 std::optional<mission::Admission> StreamPublisher::request(Message message, Stream::Decided decided) {
-  if (inbox_ != nullptr) inbox_->drain();
-  std::vector<RemoteObserver*> asked;
-  for (const auto& observer : observers_) {
-    if (observer->is_gate_of(call_of(message))) asked.push_back(observer.get());
+  if (elsewhere_ != nullptr) elsewhere_->take_observations();
+  std::vector<Observer*> asked;
+  if (elsewhere_ != nullptr) {
+    for (const auto& observer : elsewhere_->observers()) {
+      if (observer->is_gate_of(call_of(message))) asked.push_back(observer.get());
+    }
   }
   if (asked.empty()) return admit(std::move(message), std::move(decided));
   ask(std::move(message), asked, std::move(decided));
@@ -41,7 +44,7 @@ std::optional<mission::Admission> StreamPublisher::admit(Message message, Stream
       scheduler_.now() + patience_, std::move(decided));
 }
 
-void StreamPublisher::ask(Message message, const std::vector<RemoteObserver*>& asked, Stream::Decided decided) {
+void StreamPublisher::ask(Message message, const std::vector<Observer*>& asked, Stream::Decided decided) {
   struct Question {
     Message request;
     Stream::Decided decided;
@@ -60,7 +63,7 @@ void StreamPublisher::ask(Message message, const std::vector<RemoteObserver*>& a
   // Among the listeners of the stream, so that an observer has got whatever led to the request before it is asked.
   scheduler_.post(stream_.actor(), [this, question, asked] {
     stream_.flush();
-    for (RemoteObserver* observer : asked) {
+    for (Observer* observer : asked) {
       observer->ask(question->request, [this, question](mission::Admission admission) {
         if (admission.veto) {
           if (question->open.exchange(false)) question->decided(std::move(admission));

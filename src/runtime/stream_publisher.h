@@ -3,10 +3,9 @@
 #include <memory>
 #include <vector>
 
+#include "sentree/runtime/elsewhere.h"
 #include "sentree/runtime/monitors.h"
-#include "sentree/runtime/observation_socket.h"
 #include "sentree/runtime/publisher.h"
-#include "sentree/runtime/remote_observer.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/stream.h"
 
@@ -15,14 +14,12 @@ namespace sentree::runtime {
 /// The stream as callers see it, with the monitors and observers that gate it.
 class StreamPublisher final : public Publisher {
  public:
-  using Observers = std::vector<std::unique_ptr<RemoteObserver>>;
-
   /// @param patience  How long a gate may take [run time].
-  StreamPublisher(Stream& stream, const Monitors& monitors, const Observers& observers, Scheduler& scheduler,
-                  Duration patience);
+  StreamPublisher(Stream& stream, const Monitors& monitors, Scheduler& scheduler, Duration patience);
 
-  /// Where other processes leave what they observe; what is published here comes after that. Borrowed; before the run.
-  void set_inbox(ObservationInbox* inbox) { inbox_ = inbox; }
+  /// Whose observers may gate, and what was observed there comes before what is published here. Borrowed; before the
+  /// run.
+  void set_elsewhere(Elsewhere* elsewhere) { elsewhere_ = elsewhere; }
 
   void publish(Message message) override;
   std::optional<mission::Admission> request(Message message, Stream::Decided decided) override;
@@ -33,14 +30,13 @@ class StreamPublisher final : public Publisher {
   // Asks the monitors of this process, and publishes.
   std::optional<mission::Admission> admit(Message message, Stream::Decided decided);
   // Asks those elsewhere first, all at once; the first veto, or the deadline, decides.
-  void ask(Message message, const std::vector<RemoteObserver*>& asked, Stream::Decided decided);
+  void ask(Message message, const std::vector<Observer*>& asked, Stream::Decided decided);
 
   Stream& stream_;
   const Monitors& monitors_;
-  const Observers& observers_;
   Scheduler& scheduler_;
   Duration patience_;
-  ObservationInbox* inbox_ = nullptr;
+  Elsewhere* elsewhere_ = nullptr;
 };
 
 }  // namespace sentree::runtime

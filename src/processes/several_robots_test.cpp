@@ -8,10 +8,10 @@
 #include <string>
 
 #include "sentree/idl/conform.h"
-#include "sentree/runtime/component.h"
+#include "sentree/processes/component.h"
 #include "sentree/runtime/run.h"
 
-namespace sentree::runtime {
+namespace sentree::processes {
 namespace {
 
 using testing::ElementsAre;
@@ -92,15 +92,15 @@ TEST_F(TwoRobots, SwapPlacesEachThroughItsOwnService) {
   for (const Diagnostic& diagnostic : plan.diagnostics) ADD_FAILURE() << to_string(diagnostic);
   ASSERT_TRUE(plan.ok());
   std::optional<sim::State> last;
-  RunView* view = nullptr;
-  RunOptions options;
-  options.on_view = [&](RunView* now) {
+  runtime::RunView* view = nullptr;
+  runtime::RunOptions options;
+  options.on_view = [&](runtime::RunView* now) {
     if (now != nullptr)
       view = now;
     else
       last = view->world();
   };
-  const RunReport report = runtime::Run(*plan.value, std::move(options)).execute();
+  const runtime::RunReport report = runtime::Run(*plan.value, std::move(options)).execute();
   EXPECT_EQ(report.mission, bt::Status::kSuccess);
   EXPECT_THAT(report.problems, IsEmpty());
   ASSERT_TRUE(last);
@@ -129,7 +129,7 @@ TEST_F(TwoRobots, AComponentServesEachRobotByItsName) {
   for (const auto& served : component.value->services) names.push_back(served.name);
   EXPECT_THAT(names, IsSupersetOf({"left/navigation", "right/navigation", "left/simulation", "right/battery"}));
   SimServer server(std::move(*component.value), 1, 1.0);
-  const ControlHandler control = server.control("world.yaml");
+  const runtime::ControlHandler control = server.control("world.yaml");
   EXPECT_EQ(control.services().size(), names.size());
   const auto ask = [&](const std::string& service, const std::string& method, Map arguments = {}) {
     const mission::CallOutcome outcome = control.call(service, method, Value(std::move(arguments)));
@@ -152,7 +152,7 @@ TEST_F(TwoRobots, EveryReplyOfEveryMethodHasTheShapeOfTheIdl) {
   ASSERT_TRUE(component.ok());
   const std::vector<SimComponent::Served> services = component.value->services;
   SimServer server(std::move(*component.value), 1, 1.0);
-  const ControlHandler control = server.control("world.yaml");
+  const runtime::ControlHandler control = server.control("world.yaml");
   int methods = 0;
   for (const SimComponent::Served& served : services) {
     if (served.robot != "left") continue;
@@ -184,4 +184,4 @@ TEST_F(TwoRobots, AProjectsComponentHasTheProjectsNamesAndEveryTestControl) {
 }
 
 }  // namespace
-}  // namespace sentree::runtime
+}  // namespace sentree::processes

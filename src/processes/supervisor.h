@@ -9,8 +9,9 @@
 #include <vector>
 
 #include "sentree/base/result.h"
+#include "sentree/runtime/elsewhere.h"
 
-namespace sentree::runtime {
+namespace sentree::processes {
 
 /// A part of a run in a process of its own.
 struct ProcessSpec {
@@ -29,19 +30,6 @@ inline constexpr std::chrono::milliseconds kRestartLast{2000};
 /// A process that has not said by then where it listens has failed.
 inline constexpr std::chrono::seconds kStartPatience{10};
 
-/// What happens to a process after it was started first.
-struct ProcessEvent {
-  enum class Kind {
-    kExited,     ///< It ended without having been asked to.
-    kRestarted,  ///< It listens again, at the same address.
-    kGivenUp,    ///< It ended too often.
-  };
-  Kind kind = Kind::kExited;
-  std::string process;
-  pid_t pid = 0;
-  std::string how;  ///< kExited: "signal 9 (Killed)", "exit code 3".
-};
-
 /// When a process began, in clock ticks since the machine was started, so that another one of its number is told apart;
 /// 0: there is none.
 [[nodiscard]] std::uint64_t process_begun(pid_t pid);
@@ -51,7 +39,7 @@ struct ProcessEvent {
 class Supervisor {
  public:
   /// @param on_event  Called in the supervisor's thread.
-  Supervisor(std::string program, std::function<void(const ProcessEvent&)> on_event);
+  Supervisor(std::string program, std::function<void(const runtime::ProcessEvent&)> on_event);
   ~Supervisor();
   Supervisor(const Supervisor&) = delete;
   Supervisor& operator=(const Supervisor&) = delete;
@@ -90,4 +78,4 @@ class Supervisor {
 /// The path of the program that runs.
 [[nodiscard]] std::string own_program();
 
-}  // namespace sentree::runtime
+}  // namespace sentree::processes

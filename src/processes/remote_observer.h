@@ -9,9 +9,9 @@
 #include "sentree/monitor/monitor.h"
 #include "sentree/rpc/address.h"
 #include "sentree/rpc/service.h"
-#include "sentree/runtime/stream.h"
+#include "sentree/runtime/observer.h"
 
-namespace sentree::runtime {
+namespace sentree::processes {
 
 /// Messages that wait for one observer; the newest are lost beyond it, counted and reported.
 inline constexpr std::size_t kObserverQueueMax = 8192;
@@ -20,7 +20,7 @@ inline constexpr std::chrono::seconds kObserverPatience{2};
 
 /// An observer in another process, in any language (interfaces/observer.thrift): given the run's stream in its order,
 /// asked before the requests that it gates, and a monitor if its verdicts say so.
-class RemoteObserver {
+class RemoteObserver final : public runtime::Observer {
  public:
   struct Callbacks {
     std::function<void(const std::string&)> problem;         ///< In the observer's thread.
@@ -31,19 +31,13 @@ class RemoteObserver {
   [[nodiscard]] static Result<std::unique_ptr<RemoteObserver>> connect(std::string name, const rpc::Address& address,
                                                                        const idl::ServicePtr& interface,
                                                                        Callbacks callbacks);
-  ~RemoteObserver();
+  ~RemoteObserver() override;
 
-  [[nodiscard]] const std::string& name() const;
-  /// Hands a message on, if the observer wants it. Never waits. Called in the stream's order.
-  void observe(const Message& message);
-  /// Whether it must be asked before this call, "<service>.<method>".
-  [[nodiscard]] bool is_gate_of(std::string_view call) const;
-  [[nodiscard]] const std::vector<std::string>& gates() const;
-  /// Asks it, after all messages handed on before. `decided` is called once, in its thread or before this returns; one
-  /// that cannot be asked refuses.
-  void ask(const Message& request, Stream::Decided decided);
-  /// Waits until it has seen everything, tells it that time has passed until `end`, and stops.
-  void finish(TimePoint end);
+  void observe(const Message& message) override;
+  [[nodiscard]] bool is_gate_of(std::string_view call) const override;
+  [[nodiscard]] const std::vector<std::string>& gates() const override;
+  void ask(const Message& request, runtime::Stream::Decided decided) override;
+  void finish(TimePoint end) override;
 
  private:
   class Impl;
@@ -57,4 +51,4 @@ class RemoteObserver {
     idl::ServicePtr interface, monitor::Model model, std::vector<std::string> gate,
     std::function<void(const monitor::Decision&)> on_decision);
 
-}  // namespace sentree::runtime
+}  // namespace sentree::processes

@@ -1,4 +1,4 @@
-#include "sentree/runtime/supervisor.h"
+#include "sentree/processes/supervisor.h"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -22,7 +22,9 @@
 
 #include "sentree/text/file.h"
 
-namespace sentree::runtime {
+namespace sentree::processes {
+
+using runtime::ProcessEvent;
 
 namespace {
 
@@ -409,4 +411,4 @@ std::string own_program() {
   return std::filesystem::read_symlink("/proc/self/exe", error).string();
 }
 
-}  // namespace sentree::runtime
+}  // namespace sentree::processes

@@ -1,4 +1,4 @@
-#include "sentree/runtime/remote_observer.h"
+#include "sentree/processes/remote_observer.h"
 
 #include <unistd.h>
 
@@ -7,15 +7,17 @@
 #include <future>
 #include <mutex>
 
+#include "sentree/processes/environment.h"
+#include "sentree/processes/wire_message.h"
+#include "sentree/processes/worker.h"
 #include "sentree/project/project.h"
 #include "sentree/rpc/client.h"
-#include "sentree/runtime/environment.h"
 #include "sentree/runtime/monitors.h"
-#include "sentree/runtime/wire_message.h"
-#include "sentree/runtime/worker.h"
 #include "sentree/text/json.h"
 
-namespace sentree::runtime {
+namespace sentree::processes {
+
+using runtime::Stream;
 
 namespace {
 
@@ -74,7 +76,6 @@ class RemoteObserver::Impl {
         worker_(kObserverQueueMax) {}
   ~Impl() { client_->close(); }
 
-  const std::string& name() const { return name_; }
   bool is_gate_of(std::string_view call) const { return matches_any(gates_, call); }
   const std::vector<std::string>& gates() const { return gates_; }
 
@@ -161,7 +162,6 @@ Result<std::unique_ptr<RemoteObserver>> RemoteObserver::connect(std::string name
       new RemoteObserver(std::make_unique<Impl>(std::move(name), std::move(*client), *info, std::move(callbacks))));
 }
 
-const std::string& RemoteObserver::name() const { return impl_->name(); }
 void RemoteObserver::observe(const Message& message) { impl_->observe(message); }
 bool RemoteObserver::is_gate_of(std::string_view call) const { return impl_->is_gate_of(call); }
 const std::vector<std::string>& RemoteObserver::gates() const { return impl_->gates(); }
@@ -239,4 +239,4 @@ std::shared_ptr<rpc::Service> make_monitor_service(idl::ServicePtr interface, mo
                                           std::move(on_decision));
 }
 
-}  // namespace sentree::runtime
+}  // namespace sentree::processes

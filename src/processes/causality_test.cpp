@@ -14,10 +14,13 @@
 #include <thread>
 #include <vector>
 
-#include "sentree/runtime/remote_skill.h"
+#include "sentree/processes/remote_skill.h"
 #include "sentree/runtime/stream.h"
 
-namespace sentree::runtime {
+namespace sentree::processes {
+
+using runtime::Publisher;
+using runtime::Stream;
 namespace {
 
 constexpr int kEvents = 1500;
@@ -109,7 +112,7 @@ TEST(Causality, NoEffectIsSeenBeforeItsCause) {
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937_64 random(seed);
 
-  const auto scheduler = make_real_scheduler();
+  const auto scheduler = runtime::make_real_scheduler();
   Stream stream(*scheduler);
   std::set<std::int64_t> seen{0};
   TimePoint last{};
@@ -168,4 +171,4 @@ TEST(Causality, NoEffectIsSeenBeforeItsCause) {
 }
 
 }  // namespace
-}  // namespace sentree::runtime
+}  // namespace sentree::processes

@@ -1,4 +1,4 @@
-#include "sentree/runtime/control.h"
+#include "sentree/processes/control.h"
 
 #include <signal.h>
 #include <unistd.h>
@@ -13,7 +13,10 @@
 #include "sentree/text/file.h"
 #include "sentree/text/json.h"
 
-namespace sentree::runtime {
+namespace sentree::processes {
+
+using runtime::ControlHandler;
+using runtime::Tap;
 
 namespace {
 
@@ -151,4 +154,4 @@ Result<std::unique_ptr<rpc::Client>> connect_control(int pid) {
   return rpc::Client::remote(socket_of(pid), std::move(*interface), {.target = "control"});
 }
 
-}  // namespace sentree::runtime
+}  // namespace sentree::processes

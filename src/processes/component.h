@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "sentree/processes/control.h"
 #include "sentree/project/plan.h"
 #include "sentree/rpc/server.h"
-#include "sentree/runtime/control.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/services.h"
 
-namespace sentree::runtime {
+namespace sentree::processes {
 
 /// What the simulator serves from a process of its own: its services by name.
 struct SimComponent {
@@ -40,15 +40,15 @@ class SimServer {
       std::function<void(const std::string&)> say = [](const std::string&) {});
   [[nodiscard]] std::vector<rpc::NamedService> services() const { return services_; }
   /// For the control socket, by the same names; valid while this lives.
-  [[nodiscard]] ControlHandler control(std::string world_file);
-  [[nodiscard]] SimHost& host() { return *host_; }
+  [[nodiscard]] runtime::ControlHandler control(std::string world_file);
+  [[nodiscard]] runtime::SimHost& host() { return *host_; }
   [[nodiscard]] const Clock& clock() const { return *clock_; }
 
  private:
   std::unique_ptr<Clock> clock_;
-  std::unique_ptr<SimHost> host_;
+  std::unique_ptr<runtime::SimHost> host_;
   std::vector<SimComponent::Served> served_;
   std::vector<rpc::NamedService> services_;
 };
 
-}  // namespace sentree::runtime
+}  // namespace sentree::processes

@@ -1,4 +1,4 @@
-#include "sentree/runtime/wire_message.h"
+#include "sentree/processes/wire_message.h"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 
 #include "sentree/text/json.h"
 
-namespace sentree::runtime {
+namespace sentree::processes {
 
 namespace {
 
@@ -86,4 +86,4 @@ Message message_from_json(const Value& json) {
   return message;
 }
 
-}  // namespace sentree::runtime
+}  // namespace sentree::processes

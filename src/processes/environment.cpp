@@ -1,8 +1,8 @@
-#include "sentree/runtime/environment.h"
+#include "sentree/processes/environment.h"
 
 #include <cstdlib>
 
-namespace sentree::runtime {
+namespace sentree::processes {
 
 rpc::TlsFiles environment_tls() {
   const auto variable = [](const char* name) {
@@ -14,4 +14,4 @@ rpc::TlsFiles environment_tls() {
           .key = variable("SENTREE_TLS_KEY")};
 }
 
-}  // namespace sentree::runtime
+}  // namespace sentree::processes

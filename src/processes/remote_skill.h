@@ -6,10 +6,10 @@
 #include <string>
 
 #include "sentree/rpc/server.h"
+#include "sentree/runtime/elsewhere.h"
 #include "sentree/runtime/local_skill.h"
-#include "sentree/runtime/mission.h"
 
-namespace sentree::runtime {
+namespace sentree::processes {
 
 /// The interface in interfaces/skill.thrift and interfaces/observer.thrift. Error: file.not-found where Sentree is not
 /// installed whole.
@@ -27,31 +27,27 @@ struct RemoteSkillOptions {
   Duration tick_deadline{};  ///< Wall time.
   Duration halt_deadline{};  ///< Wall time.
 };
-struct RemoteSkillReplies {
-  std::function<void(std::uint64_t tick, bt::Status status, Map outputs)> answered;
-  std::function<void()> halted;
-  std::function<void(const std::string&)> problem;
-};
 /// Its answers come from a thread of its own.
-class RemoteLeafDriver : public LeafDriver {
+class RemoteLeafDriver : public runtime::LeafDriver {
  public:
   /// Once this returns, nobody is answered any more. When the mission's actor has stopped.
   virtual void close() = 0;
 };
 [[nodiscard]] Result<std::unique_ptr<RemoteLeafDriver>> make_remote_skill(RemoteSkillOptions options,
-                                                                          RemoteSkillReplies replies);
+                                                                          runtime::LeafReplies replies);
 
 /// Lets other processes publish into the run's stream: serves interfaces/observer.thrift.
-[[nodiscard]] std::shared_ptr<rpc::Service> make_observer_service(idl::ServicePtr interface, Publisher& publisher);
+[[nodiscard]] std::shared_ptr<rpc::Service> make_observer_service(idl::ServicePtr interface,
+                                                                  runtime::Publisher& publisher);
 
 /// Publishes into the stream of a run elsewhere, so that a request is in the run's total order before it is sent:
 /// through the run's ObservationInbox if that is on this machine and nobody gates the request, else by calls.
-[[nodiscard]] Result<std::unique_ptr<Publisher>> make_remote_publisher(const rpc::Address& observer,
-                                                                       idl::ServicePtr interface, std::string_view self,
-                                                                       std::function<void(const std::string&)> problem);
+[[nodiscard]] Result<std::unique_ptr<runtime::Publisher>> make_remote_publisher(
+    const rpc::Address& observer, idl::ServicePtr interface, std::string_view self,
+    std::function<void(const std::string&)> problem);
 
 /// A publisher for a skill that nobody observes.
-[[nodiscard]] std::unique_ptr<Publisher> make_silent_publisher();
+[[nodiscard]] std::unique_ptr<runtime::Publisher> make_silent_publisher();
 
 /// Serves the skill of a plan: one actor a leaf, made when the leaf first ticks.
 struct SkillServerOptions {
@@ -65,7 +61,8 @@ struct SkillServerOptions {
 /// Leaves that one skill server runs at most.
 inline constexpr std::size_t kServedLeavesMax = 1000;
 [[nodiscard]] std::shared_ptr<rpc::Service> make_skill_service(const project::SkillPlan& plan,
-                                                               idl::ServicePtr interface, Publisher& publisher,
-                                                               Scheduler& scheduler, SkillServerOptions options);
+                                                               idl::ServicePtr interface, runtime::Publisher& publisher,
+                                                               runtime::Scheduler& scheduler,
+                                                               SkillServerOptions options);
 
-}  // namespace sentree::runtime
+}  // namespace sentree::processes

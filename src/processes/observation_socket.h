@@ -11,7 +11,7 @@
 #include "sentree/base/message.h"
 #include "sentree/base/result.h"
 
-namespace sentree::runtime {
+namespace sentree::processes {
 
 /// Bytes of one observation that goes through such a socket; a larger one has to be handed over by a call.
 inline constexpr std::size_t kObservationBytesMax = std::size_t{64} << 10U;
@@ -74,4 +74,4 @@ class ObservationOutbox {
 /// Beside the Unix socket of an observer.
 [[nodiscard]] std::string observation_path(const std::string& observer_path);
 
-}  // namespace sentree::runtime
+}  // namespace sentree::processes

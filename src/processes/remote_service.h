@@ -6,14 +6,14 @@
 #include "sentree/rpc/call.h"
 #include "sentree/runtime/services.h"
 
-namespace sentree::runtime {
+namespace sentree::processes {
 
 /// A service at an address, called through the middleware of its scheme: the caller never waits. Each call has
 /// `deadline` [wall time] from the moment it was asked for. The error of a service that does not exist yet or is gone
 /// is kind unreachable.
-[[nodiscard]] Result<std::unique_ptr<ServicePort>> make_remote_port(const rpc::Address& address,
-                                                                    idl::ServicePtr interface, std::string name,
-                                                                    Duration deadline);
+[[nodiscard]] Result<std::unique_ptr<runtime::ServicePort>> make_remote_port(const rpc::Address& address,
+                                                                             idl::ServicePtr interface,
+                                                                             std::string name, Duration deadline);
 
 /// What an rpc outcome is for a chart.
 [[nodiscard]] mission::CallOutcome to_call_outcome(rpc::Outcome outcome);
@@ -23,4 +23,4 @@ namespace sentree::runtime {
                                              const std::string& name, const std::string& method, const Value& args,
                                              Duration deadline);
 
-}  // namespace sentree::runtime
+}  // namespace sentree::processes

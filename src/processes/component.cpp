@@ -1,4 +1,4 @@
-#include "sentree/runtime/component.h"
+#include "sentree/processes/component.h"
 
 #include <algorithm>
 
@@ -6,7 +6,9 @@
 #include "sentree/sim/services.h"
 #include "sentree/text/file.h"
 
-namespace sentree::runtime {
+namespace sentree::processes {
+
+using runtime::ControlHandler;
 
 namespace {
 
@@ -86,9 +88,10 @@ Loaded<SimComponent> prepare_sim_world(const std::string& world_file) {
 
 SimServer::SimServer(SimComponent component, std::uint64_t seed, double factor,
                      std::function<void(const std::string&)> say)
-    : clock_(make_real_clock(factor)), host_(std::make_unique<SimHost>(component.world, seed, *clock_)) {
+    : clock_(runtime::make_real_clock(factor)),
+      host_(std::make_unique<runtime::SimHost>(component.world, seed, *clock_)) {
   host_->keep_up({kWork, from_seconds(kLag_s * factor)},
-                 [say = std::move(say)](Duration behind) { say(falls_behind(behind)); });
+                 [say = std::move(say)](Duration behind) { say(runtime::falls_behind(behind)); });
   served_ = std::move(component.services);
   for (const SimComponent::Served& served : served_) {
     auto service = std::make_shared<rpc::FunctionService>(
@@ -133,4 +136,4 @@ ControlHandler SimServer::control(std::string world_file) {
   return handler;
 }
 
-}  // namespace sentree::runtime
+}  // namespace sentree::processes

@@ -1,4 +1,4 @@
-#include "sentree/runtime/remote_skill.h"
+#include "sentree/processes/remote_skill.h"
 
 #include <unistd.h>
 
@@ -9,18 +9,27 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/idl/conform.h"
+#include "sentree/processes/environment.h"
+#include "sentree/processes/observation_socket.h"
+#include "sentree/processes/remote_service.h"
+#include "sentree/processes/wire_message.h"
 #include "sentree/project/project.h"
 #include "sentree/rpc/client.h"
 #include "sentree/rpc/middleware.h"
-#include "sentree/runtime/environment.h"
 #include "sentree/runtime/monitors.h"
-#include "sentree/runtime/observation_socket.h"
-#include "sentree/runtime/remote_service.h"
-#include "sentree/runtime/wire_message.h"
 #include "sentree/text/file.h"
 #include "sentree/text/json.h"
 
-namespace sentree::runtime {
+namespace sentree::processes {
+
+using runtime::LeafReplies;
+using runtime::Publisher;
+using runtime::Scheduler;
+using runtime::ServicePort;
+using runtime::SkillActor;
+using runtime::StandingFaults;
+using runtime::Stream;
+using runtime::Watchdog;
 
 namespace {
 
@@ -34,7 +43,7 @@ Result<idl::ServicePtr> shipped_interface(const std::string& file, std::string_v
 
 class RemoteSkill final : public RemoteLeafDriver {
  public:
-  RemoteSkill(std::unique_ptr<rpc::Caller> client, RemoteSkillOptions options, RemoteSkillReplies replies)
+  RemoteSkill(std::unique_ptr<rpc::Caller> client, RemoteSkillOptions options, LeafReplies replies)
       : options_(std::move(options)), replies_(std::move(replies)), client_(std::move(client)) {}
 
   void tick(std::uint64_t tick, bool started, const Map& inputs) override {
@@ -92,7 +101,7 @@ class RemoteSkill final : public RemoteLeafDriver {
   }
 
   const RemoteSkillOptions options_;
-  const RemoteSkillReplies replies_;
+  const LeafReplies replies_;
   std::uint64_t run_ = 0;  // of the mission's actor
   std::atomic<bool> closed_ = false;
   const std::unique_ptr<rpc::Caller> client_;  // last: its thread uses the others
@@ -132,7 +141,8 @@ class RemotePublisher final : public Publisher {
 
   // What may be refused is asked for; a request that nobody there has seen is not sent.
   std::optional<mission::Admission> request(Message message, Stream::Decided) override {
-    if (outbox_ != nullptr && !may_be_gated(call_of(message)) && outbox_->send(message)) return mission::Admission{};
+    if (outbox_ != nullptr && !may_be_gated(runtime::call_of(message)) && outbox_->send(message))
+      return mission::Admission{};
     const auto verdict = observe(message);
     if (!verdict)
       return mission::Admission{
@@ -326,7 +336,7 @@ class SkillService final : public rpc::Service {
   }
 
   std::unique_ptr<ServicePort> port(const project::ServicePlan& service) {
-    if (service.at == "topics") return make_topic_port();
+    if (service.at == "topics") return runtime::make_topic_port();
     auto address = rpc::Address::parse(service.at);
     SENTREE_ASSERT(address.has_value());  // checked when the plan was prepared
     if (address->service.empty()) address->service = service.name;
@@ -434,7 +444,7 @@ Result<idl::ServicePtr> skill_interface() { return shipped_interface("skill.thri
 Result<idl::ServicePtr> served_skill_interface() { return shipped_interface("skill.thrift", "SkillRequest"); }
 Result<idl::ServicePtr> observer_interface() { return shipped_interface("observer.thrift", "Observer"); }
 
-Result<std::unique_ptr<RemoteLeafDriver>> make_remote_skill(RemoteSkillOptions options, RemoteSkillReplies replies) {
+Result<std::unique_ptr<RemoteLeafDriver>> make_remote_skill(RemoteSkillOptions options, LeafReplies replies) {
   rpc::ClientOptions client_options;
   client_options.target = options.leaf;
   client_options.tls = environment_tls();
@@ -496,4 +506,4 @@ std::shared_ptr<rpc::Service> make_skill_service(const project::SkillPlan& plan,
   return std::make_shared<SkillService>(plan, std::move(interface), publisher, scheduler, std::move(options));
 }
 
-}  // namespace sentree::runtime
+}  // namespace sentree::processes

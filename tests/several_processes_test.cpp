@@ -22,13 +22,14 @@
 #include <vector>
 
 #include "sentree/base/temporary_folder.h"
+#include "sentree/processes/elsewhere.h"
+#include "sentree/processes/remote_skill.h"
+#include "sentree/processes/wire_message.h"
 #include "sentree/project/distribute.h"
 #include "sentree/rpc/server.h"
 #include "sentree/runtime/inside.h"
-#include "sentree/runtime/remote_skill.h"
 #include "sentree/runtime/run.h"
 #include "sentree/runtime/steering.h"
-#include "sentree/runtime/wire_message.h"
 #include "sentree/text/file.h"
 
 namespace sentree::runtime {
@@ -80,7 +81,7 @@ struct Ran {
 
 Ran run(const project::Plan& plan, RunOptions options = {}) {
   Ran ran;
-  options.program = SENTREE_PROGRAM;
+  options.elsewhere = processes::elsewhere({.program = SENTREE_PROGRAM});
   options.listeners.push_back([&](const Message& message) { ran.messages.push_back(message); });
   ran.report = Run(plan, std::move(options)).execute();
   // Nothing is left behind.
@@ -455,7 +456,7 @@ TEST(Processes, AScriptThatDoesNotEndFailsItsLeafAgainAndAgain) {
   int told = 0;
   runtime::Run* mission = nullptr;
   RunOptions options;
-  options.program = SENTREE_PROGRAM;
+  options.elsewhere = processes::elsewhere({.program = SENTREE_PROGRAM});
   options.listeners.push_back([&](const Message& message) {
     if (message.name != "Stuck.tick.reply") return;
     EXPECT_EQ(message.data.find("status")->text(), "FAILURE");
@@ -553,6 +554,7 @@ TEST(RemoteSkills, ThatLieReachNobodyOnceTheRunIsOver) {
     const auto over = std::make_shared<std::atomic<bool>>(false);
     const auto late = std::make_shared<std::atomic<int>>(0);
     RunOptions options;
+    options.elsewhere = processes::elsewhere({.program = SENTREE_PROGRAM});
     options.on_problem = [over, late](const std::string&) {
       if (*over) ++*late;
     };

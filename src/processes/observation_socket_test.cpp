@@ -1,4 +1,4 @@
-#include "sentree/runtime/observation_socket.h"
+#include "sentree/processes/observation_socket.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 
 #include "sentree/base/temporary_folder.h"
 
-namespace sentree::runtime {
+namespace sentree::processes {
 namespace {
 
 using testing::ElementsAre;
@@ -139,4 +139,4 @@ TEST_F(ObservationSocket, NobodyListensAfterItIsClosed) {
 }
 
 }  // namespace
-}  // namespace sentree::runtime
+}  // namespace sentree::processes

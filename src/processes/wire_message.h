@@ -3,7 +3,7 @@
 #include "sentree/base/message.h"
 #include "sentree/base/value.h"
 
-namespace sentree::runtime {
+namespace sentree::processes {
 
 /// The struct Message of interfaces/observer.thrift, and back. What is missing or of another type is left out.
 [[nodiscard]] Value to_wire(const Message& message);
@@ -18,4 +18,4 @@ namespace sentree::runtime {
 [[nodiscard]] std::string text_of(const Value& map, std::string_view key);
 [[nodiscard]] std::uint64_t number_of(const Value& map, std::string_view key);
 
-}  // namespace sentree::runtime
+}  // namespace sentree::processes

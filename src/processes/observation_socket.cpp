@@ -1,4 +1,4 @@
-#include "sentree/runtime/observation_socket.h"
+#include "sentree/processes/observation_socket.h"
 
 #include <poll.h>
 #include <sys/socket.h>
@@ -15,10 +15,10 @@
 #include <utility>
 
 #include "sentree/base/temporary_folder.h"
-#include "sentree/runtime/wire_message.h"
+#include "sentree/processes/wire_message.h"
 #include "sentree/text/json.h"
 
-namespace sentree::runtime {
+namespace sentree::processes {
 
 namespace {
 
@@ -132,4 +132,4 @@ bool ObservationOutbox::send(const Message& message) {
   }
 }
 
-}  // namespace sentree::runtime
+}  // namespace sentree::processes

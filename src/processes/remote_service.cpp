@@ -1,9 +1,11 @@
-#include "sentree/runtime/remote_service.h"
+#include "sentree/processes/remote_service.h"
 
+#include "sentree/processes/environment.h"
 #include "sentree/rpc/middleware.h"
-#include "sentree/runtime/environment.h"
 
-namespace sentree::runtime {
+namespace sentree::processes {
+
+using runtime::ServicePort;
 
 mission::CallOutcome to_call_outcome(rpc::Outcome outcome) {
   if (outcome) return {.ok = true, .result = std::move(*outcome), .kind = {}, .message = {}};
@@ -52,4 +54,4 @@ mission::CallOutcome call_once(const rpc::Address& address, const idl::ServicePt
   return to_call_outcome(rpc::call_and_wait(**client, method, args, std::chrono::steady_clock::now() + deadline));
 }
 
-}  // namespace sentree::runtime
+}  // namespace sentree::processes

@@ -6,7 +6,7 @@
 #include <mutex>
 #include <thread>
 
-namespace sentree::runtime {
+namespace sentree::processes {
 
 /// A thread that does jobs one after the other, so that whoever gives them need not wait. At most `bound` wait.
 class Worker {
@@ -58,4 +58,4 @@ class Worker {
   std::thread thread_;  // last: it uses the others
 };
 
-}  // namespace sentree::runtime
+}  // namespace sentree::processes

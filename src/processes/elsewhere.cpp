@@ -1,0 +1,386 @@
+#include "sentree/processes/elsewhere.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "sentree/base/assert.h"
+#include "sentree/base/temporary_folder.h"
+#include "sentree/processes/control.h"
+#include "sentree/processes/environment.h"
+#include "sentree/processes/observation_socket.h"
+#include "sentree/processes/remote_observer.h"
+#include "sentree/processes/remote_service.h"
+#include "sentree/processes/remote_skill.h"
+#include "sentree/processes/supervisor.h"
+#include "sentree/rpc/middleware.h"
+#include "sentree/sim/services.h"
+
+namespace sentree::processes {
+
+using runtime::Services;
+
+namespace {
+
+// What a run's processes get to end in order.
+constexpr std::chrono::seconds kEndPatience{2};
+
+void replace_all(std::string& text, const std::string& what, const std::string& with) {
+  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + with.size())) {
+    text.replace(at, what.size(), with);
+  }
+}
+
+// Of a leaf: the mission has it, and whoever ends the run's threads.
+class SharedLeaf final : public runtime::LeafDriver {
+ public:
+  explicit SharedLeaf(std::shared_ptr<RemoteLeafDriver> leaf) : leaf_(std::move(leaf)) {}
+  void tick(std::uint64_t tick, bool started, const Map& inputs) override { leaf_->tick(tick, started, inputs); }
+  void halt() override { leaf_->halt(); }
+  void cancel() override { leaf_->cancel(); }
+
+ private:
+  const std::shared_ptr<RemoteLeafDriver> leaf_;
+};
+
+class PartsElsewhere final : public runtime::Elsewhere {
+ public:
+  PartsElsewhere(ElsewhereOptions options, Surroundings run)
+      : options_(std::move(options)), run_(std::move(run)), scenario_(run_.plan.scenario) {}
+  ~PartsElsewhere() override { close(false); }
+
+  std::optional<std::string> start(Services& services) override {
+    if (auto error = make_folder()) return error;
+    if (auto error = start_components()) return error;
+    for (auto& [name, service] : services) service.at = resolved(service.at);
+    if (auto error = start_skills(services)) return error;
+    return connect_observers();
+  }
+
+  std::optional<std::string> subscribe(const Services& services) override {
+    for (const auto& [name, service] : services) {
+      const auto address = rpc::Address::parse(service.at);
+      if (!address || address->kind != rpc::Address::Kind::kOther) continue;
+      if (!rpc::middleware_of(*address).is_source(*address, service.service.get())) {
+        // Others may connect what is published on before anything is.
+        auto published = rpc::connect(*address, service.service, {.target = name});
+        if (!published) return published.error().message;
+        published_.push_back(std::move(*published));
+        continue;
+      }
+      auto opened =
+          rpc::middleware_of(*address).subscribe(*address, service.service,
+                                                 [this, name = name](const idl::Method& method, Value arguments) {
+                                                   Message request;
+                                                   request.kind = MessageKind::kRequest;
+                                                   request.source = name;
+                                                   request.target = name;
+                                                   request.name = name + "." + method.name + ".request";
+                                                   request.call = run_.publisher.next_call();
+                                                   request.data = Map{{"args", std::move(arguments)}};
+                                                   run_.publish(std::move(request));
+                                                 },
+                                                 {.target = name, .problem = run_.problem});
+      if (!opened) return opened.error().message;
+      sources_.push_back(std::move(*opened));
+    }
+    return std::nullopt;
+  }
+
+  const std::vector<std::unique_ptr<runtime::Observer>>& observers() const override { return observers_; }
+
+  Result<std::unique_ptr<runtime::LeafDriver>> make_leaf(std::size_t index, runtime::LeafReplies replies) override {
+    const project::LeafPlan& leaf = run_.plan.leaves[index];
+    const auto interface = skill_interface();
+    if (!interface) return tl::unexpected(interface.error());
+    auto address = rpc::Address::parse(resolved(leaf.at));
+    if (!address) return tl::unexpected(address.error());
+    const project::Deadlines& deadlines = scenario_.project.deadlines;
+    auto driver = make_remote_skill({.leaf = leaf.name,
+                                     .condition = leaf.condition,
+                                     .address = *address,
+                                     .interface = *interface,
+                                     .tick_deadline = leaf.condition ? deadlines.condition : deadlines.unresponsive,
+                                     .halt_deadline = deadlines.halt},
+                                    std::move(replies));
+    if (!driver) return tl::unexpected(driver.error());
+    leaves_.emplace_back(std::move(*driver));
+    return std::make_unique<SharedLeaf>(leaves_.back());
+  }
+
+  std::unique_ptr<runtime::ServicePort> make_port(const project::ServicePlan& service, Duration deadline) override {
+    auto address = rpc::Address::parse(service.at);
+    SENTREE_ASSERT(address.has_value());  // checked when the plan was prepared
+    if (address->service.empty()) address->service = service.name;
+    auto port = make_remote_port(*address, service.service, service.name, deadline);
+    SENTREE_ASSERT(port.has_value());
+    return std::move(*port);
+  }
+
+  mission::CallOutcome call(const std::string& at, const idl::ServicePtr& interface, const std::string& name,
+                            const std::string& method, const Value& args, Duration patience) override {
+    const auto address = rpc::Address::parse(at);
+    if (address) return call_once(*address, interface, name, method, args, patience);
+    return {.ok = false, .result = {}, .kind = "unreachable", .message = "nothing in the run serves \"" + name + "\""};
+  }
+
+  // Test control is served beside the simulated services, wherever that is.
+  std::string control_address(const Services& services, const std::string& control) const override {
+    if (!component_.empty()) return supervisor_->address(component_);
+    for (const auto& [name, service] : services) {
+      if (sim::find_service(service.interface) == nullptr) continue;
+      if (auto address = rpc::Address::parse(service.at))
+        return to_string(rpc::middleware_of(*address).beside(*address, name, control));
+    }
+    return {};
+  }
+
+  void take_observations() override {
+    if (inbox_) inbox_->drain();
+  }
+
+  void serve_control(runtime::ControlHandler handler) override {
+    auto server = start_control(std::move(handler));
+    if (server)
+      control_server_ = std::move(*server);
+    else
+      run_.problem("no control socket: " + to_string(server.error()));
+  }
+
+  std::vector<runtime::ProcessReport> processes() const override {
+    std::vector<runtime::ProcessReport> all;
+    if (!supervisor_) return all;
+    for (const auto& process : supervisor_->running()) all.push_back({process.name, process.pid});
+    return all;
+  }
+
+  List parts() const override {
+    List parts;
+    if (!supervisor_) return parts;
+    for (const auto& process : supervisor_->running()) {
+      parts.push_back(Map{{"name", process.name},
+                          {"pid", static_cast<std::int64_t>(process.pid)},
+                          {"begun", static_cast<std::int64_t>(process_begun(process.pid))},
+                          {"address", process.address}});
+    }
+    return parts;
+  }
+
+  void kill(const std::string& process) override {
+    if (supervisor_) supervisor_->kill(process);
+  }
+  bool restart(const std::string& process) override { return supervisor_ && supervisor_->restart(process); }
+
+  void end_speaking() override {
+    control_server_.reset();
+    if (supervisor_) {
+      std::vector<std::string> publishing;
+      for (const project::ProcessEntry& entry : scenario_.processes) {
+        if (entry.monitor.empty()) publishing.push_back(entry.name);
+      }
+      supervisor_->end(publishing, kEndPatience);
+    }
+    sources_.clear();
+    observer_servers_.clear();
+    if (inbox_) inbox_->close();
+  }
+
+  void end() override {
+    if (supervisor_) supervisor_->end(kEndPatience);
+    if (!parts_folder_.empty() && !run_.only_looks) {
+      std::error_code unremoved;
+      std::filesystem::remove_all(parts_folder_, unremoved);
+    }
+  }
+
+  void close(bool left_behind) override {
+    control_server_.reset();
+    sources_.clear();
+    published_.clear();
+    observer_servers_.clear();
+    supervisor_.reset();
+    if (inbox_) inbox_->close();
+    if (left_behind) return;
+    observers_.clear();
+    for (const auto& leaf : leaves_) leaf->close();
+    leaves_.clear();
+  }
+
+ private:
+  bool is_durable() const { return !run_.journal.empty(); }
+
+  bool anything_remote() const {
+    const auto& leaves = run_.plan.leaves;
+    return !options_.listen.empty() || !scenario_.processes.empty() ||
+           std::any_of(leaves.begin(), leaves.end(), [](const project::LeafPlan& leaf) { return !leaf.at.empty(); });
+  }
+
+  std::optional<std::string> make_folder() {
+    if (!anything_remote()) return std::nullopt;
+    if (!is_durable()) {
+      folder_.emplace("run");
+      if (folder_->path().empty()) return "no folder for its sockets can be made; TMPDIR names where";
+      return std::nullopt;
+    }
+    // Where who resumes the run finds them.
+    parts_folder_ = run_.journal;
+    parts_folder_.replace_extension(".parts");
+    for (const Value& part : left_behind_parts()) {
+      constexpr std::string_view kUnix = "unix:";
+      const std::string_view address = part.find("address")->text();
+      if (!address.starts_with(kUnix)) continue;
+      const auto folder = std::filesystem::path(address.substr(kUnix.size())).parent_path();
+      if (folder.extension() == ".parts") parts_folder_ = folder;
+    }
+    return std::nullopt;
+  }
+
+  // "{name}" stands for the address of a process of the scenario, "{run}" for the run's private folder.
+  std::string resolved(std::string text) const {
+    if (folder_) replace_all(text, "{run}", folder_->path().string());
+    if (!parts_folder_.empty()) replace_all(text, "{run}", parts_folder_.string());
+    for (const Value& part : left_behind_parts())
+      replace_all(text, "{" + std::string(part.find("name")->text()) + "}", std::string(part.find("address")->text()));
+    if (supervisor_) {
+      for (const auto& process : supervisor_->running()) replace_all(text, "{" + process.name + "}", process.address);
+    }
+    return text;
+  }
+
+  std::optional<std::string> start_process(const project::ProcessEntry& entry, std::vector<std::string> arguments) {
+    if (entry.monitor.empty()) {
+      arguments.insert(arguments.end(),
+                       {"--seed", std::to_string(scenario_.seed), "--factor", shortest_decimal(scenario_.factor)});
+    }
+    if (!supervisor_) {
+      supervisor_ = std::make_unique<Supervisor>(options_.program.empty() ? own_program() : options_.program,
+                                                 [this](const runtime::ProcessEvent& event) { run_.happened(event); });
+    }
+    ProcessSpec spec{.name = entry.name,
+                     .arguments = std::move(arguments),
+                     .listen = resolved(entry.listen),
+                     .restarts = entry.restarts,
+                     .survives = is_durable()};
+    for (const Value& part : left_behind_parts()) {
+      if (part.find("name")->text() != entry.name) continue;
+      spec.listen = part.find("address")->text();
+      const auto number = [&](const char* key) { return *part.find(key)->as_int(); };
+      if (supervisor_->adopt(spec, static_cast<pid_t>(number("pid")), static_cast<std::uint64_t>(number("begun"))))
+        return std::nullopt;
+    }
+    if (is_durable()) {
+      std::error_code error;
+      std::filesystem::create_directories(parts_folder_, error);
+    }
+    const auto started = supervisor_->start(std::move(spec));
+    return started ? std::nullopt : std::optional(started.error().message);
+  }
+
+  // The processes of the run that is resumed, those of them that are told whole.
+  List left_behind_parts() const {
+    List parts;
+    for (const Value& part : run_.left_behind) {
+      const auto is_number = [&](const char* key) {
+        return part.find(key) != nullptr && part.find(key)->as_int() != nullptr;
+      };
+      if (part.find("name") != nullptr && part.find("address") != nullptr && is_number("pid") && is_number("begun"))
+        parts.push_back(part);
+    }
+    return parts;
+  }
+
+  std::optional<std::string> start_components() {
+    for (const project::ProcessEntry& entry : scenario_.processes) {
+      // Whoever only looks where the run was calls nobody.
+      if (entry.component.empty() || run_.only_looks) continue;
+      if (auto error = start_process(entry, {"component", entry.component, "--project", scenario_.file})) return error;
+      component_ = entry.name;
+    }
+    return std::nullopt;
+  }
+
+  std::optional<std::string> start_skills(const Services& services) {
+    if (!anything_remote() || is_durable()) return std::nullopt;
+    const std::string address = resolved("unix:{run}/observer.sock");
+    auto inbox = ObservationInbox::open(observation_path((folder_->path() / "observer.sock").string()), run_.publish,
+                                        run_.problem);
+    if (!inbox) return inbox.error().message;
+    inbox_ = std::move(*inbox);
+    if (auto error = serve_observer(address)) return error;
+    if (!options_.listen.empty()) {
+      if (auto error = serve_observer(options_.listen)) return error;
+    }
+    for (const project::ProcessEntry& entry : scenario_.processes) {
+      if (entry.skill.empty()) continue;
+      std::vector<std::string> arguments{"skill", scenario_.file, entry.skill, "--observer", address};
+      for (const auto& [name, service] : services) arguments.insert(arguments.end(), {"--at", name + "=" + service.at});
+      if (auto error = start_process(entry, std::move(arguments))) return error;
+    }
+    return std::nullopt;
+  }
+
+  // Where skills in other processes publish.
+  std::optional<std::string> serve_observer(const std::string& listen) {
+    auto interface = observer_interface();
+    if (!interface) return interface.error().message;
+    const auto address = rpc::Address::parse(listen);
+    if (!address) return address.error().message;
+    rpc::ServerOptions options;
+    options.insecure = options_.insecure;
+    options.tls = environment_tls();
+    auto server =
+        rpc::serve(*address, {{"observer", make_observer_service(*interface, run_.publisher)}}, std::move(options));
+    if (!server) return server.error().message;
+    observer_servers_.push_back(std::move(*server));
+    return std::nullopt;
+  }
+
+  std::optional<std::string> connect_observers() {
+    for (const project::ProcessEntry& entry : scenario_.processes) {
+      if (entry.monitor.empty()) continue;
+      if (auto error = start_process(entry, {"monitor", "--project", scenario_.file, "--name", entry.monitor}))
+        return error;
+    }
+    if (run_.plan.observers.empty()) return std::nullopt;
+    const auto interface = observer_interface();
+    if (!interface) return interface.error().message;
+    for (const project::ObserverPlan& plan : run_.plan.observers) {
+      const auto address = rpc::Address::parse(resolved(plan.at));
+      if (!address) return address.error().message;
+      RemoteObserver::Callbacks callbacks;
+      callbacks.problem = run_.problem;
+      callbacks.decision = [this, name = plan.name](const monitor::Decision& decision) {
+        run_.decided(name, decision);
+      };
+      auto observer = RemoteObserver::connect(plan.name, *address, *interface, std::move(callbacks));
+      if (!observer) return observer.error().message;
+      observers_.push_back(std::move(*observer));
+    }
+    return std::nullopt;
+  }
+
+  const ElsewhereOptions options_;
+  const Surroundings run_;
+  const project::Scenario& scenario_;
+  std::optional<TemporaryFolder> folder_;    // for sockets
+  std::filesystem::path parts_folder_;       // the same, of a durable run
+  std::unique_ptr<ObservationInbox> inbox_;  // null: no skill runs elsewhere
+  std::unique_ptr<Supervisor> supervisor_;   // null: there is no process
+  std::string component_;                    // name of the process that runs the simulator; empty: none does
+  std::vector<std::unique_ptr<runtime::Observer>> observers_;
+  std::vector<std::unique_ptr<rpc::Opened>> observer_servers_;
+  std::vector<std::unique_ptr<rpc::Opened>> sources_;    // of topics
+  std::vector<std::unique_ptr<rpc::Caller>> published_;  // where topics go
+  std::unique_ptr<rpc::Server> control_server_;
+  std::vector<std::shared_ptr<RemoteLeafDriver>> leaves_;
+};
+
+}  // namespace
+
+std::function<std::unique_ptr<runtime::Elsewhere>(runtime::Elsewhere::Surroundings)> elsewhere(
+    ElsewhereOptions options) {
+  return [options = std::move(options)](runtime::Elsewhere::Surroundings run) {
+    return std::make_unique<PartsElsewhere>(options, std::move(run));
+  };
+}
+
+}  // namespace sentree::processes
