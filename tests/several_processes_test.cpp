@@ -158,7 +158,7 @@ struct ServedObserver {
 
 // What a monitor elsewhere decides while the run winds up counts.
 TEST(Monitors, MayDecideElsewhereWhenTheMissionIsOver) {
-  const auto interface = observer_interface();
+  const auto interface = processes::observer_interface();
   ASSERT_TRUE(interface);
   std::mutex mutex;
   std::condition_variable changed;
@@ -232,7 +232,7 @@ TEST(Observers, ThatCannotBeReachedPreventTheRun) {
 
 // A gate elsewhere decides on what it has seen, so it must have seen what led to the request.
 TEST(Observers, AreAskedAfterWhatLedToTheRequest) {
-  const auto interface = observer_interface();
+  const auto interface = processes::observer_interface();
   ASSERT_TRUE(interface);
   std::mutex mutex;
   std::set<std::string> seen;
@@ -244,7 +244,7 @@ TEST(Observers, AreAskedAfterWhatLedToTheRequest) {
     if (method.name == "info")
       return Value(Map{{"name", "judge"}, {"pid", 0}, {"observes", List{"*"}}, {"gates", List{"navigation.goto*"}}});
     if (method.name == "observe") {
-      const Message message = from_wire(*arguments.find("message"));
+      const Message message = processes::from_wire(*arguments.find("message"));
       if (message.sequence > 0) {
         seen.insert(message.name);
       } else {
