@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <mutex>
 #include <set>
@@ -53,6 +54,12 @@ Thing guard_thing(const scxml::Chart& chart, scxml::TransitionIndex index, bool 
   return thing;
 }
 
+Thing requirement_thing(const monitor::Model& model) {
+  const monitor::Origin* origin = model.origin();
+  return {Kind::kRequirement, model.name(), "",
+          origin != nullptr ? place(origin->requirement.span) : place({model.chart().file(), 1, 1})};
+}
+
 // <initial> and <history> have transitions too, which belong to no state's list.
 std::vector<scxml::TransitionIndex> transitions_of(const scxml::Chart& chart) {
   std::vector<scxml::TransitionIndex> all;
@@ -100,7 +107,14 @@ void Coverage::add(const project::Plan& plan) {
         can({Kind::kMethod, *send.target + "." + *send.event, std::string(outcome), ""});
     }
   }
-  for (const monitor::Model& model : plan.monitors) can({Kind::kRequirement, model.name(), "", ""});
+  for (const monitor::Model& model : plan.monitors) can(requirement_thing(model));
+}
+
+void Coverage::add(const Coverage& other) {
+  for (const auto& [thing, reached] : other.things_) {
+    bool& here = things_[thing];
+    here = here || reached;
+  }
 }
 
 void Coverage::reach(const Thing& thing) {
@@ -217,7 +231,7 @@ class CoverageWatch::Impl {
     };
   }
 
-  void finish(const runtime::RunReport& report) {
+  void look() {
     const std::lock_guard lock(mutex_);
     for (bt::NodeId node = 0; node < nodes_.size(); ++node) {
       for (const std::string& status : nodes_[node])
@@ -241,8 +255,14 @@ class CoverageWatch::Impl {
       }
     }
     for (const auto& [call, outcome] : calls_) coverage_.reach({Kind::kMethod, call, outcome, ""});
-    for (const runtime::MonitorReport& monitor : report.monitors) {
-      if (monitor.vacuity.empty()) coverage_.reach({Kind::kRequirement, monitor.name, "", ""});
+  }
+
+  void finish(const runtime::RunReport& report) {
+    look();
+    for (const monitor::Model& model : plan_.monitors) {
+      const auto told = std::find_if(report.monitors.begin(), report.monitors.end(),
+                                     [&](const auto& monitor) { return monitor.name == model.name(); });
+      if (told != report.monitors.end() && told->vacuity.empty()) coverage_.reach(requirement_thing(model));
     }
   }
 
@@ -288,6 +308,7 @@ CoverageWatch::CoverageWatch(const project::Plan& plan, Coverage& coverage, runt
   coverage.add(plan);
 }
 CoverageWatch::~CoverageWatch() = default;
+void CoverageWatch::look() { impl_->look(); }
 void CoverageWatch::finish(const runtime::RunReport& report) { impl_->finish(report); }
 
 }  // namespace sentree::campaign

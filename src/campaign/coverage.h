@@ -32,6 +32,8 @@ class Coverage {
 
   /// Adds what of the plan can be reached.
   void add(const project::Plan& plan);
+  /// What other runs could reach can be reached, and what they reached is.
+  void add(const Coverage& other);
   void reach(const Thing& thing);
   /// What is reached here of the things of `known`, by their place among those.
   [[nodiscard]] std::vector<std::uint32_t> reached_of(const Coverage& known) const;
@@ -62,6 +64,9 @@ class CoverageWatch {
   CoverageWatch(const CoverageWatch&) = delete;
   CoverageWatch& operator=(const CoverageWatch&) = delete;
 
+  /// Brings what the run has reached so far into the coverage, but for requirements: whether they were put to the test
+  /// is known at its end. From any thread, one at a time, while nobody else looks at the coverage.
+  void look();
   /// After the run.
   void finish(const runtime::RunReport& report);
 

@@ -134,7 +134,7 @@ Composer::Composer(const Subject& shown, const History& past, const RunAccess& a
       run(access),
       queue(steering),
       options(std::move(given)),
-      model(std::make_shared<const std::string>(model_message(shown, steering != nullptr))) {
+      model(std::make_shared<const std::string>(model_message(shown, options.steerable))) {
   refresh();
 }
 
@@ -300,7 +300,7 @@ bool Conversation::advance(Request& request) {
   if (request.op == "messages" || request.op == "find") return advance_search(request);
   if (request.op == "hello") {
     may_steer_ = may_steer_ || text_of(request.body, "token") == composer_->options.token;
-    answer(request.id, Map{{"steerable", composer_->queue != nullptr && may_steer_}});
+    answer(request.id, Map{{"steerable", composer_->options.steerable && may_steer_}});
   } else if (request.op == "live") {
     follow();
     answer(request.id, {});
@@ -373,8 +373,10 @@ Nanoseconds Conversation::send_past_state(Nanoseconds time) {
 }
 
 void Conversation::steer(const Request& request) {
-  if (composer_->queue == nullptr) return refuse(request.id, "this run cannot be steered");
-  if (!may_steer_) return refuse(request.id, "only who came with the token of the printed address may steer");
+  const bool looks = request.op == "coverage" && composer_->options.coverage;
+  if (composer_->queue == nullptr || !(looks || composer_->options.steerable))
+    return refuse(request.id, "this run cannot be steered");
+  if (!may_steer_ && !looks) return refuse(request.id, "only who came with the token of the printed address may steer");
   ++steering_;
   composer_->queue->put({client_, request.id, request.op, request.body});
 }

@@ -5,9 +5,11 @@
 #include <mutex>
 #include <shared_mutex>
 
+#include "sentree/campaign/coverage.h"
 #include "sentree/record/reader.h"
 #include "sentree/runtime/inside.h"
 #include "sentree/runtime/steering.h"
+#include "sentree/studio/reached.h"
 #include "sentree/studio/record_queue.h"
 #include "sentree/studio/record_reader.h"
 #include "sentree/studio/steer.h"
@@ -59,7 +61,8 @@ struct Live::Impl {
         Server::start(shown->subject, shown->history,
                       {.update = [this] { shown->queue.drain(); },
                        .facts = [this] { return facts(); },
-                       .steer = [this](const std::string& op, const Value& request) { return steer(op, request); }},
+                       .steer = [this](const std::string& op, const Value& request) { return steer(op, request); },
+                       .coverage = [this] { return reached(); }},
                       std::move(options));
     if (!server) return tl::unexpected(server.error());
     shown->server = std::move(*server);
@@ -113,7 +116,17 @@ struct Live::Impl {
     return studio::steer(*steering, shown->subject, op, request);
   }
 
+  Result<Value> reached() {
+    const std::lock_guard lock(coverage_mutex);
+    if (!watch) return fail("studio.coverage", "the page was opened after the run had begun: see sentree report");
+    watch->look();
+    return coverage_value(coverage, plan.scenario.project.folder);
+  }
+
   const project::Plan& plan;
+  std::mutex coverage_mutex;
+  campaign::Coverage coverage;
+  std::optional<campaign::CoverageWatch> watch;  // of a run that has its page from the beginning
   std::shared_mutex steering_mutex;  // held while a request is carried out
   std::mutex mutex;
   runtime::RunView* view = nullptr;
@@ -164,6 +177,10 @@ std::function<void(TimePoint, record::RunRecord)> Live::tap() {
 }
 
 void Live::install(runtime::RunOptions& options) {
+  if (impl_->open) {
+    const std::lock_guard lock(impl_->coverage_mutex);
+    impl_->watch.emplace(impl_->plan, impl_->coverage, options);
+  }
   options.on_view = [impl = impl_.get(), next = std::move(options.on_view)](runtime::RunView* view) {
     if (next) next(view);
     if (view == nullptr) impl->steer_by(nullptr);
@@ -179,6 +196,10 @@ void Live::install(runtime::RunOptions& options) {
 void Live::steer_by(runtime::Steering* steering) { impl_->steer_by(steering); }
 
 void Live::ended(const runtime::RunReport& report) {
+  {
+    const std::lock_guard lock(impl_->coverage_mutex);
+    if (impl_->watch) impl_->watch->finish(report);
+  }
   const std::lock_guard lock(impl_->mutex);
   impl_->report = report;
 }

@@ -1,5 +1,6 @@
 #include "sentree/studio/recorded.h"
 
+#include "sentree/studio/reached.h"
 #include "sentree/text/json.h"
 
 namespace sentree::studio {
@@ -20,7 +21,20 @@ struct Recorded::Impl {
     return facts;
   }
 
+  // Reached by running it again, once.
+  Result<Value> reached() {
+    if (!coverage) {
+      const auto found = reached_by(path, allow_plugins);
+      if (!found) return tl::unexpected(found.error());
+      coverage = coverage_value(found->coverage, found->folder);
+    }
+    return *coverage;
+  }
+
   replay::RecordedRun run;
+  std::string path;
+  bool allow_plugins = false;
+  std::optional<Value> coverage;  // of the thread that steers
   project::Plan plan;
   Subject subject;
   History history;
@@ -42,10 +56,15 @@ Result<std::unique_ptr<Recorded>> Recorded::open(const std::string& path, bool a
   diagnostics.insert(diagnostics.end(), plan.diagnostics.begin(), plan.diagnostics.end());
   if (!plan.ok()) return fail("record.no-project", "the recorded project cannot be loaded", SourceSpan{path});
   auto impl = std::make_unique<Impl>(std::move(*run), std::move(*plan.value));
+  impl->path = path;
+  impl->allow_plugins = allow_plugins;
   impl->history.read_index();
   options.live = false;
   auto server = Server::start(impl->subject, impl->history,
-                              {.update = {}, .facts = [raw = impl.get()] { return raw->facts(); }, .steer = {}},
+                              {.update = {},
+                               .facts = [raw = impl.get()] { return raw->facts(); },
+                               .steer = {},
+                               .coverage = [raw = impl.get()] { return raw->reached(); }},
                               std::move(options));
   if (!server) return tl::unexpected(server.error());
   impl->server = std::move(*server);

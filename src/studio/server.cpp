@@ -224,6 +224,7 @@ std::string Server::Impl::hello_of(const Subject& shown) const {
                            {"clock", scenario.virtual_time ? "virtual" : "real"},
                            {"seed", static_cast<std::int64_t>(scenario.seed)},
                            {"steerable", static_cast<bool>(run.steer) && !options.design && !options.compare},
+                           {"coverage", static_cast<bool>(run.coverage)},
                            {"repeatable", static_cast<bool>(options.again)},
                            {"design", options.design},
                            {"compare", options.compare},
@@ -270,8 +271,11 @@ Result<void> Server::Impl::start() {
 void Server::Impl::compose() {
   // Before what asks it, and gone after it.
   std::optional<SteeringQueue> queue;
-  if (run.steer) {
-    queue.emplace(run.steer, [inbox = inbox](SteeringQueue::Outcome outcome) {
+  if (run.steer || run.coverage) {
+    const auto carry_out = [this](const std::string& op, const Value& request) {
+      return op == "coverage" && run.coverage ? run.coverage() : run.steer(op, request);
+    };
+    queue.emplace(carry_out, [inbox = inbox](SteeringQueue::Outcome outcome) {
       const std::uint64_t client = outcome.client;
       inbox->put({.client = client, .kind = Inbox::Event::Kind::kSteered, .text = {}, .outcome = std::move(outcome)});
     });
@@ -281,7 +285,10 @@ void Server::Impl::compose() {
   RunAccess access = run;
   const auto make_composer = [&](const Subject& shown_subject, const History& shown_history) {
     return std::make_unique<Composer>(shown_subject, shown_history, access, queue ? &*queue : nullptr,
-                                      Composer::Options{.hello = hello_of(shown_subject), .token = token});
+                                      Composer::Options{.hello = hello_of(shown_subject),
+                                                        .token = token,
+                                                        .steerable = static_cast<bool>(run.steer),
+                                                        .coverage = static_cast<bool>(run.coverage)});
   };
   std::unique_ptr<Composer> composer = make_composer(subject, history);
   std::map<std::uint64_t, std::unique_ptr<Conversation>> clients;

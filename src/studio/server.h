@@ -45,6 +45,8 @@ struct RunAccess {
   /// One of the steering requests of docs/studio-protocol.md; not set: the run cannot be steered. Called in two threads
   /// of its own, one of them for what does not wait for the run; may block as long as it takes.
   std::function<Result<Value>(const std::string& op, const Value& request)> steer;
+  /// What has been reached, as `coverage_value` has it; not set: nobody knows. Called as `steer` is, for all pages.
+  std::function<Result<Value>()> coverage = {};
 };
 
 struct ServerOptions {

@@ -35,10 +35,12 @@ Result<std::shared_ptr<const Shadow>> Shadow::run(project::Plan plan, const std:
     recording.tap = [&](TimePoint time, record::RunRecord record) { queue.put(time, std::move(record)); };
     replay::RunRecorder recorder(shadow->plan, {}, std::make_unique<record::NullSink>(), std::move(recording));
     recorder.install(options);
+    campaign::CoverageWatch watch(shadow->plan, shadow->coverage, options);
     runtime::Run run(shadow->plan, std::move(options));
     running = &run;
     shadow->report = run.execute();
     recorder.finish(shadow->report);
+    watch.finish(shadow->report);
     queue.drain();
   }
   if (!shadow->report.error.empty()) return fail("shadow.run", shadow->report.error);

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "sentree/campaign/coverage.h"
 #include "sentree/replay/behaviour.h"
 #include "sentree/runtime/run.h"
 #include "sentree/studio/history.h"
@@ -24,6 +25,7 @@ class Shadow {
   const Subject subject;
   History history;
   replay::Behaviour behaviour;
+  campaign::Coverage coverage;
   runtime::RunReport report;
   bool whole = true;  ///< False: it was ended before its scenario was.
 

@@ -1,6 +1,5 @@
 #include "sentree/studio/workshop.h"
 
-#include <poll.h>
 #include <pthread.h>
 #include <signal.h>
 #include <sys/eventfd.h>
@@ -8,29 +7,19 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <condition_variable>
 #include <set>
-#include <thread>
 
 #include "sentree/base/json.h"
 #include "sentree/design/parts.h"
-#include "sentree/project/part_cache.h"
-#include "sentree/project/skill_models.h"
 #include "sentree/studio/design_values.h"
-#include "sentree/studio/nothing.h"
-#include "sentree/studio/past.h"
-#include "sentree/studio/shadow.h"
+#include "sentree/studio/detail/workshop.h"
+#include "sentree/studio/reached.h"
 #include "sentree/studio/sides.h"
-#include "sentree/studio/simulations.h"
 #include "sentree/text/yaml_edit.h"
 
 namespace sentree::studio {
 
-namespace {
-
 namespace fs = std::filesystem;
-
-Value number(std::uint64_t value) { return static_cast<std::int64_t>(value); }
 
 class AskedEdit {
  public:
@@ -78,6 +67,10 @@ class AskedEdit {
   const Value& request_;
 };
 
+namespace {
+
+Value number(std::uint64_t value) { return static_cast<std::int64_t>(value); }
+
 // Where the element that a gesture is about stands afterwards.
 std::size_t place_after(const design::TextEdits& edits) {
   std::size_t best = 0;
@@ -96,77 +89,6 @@ std::size_t place_after(const design::TextEdits& edits) {
 }
 
 }  // namespace
-
-struct Workshop::Impl {
-  explicit Impl(design::Workspace opened) : workspace(std::move(opened)), folder(workspace.folder()) {}
-  ~Impl();
-
-  Result<Value> carry_out(const std::string& op, const Value& request);
-  Result<Value> edit_by_gesture(const AskedEdit& asked);
-  Result<Value> add(const AskedEdit& asked);
-  [[nodiscard]] Value other_sides() const;
-  [[nodiscard]] Result<Value> simulate(const std::string& op, const AskedEdit& asked, const Value& request);
-  [[nodiscard]] Result<Value> compare(const std::string& op, const AskedEdit& asked);
-  Result<Value> save(const AskedEdit& asked);
-  void changed(const std::vector<std::string>& files);
-  [[nodiscard]] Value summary() const;
-  void tell_summary() { server->tell(to_json(summary())); }
-  void tell_document(const std::string& file);
-  [[nodiscard]] bool is_saved() const {
-    const auto& documents = workspace.documents();
-    return std::none_of(documents.begin(), documents.end(), [](const auto& d) { return d.second.is_dirty(); });
-  }
-
-  void check_and_run();
-  struct Texts {
-    text::Overlay overlay;
-    std::map<std::string, std::string> texts;
-    std::string scenario;
-    bool saved = false;
-  };
-  [[nodiscard]] Texts texts_now() const;
-  Loaded<project::Plan> look(const Texts& texts, Diagnostics& found);
-  void keep_findings(const Texts& texts, const Diagnostics& found, bool whole);
-  void judge_past(const Texts& texts, const project::Plan& plan);
-  void run_shadow(project::Plan plan, bool as_baseline, bool and_show, std::uint64_t of_revision);
-
-  void watch();
-  void read_events(std::set<std::string>& paths);
-  void add_watches(const fs::path& below);
-
-  mutable std::mutex mutex;
-  std::condition_variable news;
-  design::Workspace workspace;
-  const fs::path folder;
-  design::Kinds kinds{{}};
-  std::vector<bt::NodeModel> own;
-  List places;                 // of the world, for completion
-  List interfaces;             // of services, too
-  std::set<std::string> open;  // files whose text some page has asked for
-  std::vector<design::Finding> findings;
-  std::string scenario;  // file; empty: the mission as it stands
-  std::vector<std::string> scenarios;
-  std::uint64_t revision = 1;              // of the texts
-  std::uint64_t checked = 0;               // revision whose findings are known
-  std::shared_ptr<const Shadow> baseline;  // as it goes with what is saved
-  std::shared_ptr<const Shadow> shadow;    // as it goes with what is edited
-  std::uint64_t shadow_of = 0;             // its revision
-  std::string shadow_problem;
-  bool stopping = false;
-  bool past_wanted = false;            // requirements have been opened
-  std::atomic<bool> outdated = false;  // what the shadow runs is not the newest any more
-
-  const Nothing no_run;  // shown until there is something to run
-  std::unique_ptr<Server> server;
-  int inotify = -1;
-  int wake = -1;
-  std::map<int, std::string> watched;  // folder inside the project, by watch; of the watching thread
-  Simulations simulations{folder};     // of the thread that steers
-  project::PartCache parts;            // of the worker
-  Past past{folder};                   // of the worker
-  std::thread worker;
-  std::thread watcher;
-};
 
 Workshop::Impl::~Impl() {
   {
@@ -236,6 +158,7 @@ Value Workshop::Impl::summary() const {
              {"redo_count", number(redo.size())},
              {"scenario", scenario},
              {"scenarios", std::move(names)},
+             {"reached_by_all", all != nullptr && all_of == revision},
              {"shadow", Map{{"ready", shadow != nullptr},
                             {"current", shadow != nullptr && shadow_of == revision},
                             {"problem", shadow_problem},
@@ -307,6 +230,7 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
     return Value(Map{{"version", number(workspace.find(file)->version)}});
   }
   if (op == "design_gesture") return edit_by_gesture(asked);
+  if (op == "design_reached") return reached(asked.flag("all"));
   if (op == "design_undo" || op == "design_redo") {
     auto files = op == "design_undo" ? workspace.undo() : workspace.redo();
     if (!files) return tl::unexpected(files.error());
@@ -358,6 +282,17 @@ Result<Value> Workshop::Impl::edit_by_gesture(const AskedEdit& asked) {
   return Value(Map{{"version", number(workspace.find(file)->version)},
                    {"name", result->name},
                    {"at", number(place_after(result->edits))}});
+}
+
+// What the shadow run reaches, or all scenarios do together; null: that is not known yet.
+Result<Value> Workshop::Impl::reached(bool of_all) {
+  if (!of_all) {
+    all_wanted = false;
+    return shadow ? coverage_value(shadow->coverage, folder) : Value();
+  }
+  if (!all_wanted) news.notify_all();
+  all_wanted = true;
+  return all && all_of == revision ? coverage_value(*all, folder) : Value();
 }
 
 Result<Value> Workshop::Impl::add(const AskedEdit& asked) {
@@ -500,270 +435,6 @@ Result<Value> Workshop::Impl::save(const AskedEdit& asked) {
   return Value(Map{{"saved", number(files.size())}});
 }
 
-// ---- Checking, and running again ----
-
-Workshop::Impl::Texts Workshop::Impl::texts_now() const {
-  Texts now{.overlay = workspace.overlay(), .texts = {}, .scenario = scenario, .saved = false};
-  now.saved = now.overlay.empty();
-  for (const auto& [file, document] : workspace.documents()) now.texts.emplace(file, document.text);
-  return now;
-}
-
-Loaded<project::Plan> Workshop::Impl::look(const Texts& texts, Diagnostics& found) {
-  Loaded<project::Plan> prepared;
-  Loaded<project::Scenario> chosen;
-  if (!texts.scenario.empty()) {
-    chosen = project::load_scenario(folder / "scenarios" / (texts.scenario + ".yaml"));
-  } else {
-    auto project = project::load_project(folder);
-    chosen.diagnostics = std::move(project.diagnostics);
-    if (project.value) chosen.value = project::plain_scenario(std::move(*project.value));
-  }
-  found = chosen.diagnostics;
-  if (!chosen.ok()) return prepared;
-  {
-    const auto models = project::skill_models(chosen.value->project);
-    List named;
-    if (chosen.value->project.world) {
-      if (const auto world = project::load_project_world(chosen.value->project); world.value) {
-        for (const auto& location : world.value->locations) named.emplace_back(location.name);
-        for (const auto& area : world.value->areas) named.emplace_back(area.name);
-      }
-    }
-    List services = interfaces_value(folder, texts.texts);
-    const std::lock_guard lock(mutex);
-    interfaces = std::move(services);
-    if (models.value) {
-      own = *models.value;
-      kinds = design::Kinds(own);
-    }
-    places = std::move(named);
-  }
-  prepared = project::prepare(std::move(*chosen.value), parts);
-  found.insert(found.end(), prepared.diagnostics.begin(), prepared.diagnostics.end());
-  return prepared;
-}
-
-// Those of the whole project, or of one scenario: then what was found in others stays.
-void Workshop::Impl::keep_findings(const Texts& texts, const Diagnostics& found, bool whole) {
-  std::vector<design::Finding> located;
-  const std::string own_scenario = "scenarios/" + texts.scenario + ".yaml";
-  std::set<std::string> told;
-  for (const Diagnostic& diagnostic : found) {
-    if (diagnostic.severity == Severity::kNote || !told.insert(to_string(diagnostic)).second) continue;
-    const auto text = texts.texts.find(design::file_inside(folder, diagnostic.span.file));
-    located.push_back(
-        design::locate(diagnostic, folder, text != texts.texts.end() ? std::string_view(text->second) : ""));
-    // People read paths inside the project.
-    std::string& message = located.back().diagnostic.message;
-    const std::string before = folder.string() + "/";
-    for (std::size_t at = message.find(before); at != std::string::npos; at = message.find(before, at))
-      message.erase(at, before.size());
-  }
-  const std::lock_guard lock(mutex);
-  if (!whole) {
-    for (design::Finding& finding : findings) {
-      if (finding.file.starts_with("scenarios/") && finding.file != own_scenario) located.push_back(std::move(finding));
-    }
-  }
-  findings = std::move(located);
-}
-
-// What the open requirements say of the last runs.
-void Workshop::Impl::judge_past(const Texts& texts, const project::Plan& plan) {
-  std::vector<std::string> files;
-  {
-    const std::lock_guard lock(mutex);
-    std::copy_if(open.begin(), open.end(), std::back_inserter(files),
-                 [](const std::string& file) { return file.ends_with(".req"); });
-  }
-  for (const std::string& file : files) {
-    const auto text = texts.texts.find(file);
-    if (text == texts.texts.end()) continue;
-    const Value judged = past.judge(file, text->second, plan);
-    const std::lock_guard lock(mutex);
-    server->tell(to_json(judged));
-  }
-}
-
-void Workshop::Impl::run_shadow(project::Plan to_run, bool as_baseline, bool and_show, std::uint64_t of_revision) {
-  outdated = false;
-  {
-    const std::lock_guard lock(mutex);
-    if (stopping || revision != of_revision) return;
-  }
-  auto run = Shadow::run(std::move(to_run), outdated);
-  const std::lock_guard lock(mutex);
-  if (outdated || stopping) return;
-  if (!run) {
-    shadow_problem = run.error().message;
-    if (and_show) shadow.reset();
-    return;
-  }
-  shadow_problem = (*run)->whole ? "" : "the scenario makes too many observations: it was ended early";
-  // It may have been saved while it ran.
-  if (as_baseline || (and_show && is_saved())) baseline = *run;
-  if (!and_show) return;
-  shadow = *run;
-  shadow_of = of_revision;
-  RunFacts facts{.state = "ended", .reason = shadow->report.reason};
-  server->show({std::shared_ptr<const Subject>(shadow, &shadow->subject),
-                std::shared_ptr<const History>(shadow, &shadow->history), facts});
-}
-
-void Workshop::Impl::check_and_run() {
-  std::uint64_t done = 0;
-  for (;;) {
-    Texts texts;
-    std::uint64_t at = 0;
-    bool needs_baseline = false;
-    bool only_past = false;
-    {
-      std::unique_lock lock(mutex);
-      news.wait(lock, [&] { return stopping || revision != done || past_wanted; });
-      if (stopping) return;
-      only_past = revision == done;
-      past_wanted = false;
-      at = revision;
-      texts = texts_now();
-      needs_baseline = !baseline;
-    }
-    const auto is_current = [&] {
-      const std::lock_guard lock(mutex);
-      return !stopping && revision == at;
-    };
-    const text::ReadThrough through(texts.overlay);
-    if (only_past) {
-      Diagnostics unused;
-      if (const auto prepared = look(texts, unused); prepared.ok()) judge_past(texts, *prepared.value);
-      continue;
-    }
-    {
-      const Loaded<project::Project> project = project::load_project(folder);
-      std::vector<std::string> names;
-      if (project.value) {
-        for (const fs::path& file : project::scenario_files(*project.value)) names.push_back(file.stem().string());
-      }
-      const std::lock_guard lock(mutex);
-      scenarios = std::move(names);
-      if (!scenario.empty() && std::find(scenarios.begin(), scenarios.end(), scenario) == scenarios.end()) {
-        scenario.clear();
-        texts.scenario.clear();
-        baseline.reset();
-      }
-    }
-    Diagnostics found;
-    auto prepared = look(texts, found);
-    keep_findings(texts, found, false);
-    if (!is_current()) {
-      done = at;
-      continue;
-    }
-    {
-      const std::lock_guard lock(mutex);
-      checked = at;
-      // The kinds of nodes are part of the pictures.
-      for (const std::string& file : open) {
-        const design::Document* document = workspace.find(file);
-        if (document != nullptr && kind_of_file(file, document->text) == "mission") tell_document(file);
-      }
-      tell_summary();
-    }
-    if (prepared.ok()) judge_past(texts, *prepared.value);
-    if (prepared.ok()) {
-      if (needs_baseline && !texts.saved) {
-        const text::Overlay nothing;
-        const text::ReadThrough saved(nothing);
-        Diagnostics unused;
-        auto before = look({{}, {}, texts.scenario, true}, unused);
-        if (before.ok()) run_shadow(std::move(*before.value), true, false, at);
-      }
-      run_shadow(std::move(*prepared.value), texts.saved, true, at);
-      const std::lock_guard lock(mutex);
-      tell_summary();
-    }
-    if (is_current()) {
-      // A scope in between may have taken the texts away from this thread.
-      const text::ReadThrough again(texts.overlay);
-      const Diagnostics all = project::check_project(folder, parts);
-      if (is_current()) {
-        keep_findings(texts, all, true);
-        const std::lock_guard lock(mutex);
-        tell_summary();
-      }
-    }
-    done = at;
-  }
-}
-
-// ---- Files that others write ----
-
-void Workshop::Impl::add_watches(const fs::path& below) {
-  constexpr std::uint32_t kWhat = IN_CLOSE_WRITE | IN_MOVED_TO | IN_MOVED_FROM | IN_CREATE | IN_DELETE | IN_ONLYDIR;
-  std::vector<fs::path> folders{below};
-  for (std::size_t i = 0; i < folders.size() && watched.size() < kWatchesMax; ++i) {
-    const int id = inotify_add_watch(inotify, folders[i].c_str(), kWhat);
-    if (id < 0) continue;
-    const std::string inside = folders[i].lexically_relative(folder).generic_string();
-    watched[id] = inside == "." ? "" : inside;
-    std::error_code error;
-    for (const auto& entry : fs::directory_iterator(folders[i], error)) {
-      const std::string name = entry.path().filename().string();
-      if (entry.is_symlink(error) || !entry.is_directory(error) || name.starts_with('.') || name == "runs" ||
-          name == "node_modules" || name == "build")
-        continue;
-      folders.push_back(entry.path());
-    }
-  }
-}
-
-void Workshop::Impl::watch() {
-  add_watches(folder);
-  // Editors replace a file in several moves, of which only the last says what it is.
-  constexpr int kQuiet_ms = 15;
-  constexpr int kMovesMax = 10;
-  for (;;) {
-    pollfd waiting[] = {{inotify, POLLIN, 0}, {wake, POLLIN, 0}};
-    std::set<std::string> paths;
-    for (int move = 0; poll(waiting, 2, move == 0 ? -1 : kQuiet_ms) > 0 && move < kMovesMax; ++move) {
-      if ((waiting[1].revents & POLLIN) != 0) return;
-      read_events(paths);
-    }
-    const std::lock_guard lock(mutex);
-    std::vector<std::string> files;
-    for (const std::string& path : paths) {
-      const auto more = workspace.refresh(path);
-      files.insert(files.end(), more.begin(), more.end());
-    }
-    if (files.empty()) continue;
-    baseline.reset();
-    changed(files);
-  }
-}
-
-void Workshop::Impl::read_events(std::set<std::string>& paths) {
-  alignas(inotify_event) char buffer[16 * 1024];
-  const ssize_t size = read(inotify, buffer, sizeof buffer);
-  for (ssize_t at = 0; at < size;) {
-    const auto* event = reinterpret_cast<const inotify_event*>(buffer + at);
-    at += static_cast<ssize_t>(sizeof(inotify_event) + event->len);
-    if ((event->mask & IN_Q_OVERFLOW) != 0) paths.insert("");
-    const auto below = watched.find(event->wd);
-    if (below == watched.end()) continue;
-    if ((event->mask & IN_IGNORED) != 0) {
-      watched.erase(below);
-      continue;
-    }
-    const std::string path = (below->second.empty() ? "" : below->second + "/") + (event->len > 0 ? event->name : "");
-    if ((event->mask & IN_ISDIR) != 0) {
-      if ((event->mask & (IN_CREATE | IN_MOVED_TO)) != 0) add_watches(folder / path);
-      paths.insert(path);
-    } else if (design::is_project_text(path) && (event->mask & IN_CREATE) == 0) {
-      paths.insert(path);
-    }
-  }
-}
-
 // ---- Workshop ----
 
 Workshop::Workshop(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -784,7 +455,12 @@ Result<std::unique_ptr<Workshop>> Workshop::start(const fs::path& folder, Server
       impl->no_run.subject, impl->no_run.history,
       {.update = {},
        .facts = [] { return RunFacts{.state = "ended"}; },
-       .steer = [raw](const std::string& op, const Value& request) { return raw->carry_out(op, request); }},
+       .steer = [raw](const std::string& op, const Value& request) { return raw->carry_out(op, request); },
+       .coverage =
+           [raw] {
+             const std::lock_guard lock(raw->mutex);
+             return raw->reached(false);
+           }},
       std::move(options));
   if (!server) return tl::unexpected(server.error());
   {

@@ -18,8 +18,10 @@ class Composer {
   struct Options {
     std::string hello;
     std::string token;
+    bool steerable = false;
+    bool coverage = false;  ///< Whoever looks may ask what has been reached.
   };
-  /// `queue` is where pages steer; null: they cannot.
+  /// `queue` is where what may take long is done; null: there is nothing of it.
   Composer(const Subject& subject, const History& history, const RunAccess& run, SteeringQueue* queue, Options options);
 
   /// Looks at the run again.

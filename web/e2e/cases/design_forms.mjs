@@ -214,3 +214,61 @@ test("a requirement is blocks beside its text; what it cannot say is refused wit
   await close();
   await program.stop();
 });
+
+test("skills and models of sentree.yaml, overrides and processes of a scenario, and definitions are forms too", async () => {
+  const folder = copy_of("recharge");
+  const program = await serve_design(folder);
+  const { page, close } = await open_design(program.url, { file: "sentree.yaml" });
+  await settled(page);
+  const original = readFileSync(join(folder, "sentree.yaml"), "utf8");
+  const type = async (setting, text) => {
+    await page.locator(`[data-setting="${setting}"] input`).fill(text);
+    await page.keyboard.press("Enter");
+  };
+  // A leaf with another chart: one entry more, and nothing else.
+  await page.getByLabel("Name of a new skill").fill("BatteryLevelAbove30");
+  await page.locator(".project-form").getByRole("button", { name: "Add a skill" }).click();
+  await page.locator('[data-entry-row="skills.BatteryLevelAbove30"]').waitFor();
+  await type("skills.BatteryLevelAbove30.file", "skills/BatteryLevelAbove-buggy.scxml");
+  await until(async () => /BatteryLevelAbove-buggy/.test(await undo_name(page)), "it has another chart");
+  await type("models.0.name", "platform");
+  await until(async () => /name/.test(await undo_name(page)), "the model has a name");
+  await shot(page, "project-skills");
+  const written = await saved(page, folder, "sentree.yaml");
+  assert.match(written, /\nskills:\n {2}BatteryLevelAbove30: \{file: skills\/BatteryLevelAbove-buggy\.scxml\}\n/);
+  assert.match(written, /\{file: models\/robot\.scxml, serves: \[battery, navigation\], name: platform\}/);
+  await page.getByRole("button", { name: "Delete skill BatteryLevelAbove30" }).click();
+  await until(async () => (await page.locator('[data-entry-row="skills.BatteryLevelAbove30"]').count()) === 0, "the skill is gone");
+  await undo_all(page);
+  assert.equal(await saved(page, folder, "sentree.yaml"), original);
+
+  const file = "scenarios/distributed.yaml";
+  const scenario = readFileSync(join(folder, file), "utf8");
+  await page.locator(`[data-file="${file}"]`).click();
+  await page.locator('[data-entry-row="processes.goto"]').waitFor();
+  await type("processes.goto.restarts", "3");
+  await until(async () => (await undo_name(page)) === "set processes.goto.restarts to 3", "the process is started again");
+  await type("override.services.battery.at", "sim");
+  await until(async () => /override\.services\.battery\.at/.test(await undo_name(page)), "the battery is elsewhere");
+  await shot(page, "scenario-overrides");
+  const lines = differing(scenario, await saved(page, folder, file)).map(([, line]) => line.trim());
+  assert.deepEqual(lines, ['goto: {skill: GoToLocation, listen: "unix:{run}/goto.sock", restarts: 3}', 'services: {battery: {at: "sim"}, navigation: {at: "{robot}"}}']);
+  await undo_all(page);
+  assert.equal(await saved(page, folder, file), scenario);
+
+  const requirements = "requirements/recharge.req";
+  const sentences = readFileSync(join(folder, requirements), "utf8");
+  await page.locator(`[data-file="${requirements}"]`).click();
+  const level = page.locator('[data-definition="level"] input');
+  await level.waitFor();
+  await level.fill(`${await level.inputValue()} + 0`);
+  await page.keyboard.press("Enter");
+  await until(async () => (await undo_name(page)) === "define level", "the definition is another");
+  const [[was, is], ...more] = differing(sentences, await saved(page, folder, requirements));
+  assert.deepEqual(more, []);
+  assert.equal(is.replace(" + 0", ""), was);
+  await undo_all(page);
+  assert.equal(await saved(page, folder, requirements), sentences);
+  await close();
+  await program.stop();
+});

@@ -3,10 +3,12 @@ import { useEffect, useMemo } from "react";
 import { Edge, Label, StateShape } from "../panels/charts/ChartPicture";
 import { composites, FoldCount, FoldSign, useFolding } from "../panels/charts/folding";
 import { Minimap } from "../picture/Minimap";
+import { mark_of, state_key, transition_key, useReached } from "../panels/reached/reached";
 import { usePictureView } from "../picture/use_picture_view";
 import type { OutlineChart, Rect } from "../protocol/types";
 import { request } from "../store/store";
 import { doc_of, gesture, go_to, obstacle, useDesign } from "./design";
+import { line_start } from "./places";
 import { payload_of, play_chart, useSimulation } from "./simulate";
 
 /** A chart as its text has it; what one clicks is shown in the text. */
@@ -49,6 +51,9 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
   const taken = useMemo(() => new Set(played?.taken ?? []), [played]);
   const enabled = useMemo(() => new Map((played?.enabled ?? []).map(({ transition, event }) => [transition, event] as const)), [played]);
 
+  const never = useReached((state) => state.never.parts);
+  const sought = useReached((state) => state.sought);
+
   const toggle_chosen = () => {
     const at = chart.states.findIndex(({ id }) => id === chosen);
     if (at >= 0 && composite.has(at)) toggle(chart.states[at]!.id);
@@ -56,10 +61,7 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
   const show_line = (line: number) => {
     const doc = doc_of(useDesign.getState());
     if (!doc || line < 1) return;
-    let at = 0;
-    for (let i = 1; i < line; i += 1) at = doc.places.shown.indexOf("\n", at) + 1;
-    const indented = at + (/^[ \t]*/.exec(doc.places.shown.slice(at))?.[0].length ?? 0);
-    go_to(doc.places.byte(indented));
+    go_to(doc.places.byte(line_start(doc.places.shown, line, true)));
   };
   const take = (transition: number) => {
     const event = enabled.get(transition);
@@ -115,7 +117,7 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
                 data-active={played ? active.has(at) : undefined}
                 role="img"
                 aria-label={`State ${drawn.name.join(" ") || drawn.kind}${active.has(at) ? ", active" : ""}${hidden > 0 ? `, ${hidden} states hidden in it` : ""}`}
-                className={[lines.has(line) ? "wrong" : "", chosen !== null && id === chosen ? "chosen" : ""].filter(Boolean).join(" ") || undefined}
+                className={[lines.has(line) ? "wrong" : "", chosen !== null && id === chosen ? "chosen" : "", never.has(state_key(file, id)) ? "never" : ""].filter(Boolean).join(" ") || undefined}
               >
                 <StateShape drawn={drawn} nest={nest} active={active.has(at)} />
                 {hidden > 0 && <FoldCount hidden={hidden} x={middle} y={drawn.y + drawn.height} />}
@@ -129,8 +131,9 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
           {layout.edges.map((edge, i) => {
             const at = shown.transitions[edge.transition]!;
             const can = enabled.has(at);
+            const line = chart.transitions[at]?.line ?? 0;
             return (
-              <g key={i} data-line={chart.transitions[at]?.line ?? 0} data-transition={at} data-enabled={played ? can : undefined} className={can ? "can-take" : undefined}>
+              <g key={i} data-line={line} data-transition={at} data-enabled={played ? can : undefined} className={can ? "can-take" : mark_of(never.has(transition_key(file, line)), transition_key(file, line) === sought)}>
                 {can && edge.label.width > 0 && <rect className="take" x={edge.label.x - 5} y={edge.label.y - 3} width={edge.label.width + 10} height={edge.label.height + 6} rx={6} />}
                 <Edge edge={edge} last={taken.has(at)} />
                 <Label edge={edge} last={taken.has(at)} whole={edge.lines.join(" ")} />

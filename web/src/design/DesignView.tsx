@@ -14,10 +14,11 @@ import { useWindow } from "../widgets/layout";
 import { ChartForm } from "./ChartForm";
 import { ChartView } from "./ChartView";
 import { Completer, type Asked } from "./Completer";
-import { doc_of, obstacle, redo, resolve, save_all, set_look, start_design, tree_of, undo, useDesign, type Doc, type Look } from "./design";
+import { doc_of, obstacle, redo, resolve, save_all, set_look, show_below, start_design, tree_of, undo, useDesign, type Doc, type Look } from "./design";
 import { Inspector } from "./Inspector";
 import { matches } from "../widgets/match";
 import { PastPanel } from "./PastPanel";
+import { ReachedBelow } from "./ReachedBelow";
 import { Picture, type PictureHandle } from "./Picture";
 import { ProjectTree } from "./ProjectTree";
 import { RequirementBlocks } from "./RequirementBlocks";
@@ -57,7 +58,8 @@ export default function DesignView() {
     { id: "design.save", title: "Save all files", group: "Design", keys: ["Ctrl+S"], run: () => void save_all() },
     { id: "design.compare", title: "Compare with the last commit, or with what a recording ran", group: "Design", run: () => useDesign.setState({ comparing: kCommit.id }) },
     { id: "design.simulate", title: "Run what is open by hand, or end that", group: "Design", run: () => simulate(!useSimulation.getState().on) },
-    { id: "design.problems", title: "Show the problems, or hide them", group: "Design", run: () => useDesign.setState(({ problems_open }) => ({ problems_open: !problems_open })) },
+    { id: "design.problems", title: "Show the problems, or hide them", group: "Design", run: () => show_below("problems") },
+    { id: "design.reached", title: "Show what is never reached, or hide it", group: "Design", run: () => show_below("reached") },
     ...(["both", "picture", "text"] as const).map((look) => ({ id: `design.look.${look}`, title: kLooks[look].title, group: "Design", run: () => set_look(look) })),
   );
   const comparing = useDesign((state) => state.comparing);
@@ -92,7 +94,7 @@ function Bench() {
   const { narrow, height } = useWindow();
   const [asked, set_asked] = useState<Asked | null>(null);
   const picture = useRef<PictureHandle>(null);
-  const problems_open = useDesign((state) => state.problems_open);
+  const below = useDesign((state) => state.below);
   const is_tree = useDesign((state) => (doc_of(state)?.shown_trees ?? null) !== null);
   const is_chart = useDesign((state) => (doc_of(state)?.shown_chart ?? null) !== null);
   const is_requirement = useDesign(({ file }) => file?.endsWith(".req") ?? false);
@@ -113,11 +115,7 @@ function Bench() {
         <DesignBar />
         <Conflict />
         {empty ? <p className="empty">This folder is empty. Make a project in it: sentree init {"<folder>"}</p> : <Views picture={picture} ask={set_asked} />}
-        {problems_open && (
-          <div className="problems-frame">
-            <Problems />
-          </div>
-        )}
+        {below !== null && <div className={`below-frame ${below}`}>{below === "problems" ? <Problems /> : <ReachedBelow />}</div>}
       </div>
       {side && !narrow && (
         <aside className="design-right" aria-label={side}>
@@ -142,6 +140,7 @@ function DesignBar() {
   const file = useDesign((state) => state.file);
   const look = useDesign((state) => state.look);
   const refused = useDesign((state) => state.refused);
+  const below = useDesign((state) => state.below);
   const has_picture = useDesign((state) => {
     const doc = doc_of(state);
     return doc !== null && has_picture_of(doc);
@@ -170,8 +169,11 @@ function DesignBar() {
       <span className="refused ellipsis" role="status" data-testid="refused" title={refused ?? undefined}>
         {refused}
       </span>
-      <button className={`button small problems-button${errors > 0 ? " error" : ""}`} aria-pressed={summary !== null && useDesign.getState().problems_open} data-testid="problems" onClick={() => useDesign.setState(({ problems_open }) => ({ problems_open: !problems_open }))}>
+      <button className={`button small problems-button${errors > 0 ? " error" : ""}`} aria-pressed={below === "problems"} data-testid="problems" onClick={() => show_below("problems")}>
         {errors > 0 ? `✗ ${errors} ${errors === 1 ? "error" : "errors"}` : warnings > 0 ? `! ${warnings} ${warnings === 1 ? "warning" : "warnings"}` : summary?.checked ? "✓ no problems" : "checking …"}
+      </button>
+      <button className="button small" aria-pressed={below === "reached"} title="What of the project no scenario reaches" data-testid="reached-button" onClick={() => show_below("reached")}>
+        Reached
       </button>
       <button className="button small" disabled={!summary?.undo} title={summary?.undo ? `Undo: ${summary.undo} (Ctrl+Z)` : "Nothing to undo"} data-testid="undo" data-name={summary?.undo ?? ""} onClick={() => void undo()}>
         Undo{summary && summary.undo_count > 0 ? ` ${summary.undo_count}` : ""}

@@ -2,7 +2,7 @@ import { clock_text } from "../draw/format";
 import type { DesignPast } from "../protocol/types";
 import { ChartSketch } from "./ChartSketch";
 import { doc_of, go_to, useDesign } from "./design";
-import type { Places } from "./places";
+import { line_start, type Places } from "./places";
 
 /** What the requirements of the open file would have said of the project's last runs. */
 export function PastPanel() {
@@ -28,7 +28,7 @@ export function PastPanel() {
 function Requirement({ requirement, runs, places }: { requirement: DesignPast["requirements"][number]; runs: DesignPast["runs"]; places: Places }) {
   return (
     <section aria-label={requirement.name}>
-      <button className="past-name mono" title="Go to it" onClick={() => go_to(places.byte(start_of(places.shown, requirement.line)), true)}>
+      <button className="past-name mono" title="Go to it" onClick={() => go_to(places.byte(line_start(places.shown, requirement.line)), true)}>
         {requirement.name}
       </button>
       <ul>
@@ -42,13 +42,6 @@ function Requirement({ requirement, runs, places }: { requirement: DesignPast["r
       </details>
     </section>
   );
-}
-
-/** Where a line begins, counted from 1. */
-function start_of(text: string, line: number): number {
-  let at = 0;
-  for (let i = 1; i < line; i += 1) at = text.indexOf("\n", at) + 1;
-  return at;
 }
 
 const kBar_px = 200;

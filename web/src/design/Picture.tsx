@@ -2,13 +2,14 @@ import { memo, useEffect, useImperativeHandle, useMemo, useRef, useState, type R
 
 import { Links, Outline, Texts } from "../panels/mission/TreePicture";
 import { neighbour, type Arrow } from "../panels/mission/tree";
+import { is_never, node_key, useReached } from "../panels/reached/reached";
 import { follow_pointer } from "../picture/drag";
 import { Minimap } from "../picture/Minimap";
 import { usePictureView } from "../picture/use_picture_view";
 import { to_picture } from "../picture/viewport";
 import { StatusSign } from "../panels/mission/StatusSign";
 import { kStatuses, type Finding, type Gesture, type OutlineNode, type OutlineTree, type Rect } from "../protocol/types";
-import { choose, findings_at, findings_of, gesture, obstacle, refusal, useDesign } from "./design";
+import { choose, doc_of, findings_at, findings_of, gesture, obstacle, refusal, useDesign } from "./design";
 import { kAnswers, play_tree, useSimulation } from "./simulate";
 import { near, type SlotPlace } from "./slots";
 
@@ -53,6 +54,7 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
   // What each node said in the last tick of a simulation.
   const played = useSimulation(({ on, tree: id, tree_now }) => (on && id === tree.id ? tree_now : null));
   const said = useMemo(() => new Map((played?.nodes ?? []).map(({ at, status }) => [at, status.toLowerCase()] as const)), [played]);
+  const never = useNever(tree);
   const latest = useRef({ tree, drag });
   latest.current = { tree, drag };
   const rects = useMemo(() => new Map(tree.nodes.map(({ element }, i) => [element, tree.layout.nodes[i]!] as const)), [tree]);
@@ -193,7 +195,7 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
         <g ref={group}>
           <Links layout={tree.layout} />
           {tree.nodes.map((node, i) => (
-            <NodeView key={node.element} said={said.get(node.from) ?? ""} node={node} drawn={tree.layout.nodes[i]!} chosen={node.element === chosen} findings={findings} faded={drag !== null && "node" in drag.what && drag.what.node.element === node.element && !drag.copy} />
+            <NodeView key={node.element} said={said.get(node.from) ?? ""} node={node} drawn={tree.layout.nodes[i]!} chosen={node.element === chosen} never={never.has(node.element)} findings={findings} faded={drag !== null && "node" in drag.what && drag.what.node.element === node.element && !drag.copy} />
           ))}
           {tree.nodes.length === 0 && <circle className="slot" cx={30} cy={30} r={9} />}
           <Played tree={tree} />
@@ -209,6 +211,27 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
       )}
     </>
   );
+}
+
+const kNone: ReadonlySet<number> = new Set();
+
+/** Elements of the leaves that are never ticked, while that is looked at. */
+function useNever(tree: OutlineTree): ReadonlySet<number> {
+  const lines = useReached((state) => state.never.node_lines);
+  const doc = useDesign(doc_of);
+  return useMemo(() => {
+    if (lines.size === 0 || !doc) return kNone;
+    const { places, file } = doc;
+    const found = new Set<number>();
+    let [line, at] = [1, 0];
+    // Nodes stand in the order of the text.
+    for (const { element, from, kind } of [...tree.nodes].sort((a, b) => a.from - b.from)) {
+      const to = places.at(from);
+      for (; at < to; at += 1) if (places.shown[at] === "\n") line += 1;
+      if (is_never(lines.get(node_key(file, line)), kind)) found.add(element);
+    }
+    return found;
+  }, [lines, doc, tree]);
 }
 
 /** What the nodes said in the last tick of the simulation, and the answers of the leaves to click. */
@@ -268,24 +291,25 @@ interface NodeProps {
   node: OutlineNode;
   drawn: OutlineTree["layout"]["nodes"][number];
   chosen: boolean;
+  never: boolean;
   faded: boolean;
   findings: readonly Finding[];
 }
 
 const NodeView = memo(
-  function NodeView({ said: status, node, drawn, chosen, faded, findings }: NodeProps) {
+  function NodeView({ said: status, node, drawn, chosen, never, faded, findings }: NodeProps) {
     const wrong = findings_at(findings, node);
     const errors = wrong.filter(({ severity }) => severity === "error").length;
     const called = node.name || node.id;
     // What is read aloud begins with what is to be seen.
-    const said = [[drawn.symbol, ...drawn.title, ...drawn.lines].filter(Boolean).join(" "), ...wrong.map(({ message }) => message)].join("; ");
+    const said = [[drawn.symbol, ...drawn.title, ...drawn.lines].filter(Boolean).join(" "), ...(never ? ["never reached"] : []), ...wrong.map(({ message }) => message)].join("; ");
     return (
       <g
         id={`element-${node.element}`}
         data-element={node.element}
         data-name={called}
         data-errors={errors}
-        className={["node", status === "failure" && node.kind === "condition" ? "no" : status, chosen ? "chosen" : "", faded ? "faded" : "", node.known ? "" : "unknown"].filter(Boolean).join(" ")}
+        className={["node", status === "failure" && node.kind === "condition" ? "no" : status, chosen ? "chosen" : "", faded ? "faded" : "", node.known ? "" : "unknown", never ? "never-ticked" : ""].filter(Boolean).join(" ")}
         role="treeitem"
         aria-label={said}
         aria-selected={chosen}
@@ -306,5 +330,5 @@ const NodeView = memo(
     );
   },
   (a, b) =>
-    a.said === b.said && a.node === b.node && a.drawn === b.drawn && a.chosen === b.chosen && a.faded === b.faded && (a.findings === b.findings || (findings_at(a.findings, a.node).length === 0 && findings_at(b.findings, b.node).length === 0)),
+    a.said === b.said && a.node === b.node && a.drawn === b.drawn && a.chosen === b.chosen && a.never === b.never && a.faded === b.faded && (a.findings === b.findings || (findings_at(a.findings, a.node).length === 0 && findings_at(b.findings, b.node).length === 0)),
 );

@@ -3,8 +3,10 @@ import "../styles/settings.css";
 import { useMemo, useRef, useState } from "react";
 
 import { follow_pointer } from "../picture/drag";
-import type { Data } from "../protocol/types";
+import type { Data, TreeNode } from "../protocol/types";
+import { useStudio } from "../store/store";
 import { findings_of, gesture, kNoFiles, obstacle, useDesign, type Doc } from "./design";
+import { EntryRows } from "./EntryRows";
 import { ChoiceField, set_value, ValueField } from "./settings";
 import { duration_like, duration_of, entry, period_of, typed_text, yaml_values, type YamlValue } from "./yaml_places";
 
@@ -21,6 +23,8 @@ export default function ProjectForm({ doc }: { doc: Doc }) {
       <fieldset disabled={why_dim !== null}>
         <Mission {...kept.current} />
         <Services {...kept.current} doc={doc} />
+        <Skills {...kept.current} />
+        <Models {...kept.current} />
         <Monitors {...kept.current} />
         <Deadlines {...kept.current} />
       </fieldset>
@@ -41,6 +45,9 @@ function useFiles(kinds: readonly string[]): string[] {
 const kMissions = ["mission"];
 const kWorlds = ["world"];
 const kWatched = ["monitor", "requirement"];
+const kSkills = ["skill"];
+const kModels = ["model"];
+const kNoNodes: readonly TreeNode[] = [];
 
 function Mission({ root, text }: Part) {
   const missions = useFiles(kMissions);
@@ -100,6 +107,65 @@ function Services({ root, text, doc }: Part & { doc: Doc }) {
         <button type="button" className="button small" disabled={name === "" || taken} title={taken ? "There is a service of that name" : undefined} onClick={add}>
           Add the service
         </button>
+      </div>
+    </section>
+  );
+}
+
+/** What a leaf runs, where it is not `skills/<ID>.scxml`. */
+function Skills({ root, text }: Part) {
+  const charts = useFiles(kSkills);
+  const leaves = useStudio((studio) => studio.index?.model.tree.nodes) ?? kNoNodes;
+  const names = useMemo(() => [...new Set(leaves.flatMap((node) => (node.message_name ? [node.message_name, node.type] : [])))], [leaves]);
+  const protocols = entry(root, "protocols")?.entries.map(([key]) => key) ?? [];
+  return (
+    <section aria-label="Skills">
+      <h3>Skills</h3>
+      <p className="muted">A leaf runs skills/ID.scxml unless it is named here.</p>
+      <EntryRows
+        one="skill"
+        path={["skills"]}
+        value={entry(root, "skills")}
+        text={text}
+        names={names}
+        first={charts[0] ? { file: charts[0] } : {}}
+        members={[
+          { name: "file", options: charts, hint: "skills/ID.scxml", is_text: true },
+          { name: "at", hint: "this process", is_text: true },
+          { name: "data", hint: "{location: kitchen}" },
+          { name: "protocol", options: protocols, hint: "Sentree’s" },
+          { name: "subscribe", hint: "[battery.state]" },
+        ]}
+      />
+    </section>
+  );
+}
+
+/** Charts that stand for components, and what `sentree verify` tries. */
+function Models({ root, text }: Part) {
+  const charts = useFiles(kModels);
+  const verify = entry(root, "verify");
+  const faults = entry(verify, "faults");
+  return (
+    <section aria-label="Models">
+      <h3>Models</h3>
+      <EntryRows
+        one="model"
+        path={["models"]}
+        value={entry(root, "models")}
+        text={text}
+        first={{ file: charts[0] ?? "models/model.scxml" }}
+        members={[
+          { name: "file", options: charts, is_text: true },
+          { name: "serves", hint: "[battery, navigation]" },
+          { name: "subscribe", hint: "[battery.state]" },
+          { name: "name", hint: "the file’s", is_text: true },
+        ]}
+      />
+      <div className="settings-row">
+        <ValueField label="fair" path={["verify", "fair"]} written={typed_text(entry(verify, "fair"), text)} hint="[model.choice]" />
+        <ValueField label="faults at most" path={["verify", "faults", "at_most"]} written={typed_text(entry(faults, "at_most"), text)} hint="1" />
+        <ValueField label="any of" path={["verify", "faults", "any_of"]} written={typed_text(entry(faults, "any_of"), text)} hint="[{kill: GoTo}]" />
       </div>
     </section>
   );

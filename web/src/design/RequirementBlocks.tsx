@@ -4,6 +4,7 @@ import { useId } from "react";
 
 import type { Sentence } from "../protocol/types";
 import { gesture, go_to, obstacle, useDesign, type Doc } from "./design";
+import { Definitions } from "./Definitions";
 import { useTyped } from "./use_typed";
 
 type PartName = Sentence["parts"][number]["part"];
@@ -45,6 +46,7 @@ export function RequirementBlocks({ doc, requirements }: { doc: Doc; requirement
   return (
     <div className={`requirement-blocks scroll${why_dim ? " dim" : ""}`} tabIndex={0} role="group" aria-label={`Requirements of ${doc.file}`} data-testid="requirement-blocks">
       <fieldset disabled={why_dim !== null}>
+        <Definitions doc={doc} />
         {requirements.map((sentence) => (
           <SentenceBlocks key={sentence.name} sentence={sentence} />
         ))}

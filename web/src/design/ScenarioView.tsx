@@ -8,11 +8,12 @@ import { follow_pointer } from "../picture/drag";
 import { wheel_factor } from "../picture/viewport";
 import { useStudio } from "../store/store";
 import { seek } from "../store/time_travel";
-import { doc_of, findings_of, gesture, go_to, obstacle, useDesign, type Doc } from "./design";
+import { doc_of, findings_of, gesture, go_to, kNoFiles, obstacle, useDesign, type Doc } from "./design";
+import { EntryRows } from "./EntryRows";
 import { kKindHints, kKinds, names_of, new_injection, scenario_of, useScenario, type Injection, type InjectionKind, type ScenarioText } from "./scenario";
 import { ChoiceField, set_value, ValueField } from "./settings";
 import { useRoom } from "./use_room";
-import { duration_like, entry, typed_text } from "./yaml_places";
+import { duration_like, entry, typed_text, type YamlValue } from "./yaml_places";
 
 const kAxis_px = 30;
 const kRow_px = 30;
@@ -275,7 +276,61 @@ export function ScenarioForm() {
       <ValueField label="seed" path={["seed"]} written={of("seed")} />
       {clock?.kind === "map" ? <ValueField label="clock" path={["clock"]} written={of("clock")} /> : <ChoiceField label="clock" path={["clock"]} written={of("clock")} options={["virtual", "real"]} hint="virtual" />}
       <ChoiceField label="stop_when_violated" path={["stop_when_violated"]} written={of("stop_when_violated")} options={["true", "false"]} hint="false" />
+      <Overrides root={scenario.root} text={text} />
     </form>
+  );
+}
+
+/** What is another for this scenario, and its processes. */
+function Overrides({ root, text }: { root: YamlValue; text: string }) {
+  const model = useStudio((studio) => studio.index?.model ?? null);
+  const files = useDesign((state) => state.summary?.files ?? kNoFiles);
+  const charts = useMemo(() => files.filter(({ kind }) => kind === "skill").map(({ file }) => file), [files]);
+  const leaves = names_of(model).leaves;
+  const override = entry(root, "override");
+  const deadlines = entry(override, "deadlines");
+  const addresses = (entry(root, "processes")?.entries ?? []).map(([key]) => `{${key}}`);
+  return (
+    <>
+      <h3 className="inspector-part">Other skills</h3>
+      <EntryRows
+        one="skill"
+        path={["override", "skills"]}
+        value={entry(override, "skills")}
+        text={text}
+        names={leaves}
+        first={charts[0] ? { file: charts[0] } : {}}
+        members={[
+          { name: "file", options: charts, is_text: true },
+          { name: "at", options: addresses, is_text: true },
+          { name: "data" },
+        ]}
+      />
+      <h3 className="inspector-part">Other services</h3>
+      <EntryRows one="service" path={["override", "services"]} value={entry(override, "services")} text={text} names={model?.services.map(({ name }) => name) ?? []} first={{ at: "sim" }} members={[{ name: "at", options: ["sim", "model", ...addresses], is_text: true }]} />
+      <h3 className="inspector-part">Processes</h3>
+      <EntryRows
+        one="process"
+        path={["processes"]}
+        value={entry(root, "processes")}
+        text={text}
+        names={[]}
+        first={{ component: "sim", listen: "tcp://127.0.0.1:0" }}
+        members={[
+          { name: "component", options: ["sim"], is_text: true },
+          { name: "skill", options: leaves, is_text: true },
+          { name: "listen", hint: "unix:{run}/name.sock", is_text: true },
+          { name: "restarts", hint: "0" },
+        ]}
+      />
+      <h3 className="inspector-part">Other settings</h3>
+      <ValueField label="mission" path={["override", "mission"]} written={typed_text(entry(override, "mission"), text)} hint="{repeat: true}" />
+      <ValueField label="world" path={["override", "world"]} written={typed_text(entry(override, "world"), text)} hint="{battery: {initial: 50 %}}" />
+      <ValueField label="monitors" path={["override", "monitors"]} written={typed_text(entry(override, "monitors"), text)} hint="[{file: …}]" />
+      {["call", "condition", "budget"].map((name) => (
+        <ValueField key={name} label={name} path={["override", "deadlines", name]} written={typed_text(entry(deadlines, name), text)} hint="the project’s" />
+      ))}
+    </>
   );
 }
 

@@ -34,7 +34,8 @@ export interface DesignState {
   past: Readonly<Record<string, DesignPast>>;
   /** Says why something was refused, beside the picture. */
   refused: string | null;
-  problems_open: boolean;
+  /** What is open below the texts. */
+  below: "problems" | "reached" | null;
   /** What the project's texts are compared with, while they are. */
   comparing: string | null;
 }
@@ -54,9 +55,14 @@ export const useDesign = create<DesignState>()(() => ({
   look: (localStorage.getItem(kLookStored) as Look | null) ?? "both",
   past: {},
   refused: null,
-  problems_open: false,
+  below: null,
   comparing: null,
 }));
+
+/** Opens it, or closes it again. */
+export function show_below(what: NonNullable<DesignState["below"]>): void {
+  useDesign.setState(({ below }) => ({ below: below === what ? null : what }));
+}
 
 export function set_look(look: Look): void {
   localStorage.setItem(kLookStored, look);

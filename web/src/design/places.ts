@@ -94,6 +94,13 @@ export function splice_between(before: string, after: string): Splice | null {
   return { from: head, to: before.length - tail, text: after.slice(head, after.length - tail) };
 }
 
+/** Where a line of a text begins, counted from 1; `indented`: where what is in it begins. */
+export function line_start(text: string, line: number, indented = false): number {
+  let at = 0;
+  for (let i = 1; i < line; i += 1) at = text.indexOf("\n", at) + 1;
+  return indented ? at + (/^[ \t]*/.exec(text.slice(at))?.[0].length ?? 0) : at;
+}
+
 /** How many bytes a text takes. */
 export function byte_length(text: string): number {
   return kEncoder.encode(text).length;

@@ -6,6 +6,7 @@ import { MapPanel } from "./MapPanel";
 import { MessagesPanel } from "./MessagesPanel";
 import { MissionPanel } from "./MissionPanel";
 import { MonitorsPanel } from "./MonitorsPanel";
+import { ReachedPanel } from "./ReachedPanel";
 import { TimelinePanel } from "./TimelinePanel";
 
 /** A panel draws its own tools into the bar with <PanelTools>; the shell draws title, bar and borders. */
@@ -23,5 +24,6 @@ export const panels: readonly Panel[] = [
   { id: "charts", title: "Charts", key: "3", Content: ChartsPanel },
   { id: "monitors", title: "Monitors", key: "4", Content: MonitorsPanel },
   { id: "messages", title: "Messages", key: "5", Content: MessagesPanel },
+  { id: "reached", title: "Reached", key: "7", Content: ReachedPanel },
   { id: "timeline", title: "Timeline", key: "6", Content: TimelinePanel },
 ];

@@ -35,6 +35,7 @@ export const Hello = object({
   repeatable: Type.Boolean({ description: "Whether `run_again` begins it once more" }),
   design: Type.Boolean({ description: "A project is edited; what is shown is a scenario that runs again after each edit" }),
   compare: Type.Boolean({ description: "Two states of files are compared, and nothing else" }),
+  coverage: Type.Boolean({ description: "Whether `coverage` can be asked for" }),
   boot: Type.String({ description: "Random id of this server: another one means another run" }),
 });
 
@@ -228,6 +229,15 @@ export const Violation = object({
   explanation: Data,
 });
 export const Problem = object({ text: string(), time: Time });
+export const ReachedKind = one_of("nodes", "states", "transitions", "guards", "methods", "requirements");
+export const NotReached = object({
+  kind: ReachedKind,
+  of: Type.String({ description: "The node's path, the chart's file, the call, the requirement" }),
+  what: Type.String({ description: "Status, state, transition, condition and value, outcome; empty: put to the test" }),
+  file: Type.String({ description: "Inside the project; empty: it stands in none" }),
+  line: index(),
+});
+export const Reached = object({ kinds: list(object({ kind: ReachedKind, reached: index(), of: index() })), not_reached: list(NotReached) }, "What runs have reached of a project");
 
 // ---- design: bytes count from the beginning of a file's text in UTF-8 ----
 
@@ -258,6 +268,7 @@ export const Design = object({
   redo_count: index(),
   scenario: Type.String({ description: "That runs again; empty: the mission without one" }),
   scenarios: list(string()),
+  reached_by_all: Type.Boolean({ description: "`design_reached` knows what all scenarios reach with the texts as they are now" }),
   shadow: object({
     ready: boolean(),
     current: Type.Boolean({ description: "It ran with the texts as they are now" }),
@@ -450,6 +461,7 @@ export const Operations = {
   ],
   clear: [object({ what: Type.Integer() }), Type.Unknown()],
   interventions: [nothing(), Interventions],
+  coverage: [nothing(), Reached],
   save_scenario: [object({ name: string() }), object({ yaml: string(), file: string() })],
   design: [nothing(), Design],
   design_palette: [nothing(), object({ nodes: list(PaletteNode), places: list(string()), interfaces: Type.Array(string(), { description: "FILE.thrift/SERVICE" }) })],
@@ -459,6 +471,7 @@ export const Operations = {
     object({ file: string(), base: index(), gesture: Gesture, try: optional(Type.Boolean({ description: "Only say whether it is possible" })) }),
     object({ name: string(), version: optional(index()), at: optional(Type.Integer({ description: "Byte where the element stands now" })) }),
   ],
+  design_reached: [object({ all: optional(Type.Boolean({ description: "What all scenarios reach together, not the shadow run alone" })) }), or_null(Reached)],
   design_undo: [nothing(), object({ files: list(string()) })],
   design_redo: [nothing(), object({ files: list(string()) })],
   design_save: [object({ file: optional(string()) }), object({ saved: index() })],

@@ -4,7 +4,7 @@ import { panels } from "../panels/registry";
 import { SteerBar } from "../panels/steer/SteerBar";
 import { Story } from "../panels/violation/Story";
 import { useStudio } from "../store/store";
-import { default_sizes, is_stacked, kSideMin_px, kTimelineMin_px, move_share, type PanelId, type SideId } from "../widgets/arrangement";
+import { default_sizes, is_stacked, kSides, kSideMin_px, kTimelineMin_px, move_share, type PanelId } from "../widgets/arrangement";
 import { Icon } from "../widgets/Icon";
 import { show_side, useDrawers, useLayout, useWindow } from "../widgets/layout";
 import { Splitter } from "../widgets/Splitter";
@@ -92,12 +92,10 @@ function Stage() {
   );
 }
 
-const kSides: readonly SideId[] = ["monitors", "messages"];
-
 function Tabs() {
   const side = useLayout((layout) => layout.side);
   return (
-    <div className="side-tabs" role="tablist" aria-label="Monitors and messages" onKeyDown={walk}>
+    <div className="side-tabs" role="tablist" aria-label="Monitors, messages, and what was reached" onKeyDown={walk}>
       {kSides.map((id) => (
         <button key={id} className="tab" role="tab" aria-selected={side === id} tabIndex={side === id ? 0 : -1} onClick={() => show_side(id)}>
           {panel_of(id).title}
@@ -112,8 +110,8 @@ function Tabs() {
 function walk(event: React.KeyboardEvent): void {
   if (event.key !== "ArrowRight" && event.key !== "ArrowLeft") return;
   const tabs = [...event.currentTarget.querySelectorAll<HTMLElement>("[role=tab]")];
-  const next = tabs.find((tab) => tab.getAttribute("aria-selected") === "false");
-  next?.click();
+  const at = tabs.findIndex((tab) => tab.getAttribute("aria-selected") === "true");
+  tabs[(at + (event.key === "ArrowRight" ? 1 : tabs.length - 1)) % tabs.length]?.click();
   // The tab that was clicked is in the bar of another panel.
   requestAnimationFrame(() => document.querySelector<HTMLElement>(".side .panel:not([hidden]) [role=tab][aria-selected=true]")?.focus());
   event.preventDefault();
@@ -124,7 +122,7 @@ function Violated() {
   return count === 0 ? null : <span className="count alarm number" title={`${count} violated`}>✗ {count}</span>;
 }
 
-/** Monitors and messages; both are there, one is shown. */
+/** Monitors, messages and what was reached; all are there, one is shown. */
 function Side({ width, children }: { width: number; children?: ReactNode }) {
   const side = useLayout((layout) => layout.side);
   return (

@@ -38,7 +38,7 @@ const observation = (sequence: number): Observation => ({
 
 const hello = (boot: string): RunMessage => ({
   type: "hello",
-  ...{ protocol: 1, version: "0.1.0", mode: "live", title: "t", description: "", clock: "virtual", seed: 1, steerable: true, repeatable: false, design: false, compare: false, boot },
+  ...{ protocol: 1, version: "0.1.0", mode: "live", title: "t", description: "", clock: "virtual", seed: 1, steerable: true, repeatable: false, design: false, compare: false, coverage: true, boot },
 });
 
 const violated = (time: number, sequence: number): RunMessage => ({

@@ -1,6 +1,7 @@
-export type PanelId = "map" | "mission" | "charts" | "monitors" | "messages" | "timeline" | "steer";
+export type PanelId = "map" | "mission" | "charts" | "monitors" | "messages" | "reached" | "timeline" | "steer";
 /** Panels that share the column at the side. */
-export type SideId = "monitors" | "messages";
+export const kSides = ["monitors", "messages", "reached"] as const;
+export type SideId = (typeof kSides)[number];
 
 /**
  * The page: the stage (mission above or beside map and chart), a column at its side, the timeline below. Shares are of
@@ -42,7 +43,7 @@ export function parse_layout(text: string | null): Layout {
     const is_share = (value: unknown) => typeof value === "number" && value >= kShareMin && value <= 1 - kShareMin;
     const is_size = (value: unknown) => value === null || (typeof value === "number" && Number.isFinite(value) && value > 0);
     const sane = is_share(stored.mission) && is_share(stored.chart) && is_size(stored.side_px) && is_size(stored.timeline_px);
-    if (!sane || (stored.side !== "monitors" && stored.side !== "messages") || typeof stored.charts_open !== "boolean") return kDefaultLayout;
+    if (!sane || !kSides.includes(stored.side) || typeof stored.charts_open !== "boolean") return kDefaultLayout;
     const { mission, chart, side_px, timeline_px, side, charts_open } = stored;
     return { mission, chart, side_px, timeline_px, side, charts_open, maximised: null };
   } catch {

@@ -1,7 +1,7 @@
 import { useSyncExternalStore } from "react";
 import { create } from "zustand";
 
-import { kDefaultLayout, kNarrow_px, parse_layout, type Layout, type PanelId, type SideId } from "./arrangement";
+import { kDefaultLayout, kNarrow_px, kSides, parse_layout, type Layout, type PanelId, type SideId } from "./arrangement";
 
 const kStored = "sentree.layout";
 
@@ -23,7 +23,8 @@ export function show_side(side: SideId): void {
 /** Shows the panel and gives it the focus. */
 export function go_to_panel(id: PanelId): void {
   useLayout.setState(({ maximised }) => ({ maximised: maximised === null || maximised === id ? maximised : null }));
-  if (id === "monitors" || id === "messages") show_side(id);
+  const side = kSides.find((one) => one === id);
+  if (side) show_side(side);
   if (id === "charts") useLayout.setState({ charts_open: true });
   requestAnimationFrame(() => document.getElementById(`panel-${id}`)?.focus());
 }

@@ -8,6 +8,7 @@ import type { ChartFold, ChartLayout, ChartModel, Rect } from "../../protocol/ty
 import { color } from "../../widgets/theme";
 import { request, useStudio } from "../../store/store";
 import { curve } from "../mission/TreePicture";
+import { mark_of, state_key, transition_key, useReached } from "../reached/reached";
 import { useSteering } from "../steer/steering";
 import { arrow } from "./arrow";
 import { composites, FoldCount, FoldSign, useFolding } from "./folding";
@@ -109,8 +110,8 @@ export const ChartDrawing = memo(function ChartDrawing({ chart, shown, closed }:
       {layout.separators.map(([x1, y1, x2, y2], i) => (
         <line key={`r${i}`} className="region" x1={x1} y1={y1} x2={x2} y2={y2} />
       ))}
-      {edges.map(({ edge, i, transition }) => transition !== last && <Edge key={`e${i}`} edge={edge} last={false} />)}
-      {edges.map(({ edge, i, transition }) => transition === last && <Edge key={`e${i}`} edge={edge} last />)}
+      {edges.map(({ edge, i, transition }) => transition !== last && <MarkedEdge key={`e${i}`} chart={chart} transition={transition} edge={edge} last={false} />)}
+      {edges.map(({ edge, i, transition }) => transition === last && <MarkedEdge key={`e${i}`} chart={chart} transition={transition} edge={edge} last />)}
       {state(false)}
       {edges.map(({ edge, i, transition }) => (
         <Label key={`l${i}`} edge={edge} last={transition === last} whole={label_text(chart, transition)} />
@@ -118,6 +119,18 @@ export const ChartDrawing = memo(function ChartDrawing({ chart, shown, closed }:
     </>
   );
 });
+
+/** A transition, and whether no run has taken it. */
+function MarkedEdge({ chart, transition, edge, last }: { chart: ChartModel; transition: number; edge: ChartLayout["edges"][number]; last: boolean }) {
+  const key = transition_key(chart.file, chart.transitions[transition]?.line ?? 0);
+  const never = useReached(({ never: { parts } }) => parts.has(key));
+  const sought = useReached(({ sought: wanted }) => wanted === key);
+  return (
+    <g className={mark_of(never, sought)} data-line={chart.transitions[transition]?.line ?? 0}>
+      <Edge edge={edge} last={last} />
+    </g>
+  );
+}
 
 /** The label of a transition, unwrapped and unshortened. */
 export function label_text(chart: ChartModel, transition: number): string {
@@ -152,6 +165,8 @@ const StateView = memo(function StateView({ chart, s, drawn, nest, region, hidde
   const stops = useSteering((steering) => steering.standing.some((entry) => entry.kind === "breakpoint" && entry.chart === chart.id && entry.state === id));
   const [middle, centre] = [drawn.x + drawn.width / 2, drawn.y + drawn.height / 2];
   const violated = useStudio((studio) => chart.kind === "monitor" && studio.state?.monitors[chart.name]?.verdict === "violated");
+  const never = useReached(({ never: { parts } }) => parts.has(state_key(chart.file, id)));
+  const sought = useReached(({ sought: key }) => key !== null && key === state_key(chart.file, id));
   const lit = active ? (violated ? " active violated" : " active") : "";
   const name = drawn.name.join(" ") || drawn.kind;
   const outline = () => {
@@ -187,8 +202,8 @@ const StateView = memo(function StateView({ chart, s, drawn, nest, region, hidde
     }
   };
   return (
-    <g data-state={s} data-id={id} data-active={active} role="img" aria-label={`State ${name}${active ? ", active" : ""}${hidden > 0 ? `, ${hidden} states hidden in it` : ""}`}>
-      <title>{`${name}${active ? ": active" : ""}`}</title>
+    <g data-state={s} data-id={id} data-active={active} className={mark_of(never, sought)} role="img" aria-label={`State ${name}${active ? ", active" : ""}${never ? ", never reached" : ""}${hidden > 0 ? `, ${hidden} states hidden in it` : ""}`}>
+      <title>{`${name}${active ? ": active" : never ? ": never reached" : ""}`}</title>
       {outline()}
       <StateTexts drawn={drawn} nest={nest} />
       {hidden > 0 && <FoldCount hidden={hidden} x={middle} y={drawn.y + drawn.height} />}

@@ -11,6 +11,7 @@ import { color } from "../../widgets/theme";
 import { select, useStudio, type Index } from "../../store/store";
 import { FoldCount } from "../charts/folding";
 import { is_on, useSteering } from "../steer/steering";
+import { is_never, useReached } from "../reached/reached";
 import { open_skill, toggle, useMission } from "./mission";
 import { NodeMenu } from "./NodeMenu";
 import { StatusSign } from "./StatusSign";
@@ -189,6 +190,7 @@ const NodeView = memo(function NodeView({ node, drawn, folded, hidden, parent_of
   // One number, so that one selector per node is enough.
   const look = useStudio(({ state, selection }) => (state?.tree.status[id] ?? 0) + 8 * (state?.tree.last[id] ?? 0) + (selection.node === id ? 64 : 0));
   const found = useMission((mission) => mission.found.has(id));
+  const never = useReached(({ never: { nodes } }) => is_never(nodes.get(node.path), node.kind));
   const marks = useSteering((steering) => steering.standing.filter((entry) => is_on(entry, node)).map((entry) => `${entry.kind}:${entry.status ?? ""}`).join());
   const [status, last, chosen] = [look & 7, (look >> 3) & 7, look >= 64];
   const word = (kStatuses[status] ?? "IDLE").toLowerCase();
@@ -198,8 +200,8 @@ const NodeView = memo(function NodeView({ node, drawn, folded, hidden, parent_of
   const badge = `translate(${round(drawn.x + drawn.width - inset)} ${round(drawn.y + drop)})`;
   // That a condition does not hold is an answer like any other.
   const no = node.kind === "condition" && word === "failure";
-  const classes = ["node", no ? "no" : word, chosen ? "chosen" : "", found ? "found" : ""].filter(Boolean).join(" ");
-  const said = `${drawn.title.join(" ") || node.name}, ${node.type}: ${word}${status === 0 && last > 0 ? `, last ${(kStatuses[last] ?? "").toLowerCase()}` : ""}`;
+  const classes = ["node", no ? "no" : word, chosen ? "chosen" : "", found ? "found" : "", never ? "never-ticked" : ""].filter(Boolean).join(" ");
+  const said = `${drawn.title.join(" ") || node.name}, ${node.type}: ${word}${status === 0 && last > 0 ? `, last ${(kStatuses[last] ?? "").toLowerCase()}` : ""}${never ? ", never reached" : ""}`;
   return (
     <g
       id={`node-${id}`}

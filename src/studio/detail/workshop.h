@@ -1,0 +1,106 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "sentree/design/findings.h"
+#include "sentree/design/tree_edit.h"
+#include "sentree/design/workspace.h"
+#include "sentree/project/part_cache.h"
+#include "sentree/studio/nothing.h"
+#include "sentree/studio/past.h"
+#include "sentree/studio/shadow.h"
+#include "sentree/studio/simulations.h"
+#include "sentree/studio/workshop.h"
+#include "sentree/text/overlay.h"
+
+namespace sentree::studio {
+
+class AskedEdit;
+
+struct Workshop::Impl {
+  explicit Impl(design::Workspace opened) : workspace(std::move(opened)), folder(workspace.folder()) {}
+  ~Impl();
+
+  Result<Value> carry_out(const std::string& op, const Value& request);
+  Result<Value> edit_by_gesture(const AskedEdit& asked);
+  Result<Value> add(const AskedEdit& asked);
+  [[nodiscard]] Value other_sides() const;
+  [[nodiscard]] Result<Value> simulate(const std::string& op, const AskedEdit& asked, const Value& request);
+  [[nodiscard]] Result<Value> compare(const std::string& op, const AskedEdit& asked);
+  Result<Value> save(const AskedEdit& asked);
+  void changed(const std::vector<std::string>& files);
+  [[nodiscard]] Value summary() const;
+  void tell_summary() { server->tell(to_json(summary())); }
+  void tell_document(const std::string& file);
+  [[nodiscard]] bool is_saved() const {
+    const auto& documents = workspace.documents();
+    return std::none_of(documents.begin(), documents.end(), [](const auto& d) { return d.second.is_dirty(); });
+  }
+
+  Result<Value> reached(bool of_all);
+  void reach_all(std::uint64_t of_revision);
+
+  void check_and_run();
+  struct Texts {
+    text::Overlay overlay;
+    std::map<std::string, std::string> texts;
+    std::string scenario;
+    bool saved = false;
+  };
+  [[nodiscard]] Texts texts_now() const;
+  Loaded<project::Plan> look(const Texts& texts, Diagnostics& found);
+  void keep_findings(const Texts& texts, const Diagnostics& found, bool whole);
+  void judge_past(const Texts& texts, const project::Plan& plan);
+  void run_shadow(project::Plan plan, bool as_baseline, bool and_show, std::uint64_t of_revision);
+
+  void watch();
+  void read_events(std::set<std::string>& paths);
+  void add_watches(const std::filesystem::path& below);
+
+  mutable std::mutex mutex;
+  std::condition_variable news;
+  design::Workspace workspace;
+  const std::filesystem::path folder;
+  design::Kinds kinds{{}};
+  std::vector<bt::NodeModel> own;
+  List places;                 // of the world, for completion
+  List interfaces;             // of services, too
+  std::set<std::string> open;  // files whose text some page has asked for
+  std::vector<design::Finding> findings;
+  std::string scenario;  // file; empty: the mission as it stands
+  std::vector<std::string> scenarios;
+  std::uint64_t revision = 1;              // of the texts
+  std::uint64_t checked = 0;               // revision whose findings are known
+  std::shared_ptr<const Shadow> baseline;  // as it goes with what is saved
+  std::shared_ptr<const Shadow> shadow;    // as it goes with what is edited
+  std::uint64_t shadow_of = 0;             // its revision
+  std::string shadow_problem;
+  bool stopping = false;
+  bool past_wanted = false;            // requirements have been opened
+  bool all_wanted = false;             // somebody looks at what all scenarios reach
+  std::shared_ptr<const campaign::Coverage> all;  // what they reach together
+  std::uint64_t all_of = 0;                       // its revision
+  std::atomic<bool> outdated = false;  // what the shadow runs is not the newest any more
+
+  const Nothing no_run;  // shown until there is something to run
+  std::unique_ptr<Server> server;
+  int inotify = -1;
+  int wake = -1;
+  std::map<int, std::string> watched;  // folder inside the project, by watch; of the watching thread
+  Simulations simulations{folder};     // of the thread that steers
+  project::PartCache parts;            // of the worker
+  Past past{folder};                   // of the worker
+  std::thread worker;
+  std::thread watcher;
+};
+
+}  // namespace sentree::studio

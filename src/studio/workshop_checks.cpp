@@ -1,0 +1,243 @@
+#include <algorithm>
+
+#include "sentree/base/json.h"
+#include "sentree/project/skill_models.h"
+#include "sentree/studio/design_values.h"
+#include "sentree/studio/detail/workshop.h"
+
+namespace sentree::studio {
+
+namespace fs = std::filesystem;
+
+Workshop::Impl::Texts Workshop::Impl::texts_now() const {
+  Texts now{.overlay = workspace.overlay(), .texts = {}, .scenario = scenario, .saved = false};
+  now.saved = now.overlay.empty();
+  for (const auto& [file, document] : workspace.documents()) now.texts.emplace(file, document.text);
+  return now;
+}
+
+Loaded<project::Plan> Workshop::Impl::look(const Texts& texts, Diagnostics& found) {
+  Loaded<project::Plan> prepared;
+  Loaded<project::Scenario> chosen;
+  if (!texts.scenario.empty()) {
+    chosen = project::load_scenario(folder / "scenarios" / (texts.scenario + ".yaml"));
+  } else {
+    auto project = project::load_project(folder);
+    chosen.diagnostics = std::move(project.diagnostics);
+    if (project.value) chosen.value = project::plain_scenario(std::move(*project.value));
+  }
+  found = chosen.diagnostics;
+  if (!chosen.ok()) return prepared;
+  {
+    const auto models = project::skill_models(chosen.value->project);
+    List named;
+    if (chosen.value->project.world) {
+      if (const auto world = project::load_project_world(chosen.value->project); world.value) {
+        for (const auto& location : world.value->locations) named.emplace_back(location.name);
+        for (const auto& area : world.value->areas) named.emplace_back(area.name);
+      }
+    }
+    List services = interfaces_value(folder, texts.texts);
+    const std::lock_guard lock(mutex);
+    interfaces = std::move(services);
+    if (models.value) {
+      own = *models.value;
+      kinds = design::Kinds(own);
+    }
+    places = std::move(named);
+  }
+  prepared = project::prepare(std::move(*chosen.value), parts);
+  found.insert(found.end(), prepared.diagnostics.begin(), prepared.diagnostics.end());
+  return prepared;
+}
+
+// Those of the whole project, or of one scenario: then what was found in others stays.
+void Workshop::Impl::keep_findings(const Texts& texts, const Diagnostics& found, bool whole) {
+  std::vector<design::Finding> located;
+  const std::string own_scenario = "scenarios/" + texts.scenario + ".yaml";
+  std::set<std::string> told;
+  for (const Diagnostic& diagnostic : found) {
+    if (diagnostic.severity == Severity::kNote || !told.insert(to_string(diagnostic)).second) continue;
+    const auto text = texts.texts.find(design::file_inside(folder, diagnostic.span.file));
+    located.push_back(
+        design::locate(diagnostic, folder, text != texts.texts.end() ? std::string_view(text->second) : ""));
+    // People read paths inside the project.
+    std::string& message = located.back().diagnostic.message;
+    const std::string before = folder.string() + "/";
+    for (std::size_t at = message.find(before); at != std::string::npos; at = message.find(before, at))
+      message.erase(at, before.size());
+  }
+  const std::lock_guard lock(mutex);
+  if (!whole) {
+    for (design::Finding& finding : findings) {
+      if (finding.file.starts_with("scenarios/") && finding.file != own_scenario) located.push_back(std::move(finding));
+    }
+  }
+  findings = std::move(located);
+}
+
+// What the open requirements say of the last runs.
+void Workshop::Impl::judge_past(const Texts& texts, const project::Plan& plan) {
+  std::vector<std::string> files;
+  {
+    const std::lock_guard lock(mutex);
+    std::copy_if(open.begin(), open.end(), std::back_inserter(files),
+                 [](const std::string& file) { return file.ends_with(".req"); });
+  }
+  for (const std::string& file : files) {
+    const auto text = texts.texts.find(file);
+    if (text == texts.texts.end()) continue;
+    const Value judged = past.judge(file, text->second, plan);
+    const std::lock_guard lock(mutex);
+    server->tell(to_json(judged));
+  }
+}
+
+void Workshop::Impl::run_shadow(project::Plan to_run, bool as_baseline, bool and_show, std::uint64_t of_revision) {
+  outdated = false;
+  {
+    const std::lock_guard lock(mutex);
+    if (stopping || revision != of_revision) return;
+  }
+  auto run = Shadow::run(std::move(to_run), outdated);
+  const std::lock_guard lock(mutex);
+  if (outdated || stopping) return;
+  if (!run) {
+    shadow_problem = run.error().message;
+    if (and_show) shadow.reset();
+    return;
+  }
+  shadow_problem = (*run)->whole ? "" : "the scenario makes too many observations: it was ended early";
+  // It may have been saved while it ran.
+  if (as_baseline || (and_show && is_saved())) baseline = *run;
+  if (!and_show) return;
+  shadow = *run;
+  shadow_of = of_revision;
+  RunFacts facts{.state = "ended", .reason = shadow->report.reason};
+  server->show({std::shared_ptr<const Subject>(shadow, &shadow->subject),
+                std::shared_ptr<const History>(shadow, &shadow->history), facts});
+}
+
+// Runs all scenarios, one after the other.
+void Workshop::Impl::reach_all(std::uint64_t of_revision) {
+  Texts texts;
+  std::vector<std::string> names;
+  auto together = std::make_shared<campaign::Coverage>();
+  {
+    const std::lock_guard lock(mutex);
+    if (revision != of_revision) return;
+    outdated = false;
+    texts = texts_now();
+    names = scenarios;
+    all_of = of_revision;  // what is tried and fails is not tried again
+    all.reset();
+    if (names.empty()) together = std::make_shared<campaign::Coverage>(shadow->coverage);
+  }
+  const text::ReadThrough through(texts.overlay);
+  for (const std::string& name : names) {
+    auto scenario = project::load_scenario(folder / "scenarios" / (name + ".yaml"));
+    if (!scenario.ok()) continue;
+    auto plan = project::prepare(std::move(*scenario.value), parts);
+    if (!plan.ok()) continue;
+    const auto run = Shadow::run(std::move(*plan.value), outdated);
+    if (outdated) return;
+    if (run) together->add((*run)->coverage);
+  }
+  const std::lock_guard lock(mutex);
+  if (stopping || revision != of_revision) return;
+  all = std::move(together);
+  tell_summary();
+}
+
+void Workshop::Impl::check_and_run() {
+  std::uint64_t done = 0;
+  for (;;) {
+    Texts texts;
+    std::uint64_t at = 0;
+    bool needs_baseline = false;
+    bool only_past = false;
+    {
+      std::unique_lock lock(mutex);
+      const auto lacks_all = [&] { return all_wanted && all_of != revision && shadow_of == revision; };
+      news.wait(lock, [&] { return stopping || revision != done || past_wanted || lacks_all(); });
+      if (stopping) return;
+      if (revision == done && !past_wanted) {
+        lock.unlock();
+        reach_all(done);
+        continue;
+      }
+      only_past = revision == done;
+      past_wanted = false;
+      at = revision;
+      texts = texts_now();
+      needs_baseline = !baseline;
+    }
+    const auto is_current = [&] {
+      const std::lock_guard lock(mutex);
+      return !stopping && revision == at;
+    };
+    const text::ReadThrough through(texts.overlay);
+    if (only_past) {
+      Diagnostics unused;
+      if (const auto prepared = look(texts, unused); prepared.ok()) judge_past(texts, *prepared.value);
+      continue;
+    }
+    {
+      const Loaded<project::Project> project = project::load_project(folder);
+      std::vector<std::string> names;
+      if (project.value) {
+        for (const fs::path& file : project::scenario_files(*project.value)) names.push_back(file.stem().string());
+      }
+      const std::lock_guard lock(mutex);
+      scenarios = std::move(names);
+      if (!scenario.empty() && std::find(scenarios.begin(), scenarios.end(), scenario) == scenarios.end()) {
+        scenario.clear();
+        texts.scenario.clear();
+        baseline.reset();
+      }
+    }
+    Diagnostics found;
+    auto prepared = look(texts, found);
+    keep_findings(texts, found, false);
+    if (!is_current()) {
+      done = at;
+      continue;
+    }
+    {
+      const std::lock_guard lock(mutex);
+      checked = at;
+      // The kinds of nodes are part of the pictures.
+      for (const std::string& file : open) {
+        const design::Document* document = workspace.find(file);
+        if (document != nullptr && kind_of_file(file, document->text) == "mission") tell_document(file);
+      }
+      tell_summary();
+    }
+    if (prepared.ok()) judge_past(texts, *prepared.value);
+    if (prepared.ok()) {
+      if (needs_baseline && !texts.saved) {
+        const text::Overlay nothing;
+        const text::ReadThrough saved(nothing);
+        Diagnostics unused;
+        auto before = look({{}, {}, texts.scenario, true}, unused);
+        if (before.ok()) run_shadow(std::move(*before.value), true, false, at);
+      }
+      run_shadow(std::move(*prepared.value), texts.saved, true, at);
+      const std::lock_guard lock(mutex);
+      tell_summary();
+    }
+    if (is_current()) {
+      // A scope in between may have taken the texts away from this thread.
+      const text::ReadThrough again(texts.overlay);
+      const Diagnostics all = project::check_project(folder, parts);
+      if (is_current()) {
+        keep_findings(texts, all, true);
+        const std::lock_guard lock(mutex);
+        tell_summary();
+      }
+    }
+    done = at;
+  }
+}
+
+}  // namespace sentree::studio
