@@ -26,44 +26,24 @@ using bt::Next;
 using bt::Ports;
 using bt::Status;
 
-Ports goal_ports() {
-  return {bt::input_default("goal", "{goal}", "the goal that is watched"),
-          bt::input_default("goals", "{goals}", "the goals that are watched")};
-}
-
-Value goals_of(const Context& self) { return List{held(self, "goal"), held(self, "goals")}; }
-
-/// Whether the goals have changed since the last tick; FAILURE at the first one after it was IDLE.
-struct GoalUpdated {
-  Value seen;
-
-  static Ports ports() { return goal_ports(); }
-  Status tick(Context& self) {
-    Value now = goals_of(self);
-    const bool updated = self.status() != Status::kIdle && !(now == seen);
-    seen = std::move(now);
-    return updated ? Status::kSuccess : Status::kFailure;
-  }
-  [[nodiscard]] Value save() const { return seen; }
-  [[nodiscard]] bool restore(const Value& saved) {
-    seen = saved;
-    return true;
-  }
-  friend bool operator==(const GoalUpdated&, const GoalUpdated&) = default;
-};
-
-/// The same, however often it is reset; the first goals of all are new ones.
-struct GlobalUpdatedGoal {
+/// Whether the goals have changed since its last tick. Reactive nodes reset it between two ticks, so that its status
+/// does not tell the first one.
+/// @tparam kFirst  What it answers the first time.
+template <Status kFirst>
+struct UpdatedGoal {
   Value seen;
   bool first = true;
 
-  static Ports ports() { return goal_ports(); }
+  static Ports ports() {
+    return {bt::input_default("goal", "{goal}", "the goal that is watched"),
+            bt::input_default("goals", "{goals}", "the goals that are watched")};
+  }
   Status tick(Context& self) {
-    Value now = goals_of(self);
-    const bool updated = first || !(now == seen);
+    Value now = List{held(self, "goal"), held(self, "goals")};
+    const Status answer = first ? kFirst : now == seen ? Status::kFailure : Status::kSuccess;
     first = false;
     seen = std::move(now);
-    return updated ? Status::kSuccess : Status::kFailure;
+    return answer;
   }
   [[nodiscard]] Value save() const { return Map{{"seen", seen}, {"first", first}}; }
   [[nodiscard]] bool restore(const Value& saved) {
@@ -74,28 +54,26 @@ struct GlobalUpdatedGoal {
     first = *flag->as_bool();
     return true;
   }
-  friend bool operator==(const GlobalUpdatedGoal&, const GlobalUpdatedGoal&) = default;
+  friend bool operator==(const UpdatedGoal&, const UpdatedGoal&) = default;
 };
 
-/// SUCCESS each time so many seconds are over.
+/// SUCCESS each time so many seconds are over since its first tick, or since it last said so.
 struct TimeExpired {
-  std::int64_t since_ns = 0;
+  std::optional<std::int64_t> since_ns;
 
   static Ports ports() { return {bt::input_default<double>("seconds", "1.0", "after which it is SUCCESS, once")}; }
   Status tick(Context& self) {
     const std::int64_t now = self.now().time_since_epoch().count();
-    if (self.status() == Status::kIdle) {
-      since_ns = now;
-      return Status::kFailure;
-    }
-    if (1e-9 * static_cast<double>(now - since_ns) < self.input_or<double>("seconds", 1.0)) return Status::kFailure;
+    if (!since_ns) since_ns = now;
+    if (1e-9 * static_cast<double>(now - *since_ns) < self.input_or<double>("seconds", 1.0)) return Status::kFailure;
     since_ns = now;
     return Status::kSuccess;
   }
-  [[nodiscard]] Value save() const { return since_ns; }
+  [[nodiscard]] Value save() const { return since_ns ? Value(*since_ns) : Value(); }
   [[nodiscard]] bool restore(const Value& saved) {
-    if (saved.as_int() == nullptr) return false;
-    since_ns = *saved.as_int();
+    if (!saved.is_null() && saved.as_int() == nullptr) return false;
+    since_ns.reset();
+    if (!saved.is_null()) since_ns = *saved.as_int();
     return true;
   }
   friend bool operator==(const TimeExpired&, const TimeExpired&) = default;
@@ -143,7 +121,6 @@ struct PathLongerOnApproach {
             bt::input_default<double>("length_factor", "2.0", "how many times as long the new path is")};
   }
   Next on_tick(Context& self) {
-    if (self.status() == Status::kIdle) old = Value();
     const Value path = held(self, "path");
     const auto was_m = length_of(old);
     const auto is_m = length_of(path);
@@ -202,8 +179,8 @@ void add_error_condition(bt::Registry& registry, const char* id, const char* cod
 
 void add_leaves(bt::Registry& registry) {
   using enum bt::Category;
-  registry.add<GoalUpdated>("GoalUpdated", kCondition);
-  registry.add<GlobalUpdatedGoal>("GlobalUpdatedGoal", kCondition);
+  registry.add<UpdatedGoal<Status::kFailure>>("GoalUpdated", kCondition);
+  registry.add<UpdatedGoal<Status::kSuccess>>("GlobalUpdatedGoal", kCondition);
   registry.add<TimeExpired>("TimeExpired", kCondition);
   registry.add<PathLongerOnApproach>("PathLongerOnApproach", kDecorator);
   registry.condition("InitialPoseReceived",
