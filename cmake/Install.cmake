@@ -50,8 +50,8 @@ foreach(library IN LISTS libraries)
 endforeach()
 if(TARGET sentree)
   install(TARGETS sentree RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
-  # What the command looks for beside itself: interfaces, and the example that a new project starts from.
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/interfaces ${PROJECT_SOURCE_DIR}/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/sentree COMPONENT program
+  # What the command looks for beside itself: interfaces, skills, and the example that a new project starts from.
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/interfaces ${PROJECT_SOURCE_DIR}/skills ${PROJECT_SOURCE_DIR}/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/sentree COMPONENT program
     # What programs leave in a clone, which .gitignore names.
     REGEX "/(build|node_modules|runs|verify|campaign|__pycache__)$" EXCLUDE)
 endif()

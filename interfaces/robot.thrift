@@ -59,6 +59,8 @@ service Navigation {
   ReturnCode recomputeCurrentNavigationPath()
   Path       getAllNavigationWaypoints() (idempotent = "true")
   PlanReply  computePathTo(1: Location target) (idempotent = "true")  // plans and drives nowhere
+  PlanReply  computePathBetween(1: Pose2D start, 2: Location target) (idempotent = "true")
+  bool       isPathValid(1: Path path) (idempotent = "true")  // false: the robot knows of something that stands on it; or it is empty
   OccupancyGridReply getCurrentNavigationMap(1: NavigationMapType type) (idempotent = "true")  // costs: 0 free .. 99 near, 100 closed; LOCAL: around the robot
   ReturnCode clearCurrentNavigationMap()                       // forgets what the laser saw beyond the map
   bool       checkInsideArea(1: string area_name) (idempotent = "true")

@@ -36,7 +36,7 @@ dpkg-deb --extract "$program" "$work/program"
 dpkg-deb --extract "$development" "$work/development"
 for file in usr/bin/sentree usr/share/man/man1/sentree.1.gz usr/share/man/man1/sentree-run.1.gz usr/share/applications/sentree.desktop \
   usr/share/mime/packages/sentree.xml usr/share/bash-completion/completions/sentree usr/share/zsh/vendor-completions/_sentree \
-  usr/share/fish/vendor_completions.d/sentree.fish usr/share/sentree/interfaces/robot.thrift usr/share/sentree/examples/recharge/sentree.yaml \
+  usr/share/fish/vendor_completions.d/sentree.fish usr/share/sentree/interfaces/robot.thrift usr/share/sentree/skills/nav2/FollowPath.scxml usr/share/sentree/examples/recharge/sentree.yaml \
   usr/share/doc/sentree/copyright; do
   [[ -s $work/program/$file ]] || fail "sentree lacks /$file"
 done

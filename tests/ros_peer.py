@@ -86,6 +86,84 @@ def simulated_robot():
     sim.end()
 
 
+POSE = "{header: {stamp: {sec: 0, nanosec: 0}, frame_id: 'map'}, pose: {position: {x: %s, y: %s, z: 0}, orientation: {x: 0, y: 0, z: 0, w: 1}}}"
+# What each action of the robot is sent, and what its result must be.
+ACTIONS = [
+    ("compute_path_to_pose", "ComputePathToPose", {"goal": POSE % (14.6, 8.8), "use_start": "false"},
+     "_event.data.result.path.poses.length &gt; 3"),
+    ("spin", "Spin", {"target_yaw": "1.57"}, "_event.data.result.total_elapsed_time.sec &gt;= 1"),
+    ("backup", "BackUp", {"target": "{x: 0.1, y: 0, z: 0}"}, "true"),
+    ("navigate_to_pose", "NavigateToPose", {"pose": POSE % (2.0, 1.5)}, "true"),
+    ("follow_path", "FollowPath", {"path": "{header: {stamp: {sec: 0, nanosec: 0}, frame_id: 'map'}, poses: [%s]}" % (POSE % (1.5, 1.5))}, "true"),
+    ("navigate_through_poses", "NavigateThroughPoses", {"poses": "[%s, %s]" % (POSE % (2.0, 1.5), POSE % (3.0, 2.0))}, "true"),
+    ("dock_robot", "DockRobot", {"use_dock_id": "true", "dock_id": "'dock'"}, "_event.data.result.success"),
+]
+CHART = """<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" initial="going">
+  <state id="going">
+    <onentry><send type="thrift" target="%(name)s" event="send_goal">%(goal)s</send></onentry>
+    <transition event="%(name)s.send_goal.reply" cond="!_event.data.result.accepted" target="failure"/>
+    <transition event="%(name)s.result" cond="_event.data.status === 'SUCCEEDED' &amp;&amp; %(good)s" target="success"/>
+    <transition event="%(name)s.result %(name)s.send_goal.error error" target="failure"/>
+    <transition event="halt" target="halted"/>
+  </state>
+  <final id="success"/> <final id="halted"/>
+  <final id="failure"><donedata><param name="reason" expr="JSON.stringify(_event)"/></donedata></final>
+</scxml>
+"""
+
+
+def robot_of_nav2():
+    """What clients of Nav2 find at the simulated robot: topics, actions and the services that clear costmaps."""
+    shutil.copytree(source + "/examples/recharge/world", "world")
+    with open("world/world.yaml") as world:
+        world = world.read()
+    with open("world/world.yaml", "w") as out:
+        out.write(world.replace("angular_tolerance: 0.35}", "angular_tolerance: 0.35, contacts: true}"))
+    sim = Program("sim", "--world", "world/world.yaml", "--ros", "--headless", "--speed", "10", until="listening on ros:/")
+    for topic, member in [("/clock", "clock"), ("/tf", "transforms"), ("/odom", "twist"), ("/scan", "ranges"), ("/map?qos=transient_local", "info"),
+                          ("/amcl_pose", "pose"), ("/battery_state", "percentage")]:
+        code, out, err = run("echo", "ros:" + topic, "-n", "1", "--json")
+        check("the robot publishes " + topic, code == 0 and member in json.loads(json.loads(out)["text"]), out[:1000] + err)
+    code, out, err = run("call", "ros:/cmd_vel?publish", "message", 'linear={"x":0.2,"y":0,"z":0}', 'angular={"x":0,"y":0,"z":0}', "--interface",
+                         "geometry_msgs/msg/Twist")
+    check("/cmd_vel is heard", code == 0, out + err)
+    os.makedirs("nav2_client/skills")
+    services, leaves, skills = "", "", ""
+    for name, kind, goal, good in ACTIONS:
+        services += '  %s: {interface: nav2_msgs/action/%s, at: "ros:/%s"}\n' % (name, kind, name)
+        skills += "  %s: {subscribe: [%s.result]}\n" % (kind, name)
+        leaves += '<Action ID="%s"/>' % kind
+        with open("nav2_client/skills/%s.scxml" % kind, "w") as out:
+            params = "".join('<param name="%s" expr="%s"/>' % each for each in goal.items())
+            out.write(CHART % {"name": name, "goal": params, "good": good})
+    for name in ("global", "local"):
+        services += '  clear_%s: {interface: nav2_msgs/srv/ClearEntireCostmap, at: "ros:/%s_costmap/clear_entirely_%s_costmap"}\n' % (
+            name, name, name)
+        leaves += '<Action ID="Clear_%s"/>' % name
+        with open("nav2_client/skills/Clear_%s.scxml" % name, "w") as out:
+            out.write("""<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" initial="asking">
+  <state id="asking">
+    <onentry><send type="thrift" target="clear_%s" event="call"><param name="request" expr="{}"/></send></onentry>
+    <transition event="clear_%s.call.reply" target="success"/>
+    <transition event="clear_%s.call.error error" target="failure"/>
+    <transition event="halt" target="halted"/>
+  </state>
+  <final id="success"/> <final id="failure"/> <final id="halted"/>
+</scxml>
+""" % (name, name, name))
+    with open("nav2_client/mission.xml", "w") as out:
+        out.write('<root BTCPP_format="4"><BehaviorTree ID="M"><Sequence>%s</Sequence></BehaviorTree></root>' % leaves)
+    with open("nav2_client/sentree.yaml", "w") as out:
+        out.write("mission: {file: mission.xml, rate: 10 Hz}\nservices:\n%sskills:\n%s"
+                  "deadlines: {call: 20 s, condition: 21 s, budget: 22 s, halt: 20 s, unresponsive: 60 s}\n" % (services, skills))
+    os.makedirs("nav2_client/scenarios")
+    with open("nav2_client/scenarios/all.yaml", "w") as out:
+        out.write("clock: real\nduration: 10 min\nexpect: {mission: SUCCESS}\n")
+    code, out, err = run("run", "nav2_client", "--scenario", "all", "--no-record")
+    check("every action and service does what it is asked", code == 0, out + err)
+    sim.end()
+
+
 def topics():
     """What others publish is a topic of the mission, and what the mission publishes is read by others."""
     shutil.copytree(source + "/examples/topics", "topics")
@@ -121,6 +199,7 @@ if __name__ == "__main__":
         print("skipped: this build has no DDS")
         sys.exit(77)
     simulated_robot()
+    robot_of_nav2()
     check_verdicts(run, check, source, "ros:/robot/", "ros:/goto", "ros:/level")
     topics()
     print("all good" if failures == 0 else "%d failures" % failures)

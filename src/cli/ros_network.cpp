@@ -13,4 +13,10 @@ Loaded<idl::Schema> ros_interface(const std::string& type) {
   return out;
 }
 
+Result<idl::ServicePtr> ros_service(const std::string& type) {
+  auto schema = ros_interface(type);
+  if (schema.ok()) return schema.value->service(type.substr(type.rfind('/') + 1));
+  return tl::unexpected(schema.diagnostics.front());
+}
+
 }  // namespace sentree::cli

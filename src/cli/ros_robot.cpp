@@ -5,8 +5,9 @@
 #include <mutex>
 #include <thread>
 
+#include "sentree/cli/ros_actions.h"
 #include "sentree/cli/ros_network.h"
-#include "sentree/ros/action_server.h"
+#include "sentree/cli/ros_values.h"
 #include "sentree/sim/simulation.h"
 #include "sentree/sim/world.h"
 
@@ -18,17 +19,6 @@ constexpr std::chrono::milliseconds kPeriod{100};
 constexpr double kCommandTimeout_s = 0.5;
 constexpr std::int64_t kTicksPerSecond = 10;
 
-struct Pose {
-  double x = 0;
-  double y = 0;
-  double theta = 0;
-};
-
-Pose pose_of(const Value* value) {
-  if (value == nullptr) return {};
-  return {value->find("x")->number(), value->find("y")->number(), value->find("theta")->number()};
-}
-
 // a after b: where a frame is in the world that is at `b` in the frame at `a`.
 Pose operator*(const Pose& a, const Pose& b) {
   return {a.x + std::cos(a.theta) * b.x - std::sin(a.theta) * b.y,
@@ -38,12 +28,6 @@ Pose inverse(const Pose& p) {
   return {-std::cos(p.theta) * p.x - std::sin(p.theta) * p.y, std::sin(p.theta) * p.x - std::cos(p.theta) * p.y,
           -p.theta};
 }
-
-Map vector(double x, double y, double z) { return Map{{"x", x}, {"y", y}, {"z", z}}; }
-Map rotation(double theta) {
-  return Map{{"x", 0.0}, {"y", 0.0}, {"z", std::sin(theta / 2)}, {"w", std::cos(theta / 2)}};
-}
-Map ros_pose(const Pose& p) { return Map{{"position", vector(p.x, p.y, 0)}, {"orientation", rotation(p.theta)}}; }
 
 // 6 by 6 of a covariance of (x, y, theta), which may be empty.
 List covariance(const Value* three) {
@@ -95,7 +79,7 @@ class RosRobot::Impl {
         if (auto done = publish(robot.prefix + topic.name, topic.type, topic.qos); !done) return done;
       }
       if (auto done = hear_commands(robot); !done) return done;
-      if (auto done = serve_navigation(robot); !done) return done;
+      if (auto done = serve_actions(robot); !done) return done;
     }
     thread_ = std::thread([this] { run(); });
     return {};
@@ -106,21 +90,9 @@ class RosRobot::Impl {
     std::string name;
     std::string prefix;
   };
-  // What a robot drives to for a goal of the action.
-  struct Drive {
-    std::string goal_id;
-    std::int64_t number = 0;  // of the simulated navigation
-    bool is_canceled = false;
-  };
-
-  Result<idl::ServicePtr> interface(const std::string& type) const {
-    auto schema = ros_interface(type);
-    if (schema.ok()) return schema.value->service(type.substr(type.rfind('/') + 1));
-    return tl::unexpected(schema.diagnostics.front());
-  }
 
   Result<void> publish(const std::string& name, const std::string& type, const std::string& qos) {
-    auto of = interface(type);
+    auto of = ros_service(type);
     if (!of) return tl::unexpected(std::move(of.error()));
     auto made = rpc::connect(*rpc::Address::parse("ros:" + name + "?publish&qos=" + qos), *of,
                              {.target = name, .limits = {}, .tls = {}});
@@ -130,7 +102,7 @@ class RosRobot::Impl {
   }
 
   Result<void> hear_commands(const Robot& robot) {
-    auto of = interface("geometry_msgs/msg/Twist");
+    auto of = ros_service("geometry_msgs/msg/Twist");
     if (!of) return tl::unexpected(std::move(of.error()));
     const rpc::Address address = *rpc::Address::parse("ros:" + robot.prefix + "/cmd_vel");
     auto opened = rpc::middleware_of(address).subscribe(
@@ -147,87 +119,16 @@ class RosRobot::Impl {
     return {};
   }
 
-  Result<void> serve_navigation(const Robot& robot) {
-    auto of = interface("nav2_msgs/action/NavigateToPose");
-    if (!of) return tl::unexpected(std::move(of.error()));
-    const idl::Method* result = (*of)->find("result");
-    has_error_ = result->arguments.find(std::string_view("result"))->type->structure->find("error_code") != nullptr;
-    ros::ActionServerOptions options;
-    options.accept = [this, name = robot.name](const std::string& id, const Value& goal) {
-      return drive(name, id, goal);
-    };
-    options.cancel = [this, name = robot.name](const std::string& id) { return stop(name, id); };
-    options.now = [this] { return seconds(server_.host().snapshot().time.time_since_epoch()); };
-    options.problem = problem_;
-    auto opened = ros::ActionServer::open(robot.prefix + "/navigate_to_pose", *of, std::move(options));
+  Result<void> serve_actions(const Robot& robot) {
+    auto opened = RosActions::open(
+        {.prefix = robot.prefix,
+         .ask = [this, name = robot.name](const char* interface, const char* method,
+                                          Map arguments) { return ask(name, interface, method, std::move(arguments)); },
+         .now = [this] { return seconds(server_.host().snapshot().time.time_since_epoch()); },
+         .problem = problem_});
     if (!opened) return tl::unexpected(std::move(opened.error()));
     actions_[robot.name] = std::move(*opened);
     return {};
-  }
-
-  // A goal replaces the one before it, as in Nav2.
-  bool drive(const std::string& robot, const std::string& id, const Value& goal) {
-    const Value* position = goal.at({"pose", "pose", "position"});
-    const Value* turned = goal.at({"pose", "pose", "orientation"});
-    const double theta = 2 * std::atan2(turned->find("z")->number(), turned->find("w")->number());
-    const Value names = ask(robot, "MapServer", "getMapNames");
-    if (names.as_list() == nullptr || names.as_list()->empty()) return false;
-    const Map pose{{"x", *position->find("x")}, {"y", *position->find("y")}, {"theta", theta}};
-    const Map target{{"map_id", names.as_list()->front()}, {"pose", pose}, {"description", ""}};
-    const Value reply = ask(robot, "Navigation", "gotoTargetByAbsoluteLocation", Map{{"target", target}});
-    if (reply.is_null() || reply.find("code")->text() != "OK") return false;
-    const std::lock_guard lock(drives_mutex_);
-    drives_[robot].push_back({id, *reply.find("goal_id")->as_int()});
-    return true;
-  }
-
-  bool stop(const std::string& robot, const std::string& id) {
-    const std::lock_guard lock(drives_mutex_);
-    for (Drive& each : drives_[robot]) {
-      if (each.goal_id != id) continue;
-      each.is_canceled = true;
-      static_cast<void>(ask(robot, "Navigation", "stopNavigation", Map{{"goal_id", each.number}}));
-      return true;
-    }
-    return false;
-  }
-
-  void follow_goals(const Robot& robot, double now, const Pose& believed, bool tells) {
-    std::vector<Drive> drives;
-    {
-      const std::lock_guard lock(drives_mutex_);
-      drives = drives_[robot.name];
-    }
-    if (drives.empty()) return;
-    const Value state = ask(robot.name, "Navigation", "getNavigationState");
-    if (state.is_null()) return;
-    const std::string_view status = state.find("status")->text();
-    ros::ActionServer& action = *actions_.at(robot.name);
-    for (const Drive& each : drives) {
-      const bool is_current = *state.find("goal_id")->as_int() == each.number;
-      const bool is_reached = is_current && status == "GOAL_REACHED";
-      const bool has_failed =
-          !is_current || status == "ABORTED" || status == "FAILING" || status == "ERROR" || status == "IDLE";
-      if (is_reached || has_failed || each.is_canceled) {
-        Map result;
-        if (has_error_ && !is_reached) result["error_code"] = 9000;  // unknown
-        action.end(each.goal_id,
-                   is_reached         ? ros::GoalEnd::kSucceeded
-                   : each.is_canceled ? ros::GoalEnd::kCanceled
-                                      : ros::GoalEnd::kAborted,
-                   Value(std::move(result)));
-        const std::lock_guard lock(drives_mutex_);
-        std::erase_if(drives_[robot.name], [&](const Drive& d) { return d.goal_id == each.goal_id; });
-      } else if (tells) {
-        action.feedback(
-            each.goal_id,
-            Map{{"current_pose", Map{{"header", header(now, "map")}, {"pose", ros_pose(believed)}}},
-                {"navigation_time", stamp(state.find("navigation_time")->number())},
-                {"estimated_time_remaining", stamp(std::max(0.0, state.find("estimated_time_remaining")->number()))},
-                {"number_of_recoveries", *state.find("number_of_recoveries")},
-                {"distance_remaining", *state.find("distance_remaining")}});
-      }
-    }
   }
 
   // Null: the simulator does not say.
@@ -243,19 +144,12 @@ class RosRobot::Impl {
                            });
   }
 
-  static Map stamp(double time) {
-    const double whole = std::floor(time);
-    return Map{{"sec", static_cast<std::int64_t>(whole)},
-               {"nanosec", std::min<std::int64_t>(std::llround((time - whole) * 1e9), 999'999'999)}};
-  }
-  static Map header(double time, const std::string& frame) { return Map{{"stamp", stamp(time)}, {"frame_id", frame}}; }
-
   void run() {
     std::unique_lock lock(mutex_);
     for (std::int64_t tick = 0; !stopped_; ++tick) {
       lock.unlock();
       const double now = seconds(server_.host().snapshot().time.time_since_epoch());
-      send("/clock", Map{{"clock", stamp(now)}});
+      send("/clock", Map{{"clock", ros_stamp(now)}});
       List transforms;
       for (const Robot& robot : robots_) step(robot, now, tick, transforms);
       send("/tf", Map{{"transforms", std::move(transforms)}});
@@ -272,28 +166,28 @@ class RosRobot::Impl {
     const Pose odom = pose_of(odometry.find("pose"));
     const Pose believed = pose_of(position.find("pose"));
     const auto transform = [&](const std::string& parent, const std::string& child, const Pose& pose) {
-      transforms.push_back(
-          Map{{"header", header(now, parent)},
-              {"child_frame_id", child},
-              {"transform", Map{{"translation", vector(pose.x, pose.y, 0)}, {"rotation", rotation(pose.theta)}}}});
+      transforms.push_back(Map{
+          {"header", ros_header(now, parent)},
+          {"child_frame_id", child},
+          {"transform", Map{{"translation", ros_vector(pose.x, pose.y, 0)}, {"rotation", ros_rotation(pose.theta)}}}});
     };
     transform("map", frames + "odom", believed * inverse(odom));
     transform(frames + "odom", frames + "base_link", odom);
     const Value* twist = odometry.find("twist");
-    send(
-        robot.prefix + "/odom",
-        Map{{"header", header(now, frames + "odom")},
-            {"child_frame_id", frames + "base_link"},
-            {"pose", Map{{"pose", ros_pose(odom)}, {"covariance", covariance(nullptr)}}},
-            {"twist", Map{{"twist", Map{{"linear", vector(twist->find("vx")->number(), twist->find("vy")->number(), 0)},
-                                        {"angular", vector(0, 0, twist->find("omega")->number())}}},
-                          {"covariance", covariance(nullptr)}}}});
-    follow_goals(robot, now, believed, tick % (kTicksPerSecond / 2) == 0);
+    send(robot.prefix + "/odom",
+         Map{{"header", ros_header(now, frames + "odom")},
+             {"child_frame_id", frames + "base_link"},
+             {"pose", Map{{"pose", ros_pose(odom)}, {"covariance", covariance(nullptr)}}},
+             {"twist",
+              Map{{"twist", Map{{"linear", ros_vector(twist->find("vx")->number(), twist->find("vy")->number(), 0)},
+                                {"angular", ros_vector(0, 0, twist->find("omega")->number())}}},
+                  {"covariance", covariance(nullptr)}}}});
+    actions_.at(robot.name)->step(now, believed, tick % (kTicksPerSecond / 2) == 0);
     if (tick % 2 == 0) publish_scan(robot, now, frames);
     if (tick % (kTicksPerSecond / 2) == 0) {
       publish_battery(robot, now);
       send(robot.prefix + "/amcl_pose",
-           Map{{"header", header(now, "map")},
+           Map{{"header", ros_header(now, "map")},
                {"pose", Map{{"pose", ros_pose(believed)}, {"covariance", covariance(position.find("covariance"))}}}});
     }
     if (tick % (10 * kTicksPerSecond) == 0) publish_map(robot, now);
@@ -302,7 +196,7 @@ class RosRobot::Impl {
   void publish_scan(const Robot& robot, double now, const std::string& frames) {
     const Value scan = ask(robot.name, "Laser", "getLaserMeasurement");
     if (scan.is_null()) return;
-    Map out{{"header", header(now, frames + "laser")}};
+    Map out{{"header", ros_header(now, frames + "laser")}};
     for (const char* name :
          {"angle_min", "angle_max", "angle_increment", "scan_time", "range_min", "range_max", "ranges"})
       out[name] = *scan.find(name);
@@ -318,7 +212,7 @@ class RosRobot::Impl {
       if (state.find("power_supply_status")->text() == kStatuses[i]) status = i;
     }
     const double unknown = std::nan("");
-    Map out{{"header", header(now, "")},
+    Map out{{"header", ros_header(now, "")},
             {"charge", unknown},
             {"capacity", unknown},
             {"design_capacity", unknown},
@@ -335,8 +229,8 @@ class RosRobot::Impl {
     const Value* grid = reply.find("grid");
     const Value* info = grid != nullptr ? grid->find("info") : nullptr;
     if (info == nullptr) return;
-    send(robot.prefix + "/map", Map{{"header", header(now, "map")},
-                                    {"info", Map{{"map_load_time", stamp(0)},
+    send(robot.prefix + "/map", Map{{"header", ros_header(now, "map")},
+                                    {"info", Map{{"map_load_time", ros_stamp(0)},
                                                  {"resolution", *info->find("resolution")},
                                                  {"width", *info->find("width")},
                                                  {"height", *info->find("height")},
@@ -349,10 +243,7 @@ class RosRobot::Impl {
   std::vector<Robot> robots_;
   std::map<std::string, std::unique_ptr<rpc::Caller>> topics_;
   std::vector<std::unique_ptr<rpc::Opened>> heard_;
-  std::mutex drives_mutex_;
-  std::map<std::string, std::vector<Drive>> drives_;
-  std::map<std::string, std::unique_ptr<ros::ActionServer>> actions_;
-  bool has_error_ = false;  // results say why
+  std::map<std::string, std::unique_ptr<RosActions>> actions_;
   std::atomic<bool> told_{false};
   std::mutex mutex_;
   std::condition_variable changed_;

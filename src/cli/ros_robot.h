@@ -11,7 +11,7 @@
 namespace sentree::cli {
 
 /// The simulated robots as programs for ROS 2 expect one: /battery_state, /odom, /tf, /scan, /map, /amcl_pose and
-/// /clock published, /cmd_vel heard, and the action /navigate_to_pose. With several robots in the world all but /tf and
+/// /clock published, /cmd_vel heard, and what `RosActions` serves. With several robots in the world all but /tf and
 /// /clock is below its name. Ends when it is destroyed, which must be before the server goes.
 class RosRobot {
  public:

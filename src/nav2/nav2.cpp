@@ -6,6 +6,7 @@
 
 #include "sentree/base/time.h"
 #include "sentree/base/value.h"
+#include "sentree/nav2/detail/nodes.h"
 
 namespace sentree::nav2 {
 
@@ -264,14 +265,7 @@ struct GoalUpdatedController {
     return {bt::input("goal", "the goal that is watched"), bt::input("goals", "the goals that are watched")};
   }
   Next on_tick(Context& self) {
-    const auto held = [&](const char* port) {
-      const bt::Datum* const datum = self.held(port);
-      // A C++ object has no value to compare; its writes are counted.
-      return datum == nullptr           ? Value()
-             : datum->object != nullptr ? Value(static_cast<std::int64_t>(self.sequence(port)))
-                                        : datum->value;
-    };
-    Value now = List{held("goal"), held("goals")};
+    Value now = List{detail::held(self, "goal"), detail::held(self, "goals")};
     const bool updated = self.status() == Status::kIdle || !(now == seen);
     seen = std::move(now);
     const bool due = updated || self.child_status(0) == Status::kRunning;
@@ -302,32 +296,34 @@ void add_nodes(bt::Registry& registry) {
   registry.add<RateController>("RateController", kDecorator);
   registry.add<SingleTrigger>("SingleTrigger", kDecorator);
   registry.add<GoalUpdatedController>("GoalUpdatedController", kDecorator);
+  detail::add_leaves(registry);
 }
 
 const std::vector<bt::NodeModel>& models() {
   using enum bt::Category;
-  static const std::vector<bt::NodeModel> kModels = {
-      model("PauseResumeController", kControl,
-            {bt::input<std::string>("pause_service_name"), bt::input<std::string>("resume_service_name")},
-            "pauses and resumes what is below it when services are called"),
-      model("DistanceController", kDecorator,
-            {bt::input_default<double>("distance", "1.0", "metres between two ticks of the child"),
-             bt::input_default<std::string>("global_frame", "map"),
-             bt::input_default<std::string>("robot_base_frame", "base_link")},
-            "ticks its child each time the robot has gone so far"),
-      model("SpeedController", kDecorator,
-            {bt::input_default<double>("min_rate", "0.1"), bt::input_default<double>("max_rate", "1.0"),
-             bt::input_default<double>("min_speed", "0.0"), bt::input_default<double>("max_speed", "0.5"),
-             bt::input_default<double>("filter_duration", "0.3")},
-            "ticks its child the more often the faster the robot goes"),
-      model("PathLongerOnApproach", kDecorator,
-            {bt::input("path"), bt::input_default<double>("prox_len", "3.0"),
-             bt::input_default<double>("length_factor", "2.0")},
-            "ticks its child when a new path is much longer near the goal"),
-      model("GoalUpdater", kDecorator,
+  static const std::vector<bt::NodeModel> kModels = [] {
+    std::vector<bt::NodeModel> all = {
+        model("PauseResumeController", kControl,
+              {bt::input<std::string>("pause_service_name"), bt::input<std::string>("resume_service_name")},
+              "pauses and resumes what is below it when services are called"),
+        model("DistanceController", kDecorator,
+              {bt::input_default<double>("distance", "1.0", "metres between two ticks of the child"),
+               bt::input_default<std::string>("global_frame", "map"),
+               bt::input_default<std::string>("robot_base_frame", "base_link")},
+              "ticks its child each time the robot has gone so far"),
+        model("SpeedController", kDecorator,
+              {bt::input_default<double>("min_rate", "0.1"), bt::input_default<double>("max_rate", "1.0"),
+               bt::input_default<double>("min_speed", "0.0"), bt::input_default<double>("max_speed", "0.5"),
+               bt::input_default<double>("filter_duration", "0.3")},
+              "ticks its child the more often the faster the robot goes"),
+        model(
+            "GoalUpdater", kDecorator,
             {bt::input("input_goal"), bt::input("input_goals"), bt::output("output_goal"), bt::output("output_goals")},
             "gives its child goals that come over a topic"),
-  };
+    };
+    for (bt::NodeModel& each : detail::skill_models()) all.push_back(std::move(each));
+    return all;
+  }();
   return kModels;
 }
 

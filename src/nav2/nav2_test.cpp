@@ -246,6 +246,86 @@ TEST(GoalUpdatedController, TicksItsChildWhenTheGoalChanges) {
   EXPECT_THAT(p.asked, ElementsAre("set", "change", "a", "b"));
 }
 
+TEST(GoalUpdated, ComparesWithTheTickBefore) {
+  Player p(
+      "<Sequence><Leaf name=\"set\" _onSuccess=\"goal := 1\"/><ReactiveFallback><GoalUpdated/><Leaf name=\"a\"/>"
+      "</ReactiveFallback></Sequence>");
+  p.tick({{"set", kS}, {"a", kR}});
+  EXPECT_THAT(p.asked, ElementsAre("set", "a")) << "the first goal is no other one";
+  p.tick();
+  EXPECT_THAT(p.asked, ElementsAre("a"));
+  Player q(
+      "<ReactiveSequence><Leaf name=\"set\" _onSuccess=\"goal := 1\"/>"
+      "<Leaf name=\"change\" _onSuccess=\"goal := 2\"/><ReactiveFallback><GoalUpdated/><Leaf name=\"a\"/>"
+      "</ReactiveFallback></ReactiveSequence>");
+  q.tick({{"set", kS}, {"change", kSkip}, {"a", kR}});
+  EXPECT_EQ(q.tick({{"set", kSkip}, {"change", kS}, {"a", kR}}), kS);
+}
+
+TEST(GlobalUpdatedGoal, TakesTheFirstGoalForANewOneAndRemembersItWhenItIsReset) {
+  Player p("<Repeat num_cycles=\"-1\"><Sequence><GlobalUpdatedGoal/><Leaf name=\"a\"/></Sequence></Repeat>");
+  p.tick({{"a", kR}});
+  EXPECT_THAT(p.asked, ElementsAre("a"));
+  p.halt();
+  EXPECT_EQ(p.tick({{"a", kR}}), kF) << "the same goal as before";
+}
+
+TEST(TimeExpired, SucceedsOnceForEachSpan) {
+  Player p("<ReactiveSequence><Inverter><TimeExpired seconds=\"2\"/></Inverter><Leaf name=\"a\"/></ReactiveSequence>");
+  const auto at = [&](int s) {
+    p.now = TimePoint(std::chrono::seconds(s));
+    p.tick({{"a", kR}});
+    return p.asked.size();
+  };
+  EXPECT_EQ(at(0), 1U);
+  EXPECT_EQ(at(1), 1U);
+  EXPECT_EQ(at(2), 0U) << "it has expired";
+}
+
+TEST(ErrorConditions, KnowWhatARecoveryMayMend) {
+  const auto status = [](const std::string& node, int code) {
+    Player p("<Sequence><Leaf name=\"set\" _onSuccess=\"code := " + std::to_string(code) + "\"/><" + node +
+             " error_code=\"{code}\"/></Sequence>");
+    return p.tick({{"set", kS}});
+  };
+  EXPECT_EQ(status("WouldAControllerRecoveryHelp", 106), kS);
+  EXPECT_EQ(status("WouldAControllerRecoveryHelp", 208), kF);
+  EXPECT_EQ(status("WouldAPlannerRecoveryHelp", 208), kS);
+  EXPECT_EQ(status("WouldAPlannerRecoveryHelp", 204), kF) << "a goal off the map stays there";
+  EXPECT_EQ(status("AreErrorCodesPresent error_codes_to_check=\"3;5\"", 5), kS);
+  EXPECT_EQ(Player("<WouldAControllerRecoveryHelp error_code=\"{never}\"/>").tick(), kF);
+}
+
+TEST(Selectors, ChooseTheDefault) {
+  Player p(
+      "<Sequence><PlannerSelector default_planner=\"GridBased\" selected_planner=\"{it}\"/>"
+      "<ScriptCondition code=\"it == 'GridBased'\"/></Sequence>");
+  EXPECT_EQ(p.tick(), kS);
+  EXPECT_EQ(Player("<PlannerSelector selected_planner=\"{it}\"/>").tick(), kF);
+}
+
+// A path along the x axis to `to`, by way of a point `off` beside it.
+Value path_to(double to, double off) {
+  const auto pose = [](double x, double y) {
+    return Value(Map{{"pose", Map{{"position", Map{{"x", x}, {"y", y}, {"z", 0.0}}}}}});
+  };
+  return Map{{"poses", List{pose(0, 0), pose(to / 2, off), pose(to, 0)}}};
+}
+
+TEST(PathLongerOnApproach, TicksItsChildWhenADetourOpensNearTheGoal) {
+  Player p(
+      "<PathLongerOnApproach path=\"{path}\" prox_len=\"3.0\" length_factor=\"2.0\"><Leaf name=\"a\"/>"
+      "</PathLongerOnApproach>");
+  const auto with = [&](const Value& path) {
+    EXPECT_TRUE(bt::set_entry(p.runner().tree(), p.runner().state(), "path", path, p.now));
+    return p.tick({{"a", kR}});
+  };
+  EXPECT_EQ(with(path_to(2, 0)), kS);
+  EXPECT_EQ(with(path_to(2, 0.5)), kS) << "a little longer";
+  EXPECT_EQ(with(path_to(2, 9)), kR);
+  EXPECT_THAT(p.asked, ElementsAre("a"));
+}
+
 TEST(Nav2, NodesCanBeSavedInTheMiddle) {
   const std::string body = recovery("");
   Player p(body);
@@ -266,7 +346,6 @@ TEST(Nav2, ModelsWhatNeedsRos) {
   EXPECT_THAT(registry.problems(), IsEmpty());
   for (const bt::NodeModel& model : models()) {
     EXPECT_EQ(registry.find(model.id), nullptr) << model.id;
-    EXPECT_TRUE(model.category == bt::Category::kControl || model.category == bt::Category::kDecorator) << model.id;
   }
   bt::Palette palette;
   palette.add(models());

@@ -75,6 +75,8 @@ class MissionLoader {
       std::error_code error;
       if (palette.path == nav2::kPalette && !std::filesystem::exists(project_.folder / palette.path, error)) {
         nav2::add_nodes(registry_);
+        // What the project runs itself is its own.
+        for (const std::string& name : skill_names()) registry_.remove(name);
         library_.add(nav2::models());
       } else {
         all = add(palette) && all;
@@ -103,7 +105,7 @@ class MissionLoader {
   // A chart that does not load says so when the leaf is planned.
   std::optional<bt::Category> skill_kind(std::string_view id, std::string_view name) {
     const SkillEntry* const entry = project_.skill(name, id);
-    const FileRef file = skill_file(entry, id);
+    const FileRef file = skill_file(project_, entry, id);
     if (const auto known = kinds_.find(file.path); known != kinds_.end()) return known->second;
     auto& kind = kinds_[file.path];
     std::error_code error;
@@ -145,10 +147,18 @@ bt::Category category_of(const scxml::Chart& chart, const SkillEntry* entry) {
   return can_be_halted ? bt::Category::kAction : bt::Category::kCondition;
 }
 
-FileRef skill_file(const SkillEntry* entry, std::string_view leaf_id) {
+FileRef skill_file(const Project& project, const SkillEntry* entry, std::string_view leaf_id) {
   if (entry != nullptr && !entry->file.path.empty()) return entry->file;
-  return {"skills/" + (entry != nullptr ? entry->leaf : std::string(leaf_id)) + ".scxml",
-          entry != nullptr ? entry->span : SourceSpan{}};
+  const std::string name = (entry != nullptr ? entry->leaf : std::string(leaf_id)) + ".scxml";
+  FileRef own{"skills/" + name, entry != nullptr ? entry->span : SourceSpan{}};
+  std::error_code error;
+  const auto is_nav2 = [](const FileRef& palette) { return palette.path == nav2::kPalette; };
+  if (std::any_of(project.palettes.begin(), project.palettes.end(), is_nav2) &&
+      !std::filesystem::exists(project.folder / own.path, error)) {
+    const path shipped = shipped_folder("skills") / nav2::kPalette / name;
+    if (std::filesystem::exists(shipped, error)) own.path = shipped.string();
+  }
+  return own;
 }
 
 void find_mission(Project& project, const SourceSpan& place, Diagnostics& diagnostics) {

@@ -21,7 +21,7 @@ namespace sentree::project {
 [[nodiscard]] bt::Category category_of(const scxml::Chart& chart, const SkillEntry* entry = nullptr);
 
 /// The chart of a leaf, as `skills:` names it or where it lies by default.
-[[nodiscard]] FileRef skill_file(const SkillEntry* entry, std::string_view leaf_id);
+[[nodiscard]] FileRef skill_file(const Project& project, const SkillEntry* entry, std::string_view leaf_id);
 
 /// Finds `mission` among `mission_files`: the file with the tree to execute. Called when either has changed.
 void find_mission(Project& project, const SourceSpan& place, Diagnostics& diagnostics);

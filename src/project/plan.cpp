@@ -204,7 +204,7 @@ class Preparation {
     for (const bt::NodeId node : tree.external_leaves()) {
       const std::string id(tree.registration(node));
       const SkillEntry* entry = project_.skill(tree.name(node), id);
-      FileRef file = skill_file(entry, id);
+      FileRef file = skill_file(project_, entry, id);
       if (file.span.line == 0) file.span = tree.span(node);  // nobody else names it
       std::error_code error;
       const bool is_foreign =
@@ -221,7 +221,8 @@ class Preparation {
                     .constants = constants_of(entry),
                     .protocol = protocol_of(entry),
                     .subscribes = entry != nullptr ? entry->subscribes.topics : std::vector<std::string>()};
-      check_leaf_ports(tree, leaf, diagnostics);
+      // A palette's ports are those of every robot; its charts use what theirs has.
+      if (!path(file.path).is_absolute()) check_leaf_ports(tree, leaf, diagnostics);
       leaves_.push_back(std::move(leaf));
     }
     check_names(tree, leaves_, services_, project_, diagnostics);
@@ -270,7 +271,7 @@ class Preparation {
   std::set<std::string> topics_of(const std::string& file) const {
     std::set<std::string> topics;
     for (const SkillEntry& entry : project_.skills) {
-      if (skill_file(&entry, entry.leaf).path == file)
+      if (skill_file(project_, &entry, entry.leaf).path == file)
         topics.insert(entry.subscribes.topics.begin(), entry.subscribes.topics.end());
     }
     return topics;
@@ -666,7 +667,7 @@ Loaded<SkillPlan> prepare_skill(const Project& project, const std::string& leaf)
       names.push_back(id);
       if (plan || (names.end()[-2] != leaf && id != leaf)) continue;
       const SkillEntry* entry = project.skill(leaf, id);
-      const auto chart = preparation.skill_chart(skill_file(entry, id), entry);
+      const auto chart = preparation.skill_chart(skill_file(project, entry, id), entry);
       if (chart)
         plan = SkillPlan{.chart = *chart,
                          .services = {},

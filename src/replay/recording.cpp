@@ -112,11 +112,13 @@ struct RunRecorder::Impl {
 
   void attach_files(const std::vector<text::ReadFile>& files, const RecordingOptions& options) {
     const fs::path shipped = project::shipped_folder("interfaces");
+    const fs::path skills = project::shipped_folder("skills") / "nav2";
     const fs::path source = resolved(plan.scenario.file);
     const fs::path project = resolved(plan.scenario.project.file);
     fs::path root = common(source.parent_path(), project.parent_path());
     for (const text::ReadFile& file : files) {
-      if (!is_below(resolved(file.path), shipped)) root = common(root, resolved(file.path).parent_path());
+      if (!is_below(resolved(file.path), shipped) && !is_below(resolved(file.path), skills))
+        root = common(root, resolved(file.path).parent_path());
     }
     const fs::path project_folder = project.parent_path().lexically_relative(root);
     const std::string place = project.parent_path().string();
@@ -126,10 +128,11 @@ struct RunRecorder::Impl {
     for (const text::ReadFile& file : files) {
       is_placed = is_placed || file.content.find(place) != std::string::npos;
       const fs::path path = resolved(file.path);
-      // An interface of Sentree's becomes one of the project's, so that the recording means the same with a later
-      // version.
-      const fs::path name = is_below(path, shipped) ? project_folder / "interfaces" / path.lexically_relative(shipped)
-                                                    : path.lexically_relative(root);
+      // An interface or a skill of Sentree's becomes one of the project's, so that the recording means the same with a
+      // later version.
+      const fs::path name = is_below(path, shipped)  ? project_folder / "interfaces" / path.lexically_relative(shipped)
+                            : is_below(path, skills) ? project_folder / "skills" / path.lexically_relative(skills)
+                                                     : path.lexically_relative(root);
       const std::string shown = name.lexically_normal().generic_string();
       if (file.content.size() > kAttachedFileMax || !names.insert(shown).second) continue;
       recorder.attach({.name = std::string(kProjectPrefix) + shown,

@@ -232,10 +232,11 @@ class RosCaller final : public rpc::Caller {
       return refused(CallErrorKind::kUnreachable, "nothing more can be published on " + way.carried->name);
     }
     if (!way.client->wait_available(job.deadline, interrupted))
-      return refused(CallErrorKind::kUnreachable, "no server of " + way.carried->name + " (" +
-                                                      ros_name(way.carried->request_type) + ") is there, in domain " +
-                                                      std::to_string(node_->domain()) +
-                                                      "; sentree services --on ros: lists what is");
+      return refused(CallErrorKind::kUnreachable,
+                     "no server of " + way.carried->name + " (" + ros_name(way.carried->request_type) +
+                         ") is there, in domain " + std::to_string(node_->domain()) +
+                         node_->other_type("rq" + way.carried->name + "Request", way.carried->request_type) +
+                         "; sentree services --on ros: lists what is");
     const auto key = way.client->send(message);
     if (!key) return refused(CallErrorKind::kUnreachable, "the server of " + way.carried->name + " has gone");
     const auto reply = way.client->wait(*key, job.deadline, interrupted);

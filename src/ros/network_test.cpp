@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 
+#include <iostream>
+
 #include "sentree/ros/action_server.h"
 #include "sentree/ros/address.h"
 #include "sentree/ros/cdr.h"
@@ -266,6 +268,79 @@ TEST_F(RosTopics, SayThatQualitiesOfServiceDoNotFit) {
       {.target = "scan", .problem = [&](const std::string& what) { problems.add(what); }});
   ASSERT_TRUE(opened);
   EXPECT_THAT(problems.wait_for(1), Contains(HasSubstr("another quality of service (reliability)")));
+}
+
+TEST_F(RosTopics, SayThatTypesDifferWhoeverComesFirst) {
+  const auto text = interface("std_msgs/msg/String");
+  const auto other = stranger();
+  const auto nothing = [](const std::string&) {};
+  std::string error;
+  Heard<std::string> problems;
+  const auto hear = [&](const char* name) {
+    const rpc::Address source = at(name);
+    auto opened = rpc::middleware_of(source).subscribe(
+        source, text, [](const idl::Method&, Value) {},
+        {.target = "it", .problem = [&](const std::string& what) { problems.add(what); }});
+    EXPECT_TRUE(opened);
+    return opened ? std::move(*opened) : nullptr;
+  };
+  const auto first = other->write({"rt/first", "std_msgs::msg::dds_::Int32_", {}}, nothing, error);
+  const auto heard_first = hear("/first");
+  EXPECT_THAT(problems.wait_for(1),
+              ElementsAre("the types of /first differ: it is std_msgs/msg/String here, and somebody publishes "
+                          "std_msgs/msg/Int32, so that nothing passes"));
+  const auto heard_second = hear("/second");
+  const auto second = other->write({"rt/second", "std_msgs::msg::dds_::Bool_", {}}, nothing, error);
+  EXPECT_THAT(problems.wait_for(2), Contains(HasSubstr("somebody publishes std_msgs/msg/Bool")));
+}
+
+TEST_F(RosTopics, FiftyLoseNothing) {
+  constexpr std::size_t kTopics = 50;
+  constexpr std::size_t kRounds = 100;
+  const auto text = interface("std_msgs/msg/String");
+  const auto other = stranger();
+  std::string error;
+  Heard<std::size_t> heard;
+  std::vector<std::unique_ptr<dds::Reader>> readers;
+  std::vector<std::unique_ptr<rpc::Caller>> publishers;
+  for (std::size_t i = 0; i < kTopics; ++i) {
+    const std::string name = "/topic" + std::to_string(i);
+    readers.push_back(other->read(
+        {"rt" + name, "std_msgs::msg::dds_::String_", {.reliable = true}}, [&heard, i](dds::Sample) { heard.add(i); },
+        [](const std::string&) {}, error));
+    ASSERT_NE(readers.back(), nullptr) << error;
+    auto made = rpc::connect(at(name, "&publish"), text, {});
+    ASSERT_TRUE(made) << made.error().message;
+    publishers.push_back(std::move(*made));
+    // Its writer is made by the first message.
+    ASSERT_TRUE(rpc::call_and_wait(*publishers.back(), "message", Map{{"data", "first"}}, patience()));
+  }
+  for (const auto& reader : readers) ASSERT_TRUE(eventually([&] { return !reader->matched().empty(); }));
+  const auto so_far = [&] {
+    std::size_t count = 0;
+    heard.wait([&](const auto& all) { return count = all.size(), true; });
+    return count;
+  };
+  const std::string data(100, 'x');
+  for (const auto& each : publishers)
+    ASSERT_TRUE(rpc::call_and_wait(*each, "message", Map{{"data", data}}, patience()));
+  // What was said before the readers were there may have come or not.
+  std::size_t before = 0;
+  ASSERT_TRUE(eventually([&] {
+    const std::size_t now = so_far();
+    const bool rests = now == before && now >= kTopics;
+    before = now;
+    return rests;
+  }));
+  const auto began = std::chrono::steady_clock::now();
+  for (std::size_t round = 1; round <= kRounds; ++round) {
+    for (const auto& each : publishers)
+      ASSERT_TRUE(rpc::call_and_wait(*each, "message", Map{{"data", data}}, patience()));
+    ASSERT_GE(heard.wait_for(before + round * kTopics).size(), before + round * kTopics) << "round " << round;
+  }
+  const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - began;
+  RecordProperty("ms_per_round", std::to_string(took.count() / kRounds));
+  std::cout << kTopics << " topics, " << took.count() / kRounds << " ms for a message on each\n";
 }
 
 TEST_F(RosTopics, OfANodeAreToldAsHumbleDoes) {

@@ -9,6 +9,7 @@
 
 #include "sentree/ros/cdr.h"
 #include "sentree/ros/detail/goal_id.h"
+#include "sentree/ros/detail/mapping.h"
 
 namespace sentree::ros {
 namespace {
@@ -120,6 +121,15 @@ Node::Node(std::unique_ptr<dds::Participant> participant, Release release, std::
        .type = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_",
        .qos = {.reliable = true, .transient_local = true, .depth = 1}},
       [](const std::string&) {}, error);
+}
+
+std::string Node::other_type(const std::string& topic, const std::string& type) const {
+  for (const dds::Endpoint& each : endpoints()) {
+    if (each.is_writer || each.topic != topic || each.type == type) continue;
+    const std::string name = ros_name(each.type);
+    return ", but somebody has " + (name.empty() ? each.type : name) + " there";
+  }
+  return {};
 }
 
 Result<ToldPtr> Node::read(const dds::Channel& channel, dds::Participant::OnSample on_sample,

@@ -9,6 +9,7 @@
 #include "sentree/sim/announced.h"
 #include "sentree/sim/area.h"
 #include "sentree/sim/obstacle_layer.h"
+#include "sentree/sim/path.h"
 #include "sentree/sim/route.h"
 #include "sentree/sim/service_handlers.h"
 
@@ -75,7 +76,14 @@ Value follow_path(const Context& c) {
   std::vector<Pose2> poses = c.args.path("path");
   if (!c.args.problem().empty()) return {};
   if (poses.empty()) return rejected("ERROR");
-  return accepted(c, {}, std::move(poses));
+  // Another path to where the robot is going already brings it no further: it has no more patience for that.
+  const Navigator& n = c.robot().navigator;
+  const bool goes_there = is_active(n.status) && n.goal.kind == GoalKind::kGo && !n.goal.waypoints.empty() &&
+                          n.goal.waypoints.back() == poses.back();
+  const TimePoint progress_at = goes_there ? n.progress_at : c.state.time;
+  Value reply = accepted(c, {}, std::move(poses));
+  c.robot().navigator.progress_at = progress_at;
+  return reply;
 }
 
 Value motion(const Context& c, GoalKind kind, double amount) {
@@ -212,7 +220,27 @@ Value current_waypoint(const Context& c) {
   return Map{{"code", known ? kOk : "NOT_READY"}, {"location", location(c.world, known ? poses[next] : Pose2{})}};
 }
 
-Value compute_path(const Context& c) {
+// The costs that the planner sees with what is known beyond the map.
+CostGrid costs_now(const Context& c) {
+  CostGrid costs = c.spec().costs;
+  costs.add_obstacles(announced_cells(c.world, c.state));
+  std::vector<Cell> seen;
+  for (const std::uint32_t slot : c.robot().navigator.seen) seen.push_back(costs.cell(slot));
+  costs.add_obstacles(seen);
+  return costs;
+}
+
+Value is_path_valid(const Context& c) {
+  const std::vector<Pose2> poses = c.args.path("path");
+  if (!c.args.problem().empty()) return {};
+  const CostGrid costs = costs_now(c);
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    if (segment_cost(costs, c.world.map, poses[i - 1].position(), poses[i].position()) < 0.0) return false;
+  }
+  return !poses.empty();
+}
+
+Value compute_path_from(const Context& c, const Pose2& start) {
   std::string map_id;
   std::string description;
   const Pose2 target = c.args.location("target", map_id, description);
@@ -233,22 +261,21 @@ Value compute_path(const Context& c) {
   const std::vector<Cell> announced = announced_cells(c.world, c.state);
   const Route route =
       find_route({c.world.map, c.world.distance, spec.costs, spec.navigation.plan_expansions_max, spec.radius_m},
-                 believed_pose(c).position(), target.position(), announced, c.robot().navigator.seen);
+                 start.position(), target.position(), announced, c.robot().navigator.seen);
   const bool found = route.error == NavigationError::kNone;
   return reply(found ? kOk : "ERROR", route.error, route.message, route.points);
 }
 
-// The costs that the planner sees: 0 far from everything, to 99, and 100 where the robot cannot be.
+Value compute_path(const Context& c) { return compute_path_from(c, believed_pose(c)); }
+Value compute_path_between(const Context& c) { return compute_path_from(c, c.args.pose("start")); }
+
+// Costs: 0 far from everything, to 99, and 100 where the robot cannot be.
 Value navigation_map(const Context& c) {
   constexpr std::array<std::string_view, 2> kTypes{"GLOBAL", "LOCAL"};
   const bool local = c.args.choice("type", kTypes) == 1;
   if (!c.args.problem().empty()) return {};
   const GridMap& map = c.world.map;
-  CostGrid costs = c.spec().costs;
-  costs.add_obstacles(announced_cells(c.world, c.state));
-  std::vector<Cell> seen;
-  for (const std::uint32_t slot : c.robot().navigator.seen) seen.push_back(costs.cell(slot));
-  costs.add_obstacles(seen);
+  const CostGrid costs = costs_now(c);
   Cell low{0, 0};
   Cell high{map.width(), map.height()};
   if (local) {
@@ -349,6 +376,8 @@ std::span<const Method> navigation_methods() {
       Method{"recomputeCurrentNavigationPath", recompute},
       Method{"getAllNavigationWaypoints", all_waypoints},
       Method{"computePathTo", compute_path},
+      Method{"computePathBetween", compute_path_between},
+      Method{"isPathValid", is_path_valid},
       Method{"getCurrentNavigationMap", navigation_map},
       Method{"clearCurrentNavigationMap", clear_navigation_map},
       Method{"checkInsideArea", check_inside_area},

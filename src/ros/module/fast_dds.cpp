@@ -99,6 +99,15 @@ std::string misfit_text(const std::string& topic, fast::QosPolicyId_t policy) {
   return "somebody at " + topic + " offers or wants another quality of service (" + what + "), so that nothing passes";
 }
 
+// As ROS writes it: "std_msgs/msg/String" of "std_msgs::msg::dds_::String_".
+std::string shown_type(std::string type) {
+  for (const auto& [from, to] : {std::pair<std::string, std::string>{"::dds_::", "/"}, {"::", "/"}}) {
+    for (auto at = type.find(from); at != std::string::npos; at = type.find(from)) type.replace(at, from.size(), to);
+  }
+  if (type.ends_with('_')) type.pop_back();
+  return type;
+}
+
 class MatchedSet {
  public:
   void change(const rtps::GUID_t& guid, int by) {
@@ -143,6 +152,33 @@ class Core {
     ++slot.users;
     return slot.topic;
   }
+  /// Tells `whom` of others at the topic that are the other way round and have another type, until it leaves.
+  void watch(const void* whom, const Channel& channel, bool is_writer, const Participant::OnChange& tell) {
+    const std::lock_guard lock(watch_mutex_);
+    watches_[whom] = {channel.topic, channel.type, is_writer, &tell};
+    for (const auto& [guid, endpoint] : endpoints_) compare(watches_[whom], endpoint);
+  }
+  /// Returns when none is being told any more.
+  void unwatch(const void* whom) {
+    const std::lock_guard lock(watch_mutex_);
+    watches_.erase(whom);
+  }
+  void found(const Endpoint& endpoint) {
+    const std::lock_guard lock(watch_mutex_);
+    if (endpoints_.size() < kEndpointsMax) endpoints_[endpoint.guid] = endpoint;
+    for (const auto& [whom, watch] : watches_) compare(watch, endpoint);
+  }
+  void lost(const Guid& guid) {
+    const std::lock_guard lock(watch_mutex_);
+    endpoints_.erase(guid);
+  }
+  [[nodiscard]] std::vector<Endpoint> endpoints() const {
+    const std::lock_guard lock(watch_mutex_);
+    std::vector<Endpoint> out;
+    for (const auto& [guid, endpoint] : endpoints_) out.push_back(endpoint);
+    return out;
+  }
+
   void leave(const std::string& name) {
     const std::lock_guard lock(mutex_);
     const auto slot = topics_.find(name);
@@ -157,8 +193,27 @@ class Core {
     std::string type;
     int users = 0;
   };
+  struct Watch {
+    std::string topic;
+    std::string type;
+    bool is_writer = false;
+    const Participant::OnChange* tell = nullptr;
+  };
+  // Bound of what others can make us remember.
+  static constexpr std::size_t kEndpointsMax = 20'000;
+
+  static void compare(const Watch& watch, const Endpoint& other) {
+    if (other.topic != watch.topic || other.is_writer == watch.is_writer || other.type == watch.type) return;
+    const std::string name = other.topic.substr(std::min(other.topic.find('/'), other.topic.size()));
+    (*watch.tell)("the types of " + name + " differ: it is " + shown_type(watch.type) + " here, and somebody " +
+                  (other.is_writer ? "publishes " : "reads ") + shown_type(other.type) + ", so that nothing passes");
+  }
+
   std::mutex mutex_;
   std::map<std::string, Slot> topics_;
+  mutable std::mutex watch_mutex_;
+  std::map<const void*, Watch> watches_;
+  std::map<Guid, Endpoint> endpoints_;
 };
 
 template <class EndpointQos>
@@ -183,6 +238,7 @@ class FastReader final : public Reader, fast::DataReaderListener {
         on_sample_(std::move(on_sample)),
         on_change_(std::move(on_change)) {}
   ~FastReader() override {
+    core_->unwatch(this);
     if (reader_ != nullptr) {
       reader_->set_listener(nullptr);
       core_->subscriber->delete_datareader(reader_);
@@ -194,7 +250,9 @@ class FastReader final : public Reader, fast::DataReaderListener {
     set_qos(qos, channel);
     qos.type_consistency().representation.m_value = {fast::XCDR_DATA_REPRESENTATION};
     reader_ = core_->subscriber->create_datareader(topic, qos, this);
-    return reader_ != nullptr;
+    if (reader_ == nullptr) return false;
+    core_->watch(this, channel, false, on_change_);
+    return true;
   }
   Guid guid() const override { return guid_of(reader_->guid()); }
   std::vector<Guid> matched() const override { return matched_.all(); }
@@ -230,6 +288,7 @@ class FastWriter final : public Writer, fast::DataWriterListener {
   FastWriter(std::shared_ptr<Core> core, const Channel& channel, Participant::OnChange on_change)
       : core_(std::move(core)), name_(channel.topic), on_change_(std::move(on_change)) {}
   ~FastWriter() override {
+    core_->unwatch(this);
     if (writer_ != nullptr) {
       writer_->set_listener(nullptr);
       core_->publisher->delete_datawriter(writer_);
@@ -244,7 +303,9 @@ class FastWriter final : public Writer, fast::DataWriterListener {
     if (channel.topic.starts_with("rt/")) qos.publish_mode().kind = fast::ASYNCHRONOUS_PUBLISH_MODE;
     qos.reliable_writer_qos().times.heartbeatPeriod = {0, kHeartbeatNs};
     writer_ = core_->publisher->create_datawriter(topic, qos, this);
-    return writer_ != nullptr;
+    if (writer_ == nullptr) return false;
+    core_->watch(this, channel, true, on_change_);
+    return true;
   }
   Guid guid() const override { return guid_of(writer_->guid()); }
   std::vector<Guid> matched() const override { return matched_.all(); }
@@ -348,26 +409,14 @@ class FastParticipant final : public Participant, fast::DomainParticipantListene
     return nullptr;
   }
 
-  std::vector<Endpoint> endpoints() const override {
-    const std::lock_guard lock(mutex_);
-    std::vector<Endpoint> out;
-    for (const auto& [guid, endpoint] : endpoints_) out.push_back(endpoint);
-    return out;
-  }
+  std::vector<Endpoint> endpoints() const override { return core_->endpoints(); }
 
  private:
-  // Bound of what others can make us remember.
-  static constexpr std::size_t kEndpointsMax = 20'000;
-
   template <class Info>
   void note(bool is_there, const Info& info, bool is_writer) {
-    const std::lock_guard lock(mutex_);
     const Guid guid = guid_of(info.guid());
-    if (!is_there) {
-      endpoints_.erase(guid);
-    } else if (endpoints_.size() < kEndpointsMax) {
-      endpoints_[guid] = {guid, is_writer, info.topicName().to_string(), info.typeName().to_string()};
-    }
+    if (!is_there) return core_->lost(guid);
+    core_->found({guid, is_writer, info.topicName().to_string(), info.typeName().to_string()});
   }
   void on_subscriber_discovery(fast::DomainParticipant*, rtps::ReaderDiscoveryInfo&& info) override {
     note(info.status != rtps::ReaderDiscoveryInfo::REMOVED_READER, info.info, false);
@@ -377,8 +426,6 @@ class FastParticipant final : public Participant, fast::DomainParticipantListene
   }
 
   std::shared_ptr<Core> core_ = std::make_shared<Core>();
-  mutable std::mutex mutex_;
-  std::map<Guid, Endpoint> endpoints_;
 };
 
 }  // namespace

@@ -1,0 +1,283 @@
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sentree/base/time.h"
+#include "sentree/base/value.h"
+#include "sentree/nav2/detail/nodes.h"
+
+namespace sentree::nav2::detail {
+
+Value held(const bt::Context& self, const char* port) {
+  const bt::Datum* const datum = self.held(port);
+  // A C++ object has no value to compare; its writes are counted.
+  return datum == nullptr           ? Value()
+         : datum->object != nullptr ? Value(static_cast<std::int64_t>(self.sequence(port)))
+                                    : datum->value;
+}
+
+namespace {
+
+using bt::Context;
+using bt::Next;
+using bt::Ports;
+using bt::Status;
+
+/// Whether the goals have changed since its last tick. Reactive nodes reset it between two ticks, so that its status
+/// does not tell the first one.
+/// @tparam kFirst  What it answers the first time.
+template <Status kFirst>
+struct UpdatedGoal {
+  Value seen;
+  bool first = true;
+
+  static Ports ports() {
+    return {bt::input_default("goal", "{goal}", "the goal that is watched"),
+            bt::input_default("goals", "{goals}", "the goals that are watched")};
+  }
+  Status tick(Context& self) {
+    Value now = List{held(self, "goal"), held(self, "goals")};
+    const Status answer = first ? kFirst : now == seen ? Status::kFailure : Status::kSuccess;
+    first = false;
+    seen = std::move(now);
+    return answer;
+  }
+  [[nodiscard]] Value save() const { return Map{{"seen", seen}, {"first", first}}; }
+  [[nodiscard]] bool restore(const Value& saved) {
+    const Value* const was = saved.find("seen");
+    const Value* const flag = saved.find("first");
+    if (was == nullptr || flag == nullptr || flag->as_bool() == nullptr) return false;
+    seen = *was;
+    first = *flag->as_bool();
+    return true;
+  }
+  friend bool operator==(const UpdatedGoal&, const UpdatedGoal&) = default;
+};
+
+/// SUCCESS each time so many seconds are over since its first tick, or since it last said so.
+struct TimeExpired {
+  std::optional<std::int64_t> since_ns;
+
+  static Ports ports() { return {bt::input_default<double>("seconds", "1.0", "after which it is SUCCESS, once")}; }
+  Status tick(Context& self) {
+    const std::int64_t now = self.now().time_since_epoch().count();
+    if (!since_ns) since_ns = now;
+    if (1e-9 * static_cast<double>(now - *since_ns) < self.input_or<double>("seconds", 1.0)) return Status::kFailure;
+    since_ns = now;
+    return Status::kSuccess;
+  }
+  [[nodiscard]] Value save() const { return since_ns ? Value(*since_ns) : Value(); }
+  [[nodiscard]] bool restore(const Value& saved) {
+    if (!saved.is_null() && saved.as_int() == nullptr) return false;
+    since_ns.reset();
+    if (!saved.is_null()) since_ns = *saved.as_int();
+    return true;
+  }
+  friend bool operator==(const TimeExpired&, const TimeExpired&) = default;
+};
+
+struct Point {
+  double x = 0;
+  double y = 0;
+};
+
+// Of a geometry_msgs/PoseStamped.
+std::optional<Point> position(const Value& pose) {
+  const Value* const place = pose.at({"pose", "position"});
+  const Value* const x = place != nullptr ? place->find("x") : nullptr;
+  const Value* const y = place != nullptr ? place->find("y") : nullptr;
+  if (x == nullptr || y == nullptr || !x->is_number() || !y->is_number()) return std::nullopt;
+  return Point{x->number(), y->number()};
+}
+
+// Of a nav_msgs/Path; nothing: it is none, or has no poses.
+std::optional<double> length_of(const Value& path) {
+  const Value* const poses = path.find("poses");
+  const List* const list = poses != nullptr ? poses->as_list() : nullptr;
+  if (list == nullptr || list->empty()) return std::nullopt;
+  double length_m = 0;
+  std::optional<Point> before;
+  for (const Value& pose : *list) {
+    const auto here = position(pose);
+    if (!here) return std::nullopt;
+    if (before) length_m += std::hypot(here->x - before->x, here->y - before->y);
+    before = here;
+  }
+  return length_m;
+}
+
+const Value& last_pose(const Value& path) { return path.find("poses")->as_list()->back(); }
+
+/// Its child when a new path to the same place is much longer than the old one, which was nearly at its end.
+struct PathLongerOnApproach {
+  Value old;
+
+  static Ports ports() {
+    return {bt::input("path", "the path that is followed"),
+            bt::input_default<double>("prox_len", "3.0", "m that were left at most"),
+            bt::input_default<double>("length_factor", "2.0", "how many times as long the new path is")};
+  }
+  Next on_tick(Context& self) {
+    const Value path = held(self, "path");
+    const auto was_m = length_of(old);
+    const auto is_m = length_of(path);
+    const bool longer =
+        was_m && is_m && !(path == old) && last_pose(path).at({"pose"}) != nullptr &&
+        last_pose(old).at({"pose"}) != nullptr && *last_pose(path).at({"pose"}) == *last_pose(old).at({"pose"}) &&
+        *was_m < self.input_or<double>("prox_len", 3.0) && *is_m > *was_m * self.input_or<double>("length_factor", 2.0);
+    if (longer) return Next::tick(0);
+    old = path;
+    return Next::done(Status::kSuccess);
+  }
+  Next on_child(Context& self, std::size_t /*child*/, Status status) {
+    if (status == Status::kSuccess || status == Status::kFailure) {
+      old = held(self, "path");
+      self.reset_children();
+    }
+    return Next::done(status);
+  }
+  [[nodiscard]] Value save() const { return old; }
+  [[nodiscard]] bool restore(const Value& saved) {
+    old = saved;
+    return true;
+  }
+  friend bool operator==(const PathLongerOnApproach&, const PathLongerOnApproach&) = default;
+};
+
+void add_selector(bt::Registry& registry, const char* id, const std::string& what) {
+  const std::string given = "default_" + what;
+  const std::string chosen = "selected_" + what;
+  registry.action(id,
+                  {bt::input<std::string>("topic_name", "not heard: nobody selects another one"),
+                   bt::input<std::string>(given), bt::output<std::string>(chosen)},
+                  [given, chosen](Context& self) {
+                    const auto name = self.input<std::string>(given.c_str());
+                    if (!name) return Status::kFailure;
+                    (void)self.output<std::string>(chosen.c_str(), *name);
+                    return Status::kSuccess;
+                  });
+}
+
+/// @param codes  Those that a recovery may mend, by default.
+void add_error_condition(bt::Registry& registry, const char* id, const char* codes) {
+  using Codes = std::vector<std::int32_t>;
+  auto checked = codes != nullptr ? bt::input_default<Codes>("error_codes_to_check", codes)
+                                  : bt::input<Codes>("error_codes_to_check");
+  registry.condition(id, {bt::input<std::int32_t>("error_code"), std::move(checked)}, [](Context& self) {
+    const auto code = self.input_or<std::int32_t>("error_code", 0);
+    for (const std::int32_t each : self.input_or<Codes>("error_codes_to_check", {})) {
+      if (each == code) return Status::kSuccess;
+    }
+    return Status::kFailure;
+  });
+}
+
+}  // namespace
+
+void add_leaves(bt::Registry& registry) {
+  using enum bt::Category;
+  registry.add<UpdatedGoal<Status::kFailure>>("GoalUpdated", kCondition);
+  registry.add<UpdatedGoal<Status::kSuccess>>("GlobalUpdatedGoal", kCondition);
+  registry.add<TimeExpired>("TimeExpired", kCondition);
+  registry.add<PathLongerOnApproach>("PathLongerOnApproach", kDecorator);
+  registry.condition("InitialPoseReceived",
+                     {bt::input_default<bool>("initial_pose_received", "{initial_pose_received}")}, [](Context& self) {
+                       return self.input_or<bool>("initial_pose_received", false) ? Status::kSuccess : Status::kFailure;
+                     });
+  // The codes of nav2_msgs: unknown, patience, progress, control; unknown, timeout, no path.
+  add_error_condition(registry, "WouldAControllerRecoveryHelp", "100;104;105;106");
+  add_error_condition(registry, "WouldAPlannerRecoveryHelp", "200;207;208");
+  add_error_condition(registry, "WouldASmootherRecoveryHelp", "500;501;503;504");
+  add_error_condition(registry, "AreErrorCodesPresent", nullptr);
+  registry.condition("ArePosesNear",
+                     {bt::input("ref_pose"), bt::input("target_pose"), bt::input<std::string>("global_frame"),
+                      bt::input_default<double>("tolerance", "0.5", "m")},
+                     [](Context& self) {
+                       const auto a = position(held(self, "ref_pose"));
+                       const auto b = position(held(self, "target_pose"));
+                       return a && b && std::hypot(a->x - b->x, a->y - b->y) <= self.input_or<double>("tolerance", 0.5)
+                                  ? Status::kSuccess
+                                  : Status::kFailure;
+                     });
+  add_selector(registry, "PlannerSelector", "planner");
+  add_selector(registry, "ControllerSelector", "controller");
+  add_selector(registry, "SmootherSelector", "smoother");
+  add_selector(registry, "GoalCheckerSelector", "goal_checker");
+  add_selector(registry, "ProgressCheckerSelector", "progress_checker");
+  add_selector(registry, "PathHandlerSelector", "path_handler");
+}
+
+std::vector<bt::NodeModel> skill_models() {
+  using enum bt::Category;
+  std::vector<bt::NodeModel> models;
+  const auto add = [&](const char* id, bt::Category kind, Ports ports, const char* description, bool is_server = true) {
+    if (is_server) {
+      ports.push_back(bt::input("server_name", "not used: the project says where the robot is"));
+      ports.push_back(bt::input("server_timeout", "not used: see deadlines in sentree.yaml"));
+      ports.push_back(bt::output<std::int32_t>("error_code_id"));
+      ports.push_back(bt::output<std::string>("error_msg"));
+    }
+    models.push_back({id, kind, std::move(ports), description});
+  };
+  const auto text = [](const char* name) { return bt::input<std::string>(name); };
+  const auto number = [](const char* name, const char* otherwise, const char* what) {
+    return bt::input_default<double>(name, otherwise, what);
+  };
+  const auto flag = [](const char* name, const char* otherwise) { return bt::input_default<bool>(name, otherwise); };
+  add("ComputePathToPose", kAction,
+      {bt::input("goal"), bt::input("start"), bt::input("use_start"), bt::input("viapoints"), text("planner_id"),
+       bt::output("path")},
+      "plans from where the robot is");
+  add("ComputePathThroughPoses", kAction,
+      {bt::input("goals"), bt::input("start"), text("planner_id"), bt::output("path"),
+       bt::output<std::int32_t>("last_reached_index")},
+      "plans through several poses");
+  add("FollowPath", kAction,
+      {bt::input("path"), text("controller_id"), text("goal_checker_id"), text("progress_checker_id"),
+       text("path_handler_id"), bt::output("tracking_feedback")},
+      "drives along a path, and along another one when it changes");
+  add("NavigateToPose", kAction, {bt::input("goal"), text("behavior_tree")}, "plans and drives");
+  add("NavigateThroughPoses", kAction, {bt::input("goals"), text("behavior_tree")}, "drives to one after the other");
+  add("Spin", kAction,
+      {number("spin_dist", "1.57", "rad, counter-clockwise"), number("time_allowance", "10.0", "s"),
+       flag("is_recovery", "true"), flag("disable_collision_checks", "false")},
+      "turns on the spot");
+  add("BackUp", kAction,
+      {number("backup_dist", "0.15", "m"), number("backup_speed", "0.025", "m/s; the robot's own is used"),
+       number("time_allowance", "10.0", "s"), flag("disable_collision_checks", "false")},
+      "drives straight back");
+  add("DriveOnHeading", kAction,
+      {number("dist_to_travel", "0.15", "m"), number("speed", "0.025", "m/s; the robot's own is used"),
+       number("time_allowance", "10.0", "s"), flag("disable_collision_checks", "false")},
+      "drives straight ahead");
+  add("Wait", kAction, {number("wait_duration", "1.0", "s")}, "waits");
+  for (const char* id : {"CancelControl", "CancelSpin", "CancelBackUp", "CancelDriveOnHeading"})
+    add(id, kAction, {bt::input("server_name"), bt::input("server_timeout")}, "stops what the robot is at", false);
+  add("ClearEntireCostmap", kAction, {text("service_name"), bt::input("server_timeout"), bt::input("plugins")},
+      "forgets what the laser saw beyond the map", false);
+  add("ValidatePath", kAction,
+      {bt::input("path"), bt::input("max_cost"), bt::input("consider_unknown_as_obstacle"), bt::input("layer_name"),
+       bt::input("footprint"), bt::input("stop_at_first_collision"), bt::input("max_lookahead_distance"),
+       bt::input("service_name"), bt::input("server_timeout"), bt::output("collision_poses")},
+      "whether nothing that is known stands on a path", false);
+  add("TruncatePathLocal", kAction,
+      {bt::input("input_path"), bt::output("output_path"), number("distance_forward", "8.0", "m; < 0: all of it"),
+       number("distance_backward", "4.0", "m"), text("robot_base_frame"), bt::input("transform_tolerance"),
+       bt::input("pose"), bt::input("angular_distance_weight"), bt::input("max_robot_pose_search_dist")},
+      "the part of a path around the robot", false);
+  add("IsGoalNearby", kCondition,
+      {bt::input("path"), number("proximity_threshold", "1.0", "m"), bt::input("max_robot_pose_search_dist"),
+       text("global_frame"), text("robot_base_frame")},
+      "whether little of a path is left", false);
+  add("GoalReached", kCondition, {bt::input("goal"), text("robot_base_frame")}, "whether the robot is there", false);
+  add("IsBatteryLow", kCondition,
+      {bt::input<double>("min_battery", "ratio, or V"), text("battery_topic"), flag("is_voltage", "false")},
+      "whether less is left", false);
+  add("IsBatteryCharging", kCondition, {text("battery_topic")}, "whether it charges", false);
+  return models;
+}
+
+}  // namespace sentree::nav2::detail
