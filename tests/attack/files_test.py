@@ -33,7 +33,8 @@ sentree, source, work = options.sentree.resolve(), options.source.resolve(), opt
 
 SLOW = 5 if options.sanitized else 1
 kCpu_s = 20 * SLOW
-kWall_s = 60 * SLOW
+kWall_s = 900
+kAsleep = 1000  # so many looks, of which most are 20 ms apart, at a command that waits for nothing that could come
 kMemory_bytes = 3 << 30        # of addresses
 kResident_bytes = (1 << 30) * SLOW
 kShrinkTries = 60
@@ -65,7 +66,7 @@ shutil.copy(source / "interfaces/robot.thrift", pristine / "interfaces")
 (pristine / "interfaces/lamp_msgs/srv/Lamp.srv").write_text("bool on true\nlamp_msgs/Colour colour\n---\nbool ok\n")
 (pristine / "interfaces/lamp_msgs/action/Dim.action").write_text("float32 to\n---\nfloat32 reached\n---\nfloat32 now\n")
 text = (pristine / "sentree.yaml").read_text()
-(pristine / "sentree.yaml").write_text(text.replace("services:\n", 'services:\n  lamp: {interface: lamp_msgs/srv/Lamp, at: "ros:/lamp"}\n  dim: {interface: lamp_msgs/action/Dim, at: "ros:/dim"}\n', 1))
+(pristine / "ros.yaml").write_text(text.replace("services:\n", 'services:\n  lamp: {interface: lamp_msgs/srv/Lamp, at: "ros:/lamp"}\n  dim: {interface: lamp_msgs/action/Dim, at: "ros:/dim"}\n', 1))
 (pristine / "campaign.yaml").write_text("runs: 2\nparameters:\n  world.battery.initial: {uniform: [20 %, 100 %]}\nfaults:\n  any_of:\n    - {kill: GoTo, at: {uniform: [0 s, 9 s]}}\n")
 
 
@@ -124,7 +125,7 @@ def commands(kind, project, file):
     if kind == "thrift":
         return [(["check", f], b""), (["check", p], b""), *run, (["call", "unix:/nowhere/battery", "getBatteryState", "--interface", f + "/Battery"], b""), (lsp(file), None)]
     if kind in ("msg", "srv", "action"):
-        return [(["check", p], b""), (["call", "ros:/lamp", "lamp", "on=true", "--interface", "lamp_msgs/srv/Lamp", "--deadline", "10 ms"], b"")][:1]
+        return [(["check", p], b"")]
     if kind in ("world", "map", "image"):
         w = p + "/world/world.yaml"
         return [(["check", w], b""), (["sim", "--world", w, "--speed", "0", "--headless", *short], b""), (["graph", w], b""), (["graph", w, "-o", p + "/w.png", "--after", "1 s"], b""), *run]
@@ -152,7 +153,8 @@ def message_of(content):
 def lsp_input(file):
     uri = "file://" + str(file)
     try:
-        text = file.read_bytes()[:3_000_000].decode("utf-8", "replace") if file.is_file() else ""
+        with open(file if file.is_file() else os.devnull, "rb") as opened:
+            text = opened.read(3_000_000).decode("utf-8", "replace")
     except OSError:
         text = ""
     kind = {"scxml": "xml", "xml": "xml", "yaml": "yaml"}.get(file.suffix[1:], file.suffix[1:])
@@ -177,6 +179,14 @@ def limits():
         resource.setrlimit(resource.RLIMIT_AS, (kMemory_bytes, kMemory_bytes))
 
 
+def sleeps(pid):
+    """Whether no thread of it runs or is about to; on a machine that has no time for it, it does not sleep."""
+    try:
+        return all(Path(f"/proc/{pid}/task/{thread}/stat").read_text().rpartition(")")[2].split()[0] in "SDt" for thread in os.listdir(f"/proc/{pid}/task"))
+    except OSError:
+        return False
+
+
 class Ran:
     pass
 
@@ -190,17 +200,18 @@ def execute(words, given):
         stdin.seek(0)
         began = time.monotonic()
         process = subprocess.Popen([sentree, *words], stdin=stdin, stdout=out, stderr=err, env=environment, preexec_fn=limits)
-        ran.late = False
+        ran.late, asleep = False, 0
         while True:
             pid, status, usage = os.wait4(process.pid, os.WNOHANG)
             if pid:
                 break
-            if time.monotonic() - began > kWall_s:
+            asleep = asleep + 1 if sleeps(process.pid) else 0
+            if asleep >= kAsleep or time.monotonic() - began > kWall_s:
                 ran.late = True
                 os.killpg(process.pid, signal.SIGKILL)
                 pid, status, usage = os.wait4(process.pid, 0)
                 break
-            time.sleep(0.002)
+            time.sleep(0.001 if asleep < 200 else 0.02)
         process.returncode = 0
         try:
             os.killpg(process.pid, signal.SIGKILL)  # what it left behind
@@ -219,7 +230,7 @@ def execute(words, given):
 def wrong_with(ran, words, kind, name, file, nonsense):
     """A short class of failure, or None."""
     if ran.late:
-        return f"takes more than {kWall_s} s"
+        return "waits for ever"
     if ran.code == -signal.SIGXCPU or ran.cpu > kCpu_s:
         return f"takes more than {kCpu_s} s of processor time"
     if ran.code < 0:
@@ -237,9 +248,9 @@ def wrong_with(ran, words, kind, name, file, nonsense):
         return "says nothing"
     if ran.code == 3:
         said = (ran.err + ran.out).decode(errors="replace")
-        if file.name not in said and not PLACE.search(said):
+        if file.stem not in said and not PLACE.search(said):
             return "an error without a place"
-        if kind not in BINARY | {"json", "import"} and file.is_file() and 0 < file.stat().st_size < 4 << 20 and not PLACE.search(said):
+        if kind not in BINARY | {"json", "import"} and words[0] != "diff" and file.is_file() and 0 < file.stat().st_size < 4 << 20 and not PLACE.search(said):
             return "an error without a line"
     return None
 
@@ -271,6 +282,8 @@ def fresh(kind):
     project = work / "p"
     shutil.rmtree(project, ignore_errors=True)
     shutil.copytree(pristine, project)
+    if kind in ("msg", "srv", "action"):
+        shutil.move(project / "ros.yaml", project / "sentree.yaml")
     if kind == "import":
         shutil.copytree(source / "src/import/testdata", project / "system")
     return project, project / KINDS[kind][0]
@@ -318,7 +331,7 @@ def keep(kind, name, words, given, file, ran, wrong, nonsense):
 
         file.write_bytes(smaller(original, fails))
     shutil.copytree(file.parents[len(Path(KINDS[kind][0]).parts) - 1], folder / "p", symlinks=True, ignore=lambda d, names: [n for n in names if not (Path(d, n).is_dir() or Path(d, n).is_file() and Path(d, n).stat().st_size < 8 << 20)])
-    said = ran.err[-1500:].decode(errors="replace")
+    said = (ran.out[-1500:] + b"\n" + ran.err[-1500:]).decode(errors="replace")
     words = [w if isinstance(w, str) else repr(w) for w in words]
     (folder / "README").write_text(f"{kind}/{name}, seed {options.seed}: {wrong}\nsentree {' '.join(words)}\nexit code {ran.code}, {ran.cpu:.1f} s, {ran.resident >> 20} MB\n{said}\n")
     print(f"FAILED {kind}/{name}: sentree {' '.join(words)[:200]}: {wrong}   ({folder})\n    {said[-300:]!r}", flush=True)
@@ -357,9 +370,7 @@ kinds = options.only.split(",") if options.only else list(KINDS)
 chance = random.Random(options.seed)
 recording = work / "run.mcap"
 made = execute(["run", str(pristine), "--clock", "virtual", "--duration", "20 s", "--record", str(recording)], b"")
-assert made.code in (0, 1) and recording.exists() or True, made.err
-if not recording.exists():  # the ROS services of the project need what is not here
-    execute(["run", str(source / "examples/minimal"), "--clock", "virtual", "--duration", "20 s", "--record", str(recording)], b"")
+assert made.code in (0, 1, 124), made.err
 records = inputs.parts_of_mcap(recording.read_bytes())
 assert execute(["info", str(recording)], b"").code == 0
 (work / "again.mcap").write_bytes(inputs.as_mcap(records))
