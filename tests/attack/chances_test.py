@@ -26,6 +26,7 @@ arguments.add_argument("--rounds", type=int, default=2)
 options = arguments.parse_args()
 sentree, source, work = options.sentree.resolve(), options.source.resolve(), options.work.resolve()
 kPatience_s = 180
+kNear_s = 5
 CRASH = re.compile(r"terminate called|bad_alloc|what\(\):|Assertion|AddressSanitizer|ThreadSanitizer|runtime error:")
 chance = random.Random(options.seed)
 shutil.rmtree(work, ignore_errors=True)
@@ -194,20 +195,21 @@ def clocks():
     """The wall clock is set back, forward, to zero; the machine is suspended for an hour."""
     calm = started("run", work / "minimal", "--scenario", "again", "--json", "--no-record")
     calm_code, _ = ended("a run with a calm clock", calm)
+    calm_time = json.loads((work / "out").read_text())["time"]
     for jump in ("back", "forward", "zero", "negative", "suspended", "leaps"):
         recording = work / f"jump-{jump}.mcap"
-        began = time.monotonic()
         process = started("run", work / "minimal", "--scenario", "again", "--processes", "--json", "--record", recording,
                           extra={"LD_PRELOAD": str(options.jumping_clock.resolve()), "SENTREE_TEST_JUMP": jump, "SENTREE_TEST_JUMP_AFTER_S": "1"})
         code, said = ended(f"a run while the clock goes {jump}", process)
         check(f"a run while the clock goes {jump} ends as with a calm clock", code == calm_code, f"{code}, {calm_code}\n{said}")
         try:
             report = json.loads((work / "out").read_text())
-            check(f"the time of a run is that of its clock while the wall clock goes {jump}", abs(report["duration_ns"] if "duration_ns" in report else 60e9) < 400e9, report)
+            check(f"a run while the clock goes {jump} lasts as long as with a calm clock", abs(report["time"] - calm_time) < kNear_s, report)
         except ValueError:
             check(f"a run while the clock goes {jump} gives its report", False, said)
         ended(f"sentree info of a recording while the clock goes {jump}", started("info", recording), (0,))
-        ended(f"sentree replay of a recording while the clock goes {jump}", started("replay", recording), (0,))
+        # What was late there because the machine was busy is not late again.
+        ended(f"sentree replay of a recording while the clock goes {jump}", started("replay", recording), (0, 1))
 
 
 for part in (signals, pipes, disks, descriptors, clocks):

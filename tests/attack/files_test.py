@@ -39,10 +39,12 @@ kMemory_bytes = 3 << 30        # of addresses
 kResident_bytes = (1 << 30) * SLOW
 kShrinkTries = 60
 kKeptOfAClass = 4
+kShareByIntent = 0.6  # of a short attack
 # 0 to 4: docs; 100 to 118: a command line that CLI11 refuses; 124, 130: as documented.
 CODES = {0, 1, 2, 3, 4, 124, 130, *range(100, 119)}
 CRASH = re.compile(rb"terminate called|bad_alloc|length_error|what\(\):|std::|Assertion|assertion|AddressSanitizer|runtime error:|ThreadSanitizer|LeakSanitizer|stack overflow|out of memory", re.I)
-PLACE = re.compile(r"[^\s:]+:\d+(:\d+)?:")
+MISSING = re.compile(r"no service \"|can never decide|there is no ")  # what is not there has no line
+PLACE = re.compile(r"[^\s:]:\d+(:\d+)?:")
 
 shutil.rmtree(work, ignore_errors=True)
 work.mkdir(parents=True)
@@ -402,17 +404,15 @@ def slip(kind):
 # Nonsense that some command may well accept: an empty requirement file has none, an empty folder of JSON is not asked for, ...
 ACCEPTED = {"requirement": {"empty", "bom", "new-lines"}, "thrift": {"empty", "bom", "new-lines"}, "msg": None, "srv": None, "action": None, "json": None, "campaign": None, "import": None, "image": {"missing"}}
 long = options.seconds > 120
-if not options.slips_only:
-    for index, (kind, name, put) in enumerate(by_intent()):
-        accepted = ACCEPTED.get(kind, set())
-        nonsense = accepted is not None and name not in accepted and name not in ("deep-but-allowed", "script-long", "parallel-history", "many")
-        if long:
-            attempt(kind, name, put, None, nonsense)
-        else:
-            attempt(kind, name, put, chance.randrange(100), nonsense)
-        if not long and used[0] > options.seconds * 0.6:
-            print(f"the time for what is wrong by intent is over at {kind}/{name}")
-            break
+cases = [] if options.slips_only else list(by_intent())
+if not long:
+    chance.shuffle(cases)  # as many as there is time for, of all kinds
+for kind, name, put in cases:
+    if not long and used[0] > options.seconds * kShareByIntent:
+        break
+    accepted = ACCEPTED.get(kind, set())
+    nonsense = accepted is not None and name not in accepted and name not in ("deep-but-allowed", "script-long", "parallel-history", "many")
+    attempt(kind, name, put, None if long else chance.randrange(100), nonsense)
 while used[0] < options.seconds:
     kind = chance.choice(kinds)
     name, put = slip(kind)
