@@ -4,6 +4,8 @@
 #include <cctype>
 #include <tuple>
 
+#include "sentree/base/shown.h"
+
 namespace sentree {
 
 std::string_view to_string(Severity severity) {
@@ -22,7 +24,7 @@ std::string to_string(const Diagnostic& diagnostic) {
     text += to_string(diagnostic.severity);
     text += ": ";
   }
-  return text + diagnostic.message;
+  return shown_in_short(text + diagnostic.message);
 }
 
 bool has_errors(std::span<const Diagnostic> diagnostics) {

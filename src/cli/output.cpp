@@ -12,6 +12,7 @@
 #include <mutex>
 #include <system_error>
 
+#include "sentree/base/shown.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/document.h"
 #include "sentree/runtime/watchdog.h"
@@ -63,7 +64,7 @@ int finished(int code) {
 
 void say(const std::string& text) {
   const StatusAside aside;
-  std::fprintf(stderr, "%s\n", text.c_str());
+  std::fprintf(stderr, "%s\n", shown(text).c_str());
 }
 
 int leave(int code) {

@@ -136,6 +136,7 @@ struct Server::Impl {
   // After what connections use: those that are still open go with the context.
   asio::io_context context{1};
   tcp::acceptor acceptor{context};
+  asio::steady_timer until_next{context};  // where no descriptor is left for who comes
   std::thread thread;
 
   class Connection;
@@ -343,7 +344,12 @@ void Server::Impl::accept() {
   acceptor.async_accept([this](beast::error_code error, tcp::socket socket) {
     if (error == asio::error::operation_aborted) return;
     if (!error && connections < limits.connections_max) std::make_shared<Connection>(std::move(socket), *this)->read();
-    accept();
+    if (!error) return accept();
+    // Who waits at the door is still there: at once, the answer would be the same.
+    until_next.expires_after(std::chrono::milliseconds(100));
+    until_next.async_wait([this](beast::error_code cancelled) {
+      if (!cancelled) accept();
+    });
   });
 }
 
@@ -361,7 +367,12 @@ Result<Server> Server::listen(std::string_view address, std::uint16_t port, Hand
     return fail("http.not-loopback", "address " + std::string(address) +
                                          " can be reached by others; use 127.0.0.1, or allow it with --insecure");
   }
-  auto impl = std::make_unique<Impl>();
+  std::unique_ptr<Impl> impl;
+  try {
+    impl = std::make_unique<Impl>();
+  } catch (const boost::system::system_error& exhausted) {  // a context has descriptors of its own
+    return fail("http.exhausted", "cannot serve: " + exhausted.code().message());
+  }
   impl->handler = std::move(handler);
   impl->sockets = std::move(sockets);
   impl->limits = limits;
@@ -392,9 +403,20 @@ Result<Response> send(std::string_view url_text, Request request, const Limits& 
   const auto url = parse_url(url_text);
   if (!url)
     return fail("http.bad-url", "\"" + std::string(url_text) + "\" is no address of the form http://host:port/path");
-  asio::io_context context{1};
-  tcp::resolver resolver(context);
-  beast::tcp_stream stream(context);
+  struct Asker {
+    asio::io_context context{1};
+    tcp::resolver resolver{context};
+    beast::tcp_stream stream{context};
+  };
+  std::optional<Asker> asker;
+  try {
+    asker.emplace();
+  } catch (const boost::system::system_error& exhausted) {
+    return fail("http.unreachable", std::string(url_text) + ": cannot connect: " + exhausted.code().message());
+  }
+  asio::io_context& context = asker->context;
+  tcp::resolver& resolver = asker->resolver;
+  beast::tcp_stream& stream = asker->stream;
   beast::error_code error;
   const auto run = [&] {
     context.run();

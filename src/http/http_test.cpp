@@ -1,8 +1,16 @@
 #include "sentree/http/http.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
+#include <ctime>
 #include <string>
+#include <vector>
 
 namespace sentree::http {
 namespace {
@@ -26,6 +34,68 @@ TEST(Http, AServerAnswersWhatAClientSends) {
   EXPECT_NE(answer->body.find("X-One: 1\r\n"), std::string::npos);
   EXPECT_NE(answer->body.find("Host: 127.0.0.1:" + std::to_string(server->port()) + "\r\n"), std::string::npos);
   EXPECT_TRUE(answer->body.ends_with("\r\n\r\nhello"));
+}
+
+// Takes every descriptor that is left, until its end.
+class NoDescriptors {
+ public:
+  NoDescriptors() {
+    getrlimit(RLIMIT_NOFILE, &before_);
+    rlimit few = before_;
+    few.rlim_cur = 200;
+    setrlimit(RLIMIT_NOFILE, &few);
+    for (int fd = open("/dev/null", O_RDONLY | O_CLOEXEC); fd >= 0; fd = open("/dev/null", O_RDONLY | O_CLOEXEC))
+      taken_.push_back(fd);
+  }
+  ~NoDescriptors() {
+    for (const int fd : taken_) close(fd);
+    setrlimit(RLIMIT_NOFILE, &before_);
+  }
+  NoDescriptors(const NoDescriptors&) = delete;
+  NoDescriptors& operator=(const NoDescriptors&) = delete;
+  void give_back(std::size_t n) {
+    for (; n > 0 && !taken_.empty(); --n) {
+      close(taken_.back());
+      taken_.pop_back();
+    }
+  }
+
+ private:
+  rlimit before_{};
+  std::vector<int> taken_;
+};
+
+TEST(Http, WithoutDescriptorsNothingIsServedOrAskedAndThatIsSaid) {
+  NoDescriptors none;
+  const auto server = echo();
+  ASSERT_FALSE(server);
+  EXPECT_EQ(server.error().code, "http.exhausted");
+  const auto answer = send("http://127.0.0.1:9/", {});
+  ASSERT_FALSE(answer);
+  EXPECT_EQ(answer.error().code, "http.unreachable");
+}
+
+TEST(Http, WhoComesWhileNoDescriptorIsLeftIsServedLaterAndCostsNoProcessorTime) {
+  auto server = echo();
+  ASSERT_TRUE(server);
+  NoDescriptors none;
+  none.give_back(1);  // for who asks
+  const int asker = socket(AF_INET, SOCK_STREAM, 0);
+  ASSERT_GE(asker, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(server->port());
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  ASSERT_EQ(connect(asker, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  const std::string request = "GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n";
+  ASSERT_EQ(::send(asker, request.data(), request.size(), 0), static_cast<ssize_t>(request.size()));
+  const std::clock_t before = std::clock();
+  pollfd answer{asker, POLLIN, 0};
+  EXPECT_EQ(poll(&answer, 1, 1000), 0);
+  EXPECT_LT(std::clock() - before, CLOCKS_PER_SEC / 4);
+  none.give_back(20);
+  EXPECT_EQ(poll(&answer, 1, 60'000), 1);
+  close(asker);
 }
 
 TEST(Http, ABodyBeyondTheBoundIsRefused) {

@@ -239,7 +239,8 @@ class Reader {
   bool service(std::string_view source, const std::string& file, const Identity& identity) {
     const auto parts = parts_of(source);
     if (parts.size() != 2)
-      return error({file, 0, 0, 0}, "idl.syntax", "a service is a request and a response, with one line --- between");
+      return error({file, parts.back().second, 1, 0}, "idl.syntax",
+                   "a service is a request and a response, with one line --- between");
     Struct* request = structure(parts[0], file, identity, identity.full() + "_Request", 0);
     Struct* response = structure(parts[1], file, identity, identity.full() + "_Response", 0);
     if (request == nullptr || response == nullptr) return false;
@@ -254,7 +255,8 @@ class Reader {
   bool action(std::string_view source, const std::string& file, const Identity& identity) {
     const auto parts = parts_of(source);
     if (parts.size() != 3)
-      return error({file, 0, 0, 0}, "idl.syntax", "an action is goal, result and feedback, with lines --- between");
+      return error({file, parts.back().second, 1, 0}, "idl.syntax",
+                   "an action is goal, result and feedback, with lines --- between");
     Struct* goal = structure(parts[0], file, identity, identity.full() + "_Goal", 0);
     Struct* result = structure(parts[1], file, identity, identity.full() + "_Result", 0);
     Struct* feedback = structure(parts[2], file, identity, identity.full() + "_Feedback", 0);

@@ -112,7 +112,7 @@ class Supervisor::Impl {
   }
   ~Impl() {
     end(std::chrono::milliseconds(2000));
-    close(wake_);
+    if (wake_ >= 0) close(wake_);
   }
 
   // The kernel's signal on our death comes when the *thread* that forked ends: so that thread is the watcher.
@@ -261,6 +261,8 @@ class Supervisor::Impl {
       lock.unlock();
       changed_.notify_all();
       for (const ProcessEvent& event : events) on_event_(event);
+      // Without a descriptor to be woken by, it looks by itself.
+      if (wake_ < 0) next = std::min(next, SteadyClock::now() + kReapInterval);
       const auto wait = std::chrono::ceil<std::chrono::milliseconds>(next - SteadyClock::now());
       if (events.empty()) poll(watched.data(), watched.size(), static_cast<int>(std::max<long>(wait.count(), 0)));
       std::uint64_t pokes = 0;

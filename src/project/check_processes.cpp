@@ -20,16 +20,22 @@ void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
   for (const ObserverEntry& observer : scenario.project.observers)
     check(observer.at, "observer \"" + observer.name + "\"", observer.span);
   for (const SkillEntry& skill : scenario.project.skills) check(skill.at, "skill \"" + skill.leaf + "\"", skill.span);
-  bool remote_parts = !scenario.processes.empty() || !scenario.project.observers.empty();
-  for (const MonitorEntry& monitor : scenario.project.monitors) remote_parts = remote_parts || !monitor.at.empty();
-  for (const SkillEntry& skill : scenario.project.skills) remote_parts = remote_parts || !skill.at.empty();
-  const auto is_here = [](const ServiceEntry& service) { return service.at == "sim" || service.at == "model"; };
-  for (const ServiceEntry& service : scenario.project.services)
-    remote_parts = remote_parts || (!is_here(service) && service.at != "topics");
-  if (remote_parts && scenario.virtual_time) {
-    add(diagnostics, Severity::kError, "scenario.clock",
-        "a part runs in another process, which has no virtual time; use clock: real or {real: FACTOR}",
-        SourceSpan{scenario.file});
+  if (scenario.virtual_time) {
+    SourceSpan elsewhere;  // the first part that is
+    const auto part = [&](bool is_elsewhere, const SourceSpan& at) {
+      if (is_elsewhere && elsewhere.file.empty()) elsewhere = at;
+    };
+    const Project& project = scenario.project;
+    for (const ProcessEntry& process : scenario.processes) part(true, process.span);
+    for (const ObserverEntry& observer : project.observers) part(true, observer.span);
+    for (const MonitorEntry& monitor : project.monitors) part(!monitor.at.empty(), monitor.span);
+    for (const SkillEntry& skill : project.skills) part(!skill.at.empty(), skill.span);
+    for (const ServiceEntry& service : project.services)
+      part(service.at != "sim" && service.at != "model" && service.at != "topics", service.span);
+    if (!elsewhere.file.empty()) {
+      add(diagnostics, Severity::kError, "scenario.clock",
+          "this part runs in another process, which has no virtual time; use clock: real or {real: FACTOR}", elsewhere);
+    }
   }
   for (const ProcessEntry& process : scenario.processes) {
     if (process.skill.empty()) continue;
@@ -43,7 +49,7 @@ void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
           process.span);
     }
     for (const ServiceEntry& service : scenario.project.services) {
-      if (!is_here(service)) continue;
+      if (service.at != "sim" && service.at != "model") continue;
       add(diagnostics, Severity::kError, "scenario.process",
           "skill \"" + process.skill + "\" runs in another process and cannot reach service \"" + service.name +
               "\", which is at: " + service.at + " in this one; " +

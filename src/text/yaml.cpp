@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <unordered_set>
 
@@ -39,14 +40,20 @@ struct BadKey {
 // are copied under the same count, so that a bomb of either ends at `kNodesMax`.
 class YamlBuilder final : public YAML::EventHandler {
  public:
-  explicit YamlBuilder(std::string file) : file_(std::move(file)) {}
+  explicit YamlBuilder(std::string file) : file_(std::move(file)) { root.span = {file_, 1, 1, 0}; }
 
-  void OnDocumentStart(const YAML::Mark&) override {}
+  /// What the parser saw last: where a bound is reached.
+  SourceSpan place() const { return span(last_); }
+  /// Where the last document begins.
+  SourceSpan document() const { return span(document_); }
+
+  void OnDocumentStart(const YAML::Mark& mark) override { document_ = mark; }
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     add(make(mark, YamlNode::Kind::kNull), anchor);
   }
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    last_ = mark;
     const auto known = anchors_.find(anchor);
     if (known == anchors_.end()) throw BadKey{span(mark), "an alias cannot stand inside what it names"};
     count(known->second);
@@ -84,6 +91,7 @@ class YamlBuilder final : public YAML::EventHandler {
 
   SourceSpan span(const YAML::Mark& mark) const { return {file_, mark.line + 1, mark.column + 1, 0}; }
   YamlNode make(const YAML::Mark& mark, YamlNode::Kind kind) {
+    last_ = mark;
     count(1);
     YamlNode node;
     node.kind = kind;
@@ -149,6 +157,8 @@ class YamlBuilder final : public YAML::EventHandler {
   }
 
   std::string file_;
+  YAML::Mark last_;
+  YAML::Mark document_;
   std::size_t nodes_ = 0;
   std::size_t text_ = 0;
   std::vector<Open> open_;
@@ -226,16 +236,23 @@ Value YamlNode::value() const {
 
 namespace {
 
-bool has_too_many_brackets(std::string_view source) {
+/// The line of the bracket that is one too many.
+std::optional<int> too_many_brackets(std::string_view source) {
   std::size_t open = 0;
+  int line = 1;
   for (const char c : source) {
+    if (c == '\n') ++line;
     if (c == '[' || c == '{') {
-      if (++open > kBracketsMax) return true;
+      if (++open > kBracketsMax) return line;
     } else if ((c == ']' || c == '}') && open > 0) {
       --open;
     }
   }
-  return false;
+  return std::nullopt;
+}
+
+tl::unexpected<Diagnostic> too_deep(SourceSpan at) {
+  return fail("yaml.too-deep", "nested deeper than " + std::to_string(kNestingMax) + " levels", std::move(at));
 }
 
 }  // namespace
@@ -245,24 +262,23 @@ Result<YamlNode> parse_yaml(std::string_view source, std::string file) {
     return fail("yaml.too-large", "larger than the " + std::to_string(kBytesMax) + " bytes that are read at most",
                 SourceSpan{file});
   }
-  if (has_too_many_brackets(source))
-    return fail("yaml.too-deep", "nested deeper than " + std::to_string(kNestingMax) + " levels", SourceSpan{file});
+  if (const auto line = too_many_brackets(source)) return too_deep({file, *line, 1, 0});
   // yaml-cpp throws; keep its message and place.
   YamlBuilder builder(file);
   try {
     std::istringstream stream{std::string(source)};
     YAML::Parser parser(stream);
     if (parser.HandleNextDocument(builder) && parser.HandleNextDocument(builder)) {
-      return fail("yaml.syntax", "a second document; one file holds one", SourceSpan{file});
+      return fail("yaml.syntax", "a second document; one file holds one", builder.document());
     }
   } catch (const YAML::Exception& error) {
     return fail("yaml.syntax", "not YAML: " + error.msg, {file, error.mark.line + 1, error.mark.column + 1, 0});
   } catch (const BadKey& bad) {
     return fail("yaml.duplicate-key", bad.what, bad.span);
   } catch (const TooDeep&) {
-    return fail("yaml.too-deep", "nested deeper than " + std::to_string(kNestingMax) + " levels", SourceSpan{file});
+    return too_deep(builder.place());
   } catch (const TooLarge& large) {
-    return fail("yaml.too-large", large.what, SourceSpan{file});
+    return fail("yaml.too-large", large.what, builder.place());
   }
   return std::move(builder.root);
 }

@@ -25,12 +25,12 @@ TEST(Yaml, AnEmptyFileIsNull) { EXPECT_TRUE(parse_yaml("# nothing\n")->is_null()
 TEST(Yaml, RefusesWithAPlace) {
   EXPECT_TRUE(yaml_refusal("a: [1\nb: 2").starts_with("a.yaml:"));
   EXPECT_EQ(yaml_refusal("a: 1\nb: 2\na: 3\n"), "a.yaml:3:1: key \"a\" stands twice");
-  EXPECT_EQ(yaml_refusal("a: 1\n---\nb: 1\n"), "a.yaml: a second document; one file holds one");
+  EXPECT_EQ(yaml_refusal("a: 1\n---\nb: 1\n"), "a.yaml:2:1: a second document; one file holds one");
   EXPECT_EQ(yaml_refusal("? [1, 2]\n: 3\n"), "a.yaml:1:3: a key must be a plain text");
 }
 
 TEST(Yaml, BoundsNestingAndAliases) {
-  EXPECT_EQ(yaml_refusal(std::string(200, '[') + std::string(200, ']')), "a.yaml: nested deeper than 100 levels");
+  EXPECT_EQ(yaml_refusal(std::string(200, '[') + std::string(200, ']')), "a.yaml:1:101: nested deeper than 100 levels");
   std::string bomb = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n";
   for (int i = 1; i < 10; ++i) {
     const std::string before = "*a" + std::to_string(i - 1);
@@ -38,18 +38,18 @@ TEST(Yaml, BoundsNestingAndAliases) {
     for (int k = 0; k < 10; ++k) bomb += (k ? ", " : "") + before;
     bomb += "]\n";
   }
-  EXPECT_EQ(yaml_refusal(bomb), "a.yaml: more than 200000 nodes");
+  EXPECT_EQ(yaml_refusal(bomb), "a.yaml:5:55: more than 200000 nodes");
   // What is kept of nested anchors counts as what is made of them.
   std::string anchors;
   for (int i = 0; i < 50; ++i) anchors += "&a" + std::to_string(i) + " [";
   for (int i = 0; i < 5000; ++i) anchors += "x,";
-  EXPECT_EQ(yaml_refusal(anchors + std::string(50, ']')), "a.yaml: more than 200000 nodes");
-  EXPECT_EQ(yaml_refusal(std::string(4U << 20U, '[')), "a.yaml: nested deeper than 100 levels");
+  EXPECT_EQ(yaml_refusal(anchors + std::string(50, ']')), "a.yaml:1:10289: more than 200000 nodes");
+  EXPECT_EQ(yaml_refusal(std::string(4U << 20U, '[')), "a.yaml:1:1: nested deeper than 100 levels");
   EXPECT_EQ(yaml_refusal(std::string((4U << 20U) + 1, ' ')),
             "a.yaml: larger than the 4194304 bytes that are read at most");
   std::string texts = "t: &t " + std::string(1U << 20U, 'x') + "\nall: [";
   for (int i = 0; i < 64; ++i) texts += "*t,";
-  EXPECT_EQ(yaml_refusal(texts + "]"), "a.yaml: more than 67108864 bytes of text");
+  EXPECT_EQ(yaml_refusal(texts + "]"), "a.yaml:2:190: more than 67108864 bytes of text");
 }
 
 }  // namespace
