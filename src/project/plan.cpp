@@ -6,6 +6,7 @@
 #include <deque>
 #include <set>
 
+#include "sentree/idl/conform.h"
 #include "sentree/project/chart_memory.h"
 #include "sentree/project/check_intervention.h"
 #include "sentree/project/check_mission.h"
