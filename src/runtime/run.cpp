@@ -132,7 +132,9 @@ class Run::Impl final : public RunView, private RunInside {
     }
     report.processes = processes();
 
-    stream_.subscribe([this](const Message& message) { monitors_.observe(message); });
+    stream_.subscribe([this](const Message& message) { monitors_.observe(message); },
+                      [this](const std::string& name) { return monitors_.wants(name); });
+    stream_.on_passed([this](TimePoint now) { monitors_.pass(now); });
     for (const auto& observer : observers_)
       stream_.subscribe([observer = observer.get()](const Message& message) { observer->observe(message); });
     for (const auto& listener : options_.listeners) {
@@ -140,15 +142,24 @@ class Run::Impl final : public RunView, private RunInside {
         if (is_heard(message.sequence)) listener(message);
       });
     }
-    stream_.subscribe([this](const Message& message) { tap_.observe(message); });
-    stream_.subscribe([this](const Message& message) { steering_.observed(message); });
+    for (const auto& [name, listener] : options_.listeners_of) {
+      stream_.subscribe(
+          [this, &name, &listener](const Message& message) {
+            if (message.name == name && is_heard(message.sequence)) listener(message);
+          },
+          [&name](const std::string& of) { return of == name; });
+    }
+    if (serves_control()) stream_.subscribe([this](const Message& message) { tap_.observe(message); });
+    stream_.subscribe([this](const Message& message) { steering_.observed(message); },
+                      [](const std::string&) { return false; });
+    stream_.hear_all_while([this] { return steering_.faults().any(); });
     if (!topics_.empty()) stream_.subscribe([this](const Message& message) { deliver(message); });
     if (options_.from != nullptr)
       go_on_from(*options_.from);
     else
       monitors_.start();
     if (options_.on_view) options_.on_view(this);
-    if (!scenario_.virtual_time || options_.pace > 0 || options_.paused) start_control_socket();
+    if (serves_control()) start_control_socket();
     if (!scheduler_->is_virtual() && sim_) {
       // What calls see later than they should makes a replay differ: that comes last.
       constexpr std::chrono::milliseconds kWork{250};
@@ -989,6 +1000,7 @@ class Run::Impl final : public RunView, private RunInside {
     return call_once(*address, interface, name, method, *args, kCallPatience);
   }
 
+  bool serves_control() const { return !scenario_.virtual_time || options_.pace > 0 || options_.paused; }
   void start_control_socket() {
     ControlHandler handler;
     handler.scenario = [this] { return scenario_.name; };
