@@ -210,8 +210,8 @@ Runner::Executed Runner::execute(const Draw& draw, const Coverage* things) {
     lowest = std::min(lowest, last);
   };
   options.on_begin = [&](runtime::RunInside& inside) { sim = inside.sim(); };
-  options.listeners.emplace_back([&](const Message& message) {
-    if (sim != nullptr && message.name == "mission.tick") look();
+  options.listeners_of.emplace_back("mission.tick", [&](const Message&) {
+    if (sim != nullptr) look();
   });
   options.on_decision = [&](const runtime::MonitorReport& report) {
     if (report.verdict == monitor::Verdict::kViolated && report.decision)

@@ -140,8 +140,6 @@ struct SkillDeliveryKind {
   std::string_view operator()(const Published&) const { return "topic"; }
 };
 
-std::string full_name(const Call& call) { return call.service + "." + call.method; }
-
 SkillState::Line& line_of(SkillState& state, const std::string& service) {
   for (SkillState::Line& line : state.lines) {
     if (line.service == service) return line;
@@ -186,6 +184,15 @@ SkillMachine::SkillMachine(SkillModel model, scxml::ExecutionWatch* watch) : mod
     if (const auto state = model_.chart.find(id)) meaning_of_state_[*state] = status;
   }
   halted_state_ = model_.chart.find(model_.protocol->halted);
+}
+
+SkillMachine::Called& SkillMachine::called(const Call& call) {
+  for (Called& known : called_) {
+    if (known.service == call.service && known.method->name == call.method) return known;
+  }
+  const std::string name = call.service + "." + call.method;
+  return called_.emplace_back(Called{call.service, model_.services->at(call.service).service->find(call.method), name,
+                                     ObservationName(name + ".request"), ObservationName(name + ".reply")});
 }
 
 void SkillMachine::Observer::event(const scxml::Chart& chart, std::string_view, const scxml::Event& event) {
@@ -343,7 +350,7 @@ class SkillMachine::Step {
   }
 
   bool operator()(const Send& send) {
-    host_.send(send.call, method_of(*send.call));
+    host_.send(send.call, *machine_.called(*send.call).method);
     return false;
   }
 
@@ -361,8 +368,9 @@ class SkillMachine::Step {
 
   bool operator()(Outcome&& answered) {
     // What nobody answers has left, and that is all.
-    if (answered.outcome.ok && method_of(*answered.call).oneway) return false;
-    const std::string name = full_name(*answered.call);
+    const Called& called = machine_.called(*answered.call);
+    if (answered.outcome.ok && called.method->oneway) return false;
+    const std::string& name = called.name;
     const bool is_served = answered.outcome.ok || answered.outcome.kind == "exception";
     if (is_served && host_.fails(project::Intervention::Kind::kLate, name)) {
       CallOutcome late{.ok = false, .result = {}, .kind = "late", .message = "a fault: the answer comes too late"};
@@ -370,8 +378,8 @@ class SkillMachine::Step {
                        Finish{answered.call, std::move(late), {}});
       return false;
     }
-    if (answered.outcome.ok) host_.falsify(name, method_of(*answered.call), answered.outcome.result);
-    const Duration delay = host_.delay_of(name + ".reply");
+    if (answered.outcome.ok) host_.falsify(name, *called.method, answered.outcome.result);
+    const Duration delay = host_.delay_of(called.reply.text);
     if (delay == Duration(0)) return (*this)(Finish{answered.call, std::move(answered.outcome), {}});
     host_.deliver_at(add_saturating(host_.now(), delay), Rank::kMessage,
                      Finish{answered.call, std::move(answered.outcome), {}});
@@ -391,11 +399,16 @@ class SkillMachine::Step {
       data.append("message", std::move(outcome.message));
       if (!finish.vetoed_by.empty()) data.append("vetoed_by", std::move(finish.vetoed_by));
     }
+    Called& called = machine_.called(call);
+    if (current && outcome.ok && !host_.is_heard(called.reply)) {
+      host_.pass();
+      return finish_with(call, called.reply.text, scxml::EventType::kExternal, std::move(data));
+    }
     Message message;
     message.kind = outcome.ok && current ? MessageKind::kReply : MessageKind::kError;
     message.source = model_.name;
     message.target = call.service;
-    message.name = full_name(call) + (!current ? ".late" : outcome.ok ? ".reply" : ".error");
+    message.name = !current ? called.name + ".late" : outcome.ok ? called.reply.text : called.name + ".error";
     message.call = call.id;
     if (!current) {
       message.data = std::move(data);
@@ -405,11 +418,19 @@ class SkillMachine::Step {
     message.data = data;
     const bool undelivered = outcome.kind == "unreachable" || outcome.kind == "late" || outcome.kind == "protocol" ||
                              outcome.kind == "interrupted";
-    scxml::Event event;
-    event.name = !outcome.ok && undelivered ? "error.communication" : message.name;
     // SCXML 6.2.5: what prevents delivery is an error event of the platform.
-    event.type = !outcome.ok && undelivered ? scxml::EventType::kPlatform : scxml::EventType::kExternal;
+    const bool platform = !outcome.ok && undelivered;
+    const std::string event = platform ? "error.communication" : message.name;
     host_.publish(std::move(message));
+    return finish_with(call, event, platform ? scxml::EventType::kPlatform : scxml::EventType::kExternal,
+                       std::move(data));
+  }
+
+ private:
+  bool finish_with(const Call& call, const std::string& name, scxml::EventType type, Map data) {
+    scxml::Event event;
+    event.name = name;
+    event.type = type;
     event.sendid = call.sendid;
     event.origintype = "thrift";
     event.data = idl::for_script(std::move(data));
@@ -417,7 +438,6 @@ class SkillMachine::Step {
     return settle();
   }
 
- private:
   // A tick for a chart that lives on.
   bool ask(TickSkill&& tick) {
     const project::SkillProtocol& protocol = *model_.protocol;
@@ -654,10 +674,6 @@ class SkillMachine::Step {
     host_.deliver_at(next, Rank::kTimer, SkillTimer{next});
   }
 
-  const idl::Method& method_of(const Call& call) const {
-    return *model_.services->at(call.service).service->find(call.method);
-  }
-
   void call(scxml::OutgoingSend& send) {
     // `check_call` has passed: the chart's <send> would have failed otherwise.
     const idl::Method& method = *model_.services->at(send.target).service->find(send.event);
@@ -685,11 +701,18 @@ class SkillMachine::Step {
       SkillState::Line& line = line_of(state_, service);
       if (line.waiting.empty()) return;
       const Shared<Call> call = line.waiting.front();
+      Called& called = machine_.called(*call);
+      if (!host_.is_heard(called.request)) {
+        host_.pass();
+        line.waiting.pop_front();
+        admitted(call, {});
+        continue;
+      }
       Message request;
       request.kind = MessageKind::kRequest;
       request.source = model_.name;
       request.target = call->service;
-      request.name = full_name(*call) + ".request";
+      request.name = called.request.text;
       request.call = call->id;
       Map data;
       data.append("args", call->args);
@@ -710,19 +733,20 @@ class SkillMachine::Step {
           admission.veto->by});
       return;
     }
-    if (!method_of(*call).oneway && host_.fails(project::Intervention::Kind::kUnreachable, full_name(*call))) {
+    const Called& called = machine_.called(*call);
+    if (!called.method->oneway && host_.fails(project::Intervention::Kind::kUnreachable, called.name)) {
       host_.deliver(Finish{
           call, {.ok = false, .result = {}, .kind = "unreachable", .message = "a fault: nobody can be reached"}, {}});
       return;
     }
     const TimePoint now = host_.now();
     TimePoint& not_before = line_of(state_, call->service).not_before;
-    not_before = std::max(not_before, now + host_.delay_of(full_name(*call)));
+    not_before = std::max(not_before, now + host_.delay_of(called.name));
     if (not_before > now) {
       host_.deliver_at(not_before, Rank::kMessage, Send{call});
     } else {
       not_before = TimePoint{};
-      host_.send(call, method_of(*call));
+      host_.send(call, *called.method);
     }
   }
 

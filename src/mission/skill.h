@@ -16,6 +16,7 @@
 #include "sentree/bt/status.h"
 #include "sentree/idl/schema.h"
 #include "sentree/mission/delivery.h"
+#include "sentree/mission/observation_name.h"
 #include "sentree/mission/step_memory.h"
 #include "sentree/project/plan.h"
 #include "sentree/scxml/chart.h"
@@ -120,6 +121,11 @@ class SkillHost {
   virtual ~SkillHost() = default;
   [[nodiscard]] virtual TimePoint now() const = 0;
   virtual void publish(Message message) = 0;
+  /// Whether anybody, a gate too, would see an observation of that name. One that nobody would see is not published,
+  /// nor requested, but passed.
+  [[nodiscard]] virtual bool is_heard(ObservationName& /*name*/) { return true; }
+  /// Has its place in the order, and that is all.
+  virtual void pass() {}
   [[nodiscard]] virtual std::uint64_t next_call() = 0;
   /// The number of its next run: at least 1, and that of no run whose calls are on their way.
   /// @param next  Where they are counted.
@@ -184,6 +190,15 @@ class SkillMachine {
     std::optional<bt::Status> status;
     Map outputs;
   };
+  // A method that the chart has called.
+  struct Called {
+    std::string service;
+    const idl::Method* method;
+    std::string name;  // SERVICE.METHOD
+    ObservationName request;
+    ObservationName reply;
+  };
+  Called& called(const Call& call);
   void hear(const scxml::Event& event);
   void got(const std::string& event, const std::string& message);
   void took(scxml::TransitionIndex taken);
@@ -196,6 +211,7 @@ class SkillMachine {
   SkillHost* surroundings_ = nullptr;
   scxml::Effects effects_;
   std::optional<StepMemory> memory_;
+  std::deque<Called> called_;
   std::vector<Said> said_;
   std::vector<std::string> unclear_;  // answers without meaning
   struct Observer final : scxml::Observer {

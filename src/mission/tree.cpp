@@ -55,9 +55,10 @@ std::span<const TreeEdge> tree_edges() { return kTreeEdges; }
 std::string_view kind_of(const TreeDelivery& delivery) { return std::visit(TreeDeliveryKind(), delivery); }
 
 void TreeMachine::StatusEvents::status_changed(bt::NodeId node, bt::Status from, bt::Status to, TimePoint) {
+  if (!host->is_heard(name)) return host->pass();
   Message message;
   message.source = tree->path(node);
-  message.name = "node.status";
+  message.name = name.text;
   Map data;
   data.reserve(3);
   data.append("node", static_cast<std::int64_t>(node));
@@ -69,7 +70,11 @@ void TreeMachine::StatusEvents::status_changed(bt::NodeId node, bt::Status from,
 
 TreeMachine::TreeMachine(TreeModel model)
     : model_(std::move(model)), leaf_of_node_(model_.plan->tree.size(), model_.plan->leaves.size()) {
-  for (std::size_t i = 0; i < model_.plan->leaves.size(); ++i) leaf_of_node_[model_.plan->leaves[i].node] = i;
+  for (std::size_t i = 0; i < model_.plan->leaves.size(); ++i) {
+    const project::LeafPlan& leaf = model_.plan->leaves[i];
+    leaf_of_node_[leaf.node] = i;
+    names_.push_back({ObservationName(leaf.name + ".tick.request"), ObservationName(leaf.name + ".tick.reply")});
+  }
   statuses_.tree = &model_.plan->tree;
   effects_.observer = &statuses_;
 }
@@ -134,10 +139,14 @@ class TreeMachine::Step {
     leaf.lateness_told.reset();
     const bt::Status truth = answered.status;
     const bool forced = force(plan, leaf, answered);
-    Map data = entry("status", to_string(answered.status));
-    if (forced) data.append("forced", true);
-    if (!answered.outputs.empty()) data.append("outputs", answered.outputs);
-    publish(MessageKind::kReply, plan.name, "mission", plan.name + ".tick.reply", std::move(data), leaf.call);
+    if (ObservationName& name = machine_.names_[answered.leaf].reply; host_.is_heard(name)) {
+      Map data = entry("status", to_string(answered.status));
+      if (forced) data.append("forced", true);
+      if (!answered.outputs.empty()) data.append("outputs", answered.outputs);
+      publish(MessageKind::kReply, plan.name, "mission", name.text, std::move(data), leaf.call);
+    } else {
+      host_.pass();
+    }
     if (forced && bt::is_completed(answered.status) && !bt::is_completed(truth)) {
       // The tree has done with the leaf, so its skill must have done too.
       publish(MessageKind::kEvent, "mission", plan.name, plan.name + ".cancel", Map());
@@ -284,8 +293,10 @@ class TreeMachine::Step {
       leaf.outstanding = host_.tick_number(index, ++state_.next_tick);
       leaf.asked = now;
       leaf.call = host_.next_call();
-      publish(MessageKind::kRequest, "mission", plan.name, plan.name + ".tick.request", entry("inputs", effect.inputs),
-              leaf.call);
+      if (ObservationName& name = machine_.names_[index].request; host_.is_heard(name))
+        publish(MessageKind::kRequest, "mission", plan.name, name.text, entry("inputs", effect.inputs), leaf.call);
+      else
+        host_.pass();
       if (effect.started) leaf.held.reset();
       if (leaf.held)
         host_.deliver(Answered{index, leaf.outstanding, leaf.held->status, leaf.held->outputs});

@@ -13,6 +13,7 @@
 #include "sentree/bt/status.h"
 #include "sentree/bt/step.h"
 #include "sentree/mission/delivery.h"
+#include "sentree/mission/observation_name.h"
 #include "sentree/project/plan.h"
 
 namespace sentree::mission {
@@ -96,6 +97,10 @@ class TreeHost {
   virtual ~TreeHost() = default;
   [[nodiscard]] virtual TimePoint now() const = 0;
   virtual void publish(Message message) = 0;
+  /// Whether anybody would see an observation of that name. One that nobody would see is not published but passed.
+  [[nodiscard]] virtual bool is_heard(ObservationName& /*name*/) { return true; }
+  /// Has its place in the order, and that is all.
+  virtual void pass() {}
   [[nodiscard]] virtual std::uint64_t next_call() = 0;
   /// The number of a leaf's next tick: at least 1, and that of none of its ticks and answers that are on their way.
   /// @param next  Where they are counted.
@@ -147,10 +152,16 @@ class TreeMachine {
     void status_changed(bt::NodeId node, bt::Status from, bt::Status to, TimePoint time) override;
     const bt::Tree* tree = nullptr;
     TreeHost* host = nullptr;
+    ObservationName name{"node.status"};
+  };
+  struct LeafNames {
+    ObservationName request;
+    ObservationName reply;
   };
 
   TreeModel model_;
   std::vector<std::size_t> leaf_of_node_;
+  std::vector<LeafNames> names_;  // of leaves' ticks, as in the plan
   bt::Effects effects_;
   std::vector<bt::Effect> followed_;
   StatusEvents statuses_;

@@ -208,6 +208,12 @@ std::span<const std::uint32_t> MonitorSet::listeners(const std::string& observat
   return dispatch_.route(observation).of(source).monitors;
 }
 
+bool MonitorSet::hears(const std::string& observation) {
+  const Dispatch::Route& route = dispatch_.route(observation);
+  return !route.any.monitors.empty() || std::any_of(route.by_source.begin(), route.by_source.end(),
+                                                    [](const auto& of) { return !of.second.monitors.empty(); });
+}
+
 std::vector<MonitorSet::Decided> evaluate(std::vector<Model> models, std::span<const Message> recording,
                                           TimePoint begin, TimePoint end) {
   MonitorSet set(std::move(models), begin);

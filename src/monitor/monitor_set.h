@@ -123,6 +123,8 @@ class MonitorSet {
   [[nodiscard]] TimePoint next_timer() const { return wake_; }
   /// Those to which an observation of that name and source goes. Valid until the next observation.
   [[nodiscard]] std::span<const std::uint32_t> listeners(const std::string& observation, const std::string& source);
+  /// Whether an observation of that name goes to any of them.
+  [[nodiscard]] bool hears(const std::string& observation);
   /// The leaf that is at work after the last observation; empty: none.
   [[nodiscard]] const std::string& leaf() const { return leaves_.active(); }
 

@@ -78,6 +78,8 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
  private:
   TimePoint now() const override { return scheduler_.now(); }
   void publish(Message message) override { publisher_.publish(std::move(message)); }
+  bool is_heard(mission::ObservationName& name) override { return publisher_.is_heard(name); }
+  void pass() override { publisher_.pass(); }
   std::uint64_t next_call() override { return publisher_.next_call(); }
   std::optional<mission::Admission> request(Message message, const mission::Shared<mission::Call>& call) override;
   void send(const mission::Shared<mission::Call>& call, const idl::Method& method) override;

@@ -72,6 +72,8 @@ class Mission final : private mission::TreeHost {
  private:
   TimePoint now() const override { return scheduler_.now(); }
   void publish(Message message) override { stream_.publish(std::move(message)); }
+  bool is_heard(mission::ObservationName& name) override { return stream_.is_heard(name); }
+  void pass() override { stream_.pass(); }
   std::uint64_t next_call() override { return stream_.next_call(); }
   void set_tick(std::uint64_t tick) override { stream_.set_tick(tick); }
   void tick(std::size_t leaf, std::uint64_t tick, bool started, const Map& inputs) override {

@@ -19,6 +19,7 @@ bool matches(const project::GatePlan& gate, std::string_view call) {
 Monitors::Monitors(const project::Plan& plan, Scheduler& scheduler, Stream& stream, Watchdog& watchdog, Replies replies)
     : gates_(plan.gates),
       set_(plan.monitors),
+      keeps_(std::any_of(plan.monitors.begin(), plan.monitors.end(), monitor::keeps_observations)),
       scheduler_(scheduler),
       stream_(stream),
       watchdog_(watchdog),
@@ -89,14 +90,29 @@ void Monitors::recall(monitor::MonitorSet::Memory memory) {
 
 void Monitors::observe(const Message& message) {
   // Monitors keep what may be part of a witness; what none of them listens to, or none keeps, is not copied.
-  const auto& models = set_.models();
-  const bool keep = std::any_of(models.begin(), models.end(), monitor::keeps_observations);
-  if (!keep || set_.listeners(message.name, message.source).empty())
+  if (!keeps_ || set_.listeners(message.name, message.source).empty())
     set_.observe(monitor::Observation(monitor::Observation(), &message), *this);
   else
     set_.observe(std::make_shared<const Message>(message), *this);
   reached_ = set_.listeners(message.name, message.source);
   if (message.kind == MessageKind::kError) count_veto(message);
+  schedule();
+}
+
+bool Monitors::wants(const std::string& name) {
+  // Where nothing is explained, nobody asks which leaf was at work.
+  if (keeps_ && monitor::LeafTracker::sign(name) != monitor::LeafTracker::Sign::kNone) return true;
+  constexpr std::string_view kRequest = ".request";
+  if (name.ends_with(kRequest) && is_gated(std::string_view(name).substr(0, name.size() - kRequest.size())))
+    return true;
+  const bool may_be_veto = name.ends_with(".error") || name.ends_with(".late");
+  return may_be_veto || set_.hears(name);
+}
+
+void Monitors::pass(TimePoint now) {
+  reached_ = {};
+  if (set_.next_timer() >= now) return;
+  set_.advance(now - Duration(1), *this);
   schedule();
 }
 

@@ -45,6 +45,10 @@ class Monitors : private monitor::MonitorSet::Listener {
   /// All that they remember, between two observations.
   [[nodiscard]] monitor::MonitorSet::Memory memory() const { return set_.memory(); }
   void observe(const Message& message);
+  /// Whether observations of that name change anything here.
+  [[nodiscard]] bool wants(const std::string& name);
+  /// Something was observed that changes nothing here, but for the time.
+  void pass(TimePoint now);
   /// Indices of those that the message observed last went to. Called where `observe` is.
   [[nodiscard]] std::span<const std::uint32_t> reached() const { return reached_; }
   /// Whether a monitor gates calls of this name, "<service>.<method>". From any thread.
@@ -87,6 +91,7 @@ class Monitors : private monitor::MonitorSet::Listener {
   // Own copies: a thread that was left behind may use them until the process ends.
   const std::vector<project::GatePlan> gates_;
   monitor::MonitorSet set_;
+  const bool keeps_;  // observations, for witnesses
   std::span<const std::uint32_t> reached_;  // of the message observed last
   Scheduler& scheduler_;
   Stream& stream_;

@@ -13,6 +13,9 @@ class Publisher {
  public:
   virtual ~Publisher() = default;
   virtual void publish(Message message) = 0;
+  /// Whether anybody, a gate too, would see an observation of that name; else it is to be passed.
+  [[nodiscard]] virtual bool is_heard(mission::ObservationName& /*name*/) { return true; }
+  virtual void pass() {}
   /// Publishes a request unless a gate refuses it. Returns what became of it; nothing: `decided` will be told, once,
   /// in any thread.
   virtual std::optional<mission::Admission> request(Message message, Stream::Decided decided) = 0;

@@ -133,7 +133,9 @@ class Run::Impl final : public RunView, private RunInside {
     }
     report.processes = processes();
 
-    stream_.subscribe([this](const Message& message) { monitors_.observe(message); });
+    stream_.subscribe([this](const Message& message) { monitors_.observe(message); },
+                      [this](const std::string& name) { return monitors_.wants(name); });
+    stream_.on_passed([this](TimePoint now) { monitors_.pass(now); });
     for (const auto& observer : observers())
       stream_.subscribe([observer = observer.get()](const Message& message) { observer->observe(message); });
     for (const auto& listener : options_.listeners) {
@@ -141,15 +143,24 @@ class Run::Impl final : public RunView, private RunInside {
         if (is_heard(message.sequence)) listener(message);
       });
     }
-    stream_.subscribe([this](const Message& message) { tap_.observe(message); });
-    stream_.subscribe([this](const Message& message) { steering_.observed(message); });
+    for (const auto& [name, listener] : options_.listeners_of) {
+      stream_.subscribe(
+          [this, &name, &listener](const Message& message) {
+            if (message.name == name && is_heard(message.sequence)) listener(message);
+          },
+          [&name](const std::string& of) { return of == name; });
+    }
+    if (serves_control()) stream_.subscribe([this](const Message& message) { tap_.observe(message); });
+    stream_.subscribe([this](const Message& message) { steering_.observed(message); },
+                      [](const std::string&) { return false; });
+    stream_.hear_all_while([this] { return steering_.faults().any(); });
     if (!topics_.empty()) stream_.subscribe([this](const Message& message) { deliver(message); });
     if (options_.from != nullptr)
       go_on_from(*options_.from);
     else
       monitors_.start();
     if (options_.on_view) options_.on_view(this);
-    if (!scenario_.virtual_time || options_.pace > 0 || options_.paused) serve_control();
+    if (serves_control()) serve_control();
     if (!scheduler_->is_virtual() && sim_) {
       // What calls see later than they should makes a replay differ: that comes last.
       constexpr std::chrono::milliseconds kWork{250};
@@ -788,8 +799,10 @@ class Run::Impl final : public RunView, private RunInside {
     return elsewhere_->call(at, interface, name, method, *args, kCallPatience);
   }
 
+  bool serves_control() const {
+    return elsewhere_ && (!scenario_.virtual_time || options_.pace > 0 || options_.paused);
+  }
   void serve_control() {
-    if (!elsewhere_) return;
     ControlHandler handler;
     handler.scenario = [this] { return scenario_.name; };
     handler.now = [this] { return scheduler_->now(); };

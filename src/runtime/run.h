@@ -80,6 +80,8 @@ struct RunOptions {
   std::vector<TimePoint> tick_times;
   /// Sees every observation in order.
   std::vector<Stream::Listener> listeners;
+  /// Likewise those of one name. In virtual time without `listeners`, what nobody listens to is only counted.
+  std::vector<std::pair<std::string, Stream::Listener>> listeners_of;
   /// Told of a decision right after the observation that caused it.
   std::function<void(const MonitorReport&)> on_decision;
   /// Told of problems as they occur, in any thread.

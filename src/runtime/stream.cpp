@@ -61,6 +61,26 @@ void Stream::stamp(Message& message) {
   message.tick = tick_;
 }
 
+bool Stream::is_heard(mission::ObservationName& name) const {
+  using Heard = mission::ObservationName::Heard;
+  if (hears_all_ || !scheduler_.is_virtual() || (hears_all_while_ && hears_all_while_())) return true;
+  if (name.heard == Heard::kUnknown) {
+    const bool heard = std::any_of(wants_.begin(), wants_.end(), [&](const Wants& wants) { return wants(name.text); });
+    name.heard = heard ? Heard::kYes : Heard::kNo;
+  }
+  return name.heard == Heard::kYes;
+}
+
+void Stream::pass() {
+  {
+    const std::lock_guard lock(mutex_);
+    ++sequence_;
+    ++stamp_;
+    if (draining_) return;
+  }
+  if (passed_) passed_(scheduler_.now());
+}
+
 std::optional<mission::Admission> Stream::publish_if(Message message, const Judge& judge, TimePoint deadline,
                                                      Decided decided) {
   if (scheduler_.is_virtual()) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "sentree/base/message.h"
+#include "sentree/mission/observation_name.h"
 #include "sentree/runtime/scheduler.h"
 
 namespace sentree::runtime {
@@ -32,8 +33,28 @@ class Stream {
 
   explicit Stream(Scheduler& scheduler);
 
+  /// Whether a listener listens to observations of a name: always, or never.
+  using Wants = std::function<bool(const std::string& name)>;
+
   /// Before the run starts.
-  void subscribe(Listener listener) { listeners_.push_back(std::move(listener)); }
+  void subscribe(Listener listener) {
+    listeners_.push_back(std::move(listener));
+    hears_all_ = true;
+  }
+  /// Others may be passed by when nobody wants them; it must not mind those that it gets.
+  void subscribe(Listener listener, Wants wants) {
+    listeners_.push_back(std::move(listener));
+    wants_.push_back(std::move(wants));
+  }
+  /// While that holds, everything is wanted.
+  void hear_all_while(std::function<bool()> holds) { hears_all_while_ = std::move(holds); }
+  /// Told of the time of what is passed, when a listener could be told of it.
+  void on_passed(std::function<void(TimePoint)> told) { passed_ = std::move(told); }
+
+  /// In virtual time, in the thread of the run: whether somebody wants it.
+  [[nodiscard]] bool is_heard(mission::ObservationName& name) const;
+  /// Likewise: something that nobody wants has its place in the order, and goes no further. Cost: a lock.
+  void pass();
 
   /// Gives the message its sequence, stamp, time and tick and hands it on. From any thread.
   void publish(Message message);
@@ -80,6 +101,10 @@ class Stream {
   Scheduler& scheduler_;
   ActorId actor_;
   std::vector<Listener> listeners_;
+  std::vector<Wants> wants_;
+  bool hears_all_ = false;
+  std::function<bool()> hears_all_while_;
+  std::function<void(TimePoint)> passed_;
   std::mutex mutex_;
   std::condition_variable room_;
   std::size_t waiting_for_room_ = 0;  // publishers

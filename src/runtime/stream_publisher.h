@@ -22,6 +22,8 @@ class StreamPublisher final : public Publisher {
   void set_elsewhere(Elsewhere* elsewhere) { elsewhere_ = elsewhere; }
 
   void publish(Message message) override;
+  bool is_heard(mission::ObservationName& name) override { return stream_.is_heard(name); }
+  void pass() override { stream_.pass(); }
   std::optional<mission::Admission> request(Message message, Stream::Decided decided) override;
   std::uint64_t next_call() override { return stream_.next_call(); }
   std::vector<std::string> gates() const override;

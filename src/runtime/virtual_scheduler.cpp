@@ -4,6 +4,7 @@
 #include <mutex>
 #include <thread>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -52,7 +53,7 @@ class VirtualScheduler final : public Scheduler {
     state.orders = orders_;
     state.queue.clear();
     for (const Entry& entry : queue_) {
-      if (const auto* delivery = std::get_if<mission::Delivery>(&entry.what))
+      if (const auto* delivery = std::get_if<mission::Delivery>(&things_[entry.thing]))
         state.queue.push_back({entry.when, entry.rank, entry.order, *delivery});
     }
     std::sort(state.queue.begin(), state.queue.end(), [](const mission::Waiting& a, const mission::Waiting& b) {
@@ -66,7 +67,7 @@ class VirtualScheduler final : public Scheduler {
     orders_ = state.orders;
     anchor_run_ = state.now;
     for (const mission::Waiting& waiting : state.queue)
-      queue_.push_back({waiting.when, waiting.rank, waiting.order, actor_of(waiting.what), waiting.what});
+      queue_.push_back({waiting.when, waiting.rank, waiting.order, actor_of(waiting.what), put(Thing(waiting.what))});
     std::make_heap(queue_.begin(), queue_.end(), Later());
   }
 
@@ -147,7 +148,7 @@ class VirtualScheduler final : public Scheduler {
 
   void leap(TimePoint to, const std::function<void(TimePoint&, mission::Delivery&)>& put_off) override {
     for (Entry& entry : queue_) {
-      if (auto* delivery = std::get_if<mission::Delivery>(&entry.what)) put_off(entry.when, *delivery);
+      if (auto* delivery = std::get_if<mission::Delivery>(&things_[entry.thing])) put_off(entry.when, *delivery);
     }
     std::sort(queue_.begin(), queue_.end(), [](const Entry& a, const Entry& b) { return Later()(b, a); });
     for (Entry& entry : queue_) {
@@ -185,12 +186,14 @@ class VirtualScheduler final : public Scheduler {
       if (top.rank != mission::Rank::kInjection) begun_ = true;
       if (decide_) reorder();
       std::pop_heap(queue_.begin(), queue_.end(), Later());
-      Entry next = std::move(queue_.back());
+      const Entry next = queue_.back();
       queue_.pop_back();
-      if (auto* delivery = std::get_if<mission::Delivery>(&next.what))
+      Thing thing = std::move(things_[next.thing]);
+      free_.push_back(next.thing);
+      if (auto* delivery = std::get_if<mission::Delivery>(&thing))
         give(next.actor, std::move(*delivery));
       else
-        std::get<Task>(next.what)();
+        std::get<Task>(thing)();
     }
     return error_;
   }
@@ -198,11 +201,10 @@ class VirtualScheduler final : public Scheduler {
   // Brings to the front what is decided to come first of the deliveries that are due now.
   void reorder() {
     const Entry& top = queue_.front();
-    if (top.rank == mission::Rank::kTick || !std::holds_alternative<mission::Delivery>(top.what)) return;
+    if (top.rank == mission::Rank::kTick || !is_delivery(top)) return;
     std::vector<Entry*> due;
     for (Entry& entry : queue_) {
-      if (entry.when == top.when && entry.rank == top.rank && std::holds_alternative<mission::Delivery>(entry.what))
-        due.push_back(&entry);
+      if (entry.when == top.when && entry.rank == top.rank && is_delivery(entry)) due.push_back(&entry);
     }
     std::sort(due.begin(), due.end(), [](const Entry* a, const Entry* b) { return a->order < b->order; });
     // The first of each part: what is on its way to one keeps its order.
@@ -213,7 +215,7 @@ class VirtualScheduler final : public Scheduler {
     }
     if (first.size() < 2) return;
     std::vector<const mission::Delivery*> asked;
-    for (const Entry* entry : first) asked.push_back(&std::get<mission::Delivery>(entry->what));
+    for (const Entry* entry : first) asked.push_back(&std::get<mission::Delivery>(things_[entry->thing]));
     const std::size_t which = decide_(++orders_, asked);
     if (which == 0) return;
     // It takes the place of the first; those between move one back.
@@ -303,13 +305,26 @@ class VirtualScheduler final : public Scheduler {
     return anchor_wall_ + Duration(static_cast<std::int64_t>(std::clamp(ns, -kFarNs, kFarNs)));
   }
 
+  using Thing = std::variant<Task, mission::Delivery>;
   struct Entry {
     TimePoint when;
     mission::Rank rank;
     std::uint64_t order;
     ActorId actor;
-    std::variant<Task, mission::Delivery> what;
+    std::uint32_t thing;  // its place in `things_`: what is sorted is small
   };
+  static_assert(std::is_trivially_copyable_v<Entry>);
+  bool is_delivery(const Entry& entry) const { return std::holds_alternative<mission::Delivery>(things_[entry.thing]); }
+  std::uint32_t put(Thing&& what) {
+    if (free_.empty()) {
+      things_.push_back(std::move(what));
+      return static_cast<std::uint32_t>(things_.size() - 1);
+    }
+    const std::uint32_t place = free_.back();
+    free_.pop_back();
+    things_[place] = std::move(what);
+    return place;
+  }
   struct Later {
     bool operator()(const Entry& a, const Entry& b) const {
       if (a.when != b.when) return a.when > b.when;
@@ -318,12 +333,12 @@ class VirtualScheduler final : public Scheduler {
     }
   };
 
-  void push(ActorId to, TimePoint when, mission::Rank rank, std::variant<Task, mission::Delivery> what) {
+  void push(ActorId to, TimePoint when, mission::Rank rank, Thing&& what) {
     if (queue_.size() >= kQueueMax) {
       error_ = "more than " + std::to_string(kQueueMax) + " messages are waiting; the last one was for " + names_[to];
       return;
     }
-    queue_.push_back({when, rank, order_++, to, std::move(what)});
+    queue_.push_back({when, rank, order_++, to, put(std::move(what))});
     std::push_heap(queue_.begin(), queue_.end(), Later());
   }
 
@@ -340,7 +355,9 @@ class VirtualScheduler final : public Scheduler {
   std::mutex abandoned_mutex_;
   std::string abandoned_;
   std::optional<std::string> result_;
-  std::vector<Entry> queue_;  // a heap
+  std::vector<Entry> queue_;         // a heap
+  std::vector<Thing> things_;        // what waits
+  std::vector<std::uint32_t> free_;  // places among them
 
   std::atomic<bool> attention_ = false;  // there is a pace to keep or a command to take in
   mutable std::mutex pace_mutex_;

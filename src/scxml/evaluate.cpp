@@ -1,6 +1,9 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "sentree/base/assert.h"
 #include "sentree/scxml/expression.h"
@@ -37,6 +40,12 @@ bool is_ascii(std::string_view text) {
     if (static_cast<unsigned char>(c) >= 0x80) return false;
   }
   return true;
+}
+
+// Objects made while an expression is evaluated.
+std::vector<std::unique_ptr<Value>>& made_objects() {
+  thread_local std::vector<std::unique_ptr<Value>> made;
+  return made;
 }
 
 // ToNumber of a string, for the forms that need no doubt: white space, decimal. False: ask the interpreter.
@@ -87,6 +96,10 @@ class Evaluator {
       case Op::kTypeof: return type_of(node, out);
       case Op::kAnd: return evaluate(node.a, out) && (!out.truthy() || evaluate(node.b, out));
       case Op::kOr: return evaluate(node.a, out) && (out.truthy() || evaluate(node.b, out));
+      case Op::kObject:
+        out = ScriptValue::of(*made_objects().emplace_back(std::make_unique<Value>(Map())));
+        return true;
+      case Op::kWith: return with_member(node, out);
       case Op::kConditional: return evaluate(node.a, out) && evaluate(out.truthy() ? node.b : node.c, out);
       default: break;
     }
@@ -95,6 +108,20 @@ class Evaluator {
   }
 
  private:
+  // An object that has been made is nobody else's yet.
+  bool with_member(const Node& node, ScriptValue& out) {
+    ScriptValue value;
+    if (!evaluate(node.a, out)) return false;
+    Map& members = *const_cast<Value*>(out.object)->as_map();
+    if (!evaluate(node.c, value)) return false;
+    // What scripts share, and may have changed, is left to the interpreter.
+    const Op made_by = code_.nodes[node.c].op;
+    if (value.kind == ValueKind::kObject && made_by != Op::kObject && made_by != Op::kWith) return false;
+    // One that is undefined is no member of data.
+    if (auto member = value.to_value()) members.append(code_.strings[node.b], *std::move(member));
+    return true;
+  }
+
   bool event_field(EventField field, ScriptValue& out) {
     const Event* event = scope_.event();
     if (!event) return false;  // a member of undefined: an error for the interpreter to raise
@@ -333,6 +360,7 @@ std::optional<Value> ScriptValue::to_value() const {
 
 bool evaluate_native(const NativeCode& code, NativeScope& scope, std::vector<std::string>& text, ScriptValue& result) {
   text.clear();
+  made_objects().clear();
   if (text.capacity() < code.nodes.size()) text.reserve(code.nodes.size());
   return Evaluator(code, scope, text).evaluate(static_cast<std::uint32_t>(code.nodes.size() - 1), result);
 }

@@ -190,9 +190,13 @@ class Compiler {
   std::uint32_t primary(int depth) {
     const char c = peek();
     if (accept('(')) {
+      ++brackets_;
       const std::uint32_t inner = conditional(depth + 1);
+      --brackets_;
       return ok_ && accept(')') ? inner : give_up();
     }
+    // Elsewhere it may begin a block.
+    if (brackets_ > 0 && accept('{')) return object_literal(depth);
     if (c == '"' || c == '\'') return string_literal(c);
     if (is_digit(c) || c == '.') return number_literal();
     if (accept('[')) return index_in_list(depth);
@@ -217,6 +221,33 @@ class Compiler {
       return add(Op::kIn, code_.nodes[text].a);
     }
     return give_up();
+  }
+
+  // Members by names that are no numbers, each once: so they keep their order.
+  std::uint32_t object_literal(int depth) {
+    std::uint32_t object = add(Op::kObject);
+    std::vector<std::uint32_t> names;
+    while (!accept('}')) {
+      const char c = peek();
+      const bool quoted = c == '"' || c == '\'';
+      const std::uint32_t name = quoted ? code_.nodes[string_literal(c)].a : intern(std::string(identifier()));
+      const int height = depth + static_cast<int>(names.size());
+      if (!ok_ || height >= kNativeNestingMax || !accept(':')) return give_up();
+      const auto text = [&](std::uint32_t of) -> const std::string& { return code_.strings[of]; };
+      // Dates, XML and the like are kept under names with $.
+      const bool special =
+          text(name).empty() || is_digit(text(name).front()) || text(name).front() == '$' || text(name) == "__proto__";
+      for (const std::uint32_t before : names) {
+        if (special || text(before) == text(name)) return give_up();
+      }
+      if (special) return give_up();
+      names.push_back(name);
+      const std::uint32_t value = conditional(height + 1);
+      if (!ok_) return 0;
+      object = add(Op::kWith, object, name, value);
+      if (!accept(',') && peek() != '}') return give_up();
+    }
+    return object;
   }
 
   // ['a', 'b'].indexOf(x) is a chain of comparisons. Whatever else is done with a list is left to the interpreter.
@@ -307,6 +338,7 @@ class Compiler {
   std::string_view source_;
   const SlotLookup& slots_;
   std::size_t at_ = 0;
+  int brackets_ = 0;  // that are open
   bool ok_ = true;
   NativeCode code_;
 };
@@ -359,6 +391,7 @@ std::optional<Value> constant_value(std::string_view source) {
   std::vector<std::string> text;
   ScriptValue value;
   if (code.empty() || !evaluate_native(code, scope, text, value)) return std::nullopt;
+  if (value.kind == ScriptValue::Kind::kObject) return std::nullopt;
   return value.to_value();
 }
 

@@ -12,10 +12,10 @@
 
 namespace sentree::scxml {
 
-/// The part of ECMAScript that is evaluated without an interpreter: literals, variables of <data>, members of them and
-/// of
-/// `_event`, In('id'), arithmetic, comparison, logic. It is free of side effects, so that whatever it cannot decide (an
-/// object where a primitive is needed, an error to be raised) can be evaluated again by the interpreter.
+/// The part of ECMAScript that is evaluated without an interpreter: literals, those of objects too, variables of
+/// <data>, members of them and of `_event`, In('id'), arithmetic, comparison, logic. It is free of side effects, so
+/// that whatever it cannot decide (an object where a primitive is needed, an error to be raised) can be evaluated again
+/// by the interpreter.
 struct NativeCode {
   enum class Op : std::uint8_t {
     kUndefined,
@@ -50,6 +50,8 @@ struct NativeCode {
     kAnd,
     kOr,
     kConditional,  // a ? b : c
+    kObject,       // without members
+    kWith,         // a: object that this makes, b: string, c: node: one member more
   };
   struct Node {
     Op op = Op::kUndefined;
@@ -115,7 +117,8 @@ class NativeScope {
   virtual bool in(std::string_view state_id) = 0;
 };
 
-/// False: the interpreter must evaluate. `text` receives strings made on the way, which `result` may borrow.
+/// False: the interpreter must evaluate. `text` receives strings made on the way, which `result` may borrow; objects
+/// that are made live until this thread evaluates again.
 [[nodiscard]] bool evaluate_native(const NativeCode& code, NativeScope& scope, std::vector<std::string>& text,
                                    ScriptValue& result);
 
