@@ -6,11 +6,11 @@
 #include <optional>
 
 #include "sentree/bt/load.h"
+#include "sentree/processes/control.h"
 #include "sentree/project/mission_tree.h"
 #include "sentree/project/plan.h"
 #include "sentree/project/project.h"
 #include "sentree/rpc/middleware.h"
-#include "sentree/processes/control.h"
 #include "sentree/text/file.h"
 #include "sentree/text/json.h"
 #include "sentree/text/xml.h"

@@ -5,8 +5,8 @@
 
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
-#include "sentree/rpc/middleware.h"
 #include "sentree/processes/environment.h"
+#include "sentree/rpc/middleware.h"
 
 namespace sentree::cli {
 

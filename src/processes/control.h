@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "sentree/runtime/control_handler.h"
 #include "sentree/rpc/client.h"
 #include "sentree/rpc/server.h"
+#include "sentree/runtime/control_handler.h"
 
 namespace sentree::processes {
 

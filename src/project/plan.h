@@ -131,8 +131,8 @@ struct MonitorPlan {
 };
 [[nodiscard]] Loaded<MonitorPlan> prepare_monitor(const Project& project, const std::string& name);
 
-/// Where the interfaces, skills and examples that come with Sentree are: share/sentree beside the program's bin/, else in one
-/// of $XDG_DATA_DIRS. Empty if they are not found.
+/// Where the interfaces, skills and examples that come with Sentree are: share/sentree beside the program's bin/, else
+/// in one of $XDG_DATA_DIRS. Empty if they are not found.
 [[nodiscard]] std::filesystem::path shipped_folder(std::string_view what);
 
 }  // namespace sentree::project

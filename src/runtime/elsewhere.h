@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "sentree/monitor/monitor.h"
-#include "sentree/runtime/control_handler.h"
 #include "sentree/project/plan.h"
+#include "sentree/runtime/control_handler.h"
 #include "sentree/runtime/mission.h"
 #include "sentree/runtime/observer.h"
 #include "sentree/runtime/publisher.h"

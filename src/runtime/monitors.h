@@ -91,7 +91,7 @@ class Monitors : private monitor::MonitorSet::Listener {
   // Own copies: a thread that was left behind may use them until the process ends.
   const std::vector<project::GatePlan> gates_;
   monitor::MonitorSet set_;
-  const bool keeps_;  // observations, for witnesses
+  const bool keeps_;                        // observations, for witnesses
   std::span<const std::uint32_t> reached_;  // of the message observed last
   Scheduler& scheduler_;
   Stream& stream_;

@@ -127,7 +127,7 @@ struct Live::Impl {
   std::mutex coverage_mutex;
   campaign::Coverage coverage;
   std::optional<campaign::CoverageWatch> watch;  // of a run that has its page from the beginning
-  std::shared_mutex steering_mutex;  // held while a request is carried out
+  std::shared_mutex steering_mutex;              // held while a request is carried out
   std::mutex mutex;
   runtime::RunView* view = nullptr;
   runtime::Steering* steering = nullptr;  // while the run goes on

@@ -25,13 +25,15 @@ Value coverage_value(const campaign::Coverage& coverage, const std::filesystem::
     if (const auto inside = std::filesystem::path(file).lexically_relative(folder);
         !inside.empty() && *inside.begin() != "..")
       file = inside.generic_string();
-    const bool is_of_chart = thing.kind == Kind::kState || thing.kind == Kind::kTransition || thing.kind == Kind::kGuard;
-    missing.push_back(Map{
-        {"kind", campaign::to_string(thing.kind)},
-        {"of", is_of_chart ? file : thing.of},
-        {"what", thing.what},
-        {"file", file},
-        {"line", colon == std::string::npos ? std::int64_t{0} : std::int64_t{std::atoi(thing.at.c_str() + colon + 1)}}});
+    const bool is_of_chart =
+        thing.kind == Kind::kState || thing.kind == Kind::kTransition || thing.kind == Kind::kGuard;
+    missing.push_back(
+        Map{{"kind", campaign::to_string(thing.kind)},
+            {"of", is_of_chart ? file : thing.of},
+            {"what", thing.what},
+            {"file", file},
+            {"line",
+             colon == std::string::npos ? std::int64_t{0} : std::int64_t{std::atoi(thing.at.c_str() + colon + 1)}}});
   }
   return Map{{"kinds", std::move(kinds)}, {"not_reached", std::move(missing)}};
 }

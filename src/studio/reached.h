@@ -19,9 +19,9 @@ struct Reached {
   campaign::Coverage coverage;
   std::filesystem::path folder;
 };
-/// Guards and transitions are in no recording: the run is executed again, its services answering as they did then. Cost:
-/// that of `replay::replay`. Errors: those of it and of `RecordedRun`; coverage.differs (what is executed now does
-/// something else, as after an upgrade).
+/// Guards and transitions are in no recording: the run is executed again, its services answering as they did then.
+/// Cost: that of `replay::replay`. Errors: those of it and of `RecordedRun`; coverage.differs (what is executed now
+/// does something else, as after an upgrade).
 [[nodiscard]] Result<Reached> reached_by(const std::string& recording, bool allow_plugins);
 
 }  // namespace sentree::studio

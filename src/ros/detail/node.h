@@ -83,7 +83,8 @@ class Node : public std::enable_shared_from_this<Node> {
                                      dds::Participant::OnChange on_change);
   [[nodiscard]] Result<ToldPtr> write(const dds::Channel& channel, dds::Participant::OnChange on_change);
   [[nodiscard]] std::vector<dds::Endpoint> endpoints() const { return participant_->endpoints(); }
-  /// What somebody serves or reads at a topic of DDS in place of `type`, as ", but somebody has pkg/srv/T there"; empty.
+  /// What somebody serves or reads at a topic of DDS in place of `type`, as ", but somebody has pkg/srv/T there";
+  /// empty.
   [[nodiscard]] std::string other_type(const std::string& topic, const std::string& type) const;
   [[nodiscard]] std::uint32_t domain() const { return domain_; }
   /// Until then others may not have been discovered.

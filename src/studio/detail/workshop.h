@@ -85,11 +85,11 @@ struct Workshop::Impl {
   std::uint64_t shadow_of = 0;             // its revision
   std::string shadow_problem;
   bool stopping = false;
-  bool past_wanted = false;            // requirements have been opened
-  bool all_wanted = false;             // somebody looks at what all scenarios reach
+  bool past_wanted = false;                       // requirements have been opened
+  bool all_wanted = false;                        // somebody looks at what all scenarios reach
   std::shared_ptr<const campaign::Coverage> all;  // what they reach together
   std::uint64_t all_of = 0;                       // its revision
-  std::atomic<bool> outdated = false;  // what the shadow runs is not the newest any more
+  std::atomic<bool> outdated = false;             // what the shadow runs is not the newest any more
 
   const Nothing no_run;  // shown until there is something to run
   std::unique_ptr<Server> server;
