@@ -5,9 +5,12 @@
 
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 #include "sentree/base/temporary_folder.h"
+#include "sentree/nav2/nav2.h"
 #include "sentree/project/plan.h"
+#include "sentree/text/file.h"
 
 namespace sentree::project {
 namespace {
@@ -125,6 +128,34 @@ TEST(Palettes, OfNav2BringItsNodes) {
   EXPECT_EQ(folder.told(), "loaded");
   folder.tree("m.xml", "M", "<SpeedController><AlwaysSuccess/></SpeedController>");
   EXPECT_THAT(folder.told(), HasSubstr("\"SpeedController\" is declared as Decorator, and no C++ node"));
+}
+
+TEST(Palettes, OfNav2BringSkillsUnlessTheProjectHasThem) {
+  TreeFolder folder;
+  folder.yaml("mission: {file: m.xml}\npalettes: nav2\n")
+      .tree("m.xml", "M", "<Sequence><Wait/><GoalUpdated/></Sequence>");
+  EXPECT_EQ(folder.told(), "loaded");
+  folder.yaml("mission: {file: m.xml}\n");
+  EXPECT_THAT(folder.told(), HasSubstr("there is no node \"Wait\""));
+}
+
+TEST(Palettes, OfNav2DescribeWhatTheirSkillsTakeAndGive) {
+  const std::filesystem::path folder = shipped_folder("skills") / "nav2";
+  std::set<std::string> leaves;
+  for (const bt::NodeModel& model : nav2::models()) {
+    if (model.category != bt::Category::kAction && model.category != bt::Category::kCondition) continue;
+    leaves.insert(model.id + ".scxml");
+    const auto source = text::read_file(folder / (model.id + ".scxml"));
+    ASSERT_TRUE(source) << model.id;
+    scxml::LoadOptions options;
+    options.read = [&](std::string_view uri) { return text::read_file(folder / std::string(uri)); };
+    const auto chart = scxml::load(*source, model.id, options);
+    ASSERT_TRUE(chart.ok()) << model.id;
+    EXPECT_EQ(category_of(*chart.value), model.category) << model.id;
+  }
+  for (const auto& file : std::filesystem::directory_iterator(folder)) {
+    if (file.path().extension() == ".scxml") EXPECT_TRUE(leaves.contains(file.path().filename())) << file.path();
+  }
 }
 
 TEST(Packages, AreLookedForInTheProjectsFolders) {

@@ -109,6 +109,25 @@ TEST_F(NavigationServices, APlanIsSaidWithoutDrivingIt) {
   EXPECT_TRUE(shut.at({"path", "poses"})->as_list()->empty());
 }
 
+TEST_F(NavigationServices, APlanMayBeginElsewhere) {
+  const Value plan =
+      ask("Navigation", "computePathBetween", {{"start", pose(8.2, 5.2, 0)}, {"target", place(pose(14.6, 8.8, 0.5))}});
+  EXPECT_EQ(plan.find("code")->text(), "OK");
+  EXPECT_EQ(plan.at({"path", "poses"})->as_list()->front().find("x")->number(), 8.2);
+  EXPECT_LT(plan.find("length")->number(), 12.0);
+}
+
+TEST_F(NavigationServices, APathIsValidWhileNothingKnownStandsOnIt) {
+  const Value plan = ask("Navigation", "computePathTo", {{"target", place(pose(14.6, 8.8, 0.5))}});
+  const Map path{{"path", *plan.find("path")}};
+  EXPECT_EQ(ask("Navigation", "isPathValid", path), Value(true));
+  ask("Simulation", "setDoor", {{"id", "kitchen_door"}, {"open", false}});
+  EXPECT_EQ(ask("Navigation", "isPathValid", path), Value(false));
+  EXPECT_EQ(
+      ask("Navigation", "isPathValid", {{"path", Map{{"header", *plan.at({"path", "header"})}, {"poses", List{}}}}}),
+      Value(false));
+}
+
 TEST_F(NavigationServices, TargetAndNextWaypointAreKnownWhileItDrives) {
   EXPECT_EQ(code("getAbsoluteLocationOfCurrentTarget"), "NOT_READY");
   EXPECT_EQ(code("getCurrentNavigationWaypoint"), "NOT_READY");
