@@ -131,6 +131,8 @@ cp -r "$project" same && cp out same/scenarios/again.yaml
 expect 0 'again' "$sentree" test same --scenario again
 expect 2 'btlog' "$sentree" export failure.mcap --to db3
 expect 0 'nodes were ticked' "$sentree" report failure.mcap
+grep -q '<td>guards<td>[0-9]*<td>[0-9]' out || fail "the report counts guards"
+grep -q 'never reached' out || fail "the report draws what of the charts was never reached"
 grep -q 'mission.tick</code> × 10<' out || fail "ticks that only follow each other are one row of the report"
 grep -q '<th>by<th>what' out || fail "the interventions of the report have a header"
 grep -q 'never emptier than 20 %' out || fail "the report says what an undecided monitor requires"

@@ -6,6 +6,7 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/report.h"
+#include "sentree/cli/report_coverage.h"
 #include "sentree/cli/verdicts.h"
 #include "sentree/draw/tree.h"
 #include "sentree/graph/tree.h"
@@ -18,20 +19,6 @@ namespace {
 
 // Bars of one row of the timeline; more are drawn as if they were one.
 constexpr std::size_t kBarsMax = 4000;
-
-std::string escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += c;
-    }
-  }
-  return out;
-}
 
 struct Bar {
   TimePoint from{};
@@ -90,12 +77,12 @@ std::string timeline(const project::Plan& plan, const Facts& facts, TimePoint en
   for (std::size_t i = 0; i < plan.leaves.size(); ++i) {
     const double y = kRow * static_cast<double>(i);
     svg += fmt::format("<text x={:.0f} y={:.0f} text-anchor=end>{}</text>\n", kLeft - 8, y + 15,
-                       escaped(plan.leaves[i].name));
+                       html_text(plan.leaves[i].name));
     for (const Bar& bar : facts.bars[i]) {
       svg += fmt::format(
           "<rect class={} rx=2 x={:.2f} y={:.0f} width={:.2f} height=16><title>{} {}: {:.3f} to {:.3f} "
           "s</title></rect>\n",
-          bar.status, x(bar.from), y + 3, std::max(x(bar.to) - x(bar.from), 1.0), escaped(plan.leaves[i].name),
+          bar.status, x(bar.from), y + 3, std::max(x(bar.to) - x(bar.from), 1.0), html_text(plan.leaves[i].name),
           bar.status, seconds(bar.from), seconds(bar.to));
     }
   }
@@ -103,7 +90,7 @@ std::string timeline(const project::Plan& plan, const Facts& facts, TimePoint en
     if (!monitor.decision || monitor.verdict != monitor::Verdict::kViolated) continue;
     svg += fmt::format(
         "<line class=mark x1={0:.1f} x2={0:.1f} y1=0 y2={1:.0f}><title>{2} violated at {3:.3f} s</title></line>\n",
-        x(monitor.decision->at), height - 22, escaped(monitor.name), seconds(monitor.decision->at));
+        x(monitor.decision->at), height - 22, html_text(monitor.name), seconds(monitor.decision->at));
   }
   svg += "</svg></div>\n<div class=legend>";
   for (const char* status : {"RUNNING", "SUCCESS", "FAILURE"})
@@ -149,7 +136,7 @@ std::string witness_table(const std::vector<WitnessRow>& rows) {
     while (is_plain_tick(rows[i]) && last + 1 < rows.size() && is_plain_tick(rows[last + 1])) ++last;
     const WitnessRow& row = rows[i];
     std::string time = fmt::format("{:.3f}", seconds(row.message->time));
-    std::string name = "<code>" + escaped(row.message->name) + "</code>";
+    std::string name = "<code>" + html_text(row.message->name) + "</code>";
     std::string what = row.what;
     if (last > i) {
       time += fmt::format(" – {:.3f}", seconds(rows[last].message->time));
@@ -157,7 +144,7 @@ std::string witness_table(const std::vector<WitnessRow>& rows) {
       if (!what.empty()) what += " … " + rows[last].what;
     }
     html += fmt::format("<tr{}><td>{} s<td>{}<td>{}<td><code>{}</code></tr>\n", row.is_key ? " class=key" : "", time,
-                        name, escaped(row.message->source), what);
+                        name, html_text(row.message->source), what);
     i = last + 1;
   }
   return html + "</table></div>";
@@ -173,21 +160,21 @@ std::string verdicts(const project::Plan& plan, const Facts& facts) {
                         monitor.verdict == monitor::Verdict::kViolated    ? " bad"
                         : monitor.verdict == monitor::Verdict::kSatisfied ? " good"
                                                                           : "",
-                        escaped(monitor.name), verdict, verdict);
+                        html_text(monitor.name), verdict, verdict);
     if (const monitor::Origin* origin = plan.monitors[i].origin()) {
-      if (!origin->requirement.prose.empty()) html += "<p>" + escaped(origin->requirement.prose) + "</p>\n";
-      html += "<p class=soft><code>" + escaped(origin->requirement.text()) + "</code></p>\n";
+      if (!origin->requirement.prose.empty()) html += "<p>" + html_text(origin->requirement.prose) + "</p>\n";
+      html += "<p class=soft><code>" + html_text(origin->requirement.text()) + "</code></p>\n";
     }
-    if (!monitor.standing.empty()) html += "<p class=soft>" + escaped(monitor.standing) + "</p>\n";
-    if (!monitor.vacuity.empty()) html += "<p>It " + escaped(monitor.vacuity) + ".</p>\n";
-    if (!monitor.failure.empty()) html += "<p class=violated>given up: " + escaped(monitor.failure) + "</p>\n";
+    if (!monitor.standing.empty()) html += "<p class=soft>" + html_text(monitor.standing) + "</p>\n";
+    if (!monitor.vacuity.empty()) html += "<p>It " + html_text(monitor.vacuity) + ".</p>\n";
+    if (!monitor.failure.empty()) html += "<p class=violated>given up: " + html_text(monitor.failure) + "</p>\n";
     if (!monitor.decision) {
       html += "</div>\n";
       continue;
     }
     const auto& explanation = monitor.explanation;
     html += fmt::format("<p>Decided at <b>{:.3f} s</b>", seconds(monitor.decision->at));
-    if (!monitor.leaf.empty()) html += " while <b>" + escaped(monitor.leaf) + "</b> was at work";
+    if (!monitor.leaf.empty()) html += " while <b>" + html_text(monitor.leaf) + "</b> was at work";
     if (explanation && explanation->triggered)
       html += fmt::format(", owed since {:.3f} s", seconds(*explanation->triggered));
     html += monitor.decision->deciding ? ".</p>\n" : "; nothing was observed then: a deadline passed.</p>\n";
@@ -195,14 +182,14 @@ std::string verdicts(const project::Plan& plan, const Facts& facts) {
     if (explanation) {
       for (const auto& step : explanation->steps) {
         std::string what;
-        for (const std::string& set : step.set) what += (what.empty() ? "" : ", ") + escaped(set);
-        if (step.is_trigger) what += (what.empty() ? "" : " ") + ("← from here on it " + escaped(explanation->owed));
+        for (const std::string& set : step.set) what += (what.empty() ? "" : ", ") + html_text(set);
+        if (step.is_trigger) what += (what.empty() ? "" : " ") + ("← from here on it " + html_text(explanation->owed));
         if (step.is_deciding) what += (what.empty() ? "← " : " ← ") + verdict;
         rows.push_back({&step.observation, what, step.is_trigger || step.is_deciding});
       }
     } else {
       for (const Message& message : monitor.decision->witness)
-        rows.push_back({&message, escaped(to_json(message.data)), false});
+        rows.push_back({&message, html_text(to_json(message.data)), false});
     }
     if (!monitor.decision->witness_complete)
       html += "<p class=soft>Earlier observations are no longer known.</p>\n";
@@ -226,13 +213,14 @@ std::string intervention(const Value& data) {
   return text;
 }
 
-std::string page(replay::RecordedRun& run, const project::Plan& plan, const Facts& facts) {
+std::string page(const ReportCommand& command, replay::RecordedRun& run, const project::Plan& plan,
+                 const Facts& facts) {
   std::string html =
       "<!doctype html>\n<html lang=en><meta charset=utf-8><meta name=viewport content=\"width=device-width\">\n";
-  html += "<title>" + escaped(run.fact("scenario")) + "</title>\n<style>" + std::string(kStyle) + "</style>\n";
-  html += "<h1>" + escaped(run.fact("scenario")) + "</h1>\n<div class=card><dl class=facts>\n";
+  html += "<title>" + html_text(run.fact("scenario")) + "</title>\n<style>" + std::string(kStyle) + "</style>\n";
+  html += "<h1>" + html_text(run.fact("scenario")) + "</h1>\n<div class=card><dl class=facts>\n";
   const auto row = [&](std::string_view name, const std::string& value) {
-    if (!value.empty()) html += fmt::format("<div><dt>{}</dt><dd>{}</dd></div>\n", name, escaped(value));
+    if (!value.empty()) html += fmt::format("<div><dt>{}</dt><dd>{}</dd></div>\n", name, html_text(value));
   };
   row("Mission", run.fact("mission") + (run.fact("reason").empty() ? "" : " (" + run.fact("reason") + ")"));
   row("Ended by", run.reader().complete() ? run.fact("ended_by") : "nothing: the recording was cut off");
@@ -245,10 +233,10 @@ std::string page(replay::RecordedRun& run, const project::Plan& plan, const Fact
     html += "<h2>Interventions</h2>\n<div class=card><div class=scroll><table><tr><th>time<th>by<th>what</tr>\n";
     for (const Message& message : facts.interventions)
       html += fmt::format("<tr><td>{:.3f} s<td>{}<td><code>{}</code></tr>\n", seconds(message.time),
-                          escaped(message.source), escaped(intervention(message.data)));
+                          html_text(message.source), html_text(intervention(message.data)));
     html += "</table></div></div>\n";
   }
-  return html + "<h2>Tree coverage</h2>\n" + coverage(plan, facts) + "</html>\n";
+  return html + "<h2>Tree coverage</h2>\n" + coverage(plan, facts) + coverage_section(command, plan) + "</html>\n";
 }
 
 }  // namespace
@@ -313,7 +301,7 @@ int report(const ReportCommand& command) {
     return kInvalidInput;
   }
   facts.monitors = verdicts.finish(run->ended());
-  const std::string html = page(*run, project, facts);
+  const std::string html = page(command, *run, project, facts);
   if (command.output.empty()) {
     print(html);
     return kOk;

@@ -108,4 +108,25 @@ std::string scenario_text(const Scenario& scenario, const std::vector<Injection>
   return out;
 }
 
+Result<std::string> with_injections(std::string text, std::vector<Injection> timeline,
+                                    const std::vector<Injection>& done, const std::string& file) {
+  for (const Injection& one : done) {
+    const Value what = to_entry(one.what);
+    const bool known = std::any_of(timeline.begin(), timeline.end(), [&](const Injection& there) {
+      return there.at == one.at && Value(to_entry(there.what)) == what;
+    });
+    if (known) continue;
+    const auto later =
+        std::find_if(timeline.begin(), timeline.end(), [&](const Injection& there) { return there.at > one.at; });
+    Map entry{{"at", exact_seconds(one.at.time_since_epoch())}};
+    for (const auto& [key, value] : *what.as_map()) entry[key] = value;
+    auto with = text::with_item(text, {std::string("timeline")},
+                                static_cast<std::size_t>(later - timeline.begin()), Value(std::move(entry)), file);
+    if (!with) return with;
+    text = std::move(*with);
+    timeline.insert(later, one);
+  }
+  return text;
+}
+
 }  // namespace sentree::project

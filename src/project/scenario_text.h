@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sentree/base/message.h"
+#include "sentree/base/result.h"
 #include "sentree/project/project.h"
 
 namespace sentree::project {
@@ -24,5 +25,12 @@ struct RunOutcome {
 [[nodiscard]] std::string scenario_text(const Scenario& scenario, const std::vector<Injection>& done,
                                         const std::optional<RunOutcome>& outcome = std::nullopt,
                                         const std::string& project = {});
+
+/// A scenario's text with what was `done`, each at its time among the entries of its timeline, as the scenario's own.
+/// What is there already at that time is left out; all else stays byte for byte.
+/// @param timeline  What the text has, as it was read.
+/// Errors: those of `text::with_item`.
+[[nodiscard]] Result<std::string> with_injections(std::string text, std::vector<Injection> timeline,
+                                                  const std::vector<Injection>& done, const std::string& file = {});
 
 }  // namespace sentree::project

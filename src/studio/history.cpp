@@ -99,6 +99,8 @@ std::uint32_t History::Impl::shape_of(const Message& message) {
       role = Role::kInjection;
     else if (shape.name == "monitor.violated" || shape.name == "monitor.satisfied")
       role = Role::kDecision;
+    else if (shape.name == "mission.resumed")
+      role = Role::kResumed;
     else if (message.kind == MessageKind::kError)
       role = Role::kError;
     else if (shape.name.ends_with(".tick.reply") && leaf_indices.contains(shape.source))
@@ -166,6 +168,15 @@ void History::Impl::add_effect(Role role, const Shape& shape, Nanoseconds time, 
       }
       break;
     }
+    case Role::kResumed: {
+      const auto count_of = [&](std::string_view name) {
+        const Value* member = message.data.find(name);
+        return member != nullptr && member->as_int() != nullptr ? *member->as_int() : std::int64_t{0};
+      };
+      mark(time, "gap", "nobody was there for " + shortest_decimal(static_cast<double>(count_of("wall_ns")) * 1e-9) + " s",
+           seen.sequence, std::min<Nanoseconds>(count_of("from_ns"), time));
+      break;
+    }
     case Role::kError:
       if (text_at("kind") == "vetoed")
         mark(time, "veto", shape.name.substr(0, shape.name.rfind('.')) + ": " + std::string(text_at("message")),
@@ -174,8 +185,9 @@ void History::Impl::add_effect(Role role, const Shape& shape, Nanoseconds time, 
   }
 }
 
-void History::Impl::mark(Nanoseconds time, std::string_view kind, std::string what, std::uint64_t sequence) {
-  if (marks.size() < kMarksMax) marks.push(time, {kind, std::move(what), sequence});
+void History::Impl::mark(Nanoseconds time, std::string_view kind, std::string what, std::uint64_t sequence,
+                         std::optional<Nanoseconds> from) {
+  if (marks.size() < kMarksMax) marks.push(time, {kind, std::move(what), sequence, from});
 }
 
 std::uint32_t History::Impl::configuration_of(std::size_t chart, const std::vector<std::string>& states) {

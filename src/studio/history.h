@@ -59,9 +59,10 @@ struct Filter {
 
 /// One lane of the timeline, or one mark on it.
 struct Mark {
-  std::string_view kind;  ///< "violation", "injection", "intervention", "veto", "problem".
+  std::string_view kind;  ///< "violation", "injection", "intervention", "veto", "problem", "gap".
   std::string text;
   std::uint64_t sequence = 0;
+  std::optional<Nanoseconds> from = {};  ///< Of a gap: when it began.
 };
 
 /// Everything that a page can show of a run, now or at any time before: what was recorded of it, by the time at which

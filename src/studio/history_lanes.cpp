@@ -184,10 +184,12 @@ Value History::lanes(Nanoseconds from, Nanoseconds to, int width) const {
   for (i = i == Track<Mark>::npos ? 0 : i + 1; i < impl.marks.size() && impl.marks[i].time <= to; ++i) {
     if (marks.size() >= kShownMarksMax) break;
     const Mark& mark = impl.marks[i].value;
-    marks.push_back(Map{{"time", impl.marks[i].time},
-                        {"kind", mark.kind},
-                        {"text", mark.text},
-                        {"sequence", static_cast<std::int64_t>(mark.sequence)}});
+    Map said{{"time", impl.marks[i].time},
+             {"kind", mark.kind},
+             {"text", mark.text},
+             {"sequence", static_cast<std::int64_t>(mark.sequence)}};
+    if (mark.from) said["from"] = *mark.from;
+    marks.emplace_back(std::move(said));
   }
   return Map{{"lanes", std::move(lanes)}, {"marks", std::move(marks)}};
 }

@@ -1,18 +1,16 @@
 #include "sentree/studio/live.h"
 
 #include <atomic>
-#include <map>
 #include <mutex>
 #include <shared_mutex>
 
 #include "sentree/campaign/coverage.h"
-#include "sentree/record/reader.h"
 #include "sentree/runtime/inside.h"
 #include "sentree/runtime/steering.h"
 #include "sentree/studio/reached.h"
 #include "sentree/studio/record_queue.h"
-#include "sentree/studio/record_reader.h"
 #include "sentree/studio/steer.h"
+#include "sentree/studio/take_recording.h"
 
 namespace sentree::studio {
 
@@ -21,23 +19,9 @@ namespace {
 // The messages of a recording that grows, up to sequence number `last`.
 Result<void> bring_in(History& history, const std::string& recording, std::uint32_t last) {
   if (last == 0) return {};  // nothing was before, and the file may not have begun
-  const auto reader = record::Reader::open(recording);
-  if (!reader) return tl::unexpected(reader.error());
-  std::map<record::ChannelId, Topic> topics;
-  for (const auto& [id, channel] : (*reader)->channels()) topics.emplace(id, topic_of(channel.topic));
-  RecordReader record_reader;
-  for (std::size_t part = 0; part < (*reader)->parts(); ++part) {
-    const auto records = (*reader)->part(part);
-    if (!records) return tl::unexpected(records.error());
-    (*reader)->each_message(*records, [&](const record::RawMessage& message) {
-      if (static_cast<std::int32_t>(message.sequence - last) > 0) return;
-      const TimePoint time(Duration(message.log_time));
-      const auto record =
-          record_reader.read(topics.at(message.channel), time, message.data, RecordReader::Depth::kWhole);
-      if (record) history.take(time, *record);
-    });
-  }
-  return {};
+  return take_recording(history, recording, [last](const record::RawMessage& message, const record::RunRecord&) {
+    return static_cast<std::int32_t>(message.sequence - last) <= 0;
+  });
 }
 
 }  // namespace

@@ -1,13 +1,69 @@
 #include "sentree/studio/recorded.h"
 
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+#include <variant>
+#include <vector>
+
 #include "sentree/studio/reached.h"
+#include "sentree/studio/take_recording.h"
 #include "sentree/text/json.h"
 
 namespace sentree::studio {
 
+namespace {
+
+// Recordings of one run that was resumed again and again.
+constexpr std::size_t kPartsMax = 100;
+
+// A recording that a resumed run continues, and where the next one takes over.
+struct EarlierPart {
+  std::string path;
+  TimePoint until{};
+  std::uint64_t next_sequence = 0;
+};
+
+std::uint64_t first_sequence(replay::RecordedRun& run) {
+  std::uint64_t first = 0;
+  (void)run.each([&](const Message& message) {
+    first = message.sequence;
+    return false;
+  });
+  return first;
+}
+
+// The recordings before this one that stand beside it, the first one first, as far back as they are of the same plan.
+std::vector<EarlierPart> parts_before(const std::string& path, replay::RecordedRun& run) {
+  std::vector<EarlierPart> parts;
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  const std::string plan = run.fact("plan");
+  std::string before = run.fact("continues");
+  TimePoint until{Duration(std::atoll(run.fact("continues_at_ns").c_str()))};
+  std::uint64_t next = first_sequence(run);
+  while (!before.empty() && parts.size() < kPartsMax) {
+    // A name, and no way to another folder.
+    const std::string file = (folder / std::filesystem::path(before).filename()).string();
+    auto earlier = replay::RecordedRun::open(file);
+    if (!earlier || plan.empty() || earlier->fact("plan") != plan) break;
+    parts.insert(parts.begin(), {file, until, next});
+    before = earlier->fact("continues");
+    until = TimePoint(Duration(std::atoll(earlier->fact("continues_at_ns").c_str())));
+    next = first_sequence(*earlier);
+  }
+  return parts;
+}
+
+}  // namespace
+
 struct Recorded::Impl {
-  Impl(replay::RecordedRun recording, project::Plan recorded_plan)
-      : run(std::move(recording)), plan(std::move(recorded_plan)), subject(plan), history(subject, run.reader()) {
+  Impl(replay::RecordedRun recording, project::Plan recorded_plan, bool alone)
+      : run(std::move(recording)), plan(std::move(recorded_plan)), subject(plan) {
+    // Of several recordings everything is kept in memory, as of a run that goes on.
+    if (alone)
+      history.emplace(subject, run.reader());
+    else
+      history.emplace(subject);
     // Recordings from before it was kept have none.
     if (auto kept = text::parse_json(run.fact("vacuous")); kept && kept->as_map() != nullptr)
       vacuous = std::move(*kept->as_map());
@@ -37,7 +93,7 @@ struct Recorded::Impl {
   std::optional<Value> coverage;  // of the thread that steers
   project::Plan plan;
   Subject subject;
-  History history;
+  std::optional<History> history;
   Map vacuous;
   std::unique_ptr<Server> server;
 };
@@ -55,12 +111,26 @@ Result<std::unique_ptr<Recorded>> Recorded::open(const std::string& path, bool a
   auto plan = project::prepare(std::move(*scenario.value));
   diagnostics.insert(diagnostics.end(), plan.diagnostics.begin(), plan.diagnostics.end());
   if (!plan.ok()) return fail("record.no-project", "the recorded project cannot be loaded", SourceSpan{path});
-  auto impl = std::make_unique<Impl>(std::move(*run), std::move(*plan.value));
+  const auto before = parts_before(path, *run);
+  auto impl = std::make_unique<Impl>(std::move(*run), std::move(*plan.value), before.empty());
   impl->path = path;
   impl->allow_plugins = allow_plugins;
-  impl->history.read_index();
+  if (before.empty()) impl->history->read_index();
+  for (const EarlierPart& part : before) {
+    // What it says of the time after is said again by the next one.
+    const auto taken = take_recording(
+        *impl->history, part.path, [&part](const record::RawMessage& raw, const record::RunRecord& record) {
+          if (const auto* message = std::get_if<Message>(&record)) return message->sequence < part.next_sequence;
+          return TimePoint(Duration(raw.log_time)) <= part.until;
+        });
+    if (!taken) return tl::unexpected(taken.error());
+  }
+  if (!before.empty()) {
+    const auto taken = take_recording(*impl->history, path, [](const auto&, const auto&) { return true; });
+    if (!taken) return tl::unexpected(taken.error());
+  }
   options.live = false;
-  auto server = Server::start(impl->subject, impl->history,
+  auto server = Server::start(impl->subject, *impl->history,
                               {.update = {},
                                .facts = [raw = impl.get()] { return raw->facts(); },
                                .steer = {},
@@ -72,6 +142,6 @@ Result<std::unique_ptr<Recorded>> Recorded::open(const std::string& path, bool a
 }
 
 const Server& Recorded::server() const { return *impl_->server; }
-const History& Recorded::history() const { return impl_->history; }
+const History& Recorded::history() const { return *impl_->history; }
 
 }  // namespace sentree::studio

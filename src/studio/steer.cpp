@@ -1,9 +1,13 @@
 #include "sentree/studio/steer.h"
 
+#include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <iterator>
 
+#include "sentree/project/scenario_text.h"
 #include "sentree/text/file.h"
+#include "sentree/text/overlay.h"
 
 namespace sentree::studio {
 
@@ -169,6 +173,37 @@ Result<Value> save_scenario(const runtime::Steering& steering, const Subject& su
   return Value(Map{{"yaml", *yaml}, {"file", file.string()}});
 }
 
+// What was done to the run goes into a scenario that is there. Its text is edited: comments and all else stay.
+Result<Value> add_to_scenario(const runtime::Steering& steering, const Subject& subject, const Asked& asked) {
+  const auto name = asked.text("name");
+  if (!name) return tl::unexpected(name.error());
+  const auto files = project::scenario_files(subject.plan.scenario.project);
+  const auto file = std::find_if(files.begin(), files.end(), [&](const auto& one) { return one.stem() == *name; });
+  if (file == files.end()) return fail("studio.request", "there is no scenario \"" + *name + "\"");
+  const auto run = steering.scenario();
+  if (!run) return tl::unexpected(run.error());
+  std::vector<project::Injection> done;
+  {
+    // The run as a scenario says what was done to it, read as if it stood where the other one does.
+    const text::Overlay overlay{{std::filesystem::absolute(*file).lexically_normal().string(), *run}};
+    const text::ReadThrough through(overlay);
+    const auto read = project::load_scenario(*file);
+    if (!read.ok()) return fail("studio.request", "what was done to this run cannot be read as a scenario");
+    std::copy_if(read.value->timeline.begin(), read.value->timeline.end(), std::back_inserter(done),
+                 [](const project::Injection& one) { return one.source != "scenario"; });
+  }
+  if (done.empty()) return fail("studio.nothing-done", "nothing was done to this run by hand yet");
+  const auto there = project::load_scenario(*file);
+  if (!there.ok()) return fail("studio.request", file->string() + " cannot be read: sentree check says why");
+  const auto before = text::read_file(*file);
+  if (!before) return tl::unexpected(before.error());
+  auto with = project::with_injections(*before, there.value->timeline, done, file->string());
+  if (!with) return tl::unexpected(with.error());
+  if (*with == *before) return fail("studio.nothing-done", "all that was done is in " + file->string() + " already");
+  if (auto written = text::write_file(*file, *with); !written) return tl::unexpected(written.error());
+  return Value(Map{{"yaml", *with}, {"file", file->string()}});
+}
+
 }  // namespace
 
 Result<Value> steer(runtime::Steering& steering, const Subject& subject, const std::string& op, const Value& request) {
@@ -179,6 +214,7 @@ Result<Value> steer(runtime::Steering& steering, const Subject& subject, const s
   if (op == "call") return call(steering, asked);
   if (op == "breakpoint") return set_breakpoint(steering, subject, asked);
   if (op == "save_scenario") return save_scenario(steering, subject, asked);
+  if (op == "add_to_scenario") return add_to_scenario(steering, subject, asked);
   if (op == "interventions") {
     List list;
     for (const mission::StandingIntervention& one : steering.standing()) list.push_back(to_value(subject, one));

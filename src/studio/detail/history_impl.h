@@ -94,7 +94,7 @@ struct History::Impl {
   }
 
   // What an observation does beside being seen.
-  enum class Role : std::uint8_t { kPlain, kNodeStatus, kMissionStatus, kReply, kInjection, kDecision, kError };
+  enum class Role : std::uint8_t { kPlain, kNodeStatus, kMissionStatus, kReply, kInjection, kDecision, kResumed, kError };
 
   void take(Nanoseconds time, const record::RunRecord& record, const Place* place);
   // One for each sort of record; `place` is where it is in the recording, null in a run that goes on.
@@ -113,7 +113,8 @@ struct History::Impl {
   void add(Nanoseconds time, const record::BatteryRecord& record, const Place* place);
   void add_effect(Role role, const Shape& shape, Nanoseconds time, const Message& message, const Seen& seen,
                   const Place* place);
-  void mark(Nanoseconds time, std::string_view kind, std::string text, std::uint64_t sequence);
+  void mark(Nanoseconds time, std::string_view kind, std::string text, std::uint64_t sequence,
+            std::optional<Nanoseconds> from = {});
   RobotTracks* robot_of(std::string_view name);
   template <class Record>
   Place keep(Shown what, const Record& record, Nanoseconds time, const Place* place) {

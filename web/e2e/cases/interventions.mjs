@@ -1,10 +1,11 @@
 // Breakpoints, faults, forced results, and runs saved as scenarios, by hand from the page.
 import assert from "node:assert/strict";
-import { cpSync, writeFileSync } from "node:fs";
+import { cpSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 
 import { first_message, interventions, open_page, open_tab, operate, state_of, text, until, verdicts } from "../harness/browser.mjs";
+import { open_design, serve_design, undo_name } from "../harness/design.mjs";
 import { example, run, scratch, serve_run } from "../harness/program.mjs";
 
 test("a breakpoint on a node stops the run there; a step goes on by one tick", async () => {
@@ -141,4 +142,47 @@ test("what was done is saved as a scenario that does the same again", async () =
   assert.equal(again.code, 0, `${again.stdout}\n${again.stderr}`);
   await close();
   await program.stop();
+});
+
+test("what was done by hand goes into a scenario that is there, and into the page that edits it", async () => {
+  const folder = join(scratch(), "recharge");
+  cpSync(example("recharge"), folder, { recursive: true });
+  const file = join(folder, "scenarios", "experiment1.yaml");
+  const before = readFileSync(file, "utf8");
+  const design = await serve_design(folder);
+  const editor = await open_design(design.url, { file: "scenarios/experiment1.yaml" });
+  await editor.page.locator('[data-entry="0"]').waitFor();
+
+  const program = await serve_run(folder, { scenario: "experiment1", args: ["--paused"] });
+  const { page, close } = await open_page(program.url);
+  await open_tab(page, "Save");
+  assert.equal(await page.getByTestId("scenario-into").inputValue(), "experiment1");
+  await page.getByTestId("add-to-scenario").click();
+  await page.getByText("nothing was done to this run by hand yet").waitFor();
+  await operate(page, "step", { ticks: 3 });
+  await until(async () => (await state_of(page)).tick >= 3 && (await state_of(page)).run.state === "paused", "three ticks");
+  await page.locator("[data-node]", { hasText: "BatteryLevelAbove30" }).click({ button: "right" });
+  await page.getByRole("menuitemcheckbox", { name: "failure" }).last().click();
+  await page.locator("[data-node] .forced").waitFor();
+  await page.getByTestId("add-to-scenario").click();
+  await page.getByTestId("saved-file").waitFor();
+  const after = readFileSync(file, "utf8");
+  const added = after.split("\n").filter((line) => !before.split("\n").includes(line));
+  assert.equal(added.length, 1, added.join("\n"));
+  assert.match(added[0], /^ {2}- \{at: [\d.]+ (?:s|ms|us|ns), force: \{leaf: BatteryLevelAbove30, status: FAILURE\}\}$/);
+  assert.equal(after.replace(`${added[0]}\n`, ""), before, "all else is byte for byte what it was");
+  // A second time there is nothing to add.
+  await page.getByTestId("add-to-scenario").click();
+  await page.getByText("all that was done is in").first().waitFor();
+  assert.equal(readFileSync(file, "utf8"), after);
+  // Who edits the project sees the entry, as a step that can be undone.
+  await editor.page.locator('[data-entry="1"]').waitFor();
+  assert.match(await editor.page.locator('[data-entry="0"]').getAttribute("aria-label"), /force/);
+  await until(async () => (await undo_name(editor.page)) === "changed on disk", "it can be undone");
+  await close();
+  await program.stop();
+  await editor.close();
+  await design.stop();
+  const checked = await run(["check", file]);
+  assert.equal(checked.code, 0, checked.stdout);
 });

@@ -5,9 +5,14 @@ import { Icon } from "../../widgets/Icon";
 import { useStudio } from "../../store/store";
 import { steer } from "./steering";
 
+const kNone: readonly string[] = [];
+
 /** The run so far, with everything that was done to it, as a scenario that does the same again. */
 export function SaveTab() {
   const title = useStudio((studio) => studio.index?.model.scenario?.name ?? "run");
+  const scenarios = useStudio((studio) => studio.index?.model.scenarios) ?? kNone;
+  const [chosen, set_into] = useState<string | null>(null);
+  const into = chosen ?? (scenarios.includes(title) ? title : (scenarios[0] ?? ""));
   const [name, set_name] = useState("");
   const [saved, set_saved] = useState<{ yaml: string; file: string } | null>(null);
   const wanted = name || `${title}-again`;
@@ -26,6 +31,18 @@ export function SaveTab() {
           Save as scenario
         </button>
       </div>
+      {scenarios.length > 0 && (
+        <div className="row">
+          <select className="field small grow" aria-label="Scenario that gets what was done" value={into} onChange={(event) => set_into(event.target.value)} data-testid="scenario-into">
+            {scenarios.map((one) => (
+              <option key={one}>{one}</option>
+            ))}
+          </select>
+          <button type="button" className="button small" title="What was done by hand becomes entries of its timeline, at its times; all else of the file stays" data-testid="add-to-scenario" onClick={() => void steer("add_to_scenario", { name: into }).then((done) => done && set_saved(done))}>
+            Add to this scenario
+          </button>
+        </div>
+      )}
       {saved && (
         <>
           <p role="status">
