@@ -72,6 +72,20 @@ TEST(Coverage, IsWhatAllRunsTogetherHaveReached) {
   EXPECT_EQ(value.find("not_reached")->as_list()->size(), coverage.all().of - coverage.all().reached);
 }
 
+TEST(Coverage, OfSeveralRunsAddsUp) {
+  Coverage together, other;
+  run("normal.yaml", together);
+  run("no-path.yaml", other);
+  const Coverage first = together;
+  together.add(other);
+  for (const auto& [thing, reached] : together.things()) {
+    const bool here = first.things().contains(thing) && first.things().at(thing);
+    const bool there = other.things().contains(thing) && other.things().at(thing);
+    EXPECT_EQ(reached, here || there) << thing.of << ": " << thing.what;
+  }
+  EXPECT_GT(together.all().reached, first.all().reached);
+}
+
 // States that a chart only passes through are reached too.
 TEST(Coverage, OfAChartIsEveryStateOnTheWayOfATransitionTaken) {
   Coverage coverage;

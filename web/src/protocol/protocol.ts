@@ -425,7 +425,7 @@ export const Lane = object({
   spans: optional(list(tuple([Time, Time, string()]))),
   points: optional(list(tuple([Time, number()]))),
 });
-export const Mark = object({ time: Time, kind: one_of("violation", "injection", "intervention", "veto", "problem"), text: string(), sequence: index() });
+export const Mark = object({ time: Time, kind: one_of("violation", "injection", "intervention", "veto", "problem", "gap"), text: string(), sequence: index(), from: optional(Type.Integer({ description: "Of a gap: when it began" })) });
 export const Interventions = list(Type.Unsafe<Record<string, Static<typeof Data>>>(by_name(Data)));
 
 const nothing = () => object({});
@@ -463,6 +463,7 @@ export const Operations = {
   interventions: [nothing(), Interventions],
   coverage: [nothing(), Reached],
   save_scenario: [object({ name: string() }), object({ yaml: string(), file: string() })],
+  add_to_scenario: [object({ name: string() }), object({ yaml: string(), file: string() })],
   design: [nothing(), Design],
   design_palette: [nothing(), object({ nodes: list(PaletteNode), places: list(string()), interfaces: Type.Array(string(), { description: "FILE.thrift/SERVICE" }) })],
   design_read: [object({ file: string() }), DesignDocument],

@@ -173,6 +173,7 @@ function paint_moment(context: CanvasRenderingContext2D, width: number, height: 
   if (picture.hover !== null) vertical(context, x_of(view, picture.hover, width), height, color("line-strong"));
   for (const mark of picture.marks) {
     if (mark.kind === "violation") vertical(context, x_of(view, mark.time, width), height, color("alarm"), [3, 3]);
+    if (mark.kind === "gap") paint_gap(context, x_of(view, mark.from ?? mark.time, width), x_of(view, mark.time, width), height);
   }
   // What has not happened yet is no white space like any other.
   const x_end = x_of(view, picture.end, width);
@@ -183,6 +184,17 @@ function paint_moment(context: CanvasRenderingContext2D, width: number, height: 
     context.globalAlpha = 1;
   }
   vertical(context, x_of(view, picture.time, width), height, color(picture.live ? "accent" : "past"), [], 2);
+}
+
+/** Nobody was there: what the lanes show in between is what they last showed. */
+function paint_gap(context: CanvasRenderingContext2D, from: number, to: number, height: number): void {
+  context.save();
+  context.fillStyle = color("ground");
+  context.globalAlpha = 0.75;
+  context.fillRect(from, 0, Math.max(to - from, 3), height);
+  context.restore();
+  vertical(context, from, height, color("ink"), [2, 2]);
+  vertical(context, to, height, color("ink"), [2, 2]);
 }
 
 /** The lanes between `scroll` and `scroll + height`. */
@@ -222,6 +234,11 @@ function paint_mark(context: CanvasRenderingContext2D, kind: Mark["kind"], x: nu
     case "intervention":
       context.fillStyle = color("accent");
       context.rect(x - 4, y - 4, 8, 8);
+      break;
+    case "gap":
+      context.fillStyle = color("ink");
+      context.rect(x - 5, y - 6, 3, 11);
+      context.rect(x + 1, y - 6, 3, 11);
       break;
     case "veto":
       context.fillStyle = color("past");
