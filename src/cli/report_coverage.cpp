@@ -46,9 +46,10 @@ std::string missing_table(const campaign::Coverage& coverage) {
                         html_text(short_name(thing.of)), html_text(what));
   }
   if (rows.empty()) return "<p>Everything was reached.</p>\n";
-  std::string html = "<details class=card><summary>Never reached</summary><div class=scroll><table>"
-                     "<tr><th>kind<th>of<th>what</tr>\n" +
-                     rows + "</table></div>";
+  std::string html =
+      "<details class=card><summary>Never reached</summary><div class=scroll><table>"
+      "<tr><th>kind<th>of<th>what</tr>\n" +
+      rows + "</table></div>";
   for (const auto& [kind, count] : listed) {
     if (count > kListedMax)
       html += fmt::format("<p class=soft>… and {} {} more</p>", count - kListedMax, campaign::to_string(kind));
@@ -121,8 +122,9 @@ std::string coverage_section(const ReportCommand& command, const project::Plan& 
   std::string html = "<h2>Coverage</h2>\n";
   const auto reached = studio::reached_by(command.file, command.allow_plugins);
   if (!reached)
-    return html + "<p class=soft>What was reached of charts and guards is not known: " +
-           html_text(reached.error().message) + "</p>\n";
+    return html +
+           "<p class=soft>What was reached of charts and guards is not known: " + html_text(reached.error().message) +
+           "</p>\n";
   html += counts_table(reached->coverage) + missing_table(reached->coverage);
   // The files of `plan` lie in another folder than those that were executed again.
   std::map<std::string, std::string> files;

@@ -120,8 +120,8 @@ Result<std::string> with_injections(std::string text, std::vector<Injection> tim
         std::find_if(timeline.begin(), timeline.end(), [&](const Injection& there) { return there.at > one.at; });
     Map entry{{"at", exact_seconds(one.at.time_since_epoch())}};
     for (const auto& [key, value] : *what.as_map()) entry[key] = value;
-    auto with = text::with_item(text, {std::string("timeline")},
-                                static_cast<std::size_t>(later - timeline.begin()), Value(std::move(entry)), file);
+    auto with = text::with_item(text, {std::string("timeline")}, static_cast<std::size_t>(later - timeline.begin()),
+                                Value(std::move(entry)), file);
     if (!with) return with;
     text = std::move(*with);
     timeline.insert(later, one);

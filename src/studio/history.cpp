@@ -173,7 +173,8 @@ void History::Impl::add_effect(Role role, const Shape& shape, Nanoseconds time, 
         const Value* member = message.data.find(name);
         return member != nullptr && member->as_int() != nullptr ? *member->as_int() : std::int64_t{0};
       };
-      mark(time, "gap", "nobody was there for " + shortest_decimal(static_cast<double>(count_of("wall_ns")) * 1e-9) + " s",
+      mark(time, "gap",
+           "nobody was there for " + shortest_decimal(static_cast<double>(count_of("wall_ns")) * 1e-9) + " s",
            seen.sequence, std::min<Nanoseconds>(count_of("from_ns"), time));
       break;
     }

@@ -118,11 +118,12 @@ Result<std::unique_ptr<Recorded>> Recorded::open(const std::string& path, bool a
   if (before.empty()) impl->history->read_index();
   for (const EarlierPart& part : before) {
     // What it says of the time after is said again by the next one.
-    const auto taken = take_recording(
-        *impl->history, part.path, [&part](const record::RawMessage& raw, const record::RunRecord& record) {
-          if (const auto* message = std::get_if<Message>(&record)) return message->sequence < part.next_sequence;
-          return TimePoint(Duration(raw.log_time)) <= part.until;
-        });
+    const auto taken = take_recording(*impl->history, part.path,
+                                      [&part](const record::RawMessage& raw, const record::RunRecord& record) {
+                                        if (const auto* message = std::get_if<Message>(&record))
+                                          return message->sequence < part.next_sequence;
+                                        return TimePoint(Duration(raw.log_time)) <= part.until;
+                                      });
     if (!taken) return tl::unexpected(taken.error());
   }
   if (!before.empty()) {

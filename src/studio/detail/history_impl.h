@@ -94,7 +94,16 @@ struct History::Impl {
   }
 
   // What an observation does beside being seen.
-  enum class Role : std::uint8_t { kPlain, kNodeStatus, kMissionStatus, kReply, kInjection, kDecision, kResumed, kError };
+  enum class Role : std::uint8_t {
+    kPlain,
+    kNodeStatus,
+    kMissionStatus,
+    kReply,
+    kInjection,
+    kDecision,
+    kResumed,
+    kError
+  };
 
   void take(Nanoseconds time, const record::RunRecord& record, const Place* place);
   // One for each sort of record; `place` is where it is in the recording, null in a run that goes on.
