@@ -19,10 +19,11 @@ set_up() {
   : >"$calls"
   installed='installed g++\ninstalled ninja-build\nconfig-files cmake\n'
   user=1000
-  for tool in bash cat sed sort comm dirname basename realpath awk nproc env mkdir grep tail touch rm wc paste; do ln -s "$(command -v $tool)" "$work/bin/$tool"; done
+  for tool in bash cat sed sort comm dirname basename realpath awk nproc env mkdir grep tail touch rm wc paste date find; do ln -s "$(command -v $tool)" "$work/bin/$tool"; done
   stub apt-get 'exit 0'
   stub sudo 'exec "$@"'
   stub ninja 'exit 0'
+  stub python3 'exit 0'
   stub ctest 'echo "100% tests passed"'
   stub cmake 'if [[ $1 == --preset ]]; then mkdir -p "build/$2"; touch "build/$2/CMakeCache.txt" "build/$2/build.ninja"; fi'
   stub_at "$work/repo/build/release/bin/sentree" sentree 'exit 7'

@@ -3,8 +3,10 @@
 // {x, y, theta} of a geometry_msgs/PoseStamped, or of its text "stamp;frame;x;y;z;qx;qy;qz;qw".
 function planar(pose) {
   if (typeof pose === 'string') {
-    var part = pose.split(';').map(Number);
-    if (part.length !== 9) throw new Error('"' + pose + '" is no pose: stamp;frame;x;y;z;qx;qy;qz;qw');
+    var part = pose.split(';');
+    var is_pose = part.length === 9 && part.every(function (p, i) { return i === 1 || (p.trim() !== '' && !isNaN(p)); });
+    if (!is_pose) throw new Error('"' + pose + '" is no pose: stamp;frame;x;y;z;qx;qy;qz;qw');
+    part = part.map(Number);
     return {x: part[2], y: part[3], theta: 2 * Math.atan2(part[7], part[8])};
   }
   var q = pose.pose.orientation;

@@ -149,7 +149,7 @@ Part component(const std::string& name) {
   return part;
 }
 
-bool is_name(const std::string& name) {
+bool is_part_name(const std::string& name) {
   const auto letter = [](unsigned char c) { return std::isalpha(c) != 0 || c == '_'; };
   return !name.empty() && letter(static_cast<unsigned char>(name.front())) &&
          std::all_of(name.begin(), name.end(), [&](unsigned char c) { return letter(c) || std::isdigit(c) != 0; });
@@ -158,7 +158,7 @@ bool is_name(const std::string& name) {
 }  // namespace
 
 Result<Part> new_part(const std::string& kind, const std::string& name, const project::Plan* plan) {
-  if (!is_name(name))
+  if (!is_part_name(name))
     return fail("design.bad-name", "\"" + name + "\" is no name: letters, digits and _, with a letter first");
   const auto call = plan != nullptr ? example_call(*plan) : std::nullopt;
   if (kind == "skill") return skill(name, call);

@@ -108,6 +108,12 @@ TEST(TreeEdit, SetsAnAttributeInItsQuotes) {
   EXPECT_EQ(edited(kFile, SetAttribute{element(kFile, "A"), "y", std::nullopt}), with(kFile, "   y=\"2\"", ""));
 }
 
+TEST(TreeEdit, TakesEveryNameThatXmlDoes) {
+  EXPECT_NE(edited(kFile, SetAttribute{element(kFile, "A"), "größe-1.x", "3"}).find(" größe-1.x="), std::string::npos);
+  EXPECT_NE(edited(kFile, WrapNode{element(kFile, "A"), "Wrap-Er"}).find("<Wrap-Er"), std::string::npos);
+  EXPECT_EQ(edited(kFile, SetAttribute{element(kFile, "A"), "1x", "3"}), "\"1x\" is no name of an attribute");
+}
+
 TEST(TreeEdit, SaysWhyADropIsImpossible) {
   const auto drop = [](const std::string& into, const InsertNode& node) {
     InsertNode at = node;

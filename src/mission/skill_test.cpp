@@ -55,7 +55,7 @@ class SkillPlayer final : public SkillHost {
     take(Outcome{call, {.ok = true, .result = std::move(result), .kind = {}, .message = {}}});
   }
   void reply(Value result = {}) { reply(last_call, std::move(result)); }
-  void pass(Duration duration) {
+  void wait(Duration duration) {
     time += duration;
     if (wake <= time) take(SkillTimer{wake});
   }
@@ -209,9 +209,9 @@ TEST(Skill, AHaltBeyondItsDeadlineIsCancelled) {
   p.halt();
   p.done();
   EXPECT_EQ(p.wake, TimePoint(seconds(2)));
-  p.pass(milliseconds(1999));
+  p.wait(milliseconds(1999));
   EXPECT_THAT(p.done(), IsEmpty());
-  p.pass(milliseconds(1));
+  p.wait(milliseconds(1));
   EXPECT_THAT(p.done(),
               ElementsAre("! Leaf did not end within its halt deadline of 2000 ms and was cancelled", "halted"));
 }
@@ -253,7 +253,7 @@ TEST(Skill, ItsTimersRunBetweenTicks) {
   p.tick(true);
   EXPECT_THAT(p.done(), ElementsAre("RUNNING"));
   EXPECT_EQ(p.wake, TimePoint(milliseconds(300)));
-  p.pass(milliseconds(300));
+  p.wait(milliseconds(300));
   p.tick();
   EXPECT_THAT(p.done(), ElementsAre("SUCCESS"));
 }
@@ -433,7 +433,7 @@ TEST(SkillWithProtocol, TellsTheStatusOfAStateAndIsAcknowledged) {
   for (int run = 0; run < 2; ++run) {
     p.tick(true);
     p.tick();
-    p.pass(milliseconds(300));
+    p.wait(milliseconds(300));
     EXPECT_THAT(p.done(), ElementsAre("RUNNING", "RUNNING"));
     p.tick();
     EXPECT_THAT(p.done(), ElementsAre("SUCCESS", "log read"));
@@ -595,7 +595,7 @@ TEST(Skill, AnythingInAnyOrderFollowsTheTableAndACopyGoesOnAlike) {
       } else if (what < 9) {
         if (!p.last_call.empty()) p.reply(rng.below(3) == 0);
       } else if (what < 11) {
-        p.pass(milliseconds(400));
+        p.wait(milliseconds(400));
       } else if (what < 13) {
         p.halt();
       } else if (what == 13) {

@@ -35,7 +35,7 @@ class TreePlayer final : public TreeHost {
     edges().insert({before, by, state.phase});
   }
   // What is due until then, in order.
-  void pass(Duration duration) {
+  void wait(Duration duration) {
     const TimePoint until = time + duration;
     for (int bound = 10'000; bound > 0 && !queue_.empty() && queue_.begin()->first.first <= until; --bound) {
       auto first = queue_.extract(queue_.begin());
@@ -124,9 +124,9 @@ class TreePlayer final : public TreeHost {
 
 TEST(Tree, EndsWithItsRoot) {
   TreePlayer p("<Sequence><Action ID=\"A\"/><Sleep msec=\"150\"/></Sequence>");
-  p.pass(milliseconds(0));
+  p.wait(milliseconds(0));
   p.answer(bt::Status::kSuccess);
-  p.pass(milliseconds(300));
+  p.wait(milliseconds(300));
   EXPECT_THAT(p.statuses, ElementsAre("RUNNING", "SUCCESS"));
   EXPECT_EQ(p.times_ended, 1);
 }
@@ -147,11 +147,11 @@ TEST_P(FailingHook, IsOneProblemAndTheMissionEndsInOrder) {
       TreePlayer p(tree);
       for (int i = 0; i < 8 && p.times_ended == 0; ++i) {
         if (stopped && i == 2) p.take(Stop{});
-        p.pass(milliseconds(100));
+        p.wait(milliseconds(100));
         if (!p.asked.empty() && i != 1) p.answer(i % 2 == 0 ? bt::Status::kRunning : bt::Status::kSuccess);
         for (const std::size_t leaf : std::exchange(p.halting, {})) p.take(Halted{leaf});
       }
-      p.pass(milliseconds(2000));
+      p.wait(milliseconds(2000));
       EXPECT_EQ(p.times_ended, 1);
       // The script that failed, and what halting its tree said.
       std::size_t failures = 0;
@@ -171,7 +171,7 @@ INSTANTIATE_TEST_SUITE_P(Tree, FailingHook,
 
 TEST(Tree, AFailingScriptSaysWhichAndWhere) {
   TreePlayer p("<Sleep msec=\"500\" _onHalted=\"tries += 1\"/>");
-  p.pass(milliseconds(100));
+  p.wait(milliseconds(100));
   p.take(Stop{});
   ASSERT_EQ(p.problems.size(), 1U);
   EXPECT_THAT(p.problems[0], HasSubstr("mission.xml:1:"));
@@ -199,7 +199,7 @@ TEST(Tree, AnythingInAnyOrderFollowsTheTable) {
     for (int i = 0; i < 40; ++i) {
       const std::uint64_t what = rng.below(20);
       if (what < 8) {
-        p.pass(milliseconds(40));
+        p.wait(milliseconds(40));
       } else if (what < 14) {
         constexpr bt::Status kAnswers[] = {bt::Status::kRunning, bt::Status::kSuccess, bt::Status::kFailure};
         if (!p.asked.empty()) p.answer(kAnswers[rng.below(3)]);
@@ -215,7 +215,7 @@ TEST(Tree, AnythingInAnyOrderFollowsTheTable) {
       EXPECT_EQ(p.times_ended == 1, p.state.phase == TreePhase::kEnded);
     }
     if (p.state.phase != TreePhase::kEnded) p.take(Stop{});
-    p.pass(milliseconds(10'000));
+    p.wait(milliseconds(10'000));
     EXPECT_EQ(p.times_ended, 1);
   }
   std::size_t covered = 0;

@@ -154,7 +154,8 @@ TEST(Palettes, OfNav2DescribeWhatTheirSkillsTakeAndGive) {
     EXPECT_EQ(category_of(*chart.value), model.category) << model.id;
   }
   for (const auto& file : std::filesystem::directory_iterator(folder)) {
-    if (file.path().extension() == ".scxml") EXPECT_TRUE(leaves.contains(file.path().filename())) << file.path();
+    if (file.path().extension() != ".scxml") continue;
+    EXPECT_TRUE(leaves.contains(file.path().filename())) << file.path();
   }
 }
 

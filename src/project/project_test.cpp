@@ -75,9 +75,9 @@ TEST(Project, OfARecordingReadsNothingElse) {
   const Folder folder;
   const std::string elsewhere = outside.path().string();
   const auto codes = [&] {
-    std::vector<std::string> codes;
-    for (const Diagnostic& diagnostic : check_project(folder.path())) codes.push_back(diagnostic.code);
-    return codes;
+    std::vector<std::string> found;
+    for (const Diagnostic& diagnostic : check_project(folder.path())) found.push_back(diagnostic.code);
+    return found;
   };
   folder.write("sentree.yaml", "mission: {file: " + elsewhere + "/mission.xml}\n");
   EXPECT_THAT(codes(), ElementsAre());

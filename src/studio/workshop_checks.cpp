@@ -135,9 +135,9 @@ void Workshop::Impl::reach_all(std::uint64_t of_revision) {
   }
   const text::ReadThrough through(texts.overlay);
   for (const std::string& name : names) {
-    auto scenario = project::load_scenario(folder / "scenarios" / (name + ".yaml"));
-    if (!scenario.ok()) continue;
-    auto plan = project::prepare(std::move(*scenario.value), parts);
+    auto loaded = project::load_scenario(folder / "scenarios" / (name + ".yaml"));
+    if (!loaded.ok()) continue;
+    auto plan = project::prepare(std::move(*loaded.value), parts);
     if (!plan.ok()) continue;
     const auto run = Shadow::run(std::move(*plan.value), outdated);
     if (outdated) return;
@@ -229,9 +229,9 @@ void Workshop::Impl::check_and_run() {
     if (is_current()) {
       // A scope in between may have taken the texts away from this thread.
       const text::ReadThrough again(texts.overlay);
-      const Diagnostics all = project::check_project(folder, parts);
+      const Diagnostics whole = project::check_project(folder, parts);
       if (is_current()) {
-        keep_findings(texts, all, true);
+        keep_findings(texts, whole, true);
         const std::lock_guard lock(mutex);
         tell_summary();
       }

@@ -44,7 +44,7 @@ TEST(Mutants, OfAChartAreOfItsConditionsAndWhatItDoes) {
 }
 
 TEST(Mutants, CanAllBeReadAndAreNotTheOriginal) {
-  for (const std::string source :
+  for (const std::string& source :
        {std::string(kTree),
         std::string("<scxml><datamodel><data id='a' expr=\"true\"/></datamodel><state id='s'><onentry>"
                     "<if cond='a'><send event='x'/></if></onentry></state></scxml>")}) {

@@ -87,7 +87,7 @@ std::size_t leaves(const idl::Struct& fields) {
   return out;
 }
 
-std::vector<std::string_view> words_of(std::string_view name) {
+std::vector<std::string_view> name_words(std::string_view name) {
   std::vector<std::string_view> out;
   while (true) {
     const auto end = name.find('_');
@@ -482,7 +482,7 @@ void Encoding::write_call(std::vector<std::uint8_t>& out, const idl::Method& met
   Writer writer(out, version_);
   const std::size_t values = leaves(method.arguments);
   if (with_name) {
-    const auto words = words_of(method.name);
+    const auto words = name_words(method.name);
     writer.head(kList, words.size() + values);
     for (const std::string_view word : words) writer.word(word);
   } else {

@@ -136,8 +136,9 @@ def commands(kind, project, file):
         return [(["info", f], b""), (["replay", f], b""), (["replay", f, "--at", "2 s"], b""), (["report", f, "-o", p + "/out.html"], b""), (["monitor", "check", f], b""),
                 (["bug-report", f, "-o", p + "/out.tar.gz"], b""), (["run", "--resume", f], b""), (["replay", f, "--from", "1 s"], b""), *to]
     if kind == "json":
-        return [(["call", "unix:/nowhere/battery", "getBatteryState", file.read_bytes().replace(b"\0", b"")[:100_000], "--interface", "robot.thrift/Battery"], b""),
-                (["chart", p + "/skills/GoTo.scxml", "--json"], b"e " + file.read_bytes() + b"\n")]
+        given = file.read_bytes() if file.is_file() else b""
+        return [(["call", "unix:/nowhere/battery", "getBatteryState", given.replace(b"\0", b"")[:100_000], "--interface", "robot.thrift/Battery"], b""),
+                (["chart", p + "/skills/GoTo.scxml", "--json"], b"e " + given + b"\n")]
     if kind == "import":
         return [(["import", p + "/system", "-o", p + "/imported", "--force"], b""), (["import", f, "-o", p + "/imported2", "--force"], b"")]
     raise AssertionError(kind)

@@ -47,3 +47,10 @@ extern "C" int clock_gettime(clockid_t clock, timespec* time) noexcept {
   if (result == 0 && how != nullptr && is_time) jump(clock, time, how);
   return result;
 }
+
+extern "C" time_t time(time_t* to) noexcept {
+  timespec now{};
+  clock_gettime(CLOCK_REALTIME, &now);
+  if (to != nullptr) *to = now.tv_sec;
+  return now.tv_sec;
+}

@@ -67,7 +67,7 @@ test("a scenario's entries are dragged, added, said more of and deleted on a tim
   await drag(page, kill, free);
   await page.mouse.up();
   await entry(1).waitFor();
-  await page.getByTestId("scenario-form").getByLabel("kill").fill("GoToKitchen");
+  await page.getByTestId("scenario-form").getByLabel("kill", { exact: true }).fill("GoToKitchen");
   await page.keyboard.press("Enter");
   await until(async () => /kill GoToKitchen/.test(await entry(1).getAttribute("aria-label")), "it kills another part");
   await shot(page, "scenario");
