@@ -169,6 +169,16 @@ TEST(Project, SaysWhatAProjectIsWhenThereIsNone) {
             "/nonexistent/project: no such file; a project is a folder with a sentree.yaml (sentree init makes one)");
 }
 
+TEST(Scenario, SaysWhereItNamesAProjectThatIsNotThere) {
+  const Folder folder;
+  folder.write("scenario.yaml", "duration: 1 s\nproject: nowhere\n");
+  const auto loaded = load_scenario(folder.path() / "scenario.yaml");
+  ASSERT_EQ(loaded.diagnostics.size(), 1U);
+  const std::string said = to_string(loaded.diagnostics[0]);
+  EXPECT_NE(said.find("scenario.yaml:2:"), std::string::npos) << said;
+  EXPECT_NE(said.find("nowhere: no such file"), std::string::npos) << said;
+}
+
 TEST(Scenario, ChangesItsProjectAndSaysWhatToExpect) {
   const Folder folder;
   folder.write("sentree.yaml",

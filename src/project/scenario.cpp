@@ -244,8 +244,17 @@ Loaded<Scenario> load_scenario(const std::filesystem::path& file) {
     const std::filesystem::path named = file.parent_path() / reader.string("project").value_or("..");
     const std::filesystem::path project_path = text::ReadFence::place_of(named).value_or(named);
     Loaded<Project> project = load_project(project_path.lexically_normal());
+    if (!project.ok() && reader.node("project") != nullptr && project.diagnostics.front().code.starts_with("file.")) {
+      // It can be mended where it is named.
+      Diagnostic& why = project.diagnostics.front();
+      why.message = "the project " + why.span.file + ": " + why.message;
+      why.span = reader.span("project");
+    }
     loaded.diagnostics.insert(loaded.diagnostics.end(), project.diagnostics.begin(), project.diagnostics.end());
-    if (!project.ok()) return loaded;
+    if (!project.ok()) {
+      reader.give_up();
+      return loaded;
+    }
     scenario.project = std::move(*project.value);
     scenario.project.contents.insert(hash_bytes(*source));
 

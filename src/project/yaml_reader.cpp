@@ -25,6 +25,10 @@ void YamlReader::error(const SourceSpan& span, std::string code, std::string mes
   diagnostics_.push_back({Severity::kError, std::move(code), std::move(message), span});
 }
 
+void YamlReader::give_up() {
+  for (const auto& [key, value] : node_.entries) known_.push_back(key.scalar);
+}
+
 SourceSpan YamlReader::span(const std::string& key) const {
   const text::YamlNode* found = node_.find(key);
   return found ? found->span : node_.span;

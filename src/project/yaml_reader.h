@@ -36,6 +36,8 @@ class YamlReader {
   [[nodiscard]] SourceSpan span(const std::string& key) const;
 
   void error(const SourceSpan& span, std::string code, std::string message);
+  /// Reading ends here: nobody knows about the other keys.
+  void give_up();
 
  private:
   const text::YamlNode& node_;

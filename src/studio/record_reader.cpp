@@ -368,7 +368,7 @@ bool changes_state(const Message& message) {
   const std::string_view name = message.name;
   return message.kind == MessageKind::kError || name == "node.status" || name == "mission.status" ||
          name == "scenario.injection" || name == "monitor.violated" || name == "monitor.satisfied" ||
-         name.ends_with(".tick.reply");
+         name == "mission.resumed" || name.ends_with(".tick.reply");
 }
 
 struct RecordReader::Impl {

@@ -76,7 +76,7 @@ test("a scenario's entries are dragged, added, said more of and deleted on a tim
   assert.equal(killed.replace(/\n {2}- \{at: [\d.]+ s, kill: GoToKitchen\}/, ""), moved);
 
   // A part that is not there is red, with the reason.
-  await page.getByTestId("scenario-form").getByLabel("kill").fill("GoToKitchne");
+  await page.getByTestId("scenario-form").getByLabel("kill", { exact: true }).fill("GoToKitchne");
   await page.keyboard.press("Enter");
   await page.locator('[data-entry="1"].wrong').waitFor();
   assert.match(await entry(1).getAttribute("aria-label"), /GoToKitchne/);
