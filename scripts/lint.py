@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks the form of the C++ sources: lint.py format BUILD.
+"""Checks the C++ sources: lint.py format BUILD for their form, lint.py names BUILD for names that hide one another.
 
 What has been found good is not examined again while it, the settings and the tool are the same; the record lies in
 BUILD/lint.
@@ -10,6 +10,7 @@ Exit code: 0, 1 findings, 77 the tool is not installed, or this is no checkout o
 import argparse
 import hashlib
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -82,11 +83,43 @@ def check_format(build):
     return 1 if wrong else 0
 
 
+# A function in an anonymous namespace: its name, and its parameters if they end in the same line.
+LOCAL = re.compile(r"^(?!return|else|using|class|struct|enum|TEST)(?:[\w:<>,&*\[\]]+ )+[&*]*(\w+)\(([^;]*?)\)[^;()]*\{")
+
+
+def counts_of_arguments(parameters):
+    """How many arguments such a function may be called with."""
+    parameters = re.sub(r"<[^<>]*>", "", re.sub(r"<[^<>]*>", "", parameters))
+    each = [one for one in parameters.split(",") if one.strip()]
+    return range(len([one for one in each if "=" not in one]), len(each) + 1)
+
+
+def check_names():
+    """Where several sources of a library are compiled as one, a call takes the function of another source if that fits better, and nobody is told."""
+    there = {}
+    for name in sources():
+        if not name.startswith("src/") or not name.endswith(".cpp") or name.endswith("_test.cpp"):
+            continue
+        is_local = False
+        for line in re.sub(r",\n\s+", ", ", (ROOT / name).read_text()).split("\n"):
+            if line.startswith("namespace {") or line == "}  // namespace":
+                is_local = line.startswith("namespace {")
+            elif is_local and (found := LOCAL.match(line)):
+                for count in counts_of_arguments(found[2]):
+                    there.setdefault((str(Path(name).parent), found[1], count), set()).add(name)
+    clashes = {(function, *sorted(files)) for (_, function, _), files in there.items() if len(files) > 1}
+    for function, *files in sorted(clashes):
+        print(f"{function}: in {', '.join(files)}; give each another name")
+    print(f"{len(there)} functions in anonymous namespaces")
+    return 1 if clashes else 0
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=["format"])
+    parser.add_argument("what", choices=["format", "names"])
     parser.add_argument("build", type=Path)
-    return check_format(parser.parse_args().build)
+    arguments = parser.parse_args()
+    return check_names() if arguments.what == "names" else check_format(arguments.build)
 
 
 if __name__ == "__main__":

@@ -79,6 +79,15 @@ struct Ran {
   }
 };
 
+// The monitor runs in a process of its own.
+void watch_elsewhere(project::Scenario& scenario, project::MonitorEntry& monitor) {
+  monitor.at = "{watch}";
+  project::ProcessEntry& process = scenario.processes.emplace_back();
+  process.name = "watch";
+  process.monitor = monitor.name;
+  process.listen = "unix:{run}/watch.sock";
+}
+
 Ran run(const project::Plan& plan, RunOptions options = {}) {
   Ran ran;
   options.elsewhere = processes::elsewhere({.program = SENTREE_PROGRAM});
@@ -124,11 +133,7 @@ TEST(Monitors, DecideAlikeElsewhere) {
   scenario.factor = 20;
   scenario.duration = seconds(40);
   scenario.project.deadlines = recharge("distributed").project.deadlines;
-  scenario.project.monitors[0].at = "{watch}";
-  project::ProcessEntry& process = scenario.processes.emplace_back();
-  process.name = "watch";
-  process.monitor = "battery";
-  process.listen = "unix:{run}/watch.sock";
+  watch_elsewhere(scenario, scenario.project.monitors[0]);
   auto plan = prepare(std::move(scenario));
   ASSERT_TRUE(plan.ok());
   const Ran ran = run(*plan.value);
@@ -206,11 +211,7 @@ TEST(Monitors, GateFromElsewhere) {
   scenario.virtual_time = false;
   scenario.factor = 20;
   scenario.project.deadlines = recharge("distributed").project.deadlines;
-  scenario.project.monitors.back().at = "{watch}";
-  project::ProcessEntry& process = scenario.processes.emplace_back();
-  process.name = "watch";
-  process.monitor = "shield";
-  process.listen = "unix:{run}/watch.sock";
+  watch_elsewhere(scenario, scenario.project.monitors.back());
   auto plan = prepare(std::move(scenario));
   ASSERT_TRUE(plan.ok());
   const Ran ran = run(*plan.value);

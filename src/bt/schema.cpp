@@ -80,7 +80,7 @@ std::string_view type_of_port(const PortInfo& port) {
   }
 }
 
-std::string_view children_of(Category category) {
+std::string_view children_word(Category category) {
   switch (category) {
     case Category::kControl: return "      <xs:group ref=\"node\" maxOccurs=\"unbounded\"/>\n";
     case Category::kDecorator: return "      <xs:group ref=\"node\"/>\n";
@@ -128,8 +128,8 @@ std::string write_schema(const std::vector<NodeModel>& models) {
   out += "    </xs:choice>\n  </xs:group>\n";
   // The explicit form says the ID as an attribute, so its ports are not known here.
   for (const std::string_view tag : kExplicit) {
-    const std::string_view children = tag == "Control"     ? children_of(Category::kControl)
-                                      : tag == "Decorator" ? children_of(Category::kDecorator)
+    const std::string_view children = tag == "Control"     ? children_word(Category::kControl)
+                                      : tag == "Decorator" ? children_word(Category::kDecorator)
                                                            : std::string_view();
     element(out, tag,
             std::string(children) +
@@ -138,7 +138,7 @@ std::string write_schema(const std::vector<NodeModel>& models) {
   }
   for (const NodeModel& model : models) {
     if (!is_compact(model)) continue;
-    std::string body(children_of(model.category));
+    std::string body(children_word(model.category));
     for (const PortInfo& port : model.ports) {
       const std::string name = text::xml_escape(port.name);
       body += "      <xs:attribute name=\"" + name + "\" type=\"" + std::string(type_of_port(port)) + "\"";

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sentree/campaign/summary.h"
+#include "sentree/text/xml.h"
 
 namespace sentree::campaign {
 
@@ -20,20 +21,6 @@ code{font-size:.9em}.soft{color:var(--soft)}.plots{display:flex;flex-wrap:wrap;g
 svg text{fill:var(--soft);font:11px system-ui,sans-serif}svg .bar{fill:var(--bar)}svg .bad{fill:var(--bad)}
 svg .axis{stroke:var(--line)}svg .range{stroke:var(--ink);stroke-width:1.5}
 )";
-
-std::string escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += c;
-    }
-  }
-  return out;
-}
 
 std::string short_percent(double rate) { return fmt::format("{:.4g} %", rate * 100); }
 
@@ -98,12 +85,13 @@ std::string effect_svg(const Summary& summary, std::size_t outcome, std::size_t 
     out += fmt::format(
         R"(<rect class="{}" x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}"><title>{}: {} of {} runs</title></rect>)",
         is_time ? "bar" : "bad", static_cast<double>(bin) * step, kHeight - height, std::max(1.0, step - 2), height,
-        escaped(bin_name(factor, bin)),
+        text::xml_escape(bin_name(factor, bin)),
         is_time ? fmt::format("{:.1f} s", mean(groups[bin])) : short_percent(mean(groups[bin])), groups[bin].count);
   }
   out += fmt::format(R"(<line class="axis" x1="0" x2="{0:.0f}" y1="{1:.0f}" y2="{1:.0f}"/>)", kWidth, kHeight);
-  out += fmt::format(R"(<text x="0" y="106">{}</text><text x="{:.0f}" y="106" text-anchor="end">{}</text>)",
-                     escaped(bin_name(factor, 0)), kWidth, escaped(bin_name(factor, groups.size() - 1)));
+  out +=
+      fmt::format(R"(<text x="0" y="106">{}</text><text x="{:.0f}" y="106" text-anchor="end">{}</text>)",
+                  text::xml_escape(bin_name(factor, 0)), kWidth, text::xml_escape(bin_name(factor, groups.size() - 1)));
   out += fmt::format(R"(<text x="0" y="118">highest {}</text></svg>)",
                      is_time ? fmt::format("{:.1f} s", most) : short_percent(most));
   return out;
@@ -113,17 +101,18 @@ std::string effect_svg(const Summary& summary, std::size_t outcome, std::size_t 
 
 std::string to_page(const Summary& summary, const std::string& title, const std::string& again,
                     const std::map<std::string, std::string>& minimal) {
-  std::string out = "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" + escaped(title) +
-                    "</title><meta name=\"viewport\" content=\"width=device-width\"><style>" + kStyle +
-                    "</style></head><body>\n";
+  std::string out = "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" +
+                    text::xml_escape(title) + "</title><meta name=\"viewport\" content=\"width=device-width\"><style>" +
+                    kStyle + "</style></head><body>\n";
   const double counted = std::max<double>(1.0, static_cast<double>(summary.counted()));
   out += fmt::format(
       "<h1>{}</h1>\n<p>{} runs, seed {}, {} of them counted; intervals of {} (Clopper–Pearson).{}</p>\n<p "
       "class=\"soft\">Any "
       "run again: <code>{}</code></p>\n",
-      escaped(title), summary.runs(), summary.asked().seed, summary.counted(),
+      text::xml_escape(title), summary.runs(), summary.asked().seed, summary.counted(),
       short_percent(summary.asked().confidence),
-      summary.ended_by().empty() ? "" : " Ended early: " + escaped(summary.ended_by()) + ".", escaped(again));
+      summary.ended_by().empty() ? "" : " Ended early: " + text::xml_escape(summary.ended_by()) + ".",
+      text::xml_escape(again));
   const auto rate_row = [&](const std::string& name, const std::string& what, std::uint64_t hits, bool bad) {
     const auto known = summary.rate(hits).interval;
     const double rate = static_cast<double>(hits) / counted;
@@ -131,8 +120,9 @@ std::string to_page(const Summary& summary, const std::string& title, const std:
     return fmt::format(
         "<tr><td>{}</td><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{} to "
         "{}</td><td>{}</td><td>{}</td></tr>\n",
-        escaped(name), what, hits, short_percent(rate), short_percent(known.low), short_percent(known.high),
-        rate_svg(rate, known, bad), bad && file != minimal.end() ? "<code>" + escaped(file->second) + "</code>" : "");
+        text::xml_escape(name), what, hits, short_percent(rate), short_percent(known.low), short_percent(known.high),
+        rate_svg(rate, known, bad),
+        bad && file != minimal.end() ? "<code>" + text::xml_escape(file->second) + "</code>" : "");
   };
   out +=
       "<h2>Rates</h2>\n<table><tr><th></th><th></th><th>runs</th><th>rate</th><th>interval</th><th></th><th>least "
@@ -152,7 +142,7 @@ std::string to_page(const Summary& summary, const std::string& title, const std:
     out += "<h2>Expected</h2>\n<table><tr><th>expectation</th><th>verdict</th><th>runs</th><th>of them so</th></tr>\n";
     for (const SequentialTest& test : summary.tests()) {
       out += fmt::format("<tr><td>{}</td><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>\n",
-                         escaped(test.expectation().text), to_string(test.state()), test.runs(), test.hits());
+                         text::xml_escape(test.expectation().text), to_string(test.state()), test.runs(), test.hits());
     }
     out += "</table>\n";
   }
@@ -166,9 +156,9 @@ std::string to_page(const Summary& summary, const std::string& title, const std:
   for (std::size_t outcome = 0; outcome < summary.outcomes(); ++outcome) {
     const auto causes = summary.causes(outcome);
     if (causes.empty()) continue;
-    out += "<h3>" + escaped(summary.outcome_name(outcome)) + "</h3>\n<div class=\"plots\">";
+    out += "<h3>" + text::xml_escape(summary.outcome_name(outcome)) + "</h3>\n<div class=\"plots\">";
     for (const auto& cause : causes) {
-      out += fmt::format("<div><b>{}</b> {:.1f} %<br>{}</div>", escaped(summary.factors()[cause.factor].name),
+      out += fmt::format("<div><b>{}</b> {:.1f} %<br>{}</div>", text::xml_escape(summary.factors()[cause.factor].name),
                          cause.influence.share * 100, effect_svg(summary, outcome, cause.factor));
     }
     out += "</div>\n";
@@ -186,7 +176,7 @@ std::string to_page(const Summary& summary, const std::string& title, const std:
         "<tr><td class=\"n\">{}</td><td class=\"n\">{}</td><td>{}</td><td class=\"n\">{:.1f} s</td><td "
         "class=\"n\">{}</td><td>{}</td></tr>\n",
         row.run, row.seed, to_string(row.outcome), row.time_s,
-        row.battery_least ? fmt::format("{:.1f} %", *row.battery_least * 100) : "", escaped(violated));
+        row.battery_least ? fmt::format("{:.1f} %", *row.battery_least * 100) : "", text::xml_escape(violated));
   }
   out += "</table>\n";
   for (const auto& [name, rows, count] :
@@ -196,7 +186,7 @@ std::string to_page(const Summary& summary, const std::string& title, const std:
     out += fmt::format("<h2>{} runs: {}</h2>\n<p class=\"soft\">They count in no rate.</p><table>\n", name, count);
     for (const auto& row : *rows)
       out += fmt::format("<tr><td class=\"n\">{}</td><td class=\"n\">{}</td><td>{}</td></tr>\n", row.run, row.seed,
-                         escaped(row.why));
+                         text::xml_escape(row.why));
     out += "</table>\n";
   }
   return out + "</body></html>\n";

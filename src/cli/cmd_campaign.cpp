@@ -32,14 +32,14 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t kRuns = 1'000;
 constexpr std::uint64_t kRunsOpen = 100'000;
 
-fs::path project_folder(const std::string& project) {
+fs::path folder_of(const std::string& project) {
   const fs::path path(project);
   std::error_code error;
   return fs::is_directory(path, error) ? path : path.parent_path();
 }
 
 std::string default_vary(const std::string& project) {
-  const fs::path file = project_folder(project) / "campaign.yaml";
+  const fs::path file = folder_of(project) / "campaign.yaml";
   std::error_code error;
   return fs::exists(file, error) ? file.string() : std::string();
 }
@@ -335,7 +335,7 @@ int campaign(const CampaignCommand& command) {
   // Nobody takes a search's runs for drawn ones.
   settings.identity = command.search ? hash_combine(runner->identity(), 1) : runner->identity();
   fs::path where = command.out;
-  if (command.out.empty()) where = project_folder(command.project) / (command.search ? "search" : "campaign");
+  if (command.out.empty()) where = folder_of(command.project) / (command.search ? "search" : "campaign");
   if (rank)
     where = rank_folder(where, rank->index, rank->count);
   else if (command.out.empty() && settings.shard.count > 1)
@@ -418,7 +418,7 @@ int campaign_merge(const CampaignCommand& command) {
   for (const auto& expectation : settings.asked.expectations) expected.push_back(expectation.text);
   if (!parse_expectations(expected, *runner, settings.asked)) return kInvalidInput;
   const auto folder =
-      made_folder(command.out.empty() ? project_folder(settings.project) / "campaign" : fs::path(command.out));
+      made_folder(command.out.empty() ? folder_of(settings.project) / "campaign" : fs::path(command.out));
   if (!folder) return kEnvironment;
   const std::vector<fs::path> shards(command.merged.begin(), command.merged.end());
   const auto summary = campaign::merge_campaign(*runner, settings, shards, *folder);
@@ -439,7 +439,7 @@ int run_drawn(const RunCommand& command, const std::string& vary) {
   auto drawn = campaign::load_drawn(command.project, vary, seed);
   say(drawn.diagnostics);
   if (!drawn.ok()) return kInvalidInput;
-  const auto folder = made_folder(project_folder(command.project) / "campaign");
+  const auto folder = made_folder(folder_of(command.project) / "campaign");
   if (!folder) return kEnvironment;
   const fs::path file = *folder / fmt::format("seed-{}.yaml", seed);
   std::error_code error;

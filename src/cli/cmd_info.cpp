@@ -29,7 +29,7 @@ Value facts_of(record::Reader& reader) {
 
 double seconds_of(std::uint64_t ns) { return static_cast<double>(ns) * 1e-9; }
 
-Value describe(record::Reader& reader) {
+Value info_value(record::Reader& reader) {
   const record::Statistics& statistics = reader.statistics();
   List topics;
   for (const auto& [id, channel] : reader.channels()) {
@@ -58,7 +58,7 @@ Value describe(record::Reader& reader) {
   return value;
 }
 
-std::string text_of(record::Reader& reader, const std::string& file) {
+std::string info_text(record::Reader& reader, const std::string& file) {
   const Value facts = facts_of(reader);
   const auto fact = [&](std::string_view group, std::string_view key) {
     const Value* value = facts.at({group, key});
@@ -119,7 +119,7 @@ int info(const InfoCommand& command) {
     return kInvalidInput;
   }
   say_each((*reader)->problems());
-  print(command.json ? to_json(describe(**reader)) + "\n" : text_of(**reader, command.file));
+  print(command.json ? to_json(info_value(**reader)) + "\n" : info_text(**reader, command.file));
   return kOk;
 }
 

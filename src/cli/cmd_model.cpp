@@ -52,7 +52,7 @@ std::optional<project::Project> project_of(const ModelCommand& command) {
   return alone;
 }
 
-Value to_value(const std::vector<bt::NodeModel>& models) {
+Value models_value(const std::vector<bt::NodeModel>& models) {
   List list;
   for (const bt::NodeModel& model : models) {
     List ports;
@@ -105,7 +105,7 @@ int model(const ModelCommand& command) {
   say(models.diagnostics);
   if (!models.ok()) return kInvalidInput;
   if (!command.into.empty()) return insert_into(command.into, *models.value);
-  const std::string content = command.json ? to_json(to_value(*models.value)) + "\n"
+  const std::string content = command.json ? to_json(models_value(*models.value)) + "\n"
                                            : "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<root BTCPP_format=\"4\">\n" +
                                                  bt::write_models(*models.value) + "</root>\n";
   if (!command.output.empty()) return write_to(command.output, content);

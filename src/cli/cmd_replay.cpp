@@ -9,7 +9,7 @@ namespace sentree::cli {
 
 namespace {
 
-Value describe(const replay::ReplayReport& report) {
+Value replay_value(const replay::ReplayReport& report) {
   List differences;
   for (const replay::Difference& d : report.differences) {
     differences.push_back(Map{{"time", seconds(d.time)},
@@ -31,7 +31,7 @@ Value describe(const replay::ReplayReport& report) {
   return value;
 }
 
-std::string text_of(const replay::ReplayReport& report) {
+std::string replay_text(const replay::ReplayReport& report) {
   std::string text = fmt::format("replayed {:.3f} s of run time; {} of {} recorded requests were made again\n",
                                  seconds(report.run.ended), report.answered_requests, report.recorded_requests);
   if (report.restored)
@@ -52,7 +52,7 @@ std::string text_of(const replay::ReplayReport& report) {
 }
 
 // What people ask of a moment; --json has all of it.
-std::string text_of(const Map& moment) {
+std::string replay_text(const Map& moment) {
   std::string text = fmt::format("{:.3f} s, tick {}, after observation {}\n", moment.find("time")->number(),
                                  *moment.find("tick")->as_int(), *moment.find("sequence")->as_int());
   text += "tree\n";
@@ -124,13 +124,13 @@ int replay(const ReplayCommand& command) {
       say(fmt::format(
           "! at {:.3f} s {} did something else in the recording, which the state does not know: {}; now: {}",
           seconds(d.time), d.who, d.recorded, d.replayed));
-    print(command.json ? to_json(Value(*report->moment)) + "\n" : text_of(*report->moment));
+    print(command.json ? to_json(Value(*report->moment)) + "\n" : replay_text(*report->moment));
     return report->differences.empty() ? kOk : kFindings;
   }
   if (command.json) {
-    print(to_json(describe(*report)) + "\n");
+    print(to_json(replay_value(*report)) + "\n");
   } else {
-    print(text_of(*report));
+    print(replay_text(*report));
     if (report->continued) print(summary(report->run));
   }
   if (report->continued) return report->run.any_violated() ? kFindings : kOk;

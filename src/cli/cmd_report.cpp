@@ -12,6 +12,7 @@
 #include "sentree/graph/tree.h"
 #include "sentree/replay/recorded_run.h"
 #include "sentree/text/file.h"
+#include "sentree/text/xml.h"
 
 namespace sentree::cli {
 
@@ -77,12 +78,12 @@ std::string timeline(const project::Plan& plan, const Facts& facts, TimePoint en
   for (std::size_t i = 0; i < plan.leaves.size(); ++i) {
     const double y = kRow * static_cast<double>(i);
     svg += fmt::format("<text x={:.0f} y={:.0f} text-anchor=end>{}</text>\n", kLeft - 8, y + 15,
-                       html_text(plan.leaves[i].name));
+                       text::xml_escape(plan.leaves[i].name));
     for (const Bar& bar : facts.bars[i]) {
       svg += fmt::format(
           "<rect class={} rx=2 x={:.2f} y={:.0f} width={:.2f} height=16><title>{} {}: {:.3f} to {:.3f} "
           "s</title></rect>\n",
-          bar.status, x(bar.from), y + 3, std::max(x(bar.to) - x(bar.from), 1.0), html_text(plan.leaves[i].name),
+          bar.status, x(bar.from), y + 3, std::max(x(bar.to) - x(bar.from), 1.0), text::xml_escape(plan.leaves[i].name),
           bar.status, seconds(bar.from), seconds(bar.to));
     }
   }
@@ -90,7 +91,7 @@ std::string timeline(const project::Plan& plan, const Facts& facts, TimePoint en
     if (!monitor.decision || monitor.verdict != monitor::Verdict::kViolated) continue;
     svg += fmt::format(
         "<line class=mark x1={0:.1f} x2={0:.1f} y1=0 y2={1:.0f}><title>{2} violated at {3:.3f} s</title></line>\n",
-        x(monitor.decision->at), height - 22, html_text(monitor.name), seconds(monitor.decision->at));
+        x(monitor.decision->at), height - 22, text::xml_escape(monitor.name), seconds(monitor.decision->at));
   }
   svg += "</svg></div>\n<div class=legend>";
   for (const char* status : {"RUNNING", "SUCCESS", "FAILURE"})
@@ -136,7 +137,7 @@ std::string witness_table(const std::vector<WitnessRow>& rows) {
     while (is_plain_tick(rows[i]) && last + 1 < rows.size() && is_plain_tick(rows[last + 1])) ++last;
     const WitnessRow& row = rows[i];
     std::string time = fmt::format("{:.3f}", seconds(row.message->time));
-    std::string name = "<code>" + html_text(row.message->name) + "</code>";
+    std::string name = "<code>" + text::xml_escape(row.message->name) + "</code>";
     std::string what = row.what;
     if (last > i) {
       time += fmt::format(" – {:.3f}", seconds(rows[last].message->time));
@@ -144,7 +145,7 @@ std::string witness_table(const std::vector<WitnessRow>& rows) {
       if (!what.empty()) what += " … " + rows[last].what;
     }
     html += fmt::format("<tr{}><td>{} s<td>{}<td>{}<td><code>{}</code></tr>\n", row.is_key ? " class=key" : "", time,
-                        name, html_text(row.message->source), what);
+                        name, text::xml_escape(row.message->source), what);
     i = last + 1;
   }
   return html + "</table></div>";
@@ -160,21 +161,21 @@ std::string verdicts(const project::Plan& plan, const Facts& facts) {
                         monitor.verdict == monitor::Verdict::kViolated    ? " bad"
                         : monitor.verdict == monitor::Verdict::kSatisfied ? " good"
                                                                           : "",
-                        html_text(monitor.name), verdict, verdict);
+                        text::xml_escape(monitor.name), verdict, verdict);
     if (const monitor::Origin* origin = plan.monitors[i].origin()) {
-      if (!origin->requirement.prose.empty()) html += "<p>" + html_text(origin->requirement.prose) + "</p>\n";
-      html += "<p class=soft><code>" + html_text(origin->requirement.text()) + "</code></p>\n";
+      if (!origin->requirement.prose.empty()) html += "<p>" + text::xml_escape(origin->requirement.prose) + "</p>\n";
+      html += "<p class=soft><code>" + text::xml_escape(origin->requirement.text()) + "</code></p>\n";
     }
-    if (!monitor.standing.empty()) html += "<p class=soft>" + html_text(monitor.standing) + "</p>\n";
-    if (!monitor.vacuity.empty()) html += "<p>It " + html_text(monitor.vacuity) + ".</p>\n";
-    if (!monitor.failure.empty()) html += "<p class=violated>given up: " + html_text(monitor.failure) + "</p>\n";
+    if (!monitor.standing.empty()) html += "<p class=soft>" + text::xml_escape(monitor.standing) + "</p>\n";
+    if (!monitor.vacuity.empty()) html += "<p>It " + text::xml_escape(monitor.vacuity) + ".</p>\n";
+    if (!monitor.failure.empty()) html += "<p class=violated>given up: " + text::xml_escape(monitor.failure) + "</p>\n";
     if (!monitor.decision) {
       html += "</div>\n";
       continue;
     }
     const auto& explanation = monitor.explanation;
     html += fmt::format("<p>Decided at <b>{:.3f} s</b>", seconds(monitor.decision->at));
-    if (!monitor.leaf.empty()) html += " while <b>" + html_text(monitor.leaf) + "</b> was at work";
+    if (!monitor.leaf.empty()) html += " while <b>" + text::xml_escape(monitor.leaf) + "</b> was at work";
     if (explanation && explanation->triggered)
       html += fmt::format(", owed since {:.3f} s", seconds(*explanation->triggered));
     html += monitor.decision->deciding ? ".</p>\n" : "; nothing was observed then: a deadline passed.</p>\n";
@@ -182,14 +183,15 @@ std::string verdicts(const project::Plan& plan, const Facts& facts) {
     if (explanation) {
       for (const auto& step : explanation->steps) {
         std::string what;
-        for (const std::string& set : step.set) what += (what.empty() ? "" : ", ") + html_text(set);
-        if (step.is_trigger) what += (what.empty() ? "" : " ") + ("← from here on it " + html_text(explanation->owed));
+        for (const std::string& set : step.set) what += (what.empty() ? "" : ", ") + text::xml_escape(set);
+        if (step.is_trigger)
+          what += (what.empty() ? "" : " ") + ("← from here on it " + text::xml_escape(explanation->owed));
         if (step.is_deciding) what += (what.empty() ? "← " : " ← ") + verdict;
         rows.push_back({&step.observation, what, step.is_trigger || step.is_deciding});
       }
     } else {
       for (const Message& message : monitor.decision->witness)
-        rows.push_back({&message, html_text(to_json(message.data)), false});
+        rows.push_back({&message, text::xml_escape(to_json(message.data)), false});
     }
     if (!monitor.decision->witness_complete)
       html += "<p class=soft>Earlier observations are no longer known.</p>\n";
@@ -217,10 +219,10 @@ std::string page(const ReportCommand& command, replay::RecordedRun& run, const p
                  const Facts& facts) {
   std::string html =
       "<!doctype html>\n<html lang=en><meta charset=utf-8><meta name=viewport content=\"width=device-width\">\n";
-  html += "<title>" + html_text(run.fact("scenario")) + "</title>\n<style>" + std::string(kStyle) + "</style>\n";
-  html += "<h1>" + html_text(run.fact("scenario")) + "</h1>\n<div class=card><dl class=facts>\n";
+  html += "<title>" + text::xml_escape(run.fact("scenario")) + "</title>\n<style>" + std::string(kStyle) + "</style>\n";
+  html += "<h1>" + text::xml_escape(run.fact("scenario")) + "</h1>\n<div class=card><dl class=facts>\n";
   const auto row = [&](std::string_view name, const std::string& value) {
-    if (!value.empty()) html += fmt::format("<div><dt>{}</dt><dd>{}</dd></div>\n", name, html_text(value));
+    if (!value.empty()) html += fmt::format("<div><dt>{}</dt><dd>{}</dd></div>\n", name, text::xml_escape(value));
   };
   row("Mission", run.fact("mission") + (run.fact("reason").empty() ? "" : " (" + run.fact("reason") + ")"));
   row("Ended by", run.reader().complete() ? run.fact("ended_by") : "nothing: the recording was cut off");
@@ -233,7 +235,7 @@ std::string page(const ReportCommand& command, replay::RecordedRun& run, const p
     html += "<h2>Interventions</h2>\n<div class=card><div class=scroll><table><tr><th>time<th>by<th>what</tr>\n";
     for (const Message& message : facts.interventions)
       html += fmt::format("<tr><td>{:.3f} s<td>{}<td><code>{}</code></tr>\n", seconds(message.time),
-                          html_text(message.source), html_text(intervention(message.data)));
+                          text::xml_escape(message.source), text::xml_escape(intervention(message.data)));
     html += "</table></div></div>\n";
   }
   return html + "<h2>Tree coverage</h2>\n" + coverage(plan, facts) + coverage_section(command, plan) + "</html>\n";

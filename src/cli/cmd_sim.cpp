@@ -83,7 +83,7 @@ std::string json_line(const sim::World& world, sim::State state) {
   return to_json(Value(Map{{"time", time}, {"robots", std::move(robots)}})) + "\n";
 }
 
-std::string text_of(const RobotView& robot) {
+std::string robot_text(const RobotView& robot) {
   std::string line = fmt::format("{} at ({:.2f}, {:.2f}, {:.0f}°)  {:.1f} %{}  {}", robot.name, robot.pose.x,
                                  robot.pose.y, robot.pose.theta * 57.29577951308232, robot.charge * 100.0,
                                  robot.charging ? " charging" : "", robot.status);
@@ -98,7 +98,7 @@ std::string text_of(const RobotView& robot) {
 std::string text_lines(const sim::World& world, sim::State state) {
   std::string text;
   const double time = seconds(state.time.time_since_epoch());
-  for (const RobotView& robot : look(world, state)) text += fmt::format("{:8.1f} s  {}\n", time, text_of(robot));
+  for (const RobotView& robot : look(world, state)) text += fmt::format("{:8.1f} s  {}\n", time, robot_text(robot));
   return text;
 }
 
@@ -114,7 +114,7 @@ std::vector<std::string> frame(const sim::World& world, const sim::State& state,
   lines.push_back(" " + title + "   " + time);
   sim::State copy = state;
   for (const RobotView& robot : look(world, copy))
-    lines.push_back(" " + battery_bar(robot.charge) + " " + text_of(robot));
+    lines.push_back(" " + battery_bar(robot.charge) + " " + robot_text(robot));
   lines.emplace_back();
   const int room = size.rows - static_cast<int>(lines.size()) - 2;
   if (room > 3) {

@@ -21,7 +21,7 @@ struct Finding {
 };
 
 // By what they say and in which file; in the order of the first of each.
-std::vector<Finding> grouped(const Diagnostics& diagnostics) {
+std::vector<Finding> grouped_findings(const Diagnostics& diagnostics) {
   std::vector<Finding> findings;
   std::map<std::tuple<Severity, std::string_view, std::string_view, std::string_view>, std::size_t> known;
   for (const Diagnostic& d : diagnostics) {
@@ -89,7 +89,7 @@ Loaded<scxml::Chart> look_at_chart(std::string_view source, const std::string& f
 }
 
 std::string told(const Diagnostics& diagnostics) {
-  std::vector<Finding> findings = grouped(diagnostics);
+  std::vector<Finding> findings = grouped_findings(diagnostics);
   const auto is_error = [](const Finding& finding) { return finding.first.severity == Severity::kError; };
   std::size_t left_out = 0;
   if (findings.size() > kFindingsShownMax) {

@@ -9,6 +9,7 @@
 #include "sentree/draw/chart.h"
 #include "sentree/graph/chart.h"
 #include "sentree/studio/reached.h"
+#include "sentree/text/xml.h"
 
 namespace sentree::cli {
 
@@ -43,7 +44,7 @@ std::string missing_table(const campaign::Coverage& coverage) {
     if (reached || ++listed[thing.kind] > kListedMax) continue;
     const std::string what = thing.kind == Kind::kRequirement ? "put to the test" : thing.what;
     rows += fmt::format("<tr><td>{}<td><code>{}</code><td><code>{}</code></tr>\n", campaign::to_string(thing.kind),
-                        html_text(short_name(thing.of)), html_text(what));
+                        text::xml_escape(short_name(thing.of)), text::xml_escape(what));
   }
   if (rows.empty()) return "<p>Everything was reached.</p>\n";
   std::string html =
@@ -104,27 +105,12 @@ std::string chart_picture(const scxml::Chart& chart, const NeverReached& never) 
 
 }  // namespace
 
-std::string html_text(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += c;
-    }
-  }
-  return out;
-}
-
 std::string coverage_section(const ReportCommand& command, const project::Plan& plan) {
   std::string html = "<h2>Coverage</h2>\n";
   const auto reached = studio::reached_by(command.file, command.allow_plugins);
   if (!reached)
-    return html +
-           "<p class=soft>What was reached of charts and guards is not known: " + html_text(reached.error().message) +
-           "</p>\n";
+    return html + "<p class=soft>What was reached of charts and guards is not known: " +
+           text::xml_escape(reached.error().message) + "</p>\n";
   html += counts_table(reached->coverage) + missing_table(reached->coverage);
   // The files of `plan` lie in another folder than those that were executed again.
   std::map<std::string, std::string> files;

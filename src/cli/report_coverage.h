@@ -12,7 +12,4 @@ namespace sentree::cli {
 /// @param plan  Of the recording.
 [[nodiscard]] std::string coverage_section(const ReportCommand& command, const project::Plan& plan);
 
-/// `&`, `<`, `>` and quotes as HTML has them.
-[[nodiscard]] std::string html_text(std::string_view text);
-
 }  // namespace sentree::cli

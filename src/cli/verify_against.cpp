@@ -22,7 +22,7 @@ std::string any_of(const std::vector<std::string>& answers) {
 }
 
 // The first that is not allowed of each method, and how many there are.
-std::string text_of(const verify::Agreement& of) {
+std::string agreement_text(const verify::Agreement& of) {
   std::string out = of.not_allowed == 0
                         ? fmt::format("{}: allows all {} answers", of.model, of.answers)
                         : fmt::format("{}: allows {} of {} answers", of.model, of.answers - of.not_allowed, of.answers);
@@ -112,7 +112,7 @@ int verify_against(const VerifyCommand& command, const project::Plan& plan) {
   bool differs = false;
   bool given_up = false;
   for (const verify::Agreement& one : *agreements) {
-    out += text_of(one);
+    out += agreement_text(one);
     models.push_back(value_of(one));
     differs = differs || one.not_allowed > 0;
     given_up = given_up || !one.given_up.empty();

@@ -14,7 +14,7 @@ bool is_hex_digit(char c) { return is_digit(c) || (c >= 'a' && c <= 'f') || (c >
 bool is_word_start(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 bool is_word_part(char c) { return is_word_start(c) || is_digit(c); }
 
-std::string shown(char c) {
+std::string shown_character(char c) {
   if (c >= 0x20 && c < 0x7f) return std::string("\"") + c + "\"";
   const char* digits = "0123456789abcdef";
   const auto octet = static_cast<unsigned char>(c);
@@ -118,7 +118,7 @@ bool Lexer::number(Token& token) {
     }
   }
   if (end == digits_end && digits_end > i) return integer(i, end, 10);
-  if (end == i && i == at_) return fail(at_, "unexpected " + shown(source_[at_]));
+  if (end == i && i == at_) return fail(at_, "unexpected " + shown_character(source_[at_]));
   token.form = Token::Form::kDouble;
   // from_chars knows no leading plus and wants a digit before the point; a lone sign is zero to the compiler.
   const std::string digits = "0" + std::string(source_.substr(i, end - i));
@@ -156,7 +156,7 @@ bool Lexer::next(Token& token) {
   } else if (is_digit(c) || c == '+' || c == '-' || c == '.') {
     good = number(token);
   } else {
-    good = fail(at_, "unexpected " + shown(c));
+    good = fail(at_, "unexpected " + shown_character(c));
   }
   token.length = at_ - token.offset;
   return good;

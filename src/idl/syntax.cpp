@@ -43,7 +43,7 @@ bool contains(const std::array<std::string_view, N>& words, std::string_view wor
   return std::find(words.begin(), words.end(), word) != words.end();
 }
 
-std::string shown(const Token& token) {
+std::string shown_token(const Token& token) {
   switch (token.form) {
     case Form::kEnd: return "the end of the file";
     case Form::kSymbol: return std::string("\"") + token.symbol + "\"";
@@ -85,7 +85,7 @@ class Parser {
     return false;
   }
   bool expected(std::string_view what) {
-    return error(here(), "idl.syntax", "expected " + std::string(what) + ", found " + shown(token_));
+    return error(here(), "idl.syntax", "expected " + std::string(what) + ", found " + shown_token(token_));
   }
   void warn(const SourceSpan& at, std::string code, std::string message) {
     diagnostics_.push_back({Severity::kWarning, std::move(code), std::move(message), at});

@@ -15,7 +15,7 @@ namespace {
 using Kind = Condition::Kind;
 using Type = DataType::Kind;
 
-std::string_view shown(Type type) {
+std::string_view word_for(Type type) {
   switch (type) {
     case Type::kNumber: return "a number";
     case Type::kTruth: return "true or false";
@@ -171,9 +171,9 @@ class Checker {
 
   Found want(Found found, Type expected, const Condition& c) {
     if (expected != Type::kUnknown && found.type != Type::kUnknown && found.type != expected) {
-      error(
-          c.span, "requirement.type",
-          "expected " + std::string(shown(expected)) + ", but " + to_text(c) + " is " + std::string(shown(found.type)));
+      error(c.span, "requirement.type",
+            "expected " + std::string(word_for(expected)) + ", but " + to_text(c) + " is " +
+                std::string(word_for(found.type)));
     }
     return found;
   }
@@ -354,8 +354,8 @@ class Checker {
       std::string hint;
       if (inside(*c.operands[1]).is_word) hint = " (\"" + inside(*c.operands[1]).text + "\" is not defined)";
       error(c.span, "requirement.type",
-            to_text(*c.operands[0]) + " is " + std::string(shown(left.type)) + ", " + to_text(*c.operands[1]) + " is " +
-                std::string(shown(right.type)) + "; they are never equal" + hint);
+            to_text(*c.operands[0]) + " is " + std::string(word_for(left.type)) + ", " + to_text(*c.operands[1]) +
+                " is " + std::string(word_for(right.type)) + "; they are never equal" + hint);
       return;
     }
     if (left.type == Type::kNumber) compare(c, left, right);

@@ -40,7 +40,7 @@ Value number(double number) {
                                                                          : Value(number);
 }
 
-std::optional<Value> constant(const ScriptTree& tree, std::uint32_t id) {
+std::optional<Value> constant_of_script(const ScriptTree& tree, std::uint32_t id) {
   const ScriptNode& n = tree.at(id);
   switch (n.kind) {
     case Node::kNumber: return number(n.number);
@@ -72,7 +72,7 @@ NamedChoices choices_of(const scxml::Chart& chart) {
       }
       auto& alternatives = found.by_name[tree->at(n.operands[1]).text];
       for (std::size_t i = 2; i < n.operands.size(); ++i) {
-        if (auto value = constant(*tree, n.operands[i]))
+        if (auto value = constant_of_script(*tree, n.operands[i]))
           alternatives.values.push_back(std::move(*value));
         else
           alternatives.open = true;

@@ -12,7 +12,7 @@ namespace {
 // Beyond it, the ports of UDP are those that the kernel gives to others.
 constexpr std::uint32_t kDomainMax = 232;
 
-tl::unexpected<Diagnostic> wrong(std::string_view text, std::string_view why) {
+tl::unexpected<Diagnostic> wrong_address(std::string_view text, std::string_view why) {
   return fail("rpc.address", "address \"ros:" + std::string(text) + "\" " + std::string(why) +
                                  "; a name of ROS 2 is ros:/name, as ros2 topic list or ros2 service list shows it");
 }
@@ -64,23 +64,27 @@ Result<GraphAddress> GraphAddress::parse(std::string_view text) {
       out.qos = value;
     } else if (option.starts_with("domain=")) {
       out.domain = domain_number(value);
-      if (!out.domain) return wrong(text, "has a domain that is no number from 0 to " + std::to_string(kDomainMax));
+      if (!out.domain)
+        return wrong_address(text, "has a domain that is no number from 0 to " + std::to_string(kDomainMax));
     } else if (option == "range=localhost" || option == "range=subnet") {
       out.localhost = value == "localhost";
     } else if (option.starts_with("release=")) {
       out.release = release_named(value);
-      if (!out.release) return wrong(text, "names the release \"" + std::string(value) + "\", which is not known here");
+      if (!out.release)
+        return wrong_address(text, "names the release \"" + std::string(value) + "\", which is not known here");
     } else {
-      return wrong(text, "has the unknown option \"" + std::string(option) +
-                             "\" (there is publish, qos=default|sensor_data|transient_local|best_effort, domain=N, "
-                             "range=localhost|subnet, release=humble|iron|jazzy|kilted)");
+      return wrong_address(text,
+                           "has the unknown option \"" + std::string(option) +
+                               "\" (there is publish, qos=default|sensor_data|transient_local|best_effort, domain=N, "
+                               "range=localhost|subnet, release=humble|iron|jazzy|kilted)");
     }
   }
   if (rest.empty()) rest = "/";
   if (!is_name(rest)) {
-    return wrong(text,
-                 "has a name that cannot be one: it begins with a slash, and its parts have letters, digits and "
-                 "underscores and begin with no digit");
+    return wrong_address(
+        text,
+        "has a name that cannot be one: it begins with a slash, and its parts have letters, digits and "
+        "underscores and begin with no digit");
   }
   out.name = rest;
   return out;

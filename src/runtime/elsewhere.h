@@ -68,12 +68,15 @@ class Elsewhere {
   /// run's folder, what that is stands there afterwards. Returns why it cannot.
   [[nodiscard]] virtual std::optional<std::string> start(Services& services) = 0;
   /// Sees what is published elsewhere on topics of the services, and connects those whose topics are published here.
+  /// Once every part is made. Returns why it cannot.
   [[nodiscard]] virtual std::optional<std::string> subscribe(const Services& services) = 0;
   /// Connected by `start`; until `close`.
   [[nodiscard]] virtual const std::vector<std::unique_ptr<Observer>>& observers() const = 0;
-  /// Reaches the skill of a leaf, by its index in the plan.
+  /// Reaches the skill of a leaf, by its index in the plan. Errors: of the address, file.* where Sentree is not
+  /// installed whole; a skill that is not there fails its leaf when it is ticked.
   [[nodiscard]] virtual Result<std::unique_ptr<LeafDriver>> make_leaf(std::size_t leaf, LeafReplies replies) = 0;
-  /// Reaches a service at its address; calls have `deadline` [wall time].
+  /// Reaches a service at its address, which the plan has checked; calls have `deadline` [wall time]. The outcome of
+  /// one that nobody serves is kind unreachable.
   [[nodiscard]] virtual std::unique_ptr<ServicePort> make_port(const project::ServicePlan& service,
                                                                Duration deadline) = 0;
   /// One call, which waits for its outcome, at most `patience` [wall time].
@@ -83,7 +86,8 @@ class Elsewhere {
   /// Where a simulator elsewhere serves `control`, its test control; empty: there is none.
   [[nodiscard]] virtual std::string control_address(const Services& services, const std::string& control) const = 0;
 
-  /// Hands on what has been observed elsewhere so far: before anything is published that may follow from it.
+  /// Hands on what has been observed elsewhere so far: before anything is published that may follow from it. From any
+  /// thread; nothing to do costs one read of a socket.
   virtual void take_observations() = 0;
   /// Serves those who look at the run from other programs of this machine, until `end_speaking`.
   virtual void serve_control(ControlHandler handler) = 0;
@@ -96,7 +100,7 @@ class Elsewhere {
   /// Starts a process again that has ended. False: it has not.
   [[nodiscard]] virtual bool restart(const std::string& process) = 0;
 
-  /// Ends all who publish into the run; monitors elsewhere still listen.
+  /// Ends all who publish into the run, within seconds; monitors elsewhere still listen.
   virtual void end_speaking() = 0;
   /// Ends the processes that are left, and removes what they shared.
   virtual void end() = 0;

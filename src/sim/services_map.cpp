@@ -31,14 +31,14 @@ Value names(const std::vector<Named>& items) {
 }
 
 template <class Named>
-auto find(std::vector<Named>& items, std::string_view name) {
+auto find_named(std::vector<Named>& items, std::string_view name) {
   return std::find_if(items.begin(), items.end(), [&](const Named& item) { return item.name == name; });
 }
 
 // Replaces what has the name, else adds it; false if there is no room for more.
 template <class Named>
 bool store(std::vector<Named>& items, Named item) {
-  const auto known = find(items, item.name);
+  const auto known = find_named(items, item.name);
   if (known != items.end()) {
     *known = std::move(item);
     return true;
@@ -58,7 +58,7 @@ template <auto Items>
 Value remove(const Context& c) {
   const std::string name = c.args.text("name");
   if (!c.args.problem().empty()) return {};
-  const auto known = find(c.state.*Items, name);
+  const auto known = find_named(c.state.*Items, name);
   if (known == (c.state.*Items).end()) return return_code("UNKNOWN_NAME");
   (c.state.*Items).erase(known);
   return return_code("OK");
@@ -82,12 +82,12 @@ Value rename(const Context& c) {
   const std::string wanted = c.args.text("new_name");
   if (!c.args.problem().empty()) return {};
   auto& items = c.state.*Items;
-  const auto known = find(items, name);
+  const auto known = find_named(items, name);
   if (known == items.end() || wanted.empty()) return return_code("UNKNOWN_NAME");
   if (wanted == name) return return_code("OK");
   constexpr bool kPlaces = std::is_same_v<decltype(Items), std::vector<NamedLocation> State::*> ||
                            std::is_same_v<decltype(Items), std::vector<NamedArea> State::*>;
-  if (find(items, wanted) != items.end() || (kPlaces && is_place(c.state, wanted))) return return_code("ERROR");
+  if (find_named(items, wanted) != items.end() || (kPlaces && is_place(c.state, wanted))) return return_code("ERROR");
   known->name = wanted;
   return return_code("OK");
 }
@@ -95,7 +95,7 @@ Value rename(const Context& c) {
 Value get_location(const Context& c) {
   const std::string name = c.args.text("name");
   if (!c.args.problem().empty()) return {};
-  const auto known = find(c.state.locations, name);
+  const auto known = find_named(c.state.locations, name);
   if (known == c.state.locations.end()) return Map{{"code", "UNKNOWN_NAME"}, {"location", location(c.world, {})}};
   return Map{{"code", "OK"}, {"location", location(c.world, known->pose, known->description)}};
 }
@@ -106,14 +106,14 @@ Value store_location(const Context& c) {
   stored.pose = c.args.location("location", map_id, stored.description);
   if (!c.args.problem().empty()) return {};
   if (stored.name.empty() || !is_known_map(c, map_id)) return return_code("UNKNOWN_NAME");
-  if (find(c.state.areas, stored.name) != c.state.areas.end()) return return_code("ERROR");
+  if (find_named(c.state.areas, stored.name) != c.state.areas.end()) return return_code("ERROR");
   return return_code(store(c.state.locations, std::move(stored)) ? "OK" : "OUT_OF_BOUNDS");
 }
 
 Value get_area(const Context& c) {
   const std::string name = c.args.text("name");
   if (!c.args.problem().empty()) return {};
-  const auto known = find(c.state.areas, name);
+  const auto known = find_named(c.state.areas, name);
   if (known == c.state.areas.end()) return Map{{"code", "UNKNOWN_NAME"}, {"area", area(c.world, {})}};
   return Map{{"code", "OK"}, {"area", area(c.world, *known)}};
 }
@@ -124,7 +124,7 @@ Value store_area(const Context& c) {
   stored.points = c.args.area("area", map_id, stored.description);
   if (!c.args.problem().empty()) return {};
   if (stored.name.empty() || !is_known_map(c, map_id)) return return_code("UNKNOWN_NAME");
-  if (stored.points.size() < 3 || find(c.state.locations, stored.name) != c.state.locations.end()) {
+  if (stored.points.size() < 3 || find_named(c.state.locations, stored.name) != c.state.locations.end()) {
     return return_code("ERROR");
   }
   return return_code(store(c.state.areas, std::move(stored)) ? "OK" : "OUT_OF_BOUNDS");
@@ -133,7 +133,7 @@ Value store_area(const Context& c) {
 Value get_path(const Context& c) {
   const std::string name = c.args.text("name");
   if (!c.args.problem().empty()) return {};
-  const auto known = find(c.state.paths, name);
+  const auto known = find_named(c.state.paths, name);
   const bool found = known != c.state.paths.end();
   List poses;
   if (found) {
@@ -154,7 +154,7 @@ Value store_path(const Context& c) {
 Value get_object(const Context& c) {
   const std::string name = c.args.text("name");
   if (!c.args.problem().empty()) return {};
-  const auto known = find(c.state.objects, name);
+  const auto known = find_named(c.state.objects, name);
   const bool found = known != c.state.objects.end();
   const NamedObject object = found ? *known : NamedObject{};
   const auto& p = object.pose;

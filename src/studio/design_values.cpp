@@ -14,7 +14,7 @@ namespace sentree::studio {
 
 namespace {
 
-Value number(std::size_t value) { return static_cast<std::int64_t>(value); }
+Value number_value(std::size_t value) { return static_cast<std::int64_t>(value); }
 
 std::string_view name_of(bt::Category category) {
   switch (category) {
@@ -40,18 +40,18 @@ Value tree_value(const design::OutlineTree& tree) {
                         {"name", node.name},
                         {"kind", name_of(node.category)},
                         {"known", node.known},
-                        {"children_min", number(node.children_min)},
-                        {"children_max", number(node.children_max)},
-                        {"from", number(node.from)},
-                        {"open_end", number(node.open_end)},
-                        {"to", number(node.to)},
+                        {"children_min", number_value(node.children_min)},
+                        {"children_max", number_value(node.children_max)},
+                        {"from", number_value(node.from)},
+                        {"open_end", number_value(node.open_end)},
+                        {"to", number_value(node.to)},
                         {"attributes", std::move(attributes)}});
   }
   drawing.direction = draw::best_direction(drawing);
   return Map{{"element", static_cast<std::int64_t>(tree.element)},
              {"id", tree.id},
-             {"from", number(tree.from)},
-             {"to", number(tree.to)},
+             {"from", number_value(tree.from)},
+             {"to", number_value(tree.to)},
              {"direction", drawing.direction == draw::Direction::kRight ? "right" : "down"},
              {"nodes", std::move(nodes)},
              {"layout", draw::to_value(drawing, draw::layout(drawing))}};
@@ -60,10 +60,14 @@ Value tree_value(const design::OutlineTree& tree) {
 Value sentence_value(const design::Sentence& sentence) {
   List parts;
   for (const design::SentencePart& part : sentence.parts)
-    parts.push_back(
-        Map{{"part", part.part}, {"from", number(part.from)}, {"to", number(part.to)}, {"text", part.text}});
-  return Map{{"name", sentence.name},       {"prose", sentence.prose},       {"scope", sentence.scope},
-             {"pattern", sentence.pattern}, {"from", number(sentence.from)}, {"to", number(sentence.to)},
+    parts.push_back(Map{
+        {"part", part.part}, {"from", number_value(part.from)}, {"to", number_value(part.to)}, {"text", part.text}});
+  return Map{{"name", sentence.name},
+             {"prose", sentence.prose},
+             {"scope", sentence.scope},
+             {"pattern", sentence.pattern},
+             {"from", number_value(sentence.from)},
+             {"to", number_value(sentence.to)},
              {"parts", std::move(parts)}};
 }
 
@@ -276,14 +280,21 @@ Result<Value> folded_value(const std::string& file, const design::Document& docu
 Value finding_value(const design::Finding& finding) {
   List fixes;
   for (const design::Fix& fix : finding.fixes) {
-    fixes.push_back(Map{
-        {"title", fix.title}, {"from", number(fix.edit.from)}, {"to", number(fix.edit.to)}, {"text", fix.edit.text}});
+    fixes.push_back(Map{{"title", fix.title},
+                        {"from", number_value(fix.edit.from)},
+                        {"to", number_value(fix.edit.to)},
+                        {"text", fix.edit.text}});
   }
   const Diagnostic& diagnostic = finding.diagnostic;
-  return Map{
-      {"file", finding.file},         {"line", diagnostic.span.line},  {"column", diagnostic.span.column},
-      {"from", number(finding.from)}, {"to", number(finding.to)},      {"severity", to_string(diagnostic.severity)},
-      {"code", diagnostic.code},      {"message", diagnostic.message}, {"fixes", std::move(fixes)}};
+  return Map{{"file", finding.file},
+             {"line", diagnostic.span.line},
+             {"column", diagnostic.span.column},
+             {"from", number_value(finding.from)},
+             {"to", number_value(finding.to)},
+             {"severity", to_string(diagnostic.severity)},
+             {"code", diagnostic.code},
+             {"message", diagnostic.message},
+             {"fixes", std::move(fixes)}};
 }
 
 Value palette_value(const design::Kinds& kinds, const std::vector<bt::NodeModel>& own) {
@@ -301,7 +312,7 @@ Value palette_value(const design::Kinds& kinds, const std::vector<bt::NodeModel>
     const bool is_own = std::any_of(own.begin(), own.end(), [&id = id](const auto& one) { return one.id == id; });
     values.push_back(Map{{"id", id},
                          {"kind", name_of(model.category)},
-                         {"children_max", number(kinds.kind(id, model).children_max)},
+                         {"children_max", number_value(kinds.kind(id, model).children_max)},
                          {"own", is_own},
                          {"description", model.description},
                          {"ports", std::move(ports)}});

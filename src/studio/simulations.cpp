@@ -13,7 +13,7 @@ namespace sentree::studio {
 
 namespace {
 
-std::string text_of(const Value& request, std::string_view name) {
+std::string request_text(const Value& request, std::string_view name) {
   const Value* value = request.find(name);
   return value != nullptr && value->as_string() != nullptr ? *value->as_string() : std::string();
 }
@@ -67,7 +67,7 @@ Result<void> Simulations::redo(PlayedChart& played, const Text& text) const {
 }
 
 Result<Value> Simulations::chart(const Text& text, const Value& request) {
-  const std::string what = text_of(request, "do");
+  const std::string what = request_text(request, "do");
   const auto known = charts_.find(text.file);
   PlayedChart& played = charts_[text.file];
   played.used = ++uses_;
@@ -94,7 +94,7 @@ Result<Value> Simulations::chart(const Text& text, const Value& request) {
       if (!(given >= 0 && given <= kWaitMax_ns)) return fail("studio.request", "wait for how long?");
       step.time = Duration(static_cast<std::int64_t>(given));
     } else {
-      step.event.name = text_of(request, "event");
+      step.event.name = request_text(request, "event");
       if (step.event.name.empty()) return fail("studio.request", "which event?");
       // SCXML 6.2.5: what prevents delivery is an event of the platform.
       if (step.event.name.starts_with("error.")) step.event.type = scxml::EventType::kPlatform;
@@ -171,8 +171,8 @@ Value Simulations::shown(const PlayedChart& played) {
 }
 
 Result<Value> Simulations::tree(const Text& text, const bt::Palette& palette, const Value& request) {
-  const std::string what = text_of(request, "do");
-  const std::string id = text_of(request, "tree");
+  const std::string what = request_text(request, "do");
+  const std::string id = request_text(request, "tree");
   const auto key = std::pair(text.file, id);
   auto played = trees_.find(key);
   const bool anew = played == trees_.end() || what == "start";
@@ -188,13 +188,13 @@ Result<Value> Simulations::tree(const Text& text, const bt::Palette& palette, co
   TreePlayer& player = played->second.player;
   Result<void> done;
   if (what == "answer") {
-    const std::string status = text_of(request, "status");
+    const std::string status = request_text(request, "status");
     const bt::Status given = status == "SUCCESS"   ? bt::Status::kSuccess
                              : status == "FAILURE" ? bt::Status::kFailure
                              : status == "RUNNING" ? bt::Status::kRunning
                                                    : bt::Status::kIdle;
     if (given == bt::Status::kIdle) return fail("studio.request", "\"" + status + "\" is no answer of a leaf");
-    done = player.answer(text_of(request, "leaf"), given);
+    done = player.answer(request_text(request, "leaf"), given);
   } else if (what == "tick") {
     done = player.tick();
   } else if (what == "wait") {

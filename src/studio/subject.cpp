@@ -50,7 +50,7 @@ draw::Tree drawn_tree(const bt::Tree& tree) {
   return drawing;
 }
 
-Value tree_value(const Subject& subject) {
+Value tree_of_subject(const Subject& subject) {
   const bt::Tree& tree = subject.plan.tree;
   const draw::Tree drawing = drawn_tree(tree);
   std::map<bt::NodeId, std::string> leaf_names;
@@ -279,7 +279,7 @@ std::string model_message(const Subject& subject, bool steerable) {
   List monitors;
   for (std::size_t i = 0; i < subject.monitors.size(); ++i) monitors.push_back(monitor_value(subject, i));
   Map model{{"type", "model"},
-            {"tree", tree_value(subject)},
+            {"tree", tree_of_subject(subject)},
             {"charts", std::move(charts)},
             {"monitors", std::move(monitors)},
             {"services", services_value(subject, steerable)},

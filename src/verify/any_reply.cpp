@@ -7,26 +7,13 @@
 #include <utility>
 
 #include "sentree/text/file.h"
+#include "sentree/text/xml.h"
 #include "sentree/text/yaml_node_edit.h"
 #include "sentree/verify/distinctions.h"
 
 namespace sentree::verify {
 
 namespace {
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += c;
-    }
-  }
-  return out;
-}
 
 // As a text of ECMAScript between apostrophes.
 std::string script_text(const std::string& text) {
@@ -73,8 +60,8 @@ class Writer {
     if (method.result->kind == idl::Kind::kVoid)
       reply += "/>";
     else
-      reply += "><param name=\"result\" expr=\"" + escaped(value(*method.result, "result", method.name, 0, nullptr)) +
-               "\"/></send>";
+      reply += "><param name=\"result\" expr=\"" +
+               text::xml_escape(value(*method.result, "result", method.name, 0, nullptr)) + "\"/></send>";
     if (method.exceptions.empty()) return head + "      " + reply + "\n    </transition>\n";
     return head + "      <if cond=\"pick('" + method.name + "', 'replies', 'throws') === 'replies'\">\n        " +
            reply + "\n      <else/>\n        <send type=\"thrift\" target=\"" + service_ + "\" event=\"" + method.name +

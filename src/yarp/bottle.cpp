@@ -161,18 +161,19 @@ class TextReader {
   std::size_t count_ = 0;
 };
 
-std::uint32_t tag_of(const Item& item, Version version);
+std::uint32_t tag_of_item(const Item& item, Version version);
 
 // What all items have in common; 0: nothing.
 std::uint32_t common_tag(const std::vector<Item>& items, Version version) {
   if (items.empty()) return 0;
-  const std::uint32_t tag = tag_of(items[0], version);
-  const bool all = (tag & kList) == 0 && std::all_of(items.begin(), items.end(),
-                                                     [&](const Item& item) { return tag_of(item, version) == tag; });
+  const std::uint32_t tag = tag_of_item(items[0], version);
+  const bool all = (tag & kList) == 0 && std::all_of(items.begin(), items.end(), [&](const Item& item) {
+                     return tag_of_item(item, version) == tag;
+                   });
   return all ? tag : 0;
 }
 
-std::uint32_t tag_of(const Item& item, Version version) {
+std::uint32_t tag_of_item(const Item& item, Version version) {
   switch (item.form) {
     case Item::Form::kInteger: return item.integer == static_cast<std::int32_t>(item.integer) ? kInt32 : kInt64;
     case Item::Form::kReal: return version == Version::kYarp3 ? kReal10 : kReal20;
@@ -209,7 +210,7 @@ void write_bare(std::vector<std::uint8_t>& out, const Item& item, std::uint32_t 
       const std::uint32_t common = tag & ~kList;
       put_int(out, static_cast<std::int32_t>(item.items.size()));
       for (const Item& each : item.items) {
-        const std::uint32_t own = common != 0 ? common : tag_of(each, version);
+        const std::uint32_t own = common != 0 ? common : tag_of_item(each, version);
         if (common == 0) put_int(out, static_cast<std::int32_t>(own));
         write_bare(out, each, own, version);
       }
@@ -292,7 +293,7 @@ Result<std::vector<Item>> parse_text(std::string_view text) { return TextReader(
 
 void write_bottle(std::vector<std::uint8_t>& out, const std::vector<Item>& items, Version version) {
   const Item whole = Item::list(items);
-  const std::uint32_t tag = tag_of(whole, version);
+  const std::uint32_t tag = tag_of_item(whole, version);
   put_int(out, static_cast<std::int32_t>(tag));
   write_bare(out, whole, tag, version);
 }
