@@ -491,6 +491,15 @@ expect 2 'I/N, the I-th of N parts' "$sentree" campaign "$work/varied" --shard 5
 printf 'parameters: {world.batery.initial: {uniform: [20 %%, 100 %%]}}\n' >"$work/slip.yaml"
 expect 3 'did you mean "battery"' "$sentree" campaign "$work/varied" --vary "$work/slip.yaml"
 
+# A name moves no cursor: U+009B begins what escapes begin. Programs get it as it is.
+named() { echo "<root BTCPP_format='4'><BehaviorTree ID='A'><AlwaysSuccess name='&#x9b;2J$1'/></BehaviorTree></root>" >"$work/$1.xml"; }
+named one && named two
+expect 0 '\\x9b2Jone' env TERM=xterm NO_COLOR= script -qec "'$sentree' diff '$work/one.xml' '$work/two.xml' || true" /dev/null
+if LC_ALL=C grep -qF $'\xc2\x9b' "$work/out" || ! grep -qF $'\x1b[33m' "$work/out"; then
+  echo "✗ a terminal gets what a name says, or no colours" && failures=$((failures + 1))
+fi
+expect 1 $'\xc2\x9b2Jone' "$sentree" diff "$work/one.xml" "$work/two.xml"
+
 # A terminal that goes away ends a run in order, as Ctrl-C does, and nothing is left behind.
 mkdir "$work/tmp"
 TMPDIR=$work/tmp "$sentree" run examples/recharge --clock real --processes --duration '60 s' >"$work/mission" 2>&1 &

@@ -3,6 +3,7 @@
 #include <map>
 
 #include "sentree/bt/write.h"
+#include "sentree/cli/colours.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/document.h"
 #include "sentree/cli/output.h"
@@ -25,10 +26,10 @@ struct Look {
 
 Look look(Kind kind) {
   switch (kind) {
-    case Kind::kAdded: return {"added", "+", "\x1b[32m"};
-    case Kind::kRemoved: return {"removed", "-", "\x1b[31m"};
-    case Kind::kChanged: return {"changed", "~", "\x1b[33m"};
-    case Kind::kMoved: return {"moved", ">", "\x1b[36m"};
+    case Kind::kAdded: return {"added", "+", kGreen};
+    case Kind::kRemoved: return {"removed", "-", kRed};
+    case Kind::kChanged: return {"changed", "~", kYellow};
+    case Kind::kMoved: return {"moved", ">", kBlue};
   }
   return {"", "", ""};
 }
@@ -45,11 +46,11 @@ void tell(const std::vector<Difference>& differences, bool colour) {
   std::string path;
   for (const Difference& d : differences) {
     const Look shown = look(d.kind);
-    if (d.path != path) print((colour ? "\x1b[1m" : "") + d.path + (colour ? "\x1b[0m" : "") + "\n");
+    if (d.path != path) print((colour ? coloured(kBold, d.path) : d.path) + "\n");
     path = d.path;
-    std::string line = std::string("  ") + (colour ? shown.colour : "") + shown.sign + " " + d.what;
-    if (colour) line += "\x1b[0m";
-    print(line + (colour ? "  \x1b[2m" : "  ") + to_string(where(d)) + (colour ? "\x1b[0m" : "") + "\n");
+    const std::string what = std::string(shown.sign) + " " + d.what;
+    const std::string place = to_string(where(d));
+    print("  " + (colour ? coloured(shown.colour, what) + "  " + coloured(kDim, place) : what + "  " + place) + "\n");
   }
   print(std::to_string(differences.size()) + (differences.size() == 1 ? " difference\n" : " differences\n"));
 }

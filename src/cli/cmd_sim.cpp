@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 
+#include "sentree/cli/colours.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/ros_robot.h"
@@ -120,7 +121,7 @@ std::vector<std::string> frame(const sim::World& world, const sim::State& state,
   if (room > 3) {
     for (const std::string& line : map_lines(world, state, size.columns - 2, room)) lines.push_back(" " + line);
   }
-  lines.push_back(" \x1b[2msentree call: what it offers   Ctrl-C: end\x1b[0m");
+  lines.push_back(coloured(kDim, " sentree call: what it offers   Ctrl-C: end"));
   return lines;
 }
 
@@ -151,7 +152,7 @@ int sprint(const sim::World& world, Tour tour, const SimCommand& command, std::o
 int watch(processes::SimServer& server, const sim::World& world, Tour tour, const SimCommand& command,
           std::optional<Duration> duration, const sigset_t& signals) {
   const bool live = !command.json && !command.headless && isatty(STDOUT_FILENO) == 1;
-  if (live) print("\x1b[?1049h\x1b[?25l");  // another screen, no cursor
+  if (live) print_screen("\x1b[?1049h\x1b[?25l");  // another screen, no cursor
   const Tour::Call call = [&](const std::string& robot, const std::string& method,
                               const Map& arguments) -> Result<Value> {
     mission::CallOutcome outcome = server.host().call("Navigation", method, arguments, robot);
@@ -188,7 +189,7 @@ int watch(processes::SimServer& server, const sim::World& world, Tour tour, cons
     }
   }
   if (live) {
-    print("\x1b[?25h\x1b[?1049l");
+    print_screen("\x1b[?25h\x1b[?1049l");
     print(text_lines(world, server.host().snapshot()));
     for (const std::string& missed : tour.missed()) say("! " + missed);
   }

@@ -65,7 +65,7 @@ void add_wrapped(std::vector<std::string>& lines, const std::vector<std::string>
 
 LiveView::LiveView(const project::Plan& plan) : plan_(plan) {
   for (const auto& model : plan.monitors) verdicts_[model.name()] = "undecided";
-  print("\x1b[?1049h\x1b[?25l");  // another screen, no cursor
+  print_screen("\x1b[?1049h\x1b[?25l");  // another screen, no cursor
   thread_ = std::thread([this] { draw_until_done(); });
 }
 
@@ -76,7 +76,7 @@ LiveView::~LiveView() {
   }
   changed_.notify_all();
   thread_.join();
-  print("\x1b[?25h\x1b[?1049l");
+  print_screen("\x1b[?25h\x1b[?1049l");
 }
 
 void LiveView::attach(runtime::RunView* view) {
@@ -189,7 +189,8 @@ std::vector<std::string> LiveView::frame(const TerminalSize& size) {
     const std::size_t shown = std::min(rows, events_.size());
     for (std::size_t i = 0; i < rows; ++i) {
       std::string text = i < tree.size() ? cut(" " + tree[i], kTreeWidth - 1) : "";
-      if (i < shown) text += fmt::format("\x1b[{}G│ {}", kTreeWidth, cut(event(shown - i), width - kTreeWidth - 4));
+      if (i < shown)
+        text += std::string(kTreeWidth - 1 - columns(text), ' ') + "│ " + cut(event(shown - i), width - kTreeWidth - 4);
       lines.push_back(text);
     }
     return lines;

@@ -13,6 +13,7 @@
 #include <system_error>
 
 #include "sentree/base/shown.h"
+#include "sentree/cli/colours.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/document.h"
 #include "sentree/runtime/watchdog.h"
@@ -40,11 +41,31 @@ struct StatusAside {
   std::lock_guard<std::mutex> lock{status_mutex};
 };
 
+void write_out(const std::string& text) {
+  const StatusAside aside;
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) unwritten = errno;
+}
+
 }  // namespace
 
 void print(const std::string& text) {
-  const StatusAside aside;
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) unwritten = errno;
+  static const bool terminal = isatty(STDOUT_FILENO) != 0;
+  write_out(terminal ? shown_in_colour(text) : text);
+}
+
+void print_screen(const std::string& sequences) { write_out(sequences); }
+
+std::string shown_in_colour(const std::string& text) {
+  std::string out;
+  std::size_t from = 0;  // what is not in `out` yet
+  for (std::size_t at = text.find('\x1b'); at != std::string::npos; at = text.find('\x1b', at + 1)) {
+    for (const std::string_view colour : kColours) {
+      if (text.compare(at, colour.size(), colour) != 0) continue;
+      out.append(shown(std::string_view(text).substr(from, at - from))).append(colour);
+      from = at + colour.size();
+    }
+  }
+  return out + shown(std::string_view(text).substr(from));
 }
 
 void show_status(const std::string& text) {

@@ -11,8 +11,13 @@
 
 namespace sentree::cli {
 
-/// Data for programs and people who asked for it: standard output.
+/// Data for programs and people who asked for it: standard output. On a terminal nothing in it moves the cursor or hides
+/// what follows, whoever wrote it; programs get it as it is.
 void print(const std::string& text);
+/// Sequences that move the cursor, clear and the like, for a terminal at standard output.
+void print_screen(const std::string& sequences);
+/// `text` as a terminal may show it, with our colours. O(length).
+[[nodiscard]] std::string shown_in_colour(const std::string& text);
 /// Messages: standard error.
 void say(const std::string& text);
 /// What goes on at present, on the last line of the terminal at standard error, below all that is printed; empty:

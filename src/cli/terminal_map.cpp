@@ -129,8 +129,9 @@ TerminalSize terminal_size() {
 void print_frame(const std::vector<std::string>& lines, const TerminalSize& size) {
   const auto rows = static_cast<std::size_t>(size.rows);
   std::string out = "\x1b[H";
-  for (std::size_t i = 0; i < lines.size() && i < rows; ++i) out += lines[i] + "\x1b[K" + (i + 1 < rows ? "\r\n" : "");
-  print(out + "\x1b[J");
+  for (std::size_t i = 0; i < lines.size() && i < rows; ++i)
+    out += shown_in_colour(lines[i]) + "\x1b[K" + (i + 1 < rows ? "\r\n" : "");
+  print_screen(out + "\x1b[J");
 }
 
 }  // namespace sentree::cli

@@ -12,7 +12,8 @@ namespace sentree::mission {
 namespace {
 
 constexpr std::string_view kMagic = "SRUN";
-constexpr std::uint64_t kVersion = 1;
+// From 2 on a skill that was never asked for anything is null.
+constexpr std::uint64_t kVersion = 2;
 constexpr std::size_t kHeaderSize = 4 + 3 * 8;
 /// Periods that a run may have missed in a row: more are no state of a run, and would be counted one by one.
 constexpr std::int64_t kMissedMax = 1'000'000;
@@ -36,8 +37,8 @@ Result<Header> read_header(std::string_view saved) {
     return value;
   };
   const Header header{.version = word(0), .plan = word(1), .checksum = word(2)};
-  if (header.version != kVersion) {
-    return bad("it is of format " + std::to_string(header.version) + ", and this Sentree reads format " +
+  if (header.version == 0 || header.version > kVersion) {
+    return bad("it is of format " + std::to_string(header.version) + ", and this Sentree reads formats up to " +
                std::to_string(kVersion));
   }
   if (header.checksum != hash_bytes(saved.substr(kHeaderSize))) return bad("its checksum is wrong");
@@ -197,7 +198,9 @@ Result<std::string> save(const project::Plan& plan, const State& state) {
   saver.map.append("tree", std::move(members.map));
   List skills;
   for (std::size_t i = 0; i < state.skills.size(); ++i) {
-    auto skill = save_with_session(*plan.leaves[i].chart, state.skills[i]);
+    // Of thousands of skills most have never been asked for anything.
+    auto skill = state.skills[i] == SkillState{} ? Result<Value>(Value())
+                                                 : save_with_session(*plan.leaves[i].chart, state.skills[i]);
     if (!skill) return unsavable(skill.error());
     skills.push_back(std::move(*skill));
   }
@@ -244,6 +247,7 @@ Result<State> restore(const project::Plan& plan, std::string_view saved) {
   state.skills.resize(skills->size());
   for (std::size_t i = 0; i < skills->size(); ++i) {
     if (!plan.leaves[i].chart) return bad("a leaf has no chart in this plan");
+    if ((*skills)[i].is_null()) continue;
     if (auto skill = restore_with_session(*plan.leaves[i].chart, (*skills)[i], state.skills[i]); !skill)
       return tl::unexpected(skill.error());
   }
