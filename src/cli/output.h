@@ -11,8 +11,8 @@
 
 namespace sentree::cli {
 
-/// Data for programs and people who asked for it: standard output. On a terminal nothing in it moves the cursor or hides
-/// what follows, whoever wrote it; programs get it as it is.
+/// Data for programs and people who asked for it: standard output. On a terminal nothing in it moves the cursor or
+/// hides what follows, whoever wrote it; programs get it as it is.
 void print(const std::string& text);
 /// Sequences that move the cursor, clear and the like, for a terminal at standard output.
 void print_screen(const std::string& sequences);
