@@ -1,6 +1,8 @@
 #include "sentree/record/observation.h"
 
+#include <charconv>
 #include <cstring>
+#include <system_error>
 
 #include "sentree/base/json.h"
 #include "sentree/record/detail/print.h"
@@ -124,7 +126,68 @@ void pack_facts(PackedJson& out, const Message& message) {
   put(message.name.data(), message.name.size());
 }
 
+// Takes what `append_facts` writes off a text, as long as it is there.
+class HeadScanner {
+ public:
+  explicit HeadScanner(std::string_view json) : rest_(json) {}
+
+  bool skip(std::string_view expected) {
+    if (!rest_.starts_with(expected)) return false;
+    rest_.remove_prefix(expected.size());
+    return true;
+  }
+  bool number(std::uint64_t& to) {
+    const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), to);
+    if (error != std::errc()) return false;
+    rest_.remove_prefix(static_cast<std::size_t>(end - rest_.data()));
+    return true;
+  }
+  // A text that stands for itself.
+  bool text(std::string_view& to) {
+    if (!skip("\"")) return false;
+    const std::size_t end = rest_.find('"');
+    if (end == std::string_view::npos) return false;
+    to = rest_.substr(0, end);
+    rest_.remove_prefix(end + 1);
+    return to.find('\\') == std::string_view::npos;
+  }
+  // Anything up to a comma.
+  bool skip_number() {
+    const std::size_t end = rest_.find(',');
+    if (end == std::string_view::npos) return false;
+    rest_.remove_prefix(end);
+    return true;
+  }
+  [[nodiscard]] std::string_view rest() const { return rest_; }
+
+ private:
+  std::string_view rest_;
+};
+
 }  // namespace
+
+std::optional<ObservationHead> observation_head(std::string_view json) {
+  HeadScanner from(json);
+  ObservationHead head;
+  std::string_view kind;
+  if (!from.skip(R"({"sequence":)") || !from.number(head.sequence) || !from.skip(R"(,"time":)") ||
+      !from.skip_number() || !from.skip(R"(,"stamp":)") || !from.number(head.stamp) || !from.skip(R"(,"kind":)") ||
+      !from.text(kind) || !from.skip(R"(,"source":)") || !from.text(head.source)) {
+    return std::nullopt;
+  }
+  if (from.skip(R"(,"target":)") && !from.text(head.target)) return std::nullopt;
+  if (!from.skip(R"(,"name":)") || !from.text(head.name)) return std::nullopt;
+  if (from.skip(R"(,"call":)") && !from.number(head.call)) return std::nullopt;
+  if (!from.skip(R"(,"tick":)") || !from.number(head.tick)) return std::nullopt;
+  const auto known = kind_of(kind);
+  if (!known) return std::nullopt;
+  head.kind = *known;
+  if (from.rest() == "}") return head;
+  if (!from.skip(R"(,"data":)") || !from.rest().ends_with('}')) return std::nullopt;
+  head.data = from.rest();
+  head.data.remove_suffix(1);
+  return head;
+}
 
 void append_observation(std::string& out, const Message& message) {
   append_facts(out, facts_of<WideFacts>(message), message.source, message.target, message.name);

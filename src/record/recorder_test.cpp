@@ -251,7 +251,7 @@ TEST(Observation, ReadsBackAsItWas) {
                     .time = TimePoint(Duration(static_cast<std::int64_t>(rng.next() >> 2U))),
                     .stamp = rng.below(1000),
                     .kind = static_cast<MessageKind>(rng.below(4)),
-                    .source = "a\"b",
+                    .source = rng.below(2) == 0 ? "a\"b" : "GoTo",
                     .target = rng.below(2) == 0 ? "" : "navigation",
                     .name = "navigation.goto.request",
                     .call = rng.below(3),
@@ -263,6 +263,18 @@ TEST(Observation, ReadsBackAsItWas) {
     const auto read = read_observation({1, 1, at, at, out});
     ASSERT_TRUE(read.has_value()) << out;
     EXPECT_EQ(*read, message) << out;
+    const auto head = observation_head(out);
+    ASSERT_EQ(head.has_value(), message.source == "GoTo") << out;
+    if (!head) continue;
+    EXPECT_EQ(std::tie(head->sequence, head->stamp, head->call, head->tick, head->kind),
+              std::tie(message.sequence, message.stamp, message.call, message.tick, message.kind));
+    EXPECT_EQ(head->source, message.source);
+    EXPECT_EQ(head->target, message.target);
+    EXPECT_EQ(head->name, message.name);
+    EXPECT_EQ(head->data.empty(), message.data.is_null());
+    for (std::size_t size = 0; size < out.size(); ++size) {
+      if (const auto cut = observation_head(out.substr(0, size))) EXPECT_NE(cut->data, head->data);
+    }
   }
 }
 

@@ -1,7 +1,7 @@
 #include "sentree/studio/history.h"
 
-#include <map>
 #include <variant>
+#include <vector>
 
 #include "sentree/base/json.h"
 #include "sentree/studio/detail/history_impl.h"
@@ -14,6 +14,12 @@ Nanoseconds to_nanoseconds(TimePoint time) { return time.time_since_epoch().coun
 
 // Violations whose story is kept, and problems.
 constexpr std::size_t kStoriesMax = 1000;
+
+// Where a message of a part is.
+Place place_of(std::size_t part, const std::string& records, const record::RawMessage& raw) {
+  return {static_cast<std::uint32_t>(part), static_cast<std::uint32_t>(raw.data.data() - records.data()),
+          static_cast<std::uint32_t>(raw.data.size())};
+}
 
 }  // namespace
 
@@ -31,6 +37,8 @@ History::History(const Subject& subject, record::Reader& reader) : History(subje
   impl_->live = nullptr;
   impl_->reader = &reader;
   impl_->texts = std::make_unique<RecordedTexts>(reader);
+  for (const auto& [id, channel] : reader.channels()) impl_->topics[id] = topic_of(channel.topic);
+  impl_->observations.load_by([impl = impl_.get()](std::uint32_t part) { return impl->observations_of(part); });
 }
 
 History::~History() = default;
@@ -41,23 +49,54 @@ void History::take(TimePoint time, const record::RunRecord& record) {
   impl_->make_room();
 }
 
-void History::read_index() {
-  std::map<record::ChannelId, Topic> topics;
-  for (const auto& [id, channel] : impl_->reader->channels()) topics[id] = topic_of(channel.topic);
-  for (std::size_t part = 0; part < impl_->reader->parts(); ++part) {
-    const auto records = impl_->reader->part(part);
-    if (!records) continue;
+void History::read_index(const std::function<bool()>& goes_on) {
+  RecordReader reader;  // beside the one of those who look
+  struct Read {
+    Nanoseconds time = 0;
+    Place place;
+    record::RunRecord record;
+  };
+  std::vector<Read> reads;
+  for (std::size_t part = 0; part < impl_->reader->parts() && goes_on(); ++part) {
+    // The file is read by one at a time. What it says is made out in between, so that others get their turn.
+    const auto records = [&] {
+      const std::lock_guard lock(impl_->mutex);
+      return impl_->reader->part(part);
+    }();
+    reads.clear();
+    if (records) {
+      impl_->reader->each_message(*records, [&](const record::RawMessage& raw) {
+        const auto time = static_cast<Nanoseconds>(raw.log_time);
+        auto record =
+            reader.read(impl_->topics[raw.channel], TimePoint(Duration(time)), raw.data, RecordReader::Depth::kIndex);
+        if (record) reads.push_back({time, place_of(part, *records, raw), std::move(*record)});
+      });
+    }
     const std::lock_guard lock(impl_->mutex);
-    impl_->reader->each_message(*records, [&](const record::RawMessage& raw) {
-      const auto time = static_cast<Nanoseconds>(raw.log_time);
-      const auto record =
-          impl_->records.read(topics[raw.channel], TimePoint(Duration(time)), raw.data, RecordReader::Depth::kIndex);
-      if (!record) return;
-      const Place place{static_cast<std::uint32_t>(part), static_cast<std::uint32_t>(raw.data.data() - records->data()),
-                        static_cast<std::uint32_t>(raw.data.size())};
-      impl_->take(time, *record, &place);
-    });
+    for (const Read& read : reads) impl_->take(read.time, read.record, &read.place);
+    impl_->parts_read = part + 1;
   }
+}
+
+double History::read_so_far() const {
+  const std::size_t parts = impl_->reader != nullptr ? impl_->reader->parts() : 0;
+  return parts == 0 ? 1.0 : static_cast<double>(impl_->parts_read) / static_cast<double>(parts);
+}
+
+Observations::Entries History::Impl::observations_of(std::uint32_t part) {
+  Observations::Entries entries;
+  const auto unpacked = reader->part(part);
+  if (!unpacked) return entries;
+  reader->each_message(*unpacked, [&](const record::RawMessage& raw) {
+    const Topic& topic = topics[raw.channel];
+    if (topic.kind != Topic::Kind::kObservation) return;
+    const auto time = static_cast<Nanoseconds>(raw.log_time);
+    const auto record = records.read(topic, TimePoint(Duration(time)), raw.data, RecordReader::Depth::kIndex);
+    const auto* message = record ? std::get_if<Message>(&*record) : nullptr;
+    if (message == nullptr || message->sequence == 0) return;
+    entries.push_back({time, seen_of(*message, place_of(part, *unpacked, raw))});
+  });
+  return entries;
 }
 
 Nanoseconds History::begin() const {
@@ -115,8 +154,7 @@ std::uint32_t History::Impl::shape_of(const Message& message) {
 
 void History::Impl::add(Nanoseconds time, const Message& message, const Place* place) {
   if (message.sequence == 0) return;
-  const Seen seen{message.sequence, keep(Shown::kObservation, message, time, place), shape_of(message),
-                  static_cast<std::uint32_t>(message.tick)};
+  const Seen seen = seen_of(message, keep(Shown::kObservation, message, time, place));
   observations.push(time, seen);
   if (roles[seen.shape] != Role::kPlain) add_effect(roles[seen.shape], shapes[seen.shape], time, message, seen, place);
 }
@@ -246,7 +284,7 @@ void History::Impl::add(Nanoseconds time, const record::MonitorRecord& record, c
 
 void History::Impl::add(Nanoseconds time, const record::LogRecord& record, const Place* /*place*/) {
   if (record.name != "run" || record.level == record::LogLevel::kInfo) return;
-  mark(time, "problem", record.text, observations.back() != nullptr ? observations.back()->sequence : 0);
+  mark(time, "problem", record.text, observations.last_sequence());
   if (problems.size() < kStoriesMax) problems.push_back({time, record.text});
 }
 
@@ -315,7 +353,7 @@ void History::Impl::add(Nanoseconds time, const record::BatteryRecord& record, c
 // ---- Forgetting ----
 
 std::size_t History::Impl::index_bytes() const {
-  std::size_t bytes = observations.size() * sizeof(Track<Seen>::Entry);
+  std::size_t bytes = observations.bytes();
   for (const auto& node : nodes) bytes += node.size() * sizeof(Track<std::uint8_t>::Entry);
   for (const auto& chart : charts) bytes += chart.size() * sizeof(Track<ChartMoment>::Entry);
   for (const auto& monitor : monitors) bytes += monitor.size() * sizeof(Track<MonitorMoment>::Entry);

@@ -17,8 +17,8 @@
 #include "sentree/bt/status.h"
 #include "sentree/monitor/monitor.h"
 #include "sentree/record/run_record.h"
+#include "sentree/studio/observations.h"
 #include "sentree/studio/subject.h"
-#include "sentree/studio/texts.h"
 #include "sentree/studio/track.h"
 
 namespace sentree::studio {
@@ -37,14 +37,6 @@ struct Shape {
   std::string kind;
   std::string source;
   std::string target;
-};
-
-/// An observation in the index.
-struct Seen {
-  std::uint64_t sequence = 0;
-  Place place;
-  std::uint32_t shape = 0;
-  std::uint32_t tick = 0;
 };
 
 /// What is wanted of the observations; an empty text wants all.
@@ -81,8 +73,11 @@ class History {
 
   /// What was recorded of a run that goes on.
   void take(TimePoint time, const record::RunRecord& record);
-  /// Reads the whole recording once. What is wrong with the file is left out.
-  void read_index();
+  /// Reads the whole recording once, or until `goes_on` returns false; others may look at what has been read. What is
+  /// wrong with the file is left out. One thread.
+  void read_index(const std::function<bool()>& goes_on = [] { return true; });
+  /// How much of the recording has been read: from 0 to 1.
+  [[nodiscard]] double read_so_far() const;
 
   // ---- What there is ----
   [[nodiscard]] Nanoseconds begin() const;  ///< From when on it knows everything.

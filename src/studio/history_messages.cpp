@@ -9,6 +9,9 @@ namespace sentree::studio {
 
 namespace {
 
+// To read a part of a recording costs what looking at so many observations does.
+constexpr std::size_t kPartCost = 10'000;
+
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; }
 
 bool contains(std::string_view text, std::string_view wanted) {
@@ -29,8 +32,8 @@ bool Filter::matches(const Shape& shape) const {
 
 History::Moment History::Impl::moment(Nanoseconds time) const {
   const std::size_t position = observations.position(time);
-  if (position == Track<Seen>::npos) return {.observations = forgotten};
-  const Seen& seen = observations[position].value;
+  if (position == Observations::npos) return {.observations = forgotten};
+  const Seen seen = observations[position].value;
   return {seen.sequence, seen.tick, forgotten + position + 1};
 }
 
@@ -51,16 +54,7 @@ std::size_t History::end_observation() const {
 
 std::size_t History::find_sequence(std::uint64_t sequence) const {
   const std::lock_guard lock(impl_->mutex);
-  std::size_t from = 0;
-  std::size_t to = impl_->observations.size();
-  while (from < to) {
-    const std::size_t middle = from + (to - from) / 2;
-    if (impl_->observations[middle].value.sequence < sequence)
-      from = middle + 1;
-    else
-      to = middle;
-  }
-  return impl_->forgotten + from;
+  return impl_->forgotten + impl_->observations.find_sequence(sequence);
 }
 
 std::size_t History::after_time(Nanoseconds time) const { return moment(time).observations; }
@@ -68,7 +62,7 @@ std::size_t History::after_time(Nanoseconds time) const { return moment(time).ob
 std::string History::observation(std::size_t position) const {
   const std::lock_guard lock(impl_->mutex);
   if (position < impl_->forgotten || position - impl_->forgotten >= impl_->observations.size()) return {};
-  const auto& entry = impl_->observations[position - impl_->forgotten];
+  const Observations::Entry entry = impl_->observations[position - impl_->forgotten];
   return impl_->shown(Shown::kObservation, entry.value.place, entry.time);
 }
 
@@ -76,18 +70,32 @@ History::Found History::find(const Filter& filter, std::size_t position, bool fo
   const std::lock_guard lock(impl_->mutex);
   const std::size_t first = impl_->forgotten;
   const std::size_t end = first + impl_->observations.size();
-  std::vector<std::int8_t> wanted(impl_->shapes.size(), -1);
+  std::vector<char> wanted;
+  std::uint64_t bits = 0;  // as in stretches
+  for (const Shape& shape : impl_->shapes) {
+    wanted.push_back(filter.matches(shape) ? 1 : 0);
+    if (wanted.back() != 0) bits |= std::uint64_t{1} << ((wanted.size() - 1) % 64U);
+  }
   Found found;
+  Observations::Stretch stretch;
   for (found.next = std::clamp(position, first, end); budget > 0; --budget) {
     if (forwards ? found.next >= end : found.next <= first) {
       found.at_end = true;
       return found;
     }
     const std::size_t candidate = forwards ? found.next++ : --found.next;
-    const Seen& seen = impl_->observations[candidate - first].value;
-    std::int8_t& matches = wanted[seen.shape];
-    if (matches < 0) matches = filter.matches(impl_->shapes[seen.shape]) ? 1 : 0;
-    if (matches == 0) continue;
+    const std::size_t index = candidate - first;
+    if (index < stretch.from || index >= stretch.to) {
+      stretch = impl_->observations.stretch(index);
+      if ((stretch.shapes & bits) == 0) {
+        found.next = first + (forwards ? stretch.to : stretch.from);
+        stretch = {};
+        continue;
+      }
+      if (!stretch.at_hand) budget -= std::min(budget - 1, kPartCost);
+    }
+    const Seen seen = impl_->observations[index].value;
+    if (wanted[seen.shape] == 0) continue;
     if (!filter.text.empty() && !contains(impl_->texts->read(seen.place), filter.text)) continue;
     found.position = candidate;
     return found;

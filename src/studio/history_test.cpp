@@ -104,6 +104,59 @@ TEST(History, OfARecordingIsThatOfTheRun) {
   for (std::size_t i = 0; i < recorded.violations(); ++i) EXPECT_EQ(recorded.violation(i), run.history.violation(i));
 }
 
+TEST(History, OfARecordingFindsWhatThatOfTheRunFinds) {
+  const Watched run("experiment1", std::chrono::minutes(5));
+  auto reader = record::Reader::open(std::make_unique<record::StringSource>(run.file), "run.mcap");
+  ASSERT_TRUE(reader);
+  ASSERT_GT((*reader)->parts(), 1U);
+  History recorded(run.subject, **reader);
+  recorded.read_index();
+  const auto all = [](const History& history, const Filter& filter, bool forwards) {
+    std::vector<std::size_t> found;
+    for (std::size_t at = forwards ? 0 : history.end_observation();;) {
+      const History::Found next = history.find(filter, at, forwards, 100);
+      if (next.position) found.push_back(*next.position);
+      if (next.at_end) return found;
+      at = next.next;
+    }
+  };
+  for (const Filter& filter :
+       {Filter{}, Filter{.text = "20"}, Filter{.kind = "error"}, Filter{.name = "scenario.*"},
+        Filter{.name = "nothing"}, Filter{.text = "PERCENTAGE", .service = "battery", .kind = "reply"}}) {
+    for (const bool forwards : {true, false})
+      EXPECT_EQ(all(recorded, filter, forwards), all(run.history, filter, forwards)) << filter.text << filter.name;
+  }
+  for (std::uint64_t sequence = 0; sequence <= run.observations.back().sequence + 1; ++sequence)
+    ASSERT_EQ(recorded.find_sequence(sequence), run.history.find_sequence(sequence)) << sequence;
+}
+
+TEST(History, OfARecordingCanBeLookedAtWhileItIsRead) {
+  const Watched run("experiment1", std::chrono::minutes(5));
+  auto reader = record::Reader::open(std::make_unique<record::StringSource>(run.file), "run.mcap");
+  ASSERT_TRUE(reader);
+  ASSERT_GT((*reader)->parts(), 1U);
+  History recorded(run.subject, **reader);
+  std::size_t looked = 0;
+  double read = -1.0;
+  recorded.read_index([&] {
+    EXPECT_GT(recorded.read_so_far(), read);
+    read = recorded.read_so_far();
+    const std::size_t end = recorded.end_observation();
+    if (end == 0) return true;
+    EXPECT_EQ(recorded.observation(end - 1), run.history.observation(end - 1));
+    EXPECT_EQ(recorded.find_sequence(run.observations[end - 1].sequence), end - 1);
+    EXPECT_EQ(recorded.moment(recorded.end()).observations, end);
+    ++looked;
+    return true;
+  });
+  EXPECT_GT(looked, 0U);
+  EXPECT_EQ(recorded.read_so_far(), 1.0);
+  EXPECT_EQ(recorded.end_observation(), run.observations.size());
+  History left(run.subject, **reader);
+  left.read_index([] { return false; });
+  EXPECT_EQ(left.end_observation(), 0U);
+}
+
 TEST(History, KnowsTheViolationWithItsWitness) {
   const Watched run;
   ASSERT_GE(run.history.violations(), 1U);

@@ -339,6 +339,24 @@ std::optional<record::RunRecord> name_only(const Topic& topic) {
   }
 }
 
+// An observation that is nothing but one of many, without its data.
+std::optional<record::RunRecord> plain_observation(std::string_view json, TimePoint time) {
+  const auto head = record::observation_head(json);
+  if (!head) return std::nullopt;
+  Message message;
+  message.kind = head->kind;
+  message.name = head->name;
+  if (changes_state(message)) return std::nullopt;
+  message.sequence = head->sequence;
+  message.time = time;
+  message.stamp = head->stamp;
+  message.source = head->source;
+  message.target = head->target;
+  message.call = head->call;
+  message.tick = head->tick;
+  return message;
+}
+
 }  // namespace
 
 Topic topic_of(std::string_view topic) {
@@ -384,6 +402,8 @@ std::optional<record::RunRecord> RecordReader::read(const Topic& topic, TimePoin
   if (topic.kind == Topic::Kind::kNone) return std::nullopt;
   if (depth == Depth::kIndex) {
     if (auto named = name_only(topic)) return named;
+    if (auto plain = topic.kind == Topic::Kind::kObservation ? plain_observation(json, time) : std::nullopt)
+      return plain;
   }
   // The parser reads beyond the end of the text.
   std::string& padded = impl_->padded;

@@ -1,7 +1,11 @@
 #include "sentree/studio/recorded.h"
 
+#include <atomic>
+#include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <future>
 #include <optional>
 #include <variant>
 #include <vector>
@@ -13,6 +17,9 @@
 namespace sentree::studio {
 
 namespace {
+
+// How long a page waits until all of a recording has been read; it sees the rest come.
+constexpr std::chrono::seconds kOpenedWhole{1};
 
 // Recordings of one run that was resumed again and again.
 constexpr std::size_t kPartsMax = 100;
@@ -69,10 +76,20 @@ struct Recorded::Impl {
       vacuous = std::move(*kept->as_map());
   }
 
+  ~Impl() { left = true; }  // what is being read is left before it goes, as the member that reads is the last
+
+  // Of one recording.
+  void read_index() {
+    reading = std::async(std::launch::async, [this] { history->read_index([this] { return !left; }); });
+    (void)reading.wait_for(kOpenedWhole);
+  }
+
   RunFacts facts() const {
     RunFacts facts;
     facts.state = "ended";
     facts.reason = run.fact("reason");
+    if (const double part = history->read_so_far(); part < 1)
+      facts.reason = std::to_string(std::lround(std::floor(part * 100))) + " % of the recording has been read";
     facts.vacuous = vacuous;
     return facts;
   }
@@ -95,6 +112,8 @@ struct Recorded::Impl {
   Subject subject;
   std::optional<History> history;
   Map vacuous;
+  std::atomic<bool> left = false;
+  std::future<void> reading;  // its end waits
   std::unique_ptr<Server> server;
 };
 
@@ -115,7 +134,7 @@ Result<std::unique_ptr<Recorded>> Recorded::open(const std::string& path, bool a
   auto impl = std::make_unique<Impl>(std::move(*run), std::move(*plan.value), before.empty());
   impl->path = path;
   impl->allow_plugins = allow_plugins;
-  if (before.empty()) impl->history->read_index();
+  if (before.empty()) impl->read_index();
   for (const EarlierPart& part : before) {
     // What it says of the time after is said again by the next one.
     const auto taken = take_recording(*impl->history, part.path,

@@ -11,8 +11,9 @@ namespace sentree::studio {
 /// The page over a recording.
 class Recorded {
  public:
-  /// Reads the recording once, which is over when this returns. Errors: those of `RecordedRun` and `Server::start`;
-  /// what is wrong with the recorded project is in `diagnostics`. `allow_plugins`: as for `RecordedRun::scenario`.
+  /// Reads the recording once; of one that takes more than a second the rest comes while the page is there. Errors:
+  /// those of `RecordedRun` and `Server::start`; what is wrong with the recorded project is in `diagnostics`.
+  /// `allow_plugins`: as for `RecordedRun::scenario`.
   [[nodiscard]] static Result<std::unique_ptr<Recorded>> open(const std::string& path, bool allow_plugins,
                                                               ServerOptions options, Diagnostics& diagnostics);
   ~Recorded();

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <deque>
+#include <map>
 #include <mutex>
 
 #include "sentree/studio/history.h"
@@ -134,6 +135,11 @@ struct History::Impl {
   }
   Place keep_text(Nanoseconds time);
   std::uint32_t shape_of(const Message& message);
+  Seen seen_of(const Message& message, const Place& place) {
+    return {message.sequence, place, shape_of(message), static_cast<std::uint32_t>(message.tick)};
+  }
+  // Of a part of a recording.
+  Observations::Entries observations_of(std::uint32_t part);
   std::uint32_t configuration_of(std::size_t chart, const std::vector<std::string>& states);
   void make_room();
   void forget_first_block();
@@ -157,14 +163,16 @@ struct History::Impl {
   const std::size_t bytes_max;
   mutable std::mutex mutex;
   std::unique_ptr<Texts> texts;
-  LiveTexts* live = nullptr;            // `texts` of a run that goes on
-  record::Reader* reader = nullptr;     // of a recording
-  mutable RecordReader records;         // of a recording
-  std::deque<Nanoseconds> block_times;  // when each kept block began
+  LiveTexts* live = nullptr;                  // `texts` of a run that goes on
+  record::Reader* reader = nullptr;           // of a recording
+  std::map<record::ChannelId, Topic> topics;  // of a recording
+  std::atomic<std::size_t> parts_read = 0;    // of a recording
+  mutable RecordReader records;               // of a recording
+  std::deque<Nanoseconds> block_times;        // when each kept block began
 
   Nanoseconds begin = 0;
   std::atomic<Nanoseconds> end = 0;
-  Track<Seen> observations;
+  Observations observations;
   std::size_t forgotten = 0;  // observations
   std::vector<Shape> shapes;
   std::vector<Role> roles;
