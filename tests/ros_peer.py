@@ -77,6 +77,9 @@ def simulated_robot():
     check("a service that is not there", code == 4 and "no server of /nobody" in err, err)
     code, out, err = run("call", "ros:/lamp", "call", "data=7", "--interface", "std_srvs/srv/SetBool")
     check("an argument of another type", code == 2 and "expected bool" in err, err)
+    code, out, err = run("call", "ros:/nobody/set_parameters", "call", 'parameters=[{"name":"max_vel","value":{"type":3,"double_value":0.3}}]',
+                         "--interface", "rcl_interfaces/srv/SetParameters")
+    check("the services of parameters are known", code == 4 and "no server of /nobody/set_parameters" in err, out + err)
     with open(source + "/docs/how-to/join-a-ros2-robot.md") as guide:
         told = re.findall(r"^\$ sentree ((?:services|ping|call|doctor).*?)\s*(?:#.*)?$", guide.read(), re.M)
     check("the guide has commands", len(told) == 4, told)
