@@ -6,6 +6,7 @@ Exit code 77: this build has no DDS.
 """
 
 import json
+import math
 import os
 import re
 import shlex
@@ -76,6 +77,9 @@ def simulated_robot():
     check("a service that is not there", code == 4 and "no server of /nobody" in err, err)
     code, out, err = run("call", "ros:/lamp", "call", "data=7", "--interface", "std_srvs/srv/SetBool")
     check("an argument of another type", code == 2 and "expected bool" in err, err)
+    code, out, err = run("call", "ros:/nobody/set_parameters", "call", 'parameters=[{"name":"max_vel","value":{"type":3,"double_value":0.3}}]',
+                         "--interface", "rcl_interfaces/srv/SetParameters")
+    check("the services of parameters are known", code == 4 and "no server of /nobody/set_parameters" in err, out + err)
     with open(source + "/docs/how-to/join-a-ros2-robot.md") as guide:
         told = re.findall(r"^\$ sentree ((?:services|ping|call|doctor).*?)\s*(?:#.*)?$", guide.read(), re.M)
     check("the guide has commands", len(told) == 4, told)
@@ -112,6 +116,29 @@ CHART = """<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamode
 """
 
 
+def place_of_robot():
+    code, out, err = run("echo", "ros:/odom", "-n", "1", "--json")
+    place = json.loads(json.loads(out)["text"])["pose"]["pose"]["position"]
+    return place["x"], place["y"]
+
+
+def moves_at_command():
+    """Whether the robot goes where /cmd_vel says, which holds for a moment each time."""
+    first, last = place_of_robot(), None
+    check("the robot stands before it is told to move", place_of_robot() == first)
+    for _ in range(50):
+        code, out, err = run("call", "ros:/cmd_vel?publish", "message", 'linear={"x":0.2,"y":0,"z":0}', 'angular={"x":0,"y":0,"z":0}',
+                             "--interface", "geometry_msgs/msg/Twist")
+        if code != 0:
+            print(out + err)
+            return False
+        last = place_of_robot()
+        if math.dist(first, last) > 0.02:
+            return True
+    print(first, last)
+    return False
+
+
 def robot_of_nav2():
     """What clients of Nav2 find at the simulated robot: topics, actions and the services that clear costmaps."""
     shutil.copytree(source + "/examples/recharge/world", "world")
@@ -124,9 +151,7 @@ def robot_of_nav2():
                           ("/amcl_pose", "pose"), ("/battery_state", "percentage")]:
         code, out, err = run("echo", "ros:" + topic, "-n", "1", "--json")
         check("the robot publishes " + topic, code == 0 and member in json.loads(json.loads(out)["text"]), out[:1000] + err)
-    code, out, err = run("call", "ros:/cmd_vel?publish", "message", 'linear={"x":0.2,"y":0,"z":0}', 'angular={"x":0,"y":0,"z":0}', "--interface",
-                         "geometry_msgs/msg/Twist")
-    check("/cmd_vel is heard", code == 0, out + err)
+    check("/cmd_vel moves it", moves_at_command(), sim.said)
     os.makedirs("nav2_client/skills")
     services, leaves, skills = "", "", ""
     for name, kind, goal, good in ACTIONS:
@@ -162,6 +187,52 @@ def robot_of_nav2():
     code, out, err = run("run", "nav2_client", "--scenario", "all", "--no-record")
     check("every action and service does what it is asked", code == 0, out + err)
     sim.end()
+
+
+def tree_of_nav2():
+    """The tree of examples/nav2 drives a robot with Nav2's actions as it drives the simulated one."""
+    with open(source + "/docs/how-to/run-a-nav2-tree.md") as guide:
+        yaml = re.search(r"## On a robot with Nav2.*?```yaml\n(.*?)```", guide.read(), re.S).group(1)
+    shutil.copytree(source + "/examples/nav2", "nav2_tree")
+    shutil.rmtree("nav2_tree/world")
+    with open("nav2_tree/requirements/recovery.req") as file:
+        text = file.read()
+    with open("nav2_tree/requirements/recovery.req", "w") as out:
+        out.write(text.replace("navigation.spin", "spin.send_goal").replace("navigation.clearCurrentNavigationMap", "clear_global_costmap.call"))
+    with open("nav2_tree/sentree.yaml", "w") as out:
+        out.write(yaml + "monitors:\n  - {file: requirements/recovery.req}\n")
+    os.remove("nav2_tree/scenarios/shut.yaml")
+    for name in ("free", "blocked"):
+        # What a timeline does to the simulator, the test does to the robot.
+        with open("nav2_tree/scenarios/%s.yaml" % name) as file:
+            text = re.sub(r"timeline:\n(  - .*\n)*", "", file.read())
+        with open("nav2_tree/scenarios/%s.yaml" % name, "w") as out:
+            out.write(text + "clock: {real: 4}\n")
+    code, out, err = run("check", "nav2_tree")
+    check("the tree fits Nav2's actions", code == 0, out + err)
+    for name in ("free", "blocked"):
+        code, out, err = run("run", "examples/nav2", "--scenario", name, "--no-record")
+        check(name + " ends as expected in the simulator", code == 0, out + err)
+        sim = Program("sim", "--world", "examples/nav2/world/world.yaml", "--ros", "--headless", "--speed", "4", until="listening on ros:/")
+        if name == "blocked":
+            simulation("addObstacle", "id=crate", 'centre={"x":11.7,"y":5.75}', "radius=0.45")
+        mission = subprocess.Popen([sentree, "run", "nav2_tree", "--scenario", name, "--record", name + ".mcap"], stdin=subprocess.DEVNULL,
+                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
+        told, is_blocked = "", name == "blocked"
+        for line in mission.stdout:
+            told += line
+            if is_blocked and "Spin" in line and "SUCCESS" in line:
+                simulation("removeObstacle", "id=crate")
+                is_blocked = False
+        check(name + " ends so by Nav2's actions", mission.wait(PATIENCE) == 0, told[-5000:])
+        sim.end()
+    code, out, err = run("replay", "free.mcap")
+    check("a recording of it has the charts of its leaves", code == 0 and "behaves as recorded" in out, out + err)
+
+
+def simulation(method, *arguments):
+    code, out, err = run("call", "ros:/simulation", method, *arguments, "--interface", "robot.thrift/Simulation")
+    check("simulation." + method, code == 0, out + err)
 
 
 def topics():
@@ -200,6 +271,7 @@ if __name__ == "__main__":
         sys.exit(77)
     simulated_robot()
     robot_of_nav2()
+    tree_of_nav2()
     check_verdicts(run, check, source, "ros:/robot/", "ros:/goto", "ros:/level")
     topics()
     print("all good" if failures == 0 else "%d failures" % failures)

@@ -13,6 +13,13 @@ function planar(pose) {
   return {x: pose.pose.position.x, y: pose.pose.position.y, theta: 2 * Math.atan2(q.z, q.w)};
 }
 
+// geometry_msgs/PoseStamped of such a pose, in either form; and one that says nothing.
+function posed(pose) {
+  if (typeof pose !== 'string') return pose;
+  return stamped({stamp: stamp(0), frame_id: pose.split(';')[1].trim()}, planar(pose));
+}
+function unposed() { return stamped({stamp: stamp(0), frame_id: ''}, {x: 0, y: 0, theta: 0}); }
+
 function stamp(time) {
   var sec = Math.floor(time);
   return {sec: sec, nanosec: Math.round((time - sec) * 1e9)};
@@ -37,11 +44,18 @@ function target(pose) { return {map_id: '', pose: planar(pose), description: ''}
 // nav2_msgs' numbers of the simulated robot's errors; a code that is not of the server's is its first, `unknown`.
 var codes = {NONE: 0, FAILED_TO_MAKE_PROGRESS: 105, NO_VALID_CONTROL: 106, START_OUTSIDE_MAP: 203, GOAL_OUTSIDE_MAP: 204,
              START_OCCUPIED: 205, GOAL_OCCUPIED: 206, PLAN_TIMEOUT: 207, NO_VALID_PATH: 208, COLLISION_AHEAD: 714,
+             DOCK_NOT_IN_DB: 901, FAILED_TO_STAGE: 903, FAILED_TO_CONTROL: 905, FAILED_TO_CHARGE: 906,
              UNKNOWN: 9000, TF_ERROR: 9002, TIMEOUT: 9003};
 function code_of(error, unknown) {
   var code = codes[error] || unknown;
   return code >= unknown && code < unknown + 10 ? code : unknown;
 }
+
+function dock_code(error) { return codes[error] > 900 && codes[error] < 999 ? codes[error] : 999; }
+
+// Why a goal of an action ended, as far as the release's result says.
+function ended_code(end, unknown) { return end.result && end.result.error_code || unknown; }
+function ended_msg(end) { return end.result && end.result.error_msg || 'the goal ended ' + end.status; }
 
 // Where the robot is on a path: the poses, lengths from its start, and how far along the nearest point is.
 function place_on(path, here) {
@@ -72,4 +86,24 @@ function part_of(path, place, from, to) {
     if (i > 0 && along[i - 1] < to && to < along[i]) out.push(between(i, to));
   }
   return {header: path.header, poses: out};
+}
+
+// A path whose corners are rounded: points not farther apart than 0.2 m, each drawn to the middle of its neighbours and back to
+// where it was. Its ends stay, and each pose looks to the next one.
+function smooth(path) {
+  var poses = path.poses.map(planar), was = [poses[0]];
+  for (var i = 1; i < poses.length; i++) {
+    var a = poses[i - 1], b = poses[i], dx = b.x - a.x, dy = b.y - a.y;
+    var parts = Math.max(1, Math.ceil(Math.sqrt(dx * dx + dy * dy) / 0.2));
+    for (var k = 1; k <= parts; k++) was.push({x: a.x + dx * k / parts, y: a.y + dy * k / parts, theta: b.theta});
+  }
+  var is = was.map(function (p) { return {x: p.x, y: p.y, theta: p.theta}; });
+  for (var round = 0; round < 40; round++) {
+    for (var j = 1; j < is.length - 1; j++) {
+      is[j].x += 0.2 * (was[j].x - is[j].x) + 0.3 * (is[j - 1].x + is[j + 1].x - 2 * is[j].x);
+      is[j].y += 0.2 * (was[j].y - is[j].y) + 0.3 * (is[j - 1].y + is[j + 1].y - 2 * is[j].y);
+    }
+  }
+  for (var n = 0; n < is.length - 1; n++) is[n].theta = Math.atan2(is[n + 1].y - is[n].y, is[n + 1].x - is[n].x);
+  return {header: path.header, poses: is.map(function (p) { return stamped(path.header, p); })};
 }

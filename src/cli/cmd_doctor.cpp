@@ -18,6 +18,7 @@
 #include "sentree/rpc/certificates.h"
 #include "sentree/rpc/middleware.h"
 #include "sentree/rpc/server.h"
+#include "sentree/studio/foxglove.h"
 
 namespace sentree::cli {
 
@@ -89,6 +90,16 @@ HealthFinding check_groot() {
           ""};
 }
 
+// Somebody else who listens there is no fault: another port will do.
+HealthFinding check_foxglove() {
+  const std::string port = std::to_string(studio::kFoxglovePort);
+  const bool is_free = studio::Foxglove::start({}).has_value();
+  return {"Foxglove",
+          is_free ? "sentree run --foxglove is there, at port " + port
+                  : "sentree run --foxglove is there; port " + port + " is taken, so say --foxglove=PORT",
+          ""};
+}
+
 // What addresses can be, and who would answer.
 std::vector<HealthFinding> check_middlewares() {
   std::vector<HealthFinding> findings;
@@ -135,6 +146,7 @@ std::vector<HealthFinding> examine() {
       check_socket("loopback TCP", "tcp://127.0.0.1:0"),
       check_certificates(),
       check_groot(),
+      check_foxglove(),
       check_timer(),
       check_cores()};
   for (HealthFinding& finding : check_middlewares()) findings.push_back(std::move(finding));

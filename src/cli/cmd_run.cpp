@@ -24,6 +24,7 @@
 #include "sentree/processes/elsewhere.h"
 #include "sentree/project/distribute.h"
 #include "sentree/runtime/durable.h"
+#include "sentree/studio/foxglove.h"
 #include "sentree/studio/groot_run.h"
 #include "sentree/studio/live.h"
 
@@ -206,6 +207,33 @@ bool show_to_groot(const RunCommand& command, const project::Plan& plan, std::un
   return !is_asked;
 }
 
+// What serves one run after the other, beside its page.
+struct Viewers {
+  std::unique_ptr<studio::GrootRun> groot;
+  std::unique_ptr<studio::Foxglove> foxglove;
+};
+
+// Shows the next run in Foxglove, if the command asks for it. Otherwise than kOk: it cannot be.
+int show_in_foxglove(const RunCommand& command, const project::Plan& plan, std::unique_ptr<studio::Foxglove>& foxglove,
+                     runtime::RunOptions& options) {
+  if (command.foxglove.empty()) return kOk;
+  if (!foxglove) {
+    const auto at = listen_at("--foxglove", command.foxglove, studio::kFoxglovePort);
+    if (!at) return kUsage;
+    auto started = studio::Foxglove::start(
+        {.address = at->address, .port = at->port, .insecure = command.insecure, .version = SENTREE_VERSION});
+    if (!started) {
+      say(to_string(started.error()));
+      return kEnvironment;
+    }
+    foxglove = std::move(*started);
+    say(foxglove->told());
+  }
+  foxglove->begin(plan.scenario.name);
+  if (plan.scenario.virtual_time) options.pace = command.factor.value_or(1.0);
+  return kOk;
+}
+
 bool is_plan_of(const project::Plan& plan, const runtime::Journaled& journaled) {
   const auto state = mission::restore(plan, journaled.state);
   return state.has_value() || state.error().code != "mission.other-plan";
@@ -224,8 +252,8 @@ bool wants_journal(const RunCommand& command, const project::Project& project,
   return true;
 }
 
-// `again` is set where the page asked for it; `run` then does so. `groot` serves one run after the other.
-int run_once(const RunCommand& command, std::optional<RunCommand>& again, std::unique_ptr<studio::GrootRun>& groot) {
+// `again` is set where the page asked for it; `run` then does so.
+int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewers& viewers) {
   std::optional<text::ReadLog> files;
   if (!command.no_record) files.emplace();
   const auto invalid = [&](const Diagnostics& diagnostics) {
@@ -352,7 +380,8 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, std::u
     }
     announce(page->server().url(), command.open);
   }
-  if (!show_to_groot(command, *plan.value, groot, options)) return kEnvironment;
+  if (!show_to_groot(command, *plan.value, viewers.groot, options)) return kEnvironment;
+  if (const int code = show_in_foxglove(command, *plan.value, viewers.foxglove, options); code != kOk) return code;
   std::optional<project::JournalSync> sync;
   if (!wants_journal(command, plan.value->scenario.project, sync)) return kUsage;
   if (files) {
@@ -362,11 +391,13 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, std::u
       facts.emplace_back("continues", resumption->recording.filename().string());
       facts.emplace_back("continues_at_ns", std::to_string(resumption->journaled.reached.time_since_epoch().count()));
     }
-    recording = RunRecording::begin(command.record, *plan.value, files->files(), tap, ok, std::move(facts));
+    recording = RunRecording::begin(command.record, *plan.value, files->files(), tap, ok, std::move(facts),
+                                    viewers.foxglove.get());
     if (!ok) return kEnvironment;
     files.reset();
   }
-  if (!recording && shown) recording = RunRecording::tap_only(*plan.value, tap);
+  if (!recording && (shown || viewers.foxglove))
+    recording = RunRecording::unwritten(*plan.value, tap, viewers.foxglove.get());
   if (recording) recording->install(options);
   if (sync) {
     if (!recording || recording->path().empty()) {
@@ -431,7 +462,7 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, std::u
 
 int run(const RunCommand& command) {
   std::optional<RunCommand> next = command;
-  std::unique_ptr<studio::GrootRun> groot;
+  Viewers viewers;
   std::unique_ptr<yarp::NameServer> names;
   if (!command.yarp_server.empty()) {
     // Before its threads begin, so that they inherit it.
@@ -445,8 +476,11 @@ int run(const RunCommand& command) {
   }
   for (;;) {
     const RunCommand now = *std::exchange(next, std::nullopt);
-    const int code = run_once(now, next, groot);
-    if (!next) return code;
+    const int code = run_once(now, next, viewers);
+    if (!next) {
+      if (viewers.foxglove) viewers.foxglove->end();
+      return code;
+    }
     say("once more, as the page wants it");
   }
 }

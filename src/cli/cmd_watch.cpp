@@ -48,7 +48,7 @@ std::optional<int> watch_once(const WatchCommand& command, const sigset_t& signa
     recording = RunRecording::begin(command.record, plan, (*watch)->files(), tap, ok);
     if (!ok) return kEnvironment;
   }
-  if (!recording && page) recording = RunRecording::tap_only(plan, tap);
+  if (!recording && page) recording = RunRecording::unwritten(plan, tap);
 
   Narrator narrator(&plan.tree);
   studio::WatchListeners listeners;

@@ -42,8 +42,10 @@ struct RunCommand {
   bool studio_exit = false;  ///< The page ends with the run.
   bool open = false;         ///< Show the page in a browser.
   bool paused = false;       ///< The run stands at its beginning until the page lets it go on.
-  std::string groot;  ///< Where the run is shown to Groot, [HOST:]PORT, or "true" for the usual place; empty: as the
-                      ///< project says.
+  std::string groot;     ///< Where the run is shown to Groot, [HOST:]PORT, or "true" for the usual place; empty: as the
+                         ///< project says.
+  std::string foxglove;  ///< Where the run is shown in Foxglove, [HOST:]PORT, or "true" for the usual place; empty:
+                         ///< nowhere.
   std::string yarp_server;  ///< Where a name server of YARP listens, HOST:PORT, or "true" where it is configured;
                             ///< empty: nowhere.
 };

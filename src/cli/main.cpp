@@ -68,7 +68,8 @@ void add_run(CLI::App& app, RunCommand& command, std::string& vary) {
          "--clock", [&](const std::string& clock) { command.virtual_clock = clock == "virtual"; },
          "virtual: as fast as the machine allows, the same every time; real")
       ->check(CLI::IsMember({"virtual", "real"}));
-  sub->add_option("--factor", command.factor, "Run seconds per wall second, with the real clock, --studio or --groot")
+  sub->add_option("--factor", command.factor,
+                  "Run seconds per wall second, with the real clock, --studio, --groot or --foxglove")
       ->check(CLI::Range(0.01, 1000.0));
   sub->add_option("--seed", command.seed, "Of all that is random; same seed, same run in virtual time");
   sub->add_option(
@@ -93,6 +94,8 @@ void add_run(CLI::App& app, RunCommand& command, std::string& vary) {
   sub->add_flag("--groot", command.groot,
                 "Show the run to Groot 2 at 127.0.0.1:1667 and to Groot 1 at the ports 1666 and 1669; --groot=PORT or "
                 "--groot=HOST:PORT elsewhere");
+  sub->add_flag("--foxglove", command.foxglove,
+                "Show the run in Foxglove, at ws://127.0.0.1:8765; --foxglove=PORT or --foxglove=HOST:PORT elsewhere");
   sub->add_flag("--live", command.live, "Show map, tree and monitors in the terminal");
   sub->add_flag("--headless", command.headless, "Print the log and the summary (default)");
   sub->add_flag("--verbose,-v", command.verbose, "Print every observation");

@@ -44,24 +44,32 @@ void open_in_browser(const std::string& url) {
 
 }  // namespace
 
-std::optional<studio::ServerOptions> page_options(const std::string& where, bool insecure) {
-  studio::ServerOptions options;
-  options.port = kStudioPort;
-  options.insecure = insecure;
-  options.version = SENTREE_VERSION;
-  if (where == "true") return options;
+std::optional<ListenAt> listen_at(const std::string& option, const std::string& where, std::uint16_t usual_port) {
+  ListenAt at{.port = usual_port};
+  if (where == "true") return at;
   std::string port = where;
   if (const std::size_t colon = where.rfind(':'); colon != std::string::npos) {
-    options.address = where.substr(0, colon);
+    at.address = where.substr(0, colon);
     port = where.substr(colon + 1);
-    if (options.address == "localhost") options.address = "127.0.0.1";
-    if (options.address.starts_with('[') && options.address.ends_with(']'))
-      options.address = options.address.substr(1, options.address.size() - 2);
+    if (at.address == "localhost") at.address = "127.0.0.1";
+    if (at.address.starts_with('[') && at.address.ends_with(']'))
+      at.address = at.address.substr(1, at.address.size() - 2);
   }
-  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), options.port);
-  if (error == std::errc() && end == port.data() + port.size() && !options.address.empty()) return options;
-  say("--studio=" + where + ": neither a port nor an address such as 127.0.0.1:4711");
+  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), at.port);
+  if (error == std::errc() && end == port.data() + port.size() && !at.address.empty()) return at;
+  say(option + "=" + where + ": neither a port nor an address such as 127.0.0.1:" + std::to_string(usual_port));
   return std::nullopt;
+}
+
+std::optional<studio::ServerOptions> page_options(const std::string& where, bool insecure) {
+  const auto at = listen_at("--studio", where, kStudioPort);
+  if (!at) return std::nullopt;
+  studio::ServerOptions options;
+  options.address = at->address;
+  options.port = at->port;
+  options.insecure = insecure;
+  options.version = SENTREE_VERSION;
+  return options;
 }
 
 void announce(const std::string& url, bool open) {

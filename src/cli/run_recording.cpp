@@ -11,7 +11,8 @@ namespace sentree::cli {
 
 std::unique_ptr<RunRecording> RunRecording::begin(const std::string& file, const project::Plan& plan,
                                                   const std::vector<text::ReadFile>& files, RecordingTap tap, bool& ok,
-                                                  std::vector<std::pair<std::string, std::string>> facts) {
+                                                  std::vector<std::pair<std::string, std::string>> facts,
+                                                  record::Audience* audience) {
   ok = true;
   std::filesystem::path path = file;
   if (file.empty()) {
@@ -37,18 +38,21 @@ std::unique_ptr<RunRecording> RunRecording::begin(const std::string& file, const
                                .on_failure = [](const std::string& what) { say("! " + what); },
                                .story = story_without_witness,
                                .tap = std::move(tap),
+                               .audience = audience,
                                .facts = std::move(facts)});
   return recording;
 }
 
-std::unique_ptr<RunRecording> RunRecording::tap_only(const project::Plan& plan, RecordingTap tap) {
+std::unique_ptr<RunRecording> RunRecording::unwritten(const project::Plan& plan, RecordingTap tap,
+                                                      record::Audience* audience) {
   auto recording = std::make_unique<RunRecording>();
   recording->recorder_ =
       std::make_unique<replay::RunRecorder>(plan, std::vector<text::ReadFile>(), std::make_unique<record::NullSink>(),
                                             replay::RecordingOptions{.compression = record::Compression::kNone,
                                                                      .on_failure = {},
                                                                      .story = story_without_witness,
-                                                                     .tap = std::move(tap)});
+                                                                     .tap = std::move(tap),
+                                                                     .audience = audience});
   return recording;
 }
 

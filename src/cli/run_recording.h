@@ -20,12 +20,15 @@ class RunRecording {
   /// empty $SENTREE_RUNS means no recording). The oldest recordings of that folder make room. Nothing comes back if
   /// there is to be none, or if it cannot be written; only with a `file` is that a failure, and `ok` false.
   /// @param tap  Sees what is recorded; may be empty.
+  /// @param audience  Is given it too; may be null.
   /// @param facts  Kept in it beside those of the plan.
   static std::unique_ptr<RunRecording> begin(const std::string& file, const project::Plan& plan,
                                              const std::vector<text::ReadFile>& files, RecordingTap tap, bool& ok,
-                                             std::vector<std::pair<std::string, std::string>> facts = {});
-  /// Records nothing, for the tap alone.
-  static std::unique_ptr<RunRecording> tap_only(const project::Plan& plan, RecordingTap tap);
+                                             std::vector<std::pair<std::string, std::string>> facts = {},
+                                             record::Audience* audience = nullptr);
+  /// Writes nothing, for those alone who follow it.
+  static std::unique_ptr<RunRecording> unwritten(const project::Plan& plan, RecordingTap tap,
+                                                 record::Audience* audience = nullptr);
 
   void install(runtime::RunOptions& options) { recorder_->install(options); }
   [[nodiscard]] replay::RunRecorder& recorder() { return *recorder_; }

@@ -89,8 +89,12 @@ bool is_loopback(std::string_view address) {
 
 // What the handles of a socket share with the connection, which comes and goes in the server's thread.
 struct Socket::Core {
+  struct Queued {
+    std::shared_ptr<const std::string> message;
+    Form form = Form::kText;
+  };
   std::mutex mutex;
-  std::deque<std::shared_ptr<const std::string>> queue;
+  std::deque<Queued> queue;
   std::size_t bytes = 0;
   std::size_t bytes_max = 0;
   std::size_t messages_max = 0;
@@ -99,13 +103,13 @@ struct Socket::Core {
   std::function<void()> wake;
 };
 
-bool Socket::send(std::shared_ptr<const std::string> text) const {
+bool Socket::send(std::shared_ptr<const std::string> message, Form form) const {
   const std::lock_guard lock(core_->mutex);
   if (!core_->wake || core_->closing) return false;
-  const bool is_full = core_->bytes + text->size() > core_->bytes_max || core_->queue.size() >= core_->messages_max;
+  const bool is_full = core_->bytes + message->size() > core_->bytes_max || core_->queue.size() >= core_->messages_max;
   if (!core_->queue.empty() && is_full) return false;
-  core_->bytes += text->size();
-  core_->queue.push_back(std::move(text));
+  core_->bytes += message->size();
+  core_->queue.push_back({std::move(message), form});
   if (core_->queue.size() == 1) core_->wake();
   return true;
 }
@@ -172,12 +176,19 @@ class Server::Impl::SocketConnection : public std::enable_shared_from_this<Socke
 
   void accept(const bhttp::request<bhttp::string_body>& upgrade, const Request& request) {
     beast::get_lowest_layer(stream_).expires_never();
+    // Small messages follow each other, and would wait for what the peer acknowledges of the one before.
+    beast::error_code unchanged;
+    beast::get_lowest_layer(stream_).socket().set_option(tcp::no_delay(true), unchanged);
     stream_.set_option(websocket::stream_base::timeout{.handshake_timeout = server_.limits.timeout,
                                                        .idle_timeout = server_.sockets.limits.idle,
                                                        .keep_alive_pings = true});
     stream_.read_message_max(server_.sockets.limits.message_bytes_max);
-    stream_.text(true);
     stream_.auto_fragment(false);
+    if (server_.sockets.subprotocol) {
+      if (std::string chosen = server_.sockets.subprotocol(request); !chosen.empty())
+        stream_.set_option(websocket::stream_base::decorator(
+            [chosen](websocket::response_type& answer) { answer.set(bhttp::field::sec_websocket_protocol, chosen); }));
+    }
     core_->wake = [weak = weak_from_this(), &context = server_.context] {
       asio::post(context, [weak] {
         if (const auto self = weak.lock()) self->write();
@@ -218,7 +229,8 @@ class Server::Impl::SocketConnection : public std::enable_shared_from_this<Socke
       sending_ = core_->queue.front();
     }
     writing_ = true;
-    stream_.async_write(asio::buffer(*sending_),
+    stream_.binary(sending_.form == Socket::Form::kBinary);
+    stream_.async_write(asio::buffer(*sending_.message),
                         [self = shared_from_this()](beast::error_code error, std::size_t) { self->written(error); });
   }
 
@@ -229,7 +241,7 @@ class Server::Impl::SocketConnection : public std::enable_shared_from_this<Socke
     bool empty = false;
     {
       const std::lock_guard lock(core_->mutex);
-      core_->bytes -= sending_->size();
+      core_->bytes -= sending_.message->size();
       core_->queue.pop_front();
       empty = core_->queue.empty();
     }
@@ -259,7 +271,7 @@ class Server::Impl::SocketConnection : public std::enable_shared_from_this<Socke
   std::shared_ptr<Socket::Core> core_;
   std::unique_ptr<SocketHandler> handler_;
   beast::flat_buffer buffer_;
-  std::shared_ptr<const std::string> sending_;
+  Socket::Core::Queued sending_;
   bool is_open_ = false;  // the handshake is done
   bool writing_ = false;
   bool closed_ = false;

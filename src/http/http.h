@@ -54,6 +54,8 @@ struct SocketService {
   /// like that of a socket that was closed. None: the socket is closed.
   std::function<std::unique_ptr<SocketHandler>(const Request&, Socket)> open;
   SocketLimits limits = {};
+  /// The one that is spoken of those that the request offers (`Sec-WebSocket-Protocol`); empty, or not set: none.
+  std::function<std::string(const Request&)> subprotocol = {};
 };
 
 /// Bounds of a client or server.

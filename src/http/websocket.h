@@ -7,13 +7,15 @@
 
 namespace sentree::http {
 
-/// A WebSocket (RFC 6455) of a server, for who sends on it. Messages are text. A handle: copies mean the same socket,
-/// which it may outlive. From any thread.
+/// A WebSocket (RFC 6455) of a server, for who sends on it. Messages that it receives are text. A handle: copies mean
+/// the same socket, which it may outlive. From any thread.
 class Socket {
  public:
+  enum class Form : std::uint8_t { kText, kBinary };
+
   /// Puts a message into the queue. False, and nothing is sent: the socket is closed, or the queue is full
   /// (`SocketLimits`). A first message always has room.
-  bool send(std::shared_ptr<const std::string> text) const;
+  bool send(std::shared_ptr<const std::string> message, Form form = Form::kText) const;
   bool send(std::string text) const { return send(std::make_shared<const std::string>(std::move(text))); }
   /// Bytes in the queue that the peer has not taken yet.
   [[nodiscard]] std::size_t queued() const;

@@ -173,6 +173,23 @@ TEST(WebSocket, PassesMessagesBothWays) {
   }
 }
 
+TEST(WebSocket, SendsOctetsBetweenTexts) {
+  SocketServer server;
+  Peer peer(server.port());
+  peer.upgrade();
+  const Socket socket = server.opened();
+  const std::string octets("\x01\x00\xff", 3);
+  socket.send("before");
+  socket.send(std::make_shared<const std::string>(octets), Socket::Form::kBinary);
+  socket.send("after");
+  EXPECT_EQ(peer.next()->first, kLast | kText);
+  const auto binary = peer.next();
+  ASSERT_TRUE(binary);
+  EXPECT_EQ(binary->first, kLast | kBinary);
+  EXPECT_EQ(binary->text, octets);
+  EXPECT_EQ(peer.next()->first, kLast | kText);
+}
+
 TEST(WebSocket, PutsFragmentsTogether) {
   SocketServer server;
   Peer peer(server.port());

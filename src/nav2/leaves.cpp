@@ -147,6 +147,104 @@ struct PathLongerOnApproach {
   friend bool operator==(const PathLongerOnApproach&, const PathLongerOnApproach&) = default;
 };
 
+/// SUCCESS each time so many seconds are over since it was asked about a new path, or since it last said so.
+struct PathExpiringTimer {
+  Value path;
+  std::optional<std::int64_t> since_ns;
+
+  static Ports ports() {
+    return {bt::input("path", "the path that grows old"),
+            bt::input_default<double>("seconds", "1.0", "after which it is SUCCESS, once")};
+  }
+  Status tick(Context& self) {
+    const std::int64_t now = self.now().time_since_epoch().count();
+    Value is = held(self, "path");
+    const bool is_new = !since_ns || !(is == path);
+    path = std::move(is);
+    if (!is_new && 1e-9 * static_cast<double>(now - *since_ns) < self.input_or<double>("seconds", 1.0))
+      return Status::kFailure;
+    since_ns = now;
+    return is_new ? Status::kFailure : Status::kSuccess;
+  }
+  [[nodiscard]] Value save() const { return Map{{"path", path}, {"since", since_ns ? Value(*since_ns) : Value()}}; }
+  [[nodiscard]] bool restore(const Value& saved) {
+    const Value* const was = saved.find("path");
+    const Value* const since = saved.find("since");
+    if (was == nullptr || since == nullptr || (!since->is_null() && since->as_int() == nullptr)) return false;
+    path = *was;
+    since_ns.reset();
+    if (!since->is_null()) since_ns = *since->as_int();
+    return true;
+  }
+  friend bool operator==(const PathExpiringTimer&, const PathExpiringTimer&) = default;
+};
+
+/// Hands its goals on: no topic is heard that would change them.
+struct GoalUpdater {
+  static Ports ports() {
+    return {bt::input("input_goal"),
+            bt::input("input_goals"),
+            bt::output("output_goal"),
+            bt::output("output_goals"),
+            bt::input<std::string>("goal_updater_topic", "not heard: nobody updates a goal"),
+            bt::input<std::string>("goals_updater_topic", "not heard")};
+  }
+  Next on_tick(Context& self) {
+    for (const auto& [from, to] : {std::pair("input_goal", "output_goal"), {"input_goals", "output_goals"}}) {
+      if (const Value goal = held(self, from); !goal.is_null()) (void)self.output(to, goal);
+    }
+    return Next::tick(0);
+  }
+  Next on_child(Context& /*self*/, std::size_t /*child*/, Status status) { return Next::done(status); }
+  [[nodiscard]] Value save() const { return {}; }
+  [[nodiscard]] bool restore(const Value& /*saved*/) { return true; }
+  friend bool operator==(const GoalUpdater&, const GoalUpdater&) = default;
+};
+
+// The poses of a path, if they all are some.
+const List* poses_of(const Value& path) { return length_of(path) ? path.find("poses")->as_list() : nullptr; }
+
+/// Ends a path so far from its end, as the crow flies; two poses stay, and the last one looks to where the end was.
+Status truncate_path(Context& self) {
+  const Value whole = held(self, "input_path");
+  const List* const poses = poses_of(whole);
+  if (poses == nullptr) return Status::kFailure;
+  const Point end = *position(poses->back());
+  const double distance_m = self.input_or<double>("distance", 1.0);
+  List kept = *poses;
+  const auto left_m = [&] {
+    const Point last = *position(kept.back());
+    return std::hypot(end.x - last.x, end.y - last.y);
+  };
+  while (kept.size() > 2 && left_m() < distance_m) kept.pop_back();
+  const Point last = *position(kept.back());
+  if (kept.size() < poses->size() && left_m() > 0) {
+    const double half = std::atan2(end.y - last.y, end.x - last.x) / 2;
+    Map pose = *kept.back().find("pose")->as_map();
+    pose["orientation"] = Map{{"x", 0.0}, {"y", 0.0}, {"z", std::sin(half)}, {"w", std::cos(half)}};
+    Map stamped = *kept.back().as_map();
+    stamped["pose"] = std::move(pose);
+    kept.back() = std::move(stamped);
+  }
+  Map path = *whole.as_map();
+  path["poses"] = std::move(kept);
+  (void)self.output("output_path", Value(std::move(path)));
+  return Status::kSuccess;
+}
+
+/// One pose of a path; a negative index counts from its end.
+Status pose_from_path(Context& self) {
+  const Value path = held(self, "path");
+  const List* const poses = poses_of(path);
+  if (poses == nullptr) return Status::kFailure;
+  const auto size = static_cast<std::int64_t>(poses->size());
+  const std::int64_t index = self.input_or<std::int32_t>("index", 0);
+  const std::int64_t place = index < 0 ? size + index : index;
+  if (place < 0 || place >= size) return Status::kFailure;
+  (void)self.output("pose", (*poses)[static_cast<std::size_t>(place)]);
+  return Status::kSuccess;
+}
+
 void add_selector(bt::Registry& registry, const char* id, const std::string& what) {
   const std::string given = "default_" + what;
   const std::string chosen = "selected_" + what;
@@ -182,7 +280,17 @@ void add_leaves(bt::Registry& registry) {
   registry.add<UpdatedGoal<Status::kFailure>>("GoalUpdated", kCondition);
   registry.add<UpdatedGoal<Status::kSuccess>>("GlobalUpdatedGoal", kCondition);
   registry.add<TimeExpired>("TimeExpired", kCondition);
+  registry.add<PathExpiringTimer>("PathExpiringTimer", kCondition);
   registry.add<PathLongerOnApproach>("PathLongerOnApproach", kDecorator);
+  registry.add<GoalUpdater>("GoalUpdater", kDecorator);
+  registry.action("TruncatePath",
+                  {bt::input("input_path"), bt::output("output_path"),
+                   bt::input_default<double>("distance", "1.0", "m from the end, as the crow flies")},
+                  truncate_path);
+  registry.action("GetPoseFromPath",
+                  {bt::input("path"), bt::output("pose"),
+                   bt::input_default<std::int32_t>("index", "0", "from 0 on; < 0: from the end")},
+                  pose_from_path);
   registry.condition("InitialPoseReceived",
                      {bt::input_default<bool>("initial_pose_received", "{initial_pose_received}")}, [](Context& self) {
                        return self.input_or<bool>("initial_pose_received", false) ? Status::kSuccess : Status::kFailure;
@@ -262,6 +370,30 @@ std::vector<bt::NodeModel> skill_models() {
       {bt::input("path"), bt::input("max_cost"), bt::input("consider_unknown_as_obstacle"), bt::input("layer_name"),
        bt::input("footprint"), bt::input("stop_at_first_collision"), bt::input("max_lookahead_distance"),
        bt::input("service_name"), bt::input("server_timeout"), bt::output("collision_poses")},
+      "whether nothing that is known stands on a path", false);
+  add("SmoothPath", kAction,
+      {bt::input("unsmoothed_path"), bt::output("smoothed_path"), text("smoother_id"),
+       number("max_smoothing_duration", "3.0", "not used: it takes no time"), flag("check_for_collisions", "false"),
+       bt::output<double>("smoothing_duration"), bt::output<bool>("was_completed")},
+      "rounds the corners of a path");
+  add("DockRobot", kAction,
+      {flag("use_dock_id", "true"), text("dock_id"), bt::input("dock_pose"), text("dock_type"),
+       number("max_staging_time", "1000.0", "not used: the robot's patience is"),
+       flag("navigate_to_staging_pose", "true"), bt::output<bool>("success"), bt::output<std::int32_t>("num_retries")},
+      "drives into a station, until the battery charges");
+  add("UndockRobot", kAction,
+      {text("dock_type"), number("max_undocking_time", "30.0", "s"), bt::output<bool>("success")},
+      "drives straight back out of the station");
+  add("RemovePassedGoals", kAction,
+      {bt::input("input_goals"), bt::output("output_goals"), number("radius", "0.5", "m"), text("global_frame"),
+       text("robot_base_frame"), bt::input("transform_tolerance"), bt::input("input_waypoint_statuses"),
+       bt::output("output_waypoint_statuses")},
+      "the goals that are left when those are gone that the robot is at", false);
+  add("ReinitializeGlobalLocalization", kAction, {text("service_name"), bt::input("server_timeout")},
+      "lets the localization begin anew, knowing nothing", false);
+  add("IsPathValid", kCondition,
+      {bt::input("path"), bt::input("server_timeout"), bt::input("max_cost"),
+       bt::input("consider_unknown_as_obstacle")},
       "whether nothing that is known stands on a path", false);
   add("TruncatePathLocal", kAction,
       {bt::input("input_path"), bt::output("output_path"), number("distance_forward", "8.0", "m; < 0: all of it"),

@@ -316,10 +316,6 @@ const std::vector<bt::NodeModel>& models() {
                bt::input_default<double>("min_speed", "0.0"), bt::input_default<double>("max_speed", "0.5"),
                bt::input_default<double>("filter_duration", "0.3")},
               "ticks its child the more often the faster the robot goes"),
-        model(
-            "GoalUpdater", kDecorator,
-            {bt::input("input_goal"), bt::input("input_goals"), bt::output("output_goal"), bt::output("output_goals")},
-            "gives its child goals that come over a topic"),
     };
     for (bt::NodeModel& each : detail::skill_models()) all.push_back(std::move(each));
     return all;

@@ -326,6 +326,61 @@ TEST(PathLongerOnApproach, TicksItsChildWhenADetourOpensNearTheGoal) {
   EXPECT_THAT(p.asked, ElementsAre("a"));
 }
 
+TEST(PathExpiringTimer, BeginsAnewWithEachPath) {
+  Player p(
+      "<ReactiveSequence><Inverter><PathExpiringTimer path=\"{path}\" seconds=\"2\"/></Inverter>"
+      "<Leaf name=\"a\"/></ReactiveSequence>");
+  const auto expired = [&](int s, double length) {
+    p.now = TimePoint(std::chrono::seconds(s));
+    EXPECT_TRUE(bt::set_entry(p.runner().tree(), p.runner().state(), "path", path_to(length, 0), p.now));
+    p.tick({{"a", kR}});
+    return p.asked.empty();
+  };
+  EXPECT_FALSE(expired(0, 4));
+  EXPECT_FALSE(expired(1, 4));
+  EXPECT_TRUE(expired(2, 4));
+  EXPECT_FALSE(expired(3, 4)) << "it said so a second ago";
+  EXPECT_FALSE(expired(4, 5)) << "a new path";
+  EXPECT_FALSE(expired(5, 5));
+  EXPECT_TRUE(expired(6, 5));
+}
+
+TEST(GoalUpdater, HandsItsGoalOn) {
+  Player p(
+      "<Sequence><Leaf name=\"set\" _onSuccess=\"goal := 7\"/><GoalUpdater input_goal=\"{goal}\" "
+      "output_goal=\"{now}\"><ScriptCondition code=\"now == 7\"/></GoalUpdater></Sequence>");
+  EXPECT_EQ(p.tick({{"set", kS}}), kS);
+}
+
+// What a node makes of a path of three poses at x = 0, 2 and 4; as JSON.
+std::string made_of_path(const std::string& node, const std::string& entry) {
+  Player p(node);
+  EXPECT_TRUE(bt::set_entry(p.runner().tree(), p.runner().state(), "path", path_to(4, 0), p.now));
+  if (p.tick() != kS) return "FAILURE";
+  const Value all = bt::export_blackboard(p.runner().tree(), p.runner().state());
+  const Value* made = all.at({"", entry});
+  return made != nullptr ? to_json(*made) : "no entry in " + to_json(all);
+}
+
+TEST(TruncatePath, EndsThePathBeforeItsEndAndLooksThere) {
+  EXPECT_THAT(made_of_path("<TruncatePath input_path=\"{path}\" output_path=\"{out}\" distance=\"1.5\"/>", "out"),
+              testing::AllOf(HasSubstr("\"x\":2"), testing::Not(HasSubstr("\"x\":4")), HasSubstr("\"w\":1")));
+  EXPECT_THAT(made_of_path("<TruncatePath input_path=\"{path}\" output_path=\"{out}\" distance=\"99\"/>", "out"),
+              HasSubstr("\"x\":2"))
+      << "two poses stay";
+  EXPECT_EQ(made_of_path("<TruncatePath input_path=\"{none}\" output_path=\"{out}\"/>", "out"), "FAILURE");
+}
+
+TEST(GetPoseFromPath, CountsFromEitherEnd) {
+  const auto pose = [](const std::string& index) {
+    return made_of_path("<GetPoseFromPath path=\"{path}\" index=\"" + index + "\" pose=\"{out}\"/>", "out");
+  };
+  EXPECT_THAT(pose("1"), HasSubstr("\"x\":2"));
+  EXPECT_THAT(pose("-1"), HasSubstr("\"x\":4"));
+  EXPECT_EQ(pose("3"), "FAILURE");
+  EXPECT_EQ(pose("-4"), "FAILURE");
+}
+
 TEST(Nav2, NodesCanBeSavedInTheMiddle) {
   const std::string body = recovery("");
   Player p(body);

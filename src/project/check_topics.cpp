@@ -91,6 +91,15 @@ void check_subscriptions(const std::string& who, const Subscriptions& subscribes
   }
 }
 
+std::vector<std::string> topics_handled(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services) {
+  std::vector<std::string> topics;
+  for (const std::string& event : chart.events_handled()) {
+    const idl::Method* const method = method_of(event, services);
+    if (method != nullptr && method->oneway) topics.push_back(event);
+  }
+  return topics;
+}
+
 void check_publishers(const Project& project, const std::vector<LeafPlan>& leaves, const std::vector<ModelPlan>& models,
                       const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics) {
   std::set<std::string> published;

@@ -17,6 +17,10 @@ void check_all_oneway(const ServiceEntry& entry, const idl::Service& service, Di
 void check_subscriptions(const std::string& who, const Subscriptions& subscribes, const scxml::Chart& chart,
                          const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics);
 
+/// The topics of `services` that a chart has transitions for.
+[[nodiscard]] std::vector<std::string> topics_handled(const scxml::Chart& chart,
+                                                      const std::map<std::string, ServicePlan>& services);
+
 /// Topics inside the run that somebody subscribes to and no chart publishes. Warning: check.unpublished.
 void check_publishers(const Project& project, const std::vector<LeafPlan>& leaves, const std::vector<ModelPlan>& models,
                       const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics);

@@ -149,14 +149,25 @@ bt::Category category_of(const scxml::Chart& chart, const SkillEntry* entry) {
 
 FileRef skill_file(const Project& project, const SkillEntry* entry, std::string_view leaf_id) {
   if (entry != nullptr && !entry->file.path.empty()) return entry->file;
-  const std::string name = (entry != nullptr ? entry->leaf : std::string(leaf_id)) + ".scxml";
-  FileRef own{"skills/" + name, entry != nullptr ? entry->span : SourceSpan{}};
+  const std::string name = entry != nullptr ? entry->leaf : std::string(leaf_id);
+  FileRef own{"skills/" + name + ".scxml", entry != nullptr ? entry->span : SourceSpan{}};
   std::error_code error;
   const auto is_nav2 = [](const FileRef& palette) { return palette.path == nav2::kPalette; };
-  if (std::any_of(project.palettes.begin(), project.palettes.end(), is_nav2) &&
-      !std::filesystem::exists(project.folder / own.path, error)) {
-    const path shipped = shipped_folder("skills") / nav2::kPalette / name;
-    if (std::filesystem::exists(shipped, error)) own.path = shipped.string();
+  if (std::none_of(project.palettes.begin(), project.palettes.end(), is_nav2) ||
+      std::filesystem::exists(project.folder / own.path, error))
+    return own;
+  const auto is_action = [](const ServiceEntry& service) { return service.idl.starts_with("nav2_msgs/action/"); };
+  std::vector<std::string> endings{".scxml"};
+  if (std::any_of(project.services.begin(), project.services.end(), is_action))
+    endings.insert(endings.begin(), std::string(kActionChart));
+  for (const std::string& ending : endings) {
+    // A recording has it among the project's own.
+    for (const path& file :
+         {path("skills") / (name + ending), shipped_folder("skills") / nav2::kPalette / (name + ending)}) {
+      if (!std::filesystem::exists(project.folder / file, error)) continue;
+      own.path = file.string();
+      return own;
+    }
   }
   return own;
 }

@@ -20,6 +20,10 @@ namespace sentree::project {
 /// whose protocol says how the chart is halted: an action if it can be.
 [[nodiscard]] bt::Category category_of(const scxml::Chart& chart, const SkillEntry* entry = nullptr);
 
+/// Ending of the charts of the palette nav2 that send goals to Nav2's actions. Where a service of the project has such
+/// an interface (nav2_msgs/action/…), they are taken before the others of their leaves.
+inline constexpr std::string_view kActionChart = ".action.scxml";
+
 /// The chart of a leaf, as `skills:` names it or where it lies by default.
 [[nodiscard]] FileRef skill_file(const Project& project, const SkillEntry* entry, std::string_view leaf_id);
 

@@ -144,19 +144,41 @@ TEST(Palettes, OfNav2DescribeWhatTheirSkillsTakeAndGive) {
   std::set<std::string> leaves;
   for (const bt::NodeModel& model : nav2::models()) {
     if (model.category != bt::Category::kAction && model.category != bt::Category::kCondition) continue;
-    leaves.insert(model.id + ".scxml");
-    const auto source = text::read_file(folder / (model.id + ".scxml"));
-    ASSERT_TRUE(source) << model.id;
-    scxml::LoadOptions options;
-    options.read = [&](std::string_view uri) { return text::read_file(folder / std::string(uri)); };
-    const auto chart = scxml::load(*source, model.id, options);
-    ASSERT_TRUE(chart.ok()) << model.id;
-    EXPECT_EQ(category_of(*chart.value), model.category) << model.id;
+    for (const std::string& file : {model.id + ".scxml", model.id + std::string(kActionChart)}) {
+      leaves.insert(file);
+      std::error_code error;
+      if (file.ends_with(kActionChart) && !std::filesystem::exists(folder / file, error)) continue;
+      const auto source = text::read_file(folder / file);
+      ASSERT_TRUE(source) << file;
+      scxml::LoadOptions options;
+      options.read = [&](std::string_view uri) { return text::read_file(folder / std::string(uri)); };
+      const auto chart = scxml::load(*source, file, options);
+      ASSERT_TRUE(chart.ok()) << file;
+      EXPECT_EQ(category_of(*chart.value), model.category) << file;
+    }
   }
   for (const auto& file : std::filesystem::directory_iterator(folder)) {
     if (file.path().extension() != ".scxml") continue;
     EXPECT_TRUE(leaves.contains(file.path().filename())) << file.path();
   }
+}
+
+TEST(Palettes, OfNav2SendGoalsWhereTheProjectHasActions) {
+  TreeFolder folder;
+  folder.tree("m.xml", "M", "<Sequence><Spin spin_dist=\"1.57\"/><Wait/></Sequence>");
+  folder.yaml(
+      "mission: {file: m.xml}\npalettes: nav2\nservices:\n"
+      "  spin: {interface: nav2_msgs/action/Spin, at: topics}\n");
+  const auto project = folder.project();
+  ASSERT_TRUE(project.ok());
+  EXPECT_TRUE(skill_file(*project.value, nullptr, "Spin").path.ends_with("skills/nav2/Spin.action.scxml"));
+  EXPECT_TRUE(skill_file(*project.value, nullptr, "Wait").path.ends_with("skills/nav2/Wait.scxml"));
+  folder.file("skills/Spin.scxml", kSkill);
+  EXPECT_EQ(skill_file(*project.value, nullptr, "Spin").path, "skills/Spin.scxml");
+  folder.yaml("mission: {file: m.xml}\npalettes: nav2\n");
+  const auto without = folder.project();
+  EXPECT_EQ(skill_file(*without.value, nullptr, "Spin").path, "skills/Spin.scxml");
+  EXPECT_TRUE(skill_file(*without.value, nullptr, "BackUp").path.ends_with("skills/nav2/BackUp.scxml"));
 }
 
 TEST(Packages, AreLookedForInTheProjectsFolders) {

@@ -220,7 +220,7 @@ class Preparation {
                     .at = entry != nullptr ? entry->at : "",
                     .constants = constants_of(entry),
                     .protocol = protocol_of(entry),
-                    .subscribes = entry != nullptr ? entry->subscribes.topics : std::vector<std::string>()};
+                    .subscribes = subscribed(entry, file, chart)};
       // A palette's ports are those of every robot; its charts use what theirs has.
       if (!path(file.path).is_absolute()) check_leaf_ports(tree, leaf, diagnostics);
       leaves_.push_back(std::move(leaf));
@@ -245,7 +245,7 @@ class Preparation {
     }
     const std::optional<scxml::Chart>& chart = charts_[file.path];
     if (!chart) return chart;
-    if (is_new) check_skill_chart(*chart, services_, topics_of(file.path), project_, diagnostics);
+    if (is_new) check_skill_chart(*chart, services_, topics_of(file, *chart), project_, diagnostics);
     // Skills may share a protocol too.
     const SourceSpan way = protocol != nullptr ? protocol->places.at("") : SourceSpan{};
     if (ways_checked_.insert({file.path, to_string(way)}).second) {
@@ -268,13 +268,22 @@ class Preparation {
   }
 
   // That any skill with this chart subscribes to.
-  std::set<std::string> topics_of(const std::string& file) const {
-    std::set<std::string> topics;
+  std::set<std::string> topics_of(const FileRef& file, const scxml::Chart& chart) const {
+    const std::vector<std::string> heard = subscribed(nullptr, file, chart);
+    std::set<std::string> topics(heard.begin(), heard.end());
     for (const SkillEntry& entry : project_.skills) {
-      if (skill_file(project_, &entry, entry.leaf).path == file)
+      if (skill_file(project_, &entry, entry.leaf).path == file.path)
         topics.insert(entry.subscribes.topics.begin(), entry.subscribes.topics.end());
     }
     return topics;
+  }
+
+  // A palette's chart that sends goals to actions hears how they end, without a word in sentree.yaml.
+  std::vector<std::string> subscribed(const SkillEntry* entry, const FileRef& file,
+                                      const std::optional<scxml::Chart>& chart) const {
+    if (entry != nullptr && !entry->subscribes.topics.empty()) return entry->subscribes.topics;
+    if (!chart || !file.path.ends_with(kActionChart)) return {};
+    return topics_handled(*chart, services_);
   }
 
   static std::vector<SkillConstant> constants_of(const SkillEntry* entry) {

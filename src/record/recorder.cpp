@@ -49,8 +49,8 @@ ChannelId Recorder::add_channel(std::string topic, std::string_view schema, std:
 // A full part is handed on; when too many wait, there is no room.
 bool Recorder::make_room(TimePoint time) {
   if (closing_ || report_.failed) return false;
-  if (batch_.packed.size() >= options_.chunk_size / kBatchesPerChunk &&
-      !seal(handed_on_ + batch_.packed.size() >= options_.chunk_size)) {
+  if (part_size() >= options_.chunk_size / kBatchesPerChunk &&
+      !seal(handed_on_ + part_size() >= options_.chunk_size ? Seal::kChunk : Seal::kPart)) {
     if (lost_now_ == 0) {
       lost_from_ = time;
       ++report_.gaps;
@@ -91,7 +91,7 @@ void Recorder::end_entry(std::size_t begin) {
   std::memcpy(batch_.packed.at(begin + offsetof(Entry, size)), &size, sizeof size);
 }
 
-bool Recorder::seal(bool ends_chunk) {
+bool Recorder::seal(Seal seal) {
   if (queue_.size() >= kWaitingBatchesMax) {
     if (!options_.wait_when_full) return false;
     std::unique_lock lock(mutex_, std::adopt_lock);
@@ -99,8 +99,10 @@ bool Recorder::seal(bool ends_chunk) {
     lock.release();
     if (report_.failed) return false;
   }
-  handed_on_ = ends_chunk ? 0 : handed_on_ + batch_.packed.size();
-  batch_.ends_chunk = ends_chunk;
+  if (seal == Seal::kChunk) handed_on_ = 0;
+  if (seal == Seal::kPart) handed_on_ += part_size();
+  begun_ = seal == Seal::kBeginning ? part_size() : 0;
+  batch_.ends_chunk = seal == Seal::kChunk;
   batch_.channels = channels_.size();
   batch_.last = sequence_;
   push(std::move(batch_));
@@ -125,7 +127,7 @@ bool Recorder::await_written(std::unique_lock<std::mutex>& lock) {
   if (closing_ || report_.failed) return false;
   const std::uint32_t last = sequence_;
   // Where there is no room for it now, the writer takes it when its time comes.
-  if (is_open()) (void)seal(true);
+  if (is_open()) (void)seal(Seal::kChunk);
   // Numbers begin anew after the greatest.
   room_.wait(lock, [&] { return static_cast<std::int32_t>(written_ - last) >= 0 || report_.failed; });
   return !report_.failed;
@@ -168,6 +170,7 @@ Result<void> Recorder::write(const Batch& batch) {
       const Channel& channel = channels_[written_channels_];
       for (; written_schemas_ < channel.schema; ++written_schemas_) chunk_.add(schemas_[written_schemas_]);
       chunk_.add(channel);
+      if (options_.audience != nullptr) options_.audience->channel(channel, schemas_[channel.schema - 1U]);
     }
   }
   std::string_view rest = batch.packed.bytes();
@@ -176,8 +179,12 @@ Result<void> Recorder::write(const Batch& batch) {
     std::memcpy(&entry, rest.data(), sizeof entry);
     const auto time = static_cast<std::uint64_t>(entry.time);
     const std::size_t begin = chunk_.begin_message(entry.channel, entry.sequence, time, time);
+    const std::size_t data = chunk_.records.size();
     PackedJson::unpack(chunk_.records, rest.substr(sizeof entry, entry.size));
     chunk_.end_message(begin);
+    if (options_.audience != nullptr)
+      options_.audience->message(
+          {entry.channel, entry.sequence, time, time, std::string_view(chunk_.records).substr(data)});
     rest.remove_prefix(sizeof entry + entry.size);
   }
   if (!batch.ends_chunk || chunk_.empty()) return {};
@@ -200,17 +207,26 @@ void Recorder::work() {
   };
   if (!check(writer_.begin("", options_.library))) return;
   const auto flush_every = options_.flush_every;
+  const auto wake_every = options_.audience == nullptr ? flush_every
+                          : flush_every.count() == 0   ? kAudiencePeriod
+                                                       : std::min(flush_every, kAudiencePeriod);
   auto flushed = std::chrono::steady_clock::now();
+  auto woken = flushed;
   for (;;) {
     Item item;
     {
       std::unique_lock lock(mutex_);
       const auto ready = [&] { return !queue_.empty() || closing_; };
-      if (flush_every.count() == 0) {
+      if (wake_every.count() == 0) {
         work_.wait(lock, ready);
-      } else if (!work_.wait_until(lock, flushed + flush_every, ready)) {
-        flushed = std::chrono::steady_clock::now();
-        if (is_open()) (void)seal(true);
+      } else if (!work_.wait_until(lock, woken + wake_every, ready)) {
+        woken = std::chrono::steady_clock::now();
+        if (flush_every.count() > 0 && woken >= flushed + flush_every) {
+          flushed = woken;
+          if (is_open()) (void)seal(Seal::kChunk);
+        } else if (batch_.messages > 0) {
+          (void)seal(Seal::kBeginning);
+        }
         if (queue_.empty()) continue;
       }
       if (queue_.empty()) break;

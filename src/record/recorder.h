@@ -15,6 +15,7 @@
 
 #include "sentree/base/result.h"
 #include "sentree/base/time.h"
+#include "sentree/record/audience.h"
 #include "sentree/record/mcap.h"
 #include "sentree/record/packed_json.h"
 #include "sentree/record/run_record.h"
@@ -25,6 +26,8 @@ namespace sentree::record {
 
 /// A chunk's messages are handed to the writer's thread in so many parts, so that little is left to do at the end.
 inline constexpr std::size_t kBatchesPerChunk = 4;
+/// Between two times that an audience is given what was recorded since [wall time].
+inline constexpr Duration kAudiencePeriod = std::chrono::milliseconds(50);
 /// Parts of chunks that wait for the disk; beyond that messages are lost (and counted), or wait if `wait_when_full`.
 inline constexpr std::size_t kWaitingBatchesMax = 64 * kBatchesPerChunk;
 
@@ -41,6 +44,9 @@ struct RecorderOptions {
   /// Sees each message that has a `RunRecord` as it is recorded, in the thread that records it, with the recorder's
   /// lock held.
   std::function<void(TimePoint, RunRecord)> tap = {};
+  /// Given what is recorded within `kAudiencePeriod`, which changes no byte of the file. Borrowed until the recorder is
+  /// closed; null: nobody.
+  Audience* audience = nullptr;
 };
 
 struct RecorderReport {
@@ -134,9 +140,12 @@ class Recorder {
 
   // With the lock held. False: there is none, and the message is lost.
   bool make_room(TimePoint time);
-  bool seal(bool ends_chunk);
+  // Hands on what there is of a part of a chunk: all of it, or what the audience is to have now.
+  enum class Seal : std::uint8_t { kBeginning, kPart, kChunk };
+  bool seal(Seal seal);
+  [[nodiscard]] std::size_t part_size() const { return begun_ + batch_.packed.size(); }
   // Whether there are messages that no ended chunk has.
-  [[nodiscard]] bool is_open() const { return batch_.messages > 0 || handed_on_ > 0; }
+  [[nodiscard]] bool is_open() const { return batch_.messages > 0 || handed_on_ > 0 || begun_ > 0; }
   void renew_batch();
   // With the lock, until what was recorded so far is in the sink. False: it will not be.
   bool await_written(std::unique_lock<std::mutex>& lock);
@@ -154,7 +163,8 @@ class Recorder {
   std::condition_variable work_;
   std::condition_variable room_;  // also: something was written
   Batch batch_;
-  std::size_t handed_on_ = 0;  // packed bytes of the open chunk that are in the queue or beyond
+  std::size_t handed_on_ = 0;  // packed bytes of the open chunk, in whole parts, that are in the queue or beyond
+  std::size_t begun_ = 0;      // the same of the part that `batch_` goes on with
   std::deque<Item> queue_;
   std::vector<Batch> spare_;
   std::vector<Schema> schemas_;

@@ -109,6 +109,52 @@ TEST(Recorder, WritesWhatItIsGivenAndTheSameBytesEachTime) {
   EXPECT_THAT(reader->attachments(), SizeIs(1));
 }
 
+// Counts what it is given, for who waits for it.
+class CountingAudience final : public Audience {
+ public:
+  void channel(const Channel& channel, const Schema& schema) override {
+    const std::lock_guard lock(mutex_);
+    channels.push_back(channel.topic + " " + schema.name);
+  }
+  void message(const RawMessage& message) override {
+    const std::lock_guard lock(mutex_);
+    messages.emplace_back(message.data);
+    changed_.notify_all();
+  }
+  void wait_for(std::size_t count) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return messages.size() >= count; });
+  }
+  std::vector<std::string> channels;
+  std::vector<std::string> messages;
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+};
+
+TEST(Recorder, GivesItsAudienceWhatItWritesBeforeAPartIsFullAndWritesTheSameBytes) {
+  const auto record = [](CountingAudience* audience) {
+    std::string file;
+    Recorder recorder(std::make_unique<StringSink>(file),
+                      {.chunk_size = 4000, .flush_every = Duration(0), .wait_when_full = true, .audience = audience});
+    const ChannelId a = recorder.add_channel("/a", "test.A", "{}");
+    for (std::size_t i = 0; i < 500; ++i) {
+      recorder.message(a, at_ms(static_cast<std::int64_t>(i)),
+                       [&](std::string& out) { out += "{\"i\":" + std::to_string(i) + "}"; });
+      // Cuts parts of chunks where no other recorder does.
+      if (audience != nullptr && i % 97 == 0) audience->wait_for(i + 1);
+    }
+    recorder.close();
+    return file;
+  };
+  CountingAudience audience;
+  EXPECT_EQ(record(&audience), record(nullptr));
+  EXPECT_THAT(audience.channels, ElementsAre("/gaps sentree.Gap", "/a test.A"));
+  ASSERT_THAT(audience.messages, SizeIs(500));
+  EXPECT_EQ(audience.messages[499], R"({"i":499})");
+}
+
 TEST(Recorder, IsFollowedFromAnyMessageOnWhenAllBeforeAreWritten) {
   std::string file;
   Recorder recorder(std::make_unique<StringSink>(file), {.flush_every = Duration(0), .wait_when_full = true});

@@ -485,6 +485,7 @@ RunRecorder::RunRecorder(const project::Plan& plan, const std::vector<text::Read
   recorder.compression = options.compression;
   recorder.library = std::move(options.library);
   recorder.tap = std::move(options.tap);
+  recorder.audience = options.audience;
   if (plan.scenario.virtual_time) {
     recorder.flush_every = Duration(0);
     recorder.wait_when_full = true;

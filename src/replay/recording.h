@@ -41,6 +41,8 @@ struct RecordingOptions {
   std::function<std::string(const runtime::MonitorReport&)> story = {};
   /// See record::RecorderOptions.
   std::function<void(TimePoint, record::RunRecord)> tap = {};
+  /// The same.
+  record::Audience* audience = nullptr;
   /// Of the run, beside what is known of its plan.
   std::vector<std::pair<std::string, std::string>> facts = {};
 };

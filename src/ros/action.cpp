@@ -63,6 +63,11 @@ Result<void> ActionClient::open(const std::shared_ptr<Node>& node) {
       {send_goal_, "send_goal", dds_name(type, "_SendGoal_Request"), dds_name(type, "_SendGoal_Response")},
       {get_result_, "get_result", dds_name(type, "_GetResult_Request"), dds_name(type, "_GetResult_Response")},
       {cancel_goal_, "cancel_goal", dds_name(cancel, "_Request"), dds_name(cancel, "_Response")}};
+  other_type_ = [weak = std::weak_ptr(node), topic = "rq" + name_ + "/_action/send_goalRequest",
+                 request = services[0].request] {
+    const auto there = weak.lock();
+    return there != nullptr ? there->other_type(topic, request) : std::string();
+  };
   // Not by the node's list of shared ones, which is being filled in.
   for (const auto& [client, service, request, reply] : services) {
     auto made = ServiceClient::make(node, {name_ + "/_action/" + service, request, reply});
@@ -188,7 +193,7 @@ rpc::Outcome ActionClient::call(const idl::Method& method, const Value& argument
     return tl::unexpected(rpc::CallError{kind, why, {}, {}});
   };
   if (!wait_available(deadline, interrupted))
-    return failed(rpc::CallErrorKind::kUnreachable, "no server of the action " + name_ + " is there");
+    return failed(rpc::CallErrorKind::kUnreachable, "no server of the action " + name_ + " is there" + other_type_());
   const bool is_goal = method.name == "send_goal";
   const std::string id = is_goal ? new_goal_id() : std::string(arguments.find("goal_id")->text());
   Octets request;

@@ -130,6 +130,32 @@ TEST_F(RosServices, ThatNobodyServesAreUnreachableWithinTheDeadline) {
   EXPECT_THAT(reply.error().message, HasSubstr("no server of /nobody (std_srvs/srv/Trigger_Request)"));
 }
 
+TEST_F(RosServices, WhoseTypesDifferAreRefusedWithWhatDiffers) {
+  const auto nothing = [](const std::string&) {};
+  const auto other = stranger();
+  std::string error;
+  // Somebody serves /lamp as a Trigger, and calls /door as one.
+  const auto theirs = other->read(
+      {"rq/lampRequest", "std_srvs::srv::dds_::Trigger_Request_", {}}, [](const dds::Sample&) {}, nothing, error);
+  const auto asks = other->write({"rq/doorRequest", "std_srvs::srv::dds_::Trigger_Request_", {}}, nothing, error);
+  const auto set_bool = interface("std_srvs/srv/SetBool");
+  const auto client = connect("/lamp", set_bool);
+  std::string told;
+  EXPECT_TRUE(eventually([&] {
+    const auto reply = rpc::call_and_wait(*client, "call", Map{{"data", true}},
+                                          std::chrono::steady_clock::now() + std::chrono::milliseconds(20));
+    told = reply ? "" : reply.error().message;
+    return told.find("there; sentree") != std::string::npos;
+  }));
+  EXPECT_THAT(told, HasSubstr("no server of /lamp (std_srvs/srv/SetBool_Request) is there, in domain " + domain_ +
+                              ", but somebody has std_srvs/srv/Trigger_Request there"));
+  const auto served =
+      serve("/door", set_bool, [](const idl::Method&, const Value&) -> rpc::Outcome { return Value(); });
+  EXPECT_THAT(problems_.wait_for(1),
+              Contains("the types of /doorRequest differ: it is std_srvs/srv/SetBool_Request here, and somebody "
+                       "publishes std_srvs/srv/Trigger_Request, so that nothing passes"));
+}
+
 TEST_F(RosServices, ThatDoNotAnswerAreLate) {
   const auto trigger = interface("std_srvs/srv/Trigger");
   const auto served = serve("/slow", trigger, [](const idl::Method&, const Value&) -> rpc::Outcome {
@@ -534,6 +560,22 @@ TEST_F(RosActions, AreRefusedByTheirServer) {
   const auto reply = rpc::call_and_wait(*client_, "send_goal", Map{{"upto", 100}}, patience());
   ASSERT_TRUE(reply) << reply.error().message;
   EXPECT_EQ(*reply->find("accepted"), Value(false));
+}
+
+TEST_F(RosActions, WhoseTypesDifferAreRefusedWithWhatDiffers) {
+  const auto other = stranger();
+  std::string error;
+  const auto theirs = other->read(
+      {"rq/count/_action/send_goalRequest", "demo::action::dds_::Spin_SendGoal_Request_", {}},
+      [](const dds::Sample&) {}, [](const std::string&) {}, error);
+  open();
+  EXPECT_TRUE(eventually([&] {
+    const auto reply = rpc::call_and_wait(*client_, "send_goal", Map{{"upto", 1}},
+                                          std::chrono::steady_clock::now() + std::chrono::milliseconds(20));
+    return !reply && reply.error().message ==
+                         "no server of the action /count is there, but somebody has "
+                         "demo/action/Spin_SendGoal_Request there";
+  }));
 }
 
 TEST_F(RosActions, EndWhenTheyAreCancelled) {

@@ -260,7 +260,9 @@ Result<std::unique_ptr<ServiceServer>> ServiceServer::open(const std::shared_ptr
         if (!worker.post([serve, kept] { serve(std::move(*kept)); }) && problem)
           problem(name + " gets more requests than it answers: the oldest is dropped");
       },
-      [](const std::string&) {});
+      [problem](const std::string& what) {
+        if (!what.empty() && problem) problem(what);
+      });
   if (!reader) return tl::unexpected(std::move(reader.error()));
   out->reader_ = std::move(*reader);
   return out;

@@ -70,9 +70,9 @@ HTTP = b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
 KEY = base64.b64encode(bytes(16)).decode()
 
 
-def socket_of_studio(port, path="/api/ws"):
+def socket_of_studio(port, path="/api/ws", more=""):
     return (f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nOrigin: http://127.0.0.1:{port}\r\n"
-            f"Sec-WebSocket-Key: {KEY}\r\nSec-WebSocket-Version: 13\r\n\r\n").encode()
+            f"Sec-WebSocket-Key: {KEY}\r\nSec-WebSocket-Version: 13\r\n{more}\r\n").encode()
 
 
 def web_frame(text, opcode=1, size=None, fin=True, masked=True):
@@ -132,6 +132,15 @@ def payloads(port):
                   '{"op":"save","id":1,"path":"../../x"}', '{"op":"open","id":1,"file":"/etc/passwd"}', '{"op":"\\u0000","id":{}}'):
         yield f"socket: {value[:60]}", upgrade + web_frame(value) * 3
     yield "socket: a flood of requests", upgrade + web_frame('{"op":"messages","id":1,"limit":500}') * 3000
+    upgrade = socket_of_studio(port, "/", "Sec-WebSocket-Protocol: foxglove.websocket.v1\r\n")
+    everything = '{"op":"subscribe","subscriptions":[' + ",".join(f'{{"id":{i},"channelId":{65536 + i}}}' for i in range(40)) + "]}"
+    yield "foxglove: all topics, and nothing is read", upgrade + web_frame(everything)
+    yield "foxglove: all topics again and again", upgrade + web_frame(everything) * 2000
+    yield "foxglove: on and off", upgrade + (web_frame(everything) + web_frame(json.dumps({"op": "unsubscribe", "subscriptionIds": list(range(40))}))) * 500
+    yield "foxglove: octets", upgrade + web_frame(b"\x01\0\0\0\0{}", opcode=2)
+    for value in ('{"op":"subscribe","subscriptions":{}}', '{"op":"subscribe","subscriptions":[[],1,null,{"id":1e300,"channelId":-1}]}', '{"op":"unsubscribe","subscriptionIds":[{}]}',
+                  '{"op":"advertise","channels":[{"id":1,"topic":"/x"}]}', '{"op":"subscribe","subscriptions":[' + "{}," * 15_000 + "{}]}"):
+        yield f"foxglove: {value[:60]}", upgrade + web_frame(value) * 30
     yield "yarp: text", b"CONNECT foo\r\n"
     yield "yarp: a name of a gigabyte", bytes.fromhex("5941e41e00005250") + struct.pack("<I", 1 << 30)
     yield "yarp: text mode", b"YARP\x64\x1e\x00\x00" + b"d\r\n" * 2000
@@ -249,14 +258,14 @@ def sentree_says(*words):
     return ran.returncode == 0
 
 
-def health(port):
+def health(port, answer=b"200"):
     def ask():
         until = time.monotonic() + kPatience_s
         while time.monotonic() < until:  # it may be closing what others left
             try:
                 with socket.create_connection(("127.0.0.1", port), 20) as s:
                     s.sendall(f"GET /api/health HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n".encode())
-                    if b"200" in s.recv(4096):
+                    if answer in s.recv(4096):
                         return True
             except OSError:
                 pass
@@ -302,15 +311,16 @@ def monitor():
 
 def studio():
     groot = 20000 + chance.randrange(20000)
-    port, observed = free_port(), free_port()
+    port, observed, foxglove = free_port(), free_port(), free_port()
     shutil.copytree(source / "examples/minimal", work / "minimal")
     (work / "minimal/scenarios/long.yaml").write_text("duration: 60 min\noverride: {mission: {repeat: true}}\nclock: real\n")
-    program = Program("run", work / "minimal", "--scenario", "long", f"--studio={port}", f"--groot={groot}", "--listen", f"tcp://127.0.0.1:{observed}",
+    program = Program("run", work / "minimal", "--scenario", "long", f"--studio={port}", f"--groot={groot}", f"--foxglove={foxglove}", "--listen", f"tcp://127.0.0.1:{observed}",
                       ready=listening(("127.0.0.1", port)))
     control = [str(p) for p in work.glob("**/*.sock") if p.is_socket()]
-    addresses = {"the page": ("127.0.0.1", port), "the port of Groot 2": ("127.0.0.1", groot), "the port behind it": ("127.0.0.1", groot + 1), "the observers' port": ("127.0.0.1", observed)}
+    addresses = {"the page": ("127.0.0.1", port), "the port of Groot 2": ("127.0.0.1", groot), "the port behind it": ("127.0.0.1", groot + 1), "the observers' port": ("127.0.0.1", observed),
+                 "the port of Foxglove": ("127.0.0.1", foxglove)}
     addresses.update({f"the run's socket {Path(p).name}": p for p in control[:3]})
-    attack("a run with a page and Groot", program, addresses, health(port))
+    attack("a run with a page, Groot and Foxglove", program, addresses, lambda: health(port)() and health(foxglove, b"426")())
     program.stop()
     port = free_port()
     program = Program("studio", work / "minimal", "--at", str(port), ready=listening(("127.0.0.1", port)))

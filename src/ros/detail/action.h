@@ -73,6 +73,7 @@ class ActionClient {
 
   const idl::ServicePtr interface_;
   const std::string name_;
+  std::function<std::string()> other_type_;  // what somebody else serves by that name
   std::optional<Codec> goal_;
   std::optional<Codec> result_;
   std::optional<Codec> feedback_;
