@@ -2,6 +2,7 @@ import { create } from "zustand";
 
 import type { Design, DesignDocument, DesignPast, Finding, Gesture, OutlineNode, OutlineTree, PaletteNode } from "../protocol/types";
 import { note, on_design, request, type DesignMessage } from "../store/store";
+import { take_runs } from "./mode";
 import { Places, splice_between } from "./places";
 
 /** A file as the page has it. */
@@ -174,6 +175,7 @@ export async function start_design(): Promise<() => void> {
   const stop = on_design(receive);
   const summary = await request("design", {});
   useDesign.setState({ summary });
+  take_runs(summary.runs);
   if (summary.checked) void load_palette();
   const { file } = useDesign.getState();
   const first = summary.files.find(({ kind }) => kind === "mission") ?? summary.files[0];
