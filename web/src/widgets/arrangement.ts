@@ -62,8 +62,11 @@ export function default_sizes(window: { width: number; height: number }): { side
   return { side_px: within(window.width * 0.168, kSideMin_px, 380), timeline_px: within(window.height * 0.137, 96, 220) };
 }
 
+/** What of a panel's height is not its picture: its bars. */
+const kBars_px = 78;
+
 /** Whether the mission stands above map and chart, rather than beside them: whichever shows its picture larger. */
 export function is_stacked(stage: { width: number; height: number }, picture: { width: number; height: number }, share: number): boolean {
-  const scale = (width: number, height: number) => Math.min(width / Math.max(picture.width, 1), height / Math.max(picture.height, 1));
+  const scale = (width: number, height: number) => Math.min(width / Math.max(picture.width, 1), Math.max(height - kBars_px, 1) / Math.max(picture.height, 1));
   return scale(stage.width, stage.height * share) >= scale(stage.width * share, stage.height);
 }
