@@ -6,8 +6,8 @@ import { go_live } from "../store/time_travel";
 
 export type Runs = Design["runs"];
 
-/** What the page of a project that is edited shows: its files, or how it goes; and which run that is. */
-export const useMode = create<{ mode: "design" | "run"; runs: Runs }>()(() => ({ mode: "design", runs: { recordings: [], on_show: "", goes_on: null, problem: "" } }));
+/** What the page of a project that is edited shows: its files, or how it goes; which run that is, and which file is open, or is to be opened first. */
+export const useMode = create<{ mode: "design" | "run"; file: string | null; runs: Runs }>()(() => ({ mode: "design", file: null, runs: { recordings: [], on_show: "", goes_on: null, problem: "" } }));
 
 export function take_runs(runs: Runs): void {
   const before = useMode.getState().runs;

@@ -446,6 +446,11 @@ export const Operations = {
     object({ messages: list(Observation), more: boolean() }),
   ],
   lanes: [object({ from: Time, to: Time, width: Type.Integer({ minimum: 1, maximum: 4000 }) }), object({ lanes: list(Lane), marks: list(Mark) })],
+  signal: [
+    object({ path: Type.Array(string(), { description: "messages, a name, and what of their data; or charts, robots or blackboard, and what of them, as in `state`" }), from: Time, to: Time, width: Type.Integer({ minimum: 1, maximum: 4000 }) }),
+    object({ points: Type.Array(tuple([Time, number()]), { description: "Of messages each pixel's first, last and extremes; of the others a value a pixel" }) }),
+  ],
+  transitions: [object({ node: index() }), object({ rows: list(tuple([Time, string()])), left_out: index() })],
   find: [object({ filter: Filter, after: optional(Time), before: optional(Time) }), or_null(Observation)],
   pause: [nothing(), Type.Unknown()],
   resume: [nothing(), Type.Unknown()],

@@ -7,6 +7,7 @@ import { Icon, type IconName } from "../widgets/Icon";
 import { MenuButton } from "../picture/PictureTools";
 import { open_help } from "./Help";
 import { open_palette } from "./Palette";
+import { Panels } from "./Panels";
 import { open_what_if } from "./WhatIf";
 import { kSpeeds, next_tick, run_again, stop_run, toggle_running } from "../widgets/run_commands";
 import { toggle_theme, useTheme } from "../widgets/theme";
@@ -207,6 +208,7 @@ export function Header() {
       {!designs && <Clock />}
       <RunControls />
       <RunAgain />
+      {!designs && <Panels />}
       <span className="header-space short" />
       <button className="button find" onClick={open_palette} title="Find a command, a node, a chart (Ctrl+K)">
         <Icon name="search" />
