@@ -6,6 +6,7 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/page.h"
+#include "sentree/cli/report.h"
 #include "sentree/studio/difference.h"
 #include "sentree/studio/groot_play.h"
 #include "sentree/studio/recorded.h"
@@ -27,7 +28,7 @@ std::optional<std::filesystem::path> project_folder(const std::string& named) {
 int design(const std::filesystem::path& folder, const StudioCommand& command,
            const sentree::studio::ServerOptions& where, const sigset_t& signals) {
   auto page = start_page(where, command.at.empty(), [&](const sentree::studio::ServerOptions& there) {
-    return sentree::studio::Workshop::start(folder, there);
+    return sentree::studio::Workshop::start(folder, there, story_without_witness);
   });
   if (!page) {
     say(to_string(page.error()));

@@ -298,6 +298,7 @@ void Conversation::refuse(std::int64_t id, const std::string& why) {
 
 bool Conversation::advance(Request& request) {
   if (request.op == "messages" || request.op == "find") return advance_search(request);
+  if (request.op == "signal") return advance_signal(request);
   if (request.op == "hello") {
     may_steer_ = may_steer_ || text_of(request.body, "token") == composer_->options.token;
     answer(request.id, Map{{"steerable", composer_->options.steerable && may_steer_}});
@@ -326,6 +327,13 @@ bool Conversation::advance(Request& request) {
       answer(request.id, std::move(folded));
     else
       refuse(request.id, "there is no chart \"" + chart + "\"");
+  } else if (request.op == "transitions") {
+    const auto node = integer_of(request.body, "node").value_or(-1);
+    constexpr std::size_t kTransitionsMax = 5'000;
+    if (node < 0 || static_cast<std::size_t>(node) >= composer_->subject.plan.tree.size())
+      refuse(request.id, "there is no such node");
+    else
+      answer(request.id, composer_->history.transitions(static_cast<bt::NodeId>(node), kTransitionsMax));
   } else if (request.op == "lanes") {
     const auto from = integer_of(request.body, "from").value_or(0);
     const auto to = integer_of(request.body, "to").value_or(composer_->history.end());

@@ -145,6 +145,9 @@ class History {
   /// {lanes, marks} of a stretch of time, drawn that many pixels wide.
   [[nodiscard]] Value lanes(Nanoseconds from, Nanoseconds to, int width) const;
 
+  /// What became of a node when: {rows: [[time, status]], the newest `max`; left_out: how many came before}.
+  [[nodiscard]] Value transitions(bt::NodeId node, std::size_t max) const;
+
   /// The `violation` messages so far, and how many.
   [[nodiscard]] std::size_t violations() const;
   [[nodiscard]] std::string violation(std::size_t index) const;

@@ -130,6 +130,16 @@ List points_of(const Track<BatteryValue>& track, Nanoseconds from, Nanoseconds t
 
 }  // namespace
 
+Value History::transitions(bt::NodeId node, std::size_t max) const {
+  const std::lock_guard lock(impl_->mutex);
+  const Track<std::uint8_t>& track = impl_->nodes[node];
+  const std::size_t first = track.size() - std::min(track.size(), max);
+  List rows;
+  for (std::size_t i = first; i < track.size(); ++i)
+    rows.push_back(List{track[i].time, to_string(static_cast<bt::Status>(track[i].value))});
+  return Map{{"rows", std::move(rows)}, {"left_out", static_cast<std::int64_t>(first)}};
+}
+
 Value History::lanes(Nanoseconds from, Nanoseconds to, int width) const {
   List lanes;
   const Impl& impl = *impl_;

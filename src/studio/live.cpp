@@ -38,16 +38,17 @@ struct Live::Impl {
 
   explicit Impl(const project::Plan& run) : plan(run) {}
 
+  RunAccess access() {
+    return {.update = [this] { shown->queue.drain(); },
+            .facts = [this] { return facts(); },
+            .steer = [this](const std::string& op, const Value& request) { return steer(op, request); },
+            .coverage = [this] { return reached(); }};
+  }
+
   Result<void> serve(ServerOptions options) {
     options.live = true;
     again = options.again;
-    auto server =
-        Server::start(shown->subject, shown->history,
-                      {.update = [this] { shown->queue.drain(); },
-                       .facts = [this] { return facts(); },
-                       .steer = [this](const std::string& op, const Value& request) { return steer(op, request); },
-                       .coverage = [this] { return reached(); }},
-                      std::move(options));
+    auto server = Server::start(shown->subject, shown->history, access(), std::move(options));
     if (!server) return tl::unexpected(server.error());
     shown->server = std::move(*server);
     open = true;
@@ -133,6 +134,12 @@ Result<std::unique_ptr<Live>> Live::start(const project::Plan& plan, ServerOptio
   return std::unique_ptr<Live>(new Live(std::move(impl)));
 }
 
+std::unique_ptr<Live> Live::beside(const project::Plan& plan) {
+  auto impl = std::make_unique<Impl>(plan);
+  impl->shown = std::make_unique<Impl::Shown>(plan);
+  return std::unique_ptr<Live>(new Live(std::move(impl)));
+}
+
 Result<void> Live::open(ServerOptions options, replay::RunRecorder& recorder, const std::string& recording) {
   const std::lock_guard one_at_a_time(impl_->opening);
   if (impl_->open) return {};
@@ -161,7 +168,7 @@ std::function<void(TimePoint, record::RunRecord)> Live::tap() {
 }
 
 void Live::install(runtime::RunOptions& options) {
-  if (impl_->open) {
+  if (impl_->shown) {
     const std::lock_guard lock(impl_->coverage_mutex);
     impl_->watch.emplace(impl_->plan, impl_->coverage, options);
   }
@@ -190,5 +197,7 @@ void Live::ended(const runtime::RunReport& report) {
 
 const Server& Live::server() const { return *impl_->shown->server; }
 const History& Live::history() const { return impl_->shown->history; }
+const Subject& Live::subject() const { return impl_->shown->subject; }
+RunAccess Live::access() { return impl_->access(); }
 
 }  // namespace sentree::studio

@@ -16,6 +16,8 @@ class Live {
  public:
   /// `plan` is borrowed. Errors: those of `Server::start`.
   [[nodiscard]] static Result<std::unique_ptr<Live>> start(const project::Plan& plan, ServerOptions options);
+  /// The run is shown by the server of something else, from its beginning; `plan` is borrowed. See `access`.
+  [[nodiscard]] static std::unique_ptr<Live> beside(const project::Plan& plan);
   /// No page yet; `plan` is borrowed.
   explicit Live(const project::Plan& plan);
   ~Live();
@@ -29,7 +31,7 @@ class Live {
   /// Whether there is a page. From any thread.
   [[nodiscard]] bool is_open() const;
 
-  /// For the run's recorder: what it records is what the page shows. With `start` only.
+  /// For the run's recorder: what it records is what the page shows. With `start` and `beside` only.
   [[nodiscard]] std::function<void(TimePoint, record::RunRecord)> tap();
   void install(runtime::RunOptions& options);
   /// Pages steer through it (borrowed) from now on; null: through nobody. Returns when nobody uses the one before.
@@ -39,7 +41,10 @@ class Live {
 
   /// Of a page that is open.
   [[nodiscard]] const Server& server() const;
+  /// Of a page that is open, or of a run that another server shows, which reaches the run through `access`.
   [[nodiscard]] const History& history() const;
+  [[nodiscard]] const Subject& subject() const;
+  [[nodiscard]] RunAccess access();
 
  private:
   struct Impl;

@@ -120,7 +120,7 @@ struct Recorded::Impl {
 Recorded::Recorded(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Recorded::~Recorded() = default;
 
-Result<std::unique_ptr<Recorded>> Recorded::open(const std::string& path, bool allow_plugins, ServerOptions options,
+Result<std::unique_ptr<Recorded>> Recorded::read(const std::string& path, bool allow_plugins,
                                                  Diagnostics& diagnostics) {
   auto run = replay::RecordedRun::open(path);
   if (!run) return tl::unexpected(run.error());
@@ -149,19 +149,29 @@ Result<std::unique_ptr<Recorded>> Recorded::open(const std::string& path, bool a
     const auto taken = take_recording(*impl->history, path, [](const auto&, const auto&) { return true; });
     if (!taken) return tl::unexpected(taken.error());
   }
-  options.live = false;
-  auto server = Server::start(impl->subject, *impl->history,
-                              {.update = {},
-                               .facts = [raw = impl.get()] { return raw->facts(); },
-                               .steer = {},
-                               .coverage = [raw = impl.get()] { return raw->reached(); }},
-                              std::move(options));
-  if (!server) return tl::unexpected(server.error());
-  impl->server = std::move(*server);
   return std::unique_ptr<Recorded>(new Recorded(std::move(impl)));
+}
+
+Result<std::unique_ptr<Recorded>> Recorded::open(const std::string& path, bool allow_plugins, ServerOptions options,
+                                                 Diagnostics& diagnostics) {
+  auto recorded = read(path, allow_plugins, diagnostics);
+  if (!recorded) return tl::unexpected(recorded.error());
+  options.live = false;
+  auto server =
+      Server::start((*recorded)->subject(), (*recorded)->history(), (*recorded)->access(), std::move(options));
+  if (!server) return tl::unexpected(server.error());
+  (*recorded)->impl_->server = std::move(*server);
+  return recorded;
 }
 
 const Server& Recorded::server() const { return *impl_->server; }
 const History& Recorded::history() const { return *impl_->history; }
+const Subject& Recorded::subject() const { return impl_->subject; }
+RunAccess Recorded::access() {
+  return {.update = {},
+          .facts = [raw = impl_.get()] { return raw->facts(); },
+          .steer = {},
+          .coverage = [raw = impl_.get()] { return raw->reached(); }};
+}
 
 }  // namespace sentree::studio

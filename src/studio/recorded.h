@@ -16,12 +16,18 @@ class Recorded {
   /// `allow_plugins`: as for `RecordedRun::scenario`.
   [[nodiscard]] static Result<std::unique_ptr<Recorded>> open(const std::string& path, bool allow_plugins,
                                                               ServerOptions options, Diagnostics& diagnostics);
+  /// The same without a page: the server of something else shows it, through `access`.
+  [[nodiscard]] static Result<std::unique_ptr<Recorded>> read(const std::string& path, bool allow_plugins,
+                                                              Diagnostics& diagnostics);
   ~Recorded();
   Recorded(const Recorded&) = delete;
   Recorded& operator=(const Recorded&) = delete;
 
+  /// Of a page.
   [[nodiscard]] const Server& server() const;
   [[nodiscard]] const History& history() const;
+  [[nodiscard]] const Subject& subject() const;
+  [[nodiscard]] RunAccess access();
 
  private:
   struct Impl;

@@ -143,7 +143,7 @@ struct Server::Impl {
   Result<void> start();
   std::optional<http::Response> refusal(const http::Request& request) const;
   http::Response answer(const http::Request& request) const;
-  std::string hello_of(const Subject& shown) const;
+  std::string hello_of(const Subject& shown, bool steered, bool recording) const;
   void compose();
 };
 
@@ -213,17 +213,17 @@ http::Response Server::Impl::answer(const http::Request& request) const {
   return secured(std::move(response));
 }
 
-std::string Server::Impl::hello_of(const Subject& shown) const {
+std::string Server::Impl::hello_of(const Subject& shown, bool steered, bool recording) const {
   const project::Scenario& scenario = shown.plan.scenario;
   return to_json(Value(Map{{"type", "hello"},
                            {"protocol", kProtocol},
                            {"version", options.version},
-                           {"mode", options.live ? "live" : "recording"},
+                           {"mode", recording ? "recording" : "live"},
                            {"title", scenario.name},
                            {"description", scenario.description},
                            {"clock", scenario.virtual_time ? "virtual" : "real"},
                            {"seed", static_cast<std::int64_t>(scenario.seed)},
-                           {"steerable", static_cast<bool>(run.steer) && !options.design && !options.compare},
+                           {"steerable", steered},
                            {"coverage", static_cast<bool>(run.coverage)},
                            {"repeatable", static_cast<bool>(options.again)},
                            {"design", options.design},
@@ -283,14 +283,16 @@ void Server::Impl::compose() {
   // What is shown is changed only by what comes through the inbox, and outlives who shows it.
   Shown shown;
   RunAccess access = run;
-  const auto make_composer = [&](const Subject& shown_subject, const History& shown_history) {
+  const auto make_composer = [&](const Subject& shown_subject, const History& shown_history, bool steered,
+                                 bool recording) {
     return std::make_unique<Composer>(shown_subject, shown_history, access, queue ? &*queue : nullptr,
-                                      Composer::Options{.hello = hello_of(shown_subject),
+                                      Composer::Options{.hello = hello_of(shown_subject, steered, recording),
                                                         .token = token,
                                                         .steerable = static_cast<bool>(run.steer),
                                                         .coverage = static_cast<bool>(run.coverage)});
   };
-  std::unique_ptr<Composer> composer = make_composer(subject, history);
+  std::unique_ptr<Composer> composer = make_composer(
+      subject, history, static_cast<bool>(run.steer) && !options.design && !options.compare, !options.live);
   std::map<std::uint64_t, std::unique_ptr<Conversation>> clients;
   auto next_delta = SteadyClock::now();
   for (;;) {
@@ -327,9 +329,9 @@ void Server::Impl::compose() {
         }
         case Inbox::Event::Kind::kShown: {
           const Shown before = std::exchange(shown, std::move(*event.shown));
-          access.update = {};
-          access.facts = [facts = shown.facts] { return facts; };
-          auto next = make_composer(*shown.subject, *shown.history);
+          access.update = shown.update;
+          access.facts = shown.facts;
+          auto next = make_composer(*shown.subject, *shown.history, shown.steered, shown.recording);
           {
             const std::lock_guard lock(map_mutex);
             map = map_octets(*shown.subject);

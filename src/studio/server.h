@@ -90,7 +90,10 @@ class Server {
   struct Shown {
     std::shared_ptr<const Subject> subject;
     std::shared_ptr<const History> history;
-    RunFacts facts;
+    std::function<RunFacts()> facts;    ///< As in `RunAccess`; may keep alive what they ask.
+    std::function<void()> update = {};  ///< Likewise.
+    bool steered = false;               ///< `RunAccess::steer` reaches this run.
+    bool recording = false;             ///< What is over since long.
   };
   void show(Shown shown);
 

@@ -8,7 +8,7 @@
 
 namespace sentree::studio {
 
-Result<std::shared_ptr<const Shadow>> Shadow::run(project::Plan plan, const std::atomic<bool>& stop) {
+Result<void> runs_here(const project::Plan& plan) {
   const auto is_elsewhere = [](const auto& part) { return !part.at.empty(); };
   if (!plan.scenario.processes.empty() || std::any_of(plan.leaves.begin(), plan.leaves.end(), is_elsewhere) ||
       std::any_of(plan.observers.begin(), plan.observers.end(), is_elsewhere))
@@ -17,6 +17,11 @@ Result<std::shared_ptr<const Shadow>> Shadow::run(project::Plan plan, const std:
     if (service.at != "sim" && service.at != "model" && service.at != "topics")
       return fail("shadow.elsewhere", "service \"" + name + "\" is at " + service.at + ", which is not run again");
   }
+  return {};
+}
+
+Result<std::shared_ptr<const Shadow>> Shadow::run(project::Plan plan, const std::atomic<bool>& stop) {
+  if (auto here = runs_here(plan); !here) return tl::unexpected(here.error());
   plan.scenario.virtual_time = true;
   auto shadow = std::make_shared<Shadow>(std::move(plan));
   {

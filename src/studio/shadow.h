@@ -14,11 +14,14 @@ namespace sentree::studio {
 /// Observations of a shadow run; one that makes more is ended there.
 inline constexpr std::size_t kShadowObservationsMax = 2'000'000;
 
+/// Whether all parts of a plan can run in this process, beside what they are otherwise. Error: shadow.elsewhere (parts
+/// in other processes or at addresses).
+[[nodiscard]] Result<void> runs_here(const project::Plan& plan);
+
 /// A scenario as it goes with what is edited: run in virtual time, as fast as the machine allows, recorded nowhere.
 class Shadow {
  public:
-  /// Errors: shadow.elsewhere (parts in other processes, or plug-ins: nothing of them can be run beside them), and what
-  /// prevents a run. Returns early once `stop` is true.
+  /// Errors: those of `runs_here`, and what prevents a run. Returns early once `stop` is true.
   [[nodiscard]] static Result<std::shared_ptr<const Shadow>> run(project::Plan plan, const std::atomic<bool>& stop);
 
   const project::Plan plan;

@@ -33,6 +33,10 @@ class AskedEdit {
     return value != nullptr && !value->is_null();
   }
   [[nodiscard]] std::uint64_t count(std::string_view name) const { return count_of(request_.find(name)); }
+  [[nodiscard]] double number(std::string_view name, double otherwise) const {
+    const Value* value = request_.find(name);
+    return value != nullptr && value->is_number() ? value->number() : otherwise;
+  }
   [[nodiscard]] bool flag(std::string_view name) const {
     const Value* value = request_.find(name);
     return value != nullptr && value->as_bool() != nullptr && *value->as_bool();
@@ -103,6 +107,7 @@ Workshop::Impl::~Impl() {
     (void)!write(wake, &one, sizeof one);
     watcher.join();
   }
+  if (beside) beside->end();
   server.reset();
   if (inotify >= 0) close(inotify);
   if (wake >= 0) close(wake);
@@ -158,6 +163,7 @@ Value Workshop::Impl::summary() const {
              {"redo_count", number(redo.size())},
              {"scenario", scenario},
              {"scenarios", std::move(names)},
+             {"runs", runs()},
              {"reached_by_all", all != nullptr && all_of == revision},
              {"shadow", Map{{"ready", shadow != nullptr},
                             {"current", shadow != nullptr && shadow_of == revision},
@@ -196,6 +202,9 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
   if (op == "compare_sides") return other_sides();
   if (op == "compare_files" || op == "compare") return compare(op, asked);
   if (op == "simulate_chart" || op == "simulate_tree") return simulate(op, asked, request);
+  if (op == "design_record") return begin_run(asked.number("factor", 1.0), asked.flag("real_time"));
+  if (op == "design_show") return show_run(asked.text("recording"));
+  if (!op.starts_with("design")) return steer(op, request);
   const std::lock_guard lock(mutex);
   const std::string file = asked.text("file");
   if (!server) return fail("studio.request", "not yet: the project is being opened");
@@ -263,7 +272,7 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
     changed({});
     return Value(Map());
   }
-  return fail("studio.request", "\"" + op + "\" is not known here: a project is edited, no run goes on");
+  return fail("studio.request", "\"" + op + "\" is not known here");
 }
 
 Result<Value> Workshop::Impl::edit_by_gesture(const AskedEdit& asked) {
@@ -331,22 +340,6 @@ namespace {
 constexpr std::string_view kSavedSide = "saved";
 constexpr std::string_view kCommitSide = "HEAD";
 constexpr std::string_view kRunSide = "runs/";
-constexpr std::size_t kRunsOfferedMax = 20;
-
-std::vector<std::string> recordings_in(const fs::path& folder) {
-  std::vector<std::pair<fs::file_time_type, std::string>> found;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder / "runs", error)) {
-    std::error_code each;
-    if (entry.path().extension() == ".mcap" && !entry.is_symlink(each) && entry.is_regular_file(each))
-      found.emplace_back(entry.last_write_time(each), entry.path().filename().string());
-  }
-  std::sort(found.rbegin(), found.rend());
-  if (found.size() > kRunsOfferedMax) found.resize(kRunsOfferedMax);
-  std::vector<std::string> names;
-  for (auto& [time, name] : found) names.push_back(std::move(name));
-  return names;
-}
 
 }  // namespace
 
@@ -441,10 +434,11 @@ Workshop::Workshop(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Workshop::~Workshop() = default;
 const Server& Workshop::server() const { return *impl_->server; }
 
-Result<std::unique_ptr<Workshop>> Workshop::start(const fs::path& folder, ServerOptions options) {
+Result<std::unique_ptr<Workshop>> Workshop::start(const fs::path& folder, ServerOptions options,
+                                                  std::function<std::string(const runtime::MonitorReport&)> story) {
   auto workspace = design::Workspace::open(folder);
   if (!workspace) return tl::unexpected(workspace.error());
-  auto impl = std::make_unique<Impl>(std::move(*workspace));
+  auto impl = std::make_unique<Impl>(std::move(*workspace), options.version, std::move(story));
   Impl* const raw = impl.get();
   impl->inotify = inotify_init1(IN_CLOEXEC);
   impl->wake = eventfd(0, EFD_CLOEXEC);
@@ -456,11 +450,15 @@ Result<std::unique_ptr<Workshop>> Workshop::start(const fs::path& folder, Server
       {.update = {},
        .facts = [] { return RunFacts{.state = "ended"}; },
        .steer = [raw](const std::string& op, const Value& request) { return raw->carry_out(op, request); },
-       .coverage =
-           [raw] {
-             const std::lock_guard lock(raw->mutex);
-             return raw->reached(false);
-           }},
+       .coverage = [raw]() -> Result<Value> {
+         std::function<Result<Value>()> other;
+         {
+           const std::lock_guard lock(raw->mutex);
+           if (!raw->reached_on_show) return raw->reached(false);
+           other = raw->reached_on_show;
+         }
+         return other();
+       }},
       std::move(options));
   if (!server) return tl::unexpected(server.error());
   {

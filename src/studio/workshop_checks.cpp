@@ -16,16 +16,19 @@ Workshop::Impl::Texts Workshop::Impl::texts_now() const {
   return now;
 }
 
+// Empty: the mission as it stands.
+Loaded<project::Scenario> Workshop::Impl::chosen_scenario(const std::string& name) const {
+  if (!name.empty()) return project::load_scenario(folder / "scenarios" / (name + ".yaml"));
+  Loaded<project::Scenario> plain;
+  auto project = project::load_project(folder);
+  plain.diagnostics = std::move(project.diagnostics);
+  if (project.value) plain.value = project::plain_scenario(std::move(*project.value));
+  return plain;
+}
+
 Loaded<project::Plan> Workshop::Impl::look(const Texts& texts, Diagnostics& found) {
   Loaded<project::Plan> prepared;
-  Loaded<project::Scenario> chosen;
-  if (!texts.scenario.empty()) {
-    chosen = project::load_scenario(folder / "scenarios" / (texts.scenario + ".yaml"));
-  } else {
-    auto project = project::load_project(folder);
-    chosen.diagnostics = std::move(project.diagnostics);
-    if (project.value) chosen.value = project::plain_scenario(std::move(*project.value));
-  }
+  Loaded<project::Scenario> chosen = chosen_scenario(texts.scenario);
   found = chosen.diagnostics;
   if (!chosen.ok()) return prepared;
   {
@@ -113,9 +116,7 @@ void Workshop::Impl::run_shadow(project::Plan to_run, bool as_baseline, bool and
   if (!and_show) return;
   shadow = *run;
   shadow_of = of_revision;
-  RunFacts facts{.state = "ended", .reason = shadow->report.reason};
-  server->show({std::shared_ptr<const Subject>(shadow, &shadow->subject),
-                std::shared_ptr<const History>(shadow, &shadow->history), facts});
+  if (on_show.empty()) show_shadow();
 }
 
 // Runs all scenarios, one after the other.

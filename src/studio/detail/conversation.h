@@ -1,10 +1,12 @@
 #pragma once
 
+#include <array>
 #include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sentree/studio/detail/steering_queue.h"
@@ -36,6 +38,25 @@ class Composer {
   std::vector<History::Fragment> fragments;
   History::Present present;
   std::string facts;  ///< The members of `run` but for the mission's status.
+};
+
+/// Values of a signal by time, as many as a picture of some width can show: of each pixel the first, the last, and the
+/// extremes.
+struct SignalPoints {
+  using Point = std::pair<Nanoseconds, double>;
+  struct Pixel {
+    std::int64_t pixel = 0;
+    Point first, least, most, last;
+  };
+  /// Times do not run backwards.
+  void add(Nanoseconds time, double value);
+  /// [[time, value]]
+  [[nodiscard]] List take() const;
+
+  Nanoseconds from = 0;
+  Nanoseconds to = 1;
+  std::int64_t width = 1;
+  std::vector<Pixel> pixels;
 };
 
 /// Where a page's messages go. Of the thread that composes.
@@ -81,12 +102,15 @@ class Conversation {
     std::size_t position = 0;
     std::size_t limit = 0;
     std::vector<std::size_t> found;
+    std::vector<std::string> path;
+    SignalPoints points;
   };
 
   [[nodiscard]] bool is_behind() const { return sink_->queued() > kBehindMax; }
   /// True: it is answered.
   bool advance(Request& request);
   bool advance_search(Request& request);
+  bool advance_signal(Request& request);
   void begin_search(Request& request);
   void seek(const Request& request);
   /// The state of that moment, or of the nearest one that is known, which it returns.

@@ -17,6 +17,7 @@
 #include "sentree/project/part_cache.h"
 #include "sentree/studio/nothing.h"
 #include "sentree/studio/past.h"
+#include "sentree/studio/run_beside.h"
 #include "sentree/studio/shadow.h"
 #include "sentree/studio/simulations.h"
 #include "sentree/studio/workshop.h"
@@ -26,8 +27,15 @@ namespace sentree::studio {
 
 class AskedEdit;
 
+/// Recordings of a project that are offered, the newest first, by name.
+[[nodiscard]] std::vector<std::string> recordings_in(const std::filesystem::path& folder);
+
 struct Workshop::Impl {
-  explicit Impl(design::Workspace opened) : workspace(std::move(opened)), folder(workspace.folder()) {}
+  Impl(design::Workspace opened, std::string program, std::function<std::string(const runtime::MonitorReport&)> tells)
+      : workspace(std::move(opened)),
+        folder(workspace.folder()),
+        version(std::move(program)),
+        story(std::move(tells)) {}
   ~Impl();
 
   Result<Value> carry_out(const std::string& op, const Value& request);
@@ -47,6 +55,13 @@ struct Workshop::Impl {
   }
 
   Result<Value> reached(bool of_all);
+
+  // What pages are shown: the shadow run, a run that goes on beside it, or a recording.
+  Result<Value> begin_run(double factor, bool real_time);
+  Result<Value> show_run(const std::string& recording);
+  Result<Value> steer(const std::string& op, const Value& request);
+  void show_shadow();
+  [[nodiscard]] Value runs() const;
   void reach_all(std::uint64_t of_revision);
 
   void check_and_run();
@@ -58,6 +73,7 @@ struct Workshop::Impl {
   };
   [[nodiscard]] Texts texts_now() const;
   Loaded<project::Plan> look(const Texts& texts, Diagnostics& found);
+  [[nodiscard]] Loaded<project::Scenario> chosen_scenario(const std::string& name) const;
   void keep_findings(const Texts& texts, const Diagnostics& found, bool whole);
   void judge_past(const Texts& texts, const project::Plan& plan);
   void run_shadow(project::Plan plan, bool as_baseline, bool and_show, std::uint64_t of_revision);
@@ -85,11 +101,18 @@ struct Workshop::Impl {
   std::uint64_t shadow_of = 0;             // its revision
   std::string shadow_problem;
   bool stopping = false;
-  bool past_wanted = false;                       // requirements have been opened
-  bool all_wanted = false;                        // somebody looks at what all scenarios reach
-  std::shared_ptr<const campaign::Coverage> all;  // what they reach together
-  std::uint64_t all_of = 0;                       // its revision
-  std::atomic<bool> outdated = false;             // what the shadow runs is not the newest any more
+  bool past_wanted = false;                        // requirements have been opened
+  bool all_wanted = false;                         // somebody looks at what all scenarios reach
+  std::shared_ptr<const campaign::Coverage> all;   // what they reach together
+  std::uint64_t all_of = 0;                        // its revision
+  std::atomic<bool> outdated = false;              // what the shadow runs is not the newest any more
+  std::shared_ptr<RunBeside> beside;               // the last run that was begun here
+  bool goes_on = false;                            // it does, or is about to
+  std::string on_show;                             // recording in runs/ that pages are shown; empty: the shadow run
+  std::function<Result<Value>()> reached_on_show;  // by it
+
+  const std::string version;  // of the program
+  const std::function<std::string(const runtime::MonitorReport&)> story;
 
   const Nothing no_run;  // shown until there is something to run
   std::unique_ptr<Server> server;

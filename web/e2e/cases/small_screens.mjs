@@ -11,6 +11,7 @@ const kScreens = [[1920, 1080], [1440, 900], [1366, 768], [1024, 700]];
 /** The stage's share of the window; the side opens over it where the window is narrow. */
 const kStageMin = 0.6;
 const kReadable_px = 11;
+const kNear_px = 10;
 const pictures = process.env.SENTREE_PICTURES;
 if (pictures) mkdirSync(pictures, { recursive: true });
 
@@ -20,6 +21,26 @@ const nodes_in_sight = (page) =>
     const frame = document.querySelector("[data-testid=tree]").getBoundingClientRect();
     const inside = ({ left, right, top, bottom }) => left >= frame.left - 1 && right <= frame.right + 1 && top >= frame.top - 1 && bottom <= frame.bottom + 1;
     return [...document.querySelectorAll("[data-testid=tree] [data-node] > .shape")].filter((shape) => inside(shape.getBoundingClientRect())).length;
+  });
+
+/** Sizes on the screen of the names around the chosen node, and of all; and which names lie over one another. */
+const names = (page) =>
+  page.evaluate(() => {
+    const size = (text) => {
+      const { a, b } = text.getScreenCTM();
+      return parseFloat(getComputedStyle(text).fontSize) * Math.hypot(a, b);
+    };
+    const texts = [...document.querySelectorAll("[data-testid=tree] [data-node] > text.name")];
+    const boxes = texts.map((text) => ({ said: text.textContent, node: text.parentElement, box: text.getBoundingClientRect() }));
+    const over = boxes.flatMap((one, i) =>
+      boxes.slice(i + 1).flatMap((other) => {
+        const [a, b] = [one.box, other.box];
+        const apart = a.right <= b.left || b.right <= a.left || a.bottom <= b.top + 1 || b.bottom <= a.top + 1;
+        return apart || one.node === other.node ? [] : [`${one.said} / ${other.said}`];
+      }),
+    );
+    const near = texts.filter((text) => text.parentElement.classList.contains("near")).map(size);
+    return { near: Math.min(...near), all: Math.min(...texts.map(size)), over };
   });
 
 test("at a violation the tree, the stage and the chosen text keep their size on every screen", async () => {
@@ -47,6 +68,12 @@ test("at a violation the tree, the stage and the chosen text keep their size on 
       return parseFloat(getComputedStyle(element).fontSize) * Math.hypot(a, b);
     });
     assert.ok(name >= kReadable_px, `the chosen name has ${name.toFixed(1)} px at ${width}×${height}`);
+    // Those around it, and that they lie over none of the others.
+    const { near, all, over } = await names(page);
+    console.log(`# ${width}×${height}: stage ${(100 * share).toFixed(1)} %, chosen ${name.toFixed(1)} px, around it ${near.toFixed(1)} px, all at least ${all.toFixed(1)} px`);
+    assert.ok(all >= kNear_px, `names have ${all.toFixed(1)} px at ${width}×${height}`);
+    assert.ok(near >= kNear_px, `names around the chosen one have ${near.toFixed(1)} px at ${width}×${height}`);
+    assert.deepEqual(over, [], `names lie over one another at ${width}×${height}`);
     if (pictures) await page.screenshot({ path: join(pictures, `violation-${width}.png`) });
   }
   // The story lies over the timeline and hides no node.
@@ -54,8 +81,8 @@ test("at a violation the tree, the stage and the chosen text keep their size on 
   await page.getByTestId("violation-story").waitFor();
   assert.equal(await nodes_in_sight(page), wanted);
   const story = await page.getByTestId("violation-story").boundingBox();
-  const tree = await page.getByTestId("tree").boundingBox();
-  assert.ok(story.y >= tree.y + tree.height, "the story begins below the tree");
+  const lowest = await page.evaluate(() => Math.max(...[...document.querySelectorAll("[data-testid=tree] [data-node] > .shape")].map((shape) => shape.getBoundingClientRect().bottom)));
+  assert.ok(story.y >= lowest, `the story begins at ${story.y}, the lowest node ends at ${lowest}`);
   if (pictures) await page.screenshot({ path: join(pictures, "story-1024.png") });
   await close();
   await program.stop();

@@ -3,6 +3,7 @@ import { memo, useEffect, useImperativeHandle, useMemo, useRef, useState, type R
 import { Links, Outline, Texts } from "../panels/mission/TreePicture";
 import { neighbour, type Arrow } from "../panels/mission/tree";
 import { is_never, node_key, useReached } from "../panels/reached/reached";
+import { is_near, set_lens } from "../picture/lens";
 import { follow_pointer } from "../picture/drag";
 import { Minimap } from "../picture/Minimap";
 import { usePictureView } from "../picture/use_picture_view";
@@ -67,7 +68,7 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     fit_max: 1.15,
     readable: { from: 0.5, scale: 0.85 },
     focus: () => tree.layout.nodes[0] ?? null,
-    change: ({ scale }, _size, moved) => moved?.style.setProperty("--lens", String(Math.max(1, 11.5 / (13 * scale)))),
+    change: ({ scale }, _size, moved) => set_lens(moved, scale),
     grab: (event) => {
       const found = event.target instanceof Element ? event.target.closest("[data-element]") : null;
       if (!found) return false;
@@ -76,6 +77,9 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     },
   });
 
+  const found_at = chosen === null ? -1 : tree.nodes.findIndex(({ element }) => element === chosen);
+  const chosen_at = found_at < 0 ? null : found_at;
+  const chosen_parent = tree.nodes[found_at]?.parent ?? null;
   // What is chosen in the text, or made by a gesture, comes into view.
   const rect = chosen === null ? undefined : rects.get(chosen);
   useEffect(() => {
@@ -195,7 +199,7 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
         <g ref={group}>
           <Links layout={tree.layout} />
           {tree.nodes.map((node, i) => (
-            <NodeView key={node.element} said={said.get(node.from) ?? ""} node={node} drawn={tree.layout.nodes[i]!} chosen={node.element === chosen} never={never.has(node.element)} findings={findings} faded={drag !== null && "node" in drag.what && drag.what.node.element === node.element && !drag.copy} />
+            <NodeView key={node.element} said={said.get(node.from) ?? ""} node={node} drawn={tree.layout.nodes[i]!} chosen={node.element === chosen} near={is_near(i, node.parent, chosen_at, chosen_parent)} never={never.has(node.element)} findings={findings} faded={drag !== null && "node" in drag.what && drag.what.node.element === node.element && !drag.copy} />
           ))}
           {tree.nodes.length === 0 && <circle className="slot" cx={30} cy={30} r={9} />}
           <Played tree={tree} />
@@ -291,13 +295,14 @@ interface NodeProps {
   node: OutlineNode;
   drawn: OutlineTree["layout"]["nodes"][number];
   chosen: boolean;
+  near: boolean;
   never: boolean;
   faded: boolean;
   findings: readonly Finding[];
 }
 
 const NodeView = memo(
-  function NodeView({ said: status, node, drawn, chosen, never, faded, findings }: NodeProps) {
+  function NodeView({ said: status, node, drawn, chosen, near, never, faded, findings }: NodeProps) {
     const wrong = findings_at(findings, node);
     const errors = wrong.filter(({ severity }) => severity === "error").length;
     const called = node.name || node.id;
@@ -309,7 +314,7 @@ const NodeView = memo(
         data-element={node.element}
         data-name={called}
         data-errors={errors}
-        className={["node", status === "failure" && node.kind === "condition" ? "no" : status, chosen ? "chosen" : "", faded ? "faded" : "", node.known ? "" : "unknown", never ? "never-ticked" : ""].filter(Boolean).join(" ")}
+        className={["node", status === "failure" && node.kind === "condition" ? "no" : status, chosen ? "chosen" : near ? "near" : "", faded ? "faded" : "", node.known ? "" : "unknown", never ? "never-ticked" : ""].filter(Boolean).join(" ")}
         role="treeitem"
         aria-label={said}
         aria-selected={chosen}
@@ -330,5 +335,5 @@ const NodeView = memo(
     );
   },
   (a, b) =>
-    a.said === b.said && a.node === b.node && a.drawn === b.drawn && a.chosen === b.chosen && a.never === b.never && a.faded === b.faded && (a.findings === b.findings || (findings_at(a.findings, a.node).length === 0 && findings_at(b.findings, b.node).length === 0)),
+    a.said === b.said && a.node === b.node && a.drawn === b.drawn && a.chosen === b.chosen && a.near === b.near && a.never === b.never && a.faded === b.faded && (a.findings === b.findings || (findings_at(a.findings, a.node).length === 0 && findings_at(b.findings, b.node).length === 0)),
 );

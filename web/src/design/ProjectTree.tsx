@@ -3,6 +3,7 @@ import { useState } from "react";
 import type { DesignFile, FileKind } from "../protocol/types";
 import { Icon } from "../widgets/Icon";
 import { add_part, open_file, useDesign, type PartKind, kNoFiles } from "./design";
+import { show_recording, useMode } from "./mode";
 
 const kGroups: readonly { title: string; kinds: readonly FileKind[]; part: PartKind | null }[] = [
   { title: "Mission", kinds: ["project", "mission"], part: null },
@@ -42,7 +43,29 @@ export function ProjectTree() {
           </section>
         );
       })}
+      <Recordings />
     </nav>
+  );
+}
+
+/** Runs of the project that were recorded, the newest first. */
+function Recordings() {
+  const { recordings, on_show, goes_on } = useMode((state) => state.runs);
+  if (recordings.length === 0) return null;
+  return (
+    <section aria-label="Recordings">
+      <h2>Recordings</h2>
+      <ul>
+        {recordings.map((name) => (
+          <li key={name}>
+            <button className="file-row" aria-current={on_show === name ? "true" : undefined} title={`runs/${name}: show it in all panels`} data-recording={name} onClick={() => void show_recording(name)}>
+              <span className="ellipsis">{name.replace(/\.mcap$/, "")}</span>
+              {goes_on === name && <span className="file-badge error">●</span>}
+            </button>
+          </li>
+        ))}
+      </ul>
+    </section>
   );
 }
 

@@ -3,6 +3,7 @@ import { useStudio } from "../store/store";
 import { seek } from "../store/time_travel";
 import { Icon } from "../widgets/Icon";
 import { choose_scenario, fix, open_file, useDesign, kNoFindings, kNoNames } from "./design";
+import { show_recording, useMode } from "./mode";
 
 const kSigns: Record<string, string> = { violated: "✗", satisfied: "✓", undecided: "·" };
 
@@ -14,6 +15,7 @@ export function ShadowStrip() {
   const errors = useDesign((state) => state.summary?.files.reduce((sum, file) => sum + file.errors, 0) ?? 0);
   const checked = useDesign((state) => state.summary?.checked ?? false);
   const first = shadow?.differences?.[0];
+  const on_show = useMode((state) => state.runs.on_show);
   const said = () => {
     if (!shadow) return "";
     if (errors > 0 && checked && !shadow.current) return shadow.ready ? "Shows the run before the errors" : "Runs when the errors are mended";
@@ -37,7 +39,12 @@ export function ShadowStrip() {
           ))}
         </select>
       </label>
-      {text !== null ? (
+      {on_show !== "" ? (
+        <button className="difference ellipsis" title="Show the shadow run again" onClick={() => void show_recording("")}>
+          <Icon name="rewind" />
+          Below and in <strong>Run</strong>: runs/{on_show}
+        </button>
+      ) : text !== null ? (
         <span className="muted ellipsis" role="status">
           {text}
         </span>

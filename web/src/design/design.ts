@@ -2,6 +2,7 @@ import { create } from "zustand";
 
 import type { Design, DesignDocument, DesignPast, Finding, Gesture, OutlineNode, OutlineTree, PaletteNode } from "../protocol/types";
 import { note, on_design, request, type DesignMessage } from "../store/store";
+import { take_runs, useMode } from "./mode";
 import { Places, splice_between } from "./places";
 
 /** A file as the page has it. */
@@ -58,6 +59,10 @@ export const useDesign = create<DesignState>()(() => ({
   below: null,
   comparing: null,
 }));
+
+useDesign.subscribe(({ file }, before) => {
+  if (file !== before.file) useMode.setState({ file });
+});
 
 /** Opens it, or closes it again. */
 export function show_below(what: NonNullable<DesignState["below"]>): void {
@@ -174,9 +179,11 @@ export async function start_design(): Promise<() => void> {
   const stop = on_design(receive);
   const summary = await request("design", {});
   useDesign.setState({ summary });
+  take_runs(summary.runs);
   if (summary.checked) void load_palette();
   const { file } = useDesign.getState();
-  const first = summary.files.find(({ kind }) => kind === "mission") ?? summary.files[0];
+  const wanted = useMode.getState().file;
+  const first = summary.files.find((one) => one.file === wanted) ?? summary.files.find(({ kind }) => kind === "mission") ?? summary.files[0];
   if (file === null && first) await open_file(first.file);
   else for (const open of Object.keys(useDesign.getState().docs)) await read(open);
   return stop;

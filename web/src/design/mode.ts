@@ -1,4 +1,34 @@
 import { create } from "zustand";
 
-/** What the page of a project that is edited shows: its files, or how it goes. */
-export const useMode = create<{ mode: "design" | "run" }>()(() => ({ mode: "design" }));
+import type { Design } from "../protocol/types";
+import { ask, note, on_design } from "../store/store";
+import { go_live } from "../store/time_travel";
+
+export type Runs = Design["runs"];
+
+/** What the page of a project that is edited shows: its files, or how it goes; which run that is, and which file is open, or is to be opened first. */
+export const useMode = create<{ mode: "design" | "run"; file: string | null; runs: Runs }>()(() => ({ mode: "design", file: null, runs: { recordings: [], on_show: "", goes_on: null, problem: "" } }));
+
+export function take_runs(runs: Runs): void {
+  const before = useMode.getState().runs;
+  useMode.setState({ runs });
+  if (before.goes_on === null || runs.goes_on !== null) return;
+  if (runs.problem !== "") note("error", `the run: ${runs.problem}`);
+  note("info", `recorded: runs/${before.goes_on}`);
+}
+on_design((message) => message.type === "design" && take_runs(message.runs));
+
+/** Begins a run that is steered and recorded, of the scenario that is open. */
+export async function record(how: { factor?: number; real_time?: boolean }): Promise<void> {
+  if (await ask("design_record", how)) show();
+}
+
+/** A recording in all panels; empty: the shadow run. */
+export async function show_recording(recording: string): Promise<void> {
+  if ((await ask("design_show", { recording })) !== null) show();
+}
+
+function show(): void {
+  go_live();
+  useMode.setState({ mode: "run" });
+}

@@ -2,7 +2,7 @@ import { useEffect, useState } from "react";
 
 import type { NotReached, Reached } from "../protocol/types";
 import { request, select, useStudio } from "../store/store";
-import { useLayout } from "../widgets/layout";
+import { is_tab_shown, useLayout } from "../widgets/layout";
 import { useCharts } from "./charts/charts";
 import { jump_to } from "./mission/mission";
 import { ReachedList } from "./reached/ReachedList";
@@ -14,7 +14,7 @@ const kRefresh_ms = 2000;
 
 /** What this run has never reached, and its marks in tree and charts while this is open. */
 export function ReachedPanel() {
-  const open = useLayout(({ side }) => side === "reached");
+  const open = useLayout((layout) => is_tab_shown(layout, "reached"));
   const known = useStudio((studio) => studio.hello?.coverage ?? false);
   const goes_on = useStudio((studio) => studio.state !== null && studio.state.run.state !== "ended");
   // Another run, or the same that a shadow run shows anew.

@@ -6,6 +6,7 @@ import { MapPanel } from "./MapPanel";
 import { MessagesPanel } from "./MessagesPanel";
 import { MissionPanel } from "./MissionPanel";
 import { MonitorsPanel } from "./MonitorsPanel";
+import { PlotPanel } from "./PlotPanel";
 import { ReachedPanel } from "./ReachedPanel";
 import { TimelinePanel } from "./TimelinePanel";
 
@@ -25,5 +26,6 @@ export const panels: readonly Panel[] = [
   { id: "monitors", title: "Monitors", key: "4", Content: MonitorsPanel },
   { id: "messages", title: "Messages", key: "5", Content: MessagesPanel },
   { id: "reached", title: "Reached", key: "7", Content: ReachedPanel },
+  { id: "plot", title: "Plot", key: "8", Content: PlotPanel },
   { id: "timeline", title: "Timeline", key: "6", Content: TimelinePanel },
 ];

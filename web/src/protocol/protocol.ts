@@ -268,6 +268,12 @@ export const Design = object({
   redo_count: index(),
   scenario: Type.String({ description: "That runs again; empty: the mission without one" }),
   scenarios: list(string()),
+  runs: object({
+    recordings: Type.Array(string(), { description: "In runs/, the newest first" }),
+    on_show: Type.String({ description: "The recording that pages are shown; empty: the shadow run" }),
+    goes_on: or_null(Type.String({ description: "The recording of the run that goes on and is steered" })),
+    problem: Type.String({ description: "Why the last of these runs, or its recording, is not whole; empty: it is" }),
+  }),
   reached_by_all: Type.Boolean({ description: "`design_reached` knows what all scenarios reach with the texts as they are now" }),
   shadow: object({
     ready: boolean(),
@@ -440,6 +446,11 @@ export const Operations = {
     object({ messages: list(Observation), more: boolean() }),
   ],
   lanes: [object({ from: Time, to: Time, width: Type.Integer({ minimum: 1, maximum: 4000 }) }), object({ lanes: list(Lane), marks: list(Mark) })],
+  signal: [
+    object({ path: Type.Array(string(), { description: "messages, a name, and what of their data; or charts, robots or blackboard, and what of them, as in `state`" }), from: Time, to: Time, width: Type.Integer({ minimum: 1, maximum: 4000 }) }),
+    object({ points: Type.Array(tuple([Time, number()]), { description: "Of messages each pixel's first, last and extremes; of the others a value a pixel" }) }),
+  ],
+  transitions: [object({ node: index() }), object({ rows: list(tuple([Time, string()])), left_out: index() })],
   find: [object({ filter: Filter, after: optional(Time), before: optional(Time) }), or_null(Observation)],
   pause: [nothing(), Type.Unknown()],
   resume: [nothing(), Type.Unknown()],
@@ -489,6 +500,11 @@ export const Operations = {
   compare_files: [object({ with: optional(string()) }), object({ before: string(), after: string(), files: list(ComparedFile) })],
   compare: [object({ with: optional(string()), file: string() }), Comparison],
   design_scenario: [object({ scenario: string() }), Type.Unknown()],
+  design_record: [
+    object({ factor: optional(Type.Number({ description: "Run seconds per second" })), real_time: optional(boolean()) }),
+    object({ recording: string() }),
+  ],
+  design_show: [object({ recording: Type.String({ description: "Empty: the shadow run" }) }), Type.Unknown()],
 } as const satisfies Record<string, readonly [TSchema, TSchema]>;
 
 export const Answer = object({ id: Type.Integer(), ok: boolean(), error: optional(string()), value: optional(Type.Unknown()) });

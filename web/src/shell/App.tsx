@@ -4,12 +4,14 @@ import { useMode } from "../design/mode";
 import { panels } from "../panels/registry";
 import { useStudio } from "../store/store";
 import { handle_key, useCommand } from "../widgets/commands";
+import { follow_address } from "./address";
 import { Header, TravelStrip } from "./Header";
 import { Help } from "./Help";
 import { go_to_panel, reset_layout, toggle_maximised, useLayout } from "../widgets/layout";
 import { Notes } from "./Notes";
 import { Confirm } from "../widgets/Confirm";
 import { Palette } from "./Palette";
+import { ArrangementName } from "./Panels";
 import { useRunCommands } from "../widgets/run_commands";
 import { toggle_theme } from "../widgets/theme";
 import { ViolationStrip } from "../panels/violation/ViolationStrip";
@@ -37,6 +39,7 @@ export function App() {
     window.addEventListener("keydown", handle_key);
     return () => window.removeEventListener("keydown", handle_key);
   }, []);
+  useEffect(() => follow_address(), []);
   useEffect(() => {
     document.title = compares ? "Differences – Sentree Studio" : title ? `${title} – Sentree Studio` : "Sentree Studio";
   }, [title, compares]);
@@ -84,6 +87,7 @@ export function App() {
       <Palette />
       <Help />
       <WhatIf />
+      <ArrangementName />
       <Confirm />
     </div>
   );

@@ -1,4 +1,4 @@
-import { useMode } from "../design/mode";
+import { record, show_recording, useMode } from "../design/mode";
 import { useStudio } from "../store/store";
 import { go_live } from "../store/time_travel";
 import { ask, retry } from "../store/store";
@@ -7,6 +7,7 @@ import { Icon, type IconName } from "../widgets/Icon";
 import { MenuButton } from "../picture/PictureTools";
 import { open_help } from "./Help";
 import { open_palette } from "./Palette";
+import { Panels } from "./Panels";
 import { open_what_if } from "./WhatIf";
 import { kSpeeds, next_tick, run_again, stop_run, toggle_running } from "../widgets/run_commands";
 import { toggle_theme, useTheme } from "../widgets/theme";
@@ -124,10 +125,49 @@ function ModeSwitch() {
       <button className="button" aria-pressed={mode === "design"} onClick={() => useMode.setState({ mode: "design" })}>
         Design
       </button>
-      <button className="button" aria-pressed={mode === "run"} title="The shadow run, in all panels" onClick={() => useMode.setState({ mode: "run" })}>
+      <button className="button" aria-pressed={mode === "run"} title="The shadow run, or the recording that is open, in all panels" onClick={() => useMode.setState({ mode: "run" })}>
         Run
       </button>
     </div>
+  );
+}
+
+/** A run beside the project: begun, steered and recorded from here. */
+function Recording() {
+  const is_design = useStudio((studio) => studio.hello?.design ?? false);
+  const connected = useStudio((studio) => studio.phase === "open");
+  const { on_show, goes_on } = useMode((state) => state.runs);
+  if (!is_design || !connected) return null;
+  return (
+    <>
+      {goes_on === null ? (
+        <MenuButton
+          label="Record a run of the scenario, steered by hand"
+          text="Record"
+          data_view="recording"
+          entries={[
+            { label: "In step with the clock", hint: "1×", run: () => void record({}) },
+            { label: "Four times as fast", hint: "4×", run: () => void record({ factor: 4 }) },
+            { label: "Sixteen times as fast", hint: "16×", run: () => void record({ factor: 16 }) },
+            { label: "In real time, with threads", run: () => void record({ real_time: true }) },
+          ]}
+        />
+      ) : (
+        <span className="presence recording" role="status" title={`runs/${goes_on}`} data-testid="records">
+          ● Records
+        </span>
+      )}
+      {goes_on !== null && on_show !== goes_on && (
+        <button className="button small" onClick={() => void show_recording(goes_on)}>
+          Show the run
+        </button>
+      )}
+      {on_show !== "" && (
+        <button className="button small" title={`Shown is runs/${on_show}`} data-testid="to-shadow" onClick={() => void show_recording("")}>
+          Shadow run
+        </button>
+      )}
+    </>
   );
 }
 
@@ -160,6 +200,7 @@ export function Header() {
         {description && <span className="description">{description}</span>}
       </h1>
       <ModeSwitch />
+      <Recording />
       {!designs && <Mission />}
       {!designs && <Violations />}
       <span className="header-space" />
@@ -167,6 +208,7 @@ export function Header() {
       {!designs && <Clock />}
       <RunControls />
       <RunAgain />
+      {!designs && <Panels />}
       <span className="header-space short" />
       <button className="button find" onClick={open_palette} title="Find a command, a node, a chart (Ctrl+K)">
         <Icon name="search" />

@@ -4,7 +4,7 @@ import { panels } from "../panels/registry";
 import { SteerBar } from "../panels/steer/SteerBar";
 import { Story } from "../panels/violation/Story";
 import { useStudio } from "../store/store";
-import { default_sizes, is_stacked, kSides, kSideMin_px, kTimelineMin_px, move_share, type PanelId } from "../widgets/arrangement";
+import { default_sizes, is_stacked, kSideMin_px, kTimelineMin_px, move_share, tabs_in, type PanelId, type SideId } from "../widgets/arrangement";
 import { Icon } from "../widgets/Icon";
 import { show_side, useDrawers, useLayout, useWindow } from "../widgets/layout";
 import { Splitter } from "../widgets/Splitter";
@@ -16,14 +16,16 @@ const panel_of = (id: PanelId) => panels.find((panel) => panel.id === id)!;
 export function Work() {
   const layout = useLayout();
   const { narrow, ...size } = useWindow();
-  const auto = default_sizes(size);
+  const at_side = tabs_in(layout, "side").tabs.length > 0;
+  const below = tabs_in(layout, "below").tabs.length > 0;
+  const auto = default_sizes(size, below);
   const side_px = Math.min(layout.side_px ?? auto.side_px, size.width / 2);
   const timeline_px = Math.min(layout.timeline_px ?? auto.timeline_px, size.height * 0.6);
   return (
     <main className="work">
       <div className="upper">
         <Stage />
-        {narrow ? (
+        {!at_side ? null : narrow ? (
           <Rail />
         ) : (
           <>
@@ -35,6 +37,11 @@ export function Work() {
       <Splitter direction="horizontal" label="Height of the timeline" move={(pixels) => useLayout.setState({ timeline_px: Math.max(timeline_px - pixels, kTimelineMin_px) })} />
       <div className="lower" style={{ flex: `0 0 ${timeline_px}px` }}>
         <PanelFrame panel={panel_of("timeline")} flex="1 1 0" />
+        {below && (
+          <div className="below-panels">
+            <TabbedPanels place="below" />
+          </div>
+        )}
         <Story />
       </div>
     </main>
@@ -92,12 +99,11 @@ function Stage() {
   );
 }
 
-function Tabs() {
-  const side = useLayout((layout) => layout.side);
+function Tabs({ tabs, shown }: { tabs: readonly SideId[]; shown: SideId | null }) {
   return (
-    <div className="side-tabs" role="tablist" aria-label="Monitors, messages, and what was reached" onKeyDown={walk}>
-      {kSides.map((id) => (
-        <button key={id} className="tab" role="tab" aria-selected={side === id} tabIndex={side === id ? 0 : -1} onClick={() => show_side(id)}>
+    <div className="side-tabs" role="tablist" aria-label={tabs.map((id) => panel_of(id).title).join(", ")} onKeyDown={walk}>
+      {tabs.map((id) => (
+        <button key={id} className="tab" role="tab" aria-selected={shown === id} tabIndex={shown === id ? 0 : -1} onClick={() => show_side(id)}>
           {panel_of(id).title}
           {id === "monitors" && <Violated />}
         </button>
@@ -109,11 +115,12 @@ function Tabs() {
 /** Arrows go from tab to tab. */
 function walk(event: React.KeyboardEvent): void {
   if (event.key !== "ArrowRight" && event.key !== "ArrowLeft") return;
+  const group = event.currentTarget.closest(".side, .below-panels");
   const tabs = [...event.currentTarget.querySelectorAll<HTMLElement>("[role=tab]")];
   const at = tabs.findIndex((tab) => tab.getAttribute("aria-selected") === "true");
   tabs[(at + (event.key === "ArrowRight" ? 1 : tabs.length - 1)) % tabs.length]?.click();
   // The tab that was clicked is in the bar of another panel.
-  requestAnimationFrame(() => document.querySelector<HTMLElement>(".side .panel:not([hidden]) [role=tab][aria-selected=true]")?.focus());
+  requestAnimationFrame(() => group?.querySelector<HTMLElement>(".panel:not([hidden]) [role=tab][aria-selected=true]")?.focus());
   event.preventDefault();
 }
 
@@ -122,14 +129,17 @@ function Violated() {
   return count === 0 ? null : <span className="count alarm number" title={`${count} violated`}>✗ {count}</span>;
 }
 
-/** Monitors, messages and what was reached; all are there, one is shown. */
+/** The panels of a place; all are there, one is shown. */
+function TabbedPanels({ place }: { place: "side" | "below" }) {
+  const layout = useLayout();
+  const { tabs, shown } = tabs_in(layout, place);
+  return tabs.map((id) => <PanelFrame key={id} panel={panel_of(id)} flex="1 1 0" hidden={shown !== id} head={<Tabs tabs={tabs} shown={shown} />} />);
+}
+
 function Side({ width, children }: { width: number; children?: ReactNode }) {
-  const side = useLayout((layout) => layout.side);
   return (
     <div className="side" style={{ flex: `0 0 ${width}px`, width }}>
-      {kSides.map((id) => (
-        <PanelFrame key={id} panel={panel_of(id)} flex="1 1 0" hidden={side !== id} head={<Tabs />} />
-      ))}
+      <TabbedPanels place="side" />
       {children}
     </div>
   );
@@ -138,9 +148,10 @@ function Side({ width, children }: { width: number; children?: ReactNode }) {
 /** In a narrow window: the column is opened over the stage. */
 function Rail() {
   const open = useDrawers((drawers) => drawers.side);
+  const layout = useLayout();
   return (
     <div className="rail">
-      {kSides.map((id) => (
+      {tabs_in(layout, "side").tabs.map((id) => (
         <button key={id} className="rail-button" aria-expanded={open} onClick={() => show_side(id)}>
           {panel_of(id).title}
           {id === "monitors" && <Violated />}

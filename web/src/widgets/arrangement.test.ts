@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 
-import { default_sizes, is_stacked, kDefaultLayout, kShareMin, move_share, parse_layout } from "./arrangement";
+import { default_sizes, is_stacked, kDefaultLayout, kShareMin, move_share, parse_arrangements, parse_layout, placed, tabs_in } from "./arrangement";
 
 describe("a stored layout", () => {
   it("is taken, but no panel fills the page again", () => {
@@ -12,6 +12,25 @@ describe("a stored layout", () => {
     const columns = { columns: [{ weight: 1, panels: [] }], timeline_px: 250, collapsed: [], maximised: null };
     const none = { ...kDefaultLayout, mission: 0 };
     for (const text of [null, "", "{", "[]", "{}", "null", JSON.stringify(columns), JSON.stringify(none)]) expect(parse_layout(text)).toBe(kDefaultLayout);
+  });
+});
+
+describe("a panel", () => {
+  it("is a tab where one puts it, and shown there", () => {
+    const moved = placed(kDefaultLayout, "messages", "below");
+    expect(tabs_in(moved, "below")).toEqual({ tabs: ["messages"], shown: "messages" });
+    expect(tabs_in(moved, "side")).toEqual({ tabs: ["monitors", "reached"], shown: "monitors" });
+    const both = placed(moved, "plot", "below");
+    expect(tabs_in(both, "below")).toEqual({ tabs: ["messages", "plot"], shown: "plot" });
+    expect(tabs_in(placed(both, "plot", "closed"), "below")).toEqual({ tabs: ["messages"], shown: "messages" });
+    const none = ["monitors", "messages", "reached"].reduce((layout, id) => placed(layout, id as "monitors", "closed"), kDefaultLayout);
+    expect(tabs_in(none, "side").shown).toBeNull();
+  });
+
+  it("stands there again in an arrangement that was saved by name", () => {
+    const moved = placed(kDefaultLayout, "messages", "below");
+    expect(parse_arrangements(JSON.stringify({ mine: moved, broken: { mission: 2 } }))).toEqual({ mine: moved });
+    for (const text of [null, "", "[", "3"]) expect(parse_arrangements(text)).toEqual({});
   });
 });
 

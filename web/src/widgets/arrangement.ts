@@ -1,7 +1,9 @@
-export type PanelId = "map" | "mission" | "charts" | "monitors" | "messages" | "reached" | "timeline" | "steer";
-/** Panels that share the column at the side. */
-export const kSides = ["monitors", "messages", "reached"] as const;
+export type PanelId = "map" | "mission" | "charts" | "monitors" | "messages" | "reached" | "plot" | "timeline" | "steer";
+/** Panels that stand where one wants them: as tabs in the column at the side, or beside the timeline, or nowhere. */
+export const kSides = ["monitors", "messages", "reached", "plot"] as const;
 export type SideId = (typeof kSides)[number];
+export const kPlaces = ["side", "below", "closed"] as const;
+export type Place = (typeof kPlaces)[number];
 
 /**
  * The page: the stage (mission above or beside map and chart), a column at its side, the timeline below. Shares are of
@@ -14,7 +16,10 @@ export interface Layout {
   chart: number;
   side_px: number | null;
   timeline_px: number | null;
+  places: Readonly<Record<SideId, Place>>;
+  /** The tab that is shown in the column, and beside the timeline. */
   side: SideId;
+  below: SideId;
   charts_open: boolean;
   maximised: PanelId | null;
 }
@@ -30,7 +35,9 @@ export const kDefaultLayout: Layout = {
   chart: 0.5,
   side_px: null,
   timeline_px: null,
+  places: { monitors: "side", messages: "side", reached: "side", plot: "closed" },
   side: "monitors",
+  below: "plot",
   charts_open: true,
   maximised: null,
 };
@@ -43,11 +50,35 @@ export function parse_layout(text: string | null): Layout {
     const is_share = (value: unknown) => typeof value === "number" && value >= kShareMin && value <= 1 - kShareMin;
     const is_size = (value: unknown) => value === null || (typeof value === "number" && Number.isFinite(value) && value > 0);
     const sane = is_share(stored.mission) && is_share(stored.chart) && is_size(stored.side_px) && is_size(stored.timeline_px);
-    if (!sane || !kSides.includes(stored.side) || typeof stored.charts_open !== "boolean") return kDefaultLayout;
-    const { mission, chart, side_px, timeline_px, side, charts_open } = stored;
-    return { mission, chart, side_px, timeline_px, side, charts_open, maximised: null };
+    const placed = typeof stored.places === "object" && kSides.every((id) => kPlaces.includes(stored.places[id]));
+    if (!sane || !placed || !kSides.includes(stored.side) || !kSides.includes(stored.below) || typeof stored.charts_open !== "boolean") return kDefaultLayout;
+    const { mission, chart, side_px, timeline_px, places, side, below, charts_open } = stored;
+    return { mission, chart, side_px, timeline_px, places, side, below, charts_open, maximised: null };
   } catch {
     return kDefaultLayout;
+  }
+}
+
+/** The panels that are tabs in a place, and which of them is shown; null: there is none. */
+export function tabs_in({ places, side, below }: Layout, place: "side" | "below"): { tabs: readonly SideId[]; shown: SideId | null } {
+  const tabs = kSides.filter((id) => places[id] === place);
+  const wanted = place === "side" ? side : below;
+  return { tabs, shown: tabs.includes(wanted) ? wanted : (tabs[0] ?? null) };
+}
+
+/** The layout with a panel in another place, and shown there. */
+export function placed(layout: Layout, id: SideId, place: Place): Layout {
+  return { ...layout, places: { ...layout.places, [id]: place }, ...(place === "closed" ? {} : { [place]: id }) };
+}
+
+/** Arrangements that were saved by name; what is damaged is left out. */
+export function parse_arrangements(text: string | null): Record<string, Layout> {
+  try {
+    const stored = JSON.parse(text ?? "{}") as Record<string, unknown>;
+    const read = Object.entries(stored).map(([name, layout]) => [name, parse_layout(JSON.stringify(layout))] as const);
+    return Object.fromEntries(read.filter(([, layout]) => layout !== kDefaultLayout));
+  } catch {
+    return {};
   }
 }
 
@@ -57,13 +88,17 @@ export function move_share(share: number, pixels: number, whole: number): number
 }
 
 /** Sizes that nobody chose: the stage keeps three fifths of the window, with a violation's strip above it. */
-export function default_sizes(window: { width: number; height: number }): { side_px: number; timeline_px: number } {
+export function default_sizes(window: { width: number; height: number }, below = false): { side_px: number; timeline_px: number } {
   const within = (value: number, min: number, max: number) => Math.round(Math.min(Math.max(value, min), max));
+  if (below) return { ...default_sizes(window), timeline_px: within(window.height * 0.26, 180, 320) };
   return { side_px: within(window.width * 0.168, kSideMin_px, 380), timeline_px: within(window.height * 0.137, 96, 220) };
 }
 
+/** What of a panel's height is not its picture: its bars. */
+const kBars_px = 78;
+
 /** Whether the mission stands above map and chart, rather than beside them: whichever shows its picture larger. */
 export function is_stacked(stage: { width: number; height: number }, picture: { width: number; height: number }, share: number): boolean {
-  const scale = (width: number, height: number) => Math.min(width / Math.max(picture.width, 1), height / Math.max(picture.height, 1));
+  const scale = (width: number, height: number) => Math.min(width / Math.max(picture.width, 1), Math.max(height - kBars_px, 1) / Math.max(picture.height, 1));
   return scale(stage.width, stage.height * share) >= scale(stage.width * share, stage.height);
 }

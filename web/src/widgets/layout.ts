@@ -1,7 +1,7 @@
 import { useSyncExternalStore } from "react";
 import { create } from "zustand";
 
-import { kDefaultLayout, kNarrow_px, kSides, parse_layout, type Layout, type PanelId, type SideId } from "./arrangement";
+import { kDefaultLayout, kNarrow_px, kSides, parse_arrangements, parse_layout, placed, tabs_in, type Layout, type PanelId, type Place, type SideId } from "./arrangement";
 
 const kStored = "sentree.layout";
 
@@ -15,9 +15,35 @@ export function toggle_maximised(id: PanelId): void {
   useLayout.setState(({ maximised }) => ({ maximised: maximised === id ? null : id }));
 }
 
-export function show_side(side: SideId): void {
-  useLayout.setState({ side });
-  useDrawers.setState({ side: true });
+/** Shows a panel where it stands; one that is closed comes into the column, a plot beside the timeline. */
+export function show_side(id: SideId): void {
+  const place = useLayout.getState().places[id];
+  place_panel(id, place !== "closed" ? place : id === "plot" ? "below" : "side");
+}
+
+export function place_panel(id: SideId, place: Place): void {
+  useLayout.setState((layout) => placed(layout, id, place));
+  if (place === "side") useDrawers.setState({ side: true });
+}
+
+/** Whether a panel is the tab that is shown in its place. */
+export function is_tab_shown(layout: Layout, id: SideId): boolean {
+  const place = layout.places[id];
+  return place !== "closed" && tabs_in(layout, place).shown === id;
+}
+
+const kArrangements = "sentree.arrangements";
+
+/** Arrangements by the names that they were saved with; `asking`: for the name of the present one. */
+export const useArrangements = create<{ saved: Readonly<Record<string, Layout>>; asking: boolean }>()(() => ({ saved: parse_arrangements(localStorage.getItem(kArrangements)), asking: false }));
+useArrangements.subscribe(({ saved }) => localStorage.setItem(kArrangements, JSON.stringify(saved)));
+
+export function save_arrangement(name: string): void {
+  useArrangements.setState(({ saved }) => ({ saved: { ...saved, [name]: { ...useLayout.getState(), maximised: null } }, asking: false }));
+}
+
+export function forget_arrangement(name: string): void {
+  useArrangements.setState(({ saved: { [name]: _, ...saved } }) => ({ saved }));
 }
 
 /** Shows the panel and gives it the focus. */

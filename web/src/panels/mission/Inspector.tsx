@@ -4,6 +4,7 @@ import { Icon } from "../../widgets/Icon";
 import { useStudio, type Index } from "../../store/store";
 import { jump_to, open_skill } from "./mission";
 import { StatusSign } from "./StatusSign";
+import { Transitions } from "./Transitions";
 import { scope_of } from "./tree";
 
 /** The chosen node with its ports, and the blackboard that it sees. */
@@ -59,6 +60,7 @@ export function Inspector({ index, node: id, close }: { index: Index; node: numb
           .map(([key, entries]) => (
             <Table key={key} title={key === "" ? "Blackboard" : `Blackboard of ${key}`} rows={Object.entries(entries).map(([name, value]) => ({ key: name, value }))} />
           ))}
+        {node && <Transitions node={node} />}
       </div>
     </aside>
   );

@@ -3,6 +3,7 @@ import { memo, useEffect, useImperativeHandle, useMemo, useState, type Ref } fro
 import { duration_text } from "../../draw/format";
 import { svg_of_group } from "../../picture/export";
 import { usePicture } from "../../picture/pictures";
+import { is_near, set_lens } from "../../picture/lens";
 import { Minimap } from "../../picture/Minimap";
 import type { PictureView } from "../../picture/picture_view";
 import { usePictureView } from "../../picture/use_picture_view";
@@ -24,9 +25,6 @@ export interface TreeHandle {
 
 type Drawn = TreeLayout["nodes"][number];
 const kAges_ms = 250;
-/** Of a node's name in the drawing, and of the chosen node's on the screen at least. */
-const kName_px = 13;
-const kReadable_px = 11.5;
 
 /** The tree as the program lays it out; only nodes whose status changed are drawn anew. */
 export function TreePicture({ index, handle }: { index: Index; handle: Ref<TreeHandle> }) {
@@ -47,8 +45,7 @@ export function TreePicture({ index, handle }: { index: Index; handle: Ref<TreeH
     margin: 8,
     fit_max: 1.15,
     readable: { from: 0, scale: 0.55 },
-    // What is chosen can be read, however small the rest is.
-    change: ({ scale }, _size, moved) => moved?.style.setProperty("--lens", String(Math.max(1, kReadable_px / (kName_px * scale)))),
+    change: ({ scale }, _size, moved) => set_lens(moved, scale),
   });
   useImperativeHandle(handle, () => ({ fit: () => view.fit(), zoom: (factor) => view.zoom(factor) }), [view]);
   useFollow(index, view, rects);
@@ -188,11 +185,14 @@ interface NodeProps {
 const NodeView = memo(function NodeView({ node, drawn, folded, hidden, parent_of_some }: NodeProps) {
   const { id } = node;
   // One number, so that one selector per node is enough.
-  const look = useStudio(({ state, selection }) => (state?.tree.status[id] ?? 0) + 8 * (state?.tree.last[id] ?? 0) + (selection.node === id ? 64 : 0));
+  const look = useStudio(({ state, index, selection: { node: at } }) => {
+    const near = is_near(id, node.parent, at, at === null ? null : (index?.model.tree.nodes[at]?.parent ?? null));
+    return (state?.tree.status[id] ?? 0) + 8 * (state?.tree.last[id] ?? 0) + (at === id ? 64 : near ? 128 : 0);
+  });
   const found = useMission((mission) => mission.found.has(id));
   const never = useReached(({ never: { nodes } }) => is_never(nodes.get(node.path), node.kind));
   const marks = useSteering((steering) => steering.standing.filter((entry) => is_on(entry, node)).map((entry) => `${entry.kind}:${entry.status ?? ""}`).join());
-  const [status, last, chosen] = [look & 7, (look >> 3) & 7, look >= 64];
+  const [status, last, chosen, near] = [look & 7, (look >> 3) & 7, (look & 64) !== 0, look >= 128];
   const word = (kStatuses[status] ?? "IDLE").toLowerCase();
   const middle = drawn.x + drawn.width / 2;
   const inset = drawn.shape === "condition" ? drawn.width * 0.25 : drawn.shape === "decorator" ? kPoint : 0;
@@ -200,7 +200,7 @@ const NodeView = memo(function NodeView({ node, drawn, folded, hidden, parent_of
   const badge = `translate(${round(drawn.x + drawn.width - inset)} ${round(drawn.y + drop)})`;
   // That a condition does not hold is an answer like any other.
   const no = node.kind === "condition" && word === "failure";
-  const classes = ["node", no ? "no" : word, chosen ? "chosen" : "", found ? "found" : "", never ? "never-ticked" : ""].filter(Boolean).join(" ");
+  const classes = ["node", no ? "no" : word, chosen ? "chosen" : near ? "near" : "", found ? "found" : "", never ? "never-ticked" : ""].filter(Boolean).join(" ");
   const said = `${drawn.title.join(" ") || node.name}, ${node.type}: ${word}${status === 0 && last > 0 ? `, last ${(kStatuses[last] ?? "").toLowerCase()}` : ""}${never ? ", never reached" : ""}`;
   return (
     <g

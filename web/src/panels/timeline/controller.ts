@@ -2,6 +2,7 @@ import type { Lane, Mark, Time } from "../../protocol/types";
 import { request, select, useStudio, type Index } from "../../store/store";
 import { seek, stop_replay } from "../../store/time_travel";
 import { lane_at, lane_title, mark_at, merge_close, place, span_at, value_at, value_text, type Placed } from "./lanes";
+import { told_by, useShownPiece } from "./shown";
 import { kRuler_px, paint_lanes, paint_ruler, type Picture } from "./paint";
 import { clamp, fit, keep_in_view, kSpanMin_ns, newest, pan, span_of, time_at, x_of, zoom, type View } from "./view";
 
@@ -76,11 +77,17 @@ export class Timeline {
       canvas.addEventListener("pointerleave", () => this.leave(), { signal });
       canvas.addEventListener("wheel", (event) => this.wheel(event, scrubs), { signal, passive: false });
     }
+    told_by((view) => {
+      this.free();
+      this.span = span_of(view);
+      this.look(view);
+    });
     this.resize();
     this.update();
   }
 
   destroy(): void {
+    told_by(null);
     this.abort.abort();
     this.unsubscribe();
     this.observer.disconnect();
@@ -147,6 +154,8 @@ export class Timeline {
   private look(view: View): void {
     const state = useStudio.getState().state;
     this.view = state ? clamp(view, state.begin, state.end) : view;
+    const { from, to } = useShownPiece.getState();
+    if (from !== this.view.from || to !== this.view.to) useShownPiece.setState(this.view);
     this.ask();
     this.redraw();
   }

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sentree/base/result.h"
+#include "sentree/project/plan.h"
+#include "sentree/runtime/run.h"
+#include "sentree/studio/server.h"
+#include "sentree/text/file.h"
+
+namespace sentree::studio {
+
+/// A run beside a project that is edited: shown and steered by the project's page, and recorded.
+class RunBeside {
+ public:
+  struct Options {
+    std::filesystem::path folder;  ///< Of recordings; the oldest of them make room.
+    double factor = 1.0;           ///< In virtual time: run seconds per wall second, above 0.
+    std::string library;           ///< As in `replay::RecordingOptions`.
+    std::function<std::string(const runtime::MonitorReport&)> story;  ///< Likewise.
+    std::function<void()> on_end;  ///< The last that its thread does; what follows may destroy this.
+  };
+
+  /// Begins to run in a thread of its own. `files`: what the plan was read from.
+  /// Errors: those of `runs_here`, record.* (the recording cannot be written).
+  [[nodiscard]] static Result<std::shared_ptr<RunBeside>> begin(project::Plan plan,
+                                                                const std::vector<text::ReadFile>& files,
+                                                                Options options);
+  ~RunBeside();
+  RunBeside(const RunBeside&) = delete;
+  RunBeside& operator=(const RunBeside&) = delete;
+
+  /// Ends the run in order, if it goes on, and waits for that. Of the thread that destroys this.
+  void end();
+  /// The recording's name in its folder.
+  [[nodiscard]] const std::string& file() const;
+  /// Why the recording or the run is not whole; empty: it is, so far.
+  [[nodiscard]] std::string problem() const;
+  /// How pages reach it, also after its end.
+  [[nodiscard]] const RunAccess& access() const;
+  /// For the page's server, which keeps the run alive while it shows it.
+  [[nodiscard]] static Server::Shown shown(const std::shared_ptr<RunBeside>& run);
+
+ private:
+  struct Impl;
+  explicit RunBeside(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace sentree::studio

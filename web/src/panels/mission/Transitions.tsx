@@ -1,0 +1,67 @@
+import { useEffect, useState } from "react";
+
+import { clock_text, kSecond_ns } from "../../draw/format";
+import { download, file_name } from "../../picture/export";
+import type { Time, TreeNode } from "../../protocol/types";
+import { request, useStudio } from "../../store/store";
+import { seek } from "../../store/time_travel";
+
+type Row = readonly [Time, string];
+
+/** Rows that are drawn; the file has all that the program gave. */
+const kShownMax = 200;
+
+/** Seconds and statuses, a line each. */
+export function csv_of(rows: readonly Row[]): string {
+  return ["time_s,status", ...rows.map(([time, status]) => `${Number((time / kSecond_ns).toFixed(9))},${status}`)].join("\n") + "\n";
+}
+
+/** What became of a node when, up to the newest. */
+export function Transitions({ node }: { node: TreeNode }) {
+  const index = useStudio((studio) => studio.index);
+  // Asked anew once a second while the run goes on, and when what is shown is another run.
+  const second = useStudio((studio) => Math.floor((studio.state?.end ?? 0) / kSecond_ns));
+  const time = useStudio((studio) => studio.state?.time ?? 0);
+  const [known, set_known] = useState<{ rows: readonly Row[]; left_out: number }>({ rows: [], left_out: 0 });
+  useEffect(() => {
+    let gone = false;
+    void request("transitions", { node: node.id }).then((answer) => gone || set_known(answer), () => undefined);
+    return () => {
+      gone = true;
+    };
+  }, [node.id, index, second]);
+  const { rows, left_out } = known;
+  const now = rows.findLastIndex(([since]) => since <= time);
+  const first = Math.max(0, Math.min(now - kShownMax / 2, rows.length - kShownMax));
+  const shown = rows.slice(first, first + kShownMax);
+  return (
+    <section className="values transitions" aria-label="Transitions">
+      <h3>
+        Transitions <span className="muted number">{rows.length + left_out}</span>
+        {rows.length > 0 && (
+          <button className="button small" title={left_out > 0 ? `The newest ${rows.length}` : undefined} onClick={() => download(csv_of(rows), file_name([node.name, "transitions"], "csv"), "text/csv")}>
+            Save as CSV
+          </button>
+        )}
+      </h3>
+      {rows.length === 0 ? (
+        <p className="muted">none yet</p>
+      ) : (
+        <table>
+          <tbody>
+            {shown.map(([since, status], i) => (
+              <tr key={first + i} aria-current={first + i === now ? "step" : undefined}>
+                <td>
+                  <button className="mono" title="Go to this moment" onClick={() => seek(since)}>
+                    {clock_text(since)}
+                  </button>
+                </td>
+                <td>{status}</td>
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      )}
+    </section>
+  );
+}

@@ -1,0 +1,48 @@
+import { describe, expect, it } from "vitest";
+
+import type { Observation, State } from "../../protocol/types";
+import { candidates, held_at, kSignalsMax, on_one_axis, parse_signals, title_of, with_signal, type Signal } from "./signals";
+
+describe("what can be plotted", () => {
+  const state = {
+    robots: { robot: { pose: [1, 2, 0.5], battery: { percentage: 0.7, charging: false, status: "full" }, scan: [1, 2, 3] } },
+    charts: { "skill:GoTo": { data: { tries: 2, name: "kitchen" } } },
+    blackboard: { "": { level: 30, where: "x" } },
+  } as unknown as State;
+  const message = { name: "battery.getBatteryState.reply", data: { result: { percentage: 0.7 } } } as unknown as Observation;
+
+  it("is every number and truth value, and no text or picture", () => {
+    expect(candidates(state, [message]).map(title_of)).toEqual([
+      "robots/robot/pose/0",
+      "robots/robot/pose/1",
+      "robots/robot/pose/2",
+      "robots/robot/battery/percentage",
+      "robots/robot/battery/charging",
+      "charts/skill:GoTo/data/tries",
+      "blackboard//level",
+      "messages/battery.getBatteryState.reply/result/percentage",
+    ]);
+  });
+
+  it("is added once, and the newest few are kept", () => {
+    let signals: readonly Signal[] = with_signal(with_signal([], ["a", "b"]), ["a", "b"]);
+    expect(signals).toEqual([["a", "b"]]);
+    for (let i = 0; i < kSignalsMax; i++) signals = with_signal(signals, ["s", String(i)]);
+    expect(signals).toHaveLength(kSignalsMax);
+    expect(signals.map(title_of)).not.toContain("a/b");
+  });
+
+  it("is stored, and dropped where it is damaged", () => {
+    expect(parse_signals(JSON.stringify([["a", "b"], 3, [4]]))).toEqual([["a", "b"]]);
+    for (const text of [null, "", "{}", "3"]) expect(parse_signals(text)).toEqual([]);
+  });
+});
+
+it("several signals share the times at which one of them changes", () => {
+  const a = [[0, 1], [10, 2]] as const;
+  const b = [[5, 7]] as const;
+  expect(on_one_axis([a, b])).toEqual([[0, 5, 10], [1, 1, 2], [null, 7, 7]]);
+  expect(held_at(a, -1)).toBeNull();
+  expect(held_at(a, 9)).toBe(1);
+  expect(held_at(a, 10)).toBe(2);
+});

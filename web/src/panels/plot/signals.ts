@@ -1,0 +1,81 @@
+import type { Data, Observation, State } from "../../protocol/types";
+
+/** A number of the run over time: `messages`, a name, and what of its data; or a part of the state, and what of it. */
+export type Signal = readonly string[];
+
+export const kSignalsMax = 8;
+
+/** Signals that were stored; what is damaged is left out. */
+export function parse_signals(text: string | null): Signal[] {
+  try {
+    const stored: unknown = JSON.parse(text ?? "[]");
+    return Array.isArray(stored) ? stored.filter((signal): signal is string[] => Array.isArray(signal) && signal.every((key) => typeof key === "string")).slice(0, kSignalsMax) : [];
+  } catch {
+    return [];
+  }
+}
+
+/** What people read and type: the keys, with `/` between them. */
+export const title_of = (signal: Signal) => signal.join("/");
+
+/** With one more, at its end; the oldest makes room. */
+export function with_signal(signals: readonly Signal[], signal: Signal): readonly Signal[] {
+  return signals.some((known) => title_of(known) === title_of(signal)) ? signals : [...signals, signal].slice(-kSignalsMax);
+}
+
+/** Numbers and truth values in some data, however deep, at most so many. */
+export function numbers_in(data: Data | undefined, before: Signal, found: Signal[], max = 400): void {
+  if (found.length >= max || data === undefined || data === null) return;
+  if (typeof data === "number" || typeof data === "boolean") found.push(before);
+  else if (typeof data === "object") for (const [key, value] of Object.entries(data)) numbers_in(value as Data, [...before, key], found, max);
+}
+
+/** Keys of a robot that are long lists of points, and no signals. */
+const kPictures = new Set(["scan", "scan_pose", "path", "particles", "goal"]);
+
+/** What can be plotted of what is known at this moment, and of the newest messages. */
+export function candidates(state: State | null, messages: readonly Observation[]): Signal[] {
+  if (!state) return [];
+  const found: Signal[] = [];
+  for (const [robot, parts] of Object.entries(state.robots)) {
+    for (const [key, value] of Object.entries(parts)) if (!kPictures.has(key)) numbers_in(value as Data, ["robots", robot, key], found);
+  }
+  for (const [chart, { data }] of Object.entries(state.charts)) numbers_in(data as Data, ["charts", chart, "data"], found);
+  numbers_in(state.blackboard as Data, ["blackboard"], found);
+  const seen = new Set<string>();
+  for (const { name, data } of [...messages].reverse()) {
+    if (seen.has(name)) continue;
+    seen.add(name);
+    numbers_in(data, ["messages", name], found);
+  }
+  return found;
+}
+
+type Points = readonly (readonly [number, number])[];
+
+/** The value that holds at a time: that of the last point at it or before. */
+export function held_at(points: Points, time: number): number | null {
+  let from = 0;
+  let to = points.length;
+  while (from < to) {
+    const middle = (from + to) >> 1;
+    if (points[middle]![0] <= time) from = middle + 1;
+    else to = middle;
+  }
+  return points[from - 1]?.[1] ?? null;
+}
+
+/** One axis of time for several signals: what each holds at every time at which one of them changes. */
+export function on_one_axis(signals: readonly Points[]): [number[], ...(number | null)[][]] {
+  const times = [...new Set(signals.flatMap((points) => points.map(([time]) => time)))].sort((a, b) => a - b);
+  return [
+    times,
+    ...signals.map((points) => {
+      let at = 0;
+      return times.map((time) => {
+        while (at < points.length && points[at]![0] <= time) at++;
+        return points[at - 1]?.[1] ?? null;
+      });
+    }),
+  ];
+}
