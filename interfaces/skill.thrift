@@ -73,3 +73,14 @@ service SkillRequest extends Skill {
   SkillAck request_tick()
   void request_halt()
 }
+
+/// What `sentree skill` serves beside: steps of its chart for a run that keeps the skill's state itself, because it is
+/// durable. Only Sentree's own programs call it.
+service SkillSteps extends SkillRequest {
+  // Executes one step and changes nothing but what it remembers of `leaf` to spare the way. Asked twice, it answers the
+  // same.
+  // leaf: whose session it is
+  // behind: number of the step that made the session; 0: `session` has it
+  // number: of this step
+  binary step(1: string leaf, 2: i64 behind, 3: i64 number, 4: binary session, 5: binary order)
+}

@@ -137,6 +137,17 @@ duration: 60 min
                     seen += message["name"] == "process.restarted"
             assert seen == 1, seen
             print(f"✓ {expected - 1} observations, each once")
+
+            self.environment["SENTREE_ORPHANS_WAIT"] = "1"
+            run = self.start(self.scenario, "--durable")
+            processes.append(run)
+            self.until(run, "getNavigationState.reply")
+            assert self.parts()
+            self.kill(run)
+            deadline = time.monotonic() + PATIENCE_S
+            while self.parts():
+                assert time.monotonic() < deadline, "it waits for ever for who resumes its run"
+            print("✓ what nobody resumes ends")
         finally:
             for process in processes:
                 if process.poll() is None:

@@ -1,13 +1,16 @@
 #!/usr/bin/env python3
 """Kills the executive of the recharge mission at random moments, in real time, with the simulator in another process.
 
-usage: durable_test.py SENTREE SOURCE_DIR WORK_DIR OTHER_BOOT [KILLS [SEED]]
+usage: durable_test.py SENTREE SOURCE_DIR WORK_DIR OTHER_BOOT [--processes] [KILLS [SEED]]
 
 OTHER_BOOT is the library of other_boot.cpp. Missions follow each other until there were KILLS kills (default 6); after
 every third kill the last write is torn, after every third the machine is another one to the program, with its clock set
 back. Each mission must end with SUCCESS, and over the whole chain of its recordings each observation is there once, each
 verdict too, and no goal was sent that the robot had. At last the disk is full: that is told, the mission goes on, and
 cannot be resumed.
+
+--processes: skills run in processes of their own. Killed is the executive, or the process of a skill, or several of
+them, or all at once; what survived is found again, and when all is over nothing is left behind.
 """
 
 import json
@@ -20,6 +23,7 @@ import signal
 import struct
 import subprocess
 import sys
+import tempfile
 
 FACTOR = 20
 KILLS_PER_MISSION = 6
@@ -34,8 +38,9 @@ class Failed(Exception):
 
 
 class Test:
-    def __init__(self, sentree, source, work, other_boot, kills, seed):
+    def __init__(self, sentree, source, work, other_boot, in_processes, kills, seed):
         self.sentree, self.source, self.work = sentree, source, work
+        self.in_processes, self.found_again, self.struck = in_processes, 0, {}
         self.kills, self.random = kills, random.Random(seed)
         self.other_boot = other_boot
         self.resumed = self.mishaps = self.torn = self.set_back = self.told_set_back = 0
@@ -54,6 +59,39 @@ override:
   deadlines: {{call: 2 s, condition: 4 s, budget: 5 s, unresponsive: 10 s}}
 duration: 60 min
 """)
+
+    def skills(self):
+        """Process ids of the skills of this test, with what they are."""
+        found = {}
+        for pid in os.listdir("/proc"):
+            try:
+                with open(f"/proc/{pid}/cmdline", "rb") as file:
+                    command = file.read().decode(errors="replace").split("\0")
+            except OSError:
+                continue
+            if command[1:3] == ["skill", self.scenario]:
+                found[int(pid)] = command[3]
+        return found
+
+    def strike(self, run):
+        """Kills something. Returns whether it was the executive."""
+        each = ["executive", "skill", "all", "skills"]
+        victims = each[sum(self.struck.values()) % len(each)] if self.in_processes else "executive"
+        self.struck[victims] = self.struck.get(victims, 0) + 1
+        before = self.skills() if self.in_processes else {}
+        if victims in ("executive", "all"):
+            run.send_signal(signal.SIGKILL)
+        condemned = {"executive": [], "all": list(before)}.get(victims)
+        if condemned is None:
+            condemned = self.random.sample(sorted(before), 1 if victims == "skill" else max(1, len(before) // 2))
+        for pid in condemned:
+            os.kill(pid, signal.SIGKILL)
+        if victims not in ("executive", "all"):
+            return False
+        run.wait()
+        run.stdout.close()
+        self.left = set(before) - set(condemned)
+        return True
 
     def start(self, *arguments):
         # Signals stay ignored: a write beyond a file's limit is an error then.
@@ -131,7 +169,8 @@ duration: 60 min
         run = None
         try:
             killed, driven = 0, False
-            run = self.start("run", self.scenario, "--durable", "--verbose")
+            run = self.start("run", self.scenario, "--durable", "--verbose",
+                             *(["--processes"] if self.in_processes else []))
             while True:
                 # A moment is a number of lines that the run has printed, so that slow machines are killed alike; as
                 # often among the first hundred as among the last thousands.
@@ -142,14 +181,16 @@ duration: 60 min
                 # Before that there is nothing to resume.
                 while not self.journals() and run.poll() is None:
                     pass
-                run.send_signal(signal.SIGKILL)
-                run.wait()
-                run.stdout.close()
                 killed += 1
+                if not self.strike(run):
+                    continue
                 self.mishap()
                 if not driven:
                     driven = self.drives_on()
+                survivors = self.left if self.in_processes else set()
                 run = self.start("run", "--resume", "--verbose")
+                if survivors:
+                    self.found_again += survivors <= set(self.skills())
             if code not in (0, 1) or "mission SUCCESS" not in text:
                 raise Failed(f"mission {number} with {killed} kills exited with {code}:\n{text}")
             self.judge(number, killed, text)
@@ -159,6 +200,8 @@ duration: 60 min
                 if process is not None and process.poll() is None:
                     process.kill()
                     process.wait()
+            for pid in self.skills():
+                os.kill(pid, signal.SIGKILL)
 
     def full_disk(self, is_killed):
         """A mission on whose disk there is no more room from some moment on, which then is killed or ends."""
@@ -246,6 +289,7 @@ duration: 60 min
         if given != 3:
             raise Failed(f"mission {number}: the robot was given {given} goals, not 3; replies: {goals}")
         left = [name for name in os.listdir(os.path.join(self.work, "runs")) if not name.endswith((".mcap", ".journal"))]
+        left += self.skills().values() if self.in_processes else []
         if left:
             raise Failed(f"mission {number}: {left} was left behind")
         say(f"✓ mission {number}: {killed} kills, {expected - 1} observations, violated: {violated or 'nothing'}")
@@ -277,27 +321,34 @@ duration: 60 min
             left -= killed
             driven = driven or drove
         # Some are killed before they have gone on; were it most, nothing would be tested.
-        if self.resumed * 3 < self.kills:
-            raise Failed(f"only {self.resumed} of {self.kills} kills came after the run had gone on")
+        killed = self.struck.get("executive", 0) + self.struck.get("all", 0)
+        if self.resumed * 3 < killed:
+            raise Failed(f"only {self.resumed} of {killed} kills came after the run had gone on")
         if not driven:
             raise Failed("the robot was never seen to drive on while nobody was there")
         if self.torn == 0 or self.told_set_back == 0:
             raise Failed(f"writes torn: {self.torn}, clock set back: {self.set_back}, told: {self.told_set_back}")
+        if self.in_processes:
+            say(f"struck: {self.struck}; all that survived was there {self.found_again} times")
+            return
         for is_killed in (True, False):
             self.full_disk(is_killed)
 
 
 def main():
-    sentree, source, work = (os.path.abspath(path) for path in sys.argv[1:4])
-    other_boot = os.path.abspath(sys.argv[4])
-    kills = int(sys.argv[5]) if len(sys.argv) > 5 else 6
-    seed = int(sys.argv[6]) if len(sys.argv) > 6 else 20
+    arguments = [argument for argument in sys.argv[1:] if argument != "--processes"]
+    in_processes = len(arguments) < len(sys.argv) - 1
+    sentree, source, work, other_boot = (os.path.abspath(path) for path in arguments[:4])
+    kills = int(arguments[4]) if len(arguments) > 4 else 6
+    seed = int(arguments[5]) if len(arguments) > 5 else 20
     say(f"{kills} kills, seed {seed}")
-    try:
-        Test(sentree, source, work, other_boot, kills, seed).run()
-    except Failed as failure:
-        say(f"✗ seed {seed}: {failure}")
-        return 1
+    # Sockets want short names.
+    with tempfile.TemporaryDirectory(prefix="sentree-") as short:
+        try:
+            Test(sentree, source, short if in_processes else work, other_boot, in_processes, kills, seed).run()
+        except Failed as failure:
+            say(f"✗ seed {seed}: {failure}")
+            return 1
     return 0
 
 

@@ -28,7 +28,7 @@ int component(const ComponentCommand& command) {
   if (!loaded.ok()) return kInvalidInput;
   const processes::SimServer server(std::move(*loaded.value), command.seed, command.factor,
                                     [](const std::string& what) { say(what); });
-  return serve_until_signal(command.listen, server.services(), command.insecure);
+  return serve_until_signal(command.listen, server.services(), command.insecure, command.of_run);
 }
 
 }  // namespace sentree::cli

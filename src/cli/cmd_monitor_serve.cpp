@@ -33,7 +33,7 @@ int monitor_serve(const MonitorServeCommand& command) {
                                         report.decision = decision;
                                         say(story(report));
                                       });
-  return serve_until_signal(command.listen, {{"observer", service}}, command.insecure);
+  return serve_until_signal(command.listen, {{"observer", service}}, command.insecure, command.of_run);
 }
 
 }  // namespace sentree::cli

@@ -281,9 +281,14 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
     say("--processes needs the real clock: other processes have no virtual time");
     return kUsage;
   }
-  if (command.processes) scenario->virtual_time = false;
+  const bool in_processes = command.processes || (resumption && resumption->in_processes());
+  if (in_processes) scenario->virtual_time = false;
   if (!resumption && !apply_options(command, *scenario)) return kUsage;
-  auto plan = project::prepare(std::move(*scenario));
+  const auto prepare = [&](project::Scenario what) {
+    auto plan = project::prepare(std::move(what));
+    return plan.ok() && in_processes ? project::prepare(project::in_processes(*plan.value)) : std::move(plan);
+  };
+  auto plan = prepare(std::move(*scenario));
   if (replaces && plan.ok()) {
     say(plan.diagnostics);
     auto before = resumption->plan();
@@ -307,9 +312,8 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
     say_each(recorded.diagnostics);
     if (!recorded.value) return invalid(recorded.diagnostics);
     say("the project has changed since the run began; what is in " + resumption->recording.string() + " goes on");
-    plan = project::prepare(std::move(*recorded.value));
+    plan = prepare(std::move(*recorded.value));
   }
-  if (plan.ok() && command.processes) plan = project::prepare(project::in_processes(*plan.value));
   say(plan.diagnostics);
   if (!plan.ok()) return invalid(plan.diagnostics);
 
@@ -407,7 +411,7 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
     options.durable = runtime::DurableOptions{
         .journal = journal_of(recording->path()),
         .sync = *sync,
-        .note = note_of(plan.value->scenario, recording->path()),
+        .note = note_of(plan.value->scenario, recording->path(), in_processes),
         .known = resumption ? resumption->known : 0,
         .settle = [&recording] { recording->recorder().flush(); },
         .on_failure =

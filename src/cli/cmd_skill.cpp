@@ -75,7 +75,7 @@ int skill(const SkillCommand& command) {
   std::thread actors([&] {
     if (const auto error = scheduler->run()) problem(*error);
   });
-  const int code = serve_until_signal(command.listen, {{"skill", service}}, command.insecure);
+  const int code = serve_until_signal(command.listen, {{"skill", service}}, command.insecure, command.of_run);
   scheduler->stop();
   actors.join();
   return leave(code);

@@ -262,6 +262,7 @@ struct MonitorServeCommand {
   std::string project;
   std::string name;
   std::string listen;
+  std::string of_run;  ///< The file by which the durable run that started it is known; empty: none.
   bool insecure = false;
 };
 int monitor_serve(const MonitorServeCommand& command);
@@ -301,6 +302,7 @@ struct SkillCommand {
   std::vector<std::string> at;  ///< SERVICE=ADDRESS
   double factor = 1.0;
   std::uint64_t seed = 1;
+  std::string of_run;  ///< The file by which the durable run that started it is known; empty: none.
   bool insecure = false;
 };
 int skill(const SkillCommand& command);
@@ -312,6 +314,7 @@ struct ComponentCommand {
   std::string listen;
   double factor = 1.0;
   std::uint64_t seed = 1;
+  std::string of_run;  ///< The file by which the durable run that started it is known; empty: none.
   bool insecure = false;
 };
 int component(const ComponentCommand& command);

@@ -589,6 +589,8 @@ void add_skill(CLI::App& app, SkillCommand& command) {
   sub->add_option("project", command.project)->required();
   sub->add_option("leaf", command.leaf, "ID or name of the leaves that it runs")->required();
   sub->add_option("--listen", command.listen, "unix:PATH, tcp://HOST:PORT (port 0: any)")->required();
+  sub->add_option("--of-run", command.of_run, "Given by durable runs: end when that run is not resumed in time")
+      ->group("");
   sub->add_option("--observer", command.observer, "Where the run listens for what is observed here");
   sub->add_option("--at", command.at, "SERVICE=ADDRESS, instead of what sentree.yaml says");
   sub->add_option("--factor", command.factor, "Run seconds per wall second")->check(CLI::Range(0.01, 1000.0));
@@ -670,6 +672,8 @@ CLI::App* add_monitor(CLI::App& app, MonitorServeCommand& command, MonitorCheckC
   sub->add_option("--project", command.project, "Project or scenario");
   sub->add_option("--name", command.name, "Which of its monitors");
   sub->add_option("--listen", command.listen, "unix:PATH, tcp://HOST:PORT (port 0: any)");
+  sub->add_option("--of-run", command.of_run, "Given by durable runs: end when that run is not resumed in time")
+      ->group("");
   auto* on = sub->add_subcommand("check", "Say what monitors make of a recording");
   on->footer(
       "Examples:\n"
@@ -696,6 +700,8 @@ void add_component(CLI::App& app, ComponentCommand& command) {
   sub->add_option("--project", command.project, "Project or scenario whose simulated services to serve");
   sub->add_option("--world", command.world, "World file; all services are served");
   sub->add_option("--listen", command.listen, "unix:PATH, tcp://HOST:PORT (port 0: any)")->required();
+  sub->add_option("--of-run", command.of_run, "Given by durable runs: end when that run is not resumed in time")
+      ->group("");
   sub->add_option("--factor", command.factor, "Run seconds per wall second")->check(CLI::Range(0.01, 1000.0));
   sub->add_option("--seed", command.seed);
   sub->add_flag("--insecure", command.insecure, "Allow other machines to connect without TLS");

@@ -6,6 +6,7 @@
 
 #include "sentree/cli/output.h"
 #include "sentree/mission/state.h"
+#include "sentree/project/distribute.h"
 
 namespace sentree::cli {
 
@@ -17,6 +18,11 @@ std::int64_t integer(const Value& note, std::string_view key) {
   const Value* value = note.find(key);
   const std::int64_t* number = value != nullptr ? value->as_int() : nullptr;
   return number != nullptr ? *number : 0;
+}
+
+bool flag(const Value& note, std::string_view key) {
+  const Value* value = note.find(key);
+  return value != nullptr && value->as_bool() != nullptr && *value->as_bool();
 }
 
 std::string text_of(const Value& note, std::string_view key) {
@@ -49,11 +55,12 @@ Result<runtime::Journaled> newest() {
 
 fs::path journal_of(fs::path recording) { return recording.replace_extension(".journal"); }
 
-Value note_of(const project::Scenario& scenario, const fs::path& recording) {
+Value note_of(const project::Scenario& scenario, const fs::path& recording, bool in_processes) {
   std::error_code error;
   return Map{{"recording", recording.filename().string()},
              {"source", fs::absolute(scenario.file, error).lexically_normal().string()},
              {"virtual", scenario.virtual_time},
+             {"processes", in_processes},
              {"factor", scenario.factor},
              {"seed", static_cast<std::int64_t>(scenario.seed)},
              {"duration_ns", scenario.duration.count()}};
@@ -96,6 +103,8 @@ Loaded<project::Scenario> Resumption::scenario_of(const std::string& project) co
   return loaded;
 }
 
+bool Resumption::in_processes() const { return flag(journaled.note, "processes"); }
+
 Loaded<project::Plan> Resumption::plan() const {
   for (const bool from_recording : {false, true}) {
     auto loaded = scenario(from_recording);
@@ -104,6 +113,7 @@ Loaded<project::Plan> Resumption::plan() const {
       continue;
     }
     auto plan = project::prepare(std::move(*loaded.value));
+    if (plan.ok() && in_processes()) plan = project::prepare(project::in_processes(*plan.value));
     const bool is_last = from_recording || !recorded;
     if (!plan.ok() && is_last) return plan;
     if (!plan.ok()) continue;
@@ -115,9 +125,8 @@ Loaded<project::Plan> Resumption::plan() const {
 }
 
 void Resumption::set_pace(project::Scenario& scenario) const {
-  const Value* is_virtual = journaled.note.find("virtual");
   const Value* factor = journaled.note.find("factor");
-  scenario.virtual_time = is_virtual != nullptr && is_virtual->as_bool() != nullptr && *is_virtual->as_bool();
+  scenario.virtual_time = flag(journaled.note, "virtual");
   if (factor != nullptr && factor->as_double() != nullptr) scenario.factor = *factor->as_double();
   scenario.seed = static_cast<std::uint64_t>(integer(journaled.note, "seed"));
   scenario.duration = Duration(integer(journaled.note, "duration_ns"));

@@ -13,7 +13,9 @@ namespace sentree::cli {
 /// The journal beside a recording.
 [[nodiscard]] std::filesystem::path journal_of(std::filesystem::path recording);
 /// What `sentree run --resume` has to know of a run.
-[[nodiscard]] Value note_of(const project::Scenario& scenario, const std::filesystem::path& recording);
+/// @param in_processes  Its parts were given processes of their own (`--processes`).
+[[nodiscard]] Value note_of(const project::Scenario& scenario, const std::filesystem::path& recording,
+                            bool in_processes);
 
 /// A run that ended without an end, as its journal and its recording say.
 struct Resumption {
@@ -28,6 +30,8 @@ struct Resumption {
   [[nodiscard]] Loaded<project::Scenario> scenario(bool from_recording) const;
   /// The scenario of another project, or another scenario, at the pace of this run.
   [[nodiscard]] Loaded<project::Scenario> scenario_of(const std::string& project) const;
+  /// See `note_of`.
+  [[nodiscard]] bool in_processes() const;
   /// The plan with which it ran: from where it was, or from the recording.
   [[nodiscard]] Loaded<project::Plan> plan() const;
 

@@ -6,11 +6,13 @@
 #include "sentree/cli/commands.h"
 #include "sentree/cli/output.h"
 #include "sentree/processes/environment.h"
+#include "sentree/processes/executive.h"
 #include "sentree/rpc/middleware.h"
 
 namespace sentree::cli {
 
-int serve_until_signal(const std::string& listen, std::vector<rpc::NamedService> services, bool insecure) {
+int serve_until_signal(const std::string& listen, std::vector<rpc::NamedService> services, bool insecure,
+                       const std::string& of_run) {
   const auto address = rpc::Address::parse(listen);
   if (!address) {
     say("--listen: " + address.error().message);
@@ -32,8 +34,13 @@ int serve_until_signal(const std::string& listen, std::vector<rpc::NamedService>
     return kEnvironment;
   }
   print("listening on " + (*server)->address() + "\n");
-  int signal = 0;
-  sigwait(&signals, &signal);
+  processes::ExecutiveWatch executive(of_run);
+  const timespec look{1, 0};
+  while (sigtimedwait(&signals, nullptr, &look) < 0) {
+    if (!executive.is_missed()) continue;
+    say("nobody resumed the run of " + of_run + " in time; this process ends");
+    break;
+  }
   // The server would wait for a thread that hangs in a script.
   const int code = leave(kOk);
   (*server)->stop();

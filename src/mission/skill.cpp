@@ -329,9 +329,8 @@ class SkillMachine::Step {
     state_.wake = kNever;
     if (!lives_) return false;
     if (state_.session.next_timer() <= host_.now()) {
-      execute(StepMemory::kTimers, false, [&] {
-        return scxml::step_timers(model_.chart, state_.session, host_.now(), machine_.effects_, machine_.host_).enabled;
-      });
+      execute(StepMemory::kTimers,
+              {.kind = scxml::StepOrder::Kind::kTimers, .now = host_.now(), .event = {}, .options = {}});
       follow();
     }
     if (alive_ && state_.halt_due && *state_.halt_due <= host_.now()) {
@@ -542,9 +541,9 @@ class SkillMachine::Step {
     }
     options.session_id = model_.name + "." + std::to_string(state_.run);
     options.seed = hash_combine(model_.seed, state_.run);
-    execute(machine_.memory_ ? "start\n" + to_json(Value(options.data)) : std::string(), true, [&] {
-      return scxml::start(chart, state_.session, options, host_.now(), machine_.effects_, machine_.host_).enabled;
-    });
+    const std::string what = machine_.memory_ ? "start\n" + to_json(Value(options.data)) : std::string();
+    execute(what,
+            {.kind = scxml::StepOrder::Kind::kStart, .now = host_.now(), .event = {}, .options = std::move(options)});
     // Where it begins is no answer: it has not been asked.
     machine_.said_.clear();
     follow();
@@ -552,18 +551,25 @@ class SkillMachine::Step {
 
   // Whether the chart took it.
   bool step(const scxml::Event& event) {
-    const bool enabled = execute(machine_.memory_ ? StepMemory::name_of(event) : std::string(), false, [&] {
-      return scxml::step(model_.chart, state_.session, event, host_.now(), machine_.effects_, machine_.host_).enabled;
-    });
+    const bool enabled =
+        execute(machine_.memory_ ? StepMemory::name_of(event) : std::string(),
+                {.kind = scxml::StepOrder::Kind::kEvent, .now = host_.now(), .event = event, .options = {}});
     follow();
     return enabled;
   }
 
   // @param what  Tells steps apart; only with a memory.
-  bool execute(std::string_view what, bool begins, const std::function<bool()>& run) {
-    if (!machine_.memory_) return run();
+  bool execute(std::string_view what, const scxml::StepOrder& order) {
+    if (machine_.elsewhere_ != nullptr) {
+      if (const auto enabled = execute_elsewhere(order)) return *enabled;
+    }
+    const auto run = [&] {
+      return scxml::execute(model_.chart, state_.session, order, machine_.effects_, machine_.host_);
+    };
+    if (!machine_.memory_ || order.kind == scxml::StepOrder::Kind::kCancel) return run();
     return machine_.memory_->step(
-        what, begins, state_.session, host_.now(), machine_.effects_, [](const Choice&) -> std::uint64_t { return 0; },
+        what, order.kind == scxml::StepOrder::Kind::kStart, state_.session, host_.now(), machine_.effects_,
+        [](const Choice&) -> std::uint64_t { return 0; },
         [this](const StepMemory::Seen& seen) {
           if (seen.transition)
             machine_.took(*seen.transition);
@@ -573,8 +579,33 @@ class SkillMachine::Step {
         run);
   }
 
+  // Nothing: it is to be done here.
+  std::optional<bool> execute_elsewhere(const scxml::StepOrder& order) {
+    const auto told = machine_.elsewhere_->execute(state_.session, order);
+    if (!told && told.error() == ChartElsewhere::Away::kHere) return std::nullopt;
+    if (!told) {
+      lost_ = "its process does not execute it";
+      return false;
+    }
+    const auto enabled = scxml::take_step(model_.chart, *told, state_.session, machine_.effects_, &machine_.observer_);
+    if (!enabled) {
+      lost_ = "its process executes something else: " + enabled.error().message;
+      return false;
+    }
+    machine_.elsewhere_->took(state_.session);
+    for (const scxml::Effect& effect : machine_.effects_) {
+      const auto* send = std::get_if<scxml::OutgoingSend>(&effect);
+      const auto sent = send != nullptr ? check_call(*send, *model_.services) : Result<void>();
+      if (sent) continue;
+      lost_ = "its process executes something else: " + sent.error().message;
+      machine_.effects_.clear();
+      return false;
+    }
+    return *enabled;
+  }
+
   void cancel() {
-    scxml::cancel(model_.chart, state_.session, host_.now(), machine_.effects_, machine_.host_);
+    execute("cancel", {.kind = scxml::StepOrder::Kind::kCancel, .now = host_.now(), .event = {}, .options = {}});
     follow();
   }
 
@@ -601,6 +632,10 @@ class SkillMachine::Step {
       }
     }
     machine_.effects_.clear();
+    if (lives_ && lost_) {
+      host_.problem(model_.name + " was given up: " + *lost_);
+      end_chart("failure", Value(Map{{"reason", *lost_}}));
+    }
     if (lives_ && state_.session.status() == scxml::SessionStatus::kFailed) {
       const auto& failure = state_.session.failure();
       host_.problem(model_.name + " was given up: " + (failure ? to_string(*failure) : "its chart failed"));
@@ -754,12 +789,13 @@ class SkillMachine::Step {
   const SkillModel& model_;
   SkillState& state_;
   SkillHost& host_;
-  bool lives_;                 // the chart lives; without a protocol the same as:
-  bool alive_;                 // a run goes on
-  bool owing_;                 // a tick waits for its answer
-  bool halting_;               // a halt waits for the end of the run
-  bool ended_;                 // a run has ended and its status has not been told
-  bool says_running_ = false;  // the chart has answered so, in this delivery
+  bool lives_;                       // the chart lives; without a protocol the same as:
+  bool alive_;                       // a run goes on
+  bool owing_;                       // a tick waits for its answer
+  bool halting_;                     // a halt waits for the end of the run
+  std::optional<std::string> lost_;  // why its chart is executed no more
+  bool ended_;                       // a run has ended and its status has not been told
+  bool says_running_ = false;        // the chart has answered so, in this delivery
 };
 
 bool SkillMachine::step(SkillState& state, SkillDelivery delivery, SkillHost& host) {

@@ -21,6 +21,7 @@
 #include "sentree/project/plan.h"
 #include "sentree/scxml/chart.h"
 #include "sentree/scxml/host.h"
+#include "sentree/scxml/remote_step.h"
 #include "sentree/scxml/session.h"
 
 namespace sentree::mission {
@@ -154,6 +155,22 @@ class SkillHost {
   virtual void problem(const std::string& what) = 0;
 };
 
+/// Executes the steps of one skill's chart somewhere else.
+class ChartElsewhere {
+ public:
+  enum class Away : std::uint8_t {
+    kHere,  ///< The skill is to do it itself.
+    kLost,  ///< Nobody does: the run of the chart is over.
+  };
+  virtual ~ChartElsewhere() = default;
+  /// @param session  On which the step is done; borrowed for the call.
+  /// @returns what `scxml::execute_and_tell` told.
+  [[nodiscard]] virtual tl::expected<Value, Away> execute(const scxml::Session& session,
+                                                          const scxml::StepOrder& order) = 0;
+  /// What was told has been done to the session, which is now this.
+  virtual void took(const scxml::Session& session) = 0;
+};
+
 /// Turns ticks and halts into runs of a chart (the design's "A leaf invokes its skill"), or speaks a chart's own
 /// protocol with it, and makes the chart's calls: checks them against the IDL, asks the gates, publishes request and
 /// outcome, keeps their order. The one seam that every call of every skill passes through. A call of a one-way method
@@ -175,6 +192,8 @@ class SkillMachine {
   void remember_steps() {
     if (!model_.protocol) memory_.emplace(model_.chart);
   }
+  /// From now on its chart's steps are executed there; borrowed. What cannot be there fails the run of the chart.
+  void execute_elsewhere(ChartElsewhere* elsewhere) { elsewhere_ = elsewhere; }
   /// Takes one delivery. True: the skill has taken a step that views want to know of.
   bool step(SkillState& state, SkillDelivery delivery, SkillHost& host);
   /// What a skill does that can do nothing any more, instead of `step`: its ticks fail and its halts are over.
@@ -211,6 +230,7 @@ class SkillMachine {
   SkillHost* surroundings_ = nullptr;
   scxml::Effects effects_;
   std::optional<StepMemory> memory_;
+  ChartElsewhere* elsewhere_ = nullptr;
   std::deque<Called> called_;
   std::vector<Said> said_;
   std::vector<std::string> unclear_;  // answers without meaning

@@ -7,7 +7,9 @@
 #include "sentree/base/temporary_folder.h"
 #include "sentree/processes/control.h"
 #include "sentree/processes/environment.h"
+#include "sentree/processes/executive.h"
 #include "sentree/processes/observation_socket.h"
+#include "sentree/processes/remote_chart.h"
 #include "sentree/processes/remote_observer.h"
 #include "sentree/processes/remote_service.h"
 #include "sentree/processes/remote_skill.h"
@@ -105,6 +107,23 @@ class PartsElsewhere final : public runtime::Elsewhere {
     if (!driver) return tl::unexpected(driver.error());
     leaves_.emplace_back(std::move(*driver));
     return std::make_unique<SharedLeaf>(leaves_.back());
+  }
+
+  Result<std::unique_ptr<mission::ChartElsewhere>> make_chart(std::size_t index) override {
+    const project::LeafPlan& leaf = run_.plan.leaves[index];
+    auto address = rpc::Address::parse(resolved(leaf.at));
+    if (!address) return tl::unexpected(address.error());
+    const auto entry =
+        std::find_if(scenario_.processes.begin(), scenario_.processes.end(),
+                     [&](const project::ProcessEntry& process) { return leaf.at == "{" + process.name + "}"; });
+    const std::string process = entry != scenario_.processes.end() ? entry->name : "";
+    return make_remote_chart({.leaf = leaf.name,
+                              .chart = *leaf.chart,
+                              .address = *address,
+                              // Others may have the processors meanwhile.
+                              .step_deadline = 3 * scenario_.project.deadlines.script,
+                              .hangs = [this, process] { kill(process); },
+                              .problem = run_.problem});
   }
 
   std::unique_ptr<runtime::ServicePort> make_port(const project::ServicePlan& service, Duration deadline) override {
@@ -255,6 +274,14 @@ class PartsElsewhere final : public runtime::Elsewhere {
       supervisor_ = std::make_unique<Supervisor>(options_.program.empty() ? own_program() : options_.program,
                                                  [this](const runtime::ProcessEvent& event) { run_.happened(event); });
     }
+    if (is_durable()) {
+      // Before any is found again that looks there.
+      std::error_code error;
+      std::filesystem::create_directories(parts_folder_, error);
+      const auto file = std::filesystem::absolute(parts_folder_, error) / "executive";
+      if (auto noted = note_executive(file); !noted) return noted.error().message;
+      arguments.insert(arguments.end(), {"--of-run", file.string()});
+    }
     ProcessSpec spec{.name = entry.name,
                      .arguments = std::move(arguments),
                      .listen = resolved(entry.listen),
@@ -266,10 +293,10 @@ class PartsElsewhere final : public runtime::Elsewhere {
       const auto number = [&](const char* key) { return *part.find(key)->as_int(); };
       if (supervisor_->adopt(spec, static_cast<pid_t>(number("pid")), static_cast<std::uint64_t>(number("begun"))))
         return std::nullopt;
-    }
-    if (is_durable()) {
-      std::error_code error;
-      std::filesystem::create_directories(parts_folder_, error);
+      // It was started again when the executive died, which had no time to write that down.
+      const std::vector<std::string> last{spec.arguments.end() - 2, spec.arguments.end()};
+      const pid_t unknown = process_with({last[0], last[1], "--listen", spec.listen});
+      if (unknown > 0 && supervisor_->adopt(spec, unknown, process_begun(unknown))) return std::nullopt;
     }
     const auto started = supervisor_->start(std::move(spec));
     return started ? std::nullopt : std::optional(started.error().message);
@@ -299,19 +326,23 @@ class PartsElsewhere final : public runtime::Elsewhere {
   }
 
   std::optional<std::string> start_skills(const Services& services) {
-    if (!anything_remote() || is_durable()) return std::nullopt;
+    if (!anything_remote() || run_.only_looks) return std::nullopt;
     const std::string address = resolved("unix:{run}/observer.sock");
-    auto inbox = ObservationInbox::open(observation_path((folder_->path() / "observer.sock").string()), run_.publish,
-                                        run_.problem);
-    if (!inbox) return inbox.error().message;
-    inbox_ = std::move(*inbox);
-    if (auto error = serve_observer(address)) return error;
-    if (!options_.listen.empty()) {
-      if (auto error = serve_observer(options_.listen)) return error;
+    // What skills of a durable run do is observed in the run itself.
+    if (!is_durable()) {
+      auto inbox = ObservationInbox::open(observation_path((folder_->path() / "observer.sock").string()), run_.publish,
+                                          run_.problem);
+      if (!inbox) return inbox.error().message;
+      inbox_ = std::move(*inbox);
+      if (auto error = serve_observer(address)) return error;
+      if (!options_.listen.empty()) {
+        if (auto error = serve_observer(options_.listen)) return error;
+      }
     }
     for (const project::ProcessEntry& entry : scenario_.processes) {
       if (entry.skill.empty()) continue;
-      std::vector<std::string> arguments{"skill", scenario_.file, entry.skill, "--observer", address};
+      std::vector<std::string> arguments{"skill", scenario_.file, entry.skill};
+      if (!is_durable()) arguments.insert(arguments.end(), {"--observer", address});
       for (const auto& [name, service] : services) arguments.insert(arguments.end(), {"--at", name + "=" + service.at});
       if (auto error = start_process(entry, std::move(arguments))) return error;
     }

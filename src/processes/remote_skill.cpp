@@ -11,6 +11,7 @@
 #include "sentree/idl/conform.h"
 #include "sentree/processes/environment.h"
 #include "sentree/processes/observation_socket.h"
+#include "sentree/processes/remote_chart.h"
 #include "sentree/processes/remote_service.h"
 #include "sentree/processes/wire_message.h"
 #include "sentree/project/project.h"
@@ -257,6 +258,7 @@ class SkillService final : public rpc::Service {
       for (auto& [name, leaf] : leaves_) leaf->actor->cancel();
       return reply.give(Value());
     }
+    if (method.name == "step") return reply.give(charts_.step(arguments));
     if (method.service == "SkillRequest") return serve_plain(method.name, reply);
     const Value* tick = arguments.find("tick");
     ServedLeaf* leaf = find(text_of(tick != nullptr ? *tick : arguments, "leaf"));
@@ -427,6 +429,7 @@ class SkillService final : public rpc::Service {
   SkillServerOptions options_;
   StandingFaults standing_;
   Watchdog watchdog_{plan_.deadlines.script};
+  ChartServer charts_{plan_};
   std::mutex mutex_;
   std::map<std::string, std::unique_ptr<ServedLeaf>> leaves_;
   // Of the leaf that is ticked without a name.
@@ -441,7 +444,7 @@ class SkillService final : public rpc::Service {
 }  // namespace
 
 Result<idl::ServicePtr> skill_interface() { return shipped_interface("skill.thrift", "Skill"); }
-Result<idl::ServicePtr> served_skill_interface() { return shipped_interface("skill.thrift", "SkillRequest"); }
+Result<idl::ServicePtr> served_skill_interface() { return shipped_interface("skill.thrift", "SkillSteps"); }
 Result<idl::ServicePtr> observer_interface() { return shipped_interface("observer.thrift", "Observer"); }
 
 Result<std::unique_ptr<RemoteLeafDriver>> make_remote_skill(RemoteSkillOptions options, LeafReplies replies) {

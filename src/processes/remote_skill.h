@@ -14,7 +14,8 @@ namespace sentree::processes {
 /// The interface in interfaces/skill.thrift and interfaces/observer.thrift. Error: file.not-found where Sentree is not
 /// installed whole.
 [[nodiscard]] Result<idl::ServicePtr> skill_interface();
-/// What this program serves of a skill: `skill_interface`, and the ticks of programs that know neither leaves nor runs.
+/// What this program serves of a skill: `skill_interface`, the ticks of programs that know neither leaves nor runs, and
+/// steps for runs that keep its state.
 [[nodiscard]] Result<idl::ServicePtr> served_skill_interface();
 [[nodiscard]] Result<idl::ServicePtr> observer_interface();
 

@@ -408,6 +408,20 @@ std::uint64_t process_begun(pid_t pid) {
   return begun;
 }
 
+pid_t process_with(const std::vector<std::string>& last_arguments) {
+  std::string end;
+  for (const std::string& argument : last_arguments) end += '\0' + argument;
+  end += '\0';
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc", error)) {
+    const std::string name = entry.path().filename().string();
+    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+    const auto command = text::read_file(entry.path() / "cmdline");
+    if (command && command->ends_with(end)) return static_cast<pid_t>(std::stol(name));
+  }
+  return 0;
+}
+
 std::string own_program() {
   std::error_code error;
   return std::filesystem::read_symlink("/proc/self/exe", error).string();

@@ -75,6 +75,9 @@ class Supervisor {
   std::unique_ptr<Impl> impl_;
 };
 
+/// A process of this machine whose command line ends so; 0: there is none.
+[[nodiscard]] pid_t process_with(const std::vector<std::string>& last_arguments);
+
 /// The path of the program that runs.
 [[nodiscard]] std::string own_program();
 

@@ -44,14 +44,12 @@ Durability::Durability(const project::Plan& plan, Scheduler& scheduler, const Du
 
 std::string Durability::obstacle(const project::Plan& plan) {
   for (const project::LeafPlan& leaf : plan.leaves) {
-    if (!leaf.at.empty()) return "the skill of " + leaf.name + " runs in another process";
-    if (!leaf.chart) return "the skill of " + leaf.name + " is no chart";
+    if (!leaf.chart) return "the skill of " + leaf.name + " is no chart, and what it knows is not the run's";
   }
   if (!plan.observers.empty()) return "\"" + plan.observers.front().name + "\" observes it from another process";
   for (const project::ProcessEntry& process : plan.scenario.processes) {
-    if (process.component.empty())
-      return "process \"" + process.name + "\" is a " + (process.skill.empty() ? "monitor" : "skill") +
-             ", which a durable run executes itself; leave it out";
+    if (!process.monitor.empty())
+      return "process \"" + process.name + "\" is a monitor, which a durable run executes itself; leave it out";
   }
   for (const auto& [name, service] : plan.services) {
     if (service.uses_other_middleware())
@@ -89,6 +87,24 @@ void Durability::make(std::size_t leaf, const mission::Shared<mission::Call>& ca
 
 void Durability::intervention(const project::Intervention& what, const std::string& source) {
   if (!catching_up_) journal_.intervention(scheduler_.now(), mission::save(what), source);
+}
+
+tl::expected<Value, mission::ChartElsewhere::Away> Durability::execute(mission::ChartElsewhere& chart,
+                                                                       const scxml::Session& session,
+                                                                       const scxml::StepOrder& order) {
+  using Away = mission::ChartElsewhere::Away;
+  const std::uint64_t number = ++chart_steps_;
+  if (catching_up_ && lost_.contains(number)) return tl::unexpected(Away::kLost);
+  if (executes_here_) return tl::unexpected(Away::kHere);
+  auto told = chart.execute(session, order);
+  if (told) return told;
+  if (catching_up_) {
+    // It was executed then. Nobody waits for each of thousands of steps.
+    executes_here_ = true;
+    return tl::unexpected(Away::kHere);
+  }
+  journal_.lost(number);
+  return told;
 }
 
 void Durability::observed(const Message& message) {
@@ -130,6 +146,7 @@ List Durability::open() const {
     const mission::Delivery form{call.leaf, mission::SkillDelivery(mission::Send{call.call})};
     open.push_back(Map{{"call", mission::save(form)}, {"sent", call.sent}});
   }
+  open.push_back(Map{{"chart_steps", static_cast<std::int64_t>(chart_steps_)}});
   return open;
 }
 
@@ -142,10 +159,15 @@ Result<void> Durability::begin_again(const Journaled& journaled) {
   catching_up_ = true;
   gaps_ = journaled.gaps;
   sent_ = journaled.sent;
+  lost_ = journaled.lost;
   const auto bad = [&](const std::string& what) {
     return fail("journal.damaged", journaled.file.string() + ": " + what);
   };
   for (const Value& entry : journaled.open) {
+    if (const Value* steps = entry.find("chart_steps"); steps != nullptr && steps->as_int() != nullptr) {
+      chart_steps_ = static_cast<std::uint64_t>(*steps->as_int());
+      continue;
+    }
     const Value* call = entry.find("call");
     const Value* sent = entry.find("sent");
     auto form = call != nullptr ? mission::restore_delivery(plan_, *call) : bad("an open call is missing");
@@ -169,6 +191,7 @@ Result<void> Durability::begin_again(const Journaled& journaled) {
 void Durability::resumed(const Gap& gap, Duration lost) {
   gaps_.push_back(gap);
   catching_up_ = false;
+  executes_here_ = false;
   for (const std::uint64_t call : answered_) open_.erase(call);
   std::erase_if(open_, [&](const auto& entry) {
     const Open& open = entry.second;
@@ -235,10 +258,15 @@ Loaded<Replaced> replace_plan(const project::Plan& before, const Journaled& jour
   next.inputs.clear();
   next.interventions.clear();
   next.sent.clear();
+  next.lost.clear();
   next.open.clear();
   next.gaps = reached->gaps;
   next.reached = carried.value->state.now;
   for (const Value& entry : reached->open) {
+    if (entry.find("call") == nullptr) {
+      next.open.push_back(entry);
+      continue;
+    }
     auto call = mission::restore_delivery(before, *entry.find("call"));
     if (!call) return refuse(call.error());
     call->leaf = carried.value->leaf_of[call->leaf];

@@ -34,6 +34,10 @@ class Durability final : public Chronicle {
   [[nodiscard]] std::unique_ptr<ServicePort> guard(std::unique_ptr<ServicePort> port);
   /// What somebody does to the run, before it is done.
   void intervention(const project::Intervention& what, const std::string& source);
+  /// Has a step of a chart executed elsewhere; that nobody did it is kept, so that it is so again.
+  [[nodiscard]] tl::expected<Value, mission::ChartElsewhere::Away> execute(mission::ChartElsewhere& chart,
+                                                                           const scxml::Session& session,
+                                                                           const scxml::StepOrder& order);
   /// Something that is published of the run's processes, before it is; and what that was, of an input that is such.
   void observed(const Message& message);
   [[nodiscard]] static std::optional<Message> observed(const Value& input);
@@ -74,6 +78,9 @@ class Durability final : public Chronicle {
   std::map<std::uint64_t, Open> open_;  // by call
   std::set<std::uint64_t> sent_;        // before the run was resumed
   std::set<std::uint64_t> answered_;    // likewise
+  std::uint64_t chart_steps_ = 0;       // elsewhere, since the run began
+  std::set<std::uint64_t> lost_;        // of these, before the run was resumed
+  bool executes_here_ = false;          // what is executed again, since its processes are gone
   std::vector<Gap> gaps_;
   bool catching_up_ = false;
   bool is_first_ = true;  // no state has been written

@@ -75,6 +75,10 @@ class Elsewhere {
   /// Reaches the skill of a leaf, by its index in the plan. Errors: of the address, file.* where Sentree is not
   /// installed whole; a skill that is not there fails its leaf when it is ticked.
   [[nodiscard]] virtual Result<std::unique_ptr<LeafDriver>> make_leaf(std::size_t leaf, LeafReplies replies) = 0;
+  /// Has the steps of a leaf's chart executed by its process, while the run keeps what the skill is. One that has died
+  /// is waited for until it is there again, a few seconds at most; one that does not come back from a script is killed.
+  /// `kHere` is never the answer. Errors: as of `make_leaf`.
+  [[nodiscard]] virtual Result<std::unique_ptr<mission::ChartElsewhere>> make_chart(std::size_t leaf) = 0;
   /// Reaches a service at its address, which the plan has checked; calls have `deadline` [wall time]. The outcome of
   /// one that nobody serves is kind unreachable.
   [[nodiscard]] virtual std::unique_ptr<ServicePort> make_port(const project::ServicePlan& service,

@@ -33,7 +33,7 @@ constexpr std::size_t kRecordMax = std::size_t{256} << 20U;
 constexpr std::chrono::seconds kSyncInterval{1};
 
 enum class HeadState : char { kOpen = 'o', kGivenUp = 'g', kContinued = 'c' };
-enum class Kind : std::uint8_t { kSnapshot = 1, kInstant, kInput, kIntervention, kSent, kParts };
+enum class Kind : std::uint8_t { kSnapshot = 1, kInstant, kInput, kIntervention, kSent, kParts, kLost };
 
 std::string head(HeadState state, std::string_view text) {
   std::string made(kMagic);
@@ -167,6 +167,7 @@ bool take_records(std::string_view octets, Journaled& out) {
         break;
       case Kind::kParts: take_parts(*body, out); break;
       case Kind::kSent: out.sent.insert(static_cast<std::uint64_t>(integer(*body, "call"))); break;
+      case Kind::kLost: out.lost.insert(static_cast<std::uint64_t>(integer(*body, "step"))); break;
       default: return false;
     }
   }
@@ -318,7 +319,7 @@ class Journal::Impl {
     // What came in says as much.
     if (kind == Kind::kInstant && at <= reached_) return;
     reached_ = std::max(reached_, at);
-    if (kind != Kind::kSent && kind != Kind::kParts) {
+    if (kind != Kind::kSent && kind != Kind::kParts && kind != Kind::kLost) {
       body["at"] = ns(at);
       body["up"] = options_.clock().up;
     }
@@ -396,6 +397,9 @@ void Journal::intervention(TimePoint when, Value what, const std::string& source
 }
 void Journal::sent(std::uint64_t call) {
   impl_->write(Kind::kSent, Map{{"call", static_cast<std::int64_t>(call)}}, {});
+}
+void Journal::lost(std::uint64_t step) {
+  impl_->write(Kind::kLost, Map{{"step", static_cast<std::int64_t>(step)}}, {});
 }
 void Journal::parts(List parts) {
   impl_->parts_ = std::move(parts);

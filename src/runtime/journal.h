@@ -72,10 +72,12 @@ struct Journaled {
   // Since then, as `mission::save` made them, each with its time.
   std::vector<std::pair<TimePoint, Value>> inputs;
   std::vector<std::pair<TimePoint, Value>> interventions;  ///< {what, source}.
-  /// Calls that were on their way, at the time of `state`: {delivery, sent}.
+  /// At the time of `state`: calls that were on their way, {call, sent}, and {chart_steps}, how many were executed
+  /// elsewhere.
   std::vector<Value> open;
   List parts;                    ///< Processes that the run has started, as `Journal::parts` was told.
   std::set<std::uint64_t> sent;  ///< Calls that have left since, of methods that must not be asked twice.
+  std::set<std::uint64_t> lost;  ///< Steps of charts since, by their number, that nobody executed.
   TimePoint reached{};           ///< The last instant that began.
   WallTime at;                   ///< When that was.
   bool torn = false;             ///< It ends in the middle of a record, which is left out.
@@ -109,6 +111,8 @@ class Journal {
   void input(TimePoint when, Value delivery);
   void intervention(TimePoint when, Value what, const std::string& source);
   void sent(std::uint64_t call);
+  /// Nobody has executed that step of a chart.
+  void lost(std::uint64_t step);
   /// The processes that the run has started, from now on.
   void parts(List parts);
   /// Something is about to leave the run that follows from what was written.

@@ -18,6 +18,7 @@ SkillActor::SkillActor(mission::SkillModel model, std::size_t leaf, Surroundings
       actor_(scheduler_.add_actor(machine_.model().name)) {
   scheduler_.on_delivery(actor_, [this](mission::Delivery delivery) { take(std::move(delivery)); });
   if (watchdog_ != nullptr) watchdog_->watch(watched_);
+  machine_.execute_elsewhere(surroundings.chart_elsewhere);
 }
 
 void SkillActor::take(mission::Delivery delivery) {

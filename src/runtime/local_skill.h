@@ -42,6 +42,8 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
     StandingFaults& faults;
     Watchdog* watchdog = nullptr;
     MakePort make_port;
+    /// Executes its chart; null: the actor does.
+    mission::ChartElsewhere* chart_elsewhere = nullptr;
   };
 
   /// @param leaf  Its number in what is on its way to it.

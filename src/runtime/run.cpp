@@ -419,7 +419,8 @@ class Run::Impl final : public RunView, private RunInside {
       const bool looks_only = options_.on_reached != nullptr;
       const auto away = std::find_if(plan_.leaves.begin(), plan_.leaves.end(),
                                      [](const project::LeafPlan& leaf) { return !leaf.at.empty(); });
-      if (away != plan_.leaves.end()) return "the skill of " + away->name + " runs elsewhere" + kOnlyHere;
+      if (away != plan_.leaves.end() && !looks_only)
+        return "the skill of " + away->name + " runs elsewhere" + kOnlyHere;
       if (!plan_.observers.empty()) return plan_.observers.front().name + " observes from elsewhere" + kOnlyHere;
       if (!scenario_.processes.empty() && !looks_only)
         return "process " + scenario_.processes.front().name + " cannot be started" + kOnlyHere;
@@ -580,7 +581,8 @@ class Run::Impl final : public RunView, private RunInside {
     std::vector<std::unique_ptr<LeafDriver>> drivers;
     skills_.assign(plan_.leaves.size(), nullptr);
     for (std::size_t i = 0; i < plan_.leaves.size(); ++i) {
-      auto driver = plan_.leaves[i].at.empty() ? make_local(i) : make_remote(i);
+      // A durable run keeps its skills itself, wherever their charts are executed.
+      auto driver = plan_.leaves[i].at.empty() || durability_ ? make_local(i) : make_remote(i);
       if (!driver) return driver.error().message;
       drivers.push_back(std::move(*driver));
     }
@@ -649,6 +651,16 @@ class Run::Impl final : public RunView, private RunInside {
       scheduler_->at(director_, at, mission::Rank::kMessage, std::move(task));
   }
 
+  struct KeptChart final : mission::ChartElsewhere {
+    KeptChart(Durability& by, std::unique_ptr<mission::ChartElsewhere> of) : durability(by), chart(std::move(of)) {}
+    tl::expected<Value, Away> execute(const scxml::Session& session, const scxml::StepOrder& order) override {
+      return durability.execute(*chart, session, order);
+    }
+    void took(const scxml::Session& session) override { chart->took(session); }
+    Durability& durability;
+    const std::unique_ptr<mission::ChartElsewhere> chart;
+  };
+
   struct LocalDriver final : LeafDriver {
     LocalDriver(Impl& of, std::size_t leaf) : run(of), index(leaf) {}
     void tick(std::uint64_t tick, bool started, const Map& inputs) override {
@@ -661,6 +673,7 @@ class Run::Impl final : public RunView, private RunInside {
     void cancel() override { skill->cancel(); }
     Impl& run;
     std::size_t index;
+    std::unique_ptr<KeptChart> chart;  // null: executed here
     std::unique_ptr<SkillActor> skill;
   };
 
@@ -693,6 +706,11 @@ class Run::Impl final : public RunView, private RunInside {
     model.halt_deadline = stretched(model.halt_deadline);
     model.call_deadline = stretched(model.call_deadline);
     model.services = &services_;
+    if (!leaf.at.empty() && elsewhere_) {
+      auto chart = elsewhere_->make_chart(index);
+      if (!chart) return tl::unexpected(chart.error());
+      driver->chart = std::make_unique<KeptChart>(*durability_, std::move(*chart));
+    }
     driver->skill = std::make_unique<SkillActor>(
         std::move(model), index,
         SkillActor::Surroundings{
@@ -701,7 +719,8 @@ class Run::Impl final : public RunView, private RunInside {
             .faults = steering_.faults(),
             .watchdog = &watchdog_,
             .make_port = [this,
-                          name = leaf.name](const project::ServicePlan& service) { return make_port(service, name); }},
+                          name = leaf.name](const project::ServicePlan& service) { return make_port(service, name); },
+            .chart_elsewhere = driver->chart.get()},
         std::move(replies));
     skills_[index] = driver->skill.get();
     return std::unique_ptr<LeafDriver>(std::move(driver));
