@@ -230,7 +230,7 @@ struct Restorer {
     const List* list = value.as_list();
     if (list == nullptr || list->size() > 1) return wrong(here, value);
     out.reset();
-    if (!list->empty()) restored(list->front(), here, out.emplace());
+    if (!list->empty()) restored(list->front(), here, *(out = T{}));
   }
   template <class T>
   void restored(const Value& value, const std::string& here, CopyOnWrite<T>& out) const {
