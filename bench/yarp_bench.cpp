@@ -1,10 +1,13 @@
 // An empty call to a port of YARP in another process, on tcp and fast_tcp, as charts make calls: each where the one
-// before has ended. And the same observed by the monitors of the recharge mission. To be run on one processor:
-// taskset -c 0 yarp_bench
+// before has ended; as many octets over TCP alone; and the call observed by the monitors of the recharge mission. To be
+// run on one processor: taskset -c 0 yarp_bench
 
 #include <benchmark/benchmark.h>
 
+#include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <signal.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -117,6 +120,60 @@ void round_trip(benchmark::State& state, const char* carrier) {
 }
 BENCHMARK_CAPTURE(round_trip, tcp, "tcp")->Unit(benchmark::kMillisecond)->Iterations(5);
 BENCHMARK_CAPTURE(round_trip, fast_tcp, "fast_tcp")->Unit(benchmark::kMillisecond)->Iterations(5);
+
+// What the kernel takes alone: as many octets there and back between two processes, with nothing read in them.
+void bare_tcp(benchmark::State& state) {
+  constexpr int kOctets = 40;
+  const auto all = [](int socket, auto pass) {
+    char octets[kOctets] = {};
+    for (ssize_t done = 0; done < kOctets;) {
+      const ssize_t some = pass(socket, octets + done, static_cast<std::size_t>(kOctets - done));
+      if (some <= 0) return false;
+      done += some;
+    }
+    return true;
+  };
+  const auto send_all = [&](int to) {
+    return all(to, [](int s, char* at, std::size_t size) { return ::send(s, at, size, MSG_NOSIGNAL); });
+  };
+  const auto take_all = [&](int from) {
+    return all(from, [](int s, char* at, std::size_t size) { return ::recv(s, at, size, 0); });
+  };
+  const int door = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  if (::bind(door, reinterpret_cast<sockaddr*>(&address), size) != 0 || ::listen(door, 1) != 0 ||
+      ::getsockname(door, reinterpret_cast<sockaddr*>(&address), &size) != 0)
+    std::abort();
+  const int on = 1;
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const int peer = ::accept(door, nullptr, nullptr);
+    ::setsockopt(peer, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+    while (take_all(peer) && send_all(peer)) {
+    }
+    ::_exit(0);
+  }
+  ::close(door);
+  const int wire = ::socket(AF_INET, SOCK_STREAM, 0);
+  if (::connect(wire, reinterpret_cast<sockaddr*>(&address), size) != 0) std::abort();
+  ::setsockopt(wire, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  for (auto _ : state) {
+    std::vector<double> times;
+    for (int i = 0; i < kWarmUp + kCalls; ++i) {
+      const auto from = steady_clock::now();
+      if (!send_all(wire) || !take_all(wire)) std::abort();
+      if (i >= kWarmUp) times.push_back(std::chrono::duration<double, std::micro>(steady_clock::now() - from).count());
+    }
+    std::sort(times.begin(), times.end());
+    tell(state, times);
+  }
+  ::close(wire);
+  ::waitpid(child, nullptr, 0);
+}
+BENCHMARK(bare_tcp)->Unit(benchmark::kMillisecond)->Iterations(5);
 
 project::Plan recharge() {
   auto scenario =
