@@ -78,7 +78,7 @@ class IdleSteering final : public runtime::Steering {
     if (auto checked = project::check_intervention(what, scope_); !checked) return tl::unexpected(checked.error());
     Applied applied;
     applied.id = standing_.size() + 1;
-    if (what.stands()) standing_.push_back({applied.id, what, 0});
+    if (project::stands(what)) standing_.push_back({applied.id, what, 0});
     return applied;
   }
   std::vector<mission::StandingIntervention> standing() const override { return standing_; }

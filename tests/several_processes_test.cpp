@@ -283,8 +283,7 @@ TEST(Processes, SurviveKillsAtRandomMoments) {
     project::Injection injection;
     // The first comes long before the mission can have ended, so that it needs the restarted part.
     injection.at = i == 0 ? TimePoint(seconds(1)) : TimePoint(milliseconds(when_ms(random)));
-    injection.what.kind = project::Intervention::Kind::kKill;
-    injection.what.target = scenario.processes[random() % scenario.processes.size()].name;
+    injection.what = project::intervention::Kill{scenario.processes[random() % scenario.processes.size()].name};
     scenario.timeline.push_back(std::move(injection));
   }
   auto plan = prepare(std::move(scenario));
@@ -306,8 +305,7 @@ TEST(Processes, AreGivenUpWhenTheyEndTooOften) {
   for (const int at_s : {5, 45}) {
     project::Injection injection;
     injection.at = TimePoint(seconds(at_s));
-    injection.what.kind = project::Intervention::Kind::kKill;
-    injection.what.target = "GoToLocation";
+    injection.what = project::intervention::Kill{"GoToLocation"};
     scenario.timeline.push_back(std::move(injection));
   }
   auto plan = prepare(std::move(scenario));

@@ -1,9 +1,11 @@
 #include <algorithm>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "sentree/bt/loader.h"
+#include "sentree/bt/nodes/of_kind.h"
 #include "sentree/bt/tree.h"
 
 // What each node of a tree may return, and what follows from it: children that are never reached, and corners of the
@@ -13,65 +15,19 @@ namespace sentree::bt {
 
 namespace {
 
-using Mask = std::uint8_t;
-constexpr Mask kSuccess = 1, kFailure = 2, kRunning = 4;
-constexpr Mask kSkipped = 8;   ///< By something that the file says.
-constexpr Mask kUnknown = 16;  ///< A leaf of somebody else's making: it may return SKIPPED too, but seldom does.
-constexpr Mask kLeaf = kSuccess | kFailure | kUnknown;
-
-Mask mask_of(std::optional<Status> status) {
-  if (!status) return kLeaf | kRunning;
-  switch (*status) {
-    case Status::kSuccess: return kSuccess;
-    case Status::kFailure: return kFailure;
-    case Status::kRunning: return kRunning;
-    case Status::kSkipped: return kSkipped;
-    case Status::kIdle: return 0;
-  }
-  return 0;
-}
-
-/// A Sequence (`go_on` is SUCCESS) or Fallback. `reached`: how many of the children can be.
-Mask ordered(std::span<const Mask> children, Mask go_on, std::size_t& reached) {
-  Mask out = 0;
-  Mask all = kSkipped | kUnknown;
-  for (reached = 0; reached < children.size();) {
-    const Mask child = children[reached++];
-    out |= child & static_cast<Mask>((kSuccess | kFailure | kRunning) & ~go_on);
-    all &= (child & kSkipped) != 0 ? kSkipped | kUnknown : child & kUnknown;
-    if ((child & (go_on | kSkipped | kUnknown)) == 0) return out;
-  }
-  const bool goes_on = std::any_of(children.begin(), children.end(), [&](Mask m) { return (m & go_on) != 0; });
-  return out | all | (goes_on ? go_on : Mask{0});
-}
+using namespace may;
 
 /// True if the node may halt that child of its own accord.
 bool halts(Kind kind, std::uint32_t child) {
-  switch (kind) {
-    case Kind::kReactiveSequence:
-    case Kind::kReactiveFallback:
-    case Kind::kWhileDoElse: return child > 0;
-    case Kind::kParallel:
-    case Kind::kSwitch:
-    case Kind::kTimeout: return true;
-    default: return false;
-  }
+  return nodes::of_kind(kind, [&]<class T>() { return child >= T::kHaltsFrom; });
 }
 
 bool repeats(Kind kind) {
-  return kind == Kind::kRepeat || kind == Kind::kRetry || kind == Kind::kKeepRunningUntilFailure || kind == Kind::kLoop;
+  return nodes::of_kind(kind, []<class T>() { return T::kRepeats; });
 }
 
-/// True if the node sets itself RUNNING before its children, and stays so when it returns SKIPPED because of them.
 bool stays_running(Kind kind) {
-  switch (kind) {
-    case Kind::kSwitch:
-    case Kind::kPrecondition:
-    case Kind::kSkipUnlessUpdated:
-    case Kind::kWaitValueUpdate:
-    case Kind::kBlackboardCheck: return false;
-    default: return true;
-  }
+  return nodes::of_kind(kind, []<class T>() { return T::kStaysRunning; });
 }
 
 }  // namespace
@@ -79,86 +35,31 @@ bool stays_running(Kind kind) {
 std::uint8_t Loader::result_of(const Definition& definition, const DefinedNode& node,
                                std::span<const std::uint8_t> children, std::size_t& reached) {
   const Manifest& own = model_->manifests[node.manifest];
+  struct InFile final : Asked {
+    InFile(std::span<const Mask> children_in, std::size_t& reached_in,
+           std::function<std::optional<std::string_view>(std::size_t)> literal_in, std::function<Mask()> subtree_in)
+        : Asked(children_in, reached_in), literal_of(std::move(literal_in)), subtree_of(std::move(subtree_in)) {}
+    std::optional<std::string_view> literal(std::size_t port) const override { return literal_of(port); }
+    Mask subtree() const override { return subtree_of(); }
+    std::function<std::optional<std::string_view>(std::size_t)> literal_of;
+    std::function<Mask()> subtree_of;
+  };
   const auto literal = [&](std::size_t port) -> std::optional<std::string_view> {
     if (port >= node.port_count) return std::nullopt;
     const DefinedPort& p = definition.ports[node.first_port + port];
     if (p.kind != Binding::Kind::kLiteral) return std::nullopt;
     return model_->strings[p.text];
   };
-  const auto status = [&](std::size_t port) -> Mask {
-    const auto text = literal(port);
-    return mask_of(text ? parse_status(*text) : std::nullopt);
-  };
+  const auto subtree = [&]() -> Mask { return node.data == kNone ? kLeaf | kRunning : tree_result(node.data); };
   reached = children.size();
-  const Mask child = children.empty() ? Mask{0} : children.front();
-  const Mask passed = child & static_cast<Mask>(kRunning | kSkipped | kUnknown);
-  const bool completes = (child & (kSuccess | kFailure)) != 0;
-  Mask any = 0;
-  Mask all = kSkipped | kUnknown;
+  InFile asked(children, reached, literal, subtree);
+  asked.synchronous = own.synchronous;
+  asked.all = kSkipped | kUnknown;
   for (const Mask m : children) {
-    any |= m;
-    all &= (m & kSkipped) != 0 ? kSkipped | kUnknown : m & kUnknown;
+    asked.any |= m;
+    asked.all &= (m & kSkipped) != 0 ? kSkipped | kUnknown : m & kUnknown;
   }
-  switch (own.kind) {
-    case Kind::kSequence:
-    case Kind::kReactiveSequence: return ordered(children, kSuccess, reached);
-    case Kind::kAsyncSequence:
-    case Kind::kSequenceWithMemory:
-      return ordered(children, kSuccess, reached) | (children.size() > 1 ? kRunning : Mask{0});
-    case Kind::kFallback:
-    case Kind::kReactiveFallback: return ordered(children, kFailure, reached);
-    case Kind::kAsyncFallback: return ordered(children, kFailure, reached) | (children.size() > 1 ? kRunning : Mask{0});
-    case Kind::kParallel:
-    case Kind::kParallelAll: return (any & (kSuccess | kFailure | kRunning)) | all | kRunning;
-    case Kind::kIfThenElse:
-    case Kind::kWhileDoElse: {
-      Mask out = child & kRunning;
-      if (children.size() > 1) out |= children[1];
-      if (children.size() > 2) out |= children[2];
-      return children.size() > 2 ? out : out | (child & kFailure);
-    }
-    case Kind::kSwitch: return any;
-    case Kind::kManualSelector: return any | kRunning;
-    case Kind::kTryCatch: {
-      if (children.empty()) return 0;
-      std::size_t tried = 0;
-      const Mask out = ordered(children.first(children.size() - 1), kSuccess, tried);
-      return out | (children.back() & kRunning);
-    }
-    case Kind::kInverter:
-      return passed | ((child & kSuccess) != 0 ? kFailure : Mask{0}) | ((child & kFailure) != 0 ? kSuccess : Mask{0});
-    case Kind::kForceSuccess: return passed | (completes ? kSuccess : Mask{0});
-    case Kind::kForceFailure: return passed | (completes ? kFailure : Mask{0});
-    case Kind::kRepeat:
-    case Kind::kRetry: return child | kRunning | kSuccess | kFailure;
-    case Kind::kKeepRunningUntilFailure: return (child & kFailure) | kRunning;
-    case Kind::kDelay:
-    case Kind::kWaitValueUpdate: return child | kRunning;
-    case Kind::kTimeout: return child | kFailure;
-    case Kind::kRunOnce: {
-      const auto then_skip = literal(0);
-      return then_skip && detail::parse_bool(*then_skip) == false ? child : child | kSkipped;
-    }
-    case Kind::kPrecondition: return child | status(1);
-    case Kind::kSkipUnlessUpdated: return child | kSkipped;
-    case Kind::kLoop: return (child & kFailure) | kRunning | status(1);
-    case Kind::kBlackboardCheck: return child | status(2);
-    case Kind::kSubTree: return node.data == kNone ? kLeaf | kRunning : tree_result(node.data);
-    case Kind::kAlwaysSuccess:
-    case Kind::kScript:
-    case Kind::kSetBlackboard:
-    case Kind::kUnsetBlackboard: return kSuccess;
-    case Kind::kAlwaysFailure: return kFailure;
-    case Kind::kScriptCondition:
-    case Kind::kWasEntryUpdated: return kSuccess | kFailure;
-    case Kind::kSleep: return kSuccess | kRunning;
-    case Kind::kExternalCondition: return kLeaf;
-    case Kind::kTestNode:
-    case Kind::kExternalAction: return kLeaf | kRunning;
-    case Kind::kUser: return own.synchronous ? kLeaf : kLeaf | kRunning;
-    case Kind::kUnknown: return kLeaf | kRunning;
-  }
-  return kLeaf | kRunning;
+  return nodes::of_kind(own.kind, [&]<class T>() { return T::may_return(asked); });
 }
 
 std::uint8_t Loader::tree_result(std::uint32_t index) {

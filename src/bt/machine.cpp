@@ -6,14 +6,7 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/bt/hooks.h"
-#include "sentree/bt/nodes/branch.h"
-#include "sentree/bt/nodes/decorator.h"
-#include "sentree/bt/nodes/leaf.h"
-#include "sentree/bt/nodes/loop.h"
-#include "sentree/bt/nodes/parallel.h"
-#include "sentree/bt/nodes/reactive.h"
-#include "sentree/bt/nodes/sequence.h"
-#include "sentree/bt/nodes/timing.h"
+#include "sentree/bt/nodes/of_kind.h"
 
 namespace sentree::bt {
 
@@ -21,121 +14,30 @@ namespace sentree::bt {
 // loop its registers.
 
 [[gnu::always_inline]] inline Next Machine::enter(const Node& n, NodeId id) {
-  switch (n.kind) {
-    case Kind::kSequence: return nodes::Sequence::enter(*this, n, id);
-    case Kind::kFallback: return nodes::Fallback::enter(*this, n, id);
-    case Kind::kAsyncSequence: return nodes::AsyncSequence::enter(*this, n, id);
-    case Kind::kAsyncFallback: return nodes::AsyncFallback::enter(*this, n, id);
-    case Kind::kSequenceWithMemory: return nodes::SequenceWithMemory::enter(*this, n, id);
-    case Kind::kReactiveSequence: return nodes::ReactiveSequence::enter(*this, n, id);
-    case Kind::kReactiveFallback: return nodes::ReactiveFallback::enter(*this, n, id);
-    case Kind::kParallel: return nodes::Parallel::enter(*this, n, id);
-    case Kind::kParallelAll: return nodes::ParallelAll::enter(*this, n, id);
-    case Kind::kIfThenElse: return nodes::IfThenElse::enter(*this, n, id);
-    case Kind::kWhileDoElse: return nodes::WhileDoElse::enter(*this, n, id);
-    case Kind::kSwitch: return nodes::Switch::enter(*this, n, id);
-    case Kind::kTryCatch: return nodes::TryCatch::enter(*this, n, id);
-    case Kind::kManualSelector: return nodes::ManualSelector::enter(*this, n, id);
-    case Kind::kInverter: return nodes::Inverter::enter(*this, n, id);
-    case Kind::kForceSuccess: return nodes::ForceSuccess::enter(*this, n, id);
-    case Kind::kForceFailure: return nodes::ForceFailure::enter(*this, n, id);
-    case Kind::kSubTree: return nodes::SubTree::enter(*this, n, id);
-    case Kind::kRepeat: return nodes::Repeat::enter(*this, n, id);
-    case Kind::kRetry: return nodes::Retry::enter(*this, n, id);
-    case Kind::kKeepRunningUntilFailure: return nodes::KeepRunningUntilFailure::enter(*this, n, id);
-    case Kind::kDelay: return nodes::Delay::enter(*this, n, id);
-    case Kind::kTimeout: return nodes::Timeout::enter(*this, n, id);
-    case Kind::kRunOnce: return nodes::RunOnce::enter(*this, n, id);
-    case Kind::kPrecondition: return nodes::Precondition::enter(*this, n, id);
-    case Kind::kSkipUnlessUpdated: return nodes::SkipUnlessUpdated::enter(*this, n, id);
-    case Kind::kWaitValueUpdate: return nodes::WaitValueUpdate::enter(*this, n, id);
-    case Kind::kLoop: return nodes::Loop::enter(*this, n, id);
-    case Kind::kBlackboardCheck: return nodes::BlackboardCheck::enter(*this, n, id);
-    case Kind::kAlwaysSuccess: return Next::done(Status::kSuccess);
-    case Kind::kAlwaysFailure: return Next::done(Status::kFailure);
-    case Kind::kScript: return nodes::Script::enter(*this, n, id);
-    case Kind::kScriptCondition: return nodes::ScriptCondition::enter(*this, n, id);
-    case Kind::kSetBlackboard: return nodes::SetBlackboard::enter(*this, n, id);
-    case Kind::kUnsetBlackboard: return nodes::UnsetBlackboard::enter(*this, n, id);
-    case Kind::kSleep: return nodes::Sleep::enter(*this, n, id);
-    case Kind::kWasEntryUpdated: return nodes::WasEntryUpdated::enter(*this, n, id);
-    case Kind::kTestNode: return nodes::TestNode::enter(*this, n, id);
-    case Kind::kExternalAction:
-    case Kind::kExternalCondition: return enter_external(n, id);
-    case Kind::kUser: return nodes::User::enter(*this, n, id);
-    case Kind::kUnknown: return fail(id, "bt.unknown-node", "is known by name only and cannot run");
-  }
-  return Next::done(Status::kFailure);
+  return nodes::of_kind(
+      n.kind, [&]<class T>() __attribute__((always_inline)) { return T::enter(*this, n, id); });
 }
 
 [[gnu::always_inline]] inline Next Machine::child_done(const Node& n, NodeId id, NodeId child, Status status) {
-  switch (n.kind) {
-    case Kind::kSequence: return nodes::Sequence::child_done(*this, n, id, status);
-    case Kind::kFallback: return nodes::Fallback::child_done(*this, n, id, status);
-    case Kind::kAsyncSequence: return nodes::AsyncSequence::child_done(*this, n, id, status);
-    case Kind::kAsyncFallback: return nodes::AsyncFallback::child_done(*this, n, id, status);
-    case Kind::kSequenceWithMemory: return nodes::SequenceWithMemory::child_done(*this, n, id, status);
-    case Kind::kReactiveSequence: return nodes::ReactiveSequence::child_done(*this, n, id, status);
-    case Kind::kReactiveFallback: return nodes::ReactiveFallback::child_done(*this, n, id, status);
-    case Kind::kParallel: return nodes::Parallel::child_done(*this, n, id, status);
-    case Kind::kParallelAll: return nodes::ParallelAll::child_done(*this, n, id, status);
-    case Kind::kIfThenElse: return nodes::IfThenElse::child_done(*this, n, id, status);
-    case Kind::kWhileDoElse: return nodes::WhileDoElse::child_done(*this, n, id, status);
-    case Kind::kSwitch: return nodes::Switch::child_done(*this, n, id, status);
-    case Kind::kTryCatch: return nodes::TryCatch::child_done(*this, n, id, status);
-    case Kind::kManualSelector: return nodes::ManualSelector::child_done(*this, n, id, status);
-    case Kind::kInverter: return nodes::Inverter::child_done(*this, n, id, status);
-    case Kind::kForceSuccess: return nodes::ForceSuccess::child_done(*this, n, id, status);
-    case Kind::kForceFailure: return nodes::ForceFailure::child_done(*this, n, id, status);
-    case Kind::kSubTree: return nodes::SubTree::child_done(*this, n, id, status);
-    case Kind::kRepeat: return nodes::Repeat::child_done(*this, n, id, status);
-    case Kind::kRetry: return nodes::Retry::child_done(*this, n, id, status);
-    case Kind::kKeepRunningUntilFailure: return nodes::KeepRunningUntilFailure::child_done(*this, n, id, status);
-    case Kind::kDelay: return nodes::Delay::child_done(*this, n, id, status);
-    case Kind::kTimeout: return nodes::Timeout::child_done(*this, n, id, status);
-    case Kind::kRunOnce: return nodes::RunOnce::child_done(*this, n, id, status);
-    case Kind::kPrecondition: return nodes::Precondition::child_done(*this, n, id, status);
-    case Kind::kSkipUnlessUpdated: return nodes::SkipUnlessUpdated::child_done(*this, n, id, status);
-    case Kind::kWaitValueUpdate: return nodes::WaitValueUpdate::child_done(*this, n, id, status);
-    case Kind::kLoop: return nodes::Loop::child_done(*this, n, id, status);
-    case Kind::kBlackboardCheck: return nodes::BlackboardCheck::child_done(*this, n, id, status);
-    case Kind::kUser: return nodes::User::child_done(*this, n, id, child, status);
-    default: break;
-  }
-  SENTREE_ASSERT(false && "a leaf has no children");
-  return Next::done(status);
+  return nodes::of_kind(
+      n.kind, [&]<class T>() __attribute__((always_inline))->Next {
+        if constexpr (requires { T::child_done(*this, n, id, status); }) {
+          return T::child_done(*this, n, id, status);
+        } else if constexpr (requires { T::child_done(*this, n, id, child, status); }) {
+          return T::child_done(*this, n, id, child, status);
+        } else {
+          SENTREE_ASSERT(false && "a leaf has no children");
+          return Next::done(status);
+        }
+      });
 }
 
 void Machine::halt_kind(const Node& n, NodeId id) {
-  switch (n.kind) {
-    case Kind::kSequence:
-    case Kind::kFallback:
-    case Kind::kAsyncSequence:
-    case Kind::kAsyncFallback: return nodes::Sequence::halt(*this, n);
-    case Kind::kSequenceWithMemory: return nodes::SequenceWithMemory::halt(*this, n);
-    case Kind::kReactiveSequence:
-    case Kind::kReactiveFallback: return nodes::ReactiveSequence::halt(*this, n);
-    case Kind::kParallel:
-    case Kind::kParallelAll: return nodes::Parallel::halt(*this, n);
-    case Kind::kIfThenElse: return nodes::IfThenElse::halt(*this, n);
-    case Kind::kWhileDoElse: return nodes::WhileDoElse::halt(*this, n);
-    case Kind::kSwitch: return nodes::Switch::halt(*this, n);
-    case Kind::kTryCatch: return nodes::TryCatch::halt(*this, n, id);
-    case Kind::kManualSelector: return nodes::ManualSelector::halt(*this, n);
-    case Kind::kRepeat:
-    case Kind::kRetry: return nodes::Repeat::halt(*this, n);
-    case Kind::kDelay: return nodes::Delay::halt(*this, n, id);
-    case Kind::kTimeout: return nodes::Timeout::halt(*this, n, id);
-    case Kind::kSkipUnlessUpdated:
-    case Kind::kWaitValueUpdate: return nodes::SkipUnlessUpdated::halt(*this, n);
-    case Kind::kLoop: return nodes::Loop::halt(*this, n);
-    case Kind::kSleep:
-    case Kind::kTestNode: return stop_timer(id);
-    case Kind::kExternalAction:
-    case Kind::kExternalCondition: return halt_external(n, id);
-    case Kind::kUser: return nodes::User::halt(*this, n, id);
-    default: return reset_children(n);
-  }
+  nodes::of_kind(n.kind, [&]<class T>() { T::halt(*this, n, id); });
+}
+
+void Machine::fire_kind(const Node& n, NodeId id) {
+  nodes::of_kind(n.kind, [&]<class T>() { T::fire(*this, n, id); });
 }
 
 void Machine::reset_children(const Node& n, std::uint32_t from, std::uint32_t to) {

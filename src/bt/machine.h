@@ -41,7 +41,7 @@ class Machine {
 
   StepResult step(const Input& input);
 
-  // --- What the node families use -----------------------------------------------------------------------------------
+  // --- What nodes use -----------------------------------------------------------------------------------
 
   [[nodiscard]] const Node& node(NodeId id) const { return nodes_[id]; }
   [[nodiscard]] std::int32_t* memory(const Node& n) { return memory_ + n.memory; }
@@ -142,6 +142,7 @@ class Machine {
   Next enter(const Node& n, NodeId id);
   Next child_done(const Node& n, NodeId id, NodeId child, Status status);
   void halt_kind(const Node& n, NodeId id);
+  void fire_kind(const Node& n, NodeId id);
   /// True if a pre-condition decides; `status` is its verdict.
   [[gnu::noinline]] bool precondition(const Node& n, NodeId id, Status& status);
   [[gnu::noinline]] void postcondition(const Node& n, NodeId id, Status status);

@@ -3,7 +3,6 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/bt/machine.h"
-#include "sentree/bt/nodes/timing.h"
 
 // One step from the outside: inputs, timers, external leaves.
 
@@ -51,11 +50,7 @@ bool Machine::fire_timers() {
     fired = true;
     const NodeId id = next->node;
     const Node& n = nodes_[id];
-    switch (n.kind) {
-      case Kind::kDelay: nodes::Delay::fire(*this, n, id); break;
-      case Kind::kTimeout: nodes::Timeout::fire(*this, n, id); break;
-      default: stop_timer(id); break;
-    }
+    fire_kind(n, id);
   }
 }
 

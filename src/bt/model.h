@@ -10,10 +10,12 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "sentree/base/diagnostic.h"
 #include "sentree/bt/load.h"
+#include "sentree/bt/nodes/list.h"
 #include "sentree/bt/object.h"
 #include "sentree/bt/registry.h"
 #include "sentree/bt/script.h"
@@ -26,48 +28,9 @@
 namespace sentree::bt {
 
 enum class Kind : std::uint8_t {
-  kSequence,
-  kFallback,
-  kAsyncSequence,
-  kAsyncFallback,
-  kSequenceWithMemory,
-  kReactiveSequence,
-  kReactiveFallback,
-  kParallel,
-  kParallelAll,
-  kIfThenElse,
-  kWhileDoElse,
-  kSwitch,
-  kTryCatch,
-  kManualSelector,
-  kInverter,
-  kForceSuccess,
-  kForceFailure,
-  kRepeat,
-  kRetry,
-  kKeepRunningUntilFailure,
-  kDelay,
-  kTimeout,
-  kRunOnce,
-  kPrecondition,
-  kSkipUnlessUpdated,
-  kWaitValueUpdate,
-  kLoop,
-  kBlackboardCheck,
-  kSubTree,
-  kAlwaysSuccess,
-  kAlwaysFailure,
-  kScript,
-  kScriptCondition,
-  kSetBlackboard,
-  kUnsetBlackboard,
-  kSleep,
-  kWasEntryUpdated,
-  kTestNode,
-  kExternalAction,
-  kExternalCondition,
-  kUser,
-  kUnknown,  ///< Nobody says what it does: `Tree::is_unknown`. A SubTree's `Node::data`: its ID, in Model::strings.
+#define SENTREE_BT_NODE(name) k##name,
+  SENTREE_BT_NODES(SENTREE_BT_NODE)
+#undef SENTREE_BT_NODE
 };
 
 inline constexpr std::uint32_t kNone = 0xFFFFFFFFU;
@@ -272,9 +235,7 @@ struct Word {
 };
 /// True for a node whose first two words are the number of the last write that it has seen of the entry of
 /// `Node::data`.
-[[nodiscard]] constexpr bool waits_for_writes(Kind kind) {
-  return kind == Kind::kSkipUnlessUpdated || kind == Kind::kWaitValueUpdate || kind == Kind::kWasEntryUpdated;
-}
+[[nodiscard]] bool waits_for_writes(Kind kind);
 [[nodiscard]] inline std::uint64_t seen_of(const std::int32_t* words) {
   return static_cast<std::uint32_t>(words[0]) | std::uint64_t{static_cast<std::uint32_t>(words[1])} << 32;
 }
@@ -285,6 +246,20 @@ inline void set_seen(std::int32_t* words, std::uint64_t seen) {
 /// The words of a node of that kind; a Parallel has one bit per child behind them.
 [[nodiscard]] std::span<const Word> words(Kind kind);
 [[nodiscard]] std::uint32_t memory_words(Kind kind, std::uint32_t child_count);
+
+/// A built-in node's manifest, and the formats that have it.
+struct BuiltIn {
+  Manifest manifest;
+  bool in_format3 = false;
+  bool in_format4 = false;
+};
+using Manifests = std::vector<BuiltIn>;
+[[nodiscard]] Manifest control(std::string id, Ports ports = {});
+[[nodiscard]] Manifest decorator(std::string id, Ports ports = {});
+[[nodiscard]] Manifest leaf(std::string id, Category category, Ports ports = {});
+[[nodiscard]] inline BuiltIn both(Manifest manifest) { return {std::move(manifest), true, true}; }
+[[nodiscard]] inline BuiltIn format3(Manifest manifest) { return {std::move(manifest), true, false}; }
+[[nodiscard]] inline BuiltIn format4(Manifest manifest) { return {std::move(manifest), false, true}; }
 
 /// The nodes that every tree may use, with the names of the format. Sorted by ID.
 [[nodiscard]] const std::vector<Manifest>& builtins(int format);

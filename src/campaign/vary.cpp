@@ -324,7 +324,7 @@ void read_faults(const YamlNode& node, const project::Project& project, std::set
     return;
   }
   for (const project::Intervention& what : project.verify.faults) {
-    const auto entry = text::parse_yaml(to_json(Value(to_entry(what))), vary.file);
+    const auto entry = text::parse_yaml(to_json(Value(project::to_entry(what))), vary.file);
     if (entry) vary.events.push_back(read_event(*entry, true, names, reader));
   }
   if (project.verify.faults.empty())

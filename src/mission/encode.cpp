@@ -253,8 +253,8 @@ void encode(const Parts& parts, const Delivery& what, TimePoint when, std::strin
 void encode(const Faults& faults, const std::set<std::string>& down, std::string& out) {
   Encoder to(out);
   for (const StandingIntervention& standing : faults.list()) {
-    to.text(to_json(Value(to_entry(standing.what))));
-    if (standing.what.count > 0) to.number(standing.used);
+    to.text(to_json(Value(project::to_entry(standing.what))));
+    if (project::count_of(standing.what) > 0) to.number(standing.used);
   }
   to.text("");
   for (const std::string& one : down) to.text(one);

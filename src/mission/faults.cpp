@@ -10,7 +10,7 @@ namespace sentree::mission {
 
 namespace {
 
-using Kind = project::Intervention::Kind;
+using namespace project::intervention;
 
 constexpr std::string_view kReply = ".reply";
 
@@ -18,11 +18,7 @@ constexpr std::string_view kReply = ".reply";
 
 Faults::Faults(const std::vector<project::DelayFault>& delays) {
   for (const project::DelayFault& delay : delays) {
-    project::Intervention what;
-    what.kind = Kind::kDelay;
-    what.target = delay.message;
-    what.by = delay.by;
-    if (const auto id = next_id()) add(*id, std::move(what));
+    if (const auto id = next_id()) add(*id, Delay{.message = delay.message, .by = delay.by});
   }
 }
 
@@ -53,61 +49,57 @@ std::vector<StandingIntervention> Faults::list() const {
   return list;
 }
 
-bool Faults::any(Kind kind) const {
-  return std::any_of(entries_.begin(), entries_.end(),
-                     [kind](const Entry& entry) { return entry.standing.what.kind == kind; });
-}
-
-template <class Matches, class Use>
-void Faults::each(Kind kind, const Matches& matches, const Use& use_entry) {
-  if (!any(kind)) return;
+template <class Kind, class Matches, class Use>
+void Faults::each(const Matches& matches, const Use& use_entry) {
+  if (!any<Kind>()) return;
   for (Entry& entry : entries_) {
-    if (entry.standing.what.kind == kind && matches(entry)) use_entry(entry);
+    if (const auto* what = std::get_if<Kind>(&entry.standing.what); what != nullptr && matches(*what))
+      use_entry(entry, *what);
   }
   std::erase_if(entries_, [](const Entry& entry) {
-    const project::Intervention& what = entry.standing.what;
-    return what.count != 0 && entry.standing.used >= what.count;
+    const std::uint64_t count = project::count_of(entry.standing.what);
+    return count != 0 && entry.standing.used >= count;
   });
 }
 
 Duration Faults::delay_of(std::string_view message) {
-  Duration delay{0};
+  Duration longest{0};
   // "battery.*" means requests: a reply is meant where it is named.
   const bool is_reply = message.ends_with(kReply);
-  each(
-      Kind::kDelay,
-      [&](const Entry& entry) {
-        const std::string& pattern = entry.standing.what.target;
-        return pattern.ends_with(kReply) == is_reply && project::matches_pattern(pattern, message);
+  each<Delay>(
+      [&](const Delay& delay) {
+        return delay.message.ends_with(kReply) == is_reply && project::matches_pattern(delay.message, message);
       },
-      [&](Entry& entry) {
+      [&](Entry& entry, const Delay& delay) {
         ++entry.standing.used;
-        delay = std::max(delay, entry.standing.what.by);
+        longest = std::max(longest, delay.by);
       });
-  return delay;
+  return longest;
 }
 
 void Faults::falsify(std::string_view call, const idl::Method& method, Value& result) {
-  each(
-      Kind::kFalsify, [&](const Entry& entry) { return project::matches_pattern(entry.standing.what.target, call); },
-      [&](Entry& entry) {
-        Value changed = result;
-        if (!project::put_at(changed, entry.standing.what.path, entry.standing.what.value)) return;
-        auto conformed = idl::conform(*method.result, std::move(changed), "result");
-        if (!conformed) return;
-        result = std::move(*conformed);
-        ++entry.standing.used;
-      });
+  each<Falsify>([&](const Falsify& falsify) { return project::matches_pattern(falsify.call, call); },
+                [&](Entry& entry, const Falsify& falsify) {
+                  Value changed = result;
+                  if (!project::put_at(changed, falsify.path, falsify.value)) return;
+                  auto conformed = idl::conform(*method.result, std::move(changed), "result");
+                  if (!conformed) return;
+                  result = std::move(*conformed);
+                  ++entry.standing.used;
+                });
 }
 
-bool Faults::fails(Kind how, std::string_view call) {
+bool Faults::fails(Failing how, std::string_view call) {
   bool fails = false;
-  each(
-      how, [&](const Entry& entry) { return project::matches_pattern(entry.standing.what.target, call); },
-      [&](Entry& entry) {
-        ++entry.standing.used;
-        fails = true;
-      });
+  const auto matches = [&](const auto& fault) { return project::matches_pattern(fault.call, call); };
+  const auto use_entry = [&](Entry& entry, const auto& /*fault*/) {
+    ++entry.standing.used;
+    fails = true;
+  };
+  switch (how) {
+    case Failing::kUnreachable: each<Unreachable>(matches, use_entry); break;
+    case Failing::kLate: each<Late>(matches, use_entry); break;
+  }
   return fails;
 }
 
@@ -115,14 +107,13 @@ std::optional<bt::Status> Faults::forced(std::string_view leaf) {
   std::optional<bt::Status> status;
   // The newest wins; only what is used is used up.
   Entry* newest = nullptr;
-  each(
-      Kind::kForce, [&](const Entry& entry) { return entry.standing.what.target == leaf; },
-      [&](Entry& entry) {
-        if (newest != nullptr) --newest->standing.used;
-        newest = &entry;
-        ++entry.standing.used;
-        status = bt::parse_status(entry.standing.what.status);
-      });
+  each<Force>([&](const Force& force) { return force.leaf == leaf; },
+              [&](Entry& entry, const Force& force) {
+                if (newest != nullptr) --newest->standing.used;
+                newest = &entry;
+                ++entry.standing.used;
+                status = bt::parse_status(force.status);
+              });
   return status;
 }
 
@@ -130,17 +121,14 @@ std::vector<std::uint64_t> Faults::reached_by(const Message& message) {
   std::vector<std::uint64_t> reached;
   // The hit itself is no new one.
   if (message.name == "scenario.breakpoint") return reached;
-  each(
-      Kind::kBreakpoint,
-      [&](const Entry& entry) {
-        const project::Intervention& what = entry.standing.what;
-        if (what.point == project::Intervention::Point::kMessage)
-          return project::matches_pattern(what.target, message.name);
-        if (what.point != project::Intervention::Point::kNode || message.name != "node.status") return false;
+  each<Breakpoint>(
+      [&](const Breakpoint& what) {
+        if (what.point == Breakpoint::Point::kMessage) return project::matches_pattern(what.target, message.name);
+        if (what.point != Breakpoint::Point::kNode || message.name != "node.status") return false;
         const Value* to = message.data.find("to");
         return message.source == what.target && to != nullptr && (what.status.empty() || to->text() == what.status);
       },
-      [&](Entry& entry) {
+      [&](Entry& entry, const Breakpoint& /*what*/) {
         ++entry.standing.used;
         reached.push_back(entry.standing.id);
       });
@@ -150,14 +138,10 @@ std::vector<std::uint64_t> Faults::reached_by(const Message& message) {
 std::vector<std::uint64_t> Faults::reached_in(std::string_view chart,
                                               const std::function<bool(const std::string& state)>& is_active) {
   std::vector<std::uint64_t> reached;
-  each(
-      Kind::kBreakpoint,
-      [&](const Entry& entry) {
-        const project::Intervention& what = entry.standing.what;
-        return what.point == project::Intervention::Point::kState && what.target == chart;
-      },
-      [&](Entry& entry) {
-        const bool was_active = std::exchange(entry.active, is_active(entry.standing.what.state));
+  each<Breakpoint>(
+      [&](const Breakpoint& what) { return what.point == Breakpoint::Point::kState && what.target == chart; },
+      [&](Entry& entry, const Breakpoint& what) {
+        const bool was_active = std::exchange(entry.active, is_active(what.state));
         const bool was_seen = std::exchange(entry.seen, true);
         if (!was_seen || was_active || !entry.active) return;
         ++entry.standing.used;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -15,6 +16,9 @@
 #include "sentree/project/project.h"
 
 namespace sentree::mission {
+
+/// How a fault lets calls fail.
+enum class Failing : std::uint8_t { kUnreachable, kLate };
 
 /// A fault, a forced result or a breakpoint that stands.
 struct StandingIntervention {
@@ -39,7 +43,12 @@ class Faults {
   /// Error: steering.unknown-id.
   Result<void> clear(std::uint64_t id);
   [[nodiscard]] std::vector<StandingIntervention> list() const;
-  [[nodiscard]] bool any(project::Intervention::Kind kind) const;
+  /// Whether one of a kind stands.
+  template <class Kind>
+  [[nodiscard]] bool any() const {
+    return std::any_of(entries_.begin(), entries_.end(),
+                       [](const Entry& entry) { return std::holds_alternative<Kind>(entry.standing.what); });
+  }
   [[nodiscard]] bool empty() const { return entries_.empty(); }
 
   /// How long a message "LEAF.tick", "LEAF.halt", "SERVICE.METHOD" or "SERVICE.METHOD.reply" is held back: the longest
@@ -48,7 +57,7 @@ class Faults {
   /// Changes a reply to "SERVICE.METHOD". What would not conform to the method stays as it is.
   void falsify(std::string_view call, const idl::Method& method, Value& result);
   /// Whether a call of "SERVICE.METHOD" is unreachable, or late.
-  [[nodiscard]] bool fails(project::Intervention::Kind how, std::string_view call);
+  [[nodiscard]] bool fails(Failing how, std::string_view call);
   /// What a leaf answers instead; nothing: the truth.
   [[nodiscard]] std::optional<bt::Status> forced(std::string_view leaf);
 
@@ -69,8 +78,8 @@ class Faults {
     bool active = false;  // and the state was active then
     friend bool operator==(const Entry&, const Entry&) = default;
   };
-  template <class Matches, class Use>
-  void each(project::Intervention::Kind kind, const Matches& matches, const Use& use_entry);
+  template <class Kind, class Matches, class Use>
+  void each(const Matches& matches, const Use& use_entry);
 
   std::vector<Entry> entries_;
   std::uint64_t last_id_ = 0;

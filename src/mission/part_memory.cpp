@@ -349,7 +349,7 @@ void PartMemory::falsify(std::string_view call, const idl::Method& method, Value
   result = values_[static_cast<std::size_t>(said)];
 }
 
-bool PartMemory::fails(project::Intervention::Kind how, std::string_view call) {
+bool PartMemory::fails(Failing how, std::string_view call) {
   if (!faults_) return false;
   if (is_told()) return script_[replayed_++] != 0;
   return answer({.kind = Query::Kind::kFails, .a = intern_text(call), .b = static_cast<std::uint32_t>(how)}) != 0;
@@ -436,7 +436,7 @@ std::int64_t PartMemory::ask(const Query& query) {
     case Query::Kind::kDelay:
       return change_standing([&](Stands& stands) { return stands.faults.delay_of(texts_[query.a]); }).count();
     case Query::Kind::kFalsify: {
-      if (!standing_[run_->standing]->faults.any(project::Intervention::Kind::kFalsify)) return query.b;
+      if (!standing_[run_->standing]->faults.any<project::intervention::Falsify>()) return query.b;
       Value result = values_[query.b];
       change_standing([&](Stands& stands) {
         stands.faults.falsify(texts_[query.a], *query.method, result);
@@ -445,7 +445,7 @@ std::int64_t PartMemory::ask(const Query& query) {
       return intern_value(result);
     }
     case Query::Kind::kFails: {
-      const auto how = static_cast<project::Intervention::Kind>(query.b);
+      const auto how = static_cast<Failing>(query.b);
       return change_standing([&](Stands& stands) { return stands.faults.fails(how, texts_[query.a]); }) ? 1 : 0;
     }
     case Query::Kind::kJudge: {

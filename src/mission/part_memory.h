@@ -205,7 +205,7 @@ class PartMemory final : private Ground {
   std::optional<bt::Status> forced(std::string_view leaf) override;
   Duration delay_of(std::string_view message) override;
   void falsify(std::string_view call, const idl::Method& method, Value& result) override;
-  bool fails(project::Intervention::Kind how, std::string_view call) override;
+  bool fails(Failing how, std::string_view call) override;
   std::optional<Veto> judge(const Message& request) override;
   std::optional<std::uint64_t> choose(const Choice& choice) override;
 

@@ -110,7 +110,7 @@ class Parts::SkillSide final : public SkillHost {
   void falsify(std::string_view call, const idl::Method& method, Value& result) override {
     ground->falsify(call, method, result);
   }
-  bool fails(project::Intervention::Kind how, std::string_view call) override { return ground->fails(how, call); }
+  bool fails(Failing how, std::string_view call) override { return ground->fails(how, call); }
   void answer(std::uint64_t tick, bt::Status status, Map outputs) override {
     ground->put(now(), Rank::kMessage,
                 {Delivery::kTree, TreeDelivery(Answered{leaf_, tick, status, std::move(outputs)})});
@@ -240,47 +240,49 @@ Parts::Told Parts::told_of(const Message& request) const {
 Result<void> inject(const Parts& parts, Faults& faults, std::set<std::string>& down,
                     const std::function<bool(std::size_t leaf)>& is_killed, const project::Intervention& what,
                     Ground& ground) {
-  using Kind = project::Intervention::Kind;
-  const auto tell = [&](std::uint64_t id) { ground.publish(injection_message(what, "scenario", id)); };
+  using namespace project::intervention;
+  const auto tell = [&](std::uint64_t id) { ground.publish(project::injection_message(what, "scenario", id)); };
   const auto post = [&](Delivery delivery) { ground.put(ground.now(), Rank::kMessage, std::move(delivery)); };
-  if (what.stands()) {
+  if (project::stands(what)) {
     const auto id = faults.next_id();
     if (!id) return tl::unexpected(id.error());
     tell(*id);
     faults.add(*id, what);
     return {};
   }
-  if (what.kind == Kind::kClear) {
-    if (auto cleared = faults.clear(what.id); !cleared) return cleared;
+  if (const auto* clear = std::get_if<Clear>(&what)) {
+    if (auto cleared = faults.clear(clear->id); !cleared) return cleared;
     tell(0);
     return {};
   }
-  if (what.kind == Kind::kStop) {
+  if (std::holds_alternative<project::intervention::Stop>(what)) {
     tell(0);
-    post({Delivery::kTree, TreeDelivery(Stop{})});
+    post({Delivery::kTree, TreeDelivery(mission::Stop{})});
     return {};
   }
-  const bool kill = what.kind == Kind::kKill;
-  if (!kill && what.kind != Kind::kRestart)
-    return fail("verify.fault", "\"" + std::string(to_string(what.kind)) + "\" is no fault that can be tried");
+  const auto* killed = std::get_if<Kill>(&what);
+  const auto* restarted = std::get_if<Restart>(&what);
+  const bool kill = killed != nullptr;
+  if (!kill && restarted == nullptr)
+    return fail("verify.fault", "\"" + std::string(project::word_of(what)) + "\" is no fault that can be tried");
+  const std::string& part = kill ? killed->part : restarted->part;
   const auto refuse = [&] {
-    return fail("steering.part-state", "\"" + what.target + (kill ? "\" is killed already" : "\" has not been killed"));
+    return fail("steering.part-state", "\"" + part + (kill ? "\" is killed already" : "\" has not been killed"));
   };
   for (std::size_t leaf = 0; leaf < parts.skills(); ++leaf) {
-    if (parts.plan().leaves[leaf].name != what.target) continue;
+    if (parts.plan().leaves[leaf].name != part) continue;
     if (is_killed(leaf) == kill) return refuse();
     tell(0);
     post({leaf, kill ? SkillDelivery(KillSkill{}) : SkillDelivery(RestartSkill{})});
     return {};
   }
-  if (!parts.model_of(what.target))
-    return fail("verify.fault", "nothing in the mission is called \"" + what.target + "\"");
-  if (down.contains(what.target) == kill) return refuse();
+  if (!parts.model_of(part)) return fail("verify.fault", "nothing in the mission is called \"" + part + "\"");
+  if (down.contains(part) == kill) return refuse();
   tell(0);
   if (kill)
-    down.insert(what.target);
+    down.insert(part);
   else
-    down.erase(what.target);
+    down.erase(part);
   return {};
 }
 

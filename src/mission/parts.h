@@ -53,7 +53,7 @@ class Ground {
   [[nodiscard]] virtual std::optional<bt::Status> forced(std::string_view leaf) = 0;
   [[nodiscard]] virtual Duration delay_of(std::string_view message) = 0;
   virtual void falsify(std::string_view call, const idl::Method& method, Value& result) = 0;
-  [[nodiscard]] virtual bool fails(project::Intervention::Kind how, std::string_view call) = 0;
+  [[nodiscard]] virtual bool fails(Failing how, std::string_view call) = 0;
   /// Why a request is refused; nothing: it goes out.
   [[nodiscard]] virtual std::optional<Veto> judge(const Message& request) = 0;
   [[nodiscard]] virtual std::optional<std::uint64_t> choose(const Choice& choice) = 0;

@@ -288,12 +288,12 @@ Result<Delivery> restore_delivery(const project::Plan& plan, const Value& saved)
   return delivery;
 }
 
-Value save(const project::Intervention& what) { return archive::save(what); }
+Value save(const project::Intervention& what) { return archive::save(project::intervention::saved(what)); }
 
 Result<project::Intervention> restore_intervention(const Value& saved) {
-  project::Intervention what;
+  project::SavedIntervention what;
   if (const std::string problem = archive::restore(saved, what); !problem.empty()) return bad(problem);
-  return what;
+  return project::intervention::restored(what);
 }
 
 Result<Value> saved_world(std::string_view saved) {

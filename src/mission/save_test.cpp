@@ -41,17 +41,49 @@ State state_of(const project::Plan& plan) {
                  {when, Rank::kMessage, 5, {1, SkillDelivery(TickSkill{9, true, Map{{"to", 1.5}}})}},
                  {when, Rank::kMessage, 6, {0, SkillDelivery(Finish{call, {.ok = true, .result = 1}, "gate"})}},
                  {when, Rank::kMessage, 7, {0, SkillDelivery(Admitted{call, {Veto{"gate", "why"}}})}}};
-  project::Intervention delay;
-  delay.kind = project::Intervention::Kind::kDelay;
-  delay.target = "battery.*";
-  delay.by = std::chrono::milliseconds(3);
-  state.faults.add(*state.faults.next_id(), delay);
+  state.faults.add(*state.faults.next_id(),
+                   project::intervention::Delay{.message = "battery.*", .by = std::chrono::milliseconds(3)});
   state.down = {"battery", "sim"};
   state.monitors = monitor::MonitorSet(plan.monitors, TimePoint{}).memory();
   return state;
 }
 
 constexpr const char* kScenario = "recharge/scenarios/experiment1.yaml";
+
+TEST(SavedIntervention, IsOneTableForEveryKindAndComesBack) {
+  using namespace project::intervention;
+  const std::vector<project::Intervention> every{
+      project::intervention::Call{.method = "simulation.setDoor", .args = Map{{"id", "d"}}},
+      project::intervention::Stop{},
+      Kill{"battery"},
+      Restart{"battery"},
+      Delay{.message = "battery.*", .by = std::chrono::milliseconds(3), .count = 2},
+      Falsify{.call = "battery.level", .path = "a.b", .value = 1.5, .count = 1},
+      Force{.leaf = "GoTo", .status = "FAILURE", .count = 4},
+      Breakpoint{.point = Breakpoint::Point::kState, .target = "skill:GoTo", .state = "driving"},
+      Clear{7},
+      Unreachable{"battery.level"},
+      Late{"battery.level"}};
+  ASSERT_EQ(every.size(), std::variant_size_v<project::Intervention>);
+  for (std::size_t kind = 0; kind < every.size(); ++kind) {
+    ASSERT_EQ(every[kind].index(), kind);
+    const Value saved = save(every[kind]);
+    EXPECT_EQ(saved.as_map()->size(), 11U);
+    EXPECT_EQ(*saved.find("kind")->as_int(), static_cast<std::int64_t>(kind));
+    const auto restored = restore_intervention(saved);
+    ASSERT_TRUE(restored.has_value()) << to_string(restored.error());
+    EXPECT_EQ(*restored, every[kind]);
+  }
+  // As states of before have it.
+  const Value delay = save(every[4]);
+  EXPECT_EQ(delay.find("target")->text(), "battery.*");
+  EXPECT_EQ(*delay.find("by")->as_int(), 3'000'000);
+  EXPECT_EQ(*delay.find("point")->as_int(), 2);
+  EXPECT_TRUE(delay.find("args")->is_null());
+  Map unknown = *delay.as_map();
+  unknown["kind"] = 11;
+  EXPECT_FALSE(restore_intervention(unknown).has_value());
+}
 
 TEST(SavedRun, ComesBackEqual) {
   const project::Plan plan = plan_of(kScenario);

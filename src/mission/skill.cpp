@@ -371,7 +371,7 @@ class SkillMachine::Step {
     if (answered.outcome.ok && called.method->oneway) return false;
     const std::string& name = called.name;
     const bool is_served = answered.outcome.ok || answered.outcome.kind == "exception";
-    if (is_served && host_.fails(project::Intervention::Kind::kLate, name)) {
+    if (is_served && host_.fails(Failing::kLate, name)) {
       CallOutcome late{.ok = false, .result = {}, .kind = "late", .message = "a fault: the answer comes too late"};
       host_.deliver_at(add_saturating(host_.now(), model_.call_deadline), Rank::kMessage,
                        Finish{answered.call, std::move(late), {}});
@@ -535,8 +535,8 @@ class SkillMachine::Step {
     scxml::StartOptions options;
     options.data = model_.constants;
     for (const auto& [port, value] : inputs) {
-      const bool is_data =
-          std::any_of(chart.data().begin(), chart.data().end(), [&](const auto& d) { return d.id == port; });
+      const bool is_data = std::any_of(chart.data().begin(), chart.data().end(),
+                                       [&, name = std::string_view(port)](const auto& d) { return d.id == name; });
       if (is_data) options.data[port] = value;
     }
     options.session_id = model_.name + "." + std::to_string(state_.run);
@@ -769,7 +769,7 @@ class SkillMachine::Step {
       return;
     }
     const Called& called = machine_.called(*call);
-    if (!called.method->oneway && host_.fails(project::Intervention::Kind::kUnreachable, called.name)) {
+    if (!called.method->oneway && host_.fails(Failing::kUnreachable, called.name)) {
       host_.deliver(Finish{
           call, {.ok = false, .result = {}, .kind = "unreachable", .message = "a fault: nobody can be reached"}, {}});
       return;

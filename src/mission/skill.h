@@ -16,6 +16,7 @@
 #include "sentree/bt/status.h"
 #include "sentree/idl/schema.h"
 #include "sentree/mission/delivery.h"
+#include "sentree/mission/faults.h"
 #include "sentree/mission/observation_name.h"
 #include "sentree/mission/step_memory.h"
 #include "sentree/project/plan.h"
@@ -143,7 +144,7 @@ class SkillHost {
   [[nodiscard]] virtual Duration delay_of(std::string_view message) = 0;
   virtual void falsify(std::string_view call, const idl::Method& method, Value& result) = 0;
   /// Whether a fault makes calls of "SERVICE.METHOD" unreachable, or late.
-  [[nodiscard]] virtual bool fails(project::Intervention::Kind /*how*/, std::string_view /*call*/) { return false; }
+  [[nodiscard]] virtual bool fails(Failing /*how*/, std::string_view /*call*/) { return false; }
   /// The answer to tick number `tick`.
   virtual void answer(std::uint64_t tick, bt::Status status, Map outputs) = 0;
   /// The halt is over; no run is left.

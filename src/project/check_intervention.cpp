@@ -11,7 +11,7 @@ namespace sentree::project {
 
 namespace {
 
-using Kind = Intervention::Kind;
+using namespace intervention;
 using Names = std::vector<std::string>;
 
 std::optional<std::size_t> to_index(std::string_view text) {
@@ -38,20 +38,7 @@ class Check {
       : what_(what), scope_(scope), span_(span) {}
 
   Result<void> run() const {
-    switch (what_.kind) {
-      case Kind::kCall: return call();
-      case Kind::kKill:
-      case Kind::kRestart: return part();
-      case Kind::kDelay: return delay();
-      case Kind::kFalsify: return falsify();
-      case Kind::kForce: return force();
-      case Kind::kUnreachable:
-      case Kind::kLate: return failing();
-      case Kind::kBreakpoint: return breakpoint();
-      case Kind::kStop:
-      case Kind::kClear: break;
-    }
-    return {};
+    return std::visit([this](const auto& what) { return check(what); }, what_);
   }
 
  private:
@@ -59,9 +46,9 @@ class Check {
     return fail(std::move(code), std::move(message), span_);
   }
 
-  Result<void> call() const {
-    const auto dot = what_.target.rfind('.');
-    const std::string name = what_.target.substr(0, dot);
+  Result<void> check(const Call& what) const {
+    const auto dot = what.method.rfind('.');
+    const std::string name = what.method.substr(0, dot);
     const bool is_control =
         scope_.world != nullptr ? test_control_of(name, *scope_.world).has_value() : name == kTestControl;
     const auto found = scope_.services->find(name);
@@ -76,9 +63,9 @@ class Check {
       }
       return refuse("scenario.call", "the project has no service \"" + name + "\"" + did_you_mean(name, names));
     }
-    const auto method = idl::find_method(*service, what_.target.substr(dot + 1), name, span_);
+    const auto method = idl::find_method(*service, what.method.substr(dot + 1), name, span_);
     if (!method) return tl::unexpected(method.error());
-    const auto args = idl::conform_arguments(**method, what_.args);
+    const auto args = idl::conform_arguments(**method, what.args);
     if (!args) return refuse(args.error().code, args.error().message);
     if (const auto checked = idl::check_ranges(**method, *args); !checked)
       return refuse(checked.error().code, checked.error().message);
@@ -96,17 +83,23 @@ class Check {
     return refuse("scenario.call", "the world has no door \"" + wanted + "\"" + did_you_mean(wanted, names));
   }
 
-  Result<void> part() const {
+  Result<void> check(const Kill& kill) const { return part(kill.part); }
+  Result<void> check(const Restart& restart) const { return part(restart.part); }
+  Result<void> check(const Unreachable& what) const { return failing(what.call); }
+  Result<void> check(const Late& what) const { return failing(what.call); }
+  Result<void> check(const Stop& /*what*/) const { return {}; }
+  Result<void> check(const Clear& /*what*/) const { return {}; }
+
+  Result<void> part(const std::string& wanted) const {
     Names names;
     for (const SteeredPart& part : parts_of(scope_)) names.push_back(part.name);
-    if (contains(names, what_.target)) return {};
+    if (contains(names, wanted)) return {};
     std::string why =
-        "nothing of this run that can be killed is called \"" + what_.target + "\"" + did_you_mean(what_.target, names);
+        "nothing of this run that can be killed is called \"" + wanted + "\"" + did_you_mean(wanted, names);
     if (scope_.monitors != nullptr) {
       for (const monitor::Model& monitor : *scope_.monitors) {
-        if (monitor.name() == what_.target)
-          why = "monitor \"" + what_.target +
-                "\" runs in this process and cannot be killed; give it a process of its own";
+        if (monitor.name() == wanted)
+          why = "monitor \"" + wanted + "\" runs in this process and cannot be killed; give it a process of its own";
       }
     }
     return refuse("scenario.kill", std::move(why));
@@ -121,33 +114,33 @@ class Check {
     return names;
   }
 
-  Result<void> delay() const {
-    if (what_.by <= Duration(0)) return refuse("steering.delay", "a delay must be longer than 0 s");
+  Result<void> check(const Delay& what) const {
+    if (what.by <= Duration(0)) return refuse("steering.delay", "a delay must be longer than 0 s");
     Names names = calls();
     for (std::size_t i = 0, count = names.size(); i < count; ++i) names.push_back(names[i] + ".reply");
     if (scope_.leaves == nullptr) return {};
     for (const LeafPlan& leaf : *scope_.leaves) {
       for (const char* message : {".tick", ".halt"}) names.push_back(leaf.name + message);
     }
-    const bool is_reply = what_.target.ends_with(".reply");
+    const bool is_reply = what.message.ends_with(".reply");
     for (const std::string& name : names) {
-      if (name.ends_with(".reply") == is_reply && matches_pattern(what_.target, name)) return {};
+      if (name.ends_with(".reply") == is_reply && matches_pattern(what.message, name)) return {};
     }
-    return refuse("steering.unknown-message", "no message is called \"" + what_.target +
+    return refuse("steering.unknown-message", "no message is called \"" + what.message +
                                                   "\": LEAF.tick, LEAF.halt, SERVICE.METHOD or SERVICE.METHOD.reply" +
-                                                  did_you_mean(what_.target, names));
+                                                  did_you_mean(what.message, names));
   }
 
-  Result<void> falsify() const {
+  Result<void> check(const Falsify& what) const {
     std::optional<Diagnostic> why;
     for (const auto& [name, service] : *scope_.services) {
       for (const idl::Method* method : service.service->methods) {
-        if (!matches_pattern(what_.target, name + "." + method->name)) continue;
-        const auto type = method->result != nullptr ? type_at(*method->result, what_.path)
+        if (!matches_pattern(what.call, name + "." + method->name)) continue;
+        const auto type = method->result != nullptr ? type_at(*method->result, what.path)
                                                     : fail("steering.path", method->name + " returns nothing");
         if (!type) {
           why = type.error();
-        } else if (const auto value = idl::conform(**type, what_.value, what_.path.empty() ? "result" : what_.path);
+        } else if (const auto value = idl::conform(**type, what.value, what.path.empty() ? "result" : what.path);
                    !value) {
           why = value.error();
         } else {
@@ -155,24 +148,23 @@ class Check {
         }
       }
     }
-    if (why) return refuse(why->code, "falsify " + what_.target + ": " + why->message);
+    if (why) return refuse(why->code, "falsify " + what.call + ": " + why->message);
     return refuse("steering.unknown-call",
-                  "no service has a method \"" + what_.target + "\"" + did_you_mean(what_.target, calls()));
+                  "no service has a method \"" + what.call + "\"" + did_you_mean(what.call, calls()));
   }
 
-  Result<void> failing() const {
+  Result<void> failing(const std::string& pattern) const {
     bool is_oneway = false;
     for (const auto& [name, service] : *scope_.services) {
       for (const idl::Method* method : service.service->methods) {
-        if (!matches_pattern(what_.target, name + "." + method->name)) continue;
+        if (!matches_pattern(pattern, name + "." + method->name)) continue;
         if (!method->oneway) return {};
         is_oneway = true;
       }
     }
-    if (is_oneway)
-      return refuse("steering.unknown-call", what_.target + " is one-way: nobody learns what became of it");
+    if (is_oneway) return refuse("steering.unknown-call", pattern + " is one-way: nobody learns what became of it");
     return refuse("steering.unknown-call",
-                  "no service has a method \"" + what_.target + "\"" + did_you_mean(what_.target, calls()));
+                  "no service has a method \"" + pattern + "\"" + did_you_mean(pattern, calls()));
   }
 
   const LeafPlan* leaf(const std::string& name) const {
@@ -187,49 +179,49 @@ class Check {
     return names;
   }
 
-  Result<void> force() const {
+  Result<void> check(const Force& what) const {
     if (scope_.leaves == nullptr) return {};
-    const LeafPlan* found = leaf(what_.target);
+    const LeafPlan* found = leaf(what.leaf);
     if (found == nullptr) {
-      return refuse("steering.unknown-leaf", "no leaf that runs a skill is called \"" + what_.target + "\"" +
-                                                 did_you_mean(what_.target, leaf_names()));
+      return refuse("steering.unknown-leaf", "no leaf that runs a skill is called \"" + what.leaf + "\"" +
+                                                 did_you_mean(what.leaf, leaf_names()));
     }
     const Names statuses{"SUCCESS", "FAILURE", "RUNNING"};
-    if (!contains(statuses, what_.status)) {
-      return refuse("steering.status", "a leaf cannot be forced to \"" + what_.status +
+    if (!contains(statuses, what.status)) {
+      return refuse("steering.status", "a leaf cannot be forced to \"" + what.status +
                                            "\"; there are SUCCESS, FAILURE "
                                            "and RUNNING" +
-                                           did_you_mean(what_.status, statuses));
+                                           did_you_mean(what.status, statuses));
     }
-    if (found->condition && what_.status == "RUNNING")
-      return refuse("steering.status", "leaf \"" + what_.target + "\" is a condition, which is never RUNNING");
+    if (found->condition && what.status == "RUNNING")
+      return refuse("steering.status", "leaf \"" + what.leaf + "\" is a condition, which is never RUNNING");
     return {};
   }
 
-  Result<void> breakpoint() const {
-    switch (what_.point) {
-      case Intervention::Point::kMessage:
-        if (what_.target.empty()) return refuse("steering.pattern", "a breakpoint needs the name of an observation");
+  Result<void> check(const Breakpoint& what) const {
+    switch (what.point) {
+      case Breakpoint::Point::kMessage:
+        if (what.target.empty()) return refuse("steering.pattern", "a breakpoint needs the name of an observation");
         return {};
-      case Intervention::Point::kNode: return at_node();
-      case Intervention::Point::kState: return at_state();
+      case Breakpoint::Point::kNode: return at_node(what);
+      case Breakpoint::Point::kState: return at_state(what);
     }
     return {};
   }
 
-  Result<void> at_node() const {
-    if (scope_.tree == nullptr || scope_.tree->find(what_.target) != bt::kNoNode) return {};
+  Result<void> at_node(const Breakpoint& what) const {
+    if (scope_.tree == nullptr || scope_.tree->find(what.target) != bt::kNoNode) return {};
     Names paths;
     for (bt::NodeId node = 0; node < scope_.tree->size(); ++node) paths.push_back(scope_.tree->path(node));
     return refuse("steering.unknown-node",
-                  "the tree has no node \"" + what_.target + "\"" + did_you_mean(what_.target, paths));
+                  "the tree has no node \"" + what.target + "\"" + did_you_mean(what.target, paths));
   }
 
-  Result<void> at_state() const {
+  Result<void> at_state(const Breakpoint& what) const {
     Names charts;
     const scxml::Chart* chart = nullptr;
     const auto offer = [&](std::string name, const scxml::Chart& offered) {
-      if (name == what_.target) chart = &offered;
+      if (name == what.target) chart = &offered;
       charts.push_back(std::move(name));
     };
     if (scope_.leaves == nullptr || scope_.monitors == nullptr) return {};
@@ -239,13 +231,13 @@ class Check {
     for (const monitor::Model& monitor : *scope_.monitors) offer("monitor:" + monitor.name(), monitor.chart());
     if (chart == nullptr) {
       return refuse("steering.unknown-chart",
-                    "this process runs no chart \"" + what_.target + "\"" + did_you_mean(what_.target, charts));
+                    "this process runs no chart \"" + what.target + "\"" + did_you_mean(what.target, charts));
     }
-    if (chart->find(what_.state)) return {};
+    if (chart->find(what.state)) return {};
     Names states;
     for (const scxml::State& state : chart->states()) states.push_back(state.id);
     return refuse("steering.unknown-state",
-                  what_.target + " has no state \"" + what_.state + "\"" + did_you_mean(what_.state, states));
+                  what.target + " has no state \"" + what.state + "\"" + did_you_mean(what.state, states));
   }
 
   const Intervention& what_;
@@ -266,26 +258,28 @@ Result<void> check_intervention(const Intervention& what, const InterventionScop
 
 std::optional<Diagnostic> doubt_about(const Intervention& what, const InterventionScope& scope,
                                       const SourceSpan& span) {
-  if (what.kind != Kind::kFalsify) return std::nullopt;
+  const auto* falsify = std::get_if<Falsify>(&what);
+  if (falsify == nullptr) return std::nullopt;
   for (const auto& [name, service] : *scope.services) {
     for (const idl::Method* method : service.service->methods) {
-      if (method->result == nullptr || !matches_pattern(what.target, name + "." + method->name)) continue;
-      const auto type = type_at(*method->result, what.path);
-      const auto value = type ? idl::conform(**type, what.value, "") : tl::unexpected(type.error());
+      if (method->result == nullptr || !matches_pattern(falsify->call, name + "." + method->name)) continue;
+      const auto type = type_at(*method->result, falsify->path);
+      const auto value = type ? idl::conform(**type, falsify->value, "") : tl::unexpected(type.error());
       if (!value) continue;
       // The member itself, whose bounds its type does not know.
-      const auto dot = what.path.rfind('.');
-      const auto owner = type_at(
-          *method->result, dot == std::string::npos ? std::string_view() : std::string_view(what.path).substr(0, dot));
-      const std::string last = dot == std::string::npos ? what.path : what.path.substr(dot + 1);
+      const auto dot = falsify->path.rfind('.');
+      const auto owner =
+          type_at(*method->result,
+                  dot == std::string::npos ? std::string_view() : std::string_view(falsify->path).substr(0, dot));
+      const std::string last = dot == std::string::npos ? falsify->path : falsify->path.substr(dot + 1);
       const idl::Field* field =
           owner && (*owner)->kind == idl::Kind::kStruct && !last.empty() ? (*owner)->structure->find(last) : nullptr;
-      const std::string shown = what.path.empty() ? "result" : what.path;
+      const std::string shown = falsify->path.empty() ? "result" : falsify->path;
       const auto checked =
           field != nullptr ? idl::check_ranges(*field, *value, shown) : idl::check_ranges(**type, *value, shown);
       if (checked) continue;
       return Diagnostic{Severity::kWarning, checked.error().code,
-                        "falsify " + what.target + ": " + checked.error().message, span};
+                        "falsify " + falsify->call + ": " + checked.error().message, span};
     }
   }
   return std::nullopt;

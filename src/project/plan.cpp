@@ -576,10 +576,7 @@ Loaded<Plan> prepare(Scenario scenario, PartCache& known) {
       preparation.diagnostics.push_back(std::move(*doubt));
   }
   for (const DelayFault& delay : scenario.delays) {
-    Intervention what;
-    what.kind = Intervention::Kind::kDelay;
-    what.target = delay.message;
-    what.by = delay.by;
+    const intervention::Delay what{.message = delay.message, .by = delay.by};
     if (auto checked = check_intervention(what, scope, delay.span); !checked)
       preparation.diagnostics.push_back(checked.error());
   }

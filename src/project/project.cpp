@@ -162,8 +162,8 @@ void read_verify(const text::YamlNode& node, Project& project, Diagnostics& diag
   for (const text::YamlNode& entry : any_of->items) {
     YamlReader fault(entry, "fault", diagnostics);
     Intervention what = read_intervention(fault, entry, diagnostics);
-    using Kind = Intervention::Kind;
-    const bool can_be_tried = what.kind == Kind::kKill || (what.stands() && what.kind != Kind::kBreakpoint);
+    const bool can_be_tried = std::holds_alternative<intervention::Kill>(what) ||
+                              (stands(what) && !std::holds_alternative<intervention::Breakpoint>(what));
     if (!can_be_tried) {
       fault.error(entry.span, "project.verify", "a fault is one of kill, delay, falsify, force, unreachable and late");
       continue;

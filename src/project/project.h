@@ -241,7 +241,7 @@ struct ScenarioOrder {
 
 /// A message held back, as a slow machine or network would.
 struct DelayFault {
-  std::string message;  ///< As `Intervention::target` of a delay.
+  std::string message;  ///< As that of `intervention::Delay`.
   Duration by{};
   SourceSpan span;
 };

@@ -200,7 +200,7 @@ TEST(Scenario, ChangesItsProjectAndSaysWhatToExpect) {
   EXPECT_EQ(scenario.seed, 7U);
   EXPECT_EQ(scenario.project.skill("", "GoTo")->file.path, "skills/other.scxml");
   EXPECT_EQ(scenario.project.service("battery")->at, "tcp://127.0.0.1:1");
-  EXPECT_EQ(scenario.timeline[0].what.target, "simulation.setBatteryCharge");
+  EXPECT_EQ(std::get<intervention::Call>(scenario.timeline[0].what).method, "simulation.setBatteryCharge");
   EXPECT_EQ(scenario.timeline[0].at, TimePoint(seconds(2)));
   EXPECT_EQ(scenario.delays[0].by, milliseconds(300));
   EXPECT_EQ(scenario.verdicts.at("a"), "violated");

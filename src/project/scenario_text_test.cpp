@@ -8,8 +8,7 @@ namespace {
 Injection killed(std::string part, std::int64_t at_s) {
   Injection one;
   one.at = TimePoint{std::chrono::seconds(at_s)};
-  one.what.kind = Intervention::Kind::kKill;
-  one.what.target = std::move(part);
+  one.what = intervention::Kill{std::move(part)};
   one.source = "studio";
   return one;
 }

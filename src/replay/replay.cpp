@@ -345,7 +345,6 @@ class Replay {
 
   // What was done then is done again, except to what answers as recorded.
   void inject(const Message& injection) {
-    using Kind = project::Intervention::Kind;
     const Value* process = injection.data.find("process");
     if (injection.name == "process.restarted") {
       if (process != nullptr)
@@ -353,8 +352,9 @@ class Replay {
       return;
     }
     const auto what = project::intervention_of(injection);
-    const bool is_call = what && what->kind == Kind::kCall;
-    if (what && !is_call && check_intervention(*what, scope_of(plan_))) {
+    const auto* call = what ? std::get_if<project::intervention::Call>(&*what) : nullptr;
+    const auto* kill = what ? std::get_if<project::intervention::Kill>(&*what) : nullptr;
+    if (what && call == nullptr && check_intervention(*what, scope_of(plan_))) {
       inside_->inject({.at = injection.time, .what = *what, .source = injection.source, .span = {}});
       return;
     }
@@ -366,8 +366,8 @@ class Replay {
     message.name = injection.name;
     message.data = injection.data;
     inside_->publish(std::move(message));
-    if (what && what->kind == Kind::kKill) of_process(what->target, [](runtime::SkillActor& skill) { skill.kill(); });
-    if (is_call && plan_.world) call_again(what->target, what->args);
+    if (kill != nullptr) of_process(kill->part, [](runtime::SkillActor& skill) { skill.kill(); });
+    if (call != nullptr && plan_.world) call_again(call->method, call->args);
   }
 
   // Skills that ran in that process then; they run in this one now.

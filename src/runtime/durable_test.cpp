@@ -178,9 +178,7 @@ TEST(Durable, DoesAgainWhatAPersonDid) {
   Steering& steering = begun.get_future().get()->steering();
   ASSERT_TRUE(steering.run_until(TimePoint(std::chrono::seconds(10))).has_value());
   (void)steering.wait_paused();
-  project::Intervention drain;
-  drain.target = "simulation.setBatteryCharge";
-  drain.args = Map{{"percent", 25.0}};
+  const project::intervention::Call drain{.method = "simulation.setBatteryCharge", .args = Map{{"percent", 25.0}}};
   const auto applied = steering.apply_for(drain, "a person");
   ASSERT_TRUE(applied.has_value()) << to_string(applied.error());
   ASSERT_TRUE(steering.resume().has_value());

@@ -130,7 +130,7 @@ void SkillActor::falsify(std::string_view call, const idl::Method& method, Value
   if (!faults_.calls_spared()) faults_.falsify(call, method, result);
 }
 
-bool SkillActor::fails(project::Intervention::Kind how, std::string_view call) {
+bool SkillActor::fails(mission::Failing how, std::string_view call) {
   return !faults_.calls_spared() && faults_.fails(how, call);
 }
 

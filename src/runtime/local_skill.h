@@ -89,7 +89,7 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
   void deliver_at(TimePoint when, mission::Rank rank, mission::SkillDelivery what) override;
   Duration delay_of(std::string_view message) override;
   void falsify(std::string_view call, const idl::Method& method, Value& result) override;
-  bool fails(project::Intervention::Kind how, std::string_view call) override;
+  bool fails(mission::Failing how, std::string_view call) override;
   void answer(std::uint64_t tick, bt::Status status, Map outputs) override;
   void halted() override { replies_.halted(); }
   void log(const scxml::LogLine& line) override { replies_.log(line); }

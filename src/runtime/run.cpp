@@ -835,10 +835,8 @@ class Run::Impl final : public RunView, private RunInside {
       return entries;
     };
     handler.call = [this](const std::string& service, const std::string& method, const Value& arguments) {
-      project::Intervention what;
-      what.target = service + "." + method;
-      what.args = arguments;
-      auto applied = steering_.apply_for(what, "control");
+      auto applied = steering_.apply_for(
+          project::intervention::Call{.method = service + "." + method, .args = arguments}, "control");
       if (applied) return std::move(applied->outcome);
       return mission::CallOutcome{.ok = false, .result = {}, .kind = "arguments", .message = applied.error().message};
     };

@@ -10,6 +10,8 @@ namespace sentree::runtime {
 
 namespace {
 
+using namespace project::intervention;
+
 Diagnostic ended() { return {Severity::kError, "steering.ended", "the run has ended", {}}; }
 
 }  // namespace
@@ -219,15 +221,12 @@ void RunSteering::finish() {
 Result<Steering::Applied> RunSteering::apply_for(const project::Intervention& what, const std::string& source) {
   if (auto checked = check_intervention(what, scope_); !checked) return tl::unexpected(checked.error());
   auto applied = in_director([this, what, source] { return execute(what, source, true); });
-  if (applied && what.kind == project::Intervention::Kind::kStop) (void)resume();
+  if (applied && std::holds_alternative<Stop>(what)) (void)resume();
   return applied;
 }
 
 void RunSteering::ask_to_stop(const std::string& source) {
-  project::Intervention stop;
-  stop.kind = project::Intervention::Kind::kStop;
-  if (run_.scheduler->inject(run_.director, [this, stop, source] { (void)execute(stop, source, true); }))
-    (void)resume();
+  if (run_.scheduler->inject(run_.director, [this, source] { (void)execute(Stop{}, source, true); })) (void)resume();
 }
 
 void RunSteering::inject(const project::Injection& injection) {
@@ -235,17 +234,15 @@ void RunSteering::inject(const project::Injection& injection) {
   const std::string place = to_string(injection.span) + ": ";
   if (!applied) {
     run_.problem(place + applied.error().message);
-  } else if (injection.what.kind == project::Intervention::Kind::kCall) {
+  } else if (const auto* call = std::get_if<Call>(&injection.what)) {
     const mission::CallOutcome& outcome = applied->outcome;
     if (outcome.ok && (outcome.result.as_string() == nullptr || outcome.result.text() == "OK")) return;
-    run_.problem(place + injection.what.target + " answered " +
-                 (outcome.ok ? to_json(outcome.result) : outcome.message));
+    run_.problem(place + call->method + " answered " + (outcome.ok ? to_json(outcome.result) : outcome.message));
   }
 }
 
 Result<Steering::Applied> RunSteering::execute(const project::Intervention& what, const std::string& source,
                                                bool by_person) {
-  using Kind = project::Intervention::Kind;
   if (by_person) {
     const std::lock_guard lock(mutex_);
     if (done_.size() >= kInterventionsMax)
@@ -254,26 +251,29 @@ Result<Steering::Applied> RunSteering::execute(const project::Intervention& what
   }
   if (by_person && run_.keep) run_.keep(what, source);
   Applied applied;
-  if (what.stands()) {
+  if (project::stands(what)) {
     auto standing = stand(what, source, by_person);
     if (!standing) return standing;
     applied = *standing;
-  } else if (what.kind == Kind::kKill || what.kind == Kind::kRestart) {
-    if (auto done = kill_or_restart(what, source); !done) return tl::unexpected(done.error());
-  } else if (what.kind == Kind::kClear) {
-    if (auto cleared = standing_.with([&](mission::Faults& faults) { return faults.clear(what.id); }); !cleared)
+  } else if (const auto* kill = std::get_if<Kill>(&what)) {
+    if (auto done = kill_or_restart(kill->part, what, source); !done) return tl::unexpected(done.error());
+  } else if (const auto* restart = std::get_if<Restart>(&what)) {
+    if (auto done = kill_or_restart(restart->part, what, source); !done) return tl::unexpected(done.error());
+  } else if (const auto* clear = std::get_if<Clear>(&what)) {
+    if (auto cleared = standing_.with([&](mission::Faults& faults) { return faults.clear(clear->id); }); !cleared)
       return tl::unexpected(cleared.error());
-    run_.publish(injection_message(what, source, 0));
-  } else {
-    run_.publish(injection_message(what, source, 0));
-    const auto dot = what.target.rfind('.');
-    if (what.kind == Kind::kStop) {
-      run_.stop();
-    } else if (const auto down = down_.find(what.target.substr(0, dot));
-               down != down_.end() && (down->second.killed || down_.find(project::kSimulatorPart)->second.killed)) {
+    run_.publish(project::injection_message(what, source, 0));
+  } else if (std::holds_alternative<Stop>(what)) {
+    run_.publish(project::injection_message(what, source, 0));
+    run_.stop();
+  } else if (const auto* call = std::get_if<Call>(&what)) {
+    run_.publish(project::injection_message(what, source, 0));
+    const auto dot = call->method.rfind('.');
+    if (const auto down = down_.find(call->method.substr(0, dot));
+        down != down_.end() && (down->second.killed || down_.find(project::kSimulatorPart)->second.killed)) {
       applied.outcome = GuardedPort::killed(down->first);
     } else {
-      applied.outcome = run_.call(what.target.substr(0, dot), what.target.substr(dot + 1), what.args);
+      applied.outcome = run_.call(call->method.substr(0, dot), call->method.substr(dot + 1), call->args);
     }
   }
   if (by_person) {
@@ -283,26 +283,27 @@ Result<Steering::Applied> RunSteering::execute(const project::Intervention& what
   return applied;
 }
 
-Result<void> RunSteering::kill_or_restart(const project::Intervention& what, const std::string& source) {
-  const bool kill = what.kind == project::Intervention::Kind::kKill;
-  const auto publish = [&] { run_.publish(injection_message(what, source, 0)); };
+Result<void> RunSteering::kill_or_restart(const std::string& part, const project::Intervention& what,
+                                          const std::string& source) {
+  const bool kill = std::holds_alternative<Kill>(what);
+  const auto publish = [&] { run_.publish(project::injection_message(what, source, 0)); };
   const auto refuse_state = [&] {
-    return fail("steering.part-state", "\"" + what.target + (kill ? "\" is killed already" : "\" has not been killed"));
+    return fail("steering.part-state", "\"" + part + (kill ? "\" is killed already" : "\" has not been killed"));
   };
   const auto& processes = run_.plan->scenario.processes;
-  if (std::any_of(processes.begin(), processes.end(), [&](const auto& p) { return p.name == what.target; })) {
+  if (std::any_of(processes.begin(), processes.end(), [&](const auto& p) { return p.name == part; })) {
     if (kill) {
       publish();
-      run_.kill_process(what.target);
+      run_.kill_process(part);
     } else {
-      if (!run_.restart_process(what.target)) return refuse_state();
+      if (!run_.restart_process(part)) return refuse_state();
       publish();
     }
     return {};
   }
   for (std::size_t leaf = 0; leaf < run_.plan->leaves.size(); ++leaf) {
     SkillActor* skill = run_.skill(leaf);
-    if (run_.plan->leaves[leaf].name != what.target || skill == nullptr) continue;
+    if (run_.plan->leaves[leaf].name != part || skill == nullptr) continue;
     if ((killed_skills_[leaf] != 0) == kill) return refuse_state();
     publish();
     killed_skills_[leaf] = kill ? 1 : 0;
@@ -312,7 +313,7 @@ Result<void> RunSteering::kill_or_restart(const project::Intervention& what, con
       skill->restart();
     return {};
   }
-  std::atomic<bool>& killed = down_.find(what.target)->second.killed;  // its name was checked
+  std::atomic<bool>& killed = down_.find(part)->second.killed;  // its name was checked
   if (killed == kill) return refuse_state();
   publish();
   killed = kill;
@@ -326,18 +327,18 @@ Result<Steering::Applied> RunSteering::stand(const project::Intervention& what, 
   Applied applied;
   applied.id = *id;
   // Observed before it has an effect, and not itself what a breakpoint waits for.
-  run_.publish(injection_message(what, source, *id));
-  if (by_person && what.kind == project::Intervention::Kind::kBreakpoint) {
+  run_.publish(project::injection_message(what, source, *id));
+  const auto* breakpoint = std::get_if<Breakpoint>(&what);
+  if (by_person && breakpoint != nullptr) {
     const std::lock_guard lock(mutex_);
     holding_.insert(*id);
   }
   standing_.with([&](mission::Faults& faults) { faults.add(*id, what); });
-  if (what.kind == project::Intervention::Kind::kBreakpoint && what.point == project::Intervention::Point::kState)
-    prime(what);
+  if (breakpoint != nullptr && breakpoint->point == Breakpoint::Point::kState) prime(*breakpoint);
   return applied;
 }
 
-void RunSteering::prime(const project::Intervention& breakpoint) {
+void RunSteering::prime(const Breakpoint& breakpoint) {
   for (std::size_t leaf = 0; leaf < chart_names_.size(); ++leaf) {
     SkillActor* skill = chart_names_[leaf] == breakpoint.target ? run_.skill(leaf) : nullptr;
     if (skill == nullptr) continue;

@@ -103,10 +103,11 @@ class RunSteering final : public Steering {
   Result<void> refuse() const;
   // In the director's actor: publishes an intervention and does it.
   Result<Applied> execute(const project::Intervention& what, const std::string& source, bool by_person);
-  Result<void> kill_or_restart(const project::Intervention& what, const std::string& source);
+  // `what` kills that part, or lets it be used again.
+  Result<void> kill_or_restart(const std::string& part, const project::Intervention& what, const std::string& source);
   Result<Applied> stand(const project::Intervention& what, const std::string& source, bool by_person);
   // Notes which states of its chart are active, so that entering one can be told.
-  void prime(const project::Intervention& breakpoint);
+  void prime(const project::intervention::Breakpoint& breakpoint);
   void reached(const std::vector<std::uint64_t>& breakpoints, const std::string& what);
   void change_mind();
   void go_on();

@@ -48,7 +48,7 @@ class StandingFaults {
   void falsify(std::string_view call, const idl::Method& method, Value& result) {
     if (any()) with([&](mission::Faults& faults) { faults.falsify(call, method, result); });
   }
-  [[nodiscard]] bool fails(project::Intervention::Kind how, std::string_view call) {
+  [[nodiscard]] bool fails(mission::Failing how, std::string_view call) {
     return any() && with([&](mission::Faults& faults) { return faults.fails(how, call); });
   }
   [[nodiscard]] std::optional<bt::Status> forced(std::string_view leaf) {

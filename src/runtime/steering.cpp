@@ -6,6 +6,8 @@ namespace sentree::runtime {
 
 namespace {
 
+using namespace project::intervention;
+
 Result<void> done(Result<Steering::Applied> applied) {
   if (!applied) return tl::unexpected(applied.error());
   return {};
@@ -16,79 +18,47 @@ Result<std::uint64_t> number(Result<Steering::Applied> applied) {
   return applied->id;
 }
 
-project::Intervention of(project::Intervention::Kind kind, std::string target) {
-  project::Intervention what;
-  what.kind = kind;
-  what.target = std::move(target);
-  return what;
-}
-
 }  // namespace
 
-Result<void> Steering::stop() { return done(apply(of(project::Intervention::Kind::kStop, ""))); }
+Result<void> Steering::stop() { return done(apply(Stop{})); }
 
-Result<mission::CallOutcome> Steering::call(std::string service, const std::string& method, Value args) {
-  project::Intervention what = of(project::Intervention::Kind::kCall, std::move(service) + "." + method);
-  what.args = std::move(args);
-  auto applied = apply(what);
+Result<mission::CallOutcome> Steering::call(const std::string& service, const std::string& method, Value args) {
+  auto applied = apply(Call{.method = service + "." + method, .args = std::move(args)});
   if (!applied) return tl::unexpected(applied.error());
   return std::move(applied->outcome);
 }
 
-Result<void> Steering::kill(std::string part) {
-  return done(apply(of(project::Intervention::Kind::kKill, std::move(part))));
-}
+Result<void> Steering::kill(std::string part) { return done(apply(Kill{std::move(part)})); }
 
-Result<void> Steering::restart(std::string part) {
-  return done(apply(of(project::Intervention::Kind::kRestart, std::move(part))));
-}
+Result<void> Steering::restart(std::string part) { return done(apply(Restart{std::move(part)})); }
 
 Result<std::uint64_t> Steering::delay(std::string messages, Duration by, std::uint64_t count) {
-  project::Intervention what = of(project::Intervention::Kind::kDelay, std::move(messages));
-  what.by = by;
-  what.count = count;
-  return number(apply(what));
+  return number(apply(Delay{.message = std::move(messages), .by = by, .count = count}));
 }
 
 Result<std::uint64_t> Steering::falsify(std::string calls, std::string path, Value value, std::uint64_t count) {
-  project::Intervention what = of(project::Intervention::Kind::kFalsify, std::move(calls));
-  what.path = std::move(path);
-  what.value = std::move(value);
-  what.count = count;
-  return number(apply(what));
+  return number(
+      apply(Falsify{.call = std::move(calls), .path = std::move(path), .value = std::move(value), .count = count}));
 }
 
 Result<std::uint64_t> Steering::force(std::string leaf, std::string status, bool once) {
-  project::Intervention what = of(project::Intervention::Kind::kForce, std::move(leaf));
-  what.status = std::move(status);
-  what.count = once ? 1 : 0;
-  return number(apply(what));
+  return number(apply(Force{.leaf = std::move(leaf), .status = std::move(status), .count = once ? 1U : 0U}));
 }
 
 Result<std::uint64_t> Steering::break_at_node(std::string path, std::string status) {
-  project::Intervention what = of(project::Intervention::Kind::kBreakpoint, std::move(path));
-  what.point = project::Intervention::Point::kNode;
-  what.status = std::move(status);
-  return number(apply(what));
+  return number(
+      apply(Breakpoint{.point = Breakpoint::Point::kNode, .target = std::move(path), .status = std::move(status)}));
 }
 
 Result<std::uint64_t> Steering::break_at_state(std::string chart, std::string state) {
-  project::Intervention what = of(project::Intervention::Kind::kBreakpoint, std::move(chart));
-  what.point = project::Intervention::Point::kState;
-  what.state = std::move(state);
-  return number(apply(what));
+  return number(
+      apply(Breakpoint{.point = Breakpoint::Point::kState, .target = std::move(chart), .state = std::move(state)}));
 }
 
 Result<std::uint64_t> Steering::break_at_message(std::string pattern) {
-  project::Intervention what = of(project::Intervention::Kind::kBreakpoint, std::move(pattern));
-  what.point = project::Intervention::Point::kMessage;
-  return number(apply(what));
+  return number(apply(Breakpoint{.target = std::move(pattern)}));
 }
 
-Result<void> Steering::clear(std::uint64_t id) {
-  project::Intervention what = of(project::Intervention::Kind::kClear, "");
-  what.id = id;
-  return done(apply(what));
-}
+Result<void> Steering::clear(std::uint64_t id) { return done(apply(Clear{id})); }
 
 }  // namespace sentree::runtime

@@ -67,7 +67,7 @@ class Steering {
 
   /// Halts the mission; the run ends in order. Goes on if it was paused.
   Result<void> stop();
-  Result<mission::CallOutcome> call(std::string service, const std::string& method, Value args);
+  Result<mission::CallOutcome> call(const std::string& service, const std::string& method, Value args);
   Result<void> kill(std::string part);
   Result<void> restart(std::string part);
   Result<std::uint64_t> delay(std::string messages, Duration by, std::uint64_t count = 0);

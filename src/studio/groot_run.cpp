@@ -17,6 +17,9 @@ namespace {
 
 using groot::Hook;
 using project::Intervention;
+using project::intervention::Breakpoint;
+using project::intervention::Clear;
+using project::intervention::Force;
 using SteadyClock = std::chrono::steady_clock;
 
 constexpr const char* kSource = "groot";
@@ -168,35 +171,28 @@ struct GrootRun::Impl final : groot::Hooks {
   static bt::NodeId node_of(const Hook& hook) { return hook.uid - 1U; }
 
   // A leaf with a skill is asked and answers in messages; any other node is known by its status.
-  Intervention breakpoint_at(const Hook& hook, bt::NodeId node) const {
-    Intervention what;
-    what.kind = Intervention::Kind::kBreakpoint;
+  Breakpoint breakpoint_at(const Hook& hook, bt::NodeId node) const {
+    Breakpoint what;
     const bool is_before = hook.position == Hook::Position::kBefore;
     if (tree->is_external(node)) {
-      what.point = Intervention::Point::kMessage;
       what.target = tree->event_name(node) + (is_before ? ".tick.request" : ".tick.reply");
       return what;
     }
-    what.point = Intervention::Point::kNode;
+    what.point = Breakpoint::Point::kNode;
     what.target = tree->path(node);
     if (is_before && !tree->children(node).empty()) what.status = "RUNNING";
     return what;
   }
 
   Result<runtime::Steering::Applied> force(bt::NodeId node, bt::Status status, bool once) {
-    Intervention what;
-    what.kind = Intervention::Kind::kForce;
-    what.target = tree->event_name(node);
-    what.status = bt::to_string(status);
-    what.count = once ? 1 : 0;
-    return steering->apply_for(what, kSource);
+    return steering->apply_for(
+        Force{.leaf = tree->event_name(node), .status = std::string(bt::to_string(status)), .count = once ? 1U : 0U},
+        kSource);
   }
 
   void clear(std::uint64_t id) {
     const bool stands_there = steering->status().breakpoint == id;
-    Intervention what;
-    what.kind = Intervention::Kind::kClear;
-    what.id = id;
+    const Clear what{id};
     // One that is used up is gone already.
     (void)steering->apply_for(what, kSource);
     if (stands_there) (void)steering->resume();

@@ -13,6 +13,8 @@ namespace sentree::studio {
 
 namespace {
 
+using namespace project::intervention;
+
 // What a request says, each with a message that names what is wrong.
 class Asked {
  public:
@@ -101,53 +103,44 @@ Result<Value> set_breakpoint(runtime::Steering& steering, const Subject& subject
 }
 
 Value to_value(const Subject& subject, const mission::StandingIntervention& standing) {
-  using Kind = project::Intervention::Kind;
   const project::Intervention& what = standing.what;
   Map value{{"id", static_cast<std::int64_t>(standing.id)}, {"used", static_cast<std::int64_t>(standing.used)}};
-  std::string text;
-  switch (what.kind) {
-    case Kind::kDelay:
-      value["kind"] = "delay";
-      value["message"] = what.target;
-      value["by"] = what.by.count();
-      text = what.target + " late by " + shortest_decimal(seconds(what.by)) + " s";
-      break;
-    case Kind::kFalsify:
-      value["kind"] = "falsify";
-      value["call"] = what.target;
-      value["path"] = what.path;
-      value["value"] = what.value;
-      text = what.target + (what.path.empty() ? "" : ": " + what.path) + " = " + to_json(what.value);
-      break;
-    case Kind::kUnreachable:
-    case Kind::kLate:
-      value["kind"] = std::string(to_string(what.kind));
-      value["call"] = what.target;
-      text = describe(what);
-      break;
-    case Kind::kForce:
-      value["kind"] = "force";
-      value["leaf"] = what.target;
-      value["status"] = what.status;
-      text = what.target + " is " + what.status;
-      break;
-    default:
-      value["kind"] = "breakpoint";
-      if (what.point == project::Intervention::Point::kNode) {
-        const bt::NodeId node = subject.plan.tree.find(what.target);
-        if (node != bt::kNoNode) value["node"] = static_cast<std::int64_t>(node);
-        value["status"] = what.status;
-        text = what.target + (what.status.empty() ? " changes" : " is " + what.status);
-      } else if (what.point == project::Intervention::Point::kState) {
-        value["chart"] = what.target;
-        value["state"] = what.state;
-        text = what.target + " enters " + what.state;
-      } else {
-        value["pattern"] = what.target;
-        text = "observation " + what.target;
-      }
+  value["kind"] = std::string(project::word_of(what));
+  std::string text = project::describe(what);
+  if (const auto* delay = std::get_if<Delay>(&what)) {
+    value["message"] = delay->message;
+    value["by"] = delay->by.count();
+    text = delay->message + " late by " + shortest_decimal(seconds(delay->by)) + " s";
+  } else if (const auto* falsify = std::get_if<Falsify>(&what)) {
+    value["call"] = falsify->call;
+    value["path"] = falsify->path;
+    value["value"] = falsify->value;
+    text = falsify->call + (falsify->path.empty() ? "" : ": " + falsify->path) + " = " + to_json(falsify->value);
+  } else if (const auto* unreachable = std::get_if<Unreachable>(&what)) {
+    value["call"] = unreachable->call;
+  } else if (const auto* late = std::get_if<Late>(&what)) {
+    value["call"] = late->call;
+  } else if (const auto* force = std::get_if<Force>(&what)) {
+    value["leaf"] = force->leaf;
+    value["status"] = force->status;
+    text = force->leaf + " is " + force->status;
+  } else if (const auto* breakpoint = std::get_if<Breakpoint>(&what)) {
+    const std::string& target = breakpoint->target;
+    if (breakpoint->point == Breakpoint::Point::kNode) {
+      if (const bt::NodeId node = subject.plan.tree.find(target); node != bt::kNoNode)
+        value["node"] = static_cast<std::int64_t>(node);
+      value["status"] = breakpoint->status;
+      text = target + (breakpoint->status.empty() ? " changes" : " is " + breakpoint->status);
+    } else if (breakpoint->point == Breakpoint::Point::kState) {
+      value["chart"] = target;
+      value["state"] = breakpoint->state;
+      text = target + " enters " + breakpoint->state;
+    } else {
+      value["pattern"] = target;
+      text = "observation " + target;
+    }
   }
-  if (what.count > 0) value["count"] = static_cast<std::int64_t>(what.count);
+  if (const std::uint64_t count = project::count_of(what); count > 0) value["count"] = static_cast<std::int64_t>(count);
   value["text"] = std::move(text);
   return value;
 }
@@ -254,10 +247,7 @@ Result<Value> steer(runtime::Steering& steering, const Subject& subject, const s
   if (op == "unreachable" || op == "late") {
     const auto calls = asked.text("call");
     if (!calls) return tl::unexpected(calls.error());
-    project::Intervention what;
-    what.kind = op == "late" ? project::Intervention::Kind::kLate : project::Intervention::Kind::kUnreachable;
-    what.target = *calls;
-    const auto applied = steering.apply(what);
+    const auto applied = op == "late" ? steering.apply(Late{*calls}) : steering.apply(Unreachable{*calls});
     if (!applied) return tl::unexpected(applied.error());
     return standing("id", applied->id);
   }

@@ -19,6 +19,7 @@ namespace {
 using groot::Ask;
 using groot::Hook;
 using project::Intervention;
+using namespace project::intervention;
 using SteadyClock = std::chrono::steady_clock;
 
 // Between two comparisons of what was told with what is.
@@ -331,7 +332,7 @@ struct Watch::Impl final : runtime::Steering {
   }
 
   Result<Applied> apply_for(const Intervention& what, const std::string& source) override {
-    if (what.kind == Intervention::Kind::kClear) return clear(what, source);
+    if (const auto* cleared = std::get_if<Clear>(&what)) return clear(*cleared, source);
     const auto hook = hook_of(what);
     if (!hook) return tl::unexpected(hook.error());
     {
@@ -348,7 +349,7 @@ struct Watch::Impl final : runtime::Steering {
     Applied applied;
     applied.id = ++last_number;
     standing_hooks[applied.id] = {*hook, what};
-    outbox.push_back(injection_message(what, source, applied.id));
+    outbox.push_back(project::injection_message(what, source, applied.id));
     changed.notify_all();
     return applied;
   }
@@ -356,27 +357,30 @@ struct Watch::Impl final : runtime::Steering {
   Result<Hook> hook_of(const Intervention& what) const {
     Hook hook;
     bt::NodeId node = bt::kNoNode;
-    if (what.kind == Intervention::Kind::kBreakpoint && what.point == Intervention::Point::kNode) {
-      node = plan->tree.find(what.target);
-    } else if (what.kind == Intervention::Kind::kForce) {
+    std::string target;
+    if (const auto* at = std::get_if<Breakpoint>(&what); at != nullptr && at->point == Breakpoint::Point::kNode) {
+      target = at->target;
+      node = plan->tree.find(target);
+    } else if (const auto* force = std::get_if<Force>(&what)) {
+      target = force->leaf;
       for (const project::LeafPlan& leaf : plan->leaves) {
-        if (leaf.name == what.target) node = leaf.node;
+        if (leaf.name == target) node = leaf.node;
       }
-      const auto status = bt::parse_status(what.status);
+      const auto status = bt::parse_status(force->status);
       if (!status || !bt::is_completed(*status))
         return fail("steering.elsewhere", "a node that another program executes can be forced to SUCCESS or FAILURE");
       hook.mode = Hook::Mode::kReplace;
       hook.desired = *status;
-      hook.once = what.count == 1;
+      hook.once = force->count == 1;
     } else {
       return elsewhere();
     }
-    if (node == bt::kNoNode) return fail("steering.unknown-node", "there is no node \"" + what.target + "\"");
+    if (node == bt::kNoNode) return fail("steering.unknown-node", "there is no node \"" + target + "\"");
     hook.uid = remote.uids[node];
     return hook;
   }
 
-  Result<Applied> clear(const Intervention& what, const std::string& source) {
+  Result<Applied> clear(const Clear& what, const std::string& source) {
     Hook hook;
     {
       const std::lock_guard lock(mutex);
@@ -390,7 +394,7 @@ struct Watch::Impl final : runtime::Steering {
     if (!told && told.error().code != "groot.refused") return tl::unexpected(told.error());
     const std::lock_guard lock(mutex);
     standing_hooks.erase(what.id);
-    outbox.push_back(injection_message(what, source, 0));
+    outbox.push_back(project::injection_message(what, source, 0));
     if (stopped_at == what.id) {
       stopped_at = 0;
       stopped_what.clear();

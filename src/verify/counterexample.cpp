@@ -26,7 +26,7 @@ std::vector<std::uint32_t> unrolled(const Path& path) {
 // What a fault's entry in the graph says it does: the one of the options that is written so.
 std::optional<project::Intervention> fault_of(const ChoicePoint& point, const project::VerifySection& section) {
   for (const project::Intervention& what : section.faults) {
-    if (to_json(Value(to_entry(what))) == point.value) return what;
+    if (to_json(Value(project::to_entry(what))) == point.value) return what;
   }
   return std::nullopt;
 }
@@ -61,15 +61,11 @@ project::Scenario counterexample(const Graph& graph, const Judgement& judgement,
         auto what = fault_of(point, scenario.project.verify);
         if (!what) continue;
         if (point.function == "end of fault") {
-          if (what->kind == project::Intervention::Kind::kKill) {
-            what->kind = project::Intervention::Kind::kRestart;
-          } else {
-            const std::uint64_t id = standing[point.value];
-            what = project::Intervention{};
-            what->kind = project::Intervention::Kind::kClear;
-            what->id = id;
-          }
-        } else if (what->stands()) {
+          if (const auto* kill = std::get_if<project::intervention::Kill>(&*what))
+            what = project::intervention::Restart{std::string(kill->part)};
+          else
+            what = project::intervention::Clear{standing[point.value]};
+        } else if (project::stands(*what)) {
           standing[point.value] = ++last_id;
         }
         made.timeline.push_back({.at = tick_time, .what = *what, .source = "scenario", .span = {}});

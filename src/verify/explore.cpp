@@ -105,8 +105,8 @@ Diagnostics obstacles(const project::Plan& plan) {
   for (const project::ModelPlan& model : plan.models) look(model.chart, "model " + model.name);
   for (const monitor::Model& model : plan.monitors) look(model.chart(), "monitor " + model.name());
   for (const project::Injection& injection : plan.scenario.timeline) {
-    const auto kind = injection.what.kind;
-    if (kind == project::Intervention::Kind::kCall || kind == project::Intervention::Kind::kBreakpoint) {
+    if (std::holds_alternative<project::intervention::Call>(injection.what) ||
+        std::holds_alternative<project::intervention::Breakpoint>(injection.what)) {
       out.push_back({Severity::kError, "verify.fault",
                      "a timeline cannot call services or break here; what a person may do is a choice of the model",
                      injection.span});

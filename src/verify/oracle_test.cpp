@@ -81,26 +81,24 @@ class BruteForce final : public mission::Surroundings {
 
   // Before a tick one of the faults may come, or go.
   Result<void> fault(mission::VirtualHost& host, mission::State& state) {
-    using Kind = project::Intervention::Kind;
+    using namespace project::intervention;
     std::vector<project::Intervention> possible;
     std::size_t stand = 0;
     for (const bool ends : {true, false}) {
       for (const project::Intervention& one : options_.faults) {
         project::Intervention end;
         bool stands = false;
-        if (one.kind == Kind::kKill) {
-          stands = state.down.contains(one.target);
+        if (const auto* kill = std::get_if<Kill>(&one)) {
+          stands = state.down.contains(kill->part);
           for (std::size_t leaf = 0; leaf < plan_.leaves.size(); ++leaf)
-            stands = stands || (plan_.leaves[leaf].name == one.target &&
+            stands = stands || (plan_.leaves[leaf].name == kill->part &&
                                 state.skills[leaf].phase == mission::SkillPhase::kKilled);
-          end.kind = Kind::kRestart;
-          end.target = one.target;
+          end = Restart{kill->part};
         } else {
           for (const auto& standing : state.faults.list()) {
             if (!(standing.what == one)) continue;
             stands = true;
-            end.kind = Kind::kClear;
-            end.id = standing.id;
+            end = Clear{standing.id};
           }
         }
         if (ends && stands) {

@@ -142,23 +142,22 @@ Result<void> Periods::fault() {
   const auto standing = frontier_->faults().list();
   std::vector<Possible> possible;
   std::size_t stand = 0;
-  using Kind = project::Intervention::Kind;
+  using namespace project::intervention;
   for (const project::Intervention& fault : options_.faults) {
     const auto found = std::find_if(standing.begin(), standing.end(), [&](const auto& s) { return s.what == fault; });
-    const bool kills = fault.kind == Kind::kKill;
-    if (kills ? !frontier_->is_down(fault.target) : found == standing.end()) continue;
+    const auto* kill = std::get_if<Kill>(&fault);
+    if (kill != nullptr ? !frontier_->is_down(kill->part) : found == standing.end()) continue;
     ++stand;
-    project::Intervention end;
-    end.kind = kills ? Kind::kRestart : Kind::kClear;
-    end.target = fault.target;
-    end.id = kills ? 0 : found->id;
-    possible.push_back({std::move(end), {"", "end of fault", describe(fault), to_json(Value(to_entry(fault)))}});
+    project::Intervention end = kill != nullptr ? project::Intervention(Restart{kill->part}) : Clear{found->id};
+    possible.push_back(
+        {std::move(end), {"", "end of fault", project::describe(fault), to_json(Value(project::to_entry(fault)))}});
   }
   for (const project::Intervention& fault : options_.faults) {
     if (stand >= options_.faults_at_most) break;
     const bool stands = std::any_of(standing.begin(), standing.end(), [&](const auto& s) { return s.what == fault; });
-    if (stands || (fault.kind == Kind::kKill && frontier_->is_down(fault.target))) continue;
-    possible.push_back({fault, {"", "fault", describe(fault), to_json(Value(to_entry(fault)))}});
+    const auto* kill = std::get_if<Kill>(&fault);
+    if (stands || (kill != nullptr && frontier_->is_down(kill->part))) continue;
+    possible.push_back({fault, {"", "fault", project::describe(fault), to_json(Value(project::to_entry(fault)))}});
   }
   if (possible.empty()) return {};
   graph_.nondeterministic = true;

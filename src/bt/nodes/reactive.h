@@ -1,69 +1,66 @@
 #pragma once
 
-#include "sentree/bt/machine.h"
+#include <array>
 
-// ReactiveSequence and ReactiveFallback: every tick starts at the first child; a running child halts all others,
-// after it was ticked.
+#include "sentree/bt/nodes/node.h"
+
+// What ReactiveSequence and ReactiveFallback share: every tick starts at the first child; a running child halts all
+// others, after it was ticked.
 
 namespace sentree::bt::nodes {
 
-struct ReactiveMemory {
-  std::int32_t current;
-  std::int32_t all_skipped;
-};
-
 template <Status kGoOn, Status kStop>
-struct Reactive {
-  static ReactiveMemory& memory(Machine& m, const Node& n) { return *reinterpret_cast<ReactiveMemory*>(m.memory(n)); }
+struct Reactive : AnyNode {
+  enum : std::size_t { kCurrent, kAllSkipped };
+  static constexpr std::array kWords{Word{Word::Lives::kInTick, Word::Range::kChild}, Word{Word::Lives::kInTick}};
+  static constexpr std::uint32_t kHaltsFrom = 1;
+  static may::Mask may_return(const may::Asked& asked) { return may::ordered(asked, may::mask_of(kGoOn)); }
 
   static Next enter(Machine& m, const Node& n, NodeId id) {
     m.set_status(id, Status::kRunning);
-    ReactiveMemory& mem = memory(m, n);
-    mem.all_skipped = 1;
+    std::int32_t* const mem = m.memory(n);
+    mem[kAllSkipped] = 1;
     return go_on(m, n, mem, 0);
   }
 
   /// Ticks the child at `current`, or is done.
-  static Next go_on(Machine& m, const Node& n, ReactiveMemory& mem, std::uint32_t current) {
+  static Next go_on(Machine& m, const Node& n, std::int32_t* mem, std::uint32_t current) {
     if (current < n.child_count) {
-      mem.current = static_cast<std::int32_t>(current);
+      mem[kCurrent] = static_cast<std::int32_t>(current);
       return Next::tick(current);
     }
-    return end(m, n, mem, mem.all_skipped != 0 ? Status::kSkipped : kGoOn);
+    return end(m, n, mem, mem[kAllSkipped] != 0 ? Status::kSkipped : kGoOn);
   }
 
-  static Next end(Machine& m, const Node& n, ReactiveMemory& mem, Status status) {
+  static Next end(Machine& m, const Node& n, std::int32_t* mem, Status status) {
     m.reset_children(n);
-    mem = {};
+    clear(mem, kWords);
     return Next::done(status);
   }
 
   static Next child_done(Machine& m, const Node& n, NodeId /*id*/, Status status) {
-    ReactiveMemory& mem = memory(m, n);
-    const auto current = static_cast<std::uint32_t>(mem.current);
+    std::int32_t* const mem = m.memory(n);
+    const auto current = static_cast<std::uint32_t>(mem[kCurrent]);
     if (status == Status::kSkipped) {
       // Ready to be skipped again.
       m.reset(m.child(n, current));
     } else {
-      mem.all_skipped = 0;
+      mem[kAllSkipped] = 0;
     }
     if (status == Status::kRunning) {
       m.reset_children(n, 0, current);
       m.reset_children(n, current + 1, n.child_count);
-      mem.current = 0;
+      mem[kCurrent] = 0;
       return Next::done(Status::kRunning);
     }
     if (status == kStop) return end(m, n, mem, kStop);
     return go_on(m, n, mem, current + 1);
   }
 
-  static void halt(Machine& m, const Node& n) {
-    memory(m, n) = {};
+  static void halt(Machine& m, const Node& n, NodeId /*id*/) {
+    clear(m.memory(n), kWords);
     m.reset_children(n);
   }
 };
-
-using ReactiveSequence = Reactive<Status::kSuccess, Status::kFailure>;
-using ReactiveFallback = Reactive<Status::kFailure, Status::kSuccess>;
 
 }  // namespace sentree::bt::nodes

@@ -14,10 +14,24 @@ constexpr Status last_enumerator(Status) { return Status::kSkipped; }
 
 namespace sentree::project {
 
-constexpr Intervention::Kind last_enumerator(Intervention::Kind) { return Intervention::Kind::kLate; }
-constexpr Intervention::Point last_enumerator(Intervention::Point) { return Intervention::Point::kMessage; }
+// A saved intervention is a table with the members of every kind, each at its default where a kind has none.
+struct SavedIntervention {
+  enum class Kind : std::uint8_t { kLast = std::variant_size_v<Intervention> - 1 };
+  Kind kind{};  ///< Its place in the variant.
+  std::string target;
+  Value args;
+  Duration by{0};
+  std::string path;
+  Value value;
+  std::string status;
+  intervention::Breakpoint::Point point = intervention::Breakpoint::Point::kMessage;
+  std::string state;
+  std::uint64_t count = 0;
+  std::uint64_t id = 0;
+};
+constexpr SavedIntervention::Kind last_enumerator(SavedIntervention::Kind) { return SavedIntervention::Kind::kLast; }
 template <class S, class V>
-requires archive::MaybeConst<S, Intervention>
+requires archive::MaybeConst<S, SavedIntervention>
 void visit_members(S& s, V&& visit) {
   visit("kind", s.kind);
   visit("target", s.target);
@@ -31,6 +45,85 @@ void visit_members(S& s, V&& visit) {
   visit("count", s.count);
   visit("id", s.id);
 }
+
+namespace intervention {
+
+constexpr Breakpoint::Point last_enumerator(Breakpoint::Point) { return Breakpoint::Point::kMessage; }
+
+// The members of each kind: where they are in the table.
+using Saved = SavedIntervention;
+template <class V>
+void visit_saved(const Call*, V&& visit) {
+  visit(&Saved::target, &Call::method);
+  visit(&Saved::args, &Call::args);
+}
+template <class V>
+void visit_saved(const Stop*, V&&) {}
+template <class V>
+void visit_saved(const Kill*, V&& visit) {
+  visit(&Saved::target, &Kill::part);
+}
+template <class V>
+void visit_saved(const Restart*, V&& visit) {
+  visit(&Saved::target, &Restart::part);
+}
+template <class V>
+void visit_saved(const Delay*, V&& visit) {
+  visit(&Saved::target, &Delay::message);
+  visit(&Saved::by, &Delay::by);
+  visit(&Saved::count, &Delay::count);
+}
+template <class V>
+void visit_saved(const Falsify*, V&& visit) {
+  visit(&Saved::target, &Falsify::call);
+  visit(&Saved::path, &Falsify::path);
+  visit(&Saved::value, &Falsify::value);
+  visit(&Saved::count, &Falsify::count);
+}
+template <class V>
+void visit_saved(const Force*, V&& visit) {
+  visit(&Saved::target, &Force::leaf);
+  visit(&Saved::status, &Force::status);
+  visit(&Saved::count, &Force::count);
+}
+template <class V>
+void visit_saved(const Breakpoint*, V&& visit) {
+  visit(&Saved::target, &Breakpoint::target);
+  visit(&Saved::status, &Breakpoint::status);
+  visit(&Saved::point, &Breakpoint::point);
+  visit(&Saved::state, &Breakpoint::state);
+}
+template <class V>
+void visit_saved(const Clear*, V&& visit) {
+  visit(&Saved::id, &Clear::id);
+}
+template <class V>
+void visit_saved(const Unreachable*, V&& visit) {
+  visit(&Saved::target, &Unreachable::call);
+}
+template <class V>
+void visit_saved(const Late*, V&& visit) {
+  visit(&Saved::target, &Late::call);
+}
+
+inline SavedIntervention saved(const Intervention& what) {
+  Saved saved;
+  saved.kind = static_cast<Saved::Kind>(what.index());
+  std::visit([&](const auto& one) { visit_saved(&one, [&](auto there, auto here) { saved.*there = one.*here; }); },
+             what);
+  return saved;
+}
+template <std::size_t kKind = 0>
+Intervention restored(const Saved& saved) {
+  if constexpr (kKind + 1 < std::variant_size_v<Intervention>) {
+    if (static_cast<std::size_t>(saved.kind) != kKind) return restored<kKind + 1>(saved);
+  }
+  std::variant_alternative_t<kKind, Intervention> one;
+  visit_saved(&one, [&](auto there, auto here) { one.*here = saved.*there; });
+  return one;
+}
+
+}  // namespace intervention
 
 }  // namespace sentree::project
 
@@ -191,7 +284,10 @@ template <class S, class V>
 requires archive::MaybeConst<S, StandingIntervention>
 void visit_members(S& s, V&& visit) {
   visit("id", s.id);
-  visit("what", s.what);
+  // Not the variant as others are saved: the table.
+  auto what = project::intervention::saved(s.what);
+  visit("what", what);
+  if constexpr (!std::is_const_v<S>) s.what = project::intervention::restored(what);
   visit("used", s.used);
 }
 

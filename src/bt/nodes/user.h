@@ -1,0 +1,76 @@
+#pragma once
+
+#include <algorithm>
+#include <exception>
+#include <string>
+
+#include "sentree/bt/nodes/node.h"
+
+namespace sentree::bt::nodes {
+
+/// A node written in C++.
+struct User : AnyNode {
+  static may::Mask may_return(const may::Asked& asked) {
+    return asked.synchronous ? may::kLeaf : may::kLeaf | may::kRunning;
+  }
+
+  static Next enter(Machine& m, const Node& n, NodeId id) {
+    const UserNode& user = m.model().users[n.data];
+    Context self(m, id);
+    return checked(m, n, id, guarded(m, id, [&] { return user.behaviour->tick(self, memory(m, user)); }));
+  }
+  [[gnu::noinline]] static Next child_done(Machine& m, const Node& n, NodeId id, NodeId child, Status status) {
+    const UserNode& user = m.model().users[n.data];
+    // Children are in ascending order of their ids.
+    const NodeId* const first = m.model().children.data() + n.first_child;
+    const auto index = static_cast<std::size_t>(std::lower_bound(first, first + n.child_count, child) - first);
+    Context self(m, id);
+    return checked(m, n, id,
+                   guarded(m, id, [&] { return user.behaviour->child_done(self, memory(m, user), index, status); }));
+  }
+  static void halt(Machine& m, const Node& n, NodeId id) {
+    if (m.status(id) == Status::kRunning) {
+      const UserNode& user = m.model().users[n.data];
+      Context self(m, id);
+      guarded(m, id, [&] {
+        user.behaviour->halted(self, memory(m, user));
+        return Next::done(Status::kIdle);
+      });
+    }
+    m.reset_children(n);
+  }
+
+ private:
+  /// Somebody else's code may throw; that gives the tick up, as `Context::fail` does.
+  template <class Call>
+  [[gnu::always_inline]] static Next guarded(Machine& m, NodeId id, const Call& call) {
+    try {
+      return call();
+    } catch (const std::exception& thrown) {
+      return m.fail(id, "bt.node-threw", std::string("threw ") + thrown.what());
+    } catch (...) {
+      return m.fail(id, "bt.node-threw", "threw something that is no std::exception");
+    }
+  }
+  static NodeMemory* memory(Machine& m, const UserNode& user) {
+    return user.object == kNone ? nullptr : m.object(user.object);
+  }
+  [[gnu::always_inline]] static Next checked(Machine& m, const Node& n, NodeId id, Next next) {
+    if (m.failed()) return Next::done(Status::kIdle);
+    if (next.child == kNoNode) {
+      if (next.status == Status::kIdle) return m.fail(id, "bt.idle-returned", "returned IDLE, which no tick may");
+      if (next.status == Status::kRunning && (n.flags & Node::kSynchronous) != 0) {
+        return m.fail(id, "bt.running-returned", "is synchronous and returned RUNNING");
+      }
+      return next;
+    }
+    if (next.child >= n.child_count) {
+      return m.fail(id, "bt.child-count",
+                    "ticks child " + std::to_string(next.child) + " and has " + std::to_string(n.child_count));
+    }
+    m.set_status(id, Status::kRunning);
+    return m.count_cycle(id) ? next : Next::done(Status::kIdle);
+  }
+};
+
+}  // namespace sentree::bt::nodes
