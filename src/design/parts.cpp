@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cctype>
 
+#include "sentree/text/file.h"
+
 namespace sentree::design {
 
 namespace {
@@ -167,6 +169,33 @@ Result<Part> new_part(const std::string& kind, const std::string& name, const pr
   if (kind == "scenario") return scenario(name);
   if (kind == "component") return component(name);
   return fail("design.no-such-part", "\"" + kind + "\" is no part of a project");
+}
+
+Result<std::vector<std::filesystem::path>> begin_project(const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const auto name = entry.path().filename();
+    if (name != ".git" && name != ".sentree")
+      return fail("design.not-empty", folder.string() + ": exists and is not empty; choose another folder");
+  }
+  const fs::path source = project::shipped_folder("examples") / "minimal";
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(source, error)) {
+    if (entry.is_regular_file()) files.push_back(fs::relative(entry.path(), source));
+  }
+  if (files.empty()) {
+    return fail("design.not-installed",
+                "the example that a new project starts from is missing; Sentree is not installed whole");
+  }
+  std::sort(files.begin(), files.end());
+  for (const fs::path& file : files) {
+    const auto content = text::read_file(source / file);
+    if (!content) return tl::unexpected(content.error());
+    fs::create_directories((folder / file).parent_path(), error);
+    if (auto written = text::write_file(folder / file, *content); !written) return tl::unexpected(written.error());
+  }
+  return files;
 }
 
 }  // namespace sentree::design

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,5 +23,9 @@ inline constexpr const char* kPartKinds[] = {"skill", "monitor", "requirement", 
 /// answers; null: the project does not load.
 /// Errors: design.bad-name (letters, digits and _, with a letter first), design.no-such-part.
 [[nodiscard]] Result<Part> new_part(const std::string& kind, const std::string& name, const project::Plan* plan);
+
+/// Writes a small project that runs into a folder, which is made if it is missing; the files, inside the folder.
+/// Errors: design.not-empty (there is anything but .git and .sentree), design.not-installed, file.*.
+[[nodiscard]] Result<std::vector<std::filesystem::path>> begin_project(const std::filesystem::path& folder);
 
 }  // namespace sentree::design

@@ -258,6 +258,11 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
     return Value(Map());
   }
   if (op == "design_add") return add(asked);
+  if (op == "design_init") {
+    if (auto begun = design::begin_project(folder); !begun) return tl::unexpected(begun.error());
+    changed(workspace.refresh(""));
+    return Value(Map());
+  }
   if (op == "design_remove") {
     if (auto removed = workspace.remove(file); !removed) return tl::unexpected(removed.error());
     changed({file});

@@ -38,7 +38,7 @@ test("the whole tree is visible and readable on every screen, and nothing seriou
     if (pictures) await page.screenshot({ path: join(pictures, `design-picture-${width}.png`) });
     console.log(`# ${width}×${height}: names of at least ${alone.least.toFixed(1)} px, with the text ${beside.least.toFixed(1)} px`);
     assert.deepEqual([beside.inside, alone.inside], [13, 13], `at ${width}×${height}`);
-    assert.ok(alone.least >= 10 && beside.least >= (height < 800 ? 8 : 10), `names at ${width}×${height}`);
+    assert.ok(alone.least >= 10 && beside.least >= 10, `names at ${width}×${height}`);
     await page.getByRole("button", { name: "Both", exact: true }).click();
     await page.locator(".code").waitFor();
     const require = createRequire(import.meta.url);

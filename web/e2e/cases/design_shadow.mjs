@@ -7,10 +7,10 @@ import { copy_of, node, open_design, select_word, serve_design, settled } from "
 
 const verdict = (page, monitor) => page.locator(`[data-monitor-chip="${monitor}"]`).getAttribute("data-verdict");
 
-test("a mended skill takes the violation away, at the same moment; undo brings it back", async () => {
+for (const [width, height] of [[1440, 900], [1366, 768], [1024, 700]]) test(`a mended skill takes the violation away, at the same moment; undo brings it back, at ${width}×${height}`, async () => {
   const folder = copy_of("recharge");
   const program = await serve_design(folder);
-  const { page, close } = await open_design(program.url);
+  const { page, close } = await open_design(program.url, { width, height });
   await page.getByTestId("design-tree").waitFor();
   await page.getByRole("combobox", { name: "Scenario of the shadow run" }).selectOption("experiment2");
   await settled(page);

@@ -8,10 +8,10 @@ import { test } from "node:test";
 import { until } from "../harness/browser.mjs";
 import { contents, copy_of, drag, middle, node, open_design, select_word, serve_design, settled, undo_name } from "../harness/design.mjs";
 
-test("a slip is marked at the node and in the text, and one click mends it", async () => {
+for (const [width, height] of [[1440, 900], [1366, 768], [1024, 700]]) test(`a slip is marked at the node and in the text, and one click mends it, at ${width}×${height}`, async () => {
   const folder = copy_of("recharge");
   const program = await serve_design(folder);
-  const { page, close } = await open_design(program.url);
+  const { page, close } = await open_design(program.url, { width, height });
   await node(page, "BatteryLevelAbove30").waitFor();
   await settled(page);
   await select_word(page, 'threshold="30"', "threshold");

@@ -1,11 +1,12 @@
 // The tree is edited by mouse and by keyboard; what cannot be says why.
 import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 
 import { until } from "../harness/browser.mjs";
-import { copy_of, drag, middle, node, open_design, serve_design, settled, undo_name } from "../harness/design.mjs";
+import { copy_of, drag, middle, node, open_design, select_word, serve_design, settled, undo_name } from "../harness/design.mjs";
 import { run, scratch } from "../harness/program.mjs";
 
 const text_shown = (page) => page.locator(".cm-content").evaluate((element) => element.cmTile?.view?.state.doc.toString() ?? element.innerText);
@@ -97,14 +98,61 @@ test("by keyboard alone a tree gets nodes, moves, wraps, renames and loses them"
   await program.stop();
 });
 
-test("a robot from nothing: a new skill in the tree, with requirement and scenario, passes check and test", async () => {
-  const folder = join(scratch(), "robot");
-  assert.equal((await run(["init", folder])).code, 0);
+/** Where the floor of a chart's picture is bare, or a state's edge can be held. */
+const floor = (page) =>
+  page.getByTestId("design-chart").evaluate((svg) => {
+    const box = svg.getBoundingClientRect();
+    for (let y = box.top + 12; y < box.bottom - 12; y += 16) {
+      for (let x = box.left + 12; x < box.right - 12; x += 16) if (document.elementFromPoint(x, y) === svg) return { x, y };
+    }
+    return null;
+  });
+const edge_of = (page, id) =>
+  page.locator(`[data-testid=design-chart] [data-id="${id}"]`).evaluate((state) => {
+    const { left, right, top, bottom } = state.querySelector("rect").getBoundingClientRect();
+    const middle = (top + bottom) / 2;
+    const sides = [-8, -4, 0, 4, 8].flatMap((up) => [{ x: left + 2, y: middle + up }, { x: right - 2, y: middle + up }]);
+    return sides.find(({ x, y }) => document.elementFromPoint(x, y)?.closest("[data-id]") === state) ?? null;
+  });
+const state_at = (page, id) => page.locator(`[data-testid=design-chart] [data-id="${id}"]`);
+
+async function draw_state(page, id, size) {
+  // A picture with one state more is fitted anew.
+  const at = await until(() => floor(page), "there is a bare place");
+  await page.mouse.dblclick(at.x, at.y);
+  await until(() => page.evaluate(() => document.activeElement?.id === "design-state"), "the id is asked for");
+  await page.keyboard.type(id);
+  await page.keyboard.press("Enter");
+  await state_at(page, id).waitFor();
+  await until(async () => (await page.locator("[data-testid=design-chart] [data-id]").count()) === size, "it is drawn once");
+}
+
+async function draw_transition(page, from, to, event, condition = "") {
+  const begin = await until(() => edge_of(page, from), `${from} can be held by its edge`);
+  const count = await page.locator("[data-testid=design-chart] [data-transition]").count();
+  await drag(page, begin, await middle(state_at(page, to)));
+  await page.mouse.up();
+  await until(() => page.evaluate(() => document.activeElement?.id === "design-event"), "the event is asked for");
+  assert.equal(await page.locator("#design-target").inputValue(), to);
+  await page.keyboard.type(event);
+  await page.locator("#design-condition").fill(condition);
+  await page.keyboard.press("Enter");
+  await until(async () => (await page.locator("[data-testid=design-chart] [data-transition]").count()) > count, `${from} leads to ${to}`);
+}
+
+test("a robot from nothing: a leaf, its chart drawn by mouse, a requirement and a scenario pass check and test", async () => {
+  const began = Date.now();
+  const folder = scratch();
+  const git = (...args) => execFileSync("git", ["-C", folder, "-c", "user.name=a", "-c", "user.email=a@b", ...args], { encoding: "utf8" });
+  git("init", "-q");
   const program = await serve_design(folder);
   const { page, close } = await open_design(program.url);
+  await page.getByRole("button", { name: "Begin a project that runs" }).click();
   await page.getByTestId("design-tree").waitFor();
   await page.locator('[data-palette="Fallback"]').waitFor();
   await settled(page);
+  git("add", "-A");
+  git("commit", "-qm", "begin");
   await page.getByTestId("design-tree").focus();
   await page.keyboard.press("Home");
   await page.keyboard.press("Tab");
@@ -113,6 +161,28 @@ test("a robot from nothing: a new skill in the tree, with requirement and scenar
   await page.keyboard.press("Enter");
   await node(page, "Dock").waitFor();
   await settled(page);
+
+  // Its chart: four states of our own in place of the one that asks for the battery.
+  await node(page, "Dock").click();
+  await page.getByRole("button", { name: "Open the skill’s chart" }).click();
+  await state_at(page, "asking").waitFor();
+  const before = await page.locator("[data-testid=design-chart] [data-id]").count();
+  const own = ["approach", "align", "touch", "rest"];
+  for (const [i, id] of own.entries()) await draw_state(page, id, before + i + 1);
+  await select_word(page, 'initial="asking"', "asking");
+  await page.keyboard.type("approach");
+  await state_at(page, "asking").click();
+  await page.keyboard.press("Delete");
+  await state_at(page, "asking").waitFor({ state: "detached" });
+  await page.getByRole("button", { name: "Picture", exact: true }).click();
+  await page.locator(".code").waitFor({ state: "detached" });
+  const way = [...own, "success"];
+  for (let i = 0; i + 1 < way.length; i++) await draw_transition(page, way[i], way[i + 1], "tick", i === 1 ? "_event.name === 'tick'" : "");
+  for (const id of own) await draw_transition(page, id, "halted", "halt");
+  await draw_transition(page, "align", "failure", "error.execution");
+  await page.getByRole("button", { name: "Both", exact: true }).click();
+  await settled(page);
+
   for (const [part, name] of [["requirement", "answers"], ["scenario", "docks"]]) {
     await page.getByRole("button", { name: `Add a ${part}` }).click();
     await page.getByRole("textbox", { name: `Name of the new ${part}` }).fill(name);
@@ -129,8 +199,13 @@ test("a robot from nothing: a new skill in the tree, with requirement and scenar
   await page.locator(".design").waitFor();
   await close();
   await program.stop();
+  console.log(`# from nothing to a robot that docks: ${((Date.now() - began) / 1000).toFixed(0)} s`);
+  const chart = readFileSync(join(folder, "skills/Dock.scxml"), "utf8");
+  assert.match(chart, /<transition event="tick" cond="_event\.name === 'tick'" target="touch"\/>/);
   const checked = await run(["check", folder]);
   assert.equal(checked.code, 0, checked.stdout);
   const tested = await run(["test", folder, "--scenario", "docks"]);
   assert.equal(tested.code, 0, tested.stdout + tested.stderr);
+  const changed = git("status", "--porcelain", "-uall").trim().split("\n").map((line) => line.trim().split(" ").at(-1));
+  assert.deepEqual(changed.sort(), ["mission.xml", "requirements/answers.req", "scenarios/docks.yaml", "sentree.yaml", "skills/Dock.scxml"]);
 });

@@ -1,6 +1,6 @@
 import { useEffect, useState } from "react";
 
-import { doc_of, gesture, useDesign } from "./design";
+import { doc_of, focus_field, gesture, useDesign } from "./design";
 
 /** The chosen state of a chart, and what can be added to the chart. */
 export function ChartForm() {
@@ -16,6 +16,13 @@ export function ChartForm() {
   const [condition, set_condition] = useState("");
   const [target, set_target] = useState("");
   useEffect(() => set_name(state ?? ""), [state]);
+  const drawn_to = useDesign((now) => now.drawn_to);
+  useEffect(() => {
+    if (drawn_to === null) return;
+    set_target(drawn_to);
+    useDesign.setState({ drawn_to: null });
+    focus_field("design-event");
+  }, [drawn_to]);
 
   const rename = () => {
     if (state && name !== "" && name !== state) void gesture({ what: "rename_state", state, id: name }).then((done) => (done ? useDesign.setState({ state: name }) : set_name(state)));

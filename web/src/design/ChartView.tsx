@@ -1,15 +1,38 @@
-import { useEffect, useMemo } from "react";
+import { useEffect, useMemo, useRef, useState } from "react";
 
 import { Edge, Label, StateShape } from "../panels/charts/ChartPicture";
 import { composites, FoldCount, FoldSign, useFolding } from "../panels/charts/folding";
+import { follow_pointer } from "../picture/drag";
 import { Minimap } from "../picture/Minimap";
 import { mark_of, state_key, transition_key, useReached } from "../panels/reached/reached";
 import { usePictureView } from "../picture/use_picture_view";
 import type { OutlineChart, Rect } from "../protocol/types";
 import { request } from "../store/store";
-import { doc_of, gesture, go_to, obstacle, useDesign } from "./design";
+import { add_fresh_state, doc_of, gesture, go_to, obstacle, useDesign } from "./design";
 import { line_start } from "./places";
 import { payload_of, play_chart, useSimulation } from "./simulate";
+
+/** A transition that is being drawn, in pixels of the picture, and the state that it would lead to. */
+interface Line {
+  from: [number, number];
+  to: [number, number];
+  onto: string | null;
+}
+
+/** How near to its outline a state is held by its edge, on either side. */
+const kEdge_px = 7;
+
+function state_of(target: EventTarget | null): { element: Element; id: string } | null {
+  const element = target instanceof Element ? target.closest("[data-id]") : null;
+  return element ? { element, id: element.getAttribute("data-id") ?? "" } : null;
+}
+
+function at_edge(element: Element, { clientX, clientY }: PointerEvent): boolean {
+  const { left, right, top, bottom } = (element.querySelector(".shape, rect, circle") ?? element).getBoundingClientRect();
+  const depth = Math.min(clientX - left, right - clientX, clientY - top, bottom - clientY);
+  // Of a small one the middle is left for choosing it.
+  return depth <= Math.min(kEdge_px, (right - left) / 4, (bottom - top) / 4);
+}
 
 /** A chart as its text has it; what one clicks is shown in the text. */
 export function ChartView({ chart, file }: { chart: OutlineChart; file: string }) {
@@ -25,6 +48,35 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
   const { layout } = shown;
   const box: Rect = useMemo(() => ({ x: 0, y: 0, ...layout.size }), [layout]);
   const at_chosen = shown.states.findIndex((at) => chosen !== null && chart.states[at]?.id === chosen);
+  const [line, set_line] = useState<Line | null>(null);
+  const drew = useRef(false);
+  /** True: the press is at a state's edge, from which a transition is drawn. */
+  const draw_transition = (event: PointerEvent): boolean => {
+    const from = state_of(event.target);
+    drew.current = false;
+    if (event.button !== 0 || from === null || from.id === "" || why_dim !== null || !at_edge(from.element, event)) return false;
+    const onto = (at: PointerEvent) => {
+      const found = state_of(document.elementFromPoint(at.clientX, at.clientY));
+      return found && found.id !== "" ? found.id : null;
+    };
+    const place = (at: { clientX: number; clientY: number }): [number, number] => {
+      const box = svg.current!.getBoundingClientRect();
+      return [at.clientX - box.left, at.clientY - box.top];
+    };
+    follow_pointer(event, {
+      from_px: 4,
+      move: (at) => {
+        drew.current = true;
+        set_line({ from: place(event), to: place(at), onto: onto(at) });
+      },
+      drop: (at) => {
+        const target = onto(at);
+        if (target !== null) useDesign.setState({ state: from.id, drawn_to: target, refused: null });
+      },
+      end: () => set_line(null),
+    });
+    return true;
+  };
   const { svg, group, view } = usePictureView({
     box,
     limits: { min: 0.05, max: 4 },
@@ -32,6 +84,7 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
     fit_max: 1.15,
     readable: { from: 0.42, scale: 0.85 },
     focus: () => layout.states[Math.max(at_chosen, 0)] ?? null,
+    grab: (event) => draw_transition(event),
   });
   // What was opened or closed is shown as far as it fits.
   useEffect(() => {
@@ -79,7 +132,14 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
         aria-label={`Chart ${file}`}
         tabIndex={0}
         data-testid="design-chart"
-        onDoubleClick={() => view.fit()}
+        onDoubleClick={(event) => {
+          const target = event.target instanceof Element ? event.target : null;
+          if (target?.closest("[data-transition]")) return;
+          const on = state_of(target)?.id ?? "";
+          // Into a state that has some inside already; the others are chosen by a click.
+          const nested = composite.has(chart.states.findIndex(({ id }) => id === on)) ? on : "";
+          if (on === "" || nested !== "") void add_fresh_state(nested);
+        }}
         onKeyDown={(event) => {
           if (event.ctrlKey || event.metaKey || event.altKey) return;
           if (chosen && (event.key === "Delete" || event.key === "Backspace")) void gesture({ what: "remove_state", state: chosen });
@@ -91,6 +151,11 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
           event.stopPropagation();
         }}
         onClick={(event) => {
+          // The end of a drag is no click.
+          if (drew.current) {
+            drew.current = false;
+            return;
+          }
           const target = event.target instanceof Element ? event.target : null;
           const found = target?.closest("[data-line]") ?? null;
           const fold = target?.closest(".fold")?.getAttribute("data-fold");
@@ -141,6 +206,12 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
             );
           })}
         </g>
+        {line && (
+          <g className={`drawn-transition${line.onto === null ? "" : " onto"}`}>
+            <line x1={line.from[0]} y1={line.from[1]} x2={line.to[0]} y2={line.to[1]} />
+            <circle cx={line.to[0]} cy={line.to[1]} r={4} />
+          </g>
+        )}
       </svg>
       <Minimap view={view} box={box} rects={layout.states} />
     </>

@@ -14,7 +14,7 @@ import { useWindow } from "../widgets/layout";
 import { ChartForm } from "./ChartForm";
 import { ChartView } from "./ChartView";
 import { Completer, type Asked } from "./Completer";
-import { doc_of, obstacle, redo, resolve, save_all, set_look, show_below, start_design, tree_of, undo, useDesign, type Doc, type Look } from "./design";
+import { begin_project, doc_of, obstacle, redo, resolve, save_all, set_look, show_below, start_design, tree_of, undo, useDesign, type Doc, type Look } from "./design";
 import { Inspector } from "./Inspector";
 import { matches } from "../widgets/match";
 import { PastPanel } from "./PastPanel";
@@ -114,7 +114,7 @@ function Bench() {
       <div className="design-middle">
         <DesignBar />
         <Conflict />
-        {empty ? <p className="empty">This folder is empty. Make a project in it: sentree init {"<folder>"}</p> : <Views picture={picture} ask={set_asked} />}
+        {empty ? <Nothing /> : <Views picture={picture} ask={set_asked} />}
         {below !== null && <div className={`below-frame ${below}`}>{below === "problems" ? <Problems /> : <ReachedBelow />}</div>}
       </div>
       {side && !narrow && (
@@ -132,6 +132,19 @@ function Bench() {
       </div>
       {asked && <Completer asked={asked} close={() => set_asked(null)} />}
     </main>
+  );
+}
+
+/** What is offered in a folder without a project. */
+function Nothing() {
+  return (
+    <div className="empty">
+      <p>This folder is empty.</p>
+      <button className="button primary" onClick={() => void begin_project()}>
+        Begin a project that runs
+      </button>
+      <p className="muted">A mission of three nodes, two skills, a requirement, two scenarios and a room: what sentree init writes. Then + at the left adds parts.</p>
+    </div>
   );
 }
 

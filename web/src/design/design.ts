@@ -30,6 +30,8 @@ export interface DesignState {
   chosen: { element: number; key: string } | null;
   /** Of a chart: the chosen state's id. */
   state: string | null;
+  /** State to which a transition was drawn from the chosen one; its event and condition are still to be said. */
+  drawn_to: string | null;
   look: Look;
   /** What requirements would have said of the last runs, by file. */
   past: Readonly<Record<string, DesignPast>>;
@@ -53,6 +55,7 @@ export const useDesign = create<DesignState>()(() => ({
   tree: null,
   chosen: null,
   state: null,
+  drawn_to: null,
   look: (localStorage.getItem(kLookStored) as Look | null) ?? "both",
   past: {},
   refused: null,
@@ -367,6 +370,32 @@ export async function gesture(wanted: Gesture): Promise<boolean> {
   return done !== null;
 }
 
+/** A state with an id that nobody has; its id is to be said next. */
+export async function add_fresh_state(inside: string): Promise<void> {
+  const taken = new Set(doc_of(useDesign.getState())?.shown_chart?.states.map(({ id }) => id));
+  let number = 1;
+  while (taken.has(`state${number}`)) number++;
+  const id = `state${number}`;
+  if (!(await gesture({ what: "add_state", inside, id, final: false }))) return;
+  useDesign.setState({ state: id });
+  focus_field("design-state", id);
+}
+
+/** Frames that a field is waited for. */
+const kFramesMax = 120;
+
+/** Once it is there, with what it says selected; `value`: once it says that. */
+export function focus_field(id: string, value?: string): void {
+  const look = (left: number) => {
+    const field = document.getElementById(id);
+    if (field instanceof HTMLInputElement && (value === undefined || field.value === value)) {
+      field.focus();
+      field.select();
+    } else if (left > 0) requestAnimationFrame(() => look(left - 1));
+  };
+  look(kFramesMax);
+}
+
 /** Why a gesture would be refused; null: it would not. */
 export async function refusal(wanted: Gesture): Promise<string | null> {
   const state = useDesign.getState();
@@ -417,6 +446,13 @@ export async function resolve(file: string, keep: "mine" | "theirs"): Promise<vo
 }
 export async function choose_scenario(scenario: string): Promise<void> {
   await attempt(() => request("design_scenario", { scenario }));
+}
+/** In a folder that is empty: a small project that runs. */
+export async function begin_project(): Promise<void> {
+  if ((await attempt(() => request("design_init", {}))) === null) return;
+  const { files } = await request("design", {});
+  const first = files.find(({ kind }) => kind === "mission") ?? files[0];
+  if (first) await open_file(first.file);
 }
 export type PartKind = "skill" | "monitor" | "requirement" | "scenario" | "component";
 export async function add_part(kind: PartKind, name: string, open = true): Promise<boolean> {

@@ -489,6 +489,7 @@ export const Operations = {
   design_save: [object({ file: optional(string()) }), object({ saved: index() })],
   design_resolve: [object({ file: string(), keep: one_of("mine", "theirs") }), Type.Unknown()],
   design_add: [object({ kind: one_of("skill", "monitor", "requirement", "scenario", "component"), name: string() }), object({ file: string() })],
+  design_init: [nothing(), Type.Unknown()],
   design_remove: [object({ file: string() }), Type.Unknown()],
   design_fold: [object({ file: string(), closed: Type.Array(string(), { description: "Ids of states whose inside is hidden" }) }), FoldedChart],
   simulate_chart: [object({ file: string(), do: one_of("start", "look", "send", "wait", "back"), event: optional(string()), data: optional(Type.Unsafe<Static<typeof Data>>({ description: "Of the event; with start: values of <data> to begin with" })), time: optional(Time) }), PlayedChart],

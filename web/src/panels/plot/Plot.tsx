@@ -17,7 +17,7 @@ type Points = readonly (readonly [number, number])[];
 
 /** Between two requests while the run goes on, or the timeline is zoomed. */
 const kRefresh_ms = 250;
-const kInks = ["accent", "past", "success", "failure", "halting", "alarm", "running", "muted"];
+const kInks = ["accent", "past", "success", "failure", "quiet", "alarm", "ink", "muted"];
 
 /** Signals over the time that the timeline shows. */
 export default function Plot() {
