@@ -125,10 +125,9 @@ BATCH = 24
 # Without a remote, what these last commits have changed comes first.
 COMMITS = 20
 HANGS_AFTER_S = 900
-# What these folders have of findings is not mended yet. A folder that is leaves the list.
-NOT_YET = ["bench", "conformance", "fuzz", "tests"] + [f"src/{name}" for name in (
-    "bt", "campaign", "cli", "design", "draw", "exec", "graph", "groot", "http", "idl", "import", "lsp", "mission", "monitor", "nav2", "processes",
-    "project", "record", "replay", "ros", "rpc", "runtime", "scxml", "sim", "studio", "text", "verify", "yarp")]
+# What these libraries have of findings is not mended yet. One that is leaves the list.
+NOT_YET = ["bt", "campaign", "cli", "design", "draw", "exec", "graph", "groot", "http", "idl", "import", "lsp", "mission", "monitor", "nav2", "processes",
+           "project", "record", "replay", "ros", "rpc", "runtime", "scxml", "sim", "studio", "text", "verify", "yarp"]
 
 INCLUDED = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.M)
 
@@ -229,12 +228,13 @@ def examine(program, names, options):
 def check_tidy(build, folders, every, seconds):
     program, version = tool("clang-tidy")
     settings = (ROOT / ".clang-tidy").read_text()
-    targets = {name: one for name, one in commands(build).items() if name in set(sources())}
+    # Not tests: they do on purpose what is a mistake elsewhere, and the headers of GoogleTest take longest.
+    ours = {name for name in sources() if name.startswith("src/") and not name.endswith("_test.cpp")}
+    targets = {name: one for name, one in commands(build).items() if name in ours}
     if not every:
-        later = tuple(f"{folder}/" for folder in NOT_YET)
-        waiting_folders = {name for name in targets if name.startswith(later)}
-        targets = {name: one for name, one in targets.items() if name not in waiting_folders}
-        print(f"{len(waiting_folders)} sources are of folders that are not mended yet: {' '.join(NOT_YET)}")
+        later = {name for name in targets if name.split("/")[1] in NOT_YET}
+        targets = {name: one for name, one in targets.items() if name not in later}
+        print(f"{len(later)} sources are of libraries that are not mended yet: {' '.join(NOT_YET)}")
     elif folders:
         targets = {name: one for name, one in targets.items() if name.startswith(tuple(folders))}
     if not targets:
