@@ -339,7 +339,7 @@ void load_ports(benchmark::State& s) {
                  "</Sequence>"));
 }
 void load_skip_if(benchmark::State& s) {
-  load_tree(s, tree("<Sequence>" +
+  load_tree(s, tree("<Sequence><Script code=\"n := 1\"/>" +
                     repeat(static_cast<int>(s.range(0)), "<AlwaysSuccess name=\"abcd\" _skipIf=\"n &gt; 5\"/>\n") +
                     "</Sequence>"));
 }
