@@ -31,6 +31,35 @@ test("a run that has ended begins again, with the same seed, and then as another
   await program.stop();
 });
 
+test("with another seed it is another run, which can be repeated", async () => {
+  const program = await serve_run(example("recharge"), { scenario: "experiment1", args: ["--clock", "virtual", "--factor", "1000"] });
+  const { page, close } = await open_page(program.url, { lost_connections: true });
+  /** What the robot's laser and its drive make of chance: where it believes to be when the run ends. */
+  const ended = async (before) => {
+    await until(async () => (await hello_of(page).catch(() => before)).boot !== before?.boot, "there is another run");
+    const hello = await hello_of(page);
+    await page.locator(`header[data-boot="${hello.boot}"]`).waitFor();
+    await until(async () => (await text(page, "presence")) === "■ Ended", "it has ended");
+    return { ...hello, robots: (await state_of(page)).robots };
+  };
+  const again = async (item) => {
+    await page.getByRole("button", { name: "Run again" }).click();
+    await page.getByRole("menuitem", { name: item }).click();
+  };
+  const first = await ended(null);
+  await again("With another seed");
+  const second = await ended(first);
+  assert.notEqual(second.seed, first.seed);
+  assert.equal(second.title, first.title);
+  assert.notDeepEqual(second.robots, first.robots);
+  await again("The same once more");
+  const third = await ended(second);
+  assert.equal(third.seed, second.seed);
+  assert.deepEqual(third.robots, second.robots);
+  await close();
+  await program.stop();
+});
+
 test("stopping asks; Space pauses wherever the focus is; a goal by hand says what it replaces", async () => {
   const program = await serve_run(example("recharge"), { scenario: "normal" });
   const { page, close } = await open_page(program.url);

@@ -1,6 +1,6 @@
 import { create } from "zustand";
 
-import type { Design, DesignDocument, DesignPast, Finding, Gesture, OutlineNode, OutlineTree, PaletteNode } from "../protocol/types";
+import type { Design, DesignDocument, DesignPast, EditedState, EditedTransition, Finding, Gesture, OutlineNode, OutlineTree, PaletteNode, StateKind } from "../protocol/types";
 import { note, on_design, request, type DesignMessage } from "../store/store";
 import { take_runs, useMode } from "./mode";
 import { Places, splice_between } from "./places";
@@ -30,6 +30,8 @@ export interface DesignState {
   chosen: { element: number; key: string } | null;
   /** Of a chart: the chosen state's id. */
   state: string | null;
+  /** Of a chart: the chosen transition, by its place in the document, and its state, so that another is not taken for it. */
+  transition: { index: number; source: string } | null;
   /** State to which a transition was drawn from the chosen one; its event and condition are still to be said. */
   drawn_to: string | null;
   look: Look;
@@ -55,6 +57,7 @@ export const useDesign = create<DesignState>()(() => ({
   tree: null,
   chosen: null,
   state: null,
+  transition: null,
   drawn_to: null,
   look: (localStorage.getItem(kLookStored) as Look | null) ?? "both",
   past: {},
@@ -205,7 +208,7 @@ async function read(file: string): Promise<boolean> {
 export async function open_file(file: string, byte?: number): Promise<void> {
   const known = useDesign.getState().docs[file] !== undefined || (await read(file));
   if (!known) return;
-  if (useDesign.getState().file !== file) useDesign.setState({ file, tree: null, chosen: null, state: null, refused: null });
+  if (useDesign.getState().file !== file) useDesign.setState({ file, tree: null, chosen: null, state: null, transition: null, refused: null });
   if (byte !== undefined) go_to(byte);
 }
 
@@ -366,19 +369,40 @@ export async function gesture(wanted: Gesture): Promise<boolean> {
     if (why_not) throw new Error(why_not);
     return request("design_gesture", { file: doc.file, base: doc.version, gesture: wanted });
   });
-  if (done?.at !== undefined && !/^(?:delete|remove_state|yaml_remove)$/.test(wanted.what)) go_to(done.at);
+  if (done?.at !== undefined && !/^(?:delete|remove_.*|yaml_remove)$/.test(wanted.what)) go_to(done.at);
   return done !== null;
 }
 
-/** A state with an id that nobody has; its id is to be said next. */
-export async function add_fresh_state(inside: string): Promise<void> {
+/** The state of a chart that is chosen, or the transition. */
+export function chosen_state(state: DesignState): EditedState | null {
+  return (state.state !== null && doc_of(state)?.shown_chart?.states.find(({ id }) => id === state.state)) || null;
+}
+export function chosen_transition(state: DesignState): EditedTransition | null {
+  const wanted = state.transition;
+  return (wanted && doc_of(state)?.shown_chart?.transitions.find(({ transition, source }) => transition === wanted.index && source === wanted.source)) ?? null;
+}
+export function choose_state(id: string | null): void {
+  useDesign.setState({ state: id, transition: null, refused: null });
+}
+export function choose_transition(chosen: Pick<EditedTransition, "transition" | "source"> | null): void {
+  useDesign.setState({ state: null, transition: chosen && { index: chosen.transition, source: chosen.source }, refused: null });
+}
+
+/** An id that no state of the chart has. */
+export function fresh_id(): string {
   const taken = new Set(doc_of(useDesign.getState())?.shown_chart?.states.map(({ id }) => id));
   let number = 1;
   while (taken.has(`state${number}`)) number++;
-  const id = `state${number}`;
-  if (!(await gesture({ what: "add_state", inside, id, final: false }))) return;
-  useDesign.setState({ state: id });
+  return `state${number}`;
+}
+
+/** A state with such an id, which is to be said next. Its id; null: it was refused. */
+export async function add_fresh_state(inside: string, kind: StateKind = "state"): Promise<string | null> {
+  const id = fresh_id();
+  if (!(await gesture({ what: "add_state", inside, id, kind }))) return null;
+  choose_state(id);
   focus_field("design-state", id);
+  return id;
 }
 
 /** Frames that a field is waited for. */
