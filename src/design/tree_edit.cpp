@@ -153,8 +153,62 @@ class TreeEditor {
                              : (set.value ? "set " : "remove ") + set.name + " of " + shown(*node)};
   }
 
+  Result<GestureResult> operator()(const ExtractTree& extract) {
+    const auto node = node_at(extract.node);
+    if (!node) return tl::unexpected(node.error());
+    if (!is_name(extract.id)) return fail("design.bad-name", "\"" + extract.id + "\" is no name of a tree");
+    if (tree_of(extract.id)) return fail("design.bad-name", "there is a tree " + extract.id + " already");
+    XmlElement tree = node->parent();
+    while (tree.name() != "BehaviorTree") tree = tree.parent();
+    const std::string step = edits_.indentation_step(document_.root());
+    std::string inner;
+    for (const char c : edits_.text_of(*node)) inner += c == '\n' ? "\n" + step : std::string(1, c);
+    const auto siblings = document_.root().children();
+    const auto own = static_cast<std::size_t>(std::find(siblings.begin(), siblings.end(), tree) - siblings.begin());
+    const bool format4 = document_.root().attribute("BTCPP_format").value_or("") == "4";
+    edits_.replace(*node, "<SubTree ID=\"" + extract.id + "\" " + (format4 ? "" : "_") + "_autoremap=\"true\"/>");
+    edits_.put(document_.root(), own + 1,
+               "<BehaviorTree ID=\"" + extract.id + "\">\n" + step + inner + "\n</BehaviorTree>");
+    return done("make a tree " + extract.id + " of " + shown(*node));
+  }
+
+  Result<GestureResult> operator()(const InlineTree& gesture) {
+    const auto node = node_at(gesture.node);
+    if (!node) return tl::unexpected(node.error());
+    if (!is_subtree(node->name())) return fail("design.arity", shown(*node) + " is no SubTree");
+    const std::string id = id_of(*node);
+    const XmlElement tree = tree_of(id);
+    if (!tree || !tree.first_child())
+      return fail("design.no-such-node", "the tree " + id + " is not in this file, or empty");
+    // What its entries are called inside is what they are called outside.
+    const auto is_flag = [&](std::string_view name) {
+      return node->attribute(name).value_or("") == "true" || node->attribute(name).value_or("") == "1";
+    };
+    bool renames = !is_flag("_autoremap") && !is_flag("__autoremap") && !is_flag("__shared_blackboard") &&
+                   tree.inner_source().find('{') != std::string_view::npos;
+    node->for_each_attribute([&](std::string_view name, std::string_view value) {
+      const bool same = value == "{" + std::string(name) + "}";
+      renames = renames || (name != "ID" && name != "name" && !name.starts_with('_') && !same);
+    });
+    if (renames)
+      return fail("design.arity", shown(*node) + " has entries of its own: remap them alike (_autoremap) first");
+    std::size_t uses = 0;
+    for (const XmlElement& element : elements_) uses += is_subtree(element.name()) && id_of(element) == id ? 1 : 0;
+    edits_.replace(*node, edits_.text_of(tree.first_child()));
+    const bool is_main = document_.root().attribute("main_tree_to_execute").value_or("") == id;
+    if (uses == 1 && !is_main && tree.children().size() == 1 && !is_in(*node, tree)) edits_.take_out(tree);
+    return done("put the tree " + id + " in the place of " + shown(*node));
+  }
+
  private:
   [[nodiscard]] std::string_view source() const { return document_.source(); }
+
+  [[nodiscard]] XmlElement tree_of(std::string_view id) const {
+    for (const XmlElement& tree : document_.root().children()) {
+      if (tree.name() == "BehaviorTree" && tree.attribute("ID").value_or("") == id) return tree;
+    }
+    return {};
+  }
 
   GestureResult done(std::string name) { return {edits_.take(), std::move(name)}; }
 

@@ -403,6 +403,8 @@ Result<design::TreeGesture> gesture_of(const Value& gesture) {
   if (what == "move") return design::MoveNode{node, slot, flag_of(gesture, "copy")};
   if (what == "wrap") return design::WrapNode{node, string_of(gesture, "id")};
   if (what == "unwrap") return design::UnwrapNode{node};
+  if (what == "extract") return design::ExtractTree{node, string_of(gesture, "id")};
+  if (what == "inline") return design::InlineTree{node};
   if (what == "set") {
     const Value* value = gesture.find("value");
     const bool given = value != nullptr && value->as_string() != nullptr;

@@ -73,7 +73,7 @@ test("a transition is chosen in the picture, edited, ordered and deleted; undone
   await page.keyboard.press("Delete");
   await did(page, "delete a transition of moving");
   await click_transition(page, "Transition moving halt → halted", { button: "right" });
-  await choose_in_menu(page, "Delete");
+  await choose_in_menu(page, /^Delete/);
   await until(async () => (await page.locator("[data-testid=design-chart] [data-transition]").count()) === 3, "two are gone");
   while ((await undo_name(page)) !== "") {
     const name = await page.getByTestId("undo").innerText();

@@ -21,6 +21,7 @@ export function Inspector() {
           <Key keys="Shift Tab" what="move out" />
           <Key keys="Ctrl ↑ ↓" what="move among siblings" />
           <Key keys="W / U" what="wrap in … / unwrap" />
+          <Key keys="E" what="as a tree of its own / back" />
           <Key keys="F2" what="rename" />
           <Key keys="Del" what="delete" />
         </dl>

@@ -379,6 +379,8 @@ export const Gesture = Type.Union([
   object({ what: Type.Literal("move"), node: index(), parent: index(), index: index(), copy: optional(boolean()) }),
   object({ what: Type.Literal("wrap"), node: index(), id: string() }),
   object({ what: Type.Literal("unwrap"), node: index() }),
+  object({ what: Type.Literal("extract"), node: index(), id: string() }),
+  object({ what: Type.Literal("inline"), node: index() }),
   object({ what: Type.Literal("set"), node: index(), name: string(), value: or_null(string()) }),
   object({ what: Type.Literal("rename_state"), state: string(), id: string() }),
   object({ what: Type.Literal("add_state"), inside: string(), id: string(), kind: StateKind }),
