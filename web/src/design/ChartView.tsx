@@ -146,6 +146,16 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
     // eslint-disable-next-line react-hooks/exhaustive-deps
   }, [at_chosen, view]);
 
+  const edge_at = chosen_edge === null ? -1 : layout.edges.findIndex((edge) => chart.transitions[shown.transitions[edge.transition]!] === chosen_edge);
+  const edge_key = chosen_edge && `${chosen_edge.transition} ${chosen_edge.source}`;
+  useEffect(() => {
+    const edge = layout.edges[edge_at];
+    if (edge && edge.label.width > 0) view.reveal(edge.label);
+    if (chosen_edge) show_line(chosen_edge.line);
+    // As above.
+    // eslint-disable-next-line react-hooks/exhaustive-deps
+  }, [edge_key, view]);
+
   const nests = useMemo(() => composites(layout), [layout]);
   const lines = useMemo(() => new Set((summary?.findings ?? []).filter((found) => found.file === file && found.severity === "error").map(({ line }) => line)), [summary, file]);
   const active = useMemo(() => new Set(played?.active ?? []), [played]);

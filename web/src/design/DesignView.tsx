@@ -14,7 +14,7 @@ import { useWindow } from "../widgets/layout";
 import { ChartForm } from "./ChartForm";
 import { ChartView } from "./ChartView";
 import { Completer, type Asked } from "./Completer";
-import { begin_project, doc_of, obstacle, redo, resolve, save_all, set_look, show_below, start_design, tree_of, undo, useDesign, type Doc, type Look } from "./design";
+import { begin_project, doc_of, obstacle, redo, resolve, save_all, set_look, show_below, start_design, toggle_autosave, tree_of, undo, useDesign, type Doc, type Look } from "./design";
 import { Inspector } from "./Inspector";
 import { matches } from "../widgets/match";
 import { PastPanel } from "./PastPanel";
@@ -56,6 +56,7 @@ export default function DesignView() {
     { id: "design.undo", title: "Undo", group: "Design", keys: ["Ctrl+Z"], run: () => void undo() },
     { id: "design.redo", title: "Do again what was undone", group: "Design", keys: ["Ctrl+Shift+Z", "Ctrl+Y"], run: () => void redo() },
     { id: "design.save", title: "Save all files", group: "Design", keys: ["Ctrl+S"], run: () => void save_all() },
+    { id: "design.autosave", title: "Save each edit by itself, or only with Ctrl+S", group: "Design", run: toggle_autosave },
     { id: "design.compare", title: "Compare with the last commit, or with what a recording ran", group: "Design", run: () => useDesign.setState({ comparing: kCommit.id }) },
     { id: "design.simulate", title: "Run what is open by hand, or end that", group: "Design", run: () => simulate(!useSimulation.getState().on) },
     { id: "design.problems", title: "Show the problems, or hide them", group: "Design", run: () => show_below("problems") },

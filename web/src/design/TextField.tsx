@@ -1,5 +1,9 @@
 import { useEffect, useRef, useState, type ReactNode } from "react";
 
+/** Of a field of several lines: what it shows at most, and about how much stands in one. */
+const kRowsMax = 8;
+const kColumns = 28;
+
 interface TextFieldProps {
   id: string;
   label: ReactNode;
@@ -36,6 +40,7 @@ export function TextField({ id, label, described, value, hint, options = [], are
     spellCheck: false,
     autoComplete: "off",
     value: text,
+    title: text,
     onChange: (event: React.ChangeEvent<HTMLInputElement | HTMLTextAreaElement>) => {
       told.current = value;
       set_text(event.target.value);
@@ -51,7 +56,7 @@ export function TextField({ id, label, described, value, hint, options = [], are
   return (
     <div className="inspector-field">
       <label htmlFor={id}>{label}</label>
-      {area ? <textarea {...common} className="field mono" rows={Math.min(8, text.split("\n").length)} wrap="off" /> : <input {...common} list={options.length > 0 ? `${id}-options` : undefined} />}
+      {area ? <textarea {...common} className="field mono" rows={Math.min(kRowsMax, text.split("\n").reduce((rows, line) => rows + Math.max(1, Math.ceil(line.length / kColumns)), 0))} /> : <input {...common} list={options.length > 0 ? `${id}-options` : undefined} />}
       <Options id={id} options={options} />
     </div>
   );

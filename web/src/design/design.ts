@@ -1,6 +1,7 @@
 import { create } from "zustand";
 
 import type { Design, DesignDocument, DesignPast, EditedState, EditedTransition, Finding, Gesture, OutlineNode, OutlineTree, PaletteNode, StateKind } from "../protocol/types";
+import { useEdit } from "../store/edit";
 import { note, on_design, request, type DesignMessage } from "../store/store";
 import { take_runs, useMode } from "./mode";
 import { Places, splice_between } from "./places";
@@ -35,6 +36,8 @@ export interface DesignState {
   /** State to which a transition was drawn from the chosen one; its event and condition are still to be said. */
   drawn_to: string | null;
   look: Look;
+  /** Each edit is saved once it is checked. */
+  autosave: boolean;
   /** What requirements would have said of the last runs, by file. */
   past: Readonly<Record<string, DesignPast>>;
   /** Says why something was refused, beside the picture. */
@@ -46,6 +49,7 @@ export interface DesignState {
 }
 
 const kLookStored = "sentree.design.look";
+const kAutosaveStored = "sentree.design.autosave";
 
 export const useDesign = create<DesignState>()(() => ({
   summary: null,
@@ -60,6 +64,7 @@ export const useDesign = create<DesignState>()(() => ({
   transition: null,
   drawn_to: null,
   look: (localStorage.getItem(kLookStored) as Look | null) ?? "both",
+  autosave: localStorage.getItem(kAutosaveStored) === "true",
   past: {},
   refused: null,
   below: null,
@@ -78,6 +83,14 @@ export function show_below(what: NonNullable<DesignState["below"]>): void {
 export function set_look(look: Look): void {
   localStorage.setItem(kLookStored, look);
   useDesign.setState({ look });
+}
+
+export function toggle_autosave(): void {
+  const autosave = !useDesign.getState().autosave;
+  localStorage.setItem(kAutosaveStored, String(autosave));
+  useDesign.setState({ autosave });
+  note("info", autosave ? "each edit is saved from now on" : "edits are saved by Ctrl+S from now on");
+  if (autosave) void save_all();
 }
 
 // ---- looking things up ----
@@ -123,6 +136,7 @@ function receive(message: DesignMessage): void {
       const before = useDesign.getState().summary;
       useDesign.setState({ summary });
       if (summary.checked && before?.checked !== true) void load_palette();
+      if (summary.checked && useDesign.getState().autosave && summary.files.some(({ dirty, conflict }) => dirty && !conflict)) void request("design_save", {}).catch(() => undefined);
       break;
     }
     case "design_document": {
@@ -192,8 +206,31 @@ export async function start_design(): Promise<() => void> {
   const first = summary.files.find((one) => one.file === wanted) ?? summary.files.find(({ kind }) => kind === "mission") ?? summary.files[0];
   if (file === null && first) await open_file(first.file);
   else for (const open of Object.keys(useDesign.getState().docs)) await read(open);
+  await edit_wanted();
   return stop;
 }
+
+/** Opens what somebody has asked to edit elsewhere in the page. */
+async function edit_wanted(): Promise<void> {
+  const { wanted } = useEdit.getState();
+  const { summary } = useDesign.getState();
+  if (!wanted || !summary) return;
+  useEdit.setState({ wanted: null });
+  if ("file" in wanted) {
+    await open_file(wanted.file);
+    choose_state(wanted.state || null);
+    return;
+  }
+  for (const { file } of summary.files.filter(({ kind }) => kind === "mission")) {
+    if (useDesign.getState().docs[file] === undefined && !(await read(file))) continue;
+    for (const { nodes } of useDesign.getState().docs[file]?.trees ?? []) {
+      const node = nodes.find(({ id, name }) => id === wanted.node.id && (name || id) === wanted.node.name);
+      if (node) return open_file(file, node.from);
+    }
+  }
+  note("error", `${wanted.node.name} is in no file of this project`);
+}
+useEdit.subscribe(() => void edit_wanted());
 
 async function read(file: string): Promise<boolean> {
   try {
