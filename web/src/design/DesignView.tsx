@@ -277,7 +277,8 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
   const size = tree?.layout.size ?? doc?.shown_chart?.layout.size ?? null;
   const stacked = narrow || (size !== null && room !== null && larger_stacked(size, room));
   if (!doc) return <p className="empty">Choose a file.</p>;
-  const drawn = !has_picture_of(doc) ? null : tree ? (
+  // Not before it is known how much room there is: it is laid out once.
+  const drawn = !has_picture_of(doc) || room === null ? null : tree ? (
     <Picture key={doc.file} tree={tree} handle={picture} ask={ask} />
   ) : doc.shown_chart ? (
     <ChartView key={doc.file} chart={doc.shown_chart} file={doc.file} />
@@ -289,7 +290,7 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
     </Suspense>
   );
   const with_picture = drawn !== null && look !== "text";
-  const with_text = drawn === null || look !== "picture";
+  const with_text = !has_picture_of(doc) || look !== "picture";
   return (
     <div ref={frame} className={`design-views${stacked ? " stacked" : ""}`}>
       {with_picture && (
