@@ -217,7 +217,10 @@ async function edit_wanted(): Promise<void> {
   if (!wanted || !summary) return;
   useEdit.setState({ wanted: null });
   if ("file" in wanted) {
-    await open_file(wanted.file);
+    // The run has the path on disk.
+    const found = summary.files.filter(({ file }) => `/${wanted.file}`.endsWith(`/${file}`)).sort((a, b) => b.file.length - a.file.length)[0];
+    if (!found) return note("error", `${wanted.file} is not among the files of this project`);
+    await open_file(found.file);
     choose_state(wanted.state || null);
     return;
   }
