@@ -51,7 +51,7 @@ export function ChartMenu({ x, y, close }: { x: number; y: number; close(): void
 
   function moves(moved: string): MenuEntry[] {
     const own = chart!.states.find((one) => one.id === moved)!;
-    const to = chart!.states.filter((one) => one.id !== moved && one.id !== own.inside && chart!.states.some(({ inside }) => inside === one.id));
+    const to = chart!.states.filter((one) => one.id !== "" && one.id !== moved && one.id !== own.inside && chart!.states.some(({ inside }) => inside === one.id));
     const places = [...(own.inside === "" ? [] : [{ id: "", name: "the top level" }]), ...to.map((one) => ({ id: one.id, name: one.id }))].slice(0, kListedMax);
     if (places.length === 0) return [];
     return [{ heading: "Move to" }, ...places.map((place) => ({ label: place.name, why_not, run: () => void gesture({ what: "move_state", state: moved, inside: place.id }).then(() => choose_state(moved)) }))];
