@@ -127,7 +127,8 @@ class ChartEditor {
     const auto count = forget(*state);
     moves_.take_out(elements_.of_state(*state));
     return "delete state " + remove.state +
-           (count == 0 ? "" : " with " + std::to_string(count) + (count == 1 ? " transition" : " transitions") + " to it");
+           (count == 0 ? ""
+                       : " with " + std::to_string(count) + (count == 1 ? " transition" : " transitions") + " to it");
   }
 
   Result<std::string> operator()(const MoveState& move) {
@@ -366,8 +367,7 @@ class ChartEditor {
     const auto found = find(id);
     if (!found) return found;
     const scxml::State& state = chart_.states()[*found];
-    if (state.kind == scxml::StateKind::kFinal)
-      return fail("design.arity", id + " is final: it has no states inside");
+    if (state.kind == scxml::StateKind::kFinal) return fail("design.arity", id + " is final: it has no states inside");
     if (state.is_history()) return fail("design.arity", id + " is a history: it has no states inside");
     return found;
   }
@@ -531,8 +531,7 @@ class ChartEditor {
     const auto blocks = blocks_of(place);
     if (!blocks) return tl::unexpected(blocks.error());
     const auto actions = actions_in(*blocks);
-    if (index >= actions.size())
-      return fail("design.no-such-node", "there is no such action in the text as it is now");
+    if (index >= actions.size()) return fail("design.no-such-node", "there is no such action in the text as it is now");
     return actions[index];
   }
 

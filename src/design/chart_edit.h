@@ -99,9 +99,9 @@ struct MoveAction {
   std::size_t index = 0;
   std::size_t to = 0;
 };
-using ChartGesture = std::variant<RenameState, AddState, RemoveState, MoveState, WrapState, SetKind, SetInitial,
-                                  AddTransition, SetTransition, RemoveTransition, MoveTransition, InsertAction,
-                                  SetAction, RemoveAction, MoveAction>;
+using ChartGesture =
+    std::variant<RenameState, AddState, RemoveState, MoveState, WrapState, SetKind, SetInitial, AddTransition,
+                 SetTransition, RemoveTransition, MoveTransition, InsertAction, SetAction, RemoveAction, MoveAction>;
 
 /// What of a chart can be edited, as written: actions and <data> as XML.
 struct ChartParts {

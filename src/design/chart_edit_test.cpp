@@ -33,7 +33,8 @@ std::string replaced(std::string xml, const std::string& old_text, const std::st
   return xml.replace(xml.find(old_text), old_text.size(), new_text);
 }
 
-const std::string kNested = R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" initial="trip">
+const std::string kNested =
+    R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" initial="trip">
   <state id="trip" initial="on">
     <onentry>
       <log expr="'begin'"/> <!-- says so -->
@@ -107,17 +108,15 @@ TEST(ChartEdit, MakesStatesOfAnotherKind) {
   EXPECT_THAT(edited(kNested, AddState{"trip", "back", "deep-history"}),
               HasSubstr("    <history id=\"back\" type=\"deep\"><transition target=\"on\"/></history>\n  </state>"));
   const std::string with_history = edited(kNested, AddState{"trip", "back", "history"});
-  EXPECT_THAT(edited(with_history, SetKind{"back", "deep-history"}),
-              HasSubstr("<history id=\"back\" type=\"deep\">"));
+  EXPECT_THAT(edited(with_history, SetKind{"back", "deep-history"}), HasSubstr("<history id=\"back\" type=\"deep\">"));
   EXPECT_THAT(edited(with_history, SetKind{"back", "final"}), HasSubstr("a history is added, or deleted"));
 }
 
 TEST(ChartEdit, BeginsElsewhere) {
   EXPECT_EQ(edited(kNested, SetInitial{"idle"}), replaced(kNested, "initial=\"trip\"", "initial=\"idle\""));
   EXPECT_EQ(edited(kNested, SetInitial{"off"}), replaced(kNested, "initial=\"on\"", "initial=\"off\""));
-  const std::string element =
-      replaced(replaced(kNested, " initial=\"on\"", ""), "    <onentry>",
-               "    <initial><transition target=\"on\"/></initial>\n    <onentry>");
+  const std::string element = replaced(replaced(kNested, " initial=\"on\"", ""), "    <onentry>",
+                                       "    <initial><transition target=\"on\"/></initial>\n    <onentry>");
   EXPECT_EQ(edited(element, SetInitial{"off"}),
             replaced(element, "<initial><transition target=\"on\"/>", "<initial><transition target=\"off\"/>"));
 }
@@ -145,12 +144,10 @@ TEST(ChartEdit, EditsWhatIsDone) {
   EXPECT_EQ(edited(kNested, InsertAction{entry, 1, "<log expr=\"2\"/>"}),
             replaced(kNested, "<!-- says so -->", "<!-- says so -->\n      <log expr=\"2\"/>"));
   EXPECT_EQ(edited(kNested, SetAction{entry, 1, "<if cond=\"a\">\n  <raise event=\"b\"/>\n</if>"}),
-            replaced(kNested, "<raise event=\"go\"/>",
-                     "<if cond=\"a\">\n        <raise event=\"b\"/>\n      </if>"));
+            replaced(kNested, "<raise event=\"go\"/>", "<if cond=\"a\">\n        <raise event=\"b\"/>\n      </if>"));
   EXPECT_EQ(edited(kNested, RemoveAction{entry, 1}), replaced(kNested, "\n      <raise event=\"go\"/>", ""));
-  EXPECT_EQ(edited(kNested, MoveAction{entry, 1, 0}),
-            replaced(replaced(kNested, "\n      <raise event=\"go\"/>", ""), "<onentry>",
-                     "<onentry>\n      <raise event=\"go\"/>"));
+  EXPECT_EQ(edited(kNested, MoveAction{entry, 1, 0}), replaced(replaced(kNested, "\n      <raise event=\"go\"/>", ""),
+                                                               "<onentry>", "<onentry>\n      <raise event=\"go\"/>"));
   // The first and the last of a block bring it and take it away.
   const ActionPlace leaving{std::nullopt, "idle", "onexit"};
   const std::string log = "<log expr=\"'bye'\"/>";
@@ -194,8 +191,7 @@ TEST(ChartEdit, RenamesAStateWithAllItsUses) {
 }
 
 TEST(ChartEdit, AddsStatesAndTransitions) {
-  EXPECT_THAT(edited(kChart, AddState{"", "new"}),
-              HasSubstr("  <final id=\"end\"/>\n  <state id=\"new\"/>\n</scxml>"));
+  EXPECT_THAT(edited(kChart, AddState{"", "new"}), HasSubstr("  <final id=\"end\"/>\n  <state id=\"new\"/>\n</scxml>"));
   EXPECT_THAT(edited(kChart, AddTransition{"idle", "end", "quit", "a < b"}),
               HasSubstr("    <transition event=\"quit\" cond=\"a &lt; b\" target=\"end\"/>\n  </state>"));
 }

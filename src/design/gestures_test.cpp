@@ -131,8 +131,8 @@ Loaded<scxml::Chart> chart_of(const std::string& text) {
 std::pair<ActionPlace, std::size_t> any_place(const scxml::Chart& chart, const ChartParts& parts,
                                               std::mt19937& random) {
   const auto state = static_cast<scxml::StateIndex>(random() % chart.states().size());
-  const auto transition = static_cast<scxml::TransitionIndex>(random() % std::max<std::size_t>(
-                                                                             chart.transitions().size(), 1));
+  const auto transition =
+      static_cast<scxml::TransitionIndex>(random() % std::max<std::size_t>(chart.transitions().size(), 1));
   switch (random() % 4) {
     case 0: return {{std::nullopt, chart.states()[state].id, "onentry"}, parts.states[state].onentry.size()};
     case 1: return {{std::nullopt, chart.states()[state].id, "onexit"}, parts.states[state].onexit.size()};
@@ -160,8 +160,8 @@ TEST(Gestures, OfChartsEditLeastAndUndoToIdenticalBytes) {
     const std::string state = ids.size() > 1 ? ids[1 + random() % (ids.size() - 1)] : "";
     const std::string inside = any_of(ids, random);
     const std::string id = "s" + std::to_string(++fresh);
-    const auto transition = static_cast<scxml::TransitionIndex>(
-        random() % std::max<std::size_t>(chart.value->transitions().size(), 1));
+    const auto transition =
+        static_cast<scxml::TransitionIndex>(random() % std::max<std::size_t>(chart.value->transitions().size(), 1));
     const auto [place, count] = any_place(*chart.value, parts, random);
     const std::size_t index = random() % (count + 1);
     const std::string action = place.block == "datamodel" ? "<data id=\"" + id + "\" expr=\"1\"/>"

@@ -53,7 +53,8 @@ bool is_name(std::string_view name) {
 // Makes the edits of one document.
 class TreeEditor {
  public:
-  TreeEditor(XmlDocument document, const Kinds& kinds) : document_(std::move(document)), kinds_(kinds), edits_(document_) {
+  TreeEditor(XmlDocument document, const Kinds& kinds)
+      : document_(std::move(document)), kinds_(kinds), edits_(document_) {
     std::vector<XmlElement> open{document_.root()};
     while (!open.empty()) {
       const XmlElement element = open.back();

@@ -150,7 +150,8 @@ std::vector<std::filesystem::path> mission_files() {
 
 TEST(TreeEdit, MakesATreeOfANodeAndPutsItBack) {
   const std::string out = edited(kFile, ExtractTree{element(kFile, "Inverter"), "NotB"});
-  EXPECT_EQ(out, with(with(kFile, "<Inverter>\n        <B/>\n      </Inverter>", "<SubTree ID=\"NotB\" _autoremap=\"true\"/>"),
+  EXPECT_EQ(out, with(with(kFile, "<Inverter>\n        <B/>\n      </Inverter>",
+                           "<SubTree ID=\"NotB\" _autoremap=\"true\"/>"),
                       "  </BehaviorTree>\n  <BehaviorTree ID=\"Other\">",
                       "  </BehaviorTree>\n"
                       "  <BehaviorTree ID=\"NotB\">\n"

@@ -422,10 +422,9 @@ std::optional<std::string> text_if_given(const Value& value, std::string_view na
 // Absent: nothing has that number.
 scxml::TransitionIndex transition_of(const Value& gesture) {
   const Value* given = gesture.find("transition");
-  return given == nullptr || given->as_int() == nullptr
-             ? scxml::kNoTransition
-             : static_cast<scxml::TransitionIndex>(
-                   std::min<std::size_t>(count_of(gesture, "transition"), scxml::kNoTransition));
+  return given == nullptr || given->as_int() == nullptr ? scxml::kNoTransition
+                                                        : static_cast<scxml::TransitionIndex>(std::min<std::size_t>(
+                                                              count_of(gesture, "transition"), scxml::kNoTransition));
 }
 
 design::ActionPlace action_place_of(const Value& gesture) {
