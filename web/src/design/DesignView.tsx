@@ -1,4 +1,5 @@
 import "../styles/design.css";
+import "../styles/design_chart.css";
 import "../styles/mission.css";
 import "../styles/picture.css";
 import "../styles/charts.css";
