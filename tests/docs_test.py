@@ -10,6 +10,8 @@ comment before the block, with one number a command:
     <!-- exit 1 -->
     <!-- not run: why -->     only its options are compared with the help of the command
     <!-- run COMMAND -->      is executed before the block, unseen by readers
+    <!-- beside: TEXT -->     goes on until the end of the file, where it must still go on; what follows waits until it says TEXT
+    <!-- file PATH -->        the block is written to that file
 
 Blocks without `$` list commands. A line `sentree …` of theirs is executed where its files are there (RUN.mcap is a recording,
 my_robot a new project), it ends by itself, and names no placeholder; findings (1) are no failure then. Else, as with what is not
@@ -25,6 +27,8 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
+import time
 
 LIMIT_S = 120
 SENTREE, SOURCE, WORK = (os.path.abspath(path) for path in sys.argv[1:4])
@@ -140,6 +144,7 @@ class Page:
                                 NO_COLOR="1", SOURCE=SOURCE)
         self.environment.pop("SENTREE_RUNS", None)
         self.failures = self.executed = self.left_out = 0
+        self.beside = []  # what goes on: (line, command, process, its output)
         if not step:
             self.execute("sentree run examples/recharge --scenario experiment1 --clock virtual --record RUN.mcap; sentree init my_robot; rm -rf runs")
 
@@ -157,6 +162,40 @@ class Page:
             os.killpg(shell.pid, signal.SIGKILL)
             return "nothing: it does not end", shell.communicate()[0].splitlines()
 
+    def go_on(self, line, command, text):
+        """Begins a command beside the others, and waits until it says that."""
+        output = tempfile.TemporaryFile(mode="w+")
+        shell = subprocess.Popen(["bash", "-c", "exec " + command], cwd=self.folder, env=self.environment, stdin=subprocess.DEVNULL,
+                                 stdout=output, stderr=subprocess.STDOUT, start_new_session=True)
+        self.beside.append((line, command, shell, output))
+        end = time.monotonic() + LIMIT_S
+        while text not in self.said(output):
+            if shell.poll() is not None or time.monotonic() > end:
+                self.say(line, f"{command}\n  does not say {text!r} but\n    " + self.said(output))
+                return
+            time.sleep(0.05)
+        self.executed += 1
+
+    @staticmethod
+    def said(output):
+        output.seek(0)
+        return output.read()
+
+    def end(self):
+        """Ends what goes on beside, which nothing has ended before."""
+        for line, command, shell, output in reversed(self.beside):
+            if shell.poll() is not None:
+                self.say(line, f"{command}\n  ended too early, with {shell.returncode}:\n    " + self.said(output))
+                continue
+            shell.send_signal(signal.SIGINT)
+            try:
+                shell.wait(LIMIT_S)
+            except subprocess.TimeoutExpired:
+                os.killpg(shell.pid, signal.SIGKILL)
+                shell.wait()
+                self.say(line, f"{command}\n  does not end when it is interrupted")
+        self.beside = []
+
     def block(self, line, comments, lines):
         expected_codes, why_not = [], None
         for comment in comments:
@@ -165,6 +204,14 @@ class Page:
                 expected_codes = [int(number) for number in rest.split()]
             elif comment.startswith("not run:"):
                 why_not = comment[8:].strip()
+            elif word == "file":
+                with open(os.path.join(self.folder, rest), "w", encoding="utf-8") as out:
+                    out.write("\n".join(lines) + "\n")
+                return
+            elif word == "beside:":
+                for command, _ in commands(lines):
+                    self.go_on(line, command, rest)
+                return
             elif word == "run":
                 code, got = self.execute(rest)
                 if code != 0:
@@ -208,8 +255,11 @@ def main():
         if not any(commands(lines) for _, _, lines in found):
             continue
         page = Page(file)
-        for line, comments, lines in found:
-            page.block(line, comments, lines)
+        try:
+            for line, comments, lines in found:
+                page.block(line, comments, lines)
+        finally:
+            page.end()
         if page.executed or page.left_out:
             print(f"{page.file}: {page.executed} executed, {page.left_out} not run", flush=True)
         failures, executed, left_out = failures + page.failures, executed + page.executed, left_out + page.left_out

@@ -164,7 +164,7 @@ const std::vector<LibraryRule>& library_rules() {
       {"replay", {"base", "text", "idl", "bt", "scxml", "monitor", "sim", "record", "project", "mission", "runtime"}},
       {"studio",
        {"base", "text", "idl", "draw", "bt", "scxml", "graph", "monitor", "http", "sim", "record", "project", "design",
-        "mission", "runtime", "campaign", "replay", "groot"}},
+        "lsp", "mission", "runtime", "campaign", "replay", "groot"}},
       {"cli",
        {"base",    "text",      "idl",      "draw",   "bt",      "nav2",   "exec", "scxml",  "graph",   "monitor",
         "http",    "rpc",       "sim",      "record", "project", "design", "lsp",  "import", "mission", "verify",

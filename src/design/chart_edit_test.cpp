@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "sentree/scxml/model.h"
+
 namespace sentree::design {
 namespace {
 
@@ -31,6 +33,156 @@ std::string replaced(std::string xml, const std::string& old_text, const std::st
   return xml.replace(xml.find(old_text), old_text.size(), new_text);
 }
 
+const std::string kNested =
+    R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" initial="trip">
+  <state id="trip" initial="on">
+    <onentry>
+      <log expr="'begin'"/> <!-- says so -->
+      <raise event="go"/>
+    </onentry>
+    <transition event="halt" target="end"/>
+    <state id="on">
+      <transition event="toggle" target="off"/>
+      <transition event="more"><raise event="again"/></transition>
+    </state>
+    <state id="off">
+      <transition event="toggle" target="on"/>
+    </state>
+  </state>
+  <state id="idle"/>
+  <final id="end"/>
+</scxml>
+)";
+
+// The transition of that event.
+scxml::TransitionIndex transition_of(const std::string& xml, const std::string& event) {
+  const auto chart = scxml::load(xml);
+  for (scxml::TransitionIndex t = 0; t < chart.value->transitions().size(); ++t) {
+    const auto& events = chart.value->transitions()[t].events;
+    if (!events.empty() && events.front() == event) return t;
+  }
+  return scxml::kNoTransition;
+}
+
+TEST(ChartEdit, DeletesAStateWithWhatLeadsToIt) {
+  // The transitions from elsewhere, and that the chart begins with it.
+  EXPECT_EQ(edited(kChart, RemoveState{"moving"}),
+            "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\">\n"
+            "  <!-- on the way -->\n"
+            "  <state id=\"idle\">\n"
+            "  </state>\n"
+            "  <final id=\"end\"/>\n"
+            "</scxml>\n");
+  EXPECT_EQ(edit_chart(kChart, RemoveState{"moving"})->name, "delete state moving with 1 transition to it");
+}
+
+TEST(ChartEdit, MovesStatesIntoEachOtherAndOut) {
+  const std::string in = edited(kNested, MoveState{"idle", "trip"});
+  EXPECT_THAT(in, HasSubstr("    </state>\n    <state id=\"idle\"/>\n  </state>\n  <final"));
+  const std::string out = edited(kNested, MoveState{"on", ""});
+  EXPECT_THAT(out, HasSubstr("<state id=\"trip\">\n")) << "it does not begin with what is not in it";
+  EXPECT_THAT(out, HasSubstr("  <final id=\"end\"/>\n"
+                             "  <state id=\"on\">\n"
+                             "    <transition event=\"toggle\" target=\"off\"/>\n"
+                             "    <transition event=\"more\"><raise event=\"again\"/></transition>\n"
+                             "  </state>\n"
+                             "</scxml>"));
+}
+
+TEST(ChartEdit, PutsAStateIntoANewOne) {
+  EXPECT_THAT(edited(kNested, WrapState{"idle", "around"}),
+              HasSubstr("  <state id=\"around\">\n    <state id=\"idle\"/>\n  </state>\n"));
+  EXPECT_THAT(edited(kNested, WrapState{"off", "both", "parallel"}),
+              HasSubstr("    <parallel id=\"both\">\n"
+                        "      <state id=\"off\">\n"
+                        "        <transition event=\"toggle\" target=\"on\"/>\n"
+                        "      </state>\n"
+                        "    </parallel>\n"));
+}
+
+TEST(ChartEdit, MakesStatesOfAnotherKind) {
+  EXPECT_EQ(edited(kNested, SetKind{"idle", "final"}), replaced(kNested, "<state id=\"idle\"", "<final id=\"idle\""));
+  std::string parallel = replaced(kNested, "<state id=\"trip\" initial=\"on\">", "<parallel id=\"trip\">");
+  parallel = replaced(parallel, "  </state>\n  <state id=\"idle\"/>", "  </parallel>\n  <state id=\"idle\"/>");
+  EXPECT_EQ(edited(kNested, SetKind{"trip", "parallel"}), parallel);
+  EXPECT_THAT(edited(kNested, AddState{"trip", "back", "deep-history"}),
+              HasSubstr("    <history id=\"back\" type=\"deep\"><transition target=\"on\"/></history>\n  </state>"));
+  const std::string with_history = edited(kNested, AddState{"trip", "back", "history"});
+  EXPECT_THAT(edited(with_history, SetKind{"back", "deep-history"}), HasSubstr("<history id=\"back\" type=\"deep\">"));
+  EXPECT_THAT(edited(with_history, SetKind{"back", "final"}), HasSubstr("a history is added, or deleted"));
+}
+
+TEST(ChartEdit, BeginsElsewhere) {
+  EXPECT_EQ(edited(kNested, SetInitial{"idle"}), replaced(kNested, "initial=\"trip\"", "initial=\"idle\""));
+  EXPECT_EQ(edited(kNested, SetInitial{"off"}), replaced(kNested, "initial=\"on\"", "initial=\"off\""));
+  const std::string element = replaced(replaced(kNested, " initial=\"on\"", ""), "    <onentry>",
+                                       "    <initial><transition target=\"on\"/></initial>\n    <onentry>");
+  EXPECT_EQ(edited(element, SetInitial{"off"}),
+            replaced(element, "<initial><transition target=\"on\"/>", "<initial><transition target=\"off\"/>"));
+}
+
+TEST(ChartEdit, EditsMovesAndDeletesTransitions) {
+  const auto halt = transition_of(kNested, "halt");
+  EXPECT_EQ(edited(kNested, SetTransition{halt, "stop", "a > 1", "idle"}),
+            replaced(kNested, "<transition event=\"halt\" target=\"end\"/>",
+                     "<transition event=\"stop\" target=\"idle\" cond=\"a &gt; 1\"/>"));
+  EXPECT_EQ(edited(kNested, SetTransition{halt, {}, {}, ""}), replaced(kNested, "halt\" target=\"end\"", "halt\""));
+  EXPECT_EQ(edited(kNested, RemoveTransition{halt}),
+            replaced(kNested, "    <transition event=\"halt\" target=\"end\"/>\n", ""));
+  const auto more = transition_of(kNested, "more");
+  EXPECT_THAT(edited(kNested, MoveTransition{more, "on", 0}),
+              HasSubstr("<state id=\"on\">\n"
+                        "      <transition event=\"more\"><raise event=\"again\"/></transition>\n"
+                        "      <transition event=\"toggle\" target=\"off\"/>\n    </state>"));
+  EXPECT_THAT(edited(kNested, MoveTransition{more, "idle", 0}),
+              HasSubstr("  <state id=\"idle\">\n"
+                        "    <transition event=\"more\"><raise event=\"again\"/></transition>\n  </state>"));
+}
+
+TEST(ChartEdit, EditsWhatIsDone) {
+  const ActionPlace entry{std::nullopt, "trip", "onentry"};
+  EXPECT_EQ(edited(kNested, InsertAction{entry, 1, "<log expr=\"2\"/>"}),
+            replaced(kNested, "<!-- says so -->", "<!-- says so -->\n      <log expr=\"2\"/>"));
+  EXPECT_EQ(edited(kNested, SetAction{entry, 1, "<if cond=\"a\">\n  <raise event=\"b\"/>\n</if>"}),
+            replaced(kNested, "<raise event=\"go\"/>", "<if cond=\"a\">\n        <raise event=\"b\"/>\n      </if>"));
+  EXPECT_EQ(edited(kNested, RemoveAction{entry, 1}), replaced(kNested, "\n      <raise event=\"go\"/>", ""));
+  EXPECT_EQ(edited(kNested, MoveAction{entry, 1, 0}), replaced(replaced(kNested, "\n      <raise event=\"go\"/>", ""),
+                                                               "<onentry>", "<onentry>\n      <raise event=\"go\"/>"));
+  // The first and the last of a block bring it and take it away.
+  const ActionPlace leaving{std::nullopt, "idle", "onexit"};
+  const std::string log = "<log expr=\"'bye'\"/>";
+  const std::string with = edited(kNested, InsertAction{leaving, 0, log});
+  EXPECT_THAT(with, HasSubstr("  <state id=\"idle\">\n    <onexit>\n      " + log + "\n    </onexit>\n  </state>"));
+  EXPECT_THAT(edited(with, RemoveAction{leaving, 0}), testing::Not(HasSubstr("onexit")));
+  EXPECT_THAT(edited(kNested, InsertAction{{transition_of(kNested, "more"), "", ""}, 1, log}),
+              HasSubstr("<raise event=\"again\"/>" + log + "</transition>"));
+  EXPECT_THAT(edited(kNested, InsertAction{{std::nullopt, "", "datamodel"}, 0, "<data id=\"count\" expr=\"0\"/>"}),
+              HasSubstr("initial=\"trip\">\n  <datamodel>\n    <data id=\"count\" expr=\"0\"/>\n  </datamodel>\n"));
+}
+
+TEST(ChartEdit, TellsWhatCanBeEdited) {
+  const auto chart = scxml::load(kNested);
+  const ChartParts parts = parts_of(*chart.value);
+  const auto& trip = parts.states[*chart.value->find("trip")];
+  EXPECT_EQ(trip.kind, "state");
+  EXPECT_TRUE(trip.initial);
+  EXPECT_THAT(trip.onentry, testing::ElementsAre("<log expr=\"'begin'\"/>", "<raise event=\"go\"/>"));
+  EXPECT_FALSE(parts.states[*chart.value->find("off")].initial);
+  EXPECT_EQ(parts.states[*chart.value->find("end")].kind, "final");
+  const auto& more = parts.transitions[transition_of(kNested, "more")];
+  EXPECT_TRUE(more.written);
+  EXPECT_EQ(more.event, "more");
+  EXPECT_EQ(more.target, "");
+  EXPECT_THAT(more.actions, testing::ElementsAre("<raise event=\"again\"/>"));
+  // An action of several lines is told without the indentation that it stands in, and written back as it was.
+  const ActionPlace entry{std::nullopt, "trip", "onentry"};
+  const std::string branch = "<if cond=\"a\">\n  <raise event=\"b\"/>\n</if>";
+  const std::string with = edited(kNested, SetAction{entry, 0, branch});
+  const auto again = scxml::load(with);
+  EXPECT_EQ(parts_of(*again.value).states[*again.value->find("trip")].onentry.front(), branch);
+  EXPECT_THAT(edited(with, SetAction{entry, 0, branch}), HasSubstr("it is so already"));
+}
+
 TEST(ChartEdit, RenamesAStateWithAllItsUses) {
   EXPECT_EQ(edited(kChart, RenameState{"moving", "driving"}),
             replaced(replaced(replaced(kChart, "initial=\"moving\"", "initial=\"driving\""), "id=\"moving\"",
@@ -39,8 +191,7 @@ TEST(ChartEdit, RenamesAStateWithAllItsUses) {
 }
 
 TEST(ChartEdit, AddsStatesAndTransitions) {
-  EXPECT_THAT(edited(kChart, AddState{"", "new", false}),
-              HasSubstr("  <final id=\"end\"/>\n  <state id=\"new\"/>\n</scxml>"));
+  EXPECT_THAT(edited(kChart, AddState{"", "new"}), HasSubstr("  <final id=\"end\"/>\n  <state id=\"new\"/>\n</scxml>"));
   EXPECT_THAT(edited(kChart, AddTransition{"idle", "end", "quit", "a < b"}),
               HasSubstr("    <transition event=\"quit\" cond=\"a &lt; b\" target=\"end\"/>\n  </state>"));
 }
@@ -48,17 +199,28 @@ TEST(ChartEdit, AddsStatesAndTransitions) {
 TEST(ChartEdit, KeepsLineEndsOfOtherSystems) {
   std::string crlf;
   for (const char c : kChart) crlf += c == '\n' ? std::string("\r\n") : std::string(1, c);
-  const std::string result = edited(crlf, AddState{"idle", "inner", true});
+  const std::string result = edited(crlf, AddState{"idle", "inner", "final"});
   EXPECT_THAT(result, HasSubstr("\r\n    <final id=\"inner\"/>\r\n"));
 }
 
 TEST(ChartEdit, SaysWhatCannotBe) {
-  EXPECT_THAT(edited(kChart, AddState{"end", "x", false}), HasSubstr("is final"));
-  EXPECT_THAT(edited(kChart, AddState{"", "idle", false}), HasSubstr("already"));
+  EXPECT_THAT(edited(kChart, AddState{"end", "x"}), HasSubstr("is final"));
+  EXPECT_THAT(edited(kChart, AddState{"", "idle"}), HasSubstr("already"));
   EXPECT_THAT(edited(kChart, AddTransition{"end", "idle", "", ""}), HasSubstr("nothing leads out of end"));
   EXPECT_THAT(edited(kChart, RenameState{"nowhere", "x"}), HasSubstr("no state \"nowhere\""));
-  // The transition to it would lead nowhere.
-  EXPECT_THAT(edited(kChart, RemoveState{"moving"}), HasSubstr("moving"));
+  EXPECT_THAT(edited(kChart, AddTransition{"idle", "", "", ""}), HasSubstr("an event, a condition or a target"));
+  EXPECT_THAT(edited(kNested, MoveState{"trip", "off"}), HasSubstr("cannot go into itself"));
+  EXPECT_THAT(edited(kNested, MoveState{"off", "end"}), HasSubstr("is final"));
+  EXPECT_THAT(edited(kNested, MoveState{"off", "trip"}), HasSubstr("is there already"));
+  EXPECT_THAT(edited(kNested, SetKind{"trip", "final"}), HasSubstr("which a final state has not"));
+  EXPECT_THAT(edited(kNested, AddState{"", "back", "history"}), HasSubstr("which it remembers"));
+  EXPECT_THAT(edited(kNested, SetTransition{0, {}, {}, "nowhere"}), HasSubstr("no state \"nowhere\""));
+  EXPECT_THAT(edited(kNested, RemoveTransition{99}), HasSubstr("no such transition"));
+  const ActionPlace entry{std::nullopt, "trip", "onentry"};
+  EXPECT_THAT(edited(kNested, InsertAction{entry, 0, "<log"}), HasSubstr("no XML"));
+  EXPECT_THAT(edited(kNested, InsertAction{entry, 0, "log"}), HasSubstr("one element"));
+  EXPECT_THAT(edited(kNested, InsertAction{entry, 0, "<state id='x'/>"}), HasSubstr("state"));
+  EXPECT_THAT(edited(kNested, SetAction{entry, 7, "<log/>"}), HasSubstr("no such action"));
 }
 
 }  // namespace

@@ -8,6 +8,8 @@
 #include <map>
 #include <optional>
 #include <random>
+#include <utility>
+#include <variant>
 
 #include "sentree/design/chart_edit.h"
 #include "sentree/design/requirement_edit.h"
@@ -125,33 +127,73 @@ Loaded<scxml::Chart> chart_of(const std::string& text) {
   return scxml::load(text, {}, options);
 }
 
+// Any place where something is done, and how much is done there.
+std::pair<ActionPlace, std::size_t> any_place(const scxml::Chart& chart, const ChartParts& parts,
+                                              std::mt19937& random) {
+  const auto state = static_cast<scxml::StateIndex>(random() % chart.states().size());
+  const auto transition =
+      static_cast<scxml::TransitionIndex>(random() % std::max<std::size_t>(chart.transitions().size(), 1));
+  switch (random() % 4) {
+    case 0: return {{std::nullopt, chart.states()[state].id, "onentry"}, parts.states[state].onentry.size()};
+    case 1: return {{std::nullopt, chart.states()[state].id, "onexit"}, parts.states[state].onexit.size()};
+    case 2: return {{std::nullopt, "", "datamodel"}, parts.data.size()};
+    default:
+      return {{transition, "", ""},
+              transition < parts.transitions.size() ? parts.transitions[transition].actions.size() : 0};
+  }
+}
+
 TEST(Gestures, OfChartsEditLeastAndUndoToIdenticalBytes) {
   const auto seed = std::random_device()();
   const auto files = example_files([](const fs::path& path) { return path.extension() == ".scxml"; });
   ASSERT_GE(files.size(), 30U);
+  const std::vector<std::string> kinds{"state", "parallel", "final", "history", "deep-history"};
   int fresh = 0;
-  const Try any_gesture = [&fresh](const std::string& now, std::mt19937& random) -> Tried {
+  std::map<std::size_t, int> done;  // by kind of gesture
+  const Try any_gesture = [&](const std::string& now, std::mt19937& random) -> Tried {
     const auto chart = chart_of(now);
-    std::vector<std::string> ids;
+    const ChartParts parts = parts_of(*chart.value);
+    std::vector<std::string> ids{""};
     for (const scxml::State& state : chart.value->states()) {
       if (!state.id.empty()) ids.push_back(state.id);
     }
-    if (ids.empty()) return {edit_chart(now, AddState{"", "first", false}), {}};
-    switch (random() % 5) {
-      case 0: return {edit_chart(now, RenameState{any_of(ids, random), "s" + std::to_string(++fresh)}), {}};
-      case 1: return {edit_chart(now, RemoveState{any_of(ids, random)}), {}};
-      case 2:
-        return {edit_chart(now, AddState{random() % 2 == 0 ? std::string() : any_of(ids, random),
-                                         "s" + std::to_string(++fresh), random() % 3 == 0}),
-                {}};
-      default:
-        return {edit_chart(now, AddTransition{any_of(ids, random), any_of(ids, random), random() % 2 == 0 ? "tick" : "",
-                                              random() % 2 == 0 ? "a < b && c" : "true"}),
-                {}};
-    }
+    const std::string state = ids.size() > 1 ? ids[1 + random() % (ids.size() - 1)] : "";
+    const std::string inside = any_of(ids, random);
+    const std::string id = "s" + std::to_string(++fresh);
+    const auto transition =
+        static_cast<scxml::TransitionIndex>(random() % std::max<std::size_t>(chart.value->transitions().size(), 1));
+    const auto [place, count] = any_place(*chart.value, parts, random);
+    const std::size_t index = random() % (count + 1);
+    const std::string action = place.block == "datamodel" ? "<data id=\"" + id + "\" expr=\"1\"/>"
+                               : random() % 2 == 0        ? "<raise event=\"" + id + "\"/>"
+                                                          : "<if cond=\"true\">\n  <log expr=\"'a'\"/>\n</if>";
+    const auto maybe = [&](const std::string& text) {
+      return random() % 2 == 0 ? std::optional<std::string>() : std::optional(random() % 3 == 0 ? "" : text);
+    };
+    const std::vector<ChartGesture> gestures{
+        RenameState{state, id},
+        RemoveState{state},
+        AddState{inside, id, any_of(kinds, random)},
+        MoveState{state, inside},
+        WrapState{state, id, random() % 2 == 0 ? "state" : "parallel"},
+        SetKind{state, any_of(kinds, random)},
+        SetInitial{state},
+        AddTransition{state, inside, random() % 2 == 0 ? "tick" : "", random() % 2 == 0 ? "a < b && c" : "true"},
+        SetTransition{transition, maybe("event." + id), maybe("x > 1 || \"'\""), maybe(state)},
+        RemoveTransition{transition},
+        MoveTransition{transition, state, random() % 4},
+        InsertAction{place, index, action},
+        SetAction{place, index, action},
+        RemoveAction{place, index},
+        MoveAction{place, index, random() % (count + 1)}};
+    const std::size_t which = random() % gestures.size();
+    Tried tried{edit_chart(now, gestures[which]), {}};
+    if (tried.result) ++done[which];
+    return tried;
   };
   const Reads is_read = [](const std::string& text) { return chart_of(text).value.has_value(); };
   edits_and_undoes_all(files, any_gesture, is_read, seed);
+  EXPECT_EQ(done.size(), std::variant_size_v<ChartGesture>) << "each kind has been done";
 }
 
 TEST(Gestures, OfRequirementsEditOnlyTheirSentenceAndUndoToIdenticalBytes) {

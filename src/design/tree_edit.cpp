@@ -7,6 +7,7 @@
 #include "sentree/base/diagnostic.h"
 #include "sentree/bt/model.h"
 #include "sentree/bt/write.h"
+#include "sentree/design/element_edits.h"
 #include "sentree/text/xml.h"
 
 namespace sentree::design {
@@ -17,8 +18,6 @@ using text::XmlDocument;
 using text::XmlElement;
 
 constexpr std::size_t kAnyNumber = 0xFFFFFFFFU;
-
-bool is_blank(char c) { return c == ' ' || c == '\t'; }
 
 bool is_subtree(std::string_view tag) { return tag == "SubTree" || tag == "SubTreePlus"; }
 
@@ -54,7 +53,8 @@ bool is_name(std::string_view name) {
 // Makes the edits of one document.
 class TreeEditor {
  public:
-  TreeEditor(XmlDocument document, const Kinds& kinds) : document_(std::move(document)), kinds_(kinds) {
+  TreeEditor(XmlDocument document, const Kinds& kinds)
+      : document_(std::move(document)), kinds_(kinds), edits_(document_) {
     std::vector<XmlElement> open{document_.root()};
     while (!open.empty()) {
       const XmlElement element = open.back();
@@ -81,14 +81,14 @@ class TreeEditor {
       xml += " " + name + "=\"" + text::xml_escape(value) + "\"";
     }
     xml += "/>";
-    put(*parent, insert.at.index, xml, "");
+    edits_.put(*parent, insert.at.index, xml);
     return done("add " + (insert.name.empty() ? insert.id : insert.name) + " to " + shown(*parent));
   }
 
   Result<GestureResult> operator()(const DeleteNode& gesture) {
     const auto node = node_at(gesture.node);
     if (!node) return tl::unexpected(node.error());
-    take_out(*node);
+    edits_.take_out(*node);
     return done("delete " + shown(*node));
   }
 
@@ -109,9 +109,8 @@ class TreeEditor {
       return tl::unexpected(room.error());
     }
     if (auto ok = check_recursion(*parent, subtrees_in(*node)); !ok) return tl::unexpected(ok.error());
-    put(*parent, move.to.index, std::string(source().substr(node->offset(), node->end_offset() - node->offset())),
-        indentation(node->offset()), *node);
-    if (!move.copy) take_out(*node);
+    edits_.put_copy(*parent, move.to.index, *node);
+    if (!move.copy) edits_.take_out(*node);
     return done((move.copy ? "copy " : "move ") + shown(*node) + (stays ? " within " : " under ") + shown(*parent));
   }
 
@@ -123,16 +122,7 @@ class TreeEditor {
     if (model == nullptr) return fail("design.no-such-node", "nobody says what " + wrap.id + " is");
     if (kinds_.kind(wrap.id, *model).children_max == 0)
       return fail("design.arity", wrap.id + " is a leaf: nothing can be in it");
-    if (starts_line(node->offset())) {
-      const std::string outer = indentation(node->offset());
-      const std::string step = indentation_step(node->parent());
-      edits_.push_back({node->offset(), node->offset(), "<" + wrap.id + ">" + eol() + outer + step});
-      for (const std::size_t line : line_starts(*node)) edits_.push_back({line, line, step});
-      edits_.push_back({node->end_offset(), node->end_offset(), eol() + outer + "</" + wrap.id + ">"});
-    } else {
-      edits_.push_back({node->offset(), node->offset(), "<" + wrap.id + ">"});
-      edits_.push_back({node->end_offset(), node->end_offset(), "</" + wrap.id + ">"});
-    }
+    edits_.wrap(*node, "<" + wrap.id + ">", "</" + wrap.id + ">");
     return done("wrap " + shown(*node) + " in " + wrap.id);
   }
 
@@ -142,22 +132,7 @@ class TreeEditor {
     const auto children = node->children();
     if (children.empty()) return fail("design.nothing-to-do", "nothing is in " + shown(*node) + "; delete it instead");
     if (auto room = check_room(node->parent(), children.size(), *node); !room) return tl::unexpected(room.error());
-    const std::string_view inner = node->inner_source();
-    std::size_t begin = static_cast<std::size_t>(inner.data() - source().data());
-    std::size_t end = begin + inner.size();
-    while (begin < end && is_space(source()[begin])) ++begin;
-    while (end > begin && is_space(source()[end - 1])) --end;
-    edits_.push_back({node->offset(), begin, ""});
-    const std::string outer = indentation(node->offset());
-    const std::string first = indentation(begin);
-    if (first.size() > outer.size() && first.starts_with(outer) && starts_line(node->offset())) {
-      const std::string step = first.substr(outer.size());
-      for (const std::size_t line : line_starts(begin, end)) {
-        const std::size_t at = line + outer.size();
-        if (source().substr(line, first.size()) == first) edits_.push_back({at, at + step.size(), ""});
-      }
-    }
-    edits_.push_back({end, node->end_offset(), ""});
+    edits_.unwrap(*node);
     return done("unwrap " + shown(*node));
   }
 
@@ -173,21 +148,70 @@ class TreeEditor {
       edit.remove_attribute(*node, set.name);
     const auto text = edit.apply();
     if (!text) return tl::unexpected(text.error());
-    edits_ = edits_between(source(), *text);
-    if (set.name == "name" && set.value) return done("rename " + shown(*node) + " to " + *set.value);
-    return done((set.value ? "set " : "remove ") + set.name + " of " + shown(*node));
+    return GestureResult{edits_between(source(), *text),
+                         set.name == "name" && set.value
+                             ? "rename " + shown(*node) + " to " + *set.value
+                             : (set.value ? "set " : "remove ") + set.name + " of " + shown(*node)};
+  }
+
+  Result<GestureResult> operator()(const ExtractTree& extract) {
+    const auto node = node_at(extract.node);
+    if (!node) return tl::unexpected(node.error());
+    if (!is_name(extract.id)) return fail("design.bad-name", "\"" + extract.id + "\" is no name of a tree");
+    if (tree_of(extract.id)) return fail("design.bad-name", "there is a tree " + extract.id + " already");
+    XmlElement tree = node->parent();
+    while (tree.name() != "BehaviorTree") tree = tree.parent();
+    const std::string step = edits_.indentation_step(document_.root());
+    std::string inner;
+    for (const char c : edits_.text_of(*node)) inner += c == '\n' ? "\n" + step : std::string(1, c);
+    const auto siblings = document_.root().children();
+    const auto own = static_cast<std::size_t>(std::find(siblings.begin(), siblings.end(), tree) - siblings.begin());
+    const bool format4 = document_.root().attribute("BTCPP_format").value_or("") == "4";
+    edits_.replace(*node, "<SubTree ID=\"" + extract.id + "\" " + (format4 ? "" : "_") + "_autoremap=\"true\"/>");
+    edits_.put(document_.root(), own + 1,
+               "<BehaviorTree ID=\"" + extract.id + "\">\n" + step + inner + "\n</BehaviorTree>");
+    return done("make a tree " + extract.id + " of " + shown(*node));
+  }
+
+  Result<GestureResult> operator()(const InlineTree& gesture) {
+    const auto node = node_at(gesture.node);
+    if (!node) return tl::unexpected(node.error());
+    if (!is_subtree(node->name())) return fail("design.arity", shown(*node) + " is no SubTree");
+    const std::string id = id_of(*node);
+    const XmlElement tree = tree_of(id);
+    if (!tree || !tree.first_child())
+      return fail("design.no-such-node", "the tree " + id + " is not in this file, or empty");
+    // What its entries are called inside is what they are called outside.
+    const auto is_flag = [&](std::string_view name) {
+      return node->attribute(name).value_or("") == "true" || node->attribute(name).value_or("") == "1";
+    };
+    bool renames = !is_flag("_autoremap") && !is_flag("__autoremap") && !is_flag("__shared_blackboard") &&
+                   tree.inner_source().find('{') != std::string_view::npos;
+    node->for_each_attribute([&](std::string_view name, std::string_view value) {
+      const bool same = value == "{" + std::string(name) + "}";
+      renames = renames || (name != "ID" && name != "name" && !name.starts_with('_') && !same);
+    });
+    if (renames)
+      return fail("design.arity", shown(*node) + " has entries of its own: remap them alike (_autoremap) first");
+    std::size_t uses = 0;
+    for (const XmlElement& element : elements_) uses += is_subtree(element.name()) && id_of(element) == id ? 1 : 0;
+    edits_.replace(*node, edits_.text_of(tree.first_child()));
+    const bool is_main = document_.root().attribute("main_tree_to_execute").value_or("") == id;
+    if (uses == 1 && !is_main && tree.children().size() == 1 && !is_in(*node, tree)) edits_.take_out(tree);
+    return done("put the tree " + id + " in the place of " + shown(*node));
   }
 
  private:
   [[nodiscard]] std::string_view source() const { return document_.source(); }
 
-  GestureResult done(std::string name) {
-    // What is put in at the place where something is taken away comes first.
-    std::stable_sort(edits_.begin(), edits_.end(), [](const TextEdit& a, const TextEdit& b) {
-      return a.from != b.from ? a.from < b.from : (a.to == a.from) > (b.to == b.from);
-    });
-    return {std::move(edits_), std::move(name)};
+  [[nodiscard]] XmlElement tree_of(std::string_view id) const {
+    for (const XmlElement& tree : document_.root().children()) {
+      if (tree.name() == "BehaviorTree" && tree.attribute("ID").value_or("") == id) return tree;
+    }
+    return {};
   }
+
+  GestureResult done(std::string name) { return {edits_.take(), std::move(name)}; }
 
   Result<XmlElement> element_at(std::uint32_t number) const {
     if (number < elements_.size()) return elements_[number];
@@ -284,146 +308,10 @@ class TreeEditor {
     return fail("design.inside-itself", "the tree " + own + " would contain itself");
   }
 
-  // ---- The text ----
-
-  [[nodiscard]] std::string eol() const {
-    const std::size_t first = source().find('\n');
-    return first != std::string_view::npos && first > 0 && source()[first - 1] == '\r' ? "\r\n" : "\n";
-  }
-
-  [[nodiscard]] std::size_t line_begin(std::size_t offset) const {
-    while (offset > 0 && source()[offset - 1] != '\n') --offset;
-    return offset;
-  }
-
-  // The blanks before the first sign of the line.
-  [[nodiscard]] std::string indentation(std::size_t offset) const {
-    const std::size_t begin = line_begin(offset);
-    std::size_t end = begin;
-    while (end < source().size() && is_blank(source()[end])) ++end;
-    return std::string(source().substr(begin, end - begin));
-  }
-
-  [[nodiscard]] bool starts_line(std::size_t offset) const {
-    const std::size_t begin = line_begin(offset);
-    return std::all_of(source().begin() + static_cast<std::ptrdiff_t>(begin),
-                       source().begin() + static_cast<std::ptrdiff_t>(offset), is_blank);
-  }
-
-  // How much further inside than the element its children stand, as the document does it.
-  [[nodiscard]] std::string indentation_step(const XmlElement& element) const {
-    for (XmlElement at = element; at && at.parent(); at = at.parent()) {
-      const std::string inner = indentation(at.offset());
-      const std::string outer = indentation(at.parent().offset());
-      if (inner.size() > outer.size() && inner.starts_with(outer)) return inner.substr(outer.size());
-    }
-    return "  ";
-  }
-
-  // Where lines begin in [from, to), but those inside of attribute values.
-  [[nodiscard]] std::vector<std::size_t> line_starts(std::size_t from, std::size_t to) const {
-    std::vector<std::pair<std::size_t, std::size_t>> values;
-    for (const XmlElement& element : elements_) {
-      if (element.offset() < from || element.offset() >= to) continue;
-      for (const auto& place : element.attribute_places()) values.emplace_back(place.value_begin, place.value_end);
-    }
-    std::vector<std::size_t> starts;
-    for (std::size_t at = from; at < to; ++at) {
-      if (source()[at] != '\n' || at + 1 >= to) continue;
-      // An empty line stays empty.
-      if (source()[at + 1] == '\n' || source()[at + 1] == '\r') continue;
-      const bool in_value =
-          std::any_of(values.begin(), values.end(), [&](const auto& v) { return at >= v.first && at < v.second; });
-      if (!in_value) starts.push_back(at + 1);
-    }
-    return starts;
-  }
-  [[nodiscard]] std::vector<std::size_t> line_starts(const XmlElement& node) const {
-    return line_starts(node.offset(), node.end_offset());
-  }
-
-  // `xml`, whose lines after the first are indented by `from`, indented by `to`. It is the text of `node`, if that is
-  // given: then lines inside of values are left alone.
-  [[nodiscard]] std::string indented(const std::string& xml, const std::string& from, const std::string& to,
-                                     const XmlElement& node) const {
-    if (!node || from == to) return xml;
-    std::string out;
-    std::size_t at = node.offset();
-    for (const std::size_t line : line_starts(node)) {
-      out += source().substr(at, line - at);
-      at = line;
-      if (source().substr(line, from.size()) != from) continue;
-      out += to;
-      at += from.size();
-    }
-    out += source().substr(at, node.end_offset() - at);
-    return out;
-  }
-
-  // Behind the comments that stand behind a tag on its line.
-  [[nodiscard]] std::size_t end_with_comment(std::size_t tag_end) const {
-    std::size_t at = tag_end;
-    std::size_t end = at;
-    for (;;) {
-      while (at < source().size() && is_blank(source()[at])) ++at;
-      if (source().substr(at, 4) != "<!--") return end;
-      const std::size_t close = source().find("-->", at);
-      if (close == std::string_view::npos || source().substr(at, close - at).find('\n') != std::string_view::npos)
-        return end;
-      at = end = close + 3;
-    }
-  }
-
-  void put(const XmlElement& parent, std::size_t index, const std::string& xml, const std::string& from,
-           const XmlElement& node = {}) {
-    const auto children = parent.children();
-    const std::size_t open_end = static_cast<std::size_t>(parent.inner_source().data() - source().data());
-    if (!children.empty()) {
-      const XmlElement& beside = children[index == 0 ? 0 : index - 1];
-      const std::size_t at = end_with_comment(index == 0 ? open_end : beside.end_offset());
-      if (!starts_line(beside.offset())) {
-        edits_.push_back({at, at, xml});
-        return;
-      }
-      const std::string inner = indentation(beside.offset());
-      edits_.push_back({at, at, eol() + inner + indented(xml, from, inner, node)});
-      return;
-    }
-    const std::string outer = indentation(parent.offset());
-    const std::string inner = outer + indentation_step(parent);
-    const std::string line = eol() + inner + indented(xml, from, inner, node);
-    if (source()[parent.end_offset() - 2] == '/' && parent.inner_source().empty()) {
-      std::size_t slash = parent.end_offset() - 2;
-      while (is_space(source()[slash - 1])) --slash;
-      edits_.push_back(
-          {slash, parent.end_offset(), ">" + line + eol() + outer + "</" + std::string(parent.name()) + ">"});
-      return;
-    }
-    const std::size_t close = open_end + parent.inner_source().size();
-    std::size_t end = close;
-    while (end > open_end && is_space(source()[end - 1])) --end;
-    edits_.push_back({end, close, line + eol() + outer});
-  }
-
-  void take_out(const XmlElement& node) {
-    std::size_t begin = node.offset();
-    std::size_t end = node.end_offset();
-    std::size_t rest = end;
-    while (rest < source().size() && is_blank(source()[rest])) ++rest;
-    const bool ends_line = rest >= source().size() || source()[rest] == '\n' || source()[rest] == '\r';
-    if (starts_line(begin) && ends_line) {
-      begin = line_begin(begin);
-      if (begin > 0) --begin;
-      if (begin > 0 && source()[begin - 1] == '\r') --begin;
-      end = rest;
-    }
-    edits_.push_back({begin, end, ""});
-  }
-
   XmlDocument document_;
   const Kinds& kinds_;
   std::vector<XmlElement> elements_;
-  TextEdits edits_;
+  ElementEdits edits_;
 };
 
 // What the file itself declares, before what the project says.

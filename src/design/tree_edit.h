@@ -98,7 +98,17 @@ struct SetAttribute {
   std::string name;
   std::optional<std::string> value;  ///< Nothing: the attribute goes.
 };
-using TreeGesture = std::variant<InsertNode, DeleteNode, MoveNode, WrapNode, UnwrapNode, SetAttribute>;
+/// With what is in it, as a tree of its own behind this one; a SubTree that sees all entries stands in its place.
+struct ExtractTree {
+  std::uint32_t node = 0;
+  std::string id;  ///< Of the new tree.
+};
+/// A SubTree: the nodes of its tree take its place. The tree goes too, if no other SubTree of the file is of it.
+struct InlineTree {
+  std::uint32_t node = 0;
+};
+using TreeGesture =
+    std::variant<InsertNode, DeleteNode, MoveNode, WrapNode, UnwrapNode, SetAttribute, ExtractTree, InlineTree>;
 
 struct GestureResult {
   TextEdits edits;

@@ -148,6 +148,30 @@ std::vector<std::filesystem::path> mission_files() {
   return files;
 }
 
+TEST(TreeEdit, MakesATreeOfANodeAndPutsItBack) {
+  const std::string out = edited(kFile, ExtractTree{element(kFile, "Inverter"), "NotB"});
+  EXPECT_EQ(out, with(with(kFile, "<Inverter>\n        <B/>\n      </Inverter>",
+                           "<SubTree ID=\"NotB\" _autoremap=\"true\"/>"),
+                      "  </BehaviorTree>\n  <BehaviorTree ID=\"Other\">",
+                      "  </BehaviorTree>\n"
+                      "  <BehaviorTree ID=\"NotB\">\n"
+                      "    <Inverter>\n"
+                      "      <B/>\n"
+                      "    </Inverter>\n"
+                      "  </BehaviorTree>\n"
+                      "  <BehaviorTree ID=\"Other\">"));
+  EXPECT_EQ(edited(out, InlineTree{element(out, "All") + 2}), kFile) << "the way back";
+  EXPECT_THAT(edited(kFile, ExtractTree{element(kFile, "Inverter"), "Other"}), HasSubstr("there is a tree Other"));
+  EXPECT_THAT(edited(kFile, ExtractTree{element(kFile, "Inverter"), "a b"}), HasSubstr("no name of a tree"));
+  EXPECT_THAT(edited(kFile, InlineTree{element(kFile, "Inverter")}), HasSubstr("is no SubTree"));
+  // It is called twice: the tree stays.
+  const std::string twice = with(kFile, "<Inverter>", "<SubTree ID=\"Other\"/>\n      <Inverter>");
+  EXPECT_THAT(edited(twice, InlineTree{element(twice, "All") + 2}), HasSubstr("<BehaviorTree ID=\"Other\">"));
+  // Entries that are called otherwise inside are not mixed up.
+  const std::string remapped = with(kFile, "<SubTree ID=\"Other\"/>", "<SubTree ID=\"Other\" place=\"{goal}\"/>");
+  EXPECT_THAT(edited(remapped, InlineTree{element(remapped, "All") + 4}), HasSubstr("entries of its own"));
+}
+
 // A gesture at a node of the outline, whatever comes.
 TreeGesture any_gesture(const Outline& outline, std::mt19937& random) {
   const OutlineTree& tree = outline.trees[random() % outline.trees.size()];
@@ -155,13 +179,15 @@ TreeGesture any_gesture(const Outline& outline, std::mt19937& random) {
     return tree.nodes.empty() ? tree.element : tree.nodes[random() % tree.nodes.size()].element;
   };
   const Slot slot{random() % 8 == 0 ? tree.element : any(), random() % 4};
-  switch (random() % 7) {
+  switch (random() % 9) {
     case 0: return InsertNode{random() % 2 == 0 ? "Sequence" : "AlwaysSuccess", false, "made", {}, slot};
     case 1: return DeleteNode{any()};
     case 2: return MoveNode{any(), slot, false};
     case 3: return MoveNode{any(), slot, true};
     case 4: return WrapNode{any(), random() % 2 == 0 ? "Fallback" : "Inverter"};
     case 5: return UnwrapNode{any()};
+    case 6: return ExtractTree{any(), "Part" + std::to_string(random() % 1000)};
+    case 7: return InlineTree{any()};
     default: return SetAttribute{any(), "name", "called \"" + std::to_string(random() % 100) + "\""};
   }
 }

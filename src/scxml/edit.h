@@ -39,6 +39,12 @@ class ChartEdit {
   void append_child(const Element& parent, std::string_view xml);
   void insert_before(const Element& sibling, std::string_view xml);
   void remove(const Element& element);
+  /// Bytes of the document.
+  void replace_text(std::size_t begin, std::size_t end, std::string text) {
+    edit_.replace_text(begin, end, std::move(text));
+  }
+
+  [[nodiscard]] const text::XmlDocument& document() const { return document_; }
 
   /// The state's id, and everything that names it: targets, initial states, done.state.ID events, In('ID').
   /// Errors: scxml.duplicate-id, scxml.bad-attribute (no id, or white space in it).

@@ -88,6 +88,52 @@ bool flag_of(const Value& value, std::string_view name) {
   return found != nullptr && found->as_bool() != nullptr && *found->as_bool();
 }
 
+List texts_value(const std::vector<std::string>& texts) {
+  List values;
+  for (const std::string& text : texts) values.emplace_back(text);
+  return values;
+}
+
+// The picture of a chart that can be edited, with what its parts say.
+Value edited_chart_value(const scxml::Chart& chart) {
+  std::vector<scxml::StateIndex> drawn_states;
+  std::vector<scxml::TransitionIndex> drawn_transitions;
+  const draw::Chart drawing =
+      graph::drawing_of(chart, nullptr, scxml::kNoTransition, &drawn_states, &drawn_transitions);
+  const design::ChartParts parts = design::parts_of(chart);
+  List states;
+  for (const scxml::StateIndex state : drawn_states) {
+    static const design::ChartParts::StateParts kDot;
+    const bool written = state != scxml::kNoState;
+    const design::ChartParts::StateParts& part = written ? parts.states[state] : kDot;
+    const scxml::StateIndex parent = written ? chart.states()[state].parent : 0;
+    states.push_back(Map{{"id", written ? chart.states()[state].id : ""},
+                         {"line", written ? chart.states()[state].place.line : 0},
+                         {"kind", part.kind},
+                         {"inside", parent != scxml::kNoState ? chart.states()[parent].id : ""},
+                         {"initial", part.initial},
+                         {"onentry", texts_value(part.onentry)},
+                         {"onexit", texts_value(part.onexit)}});
+  }
+  List transitions;
+  for (const scxml::TransitionIndex transition : drawn_transitions) {
+    const design::ChartParts::TransitionParts& part = parts.transitions[transition];
+    const scxml::Transition& read = chart.transitions()[transition];
+    transitions.push_back(Map{{"line", read.place.line},
+                              {"transition", static_cast<std::int64_t>(transition)},
+                              {"source", chart.states()[read.source].id},
+                              {"written", part.written},
+                              {"event", part.event},
+                              {"condition", part.condition},
+                              {"target", part.target},
+                              {"actions", texts_value(part.actions)}});
+  }
+  return Map{{"layout", draw::to_value(drawing, draw::layout(drawing))},
+             {"states", std::move(states)},
+             {"transitions", std::move(transitions)},
+             {"data", texts_value(parts.data)}};
+}
+
 }  // namespace
 
 Value chart_value(const scxml::Chart& chart) {
@@ -150,7 +196,7 @@ Value document_value(const std::string& file, const design::Document& document, 
   } else if (file.ends_with(".scxml")) {
     const auto chart = scxml::load(document.text, file);
     if (chart.value) {
-      value["chart"] = chart_value(*chart.value);
+      value["chart"] = edited_chart_value(*chart.value);
     } else {
       const auto error = std::find_if(chart.diagnostics.begin(), chart.diagnostics.end(),
                                       [](const Diagnostic& d) { return d.severity == Severity::kError; });
@@ -357,6 +403,8 @@ Result<design::TreeGesture> gesture_of(const Value& gesture) {
   if (what == "move") return design::MoveNode{node, slot, flag_of(gesture, "copy")};
   if (what == "wrap") return design::WrapNode{node, string_of(gesture, "id")};
   if (what == "unwrap") return design::UnwrapNode{node};
+  if (what == "extract") return design::ExtractTree{node, string_of(gesture, "id")};
+  if (what == "inline") return design::InlineTree{node};
   if (what == "set") {
     const Value* value = gesture.find("value");
     const bool given = value != nullptr && value->as_string() != nullptr;
@@ -366,16 +414,52 @@ Result<design::TreeGesture> gesture_of(const Value& gesture) {
   return fail("studio.request", "\"" + what + "\" is no gesture");
 }
 
+std::optional<std::string> text_if_given(const Value& value, std::string_view name) {
+  const Value* found = value.find(name);
+  return found != nullptr && found->as_string() != nullptr ? std::optional(*found->as_string()) : std::nullopt;
+}
+
+// Absent: nothing has that number.
+scxml::TransitionIndex transition_of(const Value& gesture) {
+  const Value* given = gesture.find("transition");
+  return given == nullptr || given->as_int() == nullptr ? scxml::kNoTransition
+                                                        : static_cast<scxml::TransitionIndex>(std::min<std::size_t>(
+                                                              count_of(gesture, "transition"), scxml::kNoTransition));
+}
+
+design::ActionPlace action_place_of(const Value& gesture) {
+  design::ActionPlace place{std::nullopt, string_of(gesture, "state"), string_of(gesture, "block")};
+  if (gesture.find("transition") != nullptr) place.transition = transition_of(gesture);
+  return place;
+}
+
 Result<design::ChartGesture> chart_gesture_of(const Value& gesture) {
   const std::string what = string_of(gesture, "what");
-  if (what == "rename_state") return design::RenameState{string_of(gesture, "state"), string_of(gesture, "id")};
-  if (what == "add_state")
-    return design::AddState{string_of(gesture, "inside"), string_of(gesture, "id"), flag_of(gesture, "final")};
-  if (what == "remove_state") return design::RemoveState{string_of(gesture, "state")};
+  const std::string state = string_of(gesture, "state");
+  const std::string id = string_of(gesture, "id");
+  const std::string xml = string_of(gesture, "xml");
+  const std::size_t index = count_of(gesture, "index");
+  if (what == "rename_state") return design::RenameState{state, id};
+  if (what == "add_state") return design::AddState{string_of(gesture, "inside"), id, string_of(gesture, "kind")};
+  if (what == "remove_state") return design::RemoveState{state};
+  if (what == "move_state") return design::MoveState{state, string_of(gesture, "inside")};
+  if (what == "wrap_state") return design::WrapState{state, id, string_of(gesture, "kind")};
+  if (what == "set_kind") return design::SetKind{state, string_of(gesture, "kind")};
+  if (what == "set_initial") return design::SetInitial{state};
   if (what == "add_transition") {
-    return design::AddTransition{string_of(gesture, "state"), string_of(gesture, "target"), string_of(gesture, "event"),
+    return design::AddTransition{state, string_of(gesture, "target"), string_of(gesture, "event"),
                                  string_of(gesture, "condition")};
   }
+  if (what == "set_transition") {
+    return design::SetTransition{transition_of(gesture), text_if_given(gesture, "event"),
+                                 text_if_given(gesture, "condition"), text_if_given(gesture, "target")};
+  }
+  if (what == "remove_transition") return design::RemoveTransition{transition_of(gesture)};
+  if (what == "move_transition") return design::MoveTransition{transition_of(gesture), state, index};
+  if (what == "insert_action") return design::InsertAction{action_place_of(gesture), index, xml};
+  if (what == "set_action") return design::SetAction{action_place_of(gesture), index, xml};
+  if (what == "remove_action") return design::RemoveAction{action_place_of(gesture), index};
+  if (what == "move_action") return design::MoveAction{action_place_of(gesture), index, count_of(gesture, "to")};
   return fail("studio.request", "\"" + what + "\" is no gesture on a chart");
 }
 

@@ -206,6 +206,124 @@ TEST(StudioServer, AnswersMessagesLanesFindAndLayout) {
   EXPECT_FALSE(*client.next("answer").find("ok")->as_bool());
 }
 
+// What the history says of a robot's place at that moment.
+double x_of(const History& history, const History::PartId& robot, Nanoseconds time) {
+  std::string json;
+  history.append(json, robot, time);
+  return text::parse_json(json)->find("pose")->as_list()->front().number();
+}
+
+TEST(StudioServer, ASignalOfMessagesHasEachPixelsFirstLastAndExtremes) {
+  Shown shown;
+  shown.run_to_the_end();
+  const History& history = shown.live->history();
+  TestClient client(shown.port());
+  const std::string reply = "battery.getBatteryState.reply";
+  const auto ask = [&](int id, Nanoseconds from, Nanoseconds to, int width) {
+    client.send(request(id, "signal",
+                        R"("path":["messages",")" + reply + R"(","result","percentage"],"from":)" +
+                            std::to_string(from) + ",\"to\":" + std::to_string(to) +
+                            ",\"width\":" + std::to_string(width)));
+    const Value answer = client.next("answer");
+    EXPECT_TRUE(*answer.find("ok")->as_bool());
+    return *answer.at({"value", "points"})->as_list();
+  };
+  // All there are, by looking at each observation.
+  List all;
+  for (std::size_t i = 0; i < history.end_observation(); ++i) {
+    const auto message = text::parse_json(history.observation(i));
+    ASSERT_TRUE(message.has_value());
+    if (message->find("name")->text() != reply) continue;
+    all.push_back(List{*message->find("time")->as_int(), message->at({"data", "result", "percentage"})->number()});
+  }
+  ASSERT_GT(all.size(), 8U);
+  // Wide enough that each has a pixel of its own.
+  EXPECT_EQ(ask(1, 0, history.end(), 4000), all);
+
+  // Two pixels: at most four of each, in order, with the extremes of all.
+  const List few = ask(2, 0, history.end(), 2);
+  EXPECT_LE(few.size(), 12U);  // two and a half pixels, as the last may be cut
+  EXPECT_EQ(few.front(), all.front());
+  EXPECT_EQ(few.back(), all.back());
+  const auto number = [](const Value& point) { return (*point.as_list())[1].number(); };
+  const auto less = [&](const Value& a, const Value& b) { return number(a) < number(b); };
+  EXPECT_EQ(number(*std::min_element(few.begin(), few.end(), less)),
+            number(*std::min_element(all.begin(), all.end(), less)));
+  EXPECT_EQ(number(*std::max_element(few.begin(), few.end(), less)),
+            number(*std::max_element(all.begin(), all.end(), less)));
+  for (std::size_t i = 1; i < few.size(); ++i)
+    EXPECT_LE(*(*few[i - 1].as_list())[0].as_int(), *(*few[i].as_list())[0].as_int());
+
+  // A part of the time.
+  const Nanoseconds from = *(*all[2].as_list())[0].as_int();
+  const Nanoseconds to = *(*all[5].as_list())[0].as_int();
+  EXPECT_EQ(ask(3, from, to, 4000), List(all.begin() + 2, all.begin() + 6));
+  EXPECT_TRUE(ask(4, history.end() + 1, history.end() + 2, 10).size() <= 1U);
+}
+
+TEST(StudioServer, ASignalOfTheStateHasItsValueAtEachPixel) {
+  Shown shown;
+  shown.run_to_the_end();
+  const History& history = shown.live->history();
+  const std::string robot = Subject(shown.plan).robots.front();
+  TestClient client(shown.port());
+  constexpr int kWidth = 7;
+  client.send(request(1, "signal",
+                      R"("path":["robots",")" + robot + R"(","pose","0"],"from":0,"to":)" +
+                          std::to_string(history.end()) + ",\"width\":" + std::to_string(kWidth)));
+  const Value answer = client.next("answer");
+  const List& points = *answer.at({"value", "points"})->as_list();
+  ASSERT_EQ(points.size(), kWidth + 1U);
+  for (const Value& point : points) {
+    const List& pair = *point.as_list();
+    EXPECT_EQ(pair[1].number(), x_of(history, {History::Part::kRobot, 0}, *pair[0].as_int()));
+  }
+  EXPECT_NE((*points.front().as_list())[1].number(), (*points.back().as_list())[1].number()) << "it drives";
+}
+
+TEST(StudioServer, RefusesASignalOfNothing) {
+  Shown shown;
+  shown.run_to_the_end();
+  TestClient client(shown.port());
+  const auto why = [&](const std::string& path) {
+    client.send(request(1, "signal", "\"path\":" + path + R"(,"from":0,"to":1000000000,"width":10)"));
+    const Value answer = client.next("answer");
+    EXPECT_FALSE(*answer.find("ok")->as_bool());
+    return std::string(answer.find("error")->text());
+  };
+  EXPECT_EQ(why(R"(["robots","nobody","pose"])"), "there is no robots \"nobody\"");
+  EXPECT_EQ(why(R"(["weather","today"])"), "there is no weather \"today\"");
+  EXPECT_NE(why(R"(["messages"])").find("a signal is a path"), std::string::npos);
+  EXPECT_NE(why("[]").find("a signal is a path"), std::string::npos);
+}
+
+TEST(StudioServer, TransitionsOfANodeAreItsStatusesInTheirOrder) {
+  Shown shown;
+  shown.run_to_the_end();
+  const History& history = shown.live->history();
+  TestClient client(shown.port());
+  for (std::size_t node = 0; node < shown.plan.tree.size(); ++node) {
+    client.send(request(static_cast<int>(node) + 1, "transitions", "\"node\":" + std::to_string(node)));
+    const Value answer = client.next("answer");
+    ASSERT_TRUE(*answer.find("ok")->as_bool());
+    EXPECT_EQ(*answer.at({"value", "left_out"})->as_int(), 0);
+    const List& rows = *answer.at({"value", "rows"})->as_list();
+    Nanoseconds before = -1;
+    std::string_view status = "IDLE";
+    for (const Value& row : rows) {
+      const List& pair = *row.as_list();
+      EXPECT_GE(*pair[0].as_int(), before);
+      EXPECT_LE(*pair[0].as_int(), history.end());
+      EXPECT_NE(pair[1].text(), status) << "a row is a change";
+      before = *pair[0].as_int();
+      status = pair[1].text();
+    }
+    EXPECT_TRUE(node != 0 || !rows.empty()) << "the root is ticked";
+  }
+  client.send(request(1000, "transitions", "\"node\":" + std::to_string(shown.plan.tree.size())));
+  EXPECT_FALSE(*client.next("answer").find("ok")->as_bool());
+}
+
 TEST(StudioServer, APageThatNeverReadsCostsTheRunNothing) {
   Shown shown(std::chrono::minutes(2));
   TestClient lazy(shown.port());

@@ -151,6 +151,8 @@ class XmlEdit {
   void append_child(const XmlElement& parent, std::string_view xml);
   /// Adds `xml` before `sibling`, on a line of its own with the same indentation.
   void insert_before(const XmlElement& sibling, std::string_view xml);
+  /// Replaces bytes of the source; where other edits begin, these come in the order made.
+  void replace_text(std::size_t begin, std::size_t end, std::string text);
 
   /// The edited source. Error: xml.overlapping-edits.
   [[nodiscard]] Result<std::string> apply() const;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <utility>
 
 #include "sentree/text/xml.h"
 
@@ -87,6 +88,10 @@ void XmlEdit::append_child(const XmlElement& parent, std::string_view xml) {
 void XmlEdit::insert_before(const XmlElement& sibling, std::string_view xml) {
   const std::size_t at = sibling.offset();
   patches_.push_back({at, at, std::string(xml) + "\n" + indentation(document_.source(), at)});
+}
+
+void XmlEdit::replace_text(std::size_t begin, std::size_t end, std::string text) {
+  patches_.push_back({begin, end, std::move(text)});
 }
 
 Result<std::string> XmlEdit::apply() const {

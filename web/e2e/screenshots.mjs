@@ -31,6 +31,7 @@ for (const theme of ["light", "dark"]) {
 // By name of the picture: the file that is open, and what is there when all of it is.
 const kDesigns = {
   tree: ["mission.xml", "[data-testid=design-tree]"],
+  chart: ["skills/GoToLocation.scxml", "[data-testid=design-chart]"],
   scenario: ["scenarios/experiment1.yaml", "[data-entry='0']"],
   requirement: ["requirements/recharge.req", "[data-past-run]"],
   settings: ["sentree.yaml", "[data-testid=project-form]"],
@@ -45,6 +46,10 @@ test("design", async () => {
     const { page, close } = await open_design(program.url, { width: 1280, height: 800, file });
     await page.locator(shown).first().waitFor();
     await settled(page);
+    if (name === "chart") {
+      await page.locator('[data-testid=design-chart] [data-id="starting"] .name').first().click();
+      await page.getByTestId("design-chart").press("t");
+    }
     if (name === "requirement") await page.getByTestId("past").locator("summary").first().click();
     await page.screenshot({ path: join(folder, `design-${name}.png`) });
     await close();

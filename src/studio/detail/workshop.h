@@ -14,6 +14,7 @@
 #include "sentree/design/findings.h"
 #include "sentree/design/tree_edit.h"
 #include "sentree/design/workspace.h"
+#include "sentree/lsp/index.h"
 #include "sentree/project/part_cache.h"
 #include "sentree/studio/nothing.h"
 #include "sentree/studio/past.h"
@@ -41,6 +42,8 @@ struct Workshop::Impl {
   Result<Value> carry_out(const std::string& op, const Value& request);
   Result<Value> edit_by_gesture(const AskedEdit& asked);
   Result<Value> add(const AskedEdit& asked);
+  /// What may stand at a byte of a text, or what is known of what stands there (null: nothing).
+  Result<Value> help_with(const std::string& file, std::uint64_t byte, bool complete);
   [[nodiscard]] Value other_sides() const;
   [[nodiscard]] Result<Value> simulate(const std::string& op, const AskedEdit& asked, const Value& request);
   [[nodiscard]] Result<Value> compare(const std::string& op, const AskedEdit& asked);
@@ -120,6 +123,7 @@ struct Workshop::Impl {
   int wake = -1;
   std::map<int, std::string> watched;  // folder inside the project, by watch; of the watching thread
   Simulations simulations{folder};     // of the thread that steers
+  lsp::Index index{folder};            // what the texts name
   project::PartCache parts;            // of the worker
   Past past{folder};                   // of the worker
   std::thread worker;

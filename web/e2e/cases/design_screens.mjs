@@ -1,11 +1,10 @@
 // Design mode on small screens, and for people who use the keyboard or a screen reader.
 import assert from "node:assert/strict";
-import { mkdirSync, readFileSync } from "node:fs";
-import { createRequire } from "node:module";
+import { mkdirSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 
-import { copy_of, node, open_design, serve_design, settled } from "../harness/design.mjs";
+import { copy_of, node, open_design, serious, serve_design, settled } from "../harness/design.mjs";
 
 const kScreens = [[1920, 1080], [1440, 900], [1366, 768], [1024, 700]];
 const pictures = process.env.SENTREE_PICTURES;
@@ -41,13 +40,44 @@ test("the whole tree is visible and readable on every screen, and nothing seriou
     assert.ok(alone.least >= 10 && beside.least >= 10, `names at ${width}×${height}`);
     await page.getByRole("button", { name: "Both", exact: true }).click();
     await page.locator(".code").waitFor();
-    const require = createRequire(import.meta.url);
-    // The page's content policy admits no inline script; the text is evaluated by the driver.
-    await page.evaluate(readFileSync(require.resolve("axe-core/axe.min.js"), "utf8"));
-    const found = await page.evaluate(async () => (await window.axe.run({ exclude: [[".design-timeline"]] })).violations.map(({ id, impact, nodes }) => ({ id, impact, where: nodes.map(({ target }) => target.join(" ")).slice(0, 3) })));
-    const serious = found.filter(({ impact }) => impact === "serious" || impact === "critical");
-    assert.deepEqual(serious, [], `axe at ${width}×${height}`);
+    assert.deepEqual(await serious(page), [], `axe at ${width}×${height}`);
     await close();
   }
+  await program.stop();
+});
+
+/** Every view and everything that opens over one: what is clicked or pressed in turn until it is there. */
+const kViews = {
+  "a chart": [(page) => page.locator('[data-file="skills/GoToLocation.scxml"]').click(), (page) => page.getByTestId("chart-form").waitFor()],
+  "a state": [(page) => page.locator('[data-testid=design-chart] [data-id="starting"] .name').first().click(), (page) => page.locator("#design-state").waitFor()],
+  "a state's menu": [(page) => page.getByTestId("design-chart").press("m"), (page) => page.getByRole("menu").waitFor()],
+  "a transition": [(page) => page.keyboard.press("Escape"), (page) => page.getByTestId("design-chart").press("t"), (page) => page.locator("#transition-event").waitFor()],
+  "a chart by hand": [(page) => page.getByTestId("simulate-button").click(), (page) => page.getByTestId("simulate-now").waitFor()],
+  "requirements": [(page) => page.getByTestId("simulate-button").click(), (page) => page.locator('[data-file="requirements/recharge.req"]').click(), (page) => page.getByTestId("past").waitFor()],
+  "a scenario": [(page) => page.locator('[data-file="scenarios/experiment1.yaml"]').click(), (page) => page.locator("[data-entry='0']").click()],
+  "the world": [(page) => page.locator('[data-file="world/world.yaml"]').click(), (page) => page.getByTestId("design-world").waitFor()],
+  "sentree.yaml": [(page) => page.locator('[data-file="sentree.yaml"]').click(), (page) => page.getByTestId("project-form").waitFor()],
+  "problems": [(page) => page.getByTestId("problems").click()],
+  "what is never reached": [(page) => page.getByTestId("reached-button").click()],
+  "a new part": [(page) => page.getByTestId("reached-button").click(), (page) => page.locator(".project-tree").getByRole("button", { name: "Add a skill" }).click()],
+  "a comparison": [(page) => page.keyboard.press("Escape"), (page) => page.getByTestId("compare-button").click(), (page) => page.getByTestId("compare").waitFor()],
+  "the palette of commands": [(page) => page.keyboard.press("Control+k"), (page) => page.getByRole("combobox").first().waitFor()],
+  "help": [(page) => page.keyboard.press("Escape"), (page) => page.locator("body").press("?"), (page) => page.getByRole("dialog").waitFor()],
+};
+
+test("nothing serious bars the way in any view, menu or dialog", async () => {
+  const program = await serve_design(copy_of("recharge"));
+  const { page, close } = await open_design(program.url);
+  await settled(page);
+  await node(page, "EnergyOk").click();
+  await page.keyboard.press("Enter");
+  await page.getByTestId("completer").waitFor();
+  assert.deepEqual(await serious(page), [], "the names of nodes");
+  await page.keyboard.press("Escape");
+  for (const [view, steps] of Object.entries(kViews)) {
+    for (const step of steps) await step(page);
+    assert.deepEqual(await serious(page), [], view);
+  }
+  await close();
   await program.stop();
 });

@@ -6,7 +6,8 @@ import { join } from "node:path";
 import { test } from "node:test";
 
 import { until } from "../harness/browser.mjs";
-import { copy_of, drag, middle, node, open_design, select_word, serve_design, settled, undo_name } from "../harness/design.mjs";
+import { draw_state, draw_transition, state_at } from "../harness/chart.mjs";
+import { copy_of, drag, middle, node, open_design, serve_design, settled, undo_name } from "../harness/design.mjs";
 import { run, scratch } from "../harness/program.mjs";
 
 const text_shown = (page) => page.locator(".cm-content").evaluate((element) => element.cmTile?.view?.state.doc.toString() ?? element.innerText);
@@ -98,48 +99,6 @@ test("by keyboard alone a tree gets nodes, moves, wraps, renames and loses them"
   await program.stop();
 });
 
-/** Where the floor of a chart's picture is bare, or a state's edge can be held. */
-const floor = (page) =>
-  page.getByTestId("design-chart").evaluate((svg) => {
-    const box = svg.getBoundingClientRect();
-    for (let y = box.top + 12; y < box.bottom - 12; y += 16) {
-      for (let x = box.left + 12; x < box.right - 12; x += 16) if (document.elementFromPoint(x, y) === svg) return { x, y };
-    }
-    return null;
-  });
-const edge_of = (page, id) =>
-  page.locator(`[data-testid=design-chart] [data-id="${id}"]`).evaluate((state) => {
-    const { left, right, top, bottom } = state.querySelector("rect").getBoundingClientRect();
-    const middle = (top + bottom) / 2;
-    const sides = [-8, -4, 0, 4, 8].flatMap((up) => [{ x: left + 2, y: middle + up }, { x: right - 2, y: middle + up }]);
-    return sides.find(({ x, y }) => document.elementFromPoint(x, y)?.closest("[data-id]") === state) ?? null;
-  });
-const state_at = (page, id) => page.locator(`[data-testid=design-chart] [data-id="${id}"]`);
-
-async function draw_state(page, id, size) {
-  // A picture with one state more is fitted anew.
-  const at = await until(() => floor(page), "there is a bare place");
-  await page.mouse.dblclick(at.x, at.y);
-  await until(() => page.evaluate(() => document.activeElement?.id === "design-state"), "the id is asked for");
-  await page.keyboard.type(id);
-  await page.keyboard.press("Enter");
-  await state_at(page, id).waitFor();
-  await until(async () => (await page.locator("[data-testid=design-chart] [data-id]").count()) === size, "it is drawn once");
-}
-
-async function draw_transition(page, from, to, event, condition = "") {
-  const begin = await until(() => edge_of(page, from), `${from} can be held by its edge`);
-  const count = await page.locator("[data-testid=design-chart] [data-transition]").count();
-  await drag(page, begin, await middle(state_at(page, to)));
-  await page.mouse.up();
-  await until(() => page.evaluate(() => document.activeElement?.id === "design-event"), "the event is asked for");
-  assert.equal(await page.locator("#design-target").inputValue(), to);
-  await page.keyboard.type(event);
-  await page.locator("#design-condition").fill(condition);
-  await page.keyboard.press("Enter");
-  await until(async () => (await page.locator("[data-testid=design-chart] [data-transition]").count()) > count, `${from} leads to ${to}`);
-}
-
 test("a robot from nothing: a leaf, its chart drawn by mouse, a requirement and a scenario pass check and test", async () => {
   const began = Date.now();
   const folder = scratch();
@@ -169,8 +128,9 @@ test("a robot from nothing: a leaf, its chart drawn by mouse, a requirement and 
   const before = await page.locator("[data-testid=design-chart] [data-id]").count();
   const own = ["approach", "align", "touch", "rest"];
   for (const [i, id] of own.entries()) await draw_state(page, id, before + i + 1);
-  await select_word(page, 'initial="asking"', "asking");
-  await page.keyboard.type("approach");
+  await state_at(page, "approach").click({ button: "right" });
+  await page.getByRole("menuitemcheckbox", { name: "The chart begins with it" }).click();
+  await until(async () => (await undo_name(page)) === "begin with approach", "the chart begins elsewhere");
   await state_at(page, "asking").click();
   await page.keyboard.press("Delete");
   await state_at(page, "asking").waitFor({ state: "detached" });

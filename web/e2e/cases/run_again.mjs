@@ -1,8 +1,11 @@
 // The run once more from its page; and what asks before it does something.
 import assert from "node:assert/strict";
+import { readFileSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
 import { test } from "node:test";
 
 import { first_message, open_page, operate, state_of, text, until } from "../harness/browser.mjs";
+import { copy_of } from "../harness/design.mjs";
 import { example, serve_run } from "../harness/program.mjs";
 
 const hello_of = (page) => first_message(page, "hello");
@@ -27,6 +30,40 @@ test("a run that has ended begins again, with the same seed, and then as another
   await page.getByRole("menuitemcheckbox", { name: "normal" }).click();
   await until(async () => (await hello_of(page).catch(() => null))?.title === "normal", "the other scenario runs");
   await until(async () => (await page.locator("h1").innerText()).includes("normal"), "the page shows it");
+  await close();
+  await program.stop();
+});
+
+test("with another seed it is another run, which can be repeated", async () => {
+  const folder = copy_of("recharge");
+  const world = join(folder, "world", "world.yaml");
+  const text_of_world = readFileSync(world, "utf8");
+  assert.match(text_of_world, /odometry: +\{noise: 0\}/);
+  writeFileSync(world, text_of_world.replace(/odometry: +\{noise: 0\}/, "odometry: {noise: 0.05}"));
+  const program = await serve_run(folder, { scenario: "experiment1", args: ["--clock", "virtual", "--factor", "1000"] });
+  const { page, close } = await open_page(program.url, { lost_connections: true });
+  /** What is left to chance is the odometry: where the robot believes to be when the run ends. */
+  const ended = async (before) => {
+    await until(async () => (await hello_of(page).catch(() => before)).boot !== before?.boot, "there is another run");
+    const hello = await hello_of(page);
+    await page.locator(`header[data-boot="${hello.boot}"]`).waitFor();
+    await until(async () => (await text(page, "presence")) === "■ Ended", "it has ended");
+    return { ...hello, believes: (await state_of(page)).robots.robot.estimate };
+  };
+  const again = async (item) => {
+    await page.getByRole("button", { name: "Run again" }).click();
+    await page.getByRole("menuitem", { name: item }).click();
+  };
+  const first = await ended(null);
+  await again("With another seed");
+  const second = await ended(first);
+  assert.notEqual(second.seed, first.seed);
+  assert.equal(second.title, first.title);
+  assert.notDeepEqual(second.believes, first.believes);
+  await again("The same once more");
+  const third = await ended(second);
+  assert.equal(third.seed, second.seed);
+  assert.deepEqual(third.believes, second.believes);
   await close();
   await program.stop();
 });

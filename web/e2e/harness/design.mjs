@@ -1,4 +1,5 @@
 import { cpSync, readdirSync, readFileSync, rmSync } from "node:fs";
+import { createRequire } from "node:module";
 import { join } from "node:path";
 
 import { browser, until } from "./browser.mjs";
@@ -87,6 +88,14 @@ export async function middle(locator) {
   await locator.scrollIntoViewIfNeeded();
   const box = await locator.boundingBox();
   return { x: box.x + box.width / 2, y: box.y + box.height / 2, box };
+}
+
+/** What axe-core finds serious or worse in the page as it is now. */
+export async function serious(page) {
+  // The page's content policy admits no inline script; the text is evaluated by the driver.
+  if (!(await page.evaluate(() => "axe" in window))) await page.evaluate(readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8"));
+  const found = await page.evaluate(async () => (await window.axe.run()).violations.map(({ id, impact, nodes }) => ({ id, impact, where: nodes.map(({ target }) => target.join(" ")).slice(0, 3) })));
+  return found.filter(({ impact }) => impact === "serious" || impact === "critical");
 }
 
 export const undo_name = (page) => page.getByTestId("undo").getAttribute("data-name");

@@ -1,21 +1,173 @@
 import { useEffect, useState } from "react";
 
-import { doc_of, focus_field, gesture, useDesign } from "./design";
+import type { EditedChart, EditedState, EditedTransition, StateKind } from "../protocol/types";
+import { useStudio } from "../store/store";
+import { Actions } from "./Actions";
+import { condition_words, event_words, transition_text } from "./chart_words";
+import { choose_state, choose_transition, chosen_state, chosen_transition, doc_of, focus_field, gesture, useDesign } from "./design";
+import { Options, TextField } from "./TextField";
 
-/** The chosen state of a chart, and what can be added to the chart. */
+export const kStateKinds: readonly { kind: StateKind; name: string }[] = [
+  { kind: "state", name: "state" },
+  { kind: "parallel", name: "parallel: all inside at once" },
+  { kind: "final", name: "final" },
+  { kind: "history", name: "history" },
+  { kind: "deep-history", name: "deep history" },
+];
+const is_history = (kind: string) => kind.endsWith("history");
+const kData: Readonly<Record<string, string>> = { "a value": '<data id="name" expr="0"/>', "a port": '<data id="name"/>' };
+
+const kNone: readonly never[] = [];
+const useServices = () => useStudio((studio) => studio.index?.model.services) ?? kNone;
+
+
+/** The chosen state or transition of a chart, and what can be added to the chart. */
 export function ChartForm() {
   const chart = useDesign((state) => doc_of(state)?.shown_chart ?? null);
-  const chosen = useDesign((state) => state.state);
-  const states = chart?.states.map(({ id }) => id).filter((id) => id !== "") ?? [];
-  const state = chosen !== null && states.includes(chosen) ? chosen : null;
-  const [name, set_name] = useState("");
-  const [fresh, set_fresh] = useState("");
-  const [final, set_final] = useState(false);
-  const [inside, set_inside] = useState(false);
+  const state = useDesign(chosen_state);
+  const transition = useDesign(chosen_transition);
+  if (!chart) return null;
+  return (
+    <form className="inspector-form scroll" aria-label="Chart" onSubmit={(submitted) => submitted.preventDefault()} data-testid="chart-form">
+      {transition ? <TransitionPart key={transition.transition} chart={chart} transition={transition} /> : state ? <StatePart key={state.id} chart={chart} state={state} /> : <WholePart chart={chart} />}
+      <NewState state={state} />
+    </form>
+  );
+}
+
+function WholePart({ chart }: { chart: EditedChart }) {
+  return (
+    <>
+      <h2 className="inspector-title">Chart</h2>
+      <p className="muted">Double click on the ground: a state. From a state’s edge: a transition. Drag a state into another. The right button, or M, says what else.</p>
+      <Actions id="chart-data" title="Data and ports" place={{ state: "", block: "datamodel" }} actions={chart.data} offered={kData} />
+    </>
+  );
+}
+
+function StatePart({ chart, state }: { chart: EditedChart; state: EditedState }) {
+  const { id, kind } = state;
+  const states = chart.states.filter((one) => one.id !== "" && one.id !== id);
+  const leads_out = kind !== "final" && !is_history(kind);
+  const rename = (name: string) => void gesture({ what: "rename_state", state: id, id: name }).then((done) => done && choose_state(name));
+  return (
+    <>
+      <h2 className="inspector-title">{id}</h2>
+      <TextField id="design-state" label="id, here and wherever it is named" value={id} tell={rename} />
+      <Select id="design-kind" label="kind" value={kind} tell={(value) => void gesture({ what: "set_kind", state: id, kind: value as StateKind })}>
+        {kStateKinds.filter((one) => is_history(one.kind) === is_history(kind)).map((one) => (
+          <option key={one.kind} value={one.kind}>
+            {one.name}
+          </option>
+        ))}
+      </Select>
+      <Select id="design-inside" label="inside" value={state.inside} tell={(value) => void gesture({ what: "move_state", state: id, inside: value }).then(() => choose_state(id))}>
+        <option value="">nothing: the top level</option>
+        {states.filter((one) => one.kind === "state" || one.kind === "parallel").map((one) => (
+          <option key={one.id}>{one.id}</option>
+        ))}
+      </Select>
+      {!is_history(kind) && (
+        <label className="inspector-check">
+          <input type="checkbox" checked={state.initial} disabled={state.initial} onChange={() => void gesture({ what: "set_initial", state: id })} /> {state.inside || "the chart"} begins with it
+        </label>
+      )}
+      <TransitionList chart={chart} state={state} />
+      {leads_out && <NewTransition chart={chart} source={id} />}
+      {!is_history(kind) && (
+        <>
+          <Actions id="entry" title="On entry" place={{ state: id, block: "onentry" }} actions={state.onentry} />
+          <Actions id="exit" title="On exit" place={{ state: id, block: "onexit" }} actions={state.onexit} />
+        </>
+      )}
+      <button type="button" className="button small" title="Delete the state and the transitions to it (Del)" onClick={() => void gesture({ what: "remove_state", state: id })}>
+        Delete {id}
+      </button>
+    </>
+  );
+}
+
+/** Out of the state, the first that can be taken is. */
+function TransitionList({ chart, state }: { chart: EditedChart; state: EditedState }) {
+  const own = chart.transitions.filter(({ source, written }) => written && source === state.id);
+  if (own.length === 0) return null;
+  return (
+    <>
+      <h3 className="inspector-part">Transitions, the first that can be taken is</h3>
+      <ul className="transition-list">
+        {own.map((transition) => (
+          <li key={transition.transition}>
+            <button type="button" className="button small ellipsis" title={transition_text(transition)} onClick={() => choose_transition(transition)}>
+              {transition_text(transition)}
+            </button>
+          </li>
+        ))}
+      </ul>
+    </>
+  );
+}
+
+function TransitionPart({ chart, transition }: { chart: EditedChart; transition: EditedTransition }) {
+  const services = useServices();
+  const { source, written } = transition;
+  const at = transition.transition;
+  const ids = chart.states.map(({ id }) => id).filter((id) => id !== "");
+  const own = chart.transitions.filter((one) => one.written && one.source === source);
+  const place = own.indexOf(transition);
+  const move = (to: number, state = source) =>
+    void gesture({ what: "move_transition", transition: at, state, index: to }).then((done) => {
+      if (!done) return;
+      const now = doc_of(useDesign.getState())?.shown_chart?.transitions.filter((one) => one.written && one.source === state) ?? [];
+      choose_transition(now[Math.min(to > place && state === source ? to - 1 : to, now.length - 1)] ?? null);
+    });
+  return (
+    <>
+      <h2 className="inspector-title">{written ? `From ${source}` : `${source || "The chart"} begins`}</h2>
+      {written && (
+        <>
+          <TextField id="transition-event" label="event" value={transition.event} options={event_words(chart, services)} hint="none: taken at once" tell={(event) => void gesture({ what: "set_transition", transition: at, event })} />
+          <TextField id="transition-condition" label="condition" value={transition.condition} options={condition_words(chart, transition.event, services)} tell={(condition) => void gesture({ what: "set_transition", transition: at, condition })} />
+        </>
+      )}
+      <TextField id="transition-target" label={written ? "target; of parallel states several" : "with"} value={transition.target} options={ids} hint="none: it stays where it is" tell={(target) => void gesture({ what: "set_transition", transition: at, target })} />
+      {written && place >= 0 && (
+        <>
+          <Select id="transition-source" label="from" value={source} tell={(state) => move(Number.MAX_SAFE_INTEGER, state)}>
+            {chart.states.filter(({ kind }) => kind === "state" || kind === "parallel").map(({ id }) => (
+              <option key={id}>{id}</option>
+            ))}
+          </Select>
+          {own.length > 1 && (
+            <p className="transition-order">
+              {place + 1} of {own.length}
+              <button type="button" className="button small" disabled={place === 0} onClick={() => move(place - 1)}>
+                Earlier
+              </button>
+              <button type="button" className="button small" disabled={place + 1 === own.length} onClick={() => move(place + 2)}>
+                Later
+              </button>
+            </p>
+          )}
+          <Actions id="transition" title="What is done" place={{ transition: at }} actions={transition.actions} />
+        </>
+      )}
+      <button type="button" className="button small" title="Delete the transition (Del)" onClick={() => void gesture({ what: "remove_transition", transition: at })}>
+        Delete the transition
+      </button>
+      {source !== "" && (
+        <button type="button" className="button small" onClick={() => choose_state(source)}>
+          To {source}
+        </button>
+      )}
+    </>
+  );
+}
+
+function NewTransition({ chart, source }: { chart: EditedChart; source: string }) {
+  const services = useServices();
   const [event, set_event] = useState("");
   const [condition, set_condition] = useState("");
   const [target, set_target] = useState("");
-  useEffect(() => set_name(state ?? ""), [state]);
   const drawn_to = useDesign((now) => now.drawn_to);
   useEffect(() => {
     if (drawn_to === null) return;
@@ -23,76 +175,85 @@ export function ChartForm() {
     useDesign.setState({ drawn_to: null });
     focus_field("design-event");
   }, [drawn_to]);
-
-  const rename = () => {
-    if (state && name !== "" && name !== state) void gesture({ what: "rename_state", state, id: name }).then((done) => (done ? useDesign.setState({ state: name }) : set_name(state)));
-  };
-  const add_state = () => {
-    if (fresh === "") return;
-    void gesture({ what: "add_state", inside: inside && state ? state : "", id: fresh, final }).then((done) => {
-      if (!done) return;
-      useDesign.setState({ state: fresh });
-      set_fresh("");
-    });
-  };
-  const add_transition = () => {
-    if (!state) return;
-    void gesture({ what: "add_transition", state, target, event, condition }).then((done) => {
+  const add = () => {
+    if (event === "" && condition === "" && target === "") return;
+    void gesture({ what: "add_transition", state: source, target, event, condition }).then((done) => {
       if (!done) return;
       set_event("");
       set_condition("");
     });
   };
   return (
-    <form className="inspector-form scroll" aria-label="Chart" onSubmit={(submitted) => submitted.preventDefault()} data-testid="chart-form">
-      <h2 className="inspector-title">{state ?? "Chart"}</h2>
-      {state ? (
-        <>
-          <Field id="design-state" label="id, here and wherever it is named" value={name} set={set_name} done={rename} />
-          <h3 className="inspector-part">Transition from {state}</h3>
-          <Field id="design-event" label="event" value={event} set={set_event} done={add_transition} />
-          <Field id="design-condition" label="condition" value={condition} set={set_condition} done={add_transition} />
-          <div className="inspector-field">
-            <label htmlFor="design-target">target</label>
-            <select id="design-target" className="field" value={target} onChange={(changed) => set_target(changed.target.value)}>
-              <option value="">none</option>
-              {states.map((id) => (
-                <option key={id}>{id}</option>
-              ))}
-            </select>
-          </div>
-          <button type="button" className="button small" disabled={event === "" && condition === "" && target === ""} onClick={add_transition}>
-            Add the transition
-          </button>
-          <button type="button" className="button small" title="Delete the state (Del)" onClick={() => void gesture({ what: "remove_state", state })}>
-            Delete {state}
-          </button>
-        </>
-      ) : (
-        <p className="muted">Choose a state to rename it, or to add a transition.</p>
-      )}
-      <h3 className="inspector-part">New state</h3>
-      <Field id="design-new-state" label="id" value={fresh} set={set_fresh} done={add_state} />
-      <label className="inspector-check">
-        <input type="checkbox" checked={final} onChange={(changed) => set_final(changed.target.checked)} /> final
-      </label>
-      {state && (
-        <label className="inspector-check">
-          <input type="checkbox" checked={inside} onChange={(changed) => set_inside(changed.target.checked)} /> inside {state}
-        </label>
-      )}
-      <button type="button" className="button small" disabled={fresh === ""} onClick={add_state}>
-        Add the state
+    <>
+      <h3 className="inspector-part">New transition from {source}</h3>
+      <Field id="design-event" label="event" value={event} set={set_event} done={add} options={event_words(chart, services)} />
+      <Field id="design-condition" label="condition" value={condition} set={set_condition} done={add} options={condition_words(chart, event, services)} />
+      <Select id="design-target" label="target" value={target} tell={set_target}>
+        <option value="">none</option>
+        {chart.states.filter(({ id }) => id !== "").map(({ id }) => (
+          <option key={id}>{id}</option>
+        ))}
+      </Select>
+      <button type="button" className="button small" disabled={event === "" && condition === "" && target === ""} onClick={add}>
+        Add the transition
       </button>
-    </form>
+    </>
   );
 }
 
-function Field({ id, label, value, set, done }: { id: string; label: string; value: string; set(text: string): void; done(): void }) {
+function NewState({ state }: { state: EditedState | null }) {
+  const [fresh, set_fresh] = useState("");
+  const [kind, set_kind] = useState<StateKind>("state");
+  const [inside, set_inside] = useState(false);
+  const can_hold = state !== null && (state.kind === "state" || state.kind === "parallel");
+  const add = () => {
+    if (fresh === "") return;
+    void gesture({ what: "add_state", inside: can_hold && (inside || is_history(kind)) ? state.id : "", id: fresh, kind }).then((done) => {
+      if (!done) return;
+      choose_state(fresh);
+      set_fresh("");
+    });
+  };
+  return (
+    <>
+      <h3 className="inspector-part">New state</h3>
+      <Field id="design-new-state" label="id" value={fresh} set={set_fresh} done={add} options={[]} />
+      <Select id="design-new-kind" label="kind" value={kind} tell={(value) => set_kind(value as StateKind)}>
+        {kStateKinds.map((one) => (
+          <option key={one.kind} value={one.kind}>
+            {one.name}
+          </option>
+        ))}
+      </Select>
+      {can_hold && (
+        <label className="inspector-check">
+          <input type="checkbox" checked={inside || is_history(kind)} disabled={is_history(kind)} onChange={(changed) => set_inside(changed.target.checked)} /> inside {state.id}
+        </label>
+      )}
+      <button type="button" className="button small" disabled={fresh === ""} onClick={add}>
+        Add the state
+      </button>
+    </>
+  );
+}
+
+function Select({ id, label, value, tell, children }: { id: string; label: string; value: string; tell(value: string): void; children: React.ReactNode }) {
   return (
     <div className="inspector-field">
       <label htmlFor={id}>{label}</label>
-      <input id={id} className="field" spellCheck={false} autoComplete="off" value={value} onChange={(changed) => set(changed.target.value)} onKeyDown={(pressed) => pressed.key === "Enter" && done()} />
+      <select id={id} className="field" value={value} onChange={(changed) => tell(changed.target.value)}>
+        {children}
+      </select>
+    </div>
+  );
+}
+
+function Field({ id, label, value, set, done, options }: { id: string; label: string; value: string; set(text: string): void; done(): void; options: readonly string[] }) {
+  return (
+    <div className="inspector-field">
+      <label htmlFor={id}>{label}</label>
+      <input id={id} className="field" list={options.length > 0 ? `${id}-options` : undefined} spellCheck={false} autoComplete="off" value={value} onChange={(changed) => set(changed.target.value)} onKeyDown={(pressed) => pressed.key === "Enter" && done()} />
+      <Options id={id} options={options} />
     </div>
   );
 }

@@ -6,9 +6,12 @@ import { follow_pointer } from "../picture/drag";
 import { Minimap } from "../picture/Minimap";
 import { mark_of, state_key, transition_key, useReached } from "../panels/reached/reached";
 import { usePictureView } from "../picture/use_picture_view";
-import type { OutlineChart, Rect } from "../protocol/types";
+import { curve } from "../panels/mission/TreePicture";
+import type { EditedChart, Rect } from "../protocol/types";
 import { request } from "../store/store";
-import { add_fresh_state, doc_of, gesture, go_to, obstacle, useDesign } from "./design";
+import { ChartMenu } from "./ChartMenu";
+import { transition_text } from "./chart_words";
+import { add_fresh_state, choose_state, choose_transition, chosen_transition, doc_of, focus_field, gesture, go_to, obstacle, refusal, useDesign } from "./design";
 import { line_start } from "./places";
 import { payload_of, play_chart, useSimulation } from "./simulate";
 
@@ -17,6 +20,15 @@ interface Line {
   from: [number, number];
   to: [number, number];
   onto: string | null;
+}
+
+/** A state that is being moved, where the pointer is in the window, and the state that it would go into ("": the top level). */
+interface Carried {
+  id: string;
+  x: number;
+  y: number;
+  into: string | null;
+  why_not: string | null;
 }
 
 /** How near to its outline a state is held by its edge, on either side. */
@@ -35,11 +47,12 @@ function at_edge(element: Element, { clientX, clientY }: PointerEvent): boolean 
 }
 
 /** A chart as its text has it; what one clicks is shown in the text. */
-export function ChartView({ chart, file }: { chart: OutlineChart; file: string }) {
+export function ChartView({ chart, file }: { chart: EditedChart; file: string }) {
   const why_dim = useDesign(obstacle);
   const summary = useDesign((state) => state.summary);
   const version = useDesign((state) => doc_of(state)?.version ?? 0);
   const chosen = useDesign((state) => state.state);
+  const chosen_edge = useDesign(chosen_transition);
   const played = useSimulation(({ on, file: of, chart_now }) => (on && of === file ? chart_now : null));
 
   const { shown, folded, closed, toggle } = useFolding(file, chart, version, (ids) =>
@@ -49,16 +62,19 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
   const box: Rect = useMemo(() => ({ x: 0, y: 0, ...layout.size }), [layout]);
   const at_chosen = shown.states.findIndex((at) => chosen !== null && chart.states[at]?.id === chosen);
   const [line, set_line] = useState<Line | null>(null);
+  const [carried, set_carried] = useState<Carried | null>(null);
+  const [menu, set_menu] = useState<{ x: number; y: number } | null>(null);
   const drew = useRef(false);
-  /** True: the press is at a state's edge, from which a transition is drawn. */
-  const draw_transition = (event: PointerEvent): boolean => {
-    const from = state_of(event.target);
-    drew.current = false;
-    if (event.button !== 0 || from === null || from.id === "" || why_dim !== null || !at_edge(from.element, event)) return false;
-    const onto = (at: PointerEvent) => {
-      const found = state_of(document.elementFromPoint(at.clientX, at.clientY));
-      return found && found.id !== "" ? found.id : null;
-    };
+  const latest = useRef(carried);
+  latest.current = carried;
+  const composite = useMemo(() => composites(chart.layout), [chart]);
+  const holds = (id: string) => composite.has(chart.states.findIndex((state) => state.id === id));
+  /** The state under the pointer; "": the ground; null: not in the picture. */
+  const under = (at: PointerEvent) => {
+    const element = document.elementFromPoint(at.clientX, at.clientY);
+    return element && svg.current?.contains(element) ? (state_of(element)?.id ?? "") : null;
+  };
+  const draw_transition = (from: string, event: PointerEvent) => {
     const place = (at: { clientX: number; clientY: number }): [number, number] => {
       const box = svg.current!.getBoundingClientRect();
       return [at.clientX - box.left, at.clientY - box.top];
@@ -67,14 +83,47 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
       from_px: 4,
       move: (at) => {
         drew.current = true;
-        set_line({ from: place(event), to: place(at), onto: onto(at) });
+        set_line({ from: place(event), to: place(at), onto: under(at) || null });
       },
       drop: (at) => {
-        const target = onto(at);
-        if (target !== null) useDesign.setState({ state: from.id, drawn_to: target, refused: null });
+        const target = under(at);
+        const ask_event = (to: string) => useDesign.setState({ state: from, transition: null, drawn_to: to, refused: null });
+        if (target) ask_event(target);
+        // On the ground: to a state that is made for it.
+        else if (target === "") void add_fresh_state("").then((made) => made && ask_event(made));
       },
       end: () => set_line(null),
     });
+  };
+  const carry = (id: string, event: PointerEvent) => {
+    const inside = chart.states.find((state) => state.id === id)?.inside ?? "";
+    follow_pointer(event, {
+      from_px: 6,
+      move: (at) => {
+        drew.current = true;
+        const found = under(at);
+        const into = found === id || found === inside ? null : found;
+        const same = latest.current?.into === into;
+        set_carried({ id, x: at.clientX, y: at.clientY, into, why_not: same ? (latest.current?.why_not ?? null) : null });
+        if (into === null || same) return;
+        void refusal({ what: "move_state", state: id, inside: into }).then((why_not) => set_carried((now) => (now?.into === into ? { ...now, why_not } : now)));
+      },
+      drop: () => {
+        const into = latest.current?.into ?? null;
+        if (into !== null) void gesture({ what: "move_state", state: id, inside: into }).then(() => choose_state(id));
+      },
+      end: () => set_carried(null),
+    });
+  };
+  /** True: the press is at a state, from which a transition is drawn, or which is moved. */
+  const grab = (event: PointerEvent): boolean => {
+    const from = state_of(event.target);
+    drew.current = false;
+    if (event.button !== 0 || from === null || from.id === "" || why_dim !== null) return false;
+    if (at_edge(from.element, event)) draw_transition(from.id, event);
+    // What holds others fills the picture: it is moved once it is chosen.
+    else if (!holds(from.id) || from.id === chosen) carry(from.id, event);
+    else return false;
     return true;
   };
   const { svg, group, view } = usePictureView({
@@ -84,7 +133,7 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
     fit_max: 1.15,
     readable: { from: 0.42, scale: 0.85 },
     focus: () => layout.states[Math.max(at_chosen, 0)] ?? null,
-    grab: (event) => draw_transition(event),
+    grab,
   });
   // What was opened or closed is shown as far as it fits.
   useEffect(() => {
@@ -97,8 +146,17 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
     // eslint-disable-next-line react-hooks/exhaustive-deps
   }, [at_chosen, view]);
 
+  const edge_at = chosen_edge === null ? -1 : layout.edges.findIndex((edge) => chart.transitions[shown.transitions[edge.transition]!] === chosen_edge);
+  const edge_key = chosen_edge && `${chosen_edge.transition} ${chosen_edge.source}`;
+  useEffect(() => {
+    const edge = layout.edges[edge_at];
+    if (edge && edge.label.width > 0) view.reveal(edge.label);
+    if (chosen_edge) show_line(chosen_edge.line);
+    // As above.
+    // eslint-disable-next-line react-hooks/exhaustive-deps
+  }, [edge_key, view]);
+
   const nests = useMemo(() => composites(layout), [layout]);
-  const composite = useMemo(() => composites(chart.layout), [chart]);
   const lines = useMemo(() => new Set((summary?.findings ?? []).filter((found) => found.file === file && found.severity === "error").map(({ line }) => line)), [summary, file]);
   const active = useMemo(() => new Set(played?.active ?? []), [played]);
   const taken = useMemo(() => new Set(played?.taken ?? []), [played]);
@@ -108,13 +166,30 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
   const sought = useReached((state) => state.sought);
 
   const toggle_chosen = () => {
-    const at = chart.states.findIndex(({ id }) => id === chosen);
-    if (at >= 0 && composite.has(at)) toggle(chart.states[at]!.id);
+    if (chosen !== null && holds(chosen)) toggle(chosen);
   };
   const show_line = (line: number) => {
     const doc = doc_of(useDesign.getState());
     if (!doc || line < 1) return;
     go_to(doc.places.byte(line_start(doc.places.shown, line, true)));
+  };
+  const choose_at = (target: EventTarget | null) => {
+    const element = target instanceof Element ? target : null;
+    const at = element?.closest("[data-transition]")?.getAttribute("data-transition");
+    if (at) choose_transition(chart.transitions[Number(at)] ?? null);
+    else choose_state(state_of(element)?.id || null);
+  };
+  const next_state = (step: number) => {
+    const ids = chart.states.map(({ id }) => id).filter((id) => id !== "");
+    const at = ids.indexOf(chosen ?? chosen_edge?.source ?? "");
+    choose_state(ids.at((at + (at < 0 && step < 0 ? 0 : step)) % ids.length) ?? null);
+  };
+  /** Of the chosen state, or of all. */
+  const next_transition = (step: number) => {
+    const source = chosen ?? chosen_edge?.source;
+    const own = chart.transitions.filter((transition) => source === undefined || transition.source === source);
+    const at = chosen_edge ? own.indexOf(chosen_edge) : step > 0 ? -1 : 0;
+    choose_transition(own.at((at + step) % own.length) ?? null);
   };
   const take = (transition: number) => {
     const event = enabled.get(transition);
@@ -134,18 +209,30 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
         data-testid="design-chart"
         onDoubleClick={(event) => {
           const target = event.target instanceof Element ? event.target : null;
-          if (target?.closest("[data-transition]")) return;
+          if (target?.closest("[data-transition]")) return focus_field("transition-event");
           const on = state_of(target)?.id ?? "";
           // Into a state that has some inside already; the others are chosen by a click.
-          const nested = composite.has(chart.states.findIndex(({ id }) => id === on)) ? on : "";
-          if (on === "" || nested !== "") void add_fresh_state(nested);
+          if (on === "" || holds(on)) void add_fresh_state(on);
+        }}
+        onContextMenu={(event) => {
+          event.preventDefault();
+          choose_at(event.target);
+          set_menu({ x: event.clientX, y: event.clientY });
         }}
         onKeyDown={(event) => {
           if (event.ctrlKey || event.metaKey || event.altKey) return;
-          if (chosen && (event.key === "Delete" || event.key === "Backspace")) void gesture({ what: "remove_state", state: chosen });
+          const remove = event.key === "Delete" || event.key === "Backspace";
+          if (remove && chosen_edge) void gesture({ what: "remove_transition", transition: chosen_edge.transition });
+          else if (remove && chosen) void gesture({ what: "remove_state", state: chosen });
           else if (chosen && (event.key === "c" || event.key === "C")) toggle_chosen();
-          else if (chosen && event.key === "F2") document.getElementById("design-state")?.focus();
+          else if (event.key === "F2" && (chosen_edge || chosen)) focus_field(chosen_edge ? (chosen_edge.written ? "transition-event" : "transition-target") : "design-state");
           else if (event.key === "Enter") document.getElementById("design-new-state")?.focus();
+          else if (event.key === "t" || event.key === "T") next_transition(event.shiftKey ? -1 : 1);
+          else if (event.key === "s" || event.key === "S") next_state(event.shiftKey ? -1 : 1);
+          else if (event.key === "m" || event.key === "M" || event.key === "ContextMenu") {
+            const box = (svg.current?.querySelector(".chosen") ?? svg.current)!.getBoundingClientRect();
+            set_menu({ x: box.left + Math.min(box.width, 120), y: box.top + Math.min(box.height, 60) });
+          } else if (event.key === "Escape" && (chosen || chosen_edge)) choose_state(null);
           else if (!view.key(event, true)) return;
           event.preventDefault();
           event.stopPropagation();
@@ -163,7 +250,7 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
           const transition = found?.getAttribute("data-transition");
           if (transition) take(Number(transition));
           if (found) show_line(Number(found.getAttribute("data-line")));
-          useDesign.setState({ state: found?.getAttribute("data-id") ?? null, refused: null });
+          choose_at(target);
           svg.current?.focus({ preventScroll: true });
         }}
       >
@@ -182,7 +269,7 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
                 data-active={played ? active.has(at) : undefined}
                 role="img"
                 aria-label={`State ${drawn.name.join(" ") || drawn.kind}${active.has(at) ? ", active" : ""}${hidden > 0 ? `, ${hidden} states hidden in it` : ""}`}
-                className={[lines.has(line) ? "wrong" : "", chosen !== null && id === chosen ? "chosen" : "", never.has(state_key(file, id)) ? "never" : ""].filter(Boolean).join(" ") || undefined}
+                className={[lines.has(line) ? "wrong" : "", chosen !== null && id === chosen ? "chosen" : "", carried !== null && id !== "" && id === carried.into ? (carried.why_not ? "refused" : "onto") : "", never.has(state_key(file, id)) ? "never" : ""].filter(Boolean).join(" ") || undefined}
               >
                 <StateShape drawn={drawn} nest={nest} active={active.has(at)} />
                 {hidden > 0 && <FoldCount hidden={hidden} x={middle} y={drawn.y + drawn.height} />}
@@ -196,9 +283,12 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
           {layout.edges.map((edge, i) => {
             const at = shown.transitions[edge.transition]!;
             const can = enabled.has(at);
-            const line = chart.transitions[at]?.line ?? 0;
+            const part = chart.transitions[at];
+            const line = part?.line ?? 0;
+            const mark = can ? "can-take" : mark_of(never.has(transition_key(file, line)), transition_key(file, line) === sought);
             return (
-              <g key={i} data-line={line} data-transition={at} data-enabled={played ? can : undefined} className={can ? "can-take" : mark_of(never.has(transition_key(file, line)), transition_key(file, line) === sought)}>
+              <g key={i} data-line={line} data-transition={at} data-enabled={played ? can : undefined} className={[mark, lines.has(line) ? "wrong" : "", part !== undefined && part === chosen_edge ? "chosen" : ""].filter(Boolean).join(" ") || undefined} role="img" aria-label={part ? `Transition ${part.source} ${transition_text(part)}` : undefined}>
+                <path className="hold" d={curve(edge.curve)} />
                 {can && edge.label.width > 0 && <rect className="take" x={edge.label.x - 5} y={edge.label.y - 3} width={edge.label.width + 10} height={edge.label.height + 6} rx={6} />}
                 <Edge edge={edge} last={taken.has(at)} />
                 <Label edge={edge} last={taken.has(at)} whole={edge.lines.join(" ")} />
@@ -214,6 +304,14 @@ export function ChartView({ chart, file }: { chart: OutlineChart; file: string }
         )}
       </svg>
       <Minimap view={view} box={box} rects={layout.states} />
+      {carried && (
+        <div className={`drag-label${carried.why_not ? " refused" : ""}`} style={{ left: carried.x + 14, top: carried.y + 12 }} role="status" data-testid="drag-label">
+          {carried.id}
+          {carried.into !== null && ` → ${carried.into || "the top level"}`}
+          {carried.why_not && <span> ✗ {carried.why_not}</span>}
+        </div>
+      )}
+      {menu && <ChartMenu {...menu} close={() => set_menu(null)} />}
     </>
   );
 }

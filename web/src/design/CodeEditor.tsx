@@ -1,4 +1,4 @@
-import { autocompletion, closeBrackets, completionKeymap } from "@codemirror/autocomplete";
+import { autocompletion, closeBrackets, completionKeymap, type CompletionContext, type CompletionResult } from "@codemirror/autocomplete";
 import { defaultKeymap } from "@codemirror/commands";
 import { xml } from "@codemirror/lang-xml";
 import { yaml } from "@codemirror/lang-yaml";
@@ -6,11 +6,12 @@ import { bracketMatching, HighlightStyle, indentOnInput, StreamLanguage, syntaxH
 import { lintGutter, setDiagnostics, type Diagnostic } from "@codemirror/lint";
 import { highlightSelectionMatches, search, searchKeymap } from "@codemirror/search";
 import { Annotation, Compartment, EditorState, type Extension } from "@codemirror/state";
-import { drawSelection, EditorView, highlightActiveLine, highlightActiveLineGutter, keymap, lineNumbers } from "@codemirror/view";
+import { drawSelection, EditorView, highlightActiveLine, highlightActiveLineGutter, hoverTooltip, keymap, lineNumbers } from "@codemirror/view";
 import { tags } from "@lezer/highlight";
 import { useEffect, useRef } from "react";
 
-import { choose_at, doc_of, findings_of, fix, redo, save_all, session_of, undo, useCaret, useDesign } from "./design";
+import { request } from "../store/store";
+import { choose_at, doc_of, findings_of, fix, redo, save_all, session_of, undo, useCaret, useDesign, type Doc } from "./design";
 import { splice_between } from "./places";
 
 /** A change that the program made: it is not told to it again. */
@@ -59,6 +60,50 @@ const look = EditorView.theme({
   ".cm-diagnosticAction": { backgroundColor: "var(--accent)", color: "var(--on-accent)" },
 });
 
+/** What the program knows, of the text that is shown; null: it is another one by now. */
+async function with_text<T>(file: string, text: string, what: (doc: Doc) => Promise<T>): Promise<{ doc: Doc; found: T } | null> {
+  await session_of(file).flush();
+  const doc = useDesign.getState().docs[file];
+  if (!doc || doc.places.shown !== text) return null;
+  try {
+    return { doc, found: await what(doc) };
+  } catch {
+    return null;
+  }
+}
+
+/** What may stand at the caret: of the project's interfaces, nodes, ports, places, states; and the words of the grammar. */
+async function complete(file: string, context: CompletionContext): Promise<CompletionResult | null> {
+  if (!context.explicit && !context.matchBefore(/[\w.{<"'-]$/)) return null;
+  const told = await with_text(file, context.state.doc.toString(), (doc) => request("design_complete", { file, byte: doc.places.byte(context.pos) }));
+  if (!told || told.found.items.length === 0 || context.aborted) return null;
+  const { doc, found } = told;
+  return {
+    from: doc.places.at(found.from),
+    to: doc.places.at(found.to),
+    options: found.items.map(({ label, detail, documentation, insert }) => ({ label, detail, apply: insert, ...(documentation === "" ? {} : { info: documentation }) })),
+    validFor: /^[\w-]*$/,
+  };
+}
+
+/** What is known of what the pointer is on. */
+async function explain(file: string, view: EditorView, place: number) {
+  const told = await with_text(file, view.state.doc.toString(), (doc) => request("design_explain", { file, byte: doc.places.byte(place) }));
+  if (!told?.found) return null;
+  const { from, to, text } = told.found;
+  return {
+    pos: told.doc.places.at(from),
+    end: told.doc.places.at(to),
+    above: true,
+    create: () => {
+      const dom = document.createElement("div");
+      dom.className = "code-help";
+      dom.textContent = text.replace(/```\w*\n?|\*\*|`/g, "").trim();
+      return { dom };
+    },
+  };
+}
+
 function extensions(file: string): Extension {
   return [
     lineNumbers(),
@@ -70,7 +115,8 @@ function extensions(file: string): Extension {
     bracketMatching(),
     closeBrackets(),
     indentOnInput(),
-    autocompletion({ icons: false }),
+    autocompletion({ icons: false, override: [(context) => complete(file, context)] }),
+    hoverTooltip((view, place) => explain(file, view, place)),
     highlightSelectionMatches(),
     search({ top: true }),
     syntaxHighlighting(highlight),

@@ -1,4 +1,5 @@
 import "../styles/design.css";
+import "../styles/design_chart.css";
 import "../styles/mission.css";
 import "../styles/picture.css";
 import "../styles/charts.css";
@@ -14,7 +15,7 @@ import { useWindow } from "../widgets/layout";
 import { ChartForm } from "./ChartForm";
 import { ChartView } from "./ChartView";
 import { Completer, type Asked } from "./Completer";
-import { begin_project, doc_of, obstacle, redo, resolve, save_all, set_look, show_below, start_design, tree_of, undo, useDesign, type Doc, type Look } from "./design";
+import { begin_project, doc_of, obstacle, redo, resolve, save_all, set_look, show_below, start_design, toggle_autosave, tree_of, undo, useDesign, type Doc, type Look } from "./design";
 import { Inspector } from "./Inspector";
 import { matches } from "../widgets/match";
 import { PastPanel } from "./PastPanel";
@@ -56,6 +57,7 @@ export default function DesignView() {
     { id: "design.undo", title: "Undo", group: "Design", keys: ["Ctrl+Z"], run: () => void undo() },
     { id: "design.redo", title: "Do again what was undone", group: "Design", keys: ["Ctrl+Shift+Z", "Ctrl+Y"], run: () => void redo() },
     { id: "design.save", title: "Save all files", group: "Design", keys: ["Ctrl+S"], run: () => void save_all() },
+    { id: "design.autosave", title: "Save each edit by itself, or only with Ctrl+S", group: "Design", run: toggle_autosave },
     { id: "design.compare", title: "Compare with the last commit, or with what a recording ran", group: "Design", run: () => useDesign.setState({ comparing: kCommit.id }) },
     { id: "design.simulate", title: "Run what is open by hand, or end that", group: "Design", run: () => simulate(!useSimulation.getState().on) },
     { id: "design.problems", title: "Show the problems, or hide them", group: "Design", run: () => show_below("problems") },
@@ -276,7 +278,8 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
   const size = tree?.layout.size ?? doc?.shown_chart?.layout.size ?? null;
   const stacked = narrow || (size !== null && room !== null && larger_stacked(size, room));
   if (!doc) return <p className="empty">Choose a file.</p>;
-  const drawn = !has_picture_of(doc) ? null : tree ? (
+  // Not before it is known how much room there is: it is laid out once.
+  const drawn = !has_picture_of(doc) || room === null ? null : tree ? (
     <Picture key={doc.file} tree={tree} handle={picture} ask={ask} />
   ) : doc.shown_chart ? (
     <ChartView key={doc.file} chart={doc.shown_chart} file={doc.file} />
@@ -288,7 +291,7 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
     </Suspense>
   );
   const with_picture = drawn !== null && look !== "text";
-  const with_text = drawn === null || look !== "picture";
+  const with_text = !has_picture_of(doc) || look !== "picture";
   return (
     <div ref={frame} className={`design-views${stacked ? " stacked" : ""}`}>
       {with_picture && (

@@ -1,8 +1,9 @@
-import { useEffect, useState } from "react";
+import { useState } from "react";
 
 import type { OutlineNode, OutlineTree, PaletteNode } from "../protocol/types";
 import { Icon } from "../widgets/Icon";
 import { add_part, findings_at, findings_of, fix, gesture, node_of, open_file, tree_of, useDesign, kNoFiles } from "./design";
+import { Options, TextField } from "./TextField";
 
 const kConditions = ["_skipIf", "_successIf", "_failureIf", "_while", "_onSuccess", "_onFailure", "_onHalted", "_post"];
 
@@ -20,6 +21,7 @@ export function Inspector() {
           <Key keys="Shift Tab" what="move out" />
           <Key keys="Ctrl ↑ ↓" what="move among siblings" />
           <Key keys="W / U" what="wrap in … / unwrap" />
+          <Key keys="E" what="as a tree of its own / back" />
           <Key keys="F2" what="rename" />
           <Key keys="Del" what="delete" />
         </dl>
@@ -133,44 +135,16 @@ interface FieldProps {
   options: readonly string[];
 }
 
-/** A value is told when one leaves the field or presses Enter; an empty one takes the attribute away. */
-function Field({ id, label, direction, type, value, node, attribute, hint, options }: FieldProps) {
-  const [text, set_text] = useState(value);
-  useEffect(() => set_text(value), [value]);
-  const tell = () => {
-    if (text !== value) void gesture({ what: "set", node: node.element, name: attribute, value: text === "" ? null : text });
-  };
-  return (
-    <div className="inspector-field">
-      <label htmlFor={id}>
-        {direction === "output" ? "→ " : direction === "inout" ? "↔ " : ""}
-        {label}
-        {type && <span className="muted"> {type.replace("std::", "")}</span>}
-      </label>
-      <input
-        id={id}
-        className="field"
-        list={options.length > 0 ? `${id}-options` : undefined}
-        placeholder={hint}
-        spellCheck={false}
-        autoComplete="off"
-        value={text}
-        onChange={(event) => set_text(event.target.value)}
-        onBlur={tell}
-        onKeyDown={(event) => {
-          if (event.key === "Enter") tell();
-          if (event.key === "Escape") set_text(value);
-        }}
-      />
-      {options.length > 0 && (
-        <datalist id={`${id}-options`}>
-          {options.map((option) => (
-            <option key={option} value={option} />
-          ))}
-        </datalist>
-      )}
-    </div>
+/** An empty one takes the attribute away. */
+function Field({ label, direction, type, node, attribute, ...field }: FieldProps) {
+  const named = (
+    <>
+      {direction === "output" ? "→ " : direction === "inout" ? "↔ " : ""}
+      {label}
+      {type && <span className="muted"> {type.replace("std::", "")}</span>}
+    </>
   );
+  return <TextField {...field} label={named} tell={(text) => void gesture({ what: "set", node: node.element, name: attribute, value: text === "" ? null : text })} />;
 }
 
 function AddAttribute({ node }: { node: OutlineNode }) {
@@ -182,11 +156,7 @@ function AddAttribute({ node }: { node: OutlineNode }) {
     <div className="inspector-field add">
       <label htmlFor="design-add">add a port or condition</label>
       <input id="design-add" className="field" list="design-add-options" placeholder="_skipIf, …" spellCheck={false} value={name} onChange={(event) => set_name(event.target.value)} onKeyDown={(event) => event.key === "Enter" && add()} />
-      <datalist id="design-add-options">
-        {kConditions.map((condition) => (
-          <option key={condition} value={condition} />
-        ))}
-      </datalist>
+      <Options id="design-add" options={kConditions} />
     </div>
   );
 }

@@ -10,7 +10,7 @@ import { usePictureView } from "../picture/use_picture_view";
 import { to_picture } from "../picture/viewport";
 import { StatusSign } from "../panels/mission/StatusSign";
 import { kStatuses, type Finding, type Gesture, type OutlineNode, type OutlineTree, type Rect } from "../protocol/types";
-import { choose, doc_of, findings_at, findings_of, gesture, obstacle, refusal, useDesign } from "./design";
+import { choose, doc_of, findings_at, findings_of, gesture, obstacle, refusal, tree_of, useDesign } from "./design";
 import { kAnswers, play_tree, useSimulation } from "./simulate";
 import { near, type SlotPlace } from "./slots";
 
@@ -172,6 +172,7 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     } else if (event.key === "Delete" || event.key === "Backspace") void gesture({ what: "delete", node: node.element });
     else if (event.key === "w" || event.key === "W") ask_at(node, `Wrap ${node.name || node.id} in`, (id) => void gesture({ what: "wrap", node: node.element, id }), false);
     else if (event.key === "u" || event.key === "U") void gesture({ what: "unwrap", node: node.element });
+    else if (event.key === "e" || event.key === "E") void extract(node);
     else if (event.key === "F2") document.getElementById("design-name")?.focus();
     else if (!view.key(event, false)) return;
     event.preventDefault();
@@ -215,6 +216,18 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
       )}
     </>
   );
+}
+
+/** As a tree of its own with a name that no other has; a SubTree: its tree in its place. */
+async function extract(node: OutlineNode): Promise<void> {
+  if (node.kind === "subtree") return void gesture({ what: "inline", node: node.element });
+  const taken = new Set(doc_of(useDesign.getState())?.shown_trees?.map(({ id }) => id));
+  const wanted = (node.name || node.id).replace(/[^\p{L}\p{N}_]/gu, "_").replace(/^(?=\d)/, "_");
+  let id = wanted;
+  for (let number = 2; taken.has(id); number++) id = `${wanted}${number}`;
+  const tree = tree_of(useDesign.getState())?.id ?? null;
+  // The picture stays with the tree in which the SubTree is now.
+  if (await gesture({ what: "extract", node: node.element, id })) useDesign.setState({ tree });
 }
 
 const kNone: ReadonlySet<number> = new Set();

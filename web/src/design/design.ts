@@ -1,6 +1,7 @@
 import { create } from "zustand";
 
-import type { Design, DesignDocument, DesignPast, Finding, Gesture, OutlineNode, OutlineTree, PaletteNode } from "../protocol/types";
+import type { Design, DesignDocument, DesignPast, EditedState, EditedTransition, Finding, Gesture, OutlineNode, OutlineTree, PaletteNode, StateKind } from "../protocol/types";
+import { useEdit } from "../store/edit";
 import { note, on_design, request, type DesignMessage } from "../store/store";
 import { take_runs, useMode } from "./mode";
 import { Places, splice_between } from "./places";
@@ -30,9 +31,13 @@ export interface DesignState {
   chosen: { element: number; key: string } | null;
   /** Of a chart: the chosen state's id. */
   state: string | null;
+  /** Of a chart: the chosen transition, by its place in the document, and its state, so that another is not taken for it. */
+  transition: { index: number; source: string } | null;
   /** State to which a transition was drawn from the chosen one; its event and condition are still to be said. */
   drawn_to: string | null;
   look: Look;
+  /** Each edit is saved once it is checked. */
+  autosave: boolean;
   /** What requirements would have said of the last runs, by file. */
   past: Readonly<Record<string, DesignPast>>;
   /** Says why something was refused, beside the picture. */
@@ -44,6 +49,7 @@ export interface DesignState {
 }
 
 const kLookStored = "sentree.design.look";
+const kAutosaveStored = "sentree.design.autosave";
 
 export const useDesign = create<DesignState>()(() => ({
   summary: null,
@@ -55,8 +61,10 @@ export const useDesign = create<DesignState>()(() => ({
   tree: null,
   chosen: null,
   state: null,
+  transition: null,
   drawn_to: null,
   look: (localStorage.getItem(kLookStored) as Look | null) ?? "both",
+  autosave: localStorage.getItem(kAutosaveStored) === "true",
   past: {},
   refused: null,
   below: null,
@@ -75,6 +83,14 @@ export function show_below(what: NonNullable<DesignState["below"]>): void {
 export function set_look(look: Look): void {
   localStorage.setItem(kLookStored, look);
   useDesign.setState({ look });
+}
+
+export function toggle_autosave(): void {
+  const autosave = !useDesign.getState().autosave;
+  localStorage.setItem(kAutosaveStored, String(autosave));
+  useDesign.setState({ autosave });
+  note("info", autosave ? "each edit is saved from now on" : "edits are saved by Ctrl+S from now on");
+  if (autosave) void save_all();
 }
 
 // ---- looking things up ----
@@ -120,6 +136,7 @@ function receive(message: DesignMessage): void {
       const before = useDesign.getState().summary;
       useDesign.setState({ summary });
       if (summary.checked && before?.checked !== true) void load_palette();
+      if (summary.checked && useDesign.getState().autosave && summary.files.some(({ dirty, conflict }) => dirty && !conflict)) void request("design_save", {}).catch(() => undefined);
       break;
     }
     case "design_document": {
@@ -189,8 +206,34 @@ export async function start_design(): Promise<() => void> {
   const first = summary.files.find((one) => one.file === wanted) ?? summary.files.find(({ kind }) => kind === "mission") ?? summary.files[0];
   if (file === null && first) await open_file(first.file);
   else for (const open of Object.keys(useDesign.getState().docs)) await read(open);
+  await edit_wanted();
   return stop;
 }
+
+/** Opens what somebody has asked to edit elsewhere in the page. */
+async function edit_wanted(): Promise<void> {
+  const { wanted } = useEdit.getState();
+  const { summary } = useDesign.getState();
+  if (!wanted || !summary) return;
+  useEdit.setState({ wanted: null });
+  if ("file" in wanted) {
+    // The run has the path on disk.
+    const found = summary.files.filter(({ file }) => `/${wanted.file}`.endsWith(`/${file}`)).sort((a, b) => b.file.length - a.file.length)[0];
+    if (!found) return note("error", `${wanted.file} is not among the files of this project`);
+    await open_file(found.file);
+    choose_state(wanted.state || null);
+    return;
+  }
+  for (const { file } of summary.files.filter(({ kind }) => kind === "mission")) {
+    if (useDesign.getState().docs[file] === undefined && !(await read(file))) continue;
+    for (const { nodes } of useDesign.getState().docs[file]?.trees ?? []) {
+      const node = nodes.find(({ id, name }) => id === wanted.node.id && (name || id) === wanted.node.name);
+      if (node) return open_file(file, node.from);
+    }
+  }
+  note("error", `${wanted.node.name} is in no file of this project`);
+}
+useEdit.subscribe(() => void edit_wanted());
 
 async function read(file: string): Promise<boolean> {
   try {
@@ -205,7 +248,7 @@ async function read(file: string): Promise<boolean> {
 export async function open_file(file: string, byte?: number): Promise<void> {
   const known = useDesign.getState().docs[file] !== undefined || (await read(file));
   if (!known) return;
-  if (useDesign.getState().file !== file) useDesign.setState({ file, tree: null, chosen: null, state: null, refused: null });
+  if (useDesign.getState().file !== file) useDesign.setState({ file, tree: null, chosen: null, state: null, transition: null, refused: null });
   if (byte !== undefined) go_to(byte);
 }
 
@@ -366,19 +409,40 @@ export async function gesture(wanted: Gesture): Promise<boolean> {
     if (why_not) throw new Error(why_not);
     return request("design_gesture", { file: doc.file, base: doc.version, gesture: wanted });
   });
-  if (done?.at !== undefined && !/^(?:delete|remove_state|yaml_remove)$/.test(wanted.what)) go_to(done.at);
+  if (done?.at !== undefined && !/^(?:delete|remove_.*|yaml_remove)$/.test(wanted.what)) go_to(done.at);
   return done !== null;
 }
 
-/** A state with an id that nobody has; its id is to be said next. */
-export async function add_fresh_state(inside: string): Promise<void> {
+/** The state of a chart that is chosen, or the transition. */
+export function chosen_state(state: DesignState): EditedState | null {
+  return (state.state !== null && doc_of(state)?.shown_chart?.states.find(({ id }) => id === state.state)) || null;
+}
+export function chosen_transition(state: DesignState): EditedTransition | null {
+  const wanted = state.transition;
+  return (wanted && doc_of(state)?.shown_chart?.transitions.find(({ transition, source }) => transition === wanted.index && source === wanted.source)) ?? null;
+}
+export function choose_state(id: string | null): void {
+  useDesign.setState({ state: id, transition: null, refused: null });
+}
+export function choose_transition(chosen: Pick<EditedTransition, "transition" | "source"> | null): void {
+  useDesign.setState({ state: null, transition: chosen && { index: chosen.transition, source: chosen.source }, refused: null });
+}
+
+/** An id that no state of the chart has. */
+export function fresh_id(): string {
   const taken = new Set(doc_of(useDesign.getState())?.shown_chart?.states.map(({ id }) => id));
   let number = 1;
   while (taken.has(`state${number}`)) number++;
-  const id = `state${number}`;
-  if (!(await gesture({ what: "add_state", inside, id, final: false }))) return;
-  useDesign.setState({ state: id });
+  return `state${number}`;
+}
+
+/** A state with such an id, which is to be said next. Its id; null: it was refused. */
+export async function add_fresh_state(inside: string, kind: StateKind = "state"): Promise<string | null> {
+  const id = fresh_id();
+  if (!(await gesture({ what: "add_state", inside, id, kind }))) return null;
+  choose_state(id);
   focus_field("design-state", id);
+  return id;
 }
 
 /** Frames that a field is waited for. */

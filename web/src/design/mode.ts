@@ -1,6 +1,7 @@
 import { create } from "zustand";
 
 import type { Design } from "../protocol/types";
+import { useEdit } from "../store/edit";
 import { ask, note, on_design } from "../store/store";
 import { go_live } from "../store/time_travel";
 
@@ -16,6 +17,7 @@ export function take_runs(runs: Runs): void {
   if (runs.problem !== "") note("error", `the run: ${runs.problem}`);
   note("info", `recorded: runs/${before.goes_on}`);
 }
+useEdit.subscribe(({ wanted }) => wanted && useMode.setState({ mode: "design" }));
 on_design((message) => message.type === "design" && take_runs(message.runs));
 
 /** Begins a run that is steered and recorded, of the scenario that is open. */

@@ -7,6 +7,8 @@ export function useRoom(frame: React.RefObject<HTMLElement | null>, there: boole
   const [room, set_room] = useState<Size | null>(null);
   useLayoutEffect(() => {
     if (!there || !frame.current) return;
+    const { width, height } = frame.current.getBoundingClientRect();
+    set_room({ width, height });
     const observer = new ResizeObserver(([entry]) => entry && set_room({ width: entry.contentRect.width, height: entry.contentRect.height }));
     observer.observe(frame.current);
     return () => observer.disconnect();

@@ -157,13 +157,6 @@ export function TimelinePanel() {
       <div
         ref={scroll}
         className="scroll timeline-scroll"
-        role="slider"
-        tabIndex={0}
-        aria-label="Moment shown"
-        aria-valuemin={Math.round(begin / 1e9)}
-        aria-valuemax={end_seconds}
-        aria-valuenow={seconds}
-        aria-valuetext={`${clock_text(seconds * 1e9, 0)} of ${clock_text(end_seconds * 1e9, 0)}${live ? ", live" : ", the past"}`}
         onKeyDown={(event) => {
           if (event.ctrlKey || event.metaKey || event.altKey || !timeline?.key(event)) return;
           event.preventDefault();
@@ -172,7 +165,17 @@ export function TimelinePanel() {
       >
         <div className="timeline-all" style={{ height: shown.height }}>
           <Names shown={shown} />
-          <canvas ref={lanes} className="timeline-lanes" aria-hidden="true" />
+          <canvas
+            ref={lanes}
+            className="timeline-lanes"
+            role="slider"
+            tabIndex={0}
+            aria-label="Moment shown"
+            aria-valuemin={Math.round(begin / 1e9)}
+            aria-valuemax={end_seconds}
+            aria-valuenow={seconds}
+            aria-valuetext={`${clock_text(seconds * 1e9, 0)} of ${clock_text(end_seconds * 1e9, 0)}${live ? ", live" : ", the past"}`}
+          />
         </div>
       </div>
       <div ref={tip} className="timeline-tip" hidden />

@@ -1,17 +1,19 @@
 /** Of a node's name in a drawing. */
 const kName_px = 13;
-/** On the screen at least: of the chosen node's name, and of those around it. */
+/** On the screen at least: of the chosen node's name, of those around it, and of all others where that is possible. */
 const kChosen_px = 11.5;
-const kNear_px = 10.2;
+const kNear_px = 11.1;
+const kFar_px = 10.2;
 /** All names are enlarged so far: then they still fit their nodes, more or less. */
 const kFar = 1.45;
 
 /** What is chosen can be read, and what is around it, however small the rest is. */
 export function set_lens(group: SVGGElement | null, scale: number): void {
-  group?.style.setProperty("--lens", String(Math.max(1, kChosen_px / (kName_px * scale))));
-  const near = Math.max(1, kNear_px / (kName_px * scale));
-  group?.style.setProperty("--near-lens", String(near));
-  group?.style.setProperty("--far-lens", near <= kFar ? String(near) : "1");
+  const enlarged = (px: number) => Math.max(1, px / (kName_px * scale));
+  group?.style.setProperty("--lens", String(enlarged(kChosen_px)));
+  group?.style.setProperty("--near-lens", String(enlarged(kNear_px)));
+  const far = enlarged(kFar_px);
+  group?.style.setProperty("--far-lens", far <= kFar ? String(far) : "1");
 }
 
 /** Whether a node is the parent, a child or a sibling of the chosen one; -1 and null: no parent. */

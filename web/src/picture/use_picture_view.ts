@@ -1,4 +1,4 @@
-import { useEffect, useLayoutEffect, useRef, useState, type RefObject } from "react";
+import { useLayoutEffect, useRef, useState, type RefObject } from "react";
 
 import type { Rect, Size } from "../protocol/types";
 import { PictureView, type PictureOptions } from "./picture_view";
@@ -38,11 +38,15 @@ export function usePictureView(use: PictureUse): PictureHandles {
       },
     });
   });
-  useEffect(() => {
+  useLayoutEffect(() => view.set_box(use.box), [view, use.box]);
+  useLayoutEffect(() => {
+    const drawn = group.current;
+    // The panel is measured without what is drawn in it, which then is laid out once, at its scale.
+    if (drawn) drawn.style.display = "none";
     if (svg.current) view.attach(svg.current);
+    if (drawn) drawn.style.display = "";
     return () => view.detach();
   }, [view]);
-  useLayoutEffect(() => view.set_box(use.box), [view, use.box]);
   const [keys] = useState(() => (event: React.KeyboardEvent) => {
     if (!view.key(event, true)) return;
     event.preventDefault();

@@ -298,7 +298,35 @@ export const OutlineNode = object({
   attributes: list(tuple([string(), string()])),
 });
 export const OutlineTree = object({ element: index(), id: string(), from: byte(), to: byte(), direction: one_of("down", "right"), nodes: list(OutlineNode), layout: TreeLayout });
+const Actions = () => Type.Array(string(), { description: "Executable content, as XML" });
 export const OutlineChart = object({ layout: ChartLayout, states: list(object({ id: string(), line: index() })), transitions: list(object({ line: index() })) });
+export const EditedChart = object({
+  layout: ChartLayout,
+  states: list(
+    object({
+      id: string(),
+      line: index(),
+      kind: Type.String({ description: "As in gestures; empty: a dot before an initial state" }),
+      inside: Type.String({ description: "The state that it is in; empty: none" }),
+      initial: Type.Boolean({ description: "What it is in begins with it" }),
+      onentry: Actions(),
+      onexit: Actions(),
+    }),
+  ),
+  transitions: list(
+    object({
+      line: index(),
+      transition: Type.Integer({ minimum: 0, description: "Its place in the document, as in gestures" }),
+      source: string(),
+      written: Type.Boolean({ description: "As <transition>; else it is an initial state's, and has a target only" }),
+      event: string(),
+      condition: string(),
+      target: string(),
+      actions: Actions(),
+    }),
+  ),
+  data: Type.Array(string(), { description: "<data> of the chart, as XML" }),
+});
 /** A chart in which some states hide what is in them; places are those of the whole. */
 const folded = { layout: ChartLayout, states: list(index()), transitions: list(index()), hidden: list(index()) };
 export const ChartFold = object(folded, "By what is drawn: which state or transition of the whole it is, and how many states it hides");
@@ -324,7 +352,7 @@ export const DesignDocument = object({
   error: or_null(object({ line: index(), column: index(), message: string() })),
   main: or_null(string()),
   trees: or_null(list(OutlineTree)),
-  chart: or_null(OutlineChart),
+  chart: or_null(EditedChart),
   requirements: or_null(list(Sentence)),
 });
 /** What a file of requirements would have said of the last runs; `violated`: when first [ns], by run. */
@@ -342,17 +370,33 @@ export const PaletteNode = object({
   ports: list(object({ name: string(), direction: string(), type: string(), default: or_null(string()), description: string() })),
 });
 const YamlPath = () => Type.Array(Type.Union([string(), index()]), { description: "Keys of mappings and places in lists, from 0" });
+export const StateKind = one_of("state", "parallel", "final", "history", "deep-history");
+/** Of a transition, or of a state ("": the chart). */
+const action_place = () => ({ transition: optional(index()), state: optional(string()), block: optional(one_of("onentry", "onexit", "datamodel")) });
 export const Gesture = Type.Union([
   object({ what: Type.Literal("insert"), id: string(), subtree: optional(boolean()), name: optional(string()), ports: optional(by_name(string())), parent: index(), index: index() }),
   object({ what: Type.Literal("delete"), node: index() }),
   object({ what: Type.Literal("move"), node: index(), parent: index(), index: index(), copy: optional(boolean()) }),
   object({ what: Type.Literal("wrap"), node: index(), id: string() }),
   object({ what: Type.Literal("unwrap"), node: index() }),
+  object({ what: Type.Literal("extract"), node: index(), id: string() }),
+  object({ what: Type.Literal("inline"), node: index() }),
   object({ what: Type.Literal("set"), node: index(), name: string(), value: or_null(string()) }),
   object({ what: Type.Literal("rename_state"), state: string(), id: string() }),
-  object({ what: Type.Literal("add_state"), inside: string(), id: string(), final: boolean() }),
+  object({ what: Type.Literal("add_state"), inside: string(), id: string(), kind: StateKind }),
   object({ what: Type.Literal("remove_state"), state: string() }),
+  object({ what: Type.Literal("move_state"), state: string(), inside: string() }),
+  object({ what: Type.Literal("wrap_state"), state: string(), id: string(), kind: one_of("state", "parallel") }),
+  object({ what: Type.Literal("set_kind"), state: string(), kind: StateKind }),
+  object({ what: Type.Literal("set_initial"), state: string() }),
   object({ what: Type.Literal("add_transition"), state: string(), target: string(), event: string(), condition: string() }),
+  object({ what: Type.Literal("set_transition"), transition: index(), event: optional(string()), condition: optional(string()), target: optional(string()) }),
+  object({ what: Type.Literal("remove_transition"), transition: index() }),
+  object({ what: Type.Literal("move_transition"), transition: index(), state: string(), index: index() }),
+  object({ what: Type.Literal("insert_action"), ...action_place(), index: index(), xml: string() }),
+  object({ what: Type.Literal("set_action"), ...action_place(), index: index(), xml: string() }),
+  object({ what: Type.Literal("remove_action"), ...action_place(), index: index() }),
+  object({ what: Type.Literal("move_action"), ...action_place(), index: index(), to: index() }),
   object({ what: Type.Literal("set_part"), requirement: string(), part: string(), text: string() }),
   object({ what: Type.Literal("set_scope"), requirement: string(), scope: string() }),
   object({ what: Type.Literal("set_pattern"), requirement: string(), pattern: string() }),
@@ -483,6 +527,11 @@ export const Operations = {
     object({ file: string(), base: index(), gesture: Gesture, try: optional(Type.Boolean({ description: "Only say whether it is possible" })) }),
     object({ name: string(), version: optional(index()), at: optional(Type.Integer({ description: "Byte where the element stands now" })) }),
   ],
+  design_complete: [
+    object({ file: string(), byte: byte() }),
+    object({ from: byte(), to: byte(), items: list(object({ label: string(), kind: string(), detail: string(), documentation: string(), insert: string() })) }, "What may stand there, in place of these bytes"),
+  ],
+  design_explain: [object({ file: string(), byte: byte() }), or_null(object({ from: byte(), to: byte(), text: Type.String({ description: "Markdown" }) }))],
   design_reached: [object({ all: optional(Type.Boolean({ description: "What all scenarios reach together, not the shadow run alone" })) }), or_null(Reached)],
   design_undo: [nothing(), object({ files: list(string()) })],
   design_redo: [nothing(), object({ files: list(string()) })],

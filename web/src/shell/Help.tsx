@@ -28,7 +28,7 @@ export function Help() {
           <Icon name="close" />
         </button>
       </header>
-      <div className="help-groups">
+      <div className="help-groups" tabIndex={0}>
         {[...groups].map(([group, members]) => (
           <section key={group}>
             <h3>{group}</h3>

@@ -1,4 +1,5 @@
 import { Menu, type MenuEntry } from "../../widgets/Menu";
+import { useEditing } from "../../store/edit";
 import type { Index } from "../../store/store";
 import { is_on, steer, useSteering, useWhyNot } from "../steer/steering";
 import { open_skill, toggle, useMission } from "./mission";
@@ -8,6 +9,7 @@ export function NodeMenu({ index, node: id, x, y, close }: { index: Index; node:
   const why_not = useWhyNot();
   const standing = useSteering((steering) => steering.standing);
   const folded = useMission((mission) => mission.collapsed.has(id));
+  const edit = useEditing();
   const node = index.model.tree.nodes[id];
   if (!node) return null;
   const own = standing.filter((entry) => is_on(entry, node));
@@ -16,6 +18,7 @@ export function NodeMenu({ index, node: id, x, y, close }: { index: Index; node:
   if ((index.children[id]?.length ?? 0) > 0) {
     entries.push({ label: folded ? "Show what is below" : "Hide what is below", hint: "Enter", run: () => toggle(id) });
   }
+  if (edit) entries.push({ label: "Edit it", run: () => edit({ node: { id: node.type, name: node.name } }) });
   entries.push({ label: "Copy its path", run: () => void navigator.clipboard?.writeText(node.path) });
   entries.push({ heading: "Stop the run when it becomes" });
   for (const [label, status] of [["any status", ""], ["running", "RUNNING"], ["success", "SUCCESS"], ["failure", "FAILURE"]] as const) {

@@ -1,0 +1,61 @@
+#include <algorithm>
+
+#include "sentree/lsp/completion.h"
+#include "sentree/lsp/describe.h"
+#include "sentree/studio/detail/workshop.h"
+
+namespace sentree::studio {
+
+namespace {
+
+// As pages show them.
+std::string_view name_of_item(lsp::ItemKind kind) {
+  switch (kind) {
+    case lsp::ItemKind::kMethod:
+    case lsp::ItemKind::kFunction: return "method";
+    case lsp::ItemKind::kField:
+    case lsp::ItemKind::kProperty: return "property";
+    case lsp::ItemKind::kVariable:
+    case lsp::ItemKind::kReference: return "variable";
+    case lsp::ItemKind::kClass: return "class";
+    case lsp::ItemKind::kInterface: return "interface";
+    case lsp::ItemKind::kKeyword:
+    case lsp::ItemKind::kUnit: return "keyword";
+    case lsp::ItemKind::kEnumMember:
+    case lsp::ItemKind::kValue: return "constant";
+    case lsp::ItemKind::kEvent:
+    case lsp::ItemKind::kFile:
+    case lsp::ItemKind::kText: return "text";
+  }
+  return "text";
+}
+
+}  // namespace
+
+Result<Value> Workshop::Impl::help_with(const std::string& file, std::uint64_t byte, bool complete) {
+  const design::Document* document = workspace.find(file);
+  if (document == nullptr) return fail("design.no-such-file", "\"" + file + "\" is no file of this project");
+  const auto at = static_cast<std::size_t>(std::min<std::uint64_t>(byte, document->text.size()));
+  index.refresh(workspace.overlay());
+  const std::string path = (folder / file).string();
+  const auto number = [](std::size_t value) { return Value(static_cast<std::int64_t>(value)); };
+  if (!complete) {
+    std::size_t from = at;
+    std::size_t to = at;
+    const std::string text = lsp::hover_at(index, path, at, from, to);
+    if (text.empty()) return Value();
+    return Value(Map{{"from", number(from)}, {"to", number(to)}, {"text", text}});
+  }
+  const lsp::Completion found = lsp::complete(index, path, at);
+  List items;
+  for (const lsp::Item& item : found.items) {
+    items.push_back(Map{{"label", item.label},
+                        {"kind", name_of_item(item.kind)},
+                        {"detail", item.detail},
+                        {"documentation", item.documentation},
+                        {"insert", item.insert.empty() ? item.label : item.insert}});
+  }
+  return Value(Map{{"from", number(found.from)}, {"to", number(found.to)}, {"items", std::move(items)}});
+}
+
+}  // namespace sentree::studio

@@ -1,0 +1,178 @@
+// A chart is edited by mouse: transitions are chosen, changed and deleted; states nested, made parallel, final and history;
+// what they do is written; undone, the file has the same bytes.
+import assert from "node:assert/strict";
+import { readFileSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { test } from "node:test";
+
+import { until } from "../harness/browser.mjs";
+import { carry_state, choose_in_menu, click_transition, floor, place_of_transition, state_at } from "../harness/chart.mjs";
+import { copy_of, drag, middle, open_design, serve_design, undo_name } from "../harness/design.mjs";
+
+const kChart = `<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" name="Own" initial="moving">
+  <!-- on the way -->
+  <state id="moving" xmlns:qt="http://www.qt.io" qt:editorinfo="geometry:1;2">
+    <transition event='tick' target='idle'/> <!-- stops -->
+    <transition event="halt" target="halted"/>
+  </state>
+  <state id="idle"><transition event="go" target="moving"/></state>
+  <state id="trip">
+    <state id="out"/>
+    <state id="back"/>
+  </state>
+  <final id="halted"/>
+</scxml>
+`;
+
+async function open_chart() {
+  const folder = copy_of("recharge");
+  const file = join(folder, "skills", "Own.scxml");
+  writeFileSync(file, kChart);
+  const program = await serve_design(folder);
+  const opened = await open_design(program.url, { file: "skills/Own.scxml" });
+  await state_at(opened.page, "moving").waitFor();
+  return { program, file, ...opened };
+}
+
+/** Nobody answers whether an edit was made but the name of the step that undoes it. */
+const did = (page, name) => until(async () => (await undo_name(page)) === name, `${name} was done`);
+
+async function saved(page, file) {
+  await page.getByTestId("save").click();
+  await until(async () => (await page.locator("[data-dirty=true]").count()) === 0, "it is saved");
+  return readFileSync(file, "utf8");
+}
+
+async function fill(page, id, text) {
+  await page.locator(`#${id}`).fill(text);
+  await page.locator(`#${id}`).press("Enter");
+}
+
+test("a transition is chosen in the picture, edited, ordered and deleted; undone, every byte is back", async () => {
+  const { page, close, program, file } = await open_chart();
+  await click_transition(page, "Transition moving tick → idle");
+  await until(async () => (await page.locator("#transition-event").inputValue()) === "tick", "its event is a field");
+  await fill(page, "transition-event", "error.communication");
+  await did(page, "change a transition of moving");
+  // It is still the one that is chosen.
+  await fill(page, "transition-condition", "_event.data < 3");
+  await until(() => place_of_transition(page, "Transition moving error.communication [_event.data < 3] → idle"), "the condition is drawn");
+  await fill(page, "transition-target", "trip");
+  await until(() => place_of_transition(page, "Transition moving error.communication [_event.data < 3] → trip"), "it leads elsewhere");
+  await page.getByRole("button", { name: "Later" }).click();
+  await did(page, "order the transitions of moving");
+  await page.getByRole("combobox", { name: "What to add: What is done" }).selectOption("raise an event");
+  await page.getByRole("button", { name: "Add: What is done" }).click();
+  await page.locator("#transition-0").waitFor();
+  await fill(page, "transition-0", '<raise event="again"/>');
+  await did(page, "change a transition of moving");
+  const edited = await saved(page, file);
+  assert.match(edited, /<transition event='error.communication' target='trip' cond="_event.data &lt; 3">\n\s+<raise event="again"\/>\n\s+<\/transition>/);
+  assert.match(edited, /<!-- stops -->/);
+  await page.getByTestId("design-chart").focus();
+  await page.keyboard.press("Delete");
+  await did(page, "delete a transition of moving");
+  await click_transition(page, "Transition moving halt → halted", { button: "right" });
+  await choose_in_menu(page, /^Delete/);
+  await until(async () => (await page.locator("[data-testid=design-chart] [data-transition]").count()) === 3, "two are gone");
+  while ((await undo_name(page)) !== "") {
+    const name = await page.getByTestId("undo").innerText();
+    await page.getByTestId("undo").click();
+    await until(async () => (await page.getByTestId("undo").innerText()) !== name, "undone");
+  }
+  assert.equal(await saved(page, file), kChart);
+  await close();
+  await program.stop();
+});
+
+test("states are carried into each other and out, and made what they are to be, by mouse", async () => {
+  const { page, close, program, file } = await open_chart();
+  await carry_state(page, "idle", await middle(state_at(page, "trip").locator(".name").first()));
+  await until(async () => (await page.getByTestId("drag-label").innerText()) === "idle → trip", "it says where it goes");
+  await page.mouse.up();
+  await did(page, "move idle into trip");
+  // A state cannot go into what is inside of it, and says so.
+  await state_at(page, "trip").locator(".name").first().click();
+  await carry_state(page, "trip", await middle(state_at(page, "out").locator(".name").first()));
+  await until(async () => /cannot go into itself/.test(await page.getByTestId("drag-label").innerText()), "it says why not");
+  await page.mouse.up();
+  await until(async () => (await page.getByTestId("drag-label").count()) === 0, "the drag is over");
+  assert.equal(await undo_name(page), "move idle into trip");
+  await carry_state(page, "back", await until(() => floor(page), "there is a bare place"));
+  await page.mouse.up();
+  await did(page, "move back to the top level");
+
+  await state_at(page, "trip").locator(".name").first().click({ button: "right" });
+  await page.getByRole("menuitemcheckbox", { name: "The chart begins with it" }).click();
+  await did(page, "begin with trip");
+  await state_at(page, "back").click({ button: "right" });
+  await choose_in_menu(page, "Put it into a new parallel");
+  await until(() => page.evaluate(() => document.activeElement?.id === "design-state"), "the id of the new one is asked for");
+  await page.keyboard.type("both");
+  await page.keyboard.press("Enter");
+  await state_at(page, "both").waitFor();
+  await state_at(page, "back").click();
+  await page.locator("#design-kind").selectOption("parallel");
+  await did(page, "make back a parallel");
+  await state_at(page, "trip").locator(".name").first().click({ button: "right" });
+  await choose_in_menu(page, "Add a deep history inside");
+  await until(() => page.evaluate(() => document.activeElement?.id === "design-state"), "its id is asked for");
+  await page.keyboard.type("last");
+  await page.keyboard.press("Enter");
+  await did(page, "rename state1 to last");
+  await state_at(page, "out").click();
+  await page.locator("#design-kind").selectOption("final");
+  await did(page, "make out a final");
+  await state_at(page, "moving").click();
+  await page.getByRole("combobox", { name: "What to add: On entry" }).selectOption("assign");
+  await page.getByRole("button", { name: "Add: On entry" }).click();
+  await page.locator("#entry-0").waitFor();
+  await fill(page, "entry-0", '<log label="moving" expr="1"/>');
+  await did(page, "change onentry of moving");
+  // From its edge to the ground: to a state that is made there.
+  const { box } = await middle(state_at(page, "moving").locator("rect").first());
+  await drag(page, { x: box.x + 2, y: box.y + box.height / 2 }, await until(() => floor(page), "there is a bare place"));
+  await page.mouse.up();
+  await until(() => page.evaluate(() => document.activeElement?.id === "design-event"), "the event is asked for");
+  await page.keyboard.type("lost");
+  await page.keyboard.press("Enter");
+  await did(page, "add transition from moving to state1");
+  const text = await saved(page, file);
+  assert.match(text, /<scxml [^>]*initial="trip">\n {2}<!-- on the way -->\n/);
+  assert.match(text, /<state id="moving" xmlns:qt="http:\/\/www.qt.io" qt:editorinfo="geometry:1;2">\n {4}<onentry>\n {6}<log label="moving" expr="1"\/>\n {4}<\/onentry>\n {4}<transition event='tick' target='idle'\/> <!-- stops -->\n {4}<transition event="halt" target="halted"\/>\n {4}<transition event="lost" target="state1"\/>\n/);
+  assert.match(text, /<final id="out"\/>\n {4}<state id="idle"><transition event="go" target="moving"\/><\/state>\n {4}<history id="last" type="deep"><transition target="out"\/><\/history>\n {2}<\/state>/);
+  assert.match(text, /<parallel id="both">\n {4}<parallel id="back"\/>\n {2}<\/parallel>/);
+  await close();
+  await program.stop();
+});
+
+test("by keyboard alone a chart is gone through and edited", async () => {
+  const { page, close, program } = await open_chart();
+  await page.getByTestId("design-chart").focus();
+  await page.keyboard.press("s");
+  await until(async () => (await page.locator("#design-state").inputValue()) === "moving", "the first state is chosen");
+  await page.keyboard.press("t");
+  await until(async () => (await page.locator("#transition-event").inputValue()) === "tick", "its first transition is");
+  await page.keyboard.press("t");
+  await until(async () => (await page.locator("#transition-event").inputValue()) === "halt", "and its second");
+  await page.keyboard.press("Shift+T");
+  await until(async () => (await page.locator("#transition-event").inputValue()) === "tick", "and the first again");
+  await page.keyboard.press("F2");
+  await until(() => page.evaluate(() => document.activeElement?.id === "transition-event"), "F2 goes to its event");
+  await page.keyboard.type("tock");
+  await page.keyboard.press("Enter");
+  await did(page, "change a transition of moving");
+  await page.getByTestId("design-chart").focus();
+  await page.keyboard.press("Escape");
+  for (let i = 0; i < 3; i++) await page.keyboard.press("s");
+  await until(async () => (await page.locator("#design-state").inputValue()) === "trip", "the third state is chosen");
+  await page.keyboard.press("m");
+  await page.getByRole("menu").waitFor();
+  assert.equal(await page.evaluate(() => document.activeElement?.textContent?.startsWith("Rename")), true);
+  await page.keyboard.press("Escape");
+  await page.getByTestId("design-chart").focus();
+  await page.keyboard.press("Delete");
+  await did(page, "delete state trip");
+  await close();
+  await program.stop();
+});
