@@ -293,7 +293,9 @@ class PartsElsewhere final : public runtime::Elsewhere {
       const auto number = [&](const char* key) { return *part.find(key)->as_int(); };
       if (supervisor_->adopt(spec, static_cast<pid_t>(number("pid")), static_cast<std::uint64_t>(number("begun"))))
         return std::nullopt;
-      // It was started again when the executive died, which had no time to write that down.
+    }
+    if (!run_.left_behind.empty()) {
+      // One that was being started again when the executive died, which had no time to write that down.
       const std::vector<std::string> last{spec.arguments.end() - 2, spec.arguments.end()};
       const pid_t unknown = process_with({last[0], last[1], "--listen", spec.listen});
       if (unknown > 0 && supervisor_->adopt(spec, unknown, process_begun(unknown))) return std::nullopt;
@@ -372,7 +374,7 @@ class PartsElsewhere final : public runtime::Elsewhere {
         return error;
     }
     if (run_.plan.observers.empty()) return std::nullopt;
-    const auto interface = observer_interface();
+    const auto interface = is_durable() ? kept_observer_interface() : observer_interface();
     if (!interface) return interface.error().message;
     for (const project::ObserverPlan& plan : run_.plan.observers) {
       const auto address = rpc::Address::parse(resolved(plan.at));
@@ -382,8 +384,10 @@ class PartsElsewhere final : public runtime::Elsewhere {
       callbacks.decision = [this, name = plan.name](const monitor::Decision& decision) {
         run_.decided(name, decision);
       };
-      auto observer = RemoteObserver::connect(plan.name, *address, *interface, std::move(callbacks));
+      auto observer = RemoteObserver::connect(plan.name, *address, *interface, std::move(callbacks), is_durable());
       if (!observer) return observer.error().message;
+      if (is_durable() && !(*observer)->gates().empty())
+        return "\"" + plan.name + "\" gates requests from another process: what it says there is no part of a durable run";
       observers_.push_back(std::move(*observer));
     }
     return std::nullopt;

@@ -55,10 +55,9 @@ Result<Spawned> spawn(const std::string& name, const std::string& program, const
   const pid_t pid = fork();
   if (pid == 0) {
     // Between fork and exec only what is safe in a process that had threads.
-    if (!survives) {
-      prctl(PR_SET_PDEATHSIG, SIGTERM);
-      if (getppid() != parent) _exit(127);
-    }
+    // Until it is known by its command line it does not survive either; `outlive_parent` ends that.
+    prctl(PR_SET_PDEATHSIG, survives ? SIGKILL : SIGTERM);
+    if (getppid() != parent) _exit(127);
     dup2(pipes[1], STDOUT_FILENO);
     sigset_t none;
     sigemptyset(&none);
@@ -421,6 +420,8 @@ pid_t process_with(const std::vector<std::string>& last_arguments) {
   }
   return 0;
 }
+
+void outlive_parent() { prctl(PR_SET_PDEATHSIG, 0); }
 
 std::string own_program() {
   std::error_code error;

@@ -19,7 +19,7 @@ struct ProcessSpec {
   std::vector<std::string> arguments;  ///< Of the program, without --listen.
   std::string listen;                  ///< Given as --listen; after the first start, the address that came of it.
   int restarts = 0;                    ///< How often it is started again within `kRestartWindow`.
-  bool survives = false;               ///< It goes on when the program itself dies.
+  bool survives = false;               ///< It goes on when the program itself dies, once it has called `outlive_parent`.
 };
 
 /// Restarts are counted over this long.
@@ -77,6 +77,9 @@ class Supervisor {
 
 /// A process of this machine whose command line ends so; 0: there is none.
 [[nodiscard]] pid_t process_with(const std::vector<std::string>& last_arguments);
+
+/// In a process that was started to survive (`ProcessSpec::survives`): from now on it does.
+void outlive_parent();
 
 /// The path of the program that runs.
 [[nodiscard]] std::string own_program();

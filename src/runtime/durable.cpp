@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "sentree/mission/carry.h"
+#include "sentree/runtime/decision_record.h"
 #include "sentree/runtime/local_skill.h"
 #include "sentree/runtime/run.h"
 
@@ -45,11 +46,6 @@ Durability::Durability(const project::Plan& plan, Scheduler& scheduler, const Du
 std::string Durability::obstacle(const project::Plan& plan) {
   for (const project::LeafPlan& leaf : plan.leaves) {
     if (!leaf.chart) return "the skill of " + leaf.name + " is no chart, and what it knows is not the run's";
-  }
-  if (!plan.observers.empty()) return "\"" + plan.observers.front().name + "\" observes it from another process";
-  for (const project::ProcessEntry& process : plan.scenario.processes) {
-    if (!process.monitor.empty())
-      return "process \"" + process.name + "\" is a monitor, which a durable run executes itself; leave it out";
   }
   for (const auto& [name, service] : plan.services) {
     if (service.uses_other_middleware())
@@ -112,6 +108,18 @@ void Durability::observed(const Message& message) {
   journal_.input(scheduler_.now(), Map{{"observed", message.name}, {"target", message.target}, {"data", message.data}});
 }
 
+void Durability::decided(const std::string& monitor, const monitor::Decision& decision) {
+  if (!catching_up_) journal_.input(scheduler_.now(), Map{{"decided", monitor}, {"decision", save(decision)}});
+}
+
+std::optional<std::pair<std::string, monitor::Decision>> Durability::decided(const Value& input) {
+  const Value* monitor = input.find("decided");
+  const Value* saved = input.find("decision");
+  auto decision = monitor != nullptr && saved != nullptr ? restore_decision(*saved) : std::nullopt;
+  if (!decision) return std::nullopt;
+  return std::pair(std::string(monitor->text()), std::move(*decision));
+}
+
 std::optional<Message> Durability::observed(const Value& input) {
   const Value* name = input.find("observed");
   const Value* target = input.find("target");
@@ -125,7 +133,7 @@ std::optional<Message> Durability::observed(const Value& input) {
   return message;
 }
 
-void Durability::snapshot(mission::State state) {
+void Durability::snapshot(mission::State state, List beside) {
   if (catching_up_) return;
   const auto begun = std::chrono::steady_clock::now();
   mission::forget_history(state, kTrailMax);
@@ -134,8 +142,10 @@ void Durability::snapshot(mission::State state) {
   // first state, and in virtual time a recording may be as late as it likes.
   if (settle_ && (std::exchange(is_first_, false) || plan_.scenario.virtual_time)) settle_();
   journal_.spent(std::chrono::steady_clock::now() - begun);
+  List all = open();
+  std::move(beside.begin(), beside.end(), std::back_inserter(all));
   if (saved)
-    journal_.snapshot(state.now, *saved, open(), gaps_);
+    journal_.snapshot(state.now, *saved, std::move(all), gaps_);
   else
     journal_.give_up(to_string(saved.error()));
 }
@@ -168,6 +178,7 @@ Result<void> Durability::begin_again(const Journaled& journaled) {
       chart_steps_ = static_cast<std::uint64_t>(*steps->as_int());
       continue;
     }
+    if (entry.find("observer") != nullptr || entry.find("decided") != nullptr) continue;
     const Value* call = entry.find("call");
     const Value* sent = entry.find("sent");
     auto form = call != nullptr ? mission::restore_delivery(plan_, *call) : bad("an open call is missing");
@@ -178,7 +189,7 @@ Result<void> Durability::begin_again(const Journaled& journaled) {
     open_[send->call->id] = {form->leaf, send->call, *sent->as_bool() || sent_.contains(send->call->id)};
   }
   for (const auto& [when, saved] : journaled.inputs) {
-    if (saved.find("observed") != nullptr) continue;
+    if (saved.find("observed") != nullptr || saved.find("decided") != nullptr) continue;
     auto what = mission::restore_delivery(plan_, saved);
     if (!what) return tl::unexpected(what.error());
     if (!std::holds_alternative<mission::SkillDelivery>(what->what)) return bad("an input is for no skill");

@@ -41,8 +41,11 @@ class Durability final : public Chronicle {
   /// Something that is published of the run's processes, before it is; and what that was, of an input that is such.
   void observed(const Message& message);
   [[nodiscard]] static std::optional<Message> observed(const Value& input);
-  /// The whole run as of now.
-  void snapshot(mission::State state);
+  /// What a monitor elsewhere has decided, before that is told; and what it was, of an input that is such.
+  void decided(const std::string& monitor, const monitor::Decision& decision);
+  [[nodiscard]] static std::optional<std::pair<std::string, monitor::Decision>> decided(const Value& input);
+  /// The whole run as of now, and what else has to be known of it: entries of `Journaled::open` without a call.
+  void snapshot(mission::State state, List beside = {});
 
   /// Until `resumed`, the run is executed again: no call leaves it.
   /// Errors: mission.bad-state.

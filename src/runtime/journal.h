@@ -72,8 +72,8 @@ struct Journaled {
   // Since then, as `mission::save` made them, each with its time.
   std::vector<std::pair<TimePoint, Value>> inputs;
   std::vector<std::pair<TimePoint, Value>> interventions;  ///< {what, source}.
-  /// At the time of `state`: calls that were on their way, {call, sent}, and {chart_steps}, how many were executed
-  /// elsewhere.
+  /// At the time of `state`: calls that were on their way, {call, sent}, {chart_steps}, how many were executed elsewhere,
+  /// {observer, memory} of observers, and {decided, decision} of monitors elsewhere.
   std::vector<Value> open;
   List parts;                    ///< Processes that the run has started, as `Journal::parts` was told.
   std::set<std::uint64_t> sent;  ///< Calls that have left since, of methods that must not be asked twice.
