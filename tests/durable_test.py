@@ -9,8 +9,9 @@ back. Each mission must end with SUCCESS, and over the whole chain of its record
 verdict too, and no goal was sent that the robot had. At last the disk is full: that is told, the mission goes on, and
 cannot be resumed.
 
---processes: skills run in processes of their own. Killed is the executive, or the process of a skill, or several of
-them, or all at once; what survived is found again, and when all is over nothing is left behind.
+--processes: skills and a monitor run in processes of their own. Killed is the executive, or the process of a skill, of
+the monitor, of several, or all at once; what survived is found again, the monitor decides once and at the observation
+at which it should, and when all is over nothing is left behind.
 """
 
 import json
@@ -26,6 +27,17 @@ import sys
 import tempfile
 
 FACTOR = 20
+# Violated by the fifth answer of a leaf that is asked in every mission: no more and no fewer may be observed.
+COUNTED, COUNT = "WaitForUser.tick.reply", 5
+MONITOR = """<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" initial="counts">
+  <datamodel><data id="n" expr="0"/></datamodel>
+  <state id="counts">
+    <transition event="%s" cond="n &lt; %d"><assign location="n" expr="n + 1"/></transition>
+    <transition event="%s" target="enough"/>
+  </state>
+  <state id="enough"/>
+</scxml>
+""" % (COUNTED, COUNT - 1, COUNTED)
 KILLS_PER_MISSION = 6
 
 
@@ -55,13 +67,23 @@ clock: {{real: {FACTOR}}}
 override:
   services: {{battery: {{at: "unix:{self.socket}"}}, navigation: {{at: "unix:{self.socket}"}}}}
   world: {{battery: {{initial: 40 %}}}}
-  # The machine may be slow; the mission is not what is tested for speed here.
+{self.monitored("override")}  # The machine may be slow; the mission is not what is tested for speed here.
   deadlines: {{call: 2 s, condition: 4 s, budget: 5 s, unresponsive: 10 s}}
 duration: 60 min
-""")
+{self.monitored("processes")}""")
 
-    def skills(self):
-        """Process ids of the skills of this test, with what they are."""
+    def monitored(self, part):
+        if not self.in_processes:
+            return ""
+        file = os.path.join(self.work, "users.scxml")
+        with open(file, "w", encoding="utf-8") as chart:
+            chart.write(MONITOR)
+        if part == "override":
+            return f'  monitors: [{{file: "{file}", violated: [enough], at: "{{watch}}"}}]\n'
+        return 'processes: {watch: {monitor: users, listen: "unix:{run}/watch.sock", restarts: 5}}\n'
+
+    def parts(self):
+        """Process ids of the skills and monitors of this test, with what they are."""
         found = {}
         for pid in os.listdir("/proc"):
             try:
@@ -69,21 +91,22 @@ duration: 60 min
                     command = file.read().decode(errors="replace").split("\0")
             except OSError:
                 continue
-            if command[1:3] == ["skill", self.scenario]:
-                found[int(pid)] = command[3]
+            if command[1:2] in (["skill"], ["monitor"]) and self.scenario in command:
+                found[int(pid)] = command[3] if command[1] == "skill" else "monitor"
         return found
 
     def strike(self, run):
         """Kills something. Returns whether it was the executive."""
-        each = ["executive", "skill", "all", "skills"]
+        each = ["executive", "skill", "all", "monitor", "executive", "several"]
         victims = each[sum(self.struck.values()) % len(each)] if self.in_processes else "executive"
         self.struck[victims] = self.struck.get(victims, 0) + 1
-        before = self.skills() if self.in_processes else {}
+        before = self.parts() if self.in_processes else {}
         if victims in ("executive", "all"):
             run.send_signal(signal.SIGKILL)
         condemned = {"executive": [], "all": list(before)}.get(victims)
         if condemned is None:
-            condemned = self.random.sample(sorted(before), 1 if victims == "skill" else max(1, len(before) // 2))
+            among = sorted(pid for pid, what in before.items() if victims == "several" or (what == "monitor") == (victims == "monitor"))
+            condemned = self.random.sample(among, min(len(among), len(before) // 2 if victims == "several" else 1))
         for pid in condemned:
             os.kill(pid, signal.SIGKILL)
         if victims not in ("executive", "all"):
@@ -190,7 +213,7 @@ duration: 60 min
                 survivors = self.left if self.in_processes else set()
                 run = self.start("run", "--resume", "--verbose")
                 if survivors:
-                    self.found_again += survivors <= set(self.skills())
+                    self.found_again += survivors <= set(self.parts())
             if code not in (0, 1) or "mission SUCCESS" not in text:
                 raise Failed(f"mission {number} with {killed} kills exited with {code}:\n{text}")
             self.judge(number, killed, text)
@@ -200,7 +223,7 @@ duration: 60 min
                 if process is not None and process.poll() is None:
                     process.kill()
                     process.wait()
-            for pid in self.skills():
+            for pid in self.parts():
                 os.kill(pid, signal.SIGKILL)
 
     def full_disk(self, is_killed):
@@ -262,16 +285,21 @@ duration: 60 min
         while before := facts[order[0]]["sentree.run"].get("continues"):
             order.insert(0, before)
         expected, goals, asked, violations, resumed = 1, [], set(), [], 0
+        counted, decided = [], []
         for name in order:
             for topic, message in self.messages(name):
                 if topic == "/violations":
                     violations.append(message["monitor"])
+                    if message["monitor"] == "users":
+                        decided.append(message["sequence"])
                 if topic != "/observations":
                     continue
                 if message["sequence"] != expected:
                     raise Failed(f"mission {number}: in {name} observation {message['sequence']} follows {expected - 1}")
                 expected += 1
                 resumed += message["name"] == "mission.resumed"
+                if message["name"] == COUNTED:
+                    counted.append(message["sequence"])
                 if message["name"] == "navigation.gotoTargetByLocationName.request":
                     asked.add(message["call"])
                 if message["name"] == "navigation.gotoTargetByLocationName.reply":
@@ -282,6 +310,8 @@ duration: 60 min
         violated = re.findall(r"✗ monitor (\w+): violated", text)
         if sorted(violations) != sorted(violated):
             raise Failed(f"mission {number}: recorded violations {violations}, in the end {violated}")
+        if self.in_processes and decided != counted[COUNT - 1:COUNT]:
+            raise Failed(f"mission {number}: the monitor in another process decided at {decided}, not at {counted[:COUNT]}")
         if len(goals) != len(set(goals)):
             raise Failed(f"mission {number}: one goal was given twice: {goals}")
         # To the kitchen, to the station, and to the kitchen again: whatever was killed in between. The robot counts them.
@@ -289,7 +319,7 @@ duration: 60 min
         if given != 3:
             raise Failed(f"mission {number}: the robot was given {given} goals, not 3; replies: {goals}")
         left = [name for name in os.listdir(os.path.join(self.work, "runs")) if not name.endswith((".mcap", ".journal"))]
-        left += self.skills().values() if self.in_processes else []
+        left += self.parts().values() if self.in_processes else []
         if left:
             raise Failed(f"mission {number}: {left} was left behind")
         say(f"✓ mission {number}: {killed} kills, {expected - 1} observations, violated: {violated or 'nothing'}")
@@ -324,7 +354,7 @@ duration: 60 min
         killed = self.struck.get("executive", 0) + self.struck.get("all", 0)
         if self.resumed * 3 < killed:
             raise Failed(f"only {self.resumed} of {killed} kills came after the run had gone on")
-        if not driven:
+        if not driven and not self.in_processes:
             raise Failed("the robot was never seen to drive on while nobody was there")
         if self.torn == 0 or self.told_set_back == 0:
             raise Failed(f"writes torn: {self.torn}, clock set back: {self.set_back}, told: {self.told_set_back}")
@@ -348,6 +378,10 @@ def main():
             Test(sentree, source, short if in_processes else work, other_boot, in_processes, kills, seed).run()
         except Failed as failure:
             say(f"✗ seed {seed}: {failure}")
+            if in_processes:
+                shutil.rmtree(work, ignore_errors=True)
+                shutil.copytree(os.path.join(short, "runs"), work, ignore=lambda _, names: [n for n in names if n.endswith(".parts")])
+                say(f"what was recorded is in {work}")
             return 1
     return 0
 

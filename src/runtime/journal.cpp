@@ -101,6 +101,10 @@ std::int64_t integer(const Value& map, std::string_view key) {
   return number != nullptr ? *number : 0;
 }
 
+Place place_of(const Value& body) {
+  return {time_of(integer(body, "at")), static_cast<std::uint64_t>(integer(body, "order"))};
+}
+
 void take_parts(const Value& body, Journaled& out) {
   const Value* parts = body.find("parts");
   if (parts != nullptr && parts->as_list() != nullptr) out.parts = *parts->as_list();
@@ -159,11 +163,11 @@ bool take_records(std::string_view octets, Journaled& out) {
       case Kind::kInstant: went_on(*body); break;
       case Kind::kInput:
         went_on(*body);
-        out.inputs.emplace_back(time_of(integer(*body, "at")), what != nullptr ? *what : Value());
+        out.inputs.emplace_back(place_of(*body), what != nullptr ? *what : Value());
         break;
       case Kind::kIntervention:
         went_on(*body);
-        out.interventions.emplace_back(time_of(integer(*body, "at")), *body);
+        out.interventions.emplace_back(place_of(*body), *body);
         break;
       case Kind::kParts: take_parts(*body, out); break;
       case Kind::kSent: out.sent.insert(static_cast<std::uint64_t>(integer(*body, "call"))); break;
@@ -388,11 +392,13 @@ void Journal::snapshot(TimePoint now, std::string_view state, List open, const s
   impl_->snapshot(now, state, std::move(open), gaps);
 }
 void Journal::instant(TimePoint now) { impl_->write(Kind::kInstant, {}, now); }
-void Journal::input(TimePoint when, Value delivery) {
-  impl_->write(Kind::kInput, Map{{"what", std::move(delivery)}}, when);
+void Journal::input(const Place& where, Value delivery) {
+  const auto order = static_cast<std::int64_t>(where.order);
+  impl_->write(Kind::kInput, Map{{"what", std::move(delivery)}, {"order", order}}, where.when);
 }
-void Journal::intervention(TimePoint when, Value what, const std::string& source) {
-  impl_->write(Kind::kIntervention, Map{{"what", std::move(what)}, {"source", source}}, when);
+void Journal::intervention(const Place& where, Value what, const std::string& source) {
+  const auto order = static_cast<std::int64_t>(where.order);
+  impl_->write(Kind::kIntervention, Map{{"what", std::move(what)}, {"order", order}, {"source", source}}, where.when);
   impl_->before_leaving();
 }
 void Journal::sent(std::uint64_t call) {

@@ -14,6 +14,7 @@
 #include "sentree/base/time.h"
 #include "sentree/base/value.h"
 #include "sentree/project/project.h"
+#include "sentree/runtime/scheduler.h"
 
 namespace sentree::runtime {
 
@@ -69,11 +70,11 @@ struct Journaled {
   Value note;
   std::vector<Gap> gaps;  ///< Of the runs that it resumed.
   std::string state;      ///< Of the whole run, for `mission::restore`.
-  // Since then, as `mission::save` made them, each with its time.
-  std::vector<std::pair<TimePoint, Value>> inputs;
-  std::vector<std::pair<TimePoint, Value>> interventions;  ///< {what, source}.
-  /// At the time of `state`: calls that were on their way, {call, sent}, and {chart_steps}, how many were executed
-  /// elsewhere.
+  // Since then, as `mission::save` made them, in the order written.
+  std::vector<std::pair<Place, Value>> inputs;
+  std::vector<std::pair<Place, Value>> interventions;  ///< {what, source}.
+  /// At the time of `state`: calls that were on their way, {call, sent}, {chart_steps}, how many were executed
+  /// elsewhere, {observer, memory} of observers, and {decided, decision} of monitors elsewhere.
   std::vector<Value> open;
   List parts;                    ///< Processes that the run has started, as `Journal::parts` was told.
   std::set<std::uint64_t> sent;  ///< Calls that have left since, of methods that must not be asked twice.
@@ -108,8 +109,8 @@ class Journal {
 
   void snapshot(TimePoint now, std::string_view state, List open, const std::vector<Gap>& gaps);
   void instant(TimePoint now);
-  void input(TimePoint when, Value delivery);
-  void intervention(TimePoint when, Value what, const std::string& source);
+  void input(const Place& where, Value delivery);
+  void intervention(const Place& where, Value what, const std::string& source);
   void sent(std::uint64_t call);
   /// Nobody has executed that step of a chart.
   void lost(std::uint64_t step);

@@ -138,6 +138,7 @@ class VirtualScheduler final : public Scheduler {
   }
 
   void keep(Chronicle* chronicle) override { chronicle_ = chronicle; }
+  Place place() const override { return {now(), executed_}; }
 
   void catch_up(TimePoint until, std::function<void()> reached) override {
     catching_up_ = true;
@@ -190,6 +191,7 @@ class VirtualScheduler final : public Scheduler {
       queue_.pop_back();
       Thing thing = std::move(things_[next.thing]);
       free_.push_back(next.thing);
+      executed_ = next.order;
       if (auto* delivery = std::get_if<mission::Delivery>(&thing))
         give(next.actor, std::move(*delivery));
       else
@@ -243,7 +245,7 @@ class VirtualScheduler final : public Scheduler {
       for (auto& [to, what] : inbox_) {
         commands_until_ = command_time();
         if (const auto* delivery = std::get_if<mission::Delivery>(&what); delivery != nullptr && chronicle_ != nullptr)
-          chronicle_->entered(commands_until_, *delivery);
+          chronicle_->entered({commands_until_, order_}, *delivery);
         push(to, commands_until_, mission::Rank::kInjection, std::move(what));
       }
       inbox_.clear();
@@ -345,7 +347,8 @@ class VirtualScheduler final : public Scheduler {
   std::atomic<TimePoint> now_ = TimePoint{};  // written by the thread that works only
   bool begun_ = false;                        // more than injections has happened now
   std::uint64_t order_ = 0;
-  std::uint64_t orders_ = 0;  // instants at which an order was decided
+  std::uint64_t orders_ = 0;    // instants at which an order was decided
+  std::uint64_t executed_ = 0;  // the order of what is executed
   std::function<std::size_t(std::uint64_t, std::span<const mission::Delivery* const>)> decide_;
   std::atomic<bool> stopped_ = false;  // an interrupt comes from another thread
   std::optional<std::string> error_;
