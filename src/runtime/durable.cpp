@@ -97,7 +97,9 @@ tl::expected<Value, mission::ChartElsewhere::Away> Durability::execute(mission::
   const std::uint64_t number = ++chart_steps_;
   if (catching_up_ && lost_.contains(number)) return tl::unexpected(Away::kLost);
   if (executes_here_) return tl::unexpected(Away::kHere);
+  const auto begun = std::chrono::steady_clock::now();
   auto told = chart.execute(session, order);
+  if (!catching_up_) waited_for_charts_ += std::chrono::steady_clock::now() - begun;
   if (told) return told;
   if (catching_up_) {
     // It was executed then. Nobody waits for each of thousands of steps.
@@ -169,6 +171,16 @@ List Durability::open() const {
 List Durability::reached() {
   for (const std::uint64_t call : answered_) open_.erase(call);
   return open();
+}
+
+std::string behind_the_clock(Duration behind, Duration for_charts, Duration for_disk) {
+  const auto text = [](Duration time) {
+    const auto tenths = std::chrono::round<std::chrono::milliseconds>(time).count() / 100;
+    return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " s";
+  };
+  return "the run was held up, and is " + text(behind) +
+         " behind the clock; services elsewhere went on meanwhile. Since it began it has waited " + text(for_charts) +
+         " for processes of skills and " + text(for_disk) + " for the disk";
 }
 
 Result<void> Durability::begin_again(const Journaled& journaled, Again& again) {

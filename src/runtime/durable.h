@@ -61,6 +61,8 @@ class Durability final : public Chronicle {
   [[nodiscard]] List reached();
 
   [[nodiscard]] const std::vector<Gap>& gaps() const { return gaps_; }
+  /// Wall time in which the run did nothing but wait for who executes steps elsewhere.
+  [[nodiscard]] Duration waited_for_charts() const { return waited_for_charts_; }
   [[nodiscard]] Journal& journal() { return journal_; }
 
  private:
@@ -87,9 +89,13 @@ class Durability final : public Chronicle {
   std::set<std::uint64_t> lost_;        // of these, before the run was resumed
   bool executes_here_ = false;          // what is executed again, since its processes are gone
   std::vector<Gap> gaps_;
+  Duration waited_for_charts_{};
   bool catching_up_ = false;
   bool is_first_ = true;  // no state has been written
 };
+
+/// What a person is told of a durable run that was held up [wall time], and of what.
+[[nodiscard]] std::string behind_the_clock(Duration behind, Duration for_charts, Duration for_disk);
 
 /// What a durable run was, and goes on as with another project.
 struct Replaced {

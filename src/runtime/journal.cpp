@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cerrno>
 #include <condition_variable>
+#include <cstdio>
 #include <cstring>
 #include <ctime>
 #include <mutex>
@@ -312,6 +313,7 @@ class Journal::Impl {
     ++cost_.writes;
     cost_.bytes += whole.size();
     base_ = std::move(made_record);
+    if (first) begun_ = std::chrono::steady_clock::now();
     const std::lock_guard lock(mutex_);
     file_ = std::move(file);
     dirty_ = false;
@@ -339,7 +341,24 @@ class Journal::Impl {
     if (options_.sync != project::JournalSync::kEach || !file_ || !dirty_.exchange(false)) return;
     const Spending spending(*this);
     ++syncs_;
-    if (::fdatasync(file_->get()) != 0) give_up(options_.journal.string() + ": " + std::strerror(errno));
+    ++waits_;
+    const auto begun = std::chrono::steady_clock::now();
+    if (::fdatasync(file_->get()) != 0) return give_up(options_.journal.string() + ": " + std::strerror(errno));
+    const auto now = std::chrono::steady_clock::now();
+    cost_.waited += now - begun;
+    if (is_slow_told_ || now - begun_ < std::chrono::seconds(1)) return;
+    const double share = seconds(cost_.waited) / seconds(now - begun_);
+    if (share <= kWaitShareMax) return;
+    is_slow_told_ = true;
+    if (options_.on_slow) options_.on_slow(slow(share));
+  }
+
+  [[nodiscard]] std::string slow(double share) const {
+    std::array<char, 160> text{};
+    std::snprintf(text.data(), text.size(),
+                  "the disk takes %.1f ms for each write that must be on it, %.0f %% of the run's time",
+                  seconds(cost_.waited) * 1e3 / static_cast<double>(waits_), share * 100);
+    return text.data();
   }
 
   void give_up(const std::string& why) {
@@ -377,6 +396,9 @@ class Journal::Impl {
   List parts_;
   JournalCost cost_;
   std::atomic<std::uint64_t> syncs_ = 0;
+  std::uint64_t waits_ = 0;  // of these, what the run's thread waited for
+  std::chrono::steady_clock::time_point begun_;
+  bool is_slow_told_ = false;
   std::atomic<bool> dirty_ = false;
   std::mutex mutex_;  // of file_, for who only syncs it
   std::condition_variable end_;

@@ -35,6 +35,9 @@ struct WallTime {
 /// How long after `a` is `b`; nothing where that is not known: another start of the machine, and a date that went back.
 [[nodiscard]] std::optional<Duration> between(const WallTime& a, const WallTime& b);
 
+/// A run that waits longer for its disk does not keep up; looked at after the first second.
+inline constexpr double kWaitShareMax = 0.25;
+
 /// What a run pays for its journal.
 struct JournalCost {
   std::uint64_t bytes = 0;
@@ -42,6 +45,7 @@ struct JournalCost {
   std::uint64_t syncs = 0;
   std::uint64_t snapshots = 0;
   Duration spent{};      ///< Of the run's thread, on all of it.
+  Duration waited{};     ///< Of it, for the disk.
   std::string given_up;  ///< Why the run cannot be resumed any more; empty: it could be.
 };
 
@@ -59,6 +63,8 @@ struct DurableOptions {
   std::function<void()> settle = {};
   /// Told once, when the journal cannot be written; the run goes on.
   std::function<void(const std::string&)> on_failure = {};
+  /// Told once, in the run's thread, when that waits for the disk for more than `kWaitShareMax` of its time.
+  std::function<void(const std::string&)> on_slow = {};
   std::function<WallTime()> clock = wall_time;
   /// Wall time between two states of the whole run.
   Duration snapshot_period = std::chrono::seconds(5);

@@ -167,6 +167,8 @@ class Run::Impl final : public RunView, private RunInside {
       monitors_.start();
     if (options_.on_view) options_.on_view(this);
     if (serves_control()) serve_control();
+    // A run whose time stands still for a moment is not the robot's.
+    if (durability_ && !scenario_.virtual_time) scheduler_->on_behind([this](Duration behind) { fell_behind(behind); });
     if (!scheduler_->is_virtual() && sim_) {
       // What calls see later than they should makes a replay differ: that comes last.
       constexpr std::chrono::milliseconds kWork{250};
@@ -222,8 +224,7 @@ class Run::Impl final : public RunView, private RunInside {
     report.timing = mission_->timing();
     report.monitors = monitors_.reports();
     if (durability_ && !options_.on_reached) {
-      durability_->journal().remove();
-      if (is_again()) end_journal(*options_.resume, recording_name());  // it had ended
+      is_over_ = true;
       report.journal = durability_->journal().cost();
       report.gaps = durability_->gaps();
     }
@@ -240,6 +241,12 @@ class Run::Impl final : public RunView, private RunInside {
     report.problems.insert(report.problems.end(), mission_->problems().begin(), mission_->problems().end());
     judge(scenario_, report);
     return report;
+  }
+
+  void forget() {
+    if (!is_over_) return;
+    if (is_again()) end_journal(*options_.resume, recording_name());  // it had ended
+    durability_->journal().remove();
   }
 
   /// A thread still uses parts of this.
@@ -418,6 +425,13 @@ class Run::Impl final : public RunView, private RunInside {
         keep_journal(std::max(when + journal_period(), scheduler_->now()));
       });
     });
+  }
+
+  // At first and whenever it has doubled.
+  void fell_behind(Duration behind) {
+    if (behind < tell_behind_) return;
+    tell_behind_ = 2 * behind;
+    problem(behind_the_clock(behind, durability_->waited_for_charts(), durability_->journal().cost().waited));
   }
 
   bool is_again() const { return durability_ && durability_->catching_up(); }
@@ -983,6 +997,8 @@ class Run::Impl final : public RunView, private RunInside {
   std::vector<std::string> given_up_;
   std::atomic<bool> left_behind_ = false;
   TimePoint ended_{};
+  Duration tell_behind_ = std::chrono::seconds(1);
+  bool is_over_ = false;  // and durable
   std::atomic<bool> timed_out_ = false;
   std::atomic<bool> interrupted_ = false;
 };
@@ -993,5 +1009,6 @@ Run::~Run() {
 }
 RunReport Run::execute() { return impl_->execute(); }
 void Run::interrupt() { impl_->interrupt(); }
+void Run::forget() { impl_->forget(); }
 
 }  // namespace sentree::runtime

@@ -140,6 +140,9 @@ class Scheduler : public Clock {
   [[nodiscard]] virtual Place place() const { return {now(), 0}; }
   /// Borrowed.
   virtual void keep(Chronicle* /*chronicle*/) {}
+  /// Told, in the thread of the run, when that was held up and goes on later than its pace wants: how much wall time it
+  /// has lost so far.
+  virtual void on_behind(std::function<void(Duration)> /*told*/) {}
   /// What is due until then is executed as fast as the machine allows, and unwritten; nothing enters meanwhile. Then
   /// `reached` is called, once, in the thread of the run, and time passes as the pace says.
   virtual void catch_up(TimePoint /*until*/, std::function<void()> /*reached*/) {}

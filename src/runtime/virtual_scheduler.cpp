@@ -138,6 +138,7 @@ class VirtualScheduler final : public Scheduler {
   }
 
   void keep(Chronicle* chronicle) override { chronicle_ = chronicle; }
+  void on_behind(std::function<void(Duration)> told) override { told_behind_ = std::move(told); }
   Place place() const override { return {now(), executed_}; }
 
   void catch_up(TimePoint until, std::function<void()> reached) override {
@@ -263,8 +264,15 @@ class VirtualScheduler final : public Scheduler {
         }
         const SteadyClock::time_point present = SteadyClock::now();
         if (present - wall(next) > kLagMax) {
+          behind_ += present - wall(next);
           anchor_run_ = next;
           anchor_wall_ = present;
+          if (told_behind_) {
+            lock.unlock();
+            told_behind_(behind_);
+            lock.lock();
+            continue;
+          }
         }
         if (present >= wall(next)) return true;
         waiting_ = true;
@@ -379,6 +387,8 @@ class VirtualScheduler final : public Scheduler {
   TimePoint anchor_run_{};
   SteadyClock::time_point anchor_wall_{};
   std::function<void()> told_standing_;
+  std::function<void(Duration)> told_behind_;
+  Duration behind_{};
 };
 
 }  // namespace
