@@ -67,6 +67,12 @@ bt::Registry registry() {
     void on_halted(bt::Context&) {}
   };
   r.add<GoTo>("GoTo");
+  struct Turn {
+    bt::Status on_start(bt::Context&) { return bt::Status::kSuccess; }
+    bt::Status on_running(bt::Context&) { return bt::Status::kSuccess; }
+    void on_halted(bt::Context&) {}
+  };
+  r.add<Turn>("Turn");
   return r;
 }
 
@@ -109,6 +115,35 @@ void sequence1000(benchmark::State& s) {
 }
 void sequence100_user_sync(benchmark::State& s) {
   tick(s, tree("<Sequence>" + repeat(100, "<UserSync/>") + "</Sequence>"), 101);
+}
+
+void sequence100_conditions(benchmark::State& s) {
+  tick(s, tree("<Sequence>" + repeat(100, "<BatteryOk/>") + "</Sequence>"), 101);
+}
+void sequence100_stateful(benchmark::State& s) {
+  tick(s, tree("<Sequence>" + repeat(100, "<Turn/>") + "</Sequence>"), 101);
+}
+void reactive_sequence1000(benchmark::State& s) {
+  tick(s, tree("<ReactiveSequence>" + repeat(999, "<BatteryOk/>") + "<GoTo/></ReactiveSequence>"), 1001);
+}
+void reactive_fallback1000(benchmark::State& s) {
+  tick(s, tree("<ReactiveFallback>" + repeat(999, "<BatteryLow/>") + "<GoTo/></ReactiveFallback>"), 1001);
+}
+void parallel100_running(benchmark::State& s) {
+  tick(s, tree("<Parallel success_count=\"-1\" failure_count=\"1\">" + repeat(100, "<GoTo/>") + "</Parallel>"), 101);
+}
+void parallel100_conditions(benchmark::State& s) {
+  tick(s, tree("<Parallel success_count=\"-1\" failure_count=\"1\">" + repeat(100, "<BatteryOk/>") + "</Parallel>"),
+       101);
+}
+void parallel_all100(benchmark::State& s) {
+  tick(s, tree("<ParallelAll max_failures=\"1\">" + repeat(99, "<BatteryOk/>") + "<GoTo/></ParallelAll>"), 101);
+}
+void switch10x5(benchmark::State& s) {
+  const std::string one =
+      "<Switch5 variable=\"{mode}\" case_1=\"a\" case_2=\"b\" case_3=\"c\" case_4=\"d\" case_5=\"e\">" +
+      repeat(6, "<BatteryOk/>") + "</Switch5>";
+  tick(s, tree("<Sequence><Script code=\"mode := 'd'\"/>" + repeat(10, one) + "</Sequence>"), 22);
 }
 
 std::string mission(const std::string& battery, const std::string& at) {
@@ -252,6 +287,22 @@ void skipIf100_true(benchmark::State& s) {
        102);
 }
 
+void post_conditions100(benchmark::State& s) {
+  tick(s,
+       tree("<Sequence><Script code=\"n := 1\"/>" + repeat(100, "<BatteryOk _onSuccess=\"n = 2\"/>") + "</Sequence>"),
+       102);
+}
+void while100(benchmark::State& s) {
+  tick(s, tree("<Sequence><Script code=\"n := 1\"/>" + repeat(100, "<BatteryOk _while=\"n &lt; 5\"/>") + "</Sequence>"),
+       102);
+}
+void script_condition100(benchmark::State& s) {
+  tick(s,
+       tree("<Sequence><Script code=\"n := 1; m := 2\"/>" +
+            repeat(100, "<ScriptCondition code=\"n &lt; 5 &amp;&amp; m == 2\"/>") + "</Sequence>"),
+       102);
+}
+
 void load_tree(benchmark::State& bench, const std::string& xml) {
 #ifdef SENTREE_BENCH_PEER
   if (on_peer) return peer::load(bench, xml);
@@ -287,6 +338,19 @@ void load_ports(benchmark::State& s) {
             tree("<Sequence>" + repeat(static_cast<int>(s.range(0)), "<AddOne in=\"{abcdef}\" out=\"{bcdefg}\"/>\n") +
                  "</Sequence>"));
 }
+void load_skip_if(benchmark::State& s) {
+  load_tree(s, tree("<Sequence><Script code=\"n := 1\"/>" +
+                    repeat(static_cast<int>(s.range(0)), "<AlwaysSuccess name=\"abcd\" _skipIf=\"n &gt; 5\"/>\n") +
+                    "</Sequence>"));
+}
+void load_unique_keys(benchmark::State& s) {
+  std::string leaves;
+  for (int i = 0; i < s.range(0); ++i) {
+    const std::string number = std::to_string(i);
+    leaves += "<AddOne in=\"{in_" + number + "}\" out=\"{out_" + number + "}\"/>\n";
+  }
+  load_tree(s, tree("<Sequence>" + leaves + "</Sequence>"));
+}
 
 // Side by side, so that whatever else the machine does slows both.
 #ifdef SENTREE_BENCH_PEER
@@ -312,6 +376,14 @@ MEASURE(battery_ok_going_to_destination_tick_once);
 MEASURE(battery_low_going_to_charge);
 MEASURE(battery_ok_at_destination);
 MEASURE(sequence100_user_sync);
+MEASURE(sequence100_conditions);
+MEASURE(sequence100_stateful);
+MEASURE(reactive_sequence1000);
+MEASURE(reactive_fallback1000);
+MEASURE(parallel100_running);
+MEASURE(parallel100_conditions);
+MEASURE(parallel_all100);
+MEASURE(switch10x5);
 MEASURE(balanced_mixed_1093);
 MEASURE(balanced_decorated);
 MEASURE(subtree10x10_remapped_ports);
@@ -321,11 +393,16 @@ MEASURE(nested4_subtree_100_ports);
 MEASURE(script10_increment);
 MEASURE(skipIf100_false);
 MEASURE(skipIf100_true);
+MEASURE(while100);
+MEASURE(post_conditions100);
+MEASURE(script_condition100);
 MEASURE(sequence10);
 MEASURE(sequence100);
 MEASURE(sequence1000);
 MEASURE(load_plain, ->Arg(1000)->Arg(10000));
 MEASURE(load_ports, ->Arg(1000)->Arg(10000));
+MEASURE(load_skip_if, ->Arg(1000)->Arg(10000));
+MEASURE(load_unique_keys, ->Arg(1000)->Arg(10000));
 
 }  // namespace
 

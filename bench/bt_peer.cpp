@@ -34,12 +34,22 @@ class GoTo final : public BT::StatefulActionNode {
   void onHalted() override {}
 };
 
+class Turn final : public BT::StatefulActionNode {
+ public:
+  Turn(const std::string& name, const BT::NodeConfig& config) : StatefulActionNode(name, config) {}
+  static BT::PortsList providedPorts() { return {}; }
+  BT::NodeStatus onStart() override { return BT::NodeStatus::SUCCESS; }
+  BT::NodeStatus onRunning() override { return BT::NodeStatus::SUCCESS; }
+  void onHalted() override {}
+};
+
 void register_nodes(BT::BehaviorTreeFactory& factory) {
   factory.registerSimpleAction("UserSync", [](BT::TreeNode&) { return BT::NodeStatus::SUCCESS; });
   factory.registerSimpleCondition("BatteryLow", [](BT::TreeNode&) { return BT::NodeStatus::FAILURE; });
   factory.registerSimpleCondition("BatteryOk", [](BT::TreeNode&) { return BT::NodeStatus::SUCCESS; });
   factory.registerNodeType<AddOne>("AddOne");
   factory.registerNodeType<GoTo>("GoTo");
+  factory.registerNodeType<Turn>("Turn");
 }
 
 /// Keeps the least time of each benchmark, by its name without the prefix: ours first, the peer's second.

@@ -75,7 +75,11 @@ void Loader::check_entries() {
   const std::function<bool(std::string_view)> is_number = [this](std::string_view text) {
     return model_->enum_value(text) || detail::parse_real(text);
   };
-  const auto check = [&](const ScriptUse& use, NodeId id, std::string_view attribute) {
+  std::vector<bool> sound(model_->uses.size());  // Nothing is to be said about it, wherever it stands.
+  const auto check = [&](std::uint32_t index, NodeId id, std::string_view attribute) {
+    if (sound[index]) return;
+    bool says_nothing = true;
+    const ScriptUse& use = model_->uses[index];
     const Script& script = model_->scripts[use.script];
     own.clear();
     for (std::size_t i = 0; i < script.names.size(); ++i) {
@@ -83,27 +87,30 @@ void Loader::check_entries() {
       const std::uint32_t home = owner(model_->script_cells[use.first_cell + i]);
       own.push_back(open[model_->cells[home].scope] ? ScriptType::kUnknown : types[home]);
       if (name.created || written[home] || open[model_->cells[home].scope]) continue;
+      says_nothing = false;
       if (!told.emplace(model_->infos[id].offset, name.name).second) continue;
       warn("bt.unknown-entry",
            std::string(attribute) + " uses entry \"" + name.name + "\", which nothing in the tree creates",
            span_of(id));
     }
     for (const std::string& mistake : type_mistakes(script, own, is_number)) {
+      says_nothing = false;
       if (!told.emplace(model_->infos[id].offset, mistake).second) continue;
       warn("bt.script-type", std::string(attribute) + ": script \"" + script.text + "\": " + mistake, span_of(id));
     }
+    sound[index] = says_nothing;
   };
   for (NodeId id = 0; id < model_->nodes.size(); ++id) {
     const Node& node = model_->nodes[id];
     if (node.conditions != kNone) {
       for (std::size_t i = 0; i < Conditions::kCount; ++i) {
         const std::uint32_t use = model_->conditions[node.conditions].use[i];
-        if (use != kNone) check(model_->uses[use], id, kConditionNames[i]);
+        if (use != kNone) check(use, id, kConditionNames[i]);
       }
     }
     const bool script = node.kind == Kind::kScript || node.kind == Kind::kScriptCondition;
     if ((script || node.kind == Kind::kPrecondition) && node.data != kNone) {
-      check(model_->uses[node.data], id, script ? "code" : "if");
+      check(node.data, id, script ? "code" : "if");
     }
   }
 }

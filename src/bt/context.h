@@ -99,6 +99,9 @@ class Context {
   void reset_children();
 
  private:
+  /// `input` where the port does not hold a T as it is.
+  template <class T>
+  [[nodiscard, gnu::noinline]] Result<T> converted(const PortName& port) const;
   /// What the port holds, unconverted; null if there is nothing.
   [[nodiscard]] const Datum* peek(const PortName& port) const;
   /// The same converted to `wanted`, in `scratch` where it is of another type.
@@ -160,6 +163,11 @@ Result<T> Context::input(PortName port) const {
       if (auto value = detail::exactly<T>(datum->value)) return std::move(*value);
     }
   }
+  return converted<T>(port);
+}
+
+template <class T>
+Result<T> Context::converted(const PortName& port) const {
   Datum scratch;
   const Datum* datum = read(port, type_of<T>(), scratch);
   if (datum == nullptr) return tl::unexpected(read_error(port, type_of<T>()));

@@ -134,6 +134,9 @@ void Loader::declare_entry(std::uint32_t cell, const PortType* type, const Defin
 
 std::uint32_t Loader::bind_script(std::uint32_t script, std::uint32_t scope) {
   if (script == kNone) return kNone;
+  const auto [known, is_new] =
+      use_of_.try_emplace(std::uint64_t{script} << 32U | scope, static_cast<std::uint32_t>(model_->uses.size()));
+  if (!is_new) return known->second;
   ScriptUse use;
   use.script = script;
   use.scope = scope;
@@ -142,6 +145,14 @@ std::uint32_t Loader::bind_script(std::uint32_t script, std::uint32_t scope) {
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t name = string(model_->scripts[script].names[i].name);
     model_->script_cells.push_back(cell(scope, name));
+  }
+  use.first_step = static_cast<std::uint32_t>(model_->steps.size());
+  use.steps = static_cast<std::uint32_t>(model_->scripts[script].steps.size());
+  for (NumberStep step : model_->scripts[script].steps) {
+    const std::uint32_t* const cells = model_->script_cells.data() + use.first_cell;
+    if (step.left == NumberStep::Source::kEntry) step.left_name = cells[step.left_name];
+    if (step.right == NumberStep::Source::kEntry) step.right_name = cells[step.right_name];
+    model_->steps.push_back(step);
   }
   model_->uses.push_back(use);
   return static_cast<std::uint32_t>(model_->uses.size() - 1);
@@ -194,6 +205,8 @@ void Loader::note_leaves() {
         model_->nodes[id + node.child_count].child_count == 0) {
       node.flags |= Node::kLeafChildren;
     }
+    const bool has_conditions = (node.flags & (Node::kHasPre | Node::kHasPost)) != 0;
+    if (node.kind == Kind::kUser && node.child_count == 0 && !has_conditions) node.flags |= Node::kPlainLeaf;
   }
 }
 
@@ -230,7 +243,8 @@ void Loader::bind_special(const DefinedNode& defined, NodeId id, std::uint32_t s
     case Kind::kUser: {
       node.data = static_cast<std::uint32_t>(model_->users.size());
       const bool remembers = manifest.behaviour->make_memory() != nullptr;
-      model_->users.push_back({manifest.behaviour.get(), remembers ? model_->objects++ : kNone});
+      model_->users.push_back(
+          {manifest.behaviour.get(), manifest.behaviour->function(), remembers ? model_->objects++ : kNone});
       break;
     }
     case Kind::kExternalAction:
@@ -439,6 +453,7 @@ void Loader::bind_conditions(const Conditions& scripts, NodeId id, std::uint32_t
     uses.use[i] = bind_script(scripts.use[i], scope);
     if (uses.use[i] == kNone) continue;
     if (i <= Conditions::kWhile) node.flags |= Node::kHasPre;
+    if (i <= Conditions::kSkipIf) uses.before |= 1U << i;
     if (i >= Conditions::kOnFailure) node.flags |= Node::kHasPost;
   }
   node.conditions = static_cast<std::uint32_t>(model_->conditions.size());

@@ -232,8 +232,9 @@ class Loader {
   std::string_view last_tag_;   ///< Nodes of one kind stand together.
   std::uint32_t last_manifest_ = kNone;
   std::unordered_map<std::string, std::uint32_t> script_index_;
-  bool missing_files_ = false;  ///< An include is not there, or what another file has.
-  bool lenient_ = false;        ///< In a tree that is not reached, findings about ports and scripts are warnings.
+  std::unordered_map<std::uint64_t, std::uint32_t> use_of_;  ///< Of a script in a scope: in Model::uses.
+  bool missing_files_ = false;                               ///< An include is not there, or what another file has.
+  bool lenient_ = false;  ///< In a tree that is not reached, findings about ports and scripts are warnings.
 };
 
 /// What editors keep in a file for themselves; no node.

@@ -1,6 +1,7 @@
 #include "sentree/bt/machine.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <utility>
 
@@ -78,29 +79,24 @@ void Machine::halt_node(NodeId id) {
   }
 }
 
-bool Machine::precondition(const Node& n, NodeId id, Status& status) {
+Status Machine::precondition(const Node& n, NodeId id) {
   const Conditions& conditions = model_.conditions[n.conditions];
   const Status kept = status_[id];
+  bool holds = false;
   if (kept == Status::kIdle) {
     static constexpr Status kVerdicts[] = {Status::kFailure, Status::kSuccess, Status::kSkipped};
-    for (const std::size_t i : {Conditions::kFailureIf, Conditions::kSuccessIf, Conditions::kSkipIf}) {
-      if (conditions.use[i] == kNone) continue;
-      bool holds = false;
-      if (!run_condition(id, conditions.use[i], holds)) return true;
-      if (holds) {
-        status = kVerdicts[i];
-        return true;
-      }
+    for (unsigned left = conditions.before; left != 0; left &= left - 1) {
+      const auto i = static_cast<std::size_t>(std::countr_zero(left));
+      // Where a script failed the tick is given up, whatever is said here.
+      if (!run_condition(id, conditions.use[i], holds) || holds) return kVerdicts[i];
     }
   }
   const std::uint32_t while_use = conditions.use[Conditions::kWhile];
-  if (while_use == kNone || is_completed(kept)) return false;
-  bool holds = false;
-  if (!run_condition(id, while_use, holds)) return true;
-  if (holds) return false;
+  if (while_use == kNone || is_completed(kept)) return Status::kIdle;
+  if (!run_condition(id, while_use, holds)) return Status::kSkipped;
+  if (holds) return Status::kIdle;
   if (kept == Status::kRunning) halt_node(id);
-  status = Status::kSkipped;
-  return true;
+  return Status::kSkipped;
 }
 
 void Machine::postcondition(const Node& n, NodeId id, Status status) {
@@ -120,48 +116,52 @@ template <bool kHooked>
 Machine::Outcome Machine::walk_as(NodeId id, bool entered, Status status, NodeId top) {
   const Node* const nodes = nodes_;
   const NodeId* const children = children_;
+  const Node* n = nodes + id;
+  Next next = Next::done(status);  // What node `id` wants.
   for (;;) {
-    const Node* n = nodes + id;
-    if (!entered && !((n->flags & Node::kHasPre) != 0 && precondition(*n, id, status))) {
-      Status instead = Status::kIdle;
-      if constexpr (kHooked) instead = hooks_->begin(id, status_[id], now_);
-      const Next next = instead == Status::kIdle ? enter(*n, id) : Next::done(instead);
-      if (next.child < kSuspend) {
-        id = children[n->first_child + next.child];
+    if (!entered) {
+      Status instead = (n->flags & Node::kHasPre) != 0 ? precondition(*n, id) : Status::kIdle;
+      if constexpr (kHooked) {
+        if (instead == Status::kIdle) instead = hooks_->begin(id, status_[id], now_);
+      }
+      next = instead == Status::kIdle ? enter(*n, id) : Next::done(instead);
+    }
+    NodeId child = id;
+    if (next.child < kSuspend) {
+      // Down. Most leaves say at once what is next for their parent.
+      child = children[n->first_child + next.child];
+      const Node& below = nodes[child];
+      if (kHooked || (below.flags & Node::kPlainLeaf) == 0) {
+        id = child;
+        n = &below;
+        entered = false;
         continue;
       }
+      status = nodes::User::tick_leaf(*this, below, child);
+      if (failed_) [[unlikely]]
+        return {false, Status::kIdle};
+      keep(child, status);
+    } else {
+      // Up: the node is done.
       if (next.child == kSuspend) return {true, Status::kRunning};
       status = next.status;
-    }
-    // Up, as long as parents are done too.
-    for (;;) {
       if constexpr (kHooked) {
         if (!failed_) status = hooks_->end(id, status, now_);
       }
       if ((n->flags & Node::kHasPost) != 0 && is_completed(status) && !failed_) postcondition(*n, id, status);
       if (failed_) [[unlikely]]
         return {false, Status::kIdle};
-      if (status != Status::kSkipped) {
-        set_status(id, status);
-      } else if (observer_ != nullptr) {
-        observer_->skipped(id, now_);
-      }
+      keep(id, status);
       if ((n->flags & Node::kDecorator) != 0) {
-        const NodeId child = children[n->first_child];
-        if (is_completed(status_[child])) set_status(child, Status::kIdle);
+        const NodeId of = children[n->first_child];
+        if (is_completed(status_[of])) set_status(of, Status::kIdle);
       }
       if (id == top) return {false, status};
-      const NodeId child = id;
       id = n->parent;
       n = nodes + id;
-      const Next next = child_done(*n, id, child, status);
-      if (next.child < kSuspend) {
-        id = children[n->first_child + next.child];
-        entered = false;
-        break;
-      }
-      status = next.status;
     }
+    next = child_done(*n, id, child, status);
+    entered = true;
   }
 }
 

@@ -9,6 +9,7 @@
 #include "sentree/bt/blackboard.h"
 #include "sentree/bt/context.h"
 #include "sentree/bt/model.h"
+#include "sentree/bt/script_numbers.h"
 #include "sentree/bt/script_run.h"
 #include "sentree/bt/state.h"
 #include "sentree/bt/step.h"
@@ -97,11 +98,10 @@ class Machine {
     return b.kind == Binding::Kind::kAbsent ? nullptr : &b;
   }
   [[nodiscard]] const Binding* binding(const Node& n, const PortName& port) const {
-    const Binding* const bindings = model_.bindings.data() + n.ports;
-    for (std::uint32_t i = 0; i < n.port_count; ++i) {
-      const Binding& b = bindings[i];
-      if (b.key != port.key || (port.text.size() > 7 && model_.strings[b.name] != port.text)) continue;
-      return b.kind == Binding::Kind::kAbsent ? nullptr : &b;
+    const Binding* b = model_.bindings.data() + n.ports;
+    for (const Binding* const end = b + n.port_count; b != end; ++b) {
+      if (b->key != port.key || (port.text.size() > 7 && !is_named(*b, port.text))) continue;
+      return b->kind == Binding::Kind::kAbsent ? nullptr : b;
     }
     return nullptr;
   }
@@ -112,14 +112,30 @@ class Machine {
   [[nodiscard]] Diagnostic read_error(const Binding& binding, const PortType* wanted);
   /// Numbers and text of built-in nodes; nothing if the port is absent or its value does not fit.
   std::optional<std::int64_t> read_integer(const Node& n, std::uint32_t port);
+  /// Valid as long as the entry and `scratch` are.
+  std::optional<std::string_view> read_view(const Node& n, std::uint32_t port, Datum& scratch);
   std::optional<std::string> read_text(const Node& n, std::uint32_t port);
   bool read_bool(const Node& n, std::uint32_t port, bool otherwise);
   std::optional<Status> read_status(const Node& n, std::uint32_t port);
   bool write(const Binding& binding, Datum&& datum, const PortType* type, std::string& error);
 
   /// Runs a script of the node. False: it failed, and the tick is given up.
-  bool run(NodeId id, std::uint32_t use, ScriptValue& result);
-  bool run_condition(NodeId id, std::uint32_t use, bool& result);
+  bool run(NodeId id, std::uint32_t use, ScriptValue& result) {
+    const ScriptUse& u = model_.uses[use];
+    double number = 0;
+    if (u.steps == 0 || !run_numbers(model_.steps.data() + u.first_step, u.steps, blackboard_, number))
+      return run_long(id, u, result);
+    result = ScriptValue::of(number);
+    return true;
+  }
+  bool run_condition(NodeId id, std::uint32_t use, bool& result) {
+    const ScriptUse& u = model_.uses[use];
+    double number = 0;
+    if (u.steps == 0 || !run_numbers(model_.steps.data() + u.first_step, u.steps, blackboard_, number))
+      return run_long_condition(id, u, result);
+    result = number != 0.0;
+    return true;
+  }
   /// The same for a text that is known only now.
   bool run_text(NodeId id, const std::string& text, ScriptValue& result);
 
@@ -139,14 +155,27 @@ class Machine {
   Outcome walk(NodeId id, bool entered, Status status, NodeId top);
   template <bool kHooked>
   Outcome walk_as(NodeId id, bool entered, Status status, NodeId top);
+  /// What the node said is what it keeps, unless it was skipped.
+  [[gnu::always_inline]] void keep(NodeId id, Status status) {
+    if (status != Status::kSkipped) {
+      set_status(id, status);
+    } else if (observer_ != nullptr) {
+      observer_->skipped(id, now_);
+    }
+  }
   Next enter(const Node& n, NodeId id);
   Next child_done(const Node& n, NodeId id, NodeId child, Status status);
   void halt_kind(const Node& n, NodeId id);
   void fire_kind(const Node& n, NodeId id);
-  /// True if a pre-condition decides; `status` is its verdict.
-  [[gnu::noinline]] bool precondition(const Node& n, NodeId id, Status& status);
+  /// What a pre-condition decides instead of the node; IDLE: nothing.
+  [[gnu::noinline]] Status precondition(const Node& n, NodeId id);
   [[gnu::noinline]] void postcondition(const Node& n, NodeId id, Status status);
 
+  [[gnu::noinline]] bool run_long(NodeId id, const ScriptUse& use, ScriptValue& result);
+  [[gnu::noinline]] bool run_long_condition(NodeId id, const ScriptUse& use, bool& result);
+  [[gnu::noinline]] bool is_named(const Binding& binding, std::string_view name) const {
+    return model_.strings[binding.name] == name;
+  }
   [[gnu::noinline]] void reset_some(const Node& n, std::uint32_t from, std::uint32_t to);
 
   StepResult tick();
@@ -174,7 +203,8 @@ class Machine {
   bool failed_ = false;
   bool halting_tree_ = false;
   std::uint32_t cycles_ = 0;
-  int nested_ = 0;  ///< Inside tick_now.
+  int nested_ = 0;    ///< Inside tick_now.
+  std::string text_;  ///< What the last script gave whose own text was known only then.
 };
 
 }  // namespace sentree::bt

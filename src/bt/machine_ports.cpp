@@ -117,12 +117,22 @@ std::optional<std::int64_t> Machine::read_integer(const Node& n, std::uint32_t p
   return datum != nullptr ? std::optional(*datum->value.as_int()) : std::nullopt;
 }
 
-std::optional<std::string> Machine::read_text(const Node& n, std::uint32_t port) {
+std::optional<std::string_view> Machine::read_view(const Node& n, std::uint32_t port, Datum& scratch) {
   const Binding* b = binding(n, port);
   if (b == nullptr) return std::nullopt;
-  Datum scratch;
+  if (b->kind == Binding::Kind::kLiteral) {
+    if (const std::string* text = model_.literals[b->target].value.as_string()) return *text;
+  } else if (const Blackboard::Entry* entry = blackboard_.find_linked(b->target)) {
+    if (const std::string* text = entry->datum.value.as_string()) return *text;
+  }
   const Datum* datum = read(*b, &type_of<std::string>(), scratch);
-  return datum != nullptr ? std::optional(std::string(datum->value.text())) : std::nullopt;
+  return datum != nullptr ? std::optional(datum->value.text()) : std::nullopt;
+}
+
+std::optional<std::string> Machine::read_text(const Node& n, std::uint32_t port) {
+  Datum scratch;
+  const auto text = read_view(n, port, scratch);
+  return text ? std::optional(std::string(*text)) : std::nullopt;
 }
 
 bool Machine::read_bool(const Node& n, std::uint32_t port, bool otherwise) {
@@ -147,23 +157,20 @@ bool Machine::write(const Binding& binding, Datum&& datum, const PortType* type,
   return blackboard_.set(binding.target, std::move(datum), type, error);
 }
 
-bool Machine::run(NodeId id, std::uint32_t use, ScriptValue& result) {
-  const ScriptUse& u = model_.uses[use];
+bool Machine::run_long(NodeId id, const ScriptUse& use, ScriptValue& result) {
   std::string error;
-  if (run_script(model_, blackboard_, model_.scripts[u.script], model_.script_cells.data() + u.first_cell, result,
-                 error)) {
-    return true;
-  }
+  const std::uint32_t* const cells = model_.script_cells.data() + use.first_cell;
+  if (run_script(model_, blackboard_, model_.scripts[use.script], cells, result, error)) return true;
   fail(id, "bt.script", std::move(error));
   return false;
 }
 
-bool Machine::run_condition(NodeId id, std::uint32_t use, bool& result) {
+bool Machine::run_long_condition(NodeId id, const ScriptUse& use, bool& result) {
   ScriptValue value;
-  if (!run(id, use, value)) return false;
+  if (!run_long(id, use, value)) return false;
   std::string error;
   if (truth(value, result, error)) return true;
-  fail(id, "bt.script", "script \"" + model_.scripts[model_.uses[use].script].text + "\": " + error);
+  fail(id, "bt.script", "script \"" + model_.scripts[use.script].text + "\": " + error);
   return false;
 }
 
@@ -182,8 +189,11 @@ bool Machine::run_text(NodeId id, const std::string& text, ScriptValue& result) 
   }
   std::string error;
   if (run_script(model_, blackboard_, *script, cells.data(), result, error)) {
-    // The constants of this script end with it.
-    if (result.tag == ScriptValue::Tag::kString) result = ScriptValue::of(1.0);
+    if (result.tag == ScriptValue::Tag::kString) {
+      // The constants of this script end with it.
+      text_ = *result.string;
+      result = ScriptValue::of(&text_);
+    }
     return true;
   }
   fail(id, "bt.script", std::move(error));

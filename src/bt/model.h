@@ -57,6 +57,7 @@ struct Node {
   static constexpr std::uint8_t kHasPre = 4;
   static constexpr std::uint8_t kHasPost = 8;
   static constexpr std::uint8_t kLeafChildren = 16;  ///< Its children are leaves, so their ids follow each other.
+  static constexpr std::uint8_t kPlainLeaf = 32;     ///< Written in C++, without conditions.
 
   Kind kind = Kind::kAlwaysSuccess;
   std::uint8_t flags = 0;
@@ -124,19 +125,23 @@ struct ScriptUse {
   std::uint32_t script = kNone;  ///< In Model::scripts.
   std::uint32_t first_cell = 0;  ///< In Model::script_cells, one per name of the script.
   std::uint32_t scope = 0;
+  std::uint32_t first_step = 0;  ///< In Model::steps.
+  std::uint32_t steps = 0;       ///< None: the script is more than numbers.
 };
 
 struct Conditions {
   enum Index : std::uint8_t { kFailureIf, kSuccessIf, kSkipIf, kWhile, kOnHalted, kOnFailure, kOnSuccess, kPost };
   static constexpr std::size_t kCount = 8;
   std::uint32_t use[kCount] = {kNone, kNone, kNone, kNone, kNone, kNone, kNone, kNone};
+  std::uint32_t before = 0;  ///< A bit for each of kFailureIf, kSuccessIf and kSkipIf that there is.
 };
 /// "_failureIf" … in the order of Conditions::Index, which is the order of evaluation.
 extern const std::string_view kConditionNames[Conditions::kCount];
 
 struct UserNode {
   const Behaviour* behaviour = nullptr;
-  std::uint32_t object = kNone;  ///< In State::objects_.
+  const std::function<Status(Context&)>* function = nullptr;  ///< Of the behaviour.
+  std::uint32_t object = kNone;                               ///< In State::objects_.
 };
 
 /// Thresholds of a Parallel that are literals, in children; not more than it has.
@@ -185,6 +190,7 @@ struct Model {
   std::vector<Script> scripts;
   std::vector<ScriptUse> uses;
   std::vector<std::uint32_t> script_cells;
+  std::vector<NumberStep> steps;
   std::vector<Conditions> conditions;
   std::vector<UserNode> users;
   std::vector<TestNodeData> tests;

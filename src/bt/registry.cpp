@@ -14,6 +14,7 @@ class FunctionLeaf final : public Behaviour {
  public:
   explicit FunctionLeaf(Registry::Function tick) : tick_(std::move(tick)) {}
   [[nodiscard]] Next tick(Context& self, NodeMemory* /*memory*/) const override { return Next::done(tick_(self)); }
+  [[nodiscard]] const Registry::Function* function() const override { return &tick_; }
 
  private:
   Registry::Function tick_;

@@ -31,6 +31,8 @@ class Behaviour {
                                         Status status) const {
     return Next::done(status);
   }
+  /// All that a leaf does, if that is one function without memory; else null, and `tick` says.
+  [[nodiscard]] virtual const std::function<Status(Context&)>* function() const { return nullptr; }
   /// Called when the node is halted while it runs, before its children are.
   virtual void halted(Context& /*self*/, NodeMemory* /*memory*/) const {}
 };

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "sentree/base/ascii.h"
+#include "sentree/bt/script_numbers.h"
 
 namespace sentree::bt {
 
@@ -384,7 +385,9 @@ class Compiler {
 }  // namespace
 
 Result<Script> compile_script(std::string_view text, const EnumLookup& enums) {
-  return Compiler(text, enums).compile();
+  auto script = Compiler(text, enums).compile();
+  if (script) script->steps = number_steps(*script);
+  return script;
 }
 
 }  // namespace sentree::bt

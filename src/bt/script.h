@@ -60,6 +60,15 @@ struct Instruction {
   std::uint32_t arg = 0;
 };
 
+/// An operator with its operands, of a script in which nothing but numbers meets; see `number_steps`.
+struct NumberStep {
+  enum class Source : std::uint8_t { kNumber, kEntry, kStack };
+  Instruction::Op op;
+  Source left, right;  ///< Assignments: the entry is on the left. Operators of one operand: it is on the right.
+  std::uint32_t left_name, right_name;  ///< In `Script::names`; of a script that is used somewhere, cells.
+  double left_number, right_number;
+};
+
 /// How a name is used, for static checks.
 struct NameUse {
   std::string name;
@@ -79,6 +88,7 @@ struct ScriptWarning {
 struct Script {
   std::string text;
   std::vector<Instruction> code;
+  std::vector<NumberStep> steps;  ///< The same, if numbers are all that it needs.
   std::vector<double> numbers;
   std::vector<std::int64_t> integers;
   std::vector<std::string> strings;

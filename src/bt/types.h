@@ -207,46 +207,51 @@ struct Convert<std::vector<T>> {
   }
 };
 
+namespace detail {
+template <class T>
+[[nodiscard, gnu::noinline]] PortType make_type() {
+  PortType t;
+  if constexpr (std::is_same_v<T, AnyType> || std::is_same_v<T, Value>) {
+    t.kind = PortType::Class::kAny;
+  } else if constexpr (!Convertible<T>) {
+    t.name = detail::type_name(typeid(T).name());
+    t.kind = PortType::Class::kObject;
+  } else {
+    t.name = Convert<T>::name();
+    t.kind = PortType::Class::kOther;
+    t.accepts = &detail::accepts_as<T>;
+    if constexpr (TextConvertible<T>) t.parse = &detail::parse_as<T>;
+    if constexpr (std::is_same_v<T, bool>) {
+      t.kind = PortType::Class::kBool;
+    } else if constexpr (std::is_integral_v<T>) {
+      t.kind = PortType::Class::kInteger;
+      t.min =
+          std::in_range<std::int64_t>(std::numeric_limits<T>::min()) ? std::int64_t(std::numeric_limits<T>::min()) : 0;
+      t.max = std::in_range<std::int64_t>(std::numeric_limits<T>::max())
+                  ? static_cast<std::int64_t>(std::numeric_limits<T>::max())
+                  : std::numeric_limits<std::int64_t>::max();
+    } else if constexpr (std::is_floating_point_v<T>) {
+      t.kind = PortType::Class::kReal;
+    } else if constexpr (std::is_same_v<T, std::string>) {
+      t.kind = PortType::Class::kString;
+    } else if constexpr (std::is_same_v<T, Status>) {
+      t.kind = PortType::Class::kStatus;
+    } else if constexpr (requires { Convert<T>::kIsNumber; }) {
+      t.kind = PortType::Class::kInteger;
+      t.min = static_cast<std::int64_t>(std::numeric_limits<std::underlying_type_t<T>>::min());
+      t.max = std::in_range<std::int64_t>(std::numeric_limits<std::underlying_type_t<T>>::max())
+                  ? static_cast<std::int64_t>(std::numeric_limits<std::underlying_type_t<T>>::max())
+                  : std::numeric_limits<std::int64_t>::max();
+    }
+  }
+  return t;
+}
+}  // namespace detail
+
 /// The one PortType of a C++ type.
 template <class T>
 [[nodiscard]] const PortType& type_of() {
-  static const PortType type = [] {
-    PortType t;
-    if constexpr (std::is_same_v<T, AnyType> || std::is_same_v<T, Value>) {
-      t.kind = PortType::Class::kAny;
-    } else if constexpr (!Convertible<T>) {
-      t.name = detail::type_name(typeid(T).name());
-      t.kind = PortType::Class::kObject;
-    } else {
-      t.name = Convert<T>::name();
-      t.kind = PortType::Class::kOther;
-      t.accepts = &detail::accepts_as<T>;
-      if constexpr (TextConvertible<T>) t.parse = &detail::parse_as<T>;
-      if constexpr (std::is_same_v<T, bool>) {
-        t.kind = PortType::Class::kBool;
-      } else if constexpr (std::is_integral_v<T>) {
-        t.kind = PortType::Class::kInteger;
-        t.min = std::in_range<std::int64_t>(std::numeric_limits<T>::min()) ? std::int64_t(std::numeric_limits<T>::min())
-                                                                           : 0;
-        t.max = std::in_range<std::int64_t>(std::numeric_limits<T>::max())
-                    ? static_cast<std::int64_t>(std::numeric_limits<T>::max())
-                    : std::numeric_limits<std::int64_t>::max();
-      } else if constexpr (std::is_floating_point_v<T>) {
-        t.kind = PortType::Class::kReal;
-      } else if constexpr (std::is_same_v<T, std::string>) {
-        t.kind = PortType::Class::kString;
-      } else if constexpr (std::is_same_v<T, Status>) {
-        t.kind = PortType::Class::kStatus;
-      } else if constexpr (requires { Convert<T>::kIsNumber; }) {
-        t.kind = PortType::Class::kInteger;
-        t.min = static_cast<std::int64_t>(std::numeric_limits<std::underlying_type_t<T>>::min());
-        t.max = std::in_range<std::int64_t>(std::numeric_limits<std::underlying_type_t<T>>::max())
-                    ? static_cast<std::int64_t>(std::numeric_limits<std::underlying_type_t<T>>::max())
-                    : std::numeric_limits<std::int64_t>::max();
-      }
-    }
-    return t;
-  }();
+  static const PortType type = detail::make_type<T>();
   return type;
 }
 

@@ -319,7 +319,9 @@ TEST(Observation, ReadsBackAsItWas) {
     EXPECT_EQ(head->name, message.name);
     EXPECT_EQ(head->data.empty(), message.data.is_null());
     for (std::size_t size = 0; size < out.size(); ++size) {
-      if (const auto cut = observation_head(out.substr(0, size))) EXPECT_NE(cut->data, head->data);
+      if (const auto cut = observation_head(out.substr(0, size))) {
+        EXPECT_NE(cut->data, head->data);
+      }
     }
   }
 }

@@ -121,8 +121,8 @@ TEST(History, OfARecordingFindsWhatThatOfTheRunFinds) {
     }
   };
   for (const Filter& filter :
-       {Filter{}, Filter{.kind = "error"}, Filter{.name = "scenario.*"},
-        Filter{.name = "nothing"}, Filter{.text = "PERCENTAGE", .service = "battery", .kind = "reply"}}) {
+       {Filter{}, Filter{.kind = "error"}, Filter{.name = "scenario.*"}, Filter{.name = "nothing"},
+        Filter{.text = "PERCENTAGE", .service = "battery", .kind = "reply"}}) {
     for (const bool forwards : {true, false})
       EXPECT_EQ(all(recorded, filter, forwards), all(run.history, filter, forwards)) << filter.text << filter.name;
   }

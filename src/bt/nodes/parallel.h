@@ -64,6 +64,10 @@ struct Parallel : ParallelNode {
     if (is_completed(status)) count(mem, status);
     if (m.format3()) [[unlikely]]
       return after_format3(m, n, mem, status);
+    // The counts are as they were after the child before.
+    if (status == Status::kRunning && mem[kCurrent] > 0) {
+      return visit<false>(m, n, mem, static_cast<std::uint32_t>(mem[kCurrent]) + 1);
+    }
     return after<false>(m, n, mem, status);
   }
 

@@ -16,7 +16,7 @@ struct Reactive : AnyNode {
   static constexpr std::uint32_t kHaltsFrom = 1;
   static may::Mask may_return(const may::Asked& asked) { return may::ordered(asked, may::mask_of(kGoOn)); }
 
-  static Next enter(Machine& m, const Node& n, NodeId id) {
+  [[gnu::always_inline]] static Next enter(Machine& m, const Node& n, NodeId id) {
     m.set_status(id, Status::kRunning);
     std::int32_t* const mem = m.memory(n);
     mem[kAllSkipped] = 1;
@@ -24,7 +24,7 @@ struct Reactive : AnyNode {
   }
 
   /// Ticks the child at `current`, or is done.
-  static Next go_on(Machine& m, const Node& n, std::int32_t* mem, std::uint32_t current) {
+  [[gnu::always_inline]] static Next go_on(Machine& m, const Node& n, std::int32_t* mem, std::uint32_t current) {
     if (current < n.child_count) {
       mem[kCurrent] = static_cast<std::int32_t>(current);
       return Next::tick(current);
@@ -32,13 +32,13 @@ struct Reactive : AnyNode {
     return end(m, n, mem, mem[kAllSkipped] != 0 ? Status::kSkipped : kGoOn);
   }
 
-  static Next end(Machine& m, const Node& n, std::int32_t* mem, Status status) {
+  [[gnu::noinline]] static Next end(Machine& m, const Node& n, std::int32_t* mem, Status status) {
     m.reset_children(n);
     clear(mem, kWords);
     return Next::done(status);
   }
 
-  static Next child_done(Machine& m, const Node& n, NodeId /*id*/, Status status) {
+  [[gnu::always_inline]] static Next child_done(Machine& m, const Node& n, NodeId /*id*/, Status status) {
     std::int32_t* const mem = m.memory(n);
     const auto current = static_cast<std::uint32_t>(mem[kCurrent]);
     if (status == Status::kSkipped) {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "sentree/bt/nodes/node.h"
@@ -30,25 +31,30 @@ struct Switch : AnyNode {
     return all;
   }
 
-  /// As text, then as whole numbers or enums, then as reals within the precision of float. Format 3: as text only.
-  static bool equal(const Machine& m, const std::string& a, const std::string& b) {
-    if (a == b) return true;
-    if (m.format3()) return false;
-    const auto integer = [&m](const std::string& text) -> std::optional<std::int64_t> {
-      if (const auto value = m.model().enum_value(text)) return value;
-      return detail::parse_integer(text);
-    };
-    if (const auto i = integer(a)) {
-      if (const auto j = integer(b); j && *i == *j) return true;
+  /// What a text is compared as: as text, then as a whole number or an enum, then as a real within the precision of
+  /// float. Format 3: as text only.
+  struct Compared {
+    std::string_view text;
+    std::optional<std::int64_t> integer;
+    std::optional<double> real;
+
+    Compared(const Machine& m, std::string_view of) : text(of) {
+      if (m.format3()) return;
+      if (const auto value = m.model().enum_value(text)) {
+        integer = *value;
+        real = static_cast<double>(*value);
+      } else {
+        integer = detail::parse_integer(text);
+        real = detail::parse_real(text);
+      }
     }
-    const auto real = [&m](const std::string& text) -> std::optional<double> {
-      if (const auto value = m.model().enum_value(text)) return static_cast<double>(*value);
-      return detail::parse_real(text);
-    };
-    const auto x = real(a);
-    const auto y = real(b);
-    return x && y && std::abs(*x - *y) <= static_cast<double>(std::numeric_limits<float>::epsilon());
-  }
+    [[nodiscard]] bool is_number() const { return integer || real; }
+    friend bool operator==(const Compared& a, const Compared& b) {
+      if (a.text == b.text || (a.integer && b.integer && *a.integer == *b.integer)) return true;
+      constexpr auto kEqualWithin = static_cast<double>(std::numeric_limits<float>::epsilon());
+      return a.real && b.real && std::abs(*a.real - *b.real) <= kEqualWithin;
+    }
+  };
 
   static Next enter(Machine& m, const Node& n, NodeId id) {
     const std::uint32_t cases = n.port_count - 1U;  // The ports are `variable` and the cases.
@@ -58,10 +64,14 @@ struct Switch : AnyNode {
                         std::to_string(n.child_count));
     }
     std::uint32_t match = cases;
-    if (const auto variable = m.read_text(n, 0)) {
+    Datum scratch;
+    if (const auto text = m.read_view(n, 0, scratch)) {
+      const Compared variable(m, *text);
+      Datum scratch_of_case;
       for (std::uint32_t i = 0; i < cases; ++i) {
-        const auto value = m.read_text(n, i + 1);
-        if (value && equal(m, *variable, *value)) {
+        const auto value = m.read_view(n, i + 1, scratch_of_case);
+        if (!value) continue;
+        if (*value == variable.text || (variable.is_number() && Compared(m, *value) == variable)) {
           match = i;
           break;
         }

@@ -14,11 +14,9 @@ struct User : AnyNode {
     return asked.synchronous ? may::kLeaf : may::kLeaf | may::kRunning;
   }
 
-  static Next enter(Machine& m, const Node& n, NodeId id) {
-    const UserNode& user = m.model().users[n.data];
-    Context self(m, id);
-    return checked(m, n, id, guarded(m, id, [&] { return user.behaviour->tick(self, memory(m, user)); }));
-  }
+  static Next enter(Machine& m, const Node& n, NodeId id) { return tick(m, n, id); }
+  /// The same of a leaf, for the walk; whoever it is has looked whether the tick was given up.
+  [[gnu::always_inline]] static Status tick_leaf(Machine& m, const Node& n, NodeId id) { return tick(m, n, id).status; }
   [[gnu::noinline]] static Next child_done(Machine& m, const Node& n, NodeId id, NodeId child, Status status) {
     const UserNode& user = m.model().users[n.data];
     // Children are in ascending order of their ids.
@@ -41,11 +39,34 @@ struct User : AnyNode {
   }
 
  private:
+  [[gnu::always_inline]] static Next tick(Machine& m, const Node& n, NodeId id) {
+    const UserNode& user = m.model().users[n.data];
+    Context self(m, id);
+    try {
+      const Next next =
+          user.function != nullptr ? Next::done((*user.function)(self)) : user.behaviour->tick(self, memory(m, user));
+      const bool synchronous = (n.flags & Node::kSynchronous) != 0;
+      const Status least = synchronous ? Status::kSuccess : Status::kRunning;
+      if (next.child == kNoNode && next.status >= least && !m.failed()) [[likely]]
+        return next;
+      return checked(m, n, id, next);
+    } catch (...) {
+      return threw(m, id);
+    }
+  }
   /// Somebody else's code may throw; that gives the tick up, as `Context::fail` does.
   template <class Call>
-  [[gnu::always_inline]] static Next guarded(Machine& m, NodeId id, const Call& call) {
+  static Next guarded(Machine& m, NodeId id, const Call& call) {
     try {
       return call();
+    } catch (...) {
+      return threw(m, id);
+    }
+  }
+  /// Inside a handler.
+  [[gnu::noinline, gnu::cold]] static Next threw(Machine& m, NodeId id) {
+    try {
+      throw;
     } catch (const std::exception& thrown) {
       return m.fail(id, "bt.node-threw", std::string("threw ") + thrown.what());
     } catch (...) {
@@ -55,7 +76,7 @@ struct User : AnyNode {
   static NodeMemory* memory(Machine& m, const UserNode& user) {
     return user.object == kNone ? nullptr : m.object(user.object);
   }
-  [[gnu::always_inline]] static Next checked(Machine& m, const Node& n, NodeId id, Next next) {
+  [[gnu::noinline]] static Next checked(Machine& m, const Node& n, NodeId id, Next next) {
     if (m.failed()) return Next::done(Status::kIdle);
     if (next.child == kNoNode) {
       if (next.status == Status::kIdle) return m.fail(id, "bt.idle-returned", "returned IDLE, which no tick may");
