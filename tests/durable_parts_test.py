@@ -77,19 +77,36 @@ duration: 60 min
                 found.append(int(pid))
         return found
 
+    def robot(self):
+        """A connection to the simulator."""
+        folder = next(name for name in os.listdir(self.runs) if name.endswith(".parts"))
+        connection = socket.socket(socket.AF_UNIX)
+        connection.connect(os.path.join(self.runs, folder, "robot.sock"))
+        return connection
+
+    def annoy(self):
+        """Gives it something to complain about, where nobody reads that any more."""
+        with self.robot() as connection:
+            connection.sendall(b"\xff" * 64)
+            connection.shutdown(socket.SHUT_WR)
+            while connection.recv(4096):
+                pass
+
     def await_moment(self, moment, before):
         """Until the part that ends is gone, another is there, or that listens."""
         deadline = time.monotonic() + PATIENCE_S
-        folder = next(name for name in os.listdir(self.runs) if name.endswith(".parts"))
         while time.monotonic() < deadline:
             now = self.parts()
             if now == before:
                 continue
             if moment == "gone" or (moment == "there" and now):
                 return
-            with socket.socket(socket.AF_UNIX) as probe:
-                if moment == "listens" and now and probe.connect_ex(os.path.join(self.runs, folder, "robot.sock")) == 0:
+            if moment == "listens" and now:
+                try:
+                    self.robot().close()
                     return
+                except OSError:
+                    continue
         raise AssertionError(f"{moment}: {before}, {self.parts()}")
 
     def kill(self, process):
@@ -106,6 +123,7 @@ duration: 60 min
             assert len(first) == 1, first
             self.kill(run)
             assert self.parts() == first, "the simulator died with its executive"
+            self.annoy()
 
             run = self.start("--resume")
             processes.append(run)

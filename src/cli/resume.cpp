@@ -86,14 +86,19 @@ Result<Resumption> Resumption::find(const std::string& recording) {
     fs::remove(found.journaled.file, unremoved);
     return fail("run.ended", found.recording.string() + ": this run has ended; sentree info says how");
   }
-  // The last ones are at the end.
-  const TimePoint late = std::max(TimePoint{}, found.recorded->ended() - std::chrono::seconds(1));
-  (void)found.recorded->each(
-      [&](const Message& message) {
-        found.known = std::max(found.known, message.sequence);
-        return true;
-      },
-      late);
+  // The last ones are at the end, but something else may have been recorded long after them.
+  TimePoint late{};
+  Duration back = std::chrono::seconds(1);
+  do {
+    late = std::max(TimePoint{}, found.recorded->ended() - back);
+    (void)found.recorded->each(
+        [&](const Message& message) {
+          found.known = std::max(found.known, message.sequence);
+          return true;
+        },
+        late);
+    back *= 10;
+  } while (found.known == 0 && late > TimePoint{});
   return found;
 }
 

@@ -448,7 +448,11 @@ std::vector<pid_t> processes_with(const std::vector<std::string>& last_arguments
   return found;
 }
 
-void outlive_parent() { prctl(PR_SET_PDEATHSIG, 0); }
+void outlive_parent() {
+  // Who reads what it says may go with its parent.
+  signal(SIGPIPE, SIG_IGN);
+  prctl(PR_SET_PDEATHSIG, 0);
+}
 
 std::string own_program() {
   std::error_code error;

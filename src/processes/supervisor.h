@@ -79,7 +79,8 @@ class Supervisor {
 /// The processes of this machine whose command lines end so. Costs a look at each process that there is.
 [[nodiscard]] std::vector<pid_t> processes_with(const std::vector<std::string>& last_arguments);
 
-/// In a process that was started to survive (`ProcessSpec::survives`): from now on it does.
+/// In a process that was started to survive (`ProcessSpec::survives`): from now on it does, also if nobody reads any
+/// more what it writes.
 void outlive_parent();
 
 /// The path of the program that runs.
