@@ -51,3 +51,11 @@ service Observer {
   // The run is over: time has passed until now, and nothing more is observed.
   Verdict finish(1: i64 time_ns)
 }
+
+/// An observer of a durable run: it can be taken back to where it was. `sentree monitor` serves this.
+service KeptObserver extends Observer {
+  // Begins as it was when it gave `memory`, or anew where that is empty. What was observed since then follows.
+  void recall(1: binary memory)
+  // What it is after all that it observed.
+  binary remember()
+}

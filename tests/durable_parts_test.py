@@ -9,6 +9,7 @@ import json
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -76,6 +77,38 @@ duration: 60 min
                 found.append(int(pid))
         return found
 
+    def robot(self):
+        """A connection to the simulator."""
+        folder = next(name for name in os.listdir(self.runs) if name.endswith(".parts"))
+        connection = socket.socket(socket.AF_UNIX)
+        connection.connect(os.path.join(self.runs, folder, "robot.sock"))
+        return connection
+
+    def annoy(self):
+        """Gives it something to complain about, where nobody reads that any more."""
+        with self.robot() as connection:
+            connection.sendall(b"\xff" * 64)
+            connection.shutdown(socket.SHUT_WR)
+            while connection.recv(4096):
+                pass
+
+    def await_moment(self, moment, before):
+        """Until the part that ends is gone, another is there, or that listens."""
+        deadline = time.monotonic() + PATIENCE_S
+        while time.monotonic() < deadline:
+            now = self.parts()
+            if now == before:
+                continue
+            if moment == "gone" or (moment == "there" and now):
+                return
+            if moment == "listens" and now:
+                try:
+                    self.robot().close()
+                    return
+                except OSError:
+                    continue
+        raise AssertionError(f"{moment}: {before}, {self.parts()}")
+
     def kill(self, process):
         process.send_signal(signal.SIGKILL)
         process.wait()
@@ -90,6 +123,7 @@ duration: 60 min
             assert len(first) == 1, first
             self.kill(run)
             assert self.parts() == first, "the simulator died with its executive"
+            self.annoy()
 
             run = self.start("--resume")
             processes.append(run)
@@ -123,19 +157,33 @@ duration: 60 min
             assert self.parts() == third, (third, self.parts())
             print("✓ one that was started again is found again")
 
+            for moment in ("gone", "there", "listens") * 2:
+                last = self.parts()
+                os.kill(last[0], signal.SIGKILL)
+                self.await_moment(moment, last)
+                self.kill(run)
+                run = self.start("--resume")
+                processes.append(run)
+                self.until(run, "mission.resumed")
+                self.until(run, "getNavigationState.reply", 20)
+                assert len(self.parts()) == 1 and self.parts() != last, (moment, last, self.parts())
+            print("✓ so is one that was being started when the executive died, and no other one is left")
+
             run.send_signal(signal.SIGINT)
             text = run.communicate(timeout=PATIENCE_S)[0]
             assert run.returncode == 130, (run.returncode, text[-2000:])
             assert not self.parts(), "it outlives a run that ends in order"
             names = sorted(os.path.splitext(name)[1] for name in os.listdir(self.runs))
-            assert ".parts" not in names and names.count(".mcap") == 4, names
-            seen, expected = 0, 1
+            assert ".parts" not in names and names.count(".mcap") == 10, names
+            seen, expected = set(), 1
             for name in self.chain():
                 for message in self.messages(name):
                     assert message["sequence"] == expected, (name, message, expected)
                     expected += 1
-                    seen += message["name"] == "process.restarted"
-            assert seen == 1, seen
+                    if message["name"] == "process.restarted":
+                        assert message["data"]["pid"] not in seen, message
+                        seen.add(message["data"]["pid"])
+            assert third[0] in seen, (third, seen)
             print(f"✓ {expected - 1} observations, each once")
 
             self.environment["SENTREE_ORPHANS_WAIT"] = "1"

@@ -1,7 +1,9 @@
 // Loaded into a program before everything else: shows it a machine that has been started anew, with its clock set back.
 // SENTREE_TEST_BOOT: a file that stands for the identity of the boot; SENTREE_TEST_SET_BACK_S: by how many seconds.
+// SENTREE_TEST_SYNC_MS: its disk is that slow.
 
 #include <dlfcn.h>
+#include <poll.h>
 
 #include <cstdio>
 #include <cstdlib>
@@ -22,6 +24,13 @@ int clock_gettime(clockid_t clock, timespec* time) noexcept {
   const char* back = clock == CLOCK_REALTIME ? std::getenv("SENTREE_TEST_SET_BACK_S") : nullptr;
   if (result == 0 && back != nullptr) time->tv_sec -= std::strtol(back, nullptr, 10);
   return result;
+}
+
+int fdatasync(int file) {
+  static const auto real = reinterpret_cast<int (*)(int)>(dlsym(RTLD_NEXT, "fdatasync"));
+  const char* slow = std::getenv("SENTREE_TEST_SYNC_MS");
+  if (slow != nullptr) poll(nullptr, 0, static_cast<int>(std::strtol(slow, nullptr, 10)));
+  return real(file);
 }
 
 }  // extern "C"

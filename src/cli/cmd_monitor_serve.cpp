@@ -18,7 +18,7 @@ int monitor_serve(const MonitorServeCommand& command) {
   auto plan = project::prepare_monitor(scenario->project, command.name);
   say(plan.diagnostics);
   if (!plan.ok()) return kInvalidInput;
-  auto interface = processes::observer_interface();
+  auto interface = processes::kept_observer_interface();
   if (!interface) {
     say(to_string(interface.error()));
     return kEnvironment;

@@ -241,13 +241,13 @@ bool is_plan_of(const project::Plan& plan, const runtime::Journaled& journaled) 
 
 // When the journal of the run reaches the disk; nothing: the run keeps none. False: that was not understood.
 bool wants_journal(const RunCommand& command, const project::Project& project,
-                   std::optional<project::JournalSync>& sync) {
+                   const std::optional<Resumption>& resumption, std::optional<project::JournalSync>& sync) {
   if (!command.durable.empty() && command.durable != "true") {
     sync = project::parse_journal_sync(command.durable);
     if (!sync) say("--durable=" + command.durable + ": it is one of never, interval and each");
     return sync.has_value();
   }
-  sync = project.durable;
+  sync = resumption ? resumption->sync() : project.durable;
   if (!sync && (!command.durable.empty() || command.resume)) sync = project::JournalSync::kInterval;
   return true;
 }
@@ -387,7 +387,7 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
   if (!show_to_groot(command, *plan.value, viewers.groot, options)) return kEnvironment;
   if (const int code = show_in_foxglove(command, *plan.value, viewers.foxglove, options); code != kOk) return code;
   std::optional<project::JournalSync> sync;
-  if (!wants_journal(command, plan.value->scenario.project, sync)) return kUsage;
+  if (!wants_journal(command, plan.value->scenario.project, resumption, sync)) return kUsage;
   if (files) {
     bool ok = true;
     std::vector<std::pair<std::string, std::string>> facts;
@@ -411,12 +411,17 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
     options.durable = runtime::DurableOptions{
         .journal = journal_of(recording->path()),
         .sync = *sync,
-        .note = note_of(plan.value->scenario, recording->path(), in_processes),
+        .note = note_of(plan.value->scenario, recording->path(), in_processes, *sync),
         .known = resumption ? resumption->known : 0,
         .settle = [&recording] { recording->recorder().flush(); },
         .on_failure =
             [](const std::string& why) {
               say("! the journal cannot be written: " + why + "; the run goes on, and cannot be resumed any more");
+            },
+        .on_slow =
+            [](const std::string& why) {
+              say("! the run does not keep up with its journal: " + why +
+                  "; ticks are left out, and what answers waits. --durable=interval waits for no disk");
             }};
     if (resumption) options.resume = &resumption->journaled;
   }
@@ -441,6 +446,7 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
   progress.reset();
   view.reset();
   if (recording) recording->finish(report);
+  run.forget();
   page->ended(report);
   if (command.json) {
     print(to_json(to_value(report)) + "\n");

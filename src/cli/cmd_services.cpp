@@ -6,6 +6,7 @@
 #include "sentree/cli/output.h"
 #include "sentree/processes/control.h"
 #include "sentree/processes/environment.h"
+#include "sentree/processes/remote_service.h"
 #include "sentree/project/project.h"
 #include "sentree/rpc/client.h"
 #include "sentree/rpc/middleware.h"
@@ -47,12 +48,6 @@ std::optional<std::vector<Offered>> services_of(rpc::Client& run) {
   return all;
 }
 
-// An interface of one method that nobody serves: any Thrift server says so, and so shows that it lives.
-idl::ServicePtr probe_interface() {
-  const auto schema = idl::Schema::load("service Probe { void sentree_ping() }", "probe.thrift");
-  return schema.value->service("Probe");
-}
-
 struct Ping {
   std::string name;
   std::string at;
@@ -69,20 +64,17 @@ Ping ping_address(const std::string& name, const std::string& text) {
     ping.message = address.error().message;
     return ping;
   }
-  rpc::ClientOptions options;
-  options.target = name;
-  options.tls = processes::environment_tls();
-  const auto client = rpc::connect(*address, probe_interface(), std::move(options));
-  if (!client) {
-    ping.message = client.error().message;
+  auto probe = processes::Probe::to(*address, name);
+  if (!probe) {
+    ping.message = probe.error().message;
     return ping;
   }
   for (int i = 0; i < 2; ++i) {
     const auto from = SteadyClock::now();
-    const auto outcome = rpc::call_and_wait(**client, "sentree_ping", Map(), in_time());
+    const auto silent = probe->ask(in_time());
     ping.milliseconds = seconds(SteadyClock::now() - from) * 1e3;
-    ping.alive = outcome || outcome.error().kind == rpc::CallErrorKind::kProtocol;
-    if (!ping.alive) ping.message = outcome.error().message;
+    ping.alive = !silent;
+    ping.message = silent.value_or("");
   }
   return ping;
 }

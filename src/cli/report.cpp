@@ -204,6 +204,7 @@ Value to_value(const runtime::RunReport& report) {
                 {"syncs", static_cast<std::int64_t>(cost.syncs)},
                 {"snapshots", static_cast<std::int64_t>(cost.snapshots)},
                 {"spent_ms", milliseconds(cost.spent)},
+                {"waited_ms", milliseconds(cost.waited)},
                 {"us_per_observation", microseconds_each(cost, report.observations)}};
     if (!cost.given_up.empty()) journal["given_up"] = cost.given_up;
     map["journal"] = std::move(journal);

@@ -55,12 +55,18 @@ Result<runtime::Journaled> newest() {
 
 fs::path journal_of(fs::path recording) { return recording.replace_extension(".journal"); }
 
-Value note_of(const project::Scenario& scenario, const fs::path& recording, bool in_processes) {
+Value note_of(const project::Scenario& scenario, const fs::path& recording, bool in_processes,
+              project::JournalSync sync) {
+  std::string word;
+  for (const char* each : {"never", "interval", "each"}) {
+    if (project::parse_journal_sync(each) == sync) word = each;
+  }
   std::error_code error;
   return Map{{"recording", recording.filename().string()},
              {"source", fs::absolute(scenario.file, error).lexically_normal().string()},
              {"virtual", scenario.virtual_time},
              {"processes", in_processes},
+             {"sync", word},
              {"factor", scenario.factor},
              {"seed", static_cast<std::int64_t>(scenario.seed)},
              {"duration_ns", scenario.duration.count()}};
@@ -75,14 +81,24 @@ Result<Resumption> Resumption::find(const std::string& recording) {
   auto recorded = replay::RecordedRun::open(found.recording.string());
   if (!recorded) return found;
   found.recorded = std::make_shared<replay::RecordedRun>(std::move(*recorded));
-  // The last ones are at the end.
-  const TimePoint late = std::max(TimePoint{}, found.recorded->ended() - std::chrono::seconds(1));
-  (void)found.recorded->each(
-      [&](const Message& message) {
-        found.known = std::max(found.known, message.sequence);
-        return true;
-      },
-      late);
+  if (!found.recorded->fact("mission").empty()) {
+    std::error_code unremoved;
+    fs::remove(found.journaled.file, unremoved);
+    return fail("run.ended", found.recording.string() + ": this run has ended; sentree info says how");
+  }
+  // The last ones are at the end, but something else may have been recorded long after them.
+  TimePoint late{};
+  Duration back = std::chrono::seconds(1);
+  do {
+    late = std::max(TimePoint{}, found.recorded->ended() - back);
+    (void)found.recorded->each(
+        [&](const Message& message) {
+          found.known = std::max(found.known, message.sequence);
+          return true;
+        },
+        late);
+    back *= 10;
+  } while (found.known == 0 && late > TimePoint{});
   return found;
 }
 
@@ -104,6 +120,9 @@ Loaded<project::Scenario> Resumption::scenario_of(const std::string& project) co
 }
 
 bool Resumption::in_processes() const { return flag(journaled.note, "processes"); }
+std::optional<project::JournalSync> Resumption::sync() const {
+  return project::parse_journal_sync(text_of(journaled.note, "sync"));
+}
 
 Loaded<project::Plan> Resumption::plan() const {
   for (const bool from_recording : {false, true}) {

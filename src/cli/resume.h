@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "sentree/project/plan.h"
@@ -15,7 +16,7 @@ namespace sentree::cli {
 /// What `sentree run --resume` has to know of a run.
 /// @param in_processes  Its parts were given processes of their own (`--processes`).
 [[nodiscard]] Value note_of(const project::Scenario& scenario, const std::filesystem::path& recording,
-                            bool in_processes);
+                            bool in_processes, project::JournalSync sync);
 
 /// A run that ended without an end, as its journal and its recording say.
 struct Resumption {
@@ -24,7 +25,8 @@ struct Resumption {
   std::shared_ptr<replay::RecordedRun> recorded;  ///< Null: nothing of the recording can be read.
   std::uint64_t known = 0;                        ///< The last observation in it.
 
-  /// Of a recording, or the newest of the folder of recordings that can be resumed. Errors: journal.*.
+  /// Of a recording, or the newest of the folder of recordings that can be resumed. Errors: journal.*; run.ended (it
+  /// was killed when it had said how it ended: its journal goes).
   [[nodiscard]] static Result<Resumption> find(const std::string& recording);
   /// The scenario from where it was, as it ran; or from the recording, if it has changed since.
   [[nodiscard]] Loaded<project::Scenario> scenario(bool from_recording) const;
@@ -32,6 +34,7 @@ struct Resumption {
   [[nodiscard]] Loaded<project::Scenario> scenario_of(const std::string& project) const;
   /// See `note_of`.
   [[nodiscard]] bool in_processes() const;
+  [[nodiscard]] std::optional<project::JournalSync> sync() const;
   /// The plan with which it ran: from where it was, or from the recording.
   [[nodiscard]] Loaded<project::Plan> plan() const;
 

@@ -7,6 +7,7 @@
 #include "sentree/cli/output.h"
 #include "sentree/processes/environment.h"
 #include "sentree/processes/executive.h"
+#include "sentree/processes/supervisor.h"
 #include "sentree/rpc/middleware.h"
 
 namespace sentree::cli {
@@ -24,6 +25,7 @@ int serve_until_signal(const std::string& listen, std::vector<rpc::NamedService>
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  if (!of_run.empty()) processes::outlive_parent();
   rpc::ServerOptions options;
   options.insecure = insecure;
   options.tls = processes::environment_tls();

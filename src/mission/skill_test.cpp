@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "sentree/base/packed.h"
 #include "sentree/base/rng.h"
 #include "sentree/idl/conform.h"
 #include "sentree/scxml/chart.h"
@@ -40,6 +41,9 @@ class SkillPlayer final : public SkillHost {
                   .services = &services(),
                   .constants = options.constants,
                   .protocol = options.protocol}) {}
+
+  void execute_elsewhere(ChartElsewhere& elsewhere) { machine_.execute_elsewhere(&elsewhere); }
+  [[nodiscard]] const SkillModel& model() const { return machine_.model(); }
 
   void take(SkillDelivery what) {
     const SkillPhase before = state.phase;
@@ -618,6 +622,131 @@ TEST(Skill, AnythingInAnyOrderFollowsTheTableAndACopyGoesOnAlike) {
   }
   std::cout << covered << " of " << skill_edges().size() << " edges taken\n";
   EXPECT_EQ(covered, skill_edges().size());
+}
+
+// Executes steps as another process does: from data alone.
+class Executor final : public ChartElsewhere {
+ public:
+  explicit Executor(const SkillPlayer& player) : model_(player.model()) {}
+  tl::expected<Value, Away> execute(const scxml::Session& session, const scxml::StepOrder& order) override {
+    ++steps;
+    if (away) return tl::unexpected(*away);
+    if (!instead.is_null()) return instead;
+    scxml::Session there;
+    if (order.kind != scxml::StepOrder::Kind::kStart)
+      there = *scxml::restore(model_.chart, *unpack(pack(*scxml::save(model_.chart, session))));
+    scxml::Host host;
+    host.processors.push_back({"thrift", ""});
+    host.on_send = [this](const scxml::OutgoingSend& send) { return check_call(send, *model_.services); };
+    const auto told =
+        scxml::execute_and_tell(model_.chart, there, *scxml::restore_order(*unpack(pack(scxml::save(order)))), host);
+    EXPECT_TRUE(told);
+    return *unpack(pack(*told));
+  }
+  void took(const scxml::Session&) override {}
+
+  std::optional<Away> away;
+  Value instead;
+  std::size_t steps = 0;
+
+ private:
+  const SkillModel& model_;
+};
+
+TEST(SkillElsewhere, DoesWhatItWouldHaveDoneHere) {
+  const std::uint64_t seed = 20'261'124;
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  Rng rng(seed);
+  project::SkillProtocol protocol = answering();
+  protocol.acknowledge = "CMD_OK";
+  std::size_t steps = 0;
+  for (int run = 0; run < 60; ++run) {
+    PlayerOptions options{.condition = run % 2 == 0, .halt_deadline = milliseconds(1500)};
+    if (run >= 30) options.protocol = protocol;
+    const char* const states = run < 30 ? kAnything : kAnythingOfAProtocol;
+    SkillPlayer here(states, options);
+    SkillPlayer there(states, options);
+    Executor executor(there);
+    there.execute_elsewhere(executor);
+    for (int i = 0; i < 70; ++i) {
+      const std::uint64_t what = rng.below(15);
+      const std::uint64_t which = rng.below(16);
+      for (SkillPlayer* p : {&here, &there}) {
+        if (what < 6)
+          p->tick(which % 2 == 0 || p->state.run == 0, Map{{"end", which < 4}, {"ask", which % 3 == 0}});
+        else if (what < 9 && !p->last_call.empty())
+          p->reply(which % 3 == 0);
+        else if (what < 11)
+          p->wait(milliseconds(400));
+        else if (what < 13)
+          p->halt();
+        else if (what == 13)
+          p->cancel();
+        else
+          p->hear(static_cast<std::int64_t>(which % 5));
+      }
+      ASSERT_EQ(here.done(), there.done()) << "run " << run << ", step " << i;
+      ASSERT_TRUE(here.state == there.state) << "run " << run << ", step " << i;
+    }
+    steps += executor.steps;
+  }
+  EXPECT_GT(steps, 1000U);
+}
+
+TEST(SkillElsewhere, FailsItsLeafWhenNobodyExecutesItAndBeginsAnewWhenSomebodyDoes) {
+  SkillPlayer p(kAsking);
+  Executor executor(p);
+  p.execute_elsewhere(executor);
+  p.tick(true);
+  p.done();
+  executor.away = ChartElsewhere::Away::kLost;
+  p.reply(true);
+  p.tick();
+  EXPECT_THAT(p.done(), ElementsAre(HasSubstr("! Leaf was given up: its process does not execute it"),
+                                    HasSubstr("FAILURE {\"reason\":\"its process does not execute it\"}")));
+  p.tick(true);
+  EXPECT_THAT(p.done().back(), HasSubstr("FAILURE"));
+  executor.away.reset();
+  p.tick(true);
+  EXPECT_THAT(p.done(), ElementsAre("call s.ask {\"n\":0.5}", "RUNNING"));
+}
+
+TEST(SkillElsewhere, IsHaltedEvenIfNobodyExecutesIt) {
+  SkillPlayer p(kStopping);
+  Executor executor(p);
+  p.execute_elsewhere(executor);
+  p.tick(true);
+  p.done();
+  executor.away = ChartElsewhere::Away::kLost;
+  p.halt();
+  EXPECT_THAT(p.done().back(), "halted");
+}
+
+TEST(SkillElsewhere, IsExecutedHereWhereItIsToBe) {
+  SkillPlayer p(kAsking);
+  Executor executor(p);
+  executor.away = ChartElsewhere::Away::kHere;
+  p.execute_elsewhere(executor);
+  p.tick(true);
+  EXPECT_THAT(p.done(), ElementsAre("call s.ask {\"n\":0.5}", "RUNNING"));
+}
+
+TEST(SkillElsewhere, DoesNothingThatItsChartCouldNot) {
+  SkillPlayer other(R"(<state id="a"><onentry><log label="l"/></onentry></state>)");
+  scxml::Session session;
+  const Value told =
+      *scxml::execute_and_tell(other.model().chart, session,
+                               {.kind = scxml::StepOrder::Kind::kStart, .now = {}, .event = {}, .options = {}}, {});
+  for (const Value& instead : {Value("none"), Value(Map{{"session", 1}, {"told", 2}}), told}) {
+    SkillPlayer p(kAsking);
+    Executor executor(p);
+    executor.instead = instead;
+    p.execute_elsewhere(executor);
+    p.tick(true);
+    EXPECT_THAT(p.done(), ElementsAre(HasSubstr("! Leaf was given up: its process executes something else"),
+                                      HasSubstr("FAILURE")));
+    EXPECT_TRUE(p.last_call.empty());
+  }
 }
 
 }  // namespace

@@ -168,18 +168,21 @@ class PartsElsewhere final : public runtime::Elsewhere {
   std::vector<runtime::ProcessReport> processes() const override {
     std::vector<runtime::ProcessReport> all;
     if (!supervisor_) return all;
-    for (const auto& process : supervisor_->running()) all.push_back({process.name, process.pid});
+    for (const auto& process : supervisor_->all()) {
+      if (process.pid > 0) all.push_back({process.name, process.pid});
+    }
     return all;
   }
 
   List parts() const override {
     List parts;
     if (!supervisor_) return parts;
-    for (const auto& process : supervisor_->running()) {
+    for (const auto& process : supervisor_->all()) {
       parts.push_back(Map{{"name", process.name},
                           {"pid", static_cast<std::int64_t>(process.pid)},
                           {"begun", static_cast<std::int64_t>(process_begun(process.pid))},
-                          {"address", process.address}});
+                          {"address", process.address},
+                          {"folder", parts_folder_.string()}});
     }
     return parts;
   }
@@ -243,13 +246,7 @@ class PartsElsewhere final : public runtime::Elsewhere {
     // Where who resumes the run finds them.
     parts_folder_ = run_.journal;
     parts_folder_.replace_extension(".parts");
-    for (const Value& part : left_behind_parts()) {
-      constexpr std::string_view kUnix = "unix:";
-      const std::string_view address = part.find("address")->text();
-      if (!address.starts_with(kUnix)) continue;
-      const auto folder = std::filesystem::path(address.substr(kUnix.size())).parent_path();
-      if (folder.extension() == ".parts") parts_folder_ = folder;
-    }
+    for (const Value& part : left_behind_parts()) parts_folder_ = part.find("folder")->text();
     return std::nullopt;
   }
 
@@ -260,7 +257,7 @@ class PartsElsewhere final : public runtime::Elsewhere {
     for (const Value& part : left_behind_parts())
       replace_all(text, "{" + std::string(part.find("name")->text()) + "}", std::string(part.find("address")->text()));
     if (supervisor_) {
-      for (const auto& process : supervisor_->running()) replace_all(text, "{" + process.name + "}", process.address);
+      for (const auto& process : supervisor_->all()) replace_all(text, "{" + process.name + "}", process.address);
     }
     return text;
   }
@@ -287,19 +284,29 @@ class PartsElsewhere final : public runtime::Elsewhere {
                      .listen = resolved(entry.listen),
                      .restarts = entry.restarts,
                      .survives = is_durable()};
+    if (is_found_again(spec)) return std::nullopt;
+    const auto started = supervisor_->start(std::move(spec));
+    return started ? std::nullopt : std::optional(started.error().message);
+  }
+
+  // Of a run that is resumed: the process that it had for this part, if it lives; `spec.listen` becomes its address.
+  bool is_found_again(ProcessSpec& spec) {
+    if (run_.left_behind.empty()) return false;
     for (const Value& part : left_behind_parts()) {
-      if (part.find("name")->text() != entry.name) continue;
+      if (part.find("name")->text() != spec.name) continue;
       spec.listen = part.find("address")->text();
       const auto number = [&](const char* key) { return *part.find(key)->as_int(); };
       if (supervisor_->adopt(spec, static_cast<pid_t>(number("pid")), static_cast<std::uint64_t>(number("begun"))))
-        return std::nullopt;
-      // It was started again when the executive died, which had no time to write that down.
-      const std::vector<std::string> last{spec.arguments.end() - 2, spec.arguments.end()};
-      const pid_t unknown = process_with({last[0], last[1], "--listen", spec.listen});
-      if (unknown > 0 && supervisor_->adopt(spec, unknown, process_begun(unknown))) return std::nullopt;
+        return true;
     }
-    const auto started = supervisor_->start(std::move(spec));
-    return started ? std::nullopt : std::optional(started.error().message);
+    // One that was being started again when the executive died, which had no time to write that down. It may be the
+    // last of several.
+    std::vector<std::string> last{spec.arguments.end() - 2, spec.arguments.end()};
+    last.insert(last.end(), {"--listen", spec.listen});
+    for (const pid_t unknown : processes_with(last)) {
+      if (supervisor_->adopt(spec, unknown, process_begun(unknown))) return true;
+    }
+    return false;
   }
 
   // The processes of the run that is resumed, those of them that are told whole.
@@ -309,8 +316,8 @@ class PartsElsewhere final : public runtime::Elsewhere {
       const auto is_number = [&](const char* key) {
         return part.find(key) != nullptr && part.find(key)->as_int() != nullptr;
       };
-      if (part.find("name") != nullptr && part.find("address") != nullptr && is_number("pid") && is_number("begun"))
-        parts.push_back(part);
+      const bool is_named = part.find("name") != nullptr && part.find("address") != nullptr;
+      if (is_named && part.find("folder") != nullptr && is_number("pid") && is_number("begun")) parts.push_back(part);
     }
     return parts;
   }
@@ -372,7 +379,7 @@ class PartsElsewhere final : public runtime::Elsewhere {
         return error;
     }
     if (run_.plan.observers.empty()) return std::nullopt;
-    const auto interface = observer_interface();
+    const auto interface = is_durable() ? kept_observer_interface() : observer_interface();
     if (!interface) return interface.error().message;
     for (const project::ObserverPlan& plan : run_.plan.observers) {
       const auto address = rpc::Address::parse(resolved(plan.at));
@@ -382,8 +389,11 @@ class PartsElsewhere final : public runtime::Elsewhere {
       callbacks.decision = [this, name = plan.name](const monitor::Decision& decision) {
         run_.decided(name, decision);
       };
-      auto observer = RemoteObserver::connect(plan.name, *address, *interface, std::move(callbacks));
+      auto observer = RemoteObserver::connect(plan.name, *address, *interface, std::move(callbacks), is_durable());
       if (!observer) return observer.error().message;
+      if (is_durable() && !(*observer)->gates().empty())
+        return "\"" + plan.name +
+               "\" gates requests from another process: what it says there is no part of a durable run";
       observers_.push_back(std::move(*observer));
     }
     return std::nullopt;

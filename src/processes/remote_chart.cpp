@@ -21,17 +21,6 @@ using SteadyClock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kShortPatience{200};
 constexpr std::chrono::milliseconds kChartRetry{5};
 
-Value octets_of(std::string_view text) {
-  const auto* octets = reinterpret_cast<const std::byte*>(text.data());
-  return Bytes{{octets, octets + text.size()}};
-}
-
-std::string_view text_in(const Value* octets) {
-  const Bytes* bytes = octets != nullptr ? octets->as_bytes() : nullptr;
-  if (bytes == nullptr) return {};
-  return {reinterpret_cast<const char*>(bytes->octets.data()), bytes->octets.size()};
-}
-
 class RemoteChart final : public ChartElsewhere {
  public:
   RemoteChart(std::unique_ptr<rpc::Client> client, RemoteChartOptions options)

@@ -4,9 +4,13 @@
 
 #include <algorithm>
 #include <atomic>
+#include <deque>
 #include <future>
 #include <mutex>
+#include <thread>
 
+#include "sentree/base/packed.h"
+#include "sentree/monitor/monitor_set.h"
 #include "sentree/processes/environment.h"
 #include "sentree/processes/wire_message.h"
 #include "sentree/processes/worker.h"
@@ -63,24 +67,43 @@ std::optional<monitor::Decision> decision_of(const Value& verdict, const Message
   return decision;
 }
 
+// How often one that is away is asked again.
+constexpr std::chrono::milliseconds kObserverRetry{10};
+
+// Of one that is `kept`, once its process is there again.
+rpc::Outcome call_when_there(rpc::Client& client, std::string_view method, const Value& arguments, bool kept) {
+  const auto until = std::chrono::steady_clock::now() + kObserverReturn;
+  for (;;) {
+    auto outcome = client.call(method, arguments, in_time());
+    const bool is_away = !outcome && outcome.error().kind == rpc::CallErrorKind::kUnreachable;
+    if (!kept || !is_away || std::chrono::steady_clock::now() > until) return outcome;
+    std::this_thread::sleep_for(kObserverRetry);
+  }
+}
+
 }  // namespace
 
 class RemoteObserver::Impl {
  public:
-  Impl(std::string name, std::unique_ptr<rpc::Client> client, const Value& info, Callbacks callbacks)
+  Impl(std::string name, std::unique_ptr<rpc::Client> client, const Value& info, Callbacks callbacks, bool kept)
       : name_(std::move(name)),
         client_(std::move(client)),
         observes_(texts(info, "observes")),
         gates_(texts(info, "gates")),
         callbacks_(std::move(callbacks)),
+        kept_(kept),
         worker_(kObserverQueueMax) {}
-  ~Impl() { client_->close(); }
+  ~Impl() {
+    closing_ = true;
+    client_->close();
+  }
 
   bool is_gate_of(std::string_view call) const { return matches_any(gates_, call); }
   const std::vector<std::string>& gates() const { return gates_; }
 
   void observe(const Message& message) {
     if (!matches_any(observes_, message.name)) return;
+    if (kept_) return keep(std::make_shared<const Message>(message));
     const bool taken = worker_.post([this, message] { send(message); });
     if (!taken && lost_++ == 0)
       callbacks_.problem("observer " + name_ + " does not keep up; from message " + std::to_string(message.sequence) +
@@ -102,16 +125,53 @@ class RemoteObserver::Impl {
     if (!taken) (*told)({mission::Veto{name_, "it does not keep up and cannot be asked"}});
   }
 
+  std::optional<Value> remember(Duration patience) {
+    if (is_gone_) return Value(false);
+    const auto said = std::make_shared<std::promise<std::optional<Value>>>();
+    std::future<std::optional<Value>> told = said->get_future();
+    const bool taken = worker_.post([this, said] {
+      auto memory = client_->call("remember", Map(), in_time());
+      while (!memory && again(kAll)) memory = client_->call("remember", Map(), in_time());
+      said->set_value(memory ? std::optional(std::move(*memory)) : std::nullopt);
+    });
+    if (!taken || told.wait_for(patience) != std::future_status::ready) return std::nullopt;
+    auto memory = told.get();
+    if (!memory) return is_gone_ ? std::optional<Value>(false) : std::nullopt;
+    const std::lock_guard lock(kept_mutex_);
+    memory_ = *memory;
+    since_.clear();
+    return memory;
+  }
+
+  Result<void> recall(const Value& memory) {
+    if (memory.as_bool() != nullptr) {  // what it missed then is not known any more
+      is_gone_ = true;
+      return {};
+    }
+    memory_ = memory.as_bytes() != nullptr ? memory : Value(Bytes());
+    const auto done = call_when_there(*client_, "recall", Map{{"memory", memory_}}, kept_);
+    if (done) return {};
+    return fail("observer.unreachable",
+                "observer \"" + name_ + "\" cannot be taken back to where it was, which a " +
+                    "durable run needs (KeptObserver of observer.thrift): " + done.error().message);
+  }
+
   void finish(TimePoint end) {
     std::promise<void> promise;
     const std::future<void> done = promise.get_future();
     const bool taken = worker_.post([&] {
-      const auto verdict = client_->call("finish", Map{{"time_ns", end.time_since_epoch().count()}}, in_time());
+      const auto ask = [&] {
+        return client_->call("finish", Map{{"time_ns", end.time_since_epoch().count()}}, in_time());
+      };
+      auto verdict = ask();
+      while (!verdict && kept_ && !is_gone_ && again(kAll)) verdict = ask();
       if (verdict) take(*verdict, nullptr, end);
       promise.set_value();
     });
     // What is left to send ends with the connection, at the latest.
-    if (taken && done.wait_for(kObserverPatience) != std::future_status::ready) {
+    const Duration patience = kObserverPatience + (kept_ ? kObserverReturn : std::chrono::seconds(0));
+    if (taken && done.wait_for(patience) != std::future_status::ready) {
+      closing_ = true;
       client_->close();
       done.wait();
     }
@@ -119,8 +179,59 @@ class RemoteObserver::Impl {
   }
 
  private:
+  using Kept = std::shared_ptr<const Message>;
+
+  // In the thread of a durable run, which waits rather than that something is not seen.
+  void keep(const Kept& message) {
+    if (is_gone_) return;
+    {
+      const std::lock_guard lock(kept_mutex_);
+      since_.push_back(message);
+      if (since_.size() > kObserverKeptMax) since_.pop_front();
+    }
+    const auto until = std::chrono::steady_clock::now() + kObserverReturn;
+    while (!worker_.post([this, message] { send(*message); })) {
+      if (is_gone_ || std::chrono::steady_clock::now() > until) {
+        ++lost_;
+        return;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
+
+  static constexpr std::uint64_t kAll = static_cast<std::uint64_t>(-1);
+
+  // Takes one that was started anew to where it was before that message. In the worker.
+  bool again(std::uint64_t before) {
+    const auto until = std::chrono::steady_clock::now() + kObserverReturn;
+    while (!closing_ && std::chrono::steady_clock::now() < until) {
+      std::deque<Kept> since;
+      Value memory;
+      {
+        const std::lock_guard lock(kept_mutex_);
+        since = since_;
+        memory = memory_;
+      }
+      if (since.size() >= kObserverKeptMax) return false;
+      bool whole = client_->call("recall", Map{{"memory", memory}}, in_time()).has_value();
+      for (const Kept& message : since) {
+        if (!whole || message->sequence >= before) break;
+        const auto verdict = client_->call("observe", Map{{"message", to_wire(*message)}}, in_time());
+        whole = verdict.has_value();
+        if (whole) take(*verdict, message.get(), message->time);
+      }
+      if (whole) return true;
+      std::this_thread::sleep_for(kObserverRetry);
+    }
+    return false;
+  }
+
   void send(const Message& message) {
-    const auto verdict = client_->call("observe", Map{{"message", to_wire(message)}}, in_time());
+    if (is_gone_) return;
+    auto verdict = client_->call("observe", Map{{"message", to_wire(message)}}, in_time());
+    while (!verdict && kept_ && again(message.sequence))
+      verdict = client_->call("observe", Map{{"message", to_wire(message)}}, in_time());
+    if (!verdict && kept_) is_gone_ = true;
     if (!verdict) {
       if (lost_++ == 0) callbacks_.problem("observer " + name_ + ": " + verdict.error().message);
       return;
@@ -143,29 +254,39 @@ class RemoteObserver::Impl {
   const Callbacks callbacks_;
   std::atomic<std::uint64_t> lost_ = 0;
   bool decided_ = false;  // of the worker
-  Worker worker_;         // last: its jobs use the others
+  const bool kept_;
+  std::atomic<bool> closing_ = false;
+  std::atomic<bool> is_gone_ = false;  // kept, and not there any more
+  std::mutex kept_mutex_;
+  Value memory_ = Bytes();  // what it was when it was asked last
+  std::deque<Kept> since_;  // handed on since then
+  Worker worker_;           // last: its jobs use the others
 };
 
 RemoteObserver::RemoteObserver(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 RemoteObserver::~RemoteObserver() = default;
 
 Result<std::unique_ptr<RemoteObserver>> RemoteObserver::connect(std::string name, const rpc::Address& address,
-                                                                const idl::ServicePtr& interface, Callbacks callbacks) {
+                                                                const idl::ServicePtr& interface, Callbacks callbacks,
+                                                                bool kept) {
   rpc::ClientOptions options;
   options.target = name;
   options.tls = environment_tls();
+  if (kept) options.backoff_last = std::chrono::milliseconds(50);
   auto client = rpc::Client::remote(address, interface, std::move(options));
   if (!client) return tl::unexpected(client.error());
-  const auto info = (*client)->call("info", Map(), in_time());
+  const auto info = call_when_there(**client, "info", Map(), kept);
   if (!info) return fail("observer.unreachable", "observer \"" + name + "\": " + info.error().message);
-  return std::unique_ptr<RemoteObserver>(
-      new RemoteObserver(std::make_unique<Impl>(std::move(name), std::move(*client), *info, std::move(callbacks))));
+  return std::unique_ptr<RemoteObserver>(new RemoteObserver(
+      std::make_unique<Impl>(std::move(name), std::move(*client), *info, std::move(callbacks), kept)));
 }
 
 void RemoteObserver::observe(const Message& message) { impl_->observe(message); }
 bool RemoteObserver::is_gate_of(std::string_view call) const { return impl_->is_gate_of(call); }
 const std::vector<std::string>& RemoteObserver::gates() const { return impl_->gates(); }
 void RemoteObserver::ask(const Message& request, Stream::Decided decided) { impl_->ask(request, std::move(decided)); }
+std::optional<Value> RemoteObserver::remember(Duration patience) { return impl_->remember(patience); }
+Result<void> RemoteObserver::recall(const Value& memory) { return impl_->recall(memory); }
 void RemoteObserver::finish(TimePoint end) { impl_->finish(end); }
 
 namespace {
@@ -184,8 +305,10 @@ class MonitorService final : public rpc::Service {
 
   rpc::Outcome call(const idl::Method& method, const Value& arguments) override {
     const std::lock_guard lock(mutex_);
+    if (method.name == "recall") return recall(text_in(arguments.find("memory")));
     if (method.name == "info") {
       state_ = monitor::start(model_, TimePoint{});
+      begun_ = true;
       List gates;
       for (const std::string& pattern : gate_) gates.emplace_back(pattern);
       return Value(Map{{"name", model_.name()},
@@ -193,6 +316,9 @@ class MonitorService final : public rpc::Service {
                        {"observes", List{"*"}},
                        {"gates", std::move(gates)}});
     }
+    // A run would not know that what came before is missing.
+    if (!begun_) return refused("it was started anew; recall comes first");
+    if (method.name == "remember") return remember();
     if (method.name == "finish")
       return answer(monitor::advance(model_, state_,
                                      TimePoint(Duration(static_cast<std::int64_t>(number_of(arguments, "time_ns"))))));
@@ -207,6 +333,37 @@ class MonitorService final : public rpc::Service {
   }
 
  private:
+  // Of what led to the present state, so much is kept for witnesses.
+  static constexpr std::size_t kRememberedMax = 256;
+
+  static rpc::Outcome refused(std::string why) {
+    return tl::unexpected(rpc::CallError{rpc::CallErrorKind::kProtocol, std::move(why), {}, {}});
+  }
+
+  rpc::Outcome recall(std::string_view memory) {
+    begun_ = true;
+    state_ = monitor::start(model_, TimePoint{});
+    if (memory.empty()) return Value();
+    const auto saved = unpack(memory);
+    auto restored = saved ? monitor::restore(models_, *saved) : tl::unexpected(saved.error());
+    if (!restored) return refused(restored.error().message);
+    state_ = std::move(restored->states.front());
+    return Value();
+  }
+
+  rpc::Outcome remember() const {
+    monitor::MonitorSet::Memory memory;
+    memory.states.push_back(state_);
+    auto& history = memory.states.front().trail.history;
+    if (history.size() > kRememberedMax) {
+      history.erase(history.begin(), history.end() - static_cast<std::ptrdiff_t>(kRememberedMax));
+      memory.states.front().trail.history_complete = false;
+    }
+    const auto saved = monitor::save(models_, memory);
+    if (!saved) return refused(saved.error().message);
+    return octets_of(pack(*saved));
+  }
+
   Value answer(const monitor::Decisions& decisions) const {
     if (decisions.empty()) return Map{{"accept", true}};
     for (const monitor::Decision& each : decisions) on_decision_(each);
@@ -224,6 +381,8 @@ class MonitorService final : public rpc::Service {
 
   const idl::ServicePtr interface_;
   const monitor::Model model_;
+  const std::vector<monitor::Model> models_{model_};
+  bool begun_ = false;
   const std::vector<std::string> gate_;
   const std::function<void(const monitor::Decision&)> on_decision_;
   std::mutex mutex_;

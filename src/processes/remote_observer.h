@@ -15,6 +15,11 @@ namespace sentree::processes {
 
 /// Messages that wait for one observer; the newest are lost beyond it, counted and reported.
 inline constexpr std::size_t kObserverQueueMax = 8192;
+/// Messages since it was last asked what it is that are kept for one of a durable run, should its process be started
+/// anew; beyond it that process would not see all, which is told.
+inline constexpr std::size_t kObserverKeptMax = 1U << 17U;
+/// How long the process of such an observer may be away.
+inline constexpr std::chrono::seconds kObserverReturn{15};
 /// How long an observer may take for one message, and for what is left at the end of a run.
 inline constexpr std::chrono::seconds kObserverPatience{2};
 
@@ -28,15 +33,19 @@ class RemoteObserver final : public runtime::Observer {
   };
 
   /// Asks it what it wants. Errors: observer.unreachable.
+  /// @param kept  It is taken back to where it was when its process was started anew; `interface` is KeptObserver. Then
+  ///              `recall` comes first.
   [[nodiscard]] static Result<std::unique_ptr<RemoteObserver>> connect(std::string name, const rpc::Address& address,
                                                                        const idl::ServicePtr& interface,
-                                                                       Callbacks callbacks);
+                                                                       Callbacks callbacks, bool kept = false);
   ~RemoteObserver() override;
 
   void observe(const Message& message) override;
   [[nodiscard]] bool is_gate_of(std::string_view call) const override;
   [[nodiscard]] const std::vector<std::string>& gates() const override;
   void ask(const Message& request, runtime::Stream::Decided decided) override;
+  [[nodiscard]] std::optional<Value> remember(Duration patience) override;
+  [[nodiscard]] Result<void> recall(const Value& memory) override;
   void finish(TimePoint end) override;
 
  private:
@@ -45,7 +54,8 @@ class RemoteObserver final : public runtime::Observer {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Serves a monitor to runs elsewhere: interfaces/observer.thrift. `info`, with which a run begins, starts it anew.
+/// Serves a monitor to runs elsewhere: KeptObserver of interfaces/observer.thrift. `info`, with which a run begins,
+/// starts it anew; before it, and before `recall`, it observes nothing.
 /// @param on_decision  Called in a thread of the server.
 [[nodiscard]] std::shared_ptr<rpc::Service> make_monitor_service(
     idl::ServicePtr interface, monitor::Model model, std::vector<std::string> gate,

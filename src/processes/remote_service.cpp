@@ -54,4 +54,20 @@ mission::CallOutcome call_once(const rpc::Address& address, const idl::ServicePt
   return to_call_outcome(rpc::call_and_wait(**client, method, args, std::chrono::steady_clock::now() + deadline));
 }
 
+Result<Probe> Probe::to(const rpc::Address& address, std::string name) {
+  const auto schema = idl::Schema::load("service Probe { void sentree_ping() }", "probe.thrift");
+  rpc::ClientOptions options;
+  options.target = std::move(name);
+  options.tls = environment_tls();
+  auto caller = rpc::connect(address, schema.value->service("Probe"), std::move(options));
+  if (!caller) return tl::unexpected(caller.error());
+  return Probe(std::move(*caller));
+}
+
+std::optional<std::string> Probe::ask(rpc::Deadline deadline) {
+  const auto outcome = rpc::call_and_wait(*caller_, "sentree_ping", Map(), deadline);
+  if (outcome || outcome.error().kind == rpc::CallErrorKind::kProtocol) return std::nullopt;
+  return outcome.error().message;
+}
+
 }  // namespace sentree::processes

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <string>
 
 #include "sentree/rpc/address.h"
 #include "sentree/rpc/call.h"
+#include "sentree/rpc/caller.h"
 #include "sentree/runtime/services.h"
 
 namespace sentree::processes {
@@ -22,5 +25,18 @@ namespace sentree::processes {
 [[nodiscard]] mission::CallOutcome call_once(const rpc::Address& address, const idl::ServicePtr& interface,
                                              const std::string& name, const std::string& method, const Value& args,
                                              Duration deadline);
+
+/// Asks a server for what nobody serves, which any server says, and so shows that it lives.
+class Probe {
+ public:
+  /// Errors: as of rpc::connect.
+  [[nodiscard]] static Result<Probe> to(const rpc::Address& address, std::string name);
+  /// Connects at first. Nothing: it lives; else why it is not known to.
+  [[nodiscard]] std::optional<std::string> ask(rpc::Deadline deadline);
+
+ private:
+  explicit Probe(std::unique_ptr<rpc::Caller> caller) : caller_(std::move(caller)) {}
+  std::unique_ptr<rpc::Caller> caller_;
+};
 
 }  // namespace sentree::processes

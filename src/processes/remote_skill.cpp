@@ -446,6 +446,7 @@ class SkillService final : public rpc::Service {
 Result<idl::ServicePtr> skill_interface() { return shipped_interface("skill.thrift", "Skill"); }
 Result<idl::ServicePtr> served_skill_interface() { return shipped_interface("skill.thrift", "SkillSteps"); }
 Result<idl::ServicePtr> observer_interface() { return shipped_interface("observer.thrift", "Observer"); }
+Result<idl::ServicePtr> kept_observer_interface() { return shipped_interface("observer.thrift", "KeptObserver"); }
 
 Result<std::unique_ptr<RemoteLeafDriver>> make_remote_skill(RemoteSkillOptions options, LeafReplies replies) {
   rpc::ClientOptions client_options;

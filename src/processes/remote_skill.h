@@ -18,6 +18,7 @@ namespace sentree::processes {
 /// steps for runs that keep its state.
 [[nodiscard]] Result<idl::ServicePtr> served_skill_interface();
 [[nodiscard]] Result<idl::ServicePtr> observer_interface();
+[[nodiscard]] Result<idl::ServicePtr> kept_observer_interface();
 
 /// Carries a leaf's ticks and halts to a skill in another process. A skill that cannot be reached fails its leaf.
 struct RemoteSkillOptions {

@@ -20,6 +20,7 @@
 #include <sstream>
 #include <thread>
 
+#include "sentree/processes/remote_service.h"
 #include "sentree/text/file.h"
 
 namespace sentree::processes {
@@ -36,6 +37,9 @@ constexpr std::string_view kAnnouncement = "listening on ";
 constexpr std::size_t kOutputMax = 64 * 1024;
 // How long an ended process may still be a child that cannot be waited for.
 constexpr std::chrono::milliseconds kReapInterval{10};
+// Whether one that was left behind listens is looked at so often.
+constexpr std::chrono::milliseconds kProbeInterval{10};
+constexpr std::chrono::milliseconds kEndOfKilled{2000};
 
 struct Spawned {
   pid_t pid = -1;
@@ -55,10 +59,9 @@ Result<Spawned> spawn(const std::string& name, const std::string& program, const
   const pid_t pid = fork();
   if (pid == 0) {
     // Between fork and exec only what is safe in a process that had threads.
-    if (!survives) {
-      prctl(PR_SET_PDEATHSIG, SIGTERM);
-      if (getppid() != parent) _exit(127);
-    }
+    // Until it is known by its command line it does not survive either; `outlive_parent` ends that.
+    prctl(PR_SET_PDEATHSIG, survives ? SIGKILL : SIGTERM);
+    if (getppid() != parent) _exit(127);
     dup2(pipes[1], STDOUT_FILENO);
     sigset_t none;
     sigemptyset(&none);
@@ -135,9 +138,7 @@ class Supervisor::Impl {
   bool adopt(ProcessSpec spec, pid_t pid, std::uint64_t begun) {
     const int watched = static_cast<int>(syscall(SYS_pidfd_open, pid, 0));
     if (watched < 0) return false;
-    // One that has ended may still be listed until its parent has looked.
-    pollfd ended{watched, POLLIN, 0};
-    if (begun == 0 || process_begun(pid) != begun || poll(&ended, 1, 0) != 0) {
+    if (begun == 0 || process_begun(pid) != begun || !await_listening(spec, pid, watched)) {
       close(watched);
       return false;
     }
@@ -159,11 +160,11 @@ class Supervisor::Impl {
     return child != nullptr ? child->address : std::string();
   }
 
-  std::vector<Running> running() {
+  std::vector<Started> all() {
     const std::lock_guard lock(mutex_);
-    std::vector<Running> all;
+    std::vector<Started> all;
     for (const auto& child : children_) {
-      if (child->pid > 0) all.push_back({child->spec.name, child->pid, child->address});
+      if (!child->address.empty()) all.push_back({child->spec.name, std::max(child->pid, 0), child->address});
     }
     return all;
   }
@@ -220,6 +221,30 @@ class Supervisor::Impl {
   }
 
  private:
+  // False: it ends before. `watched` is its descriptor; one that has ended may still be listed until its parent has
+  // looked.
+  static bool await_listening(const ProcessSpec& spec, pid_t pid, int watched) {
+    const auto address = rpc::Address::parse(spec.listen);
+    auto probe = address ? Probe::to(*address, spec.name) : tl::unexpected(address.error());
+    if (!probe) return false;
+    const auto ended_within = [&](std::chrono::milliseconds wait) {
+      pollfd ended{watched, POLLIN, 0};
+      return poll(&ended, 1, static_cast<int>(wait.count())) != 0;
+    };
+    const SteadyTime until = SteadyClock::now() + kStartPatience;
+    while (!ended_within(std::chrono::milliseconds(0))) {
+      if (!probe->ask(until)) return true;
+      if (SteadyClock::now() < until) {
+        if (ended_within(kProbeInterval)) return false;
+        continue;
+      }
+      ::kill(pid, SIGKILL);
+      ended_within(kEndOfKilled);
+      return false;
+    }
+    return false;
+  }
+
   Child* find(const std::string& name) {
     const auto found =
         std::find_if(children_.begin(), children_.end(), [&](const auto& child) { return child->spec.name == name; });
@@ -388,7 +413,7 @@ bool Supervisor::adopt(ProcessSpec spec, pid_t pid, std::uint64_t begun) {
   return impl_->adopt(std::move(spec), pid, begun);
 }
 std::string Supervisor::address(const std::string& name) const { return impl_->address(name); }
-std::vector<Supervisor::Running> Supervisor::running() const { return impl_->running(); }
+std::vector<Supervisor::Started> Supervisor::all() const { return impl_->all(); }
 void Supervisor::kill(const std::string& name) { impl_->kill(name); }
 bool Supervisor::restart(const std::string& name) { return impl_->restart(name); }
 void Supervisor::end(const std::vector<std::string>& names, std::chrono::milliseconds patience) {
@@ -408,18 +433,25 @@ std::uint64_t process_begun(pid_t pid) {
   return begun;
 }
 
-pid_t process_with(const std::vector<std::string>& last_arguments) {
+std::vector<pid_t> processes_with(const std::vector<std::string>& last_arguments) {
   std::string end;
   for (const std::string& argument : last_arguments) end += '\0' + argument;
   end += '\0';
+  std::vector<pid_t> found;
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator("/proc", error)) {
     const std::string name = entry.path().filename().string();
     if (name.find_first_not_of("0123456789") != std::string::npos) continue;
     const auto command = text::read_file(entry.path() / "cmdline");
-    if (command && command->ends_with(end)) return static_cast<pid_t>(std::stol(name));
+    if (command && command->ends_with(end)) found.push_back(static_cast<pid_t>(std::stol(name)));
   }
-  return 0;
+  return found;
+}
+
+void outlive_parent() {
+  // Who reads what it says may go with its parent.
+  signal(SIGPIPE, SIG_IGN);
+  prctl(PR_SET_PDEATHSIG, 0);
 }
 
 std::string own_program() {

@@ -19,7 +19,7 @@ struct ProcessSpec {
   std::vector<std::string> arguments;  ///< Of the program, without --listen.
   std::string listen;                  ///< Given as --listen; after the first start, the address that came of it.
   int restarts = 0;                    ///< How often it is started again within `kRestartWindow`.
-  bool survives = false;               ///< It goes on when the program itself dies.
+  bool survives = false;  ///< It goes on when the program itself dies, once it has called `outlive_parent`.
 };
 
 /// Restarts are counted over this long.
@@ -48,18 +48,19 @@ class Supervisor {
   /// error goes to ours. Returns the address. Errors: process.start, process.no-address.
   [[nodiscard]] Result<std::string> start(ProcessSpec spec);
 
-  /// Takes over a process that another supervisor has started and left behind: `spec.listen` is where it listens.
-  /// False: it is no longer there.
+  /// Takes over a process that another supervisor has started and left behind, once it listens at `spec.listen`: until
+  /// then it may be one that ends with who had started it. One that does not within `kStartPatience` is ended. False:
+  /// it is no longer there.
   [[nodiscard]] bool adopt(ProcessSpec spec, pid_t pid, std::uint64_t begun);
 
   [[nodiscard]] std::string address(const std::string& name) const;
-  struct Running {
+  struct Started {
     std::string name;
-    pid_t pid = 0;
+    pid_t pid = 0;  ///< 0: it does not run now.
     std::string address;
   };
-  /// Those that run now, in the order started.
-  [[nodiscard]] std::vector<Running> running() const;
+  /// In the order started.
+  [[nodiscard]] std::vector<Started> all() const;
 
   /// SIGKILL; its restarts apply.
   void kill(const std::string& name);
@@ -75,8 +76,12 @@ class Supervisor {
   std::unique_ptr<Impl> impl_;
 };
 
-/// A process of this machine whose command line ends so; 0: there is none.
-[[nodiscard]] pid_t process_with(const std::vector<std::string>& last_arguments);
+/// The processes of this machine whose command lines end so. Costs a look at each process that there is.
+[[nodiscard]] std::vector<pid_t> processes_with(const std::vector<std::string>& last_arguments);
+
+/// In a process that was started to survive (`ProcessSpec::survives`): from now on it does, also if nobody reads any
+/// more what it writes.
+void outlive_parent();
 
 /// The path of the program that runs.
 [[nodiscard]] std::string own_program();

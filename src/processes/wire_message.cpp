@@ -59,6 +59,17 @@ std::uint64_t number_of(const Value& map, std::string_view key) {
   return value != nullptr && value->as_int() != nullptr ? static_cast<std::uint64_t>(*value->as_int()) : 0;
 }
 
+Value octets_of(std::string_view text) {
+  const auto* octets = reinterpret_cast<const std::byte*>(text.data());
+  return Bytes{{octets, octets + text.size()}};
+}
+
+std::string_view text_in(const Value* octets) {
+  const Bytes* bytes = octets != nullptr ? octets->as_bytes() : nullptr;
+  if (bytes == nullptr) return {};
+  return {reinterpret_cast<const char*>(bytes->octets.data()), bytes->octets.size()};
+}
+
 Value to_wire(const Message& message) {
   return Map{{"sequence", static_cast<std::int64_t>(message.sequence)},
              {"time_ns", message.time.time_since_epoch().count()},

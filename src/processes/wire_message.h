@@ -18,4 +18,8 @@ namespace sentree::processes {
 [[nodiscard]] std::string text_of(const Value& map, std::string_view key);
 [[nodiscard]] std::uint64_t number_of(const Value& map, std::string_view key);
 
+/// Octets on the wire, and back; what is none is empty.
+[[nodiscard]] Value octets_of(std::string_view text);
+[[nodiscard]] std::string_view text_in(const Value* octets);
+
 }  // namespace sentree::processes

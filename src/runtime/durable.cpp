@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "sentree/mission/carry.h"
+#include "sentree/runtime/decision_record.h"
 #include "sentree/runtime/local_skill.h"
 #include "sentree/runtime/run.h"
 
@@ -39,17 +40,17 @@ class Durability::Port final : public ServicePort {
 };
 
 Durability::Durability(const project::Plan& plan, Scheduler& scheduler, const DurableOptions& options,
-                       std::function<SkillActor*(std::size_t)> skill)
-    : plan_(plan), scheduler_(scheduler), skill_(std::move(skill)), settle_(options.settle), journal_(options) {}
+                       std::function<SkillActor*(std::size_t)> skill, std::vector<Gap> gaps)
+    : plan_(plan),
+      scheduler_(scheduler),
+      skill_(std::move(skill)),
+      settle_(options.settle),
+      journal_(options),
+      gaps_(std::move(gaps)) {}
 
 std::string Durability::obstacle(const project::Plan& plan) {
   for (const project::LeafPlan& leaf : plan.leaves) {
     if (!leaf.chart) return "the skill of " + leaf.name + " is no chart, and what it knows is not the run's";
-  }
-  if (!plan.observers.empty()) return "\"" + plan.observers.front().name + "\" observes it from another process";
-  for (const project::ProcessEntry& process : plan.scenario.processes) {
-    if (!process.monitor.empty())
-      return "process \"" + process.name + "\" is a monitor, which a durable run executes itself; leave it out";
   }
   for (const auto& [name, service] : plan.services) {
     if (service.uses_other_middleware())
@@ -66,8 +67,8 @@ bool Durability::is_idempotent(const mission::Call& call) const {
   return plan_.services.at(call.service).is_idempotent(method_of(call));
 }
 
-void Durability::entered(TimePoint when, const mission::Delivery& what) {
-  journal_.input(when, mission::save(what));
+void Durability::entered(const Place& where, const mission::Delivery& what) {
+  journal_.input(where, mission::save(what));
   open_.erase(outcome_of(what));
 }
 
@@ -86,7 +87,7 @@ void Durability::make(std::size_t leaf, const mission::Shared<mission::Call>& ca
 }
 
 void Durability::intervention(const project::Intervention& what, const std::string& source) {
-  if (!catching_up_) journal_.intervention(scheduler_.now(), mission::save(what), source);
+  if (!catching_up_) journal_.intervention(scheduler_.place(), mission::save(what), source);
 }
 
 tl::expected<Value, mission::ChartElsewhere::Away> Durability::execute(mission::ChartElsewhere& chart,
@@ -96,7 +97,9 @@ tl::expected<Value, mission::ChartElsewhere::Away> Durability::execute(mission::
   const std::uint64_t number = ++chart_steps_;
   if (catching_up_ && lost_.contains(number)) return tl::unexpected(Away::kLost);
   if (executes_here_) return tl::unexpected(Away::kHere);
+  const auto begun = std::chrono::steady_clock::now();
   auto told = chart.execute(session, order);
+  if (!catching_up_) waited_for_charts_ += std::chrono::steady_clock::now() - begun;
   if (told) return told;
   if (catching_up_) {
     // It was executed then. Nobody waits for each of thousands of steps.
@@ -109,7 +112,20 @@ tl::expected<Value, mission::ChartElsewhere::Away> Durability::execute(mission::
 
 void Durability::observed(const Message& message) {
   if (catching_up_) return;
-  journal_.input(scheduler_.now(), Map{{"observed", message.name}, {"target", message.target}, {"data", message.data}});
+  journal_.input(scheduler_.place(),
+                 Map{{"observed", message.name}, {"target", message.target}, {"data", message.data}});
+}
+
+void Durability::decided(const std::string& monitor, const monitor::Decision& decision) {
+  if (!catching_up_) journal_.input(scheduler_.place(), Map{{"decided", monitor}, {"decision", save(decision)}});
+}
+
+std::optional<std::pair<std::string, monitor::Decision>> Durability::decided(const Value& input) {
+  const Value* monitor = input.find("decided");
+  const Value* saved = input.find("decision");
+  auto decision = monitor != nullptr && saved != nullptr ? restore_decision(*saved) : std::nullopt;
+  if (!decision) return std::nullopt;
+  return std::pair(std::string(monitor->text()), std::move(*decision));
 }
 
 std::optional<Message> Durability::observed(const Value& input) {
@@ -125,7 +141,7 @@ std::optional<Message> Durability::observed(const Value& input) {
   return message;
 }
 
-void Durability::snapshot(mission::State state) {
+void Durability::snapshot(mission::State state, List beside) {
   if (catching_up_) return;
   const auto begun = std::chrono::steady_clock::now();
   mission::forget_history(state, kTrailMax);
@@ -134,8 +150,10 @@ void Durability::snapshot(mission::State state) {
   // first state, and in virtual time a recording may be as late as it likes.
   if (settle_ && (std::exchange(is_first_, false) || plan_.scenario.virtual_time)) settle_();
   journal_.spent(std::chrono::steady_clock::now() - begun);
+  List all = open();
+  std::move(beside.begin(), beside.end(), std::back_inserter(all));
   if (saved)
-    journal_.snapshot(state.now, *saved, open(), gaps_);
+    journal_.snapshot(state.now, *saved, std::move(all), gaps_);
   else
     journal_.give_up(to_string(saved.error()));
 }
@@ -155,9 +173,18 @@ List Durability::reached() {
   return open();
 }
 
-Result<void> Durability::begin_again(const Journaled& journaled) {
+std::string behind_the_clock(Duration behind, Duration for_charts, Duration for_disk) {
+  const auto text = [](Duration time) {
+    const auto tenths = std::chrono::round<std::chrono::milliseconds>(time).count() / 100;
+    return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " s";
+  };
+  return "the run was held up, and is " + text(behind) +
+         " behind the clock; services elsewhere went on meanwhile. Since it began it has waited " + text(for_charts) +
+         " for processes of skills and " + text(for_disk) + " for the disk";
+}
+
+Result<void> Durability::begin_again(const Journaled& journaled, Again& again) {
   catching_up_ = true;
-  gaps_ = journaled.gaps;
   sent_ = journaled.sent;
   lost_ = journaled.lost;
   const auto bad = [&](const std::string& what) {
@@ -168,6 +195,7 @@ Result<void> Durability::begin_again(const Journaled& journaled) {
       chart_steps_ = static_cast<std::uint64_t>(*steps->as_int());
       continue;
     }
+    if (entry.find("observer") != nullptr || entry.find("decided") != nullptr) continue;
     const Value* call = entry.find("call");
     const Value* sent = entry.find("sent");
     auto form = call != nullptr ? mission::restore_delivery(plan_, *call) : bad("an open call is missing");
@@ -177,13 +205,15 @@ Result<void> Durability::begin_again(const Journaled& journaled) {
     if (send == nullptr || sent == nullptr || sent->as_bool() == nullptr) return bad("an open call is none");
     open_[send->call->id] = {form->leaf, send->call, *sent->as_bool() || sent_.contains(send->call->id)};
   }
-  for (const auto& [when, saved] : journaled.inputs) {
-    if (saved.find("observed") != nullptr) continue;
+  for (const auto& [where, saved] : journaled.inputs) {
+    if (saved.find("observed") != nullptr || saved.find("decided") != nullptr) continue;
     auto what = mission::restore_delivery(plan_, saved);
     if (!what) return tl::unexpected(what.error());
     if (!std::holds_alternative<mission::SkillDelivery>(what->what)) return bad("an input is for no skill");
     answered_.insert(outcome_of(*what));
-    scheduler_.at(skill_(what->leaf)->actor(), when, mission::Rank::kInjection, std::move(*what));
+    again.emplace_back(where, [this, when = where.when, what = std::move(*what)]() mutable {
+      scheduler_.at(skill_(what.leaf)->actor(), when, mission::Rank::kInjection, std::move(what));
+    });
   }
   return {};
 }

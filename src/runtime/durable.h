@@ -23,13 +23,13 @@ class Durability final : public Chronicle {
   /// @param plan, scheduler  Borrowed.
   /// @param skill  Of a leaf.
   Durability(const project::Plan& plan, Scheduler& scheduler, const DurableOptions& options,
-             std::function<SkillActor*(std::size_t leaf)> skill);
+             std::function<SkillActor*(std::size_t leaf)> skill, std::vector<Gap> gaps);
 
   /// Why runs of this plan cannot be durable; empty: they can.
   [[nodiscard]] static std::string obstacle(const project::Plan& plan);
 
   void instant(TimePoint now) override { journal_.instant(now); }
-  void entered(TimePoint when, const mission::Delivery& what) override;
+  void entered(const Place& where, const mission::Delivery& what) override;
   /// A port to a service outside the run, whose calls are kept account of.
   [[nodiscard]] std::unique_ptr<ServicePort> guard(std::unique_ptr<ServicePort> port);
   /// What somebody does to the run, before it is done.
@@ -41,12 +41,17 @@ class Durability final : public Chronicle {
   /// Something that is published of the run's processes, before it is; and what that was, of an input that is such.
   void observed(const Message& message);
   [[nodiscard]] static std::optional<Message> observed(const Value& input);
-  /// The whole run as of now.
-  void snapshot(mission::State state);
+  /// What a monitor elsewhere has decided, before that is told; and what it was, of an input that is such.
+  void decided(const std::string& monitor, const monitor::Decision& decision);
+  [[nodiscard]] static std::optional<std::pair<std::string, monitor::Decision>> decided(const Value& input);
+  /// The whole run as of now, and what else has to be known of it: entries of `Journaled::open` without a call.
+  void snapshot(mission::State state, List beside = {});
 
-  /// Until `resumed`, the run is executed again: no call leaves it.
+  /// What came from outside, each with how it is scheduled again.
+  using Again = std::vector<std::pair<Place, std::function<void()>>>;
+  /// Until `resumed`, the run is executed again: no call leaves it. Adds to `again` what came in for its skills.
   /// Errors: mission.bad-state.
-  Result<void> begin_again(const Journaled& journaled);
+  Result<void> begin_again(const Journaled& journaled, Again& again);
   [[nodiscard]] bool catching_up() const { return catching_up_; }
   /// The last instant is reached. Calls that may have been executed, and must not be twice, end as interrupted; the
   /// others are left to `ask_again`. The skills' deadlines are put off by `lost`.
@@ -56,6 +61,8 @@ class Durability final : public Chronicle {
   [[nodiscard]] List reached();
 
   [[nodiscard]] const std::vector<Gap>& gaps() const { return gaps_; }
+  /// Wall time in which the run did nothing but wait for who executes steps elsewhere.
+  [[nodiscard]] Duration waited_for_charts() const { return waited_for_charts_; }
   [[nodiscard]] Journal& journal() { return journal_; }
 
  private:
@@ -82,9 +89,13 @@ class Durability final : public Chronicle {
   std::set<std::uint64_t> lost_;        // of these, before the run was resumed
   bool executes_here_ = false;          // what is executed again, since its processes are gone
   std::vector<Gap> gaps_;
+  Duration waited_for_charts_{};
   bool catching_up_ = false;
   bool is_first_ = true;  // no state has been written
 };
+
+/// What a person is told of a durable run that was held up [wall time], and of what.
+[[nodiscard]] std::string behind_the_clock(Duration behind, Duration for_charts, Duration for_disk);
 
 /// What a durable run was, and goes on as with another project.
 struct Replaced {

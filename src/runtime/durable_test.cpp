@@ -13,6 +13,7 @@
 #include "sentree/base/temporary_folder.h"
 #include "sentree/project/plan.h"
 #include "sentree/project/requirements.h"
+#include "sentree/runtime/durable.h"
 #include "sentree/runtime/run.h"
 #include "sentree/runtime/steering.h"
 #include "sentree/text/file.h"
@@ -79,6 +80,7 @@ Told tell(const project::Plan& plan, const fs::path& folder, const std::vector<T
   };
   runtime::Run run(plan, std::move(options));
   told.report = run.execute();
+  run.forget();
   EXPECT_EQ(told.report.error, "");
   EXPECT_FALSE(fs::exists(folder / "run.journal"));
   return told;
@@ -106,6 +108,7 @@ Resumed resume(const project::Plan& plan, const fs::path& journal, std::size_t k
   });
   runtime::Run run(plan, std::move(options));
   resumed.report = run.execute();
+  run.forget();
   EXPECT_EQ(resumed.report.error, "");
   return resumed;
 }
@@ -258,6 +261,7 @@ TEST(Durable, SaysThatTheDiskIsFullAndGoesOn) {
   };
   runtime::Run run(plan, std::move(options));
   const RunReport report = run.execute();
+  run.forget();
   setrlimit(RLIMIT_FSIZE, &before);
   EXPECT_EQ(report.error, "");
   EXPECT_EQ(report.ended, TimePoint(std::chrono::seconds(120)));
@@ -327,6 +331,14 @@ TEST(Durable, LetsTheTimeInWhichNobodyWasTherePassAsSilence) {
   EXPECT_EQ(unknown.report.mission, bt::Status::kSuccess);
   EXPECT_EQ(unknown.report.monitors.front().violations, 0U);
   EXPECT_THAT(unknown.report.problems, testing::Contains(HasSubstr("set back")));
+}
+
+TEST(Durable, SaysWhatItWaitedFor) {
+  using std::chrono::milliseconds;
+  EXPECT_EQ(
+      behind_the_clock(milliseconds(1'960), milliseconds(1'240), milliseconds(40)),
+      "the run was held up, and is 1.9 s behind the clock; services elsewhere went on meanwhile. Since it began it has "
+      "waited 1.2 s for processes of skills and 0.0 s for the disk");
 }
 
 TEST(Durable, KnowsHowLongNobodyWasThere) {

@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cerrno>
 #include <condition_variable>
+#include <cstdio>
 #include <cstring>
 #include <ctime>
 #include <mutex>
@@ -101,6 +102,10 @@ std::int64_t integer(const Value& map, std::string_view key) {
   return number != nullptr ? *number : 0;
 }
 
+Place place_of(const Value& body) {
+  return {time_of(integer(body, "at")), static_cast<std::uint64_t>(integer(body, "order"))};
+}
+
 void take_parts(const Value& body, Journaled& out) {
   const Value* parts = body.find("parts");
   if (parts != nullptr && parts->as_list() != nullptr) out.parts = *parts->as_list();
@@ -159,11 +164,11 @@ bool take_records(std::string_view octets, Journaled& out) {
       case Kind::kInstant: went_on(*body); break;
       case Kind::kInput:
         went_on(*body);
-        out.inputs.emplace_back(time_of(integer(*body, "at")), what != nullptr ? *what : Value());
+        out.inputs.emplace_back(place_of(*body), what != nullptr ? *what : Value());
         break;
       case Kind::kIntervention:
         went_on(*body);
-        out.interventions.emplace_back(time_of(integer(*body, "at")), *body);
+        out.interventions.emplace_back(place_of(*body), *body);
         break;
       case Kind::kParts: take_parts(*body, out); break;
       case Kind::kSent: out.sent.insert(static_cast<std::uint64_t>(integer(*body, "call"))); break;
@@ -308,6 +313,7 @@ class Journal::Impl {
     ++cost_.writes;
     cost_.bytes += whole.size();
     base_ = std::move(made_record);
+    if (first) begun_ = std::chrono::steady_clock::now();
     const std::lock_guard lock(mutex_);
     file_ = std::move(file);
     dirty_ = false;
@@ -335,7 +341,24 @@ class Journal::Impl {
     if (options_.sync != project::JournalSync::kEach || !file_ || !dirty_.exchange(false)) return;
     const Spending spending(*this);
     ++syncs_;
-    if (::fdatasync(file_->get()) != 0) give_up(options_.journal.string() + ": " + std::strerror(errno));
+    ++waits_;
+    const auto begun = std::chrono::steady_clock::now();
+    if (::fdatasync(file_->get()) != 0) return give_up(options_.journal.string() + ": " + std::strerror(errno));
+    const auto now = std::chrono::steady_clock::now();
+    cost_.waited += now - begun;
+    if (is_slow_told_ || now - begun_ < std::chrono::seconds(1)) return;
+    const double share = seconds(cost_.waited) / seconds(now - begun_);
+    if (share <= kWaitShareMax) return;
+    is_slow_told_ = true;
+    if (options_.on_slow) options_.on_slow(slow(share));
+  }
+
+  [[nodiscard]] std::string slow(double share) const {
+    std::array<char, 160> text{};
+    std::snprintf(text.data(), text.size(),
+                  "the disk takes %.1f ms for each write that must be on it, %.0f %% of the run's time",
+                  seconds(cost_.waited) * 1e3 / static_cast<double>(waits_), share * 100);
+    return text.data();
   }
 
   void give_up(const std::string& why) {
@@ -373,6 +396,9 @@ class Journal::Impl {
   List parts_;
   JournalCost cost_;
   std::atomic<std::uint64_t> syncs_ = 0;
+  std::uint64_t waits_ = 0;  // of these, what the run's thread waited for
+  std::chrono::steady_clock::time_point begun_;
+  bool is_slow_told_ = false;
   std::atomic<bool> dirty_ = false;
   std::mutex mutex_;  // of file_, for who only syncs it
   std::condition_variable end_;
@@ -388,11 +414,13 @@ void Journal::snapshot(TimePoint now, std::string_view state, List open, const s
   impl_->snapshot(now, state, std::move(open), gaps);
 }
 void Journal::instant(TimePoint now) { impl_->write(Kind::kInstant, {}, now); }
-void Journal::input(TimePoint when, Value delivery) {
-  impl_->write(Kind::kInput, Map{{"what", std::move(delivery)}}, when);
+void Journal::input(const Place& where, Value delivery) {
+  const auto order = static_cast<std::int64_t>(where.order);
+  impl_->write(Kind::kInput, Map{{"what", std::move(delivery)}, {"order", order}}, where.when);
 }
-void Journal::intervention(TimePoint when, Value what, const std::string& source) {
-  impl_->write(Kind::kIntervention, Map{{"what", std::move(what)}, {"source", source}}, when);
+void Journal::intervention(const Place& where, Value what, const std::string& source) {
+  const auto order = static_cast<std::int64_t>(where.order);
+  impl_->write(Kind::kIntervention, Map{{"what", std::move(what)}, {"order", order}, {"source", source}}, where.when);
   impl_->before_leaving();
 }
 void Journal::sent(std::uint64_t call) {

@@ -14,6 +14,7 @@
 #include "sentree/base/time.h"
 #include "sentree/base/value.h"
 #include "sentree/project/project.h"
+#include "sentree/runtime/scheduler.h"
 
 namespace sentree::runtime {
 
@@ -34,6 +35,9 @@ struct WallTime {
 /// How long after `a` is `b`; nothing where that is not known: another start of the machine, and a date that went back.
 [[nodiscard]] std::optional<Duration> between(const WallTime& a, const WallTime& b);
 
+/// A run that waits longer for its disk does not keep up; looked at after the first second.
+inline constexpr double kWaitShareMax = 0.25;
+
 /// What a run pays for its journal.
 struct JournalCost {
   std::uint64_t bytes = 0;
@@ -41,6 +45,7 @@ struct JournalCost {
   std::uint64_t syncs = 0;
   std::uint64_t snapshots = 0;
   Duration spent{};      ///< Of the run's thread, on all of it.
+  Duration waited{};     ///< Of it, for the disk.
   std::string given_up;  ///< Why the run cannot be resumed any more; empty: it could be.
 };
 
@@ -58,6 +63,8 @@ struct DurableOptions {
   std::function<void()> settle = {};
   /// Told once, when the journal cannot be written; the run goes on.
   std::function<void(const std::string&)> on_failure = {};
+  /// Told once, in the run's thread, when that waits for the disk for more than `kWaitShareMax` of its time.
+  std::function<void(const std::string&)> on_slow = {};
   std::function<WallTime()> clock = wall_time;
   /// Wall time between two states of the whole run.
   Duration snapshot_period = std::chrono::seconds(5);
@@ -69,11 +76,11 @@ struct Journaled {
   Value note;
   std::vector<Gap> gaps;  ///< Of the runs that it resumed.
   std::string state;      ///< Of the whole run, for `mission::restore`.
-  // Since then, as `mission::save` made them, each with its time.
-  std::vector<std::pair<TimePoint, Value>> inputs;
-  std::vector<std::pair<TimePoint, Value>> interventions;  ///< {what, source}.
-  /// At the time of `state`: calls that were on their way, {call, sent}, and {chart_steps}, how many were executed
-  /// elsewhere.
+  // Since then, as `mission::save` made them, in the order written.
+  std::vector<std::pair<Place, Value>> inputs;
+  std::vector<std::pair<Place, Value>> interventions;  ///< {what, source}.
+  /// At the time of `state`: calls that were on their way, {call, sent}, {chart_steps}, how many were executed
+  /// elsewhere, {observer, memory} of observers, and {decided, decision} of monitors elsewhere.
   std::vector<Value> open;
   List parts;                    ///< Processes that the run has started, as `Journal::parts` was told.
   std::set<std::uint64_t> sent;  ///< Calls that have left since, of methods that must not be asked twice.
@@ -108,8 +115,8 @@ class Journal {
 
   void snapshot(TimePoint now, std::string_view state, List open, const std::vector<Gap>& gaps);
   void instant(TimePoint now);
-  void input(TimePoint when, Value delivery);
-  void intervention(TimePoint when, Value what, const std::string& source);
+  void input(const Place& where, Value delivery);
+  void intervention(const Place& where, Value what, const std::string& source);
   void sent(std::uint64_t call);
   /// Nobody has executed that step of a chart.
   void lost(std::uint64_t step);

@@ -203,6 +203,15 @@ void Monitors::go_on() {
   schedule();
 }
 
+std::vector<Gap> gaps_within(const monitor::Decision& decision, const std::vector<Gap>& gaps) {
+  const TimePoint begun = decision.witness.empty() ? TimePoint{} : decision.witness.front().time;
+  std::vector<Gap> within;
+  for (const Gap& gap : gaps) {
+    if (gap.from <= decision.at && begun <= gap.to) within.push_back(gap);
+  }
+  return within;
+}
+
 void Monitors::advance(TimePoint now) {
   advancing_to_ = now;
   set_.advance(now, *this);
@@ -231,11 +240,7 @@ void Monitors::stepped(std::size_t index, monitor::Decisions decisions) {
     if (decision.verdict == monitor::Verdict::kViolated) report.violations = decision.number;
     report.leaf = set_.leaf();
     report.explanation = monitor::explain(set_.models()[index], decision, report.leaf);
-    const TimePoint begun = decision.witness.empty() ? TimePoint{} : decision.witness.front().time;
-    report.gaps.clear();
-    for (const Gap& gap : gaps_) {
-      if (gap.from <= decision.at && begun <= gap.to) report.gaps.push_back(gap);
-    }
+    report.gaps = gaps_within(decision, gaps_);
     report.decision = std::move(decision);
     stream_.publish(decision_message(report));
     replies_.decided(report);

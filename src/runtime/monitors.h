@@ -22,6 +22,9 @@ namespace sentree::runtime {
 /// "monitor.violated" and the like: what a run publishes of a decision.
 [[nodiscard]] Message decision_message(const MonitorReport& report);
 
+/// Those of the gaps that lie within what led to the decision.
+[[nodiscard]] std::vector<Gap> gaps_within(const monitor::Decision& decision, const std::vector<Gap>& gaps);
+
 /// Feeds the run's monitors with the stream and wakes them when time matters to them. A listener of the stream.
 ///
 /// A monitor whose script does not end is given up. In real time a new thread goes on behind it, so that every other

@@ -9,6 +9,7 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/idl/conform.h"
+#include "sentree/runtime/decision_record.h"
 #include "sentree/runtime/durable.h"
 #include "sentree/runtime/elsewhere.h"
 #include "sentree/runtime/local_skill.h"
@@ -30,6 +31,10 @@ namespace {
 
 // What a call of somebody who steers the run gets.
 constexpr std::chrono::seconds kCallPatience{1};
+// How long a durable run waits for observers elsewhere to say how far they are: at a state that can be left out, and
+// where there is no other one.
+constexpr std::chrono::milliseconds kBetweenTicks{500};
+constexpr std::chrono::seconds kAfterResumption{30};
 // Why parts elsewhere are refused by a run that was given no way to them (`RunOptions::elsewhere`).
 constexpr const char* kOnlyHere = ", and everything runs in one process here";
 
@@ -87,8 +92,9 @@ class Run::Impl final : public RunView, private RunInside {
                    .observer = stream_.actor()}) {
     if (options_.durable) {
       if (options_.resume != nullptr) options_.durable->resumed = options_.resume->file;
-      durability_ = std::make_unique<Durability>(plan_, *scheduler_, *options_.durable,
-                                                 [this](std::size_t leaf) { return skills_[leaf]; });
+      durability_ = std::make_unique<Durability>(
+          plan_, *scheduler_, *options_.durable, [this](std::size_t leaf) { return skills_[leaf]; },
+          options_.resume != nullptr ? options_.resume->gaps : std::vector<Gap>());
       scheduler_->keep(durability_.get());
     }
     if (!scenario_.orders.empty()) {
@@ -161,6 +167,8 @@ class Run::Impl final : public RunView, private RunInside {
       monitors_.start();
     if (options_.on_view) options_.on_view(this);
     if (serves_control()) serve_control();
+    // A run whose time stands still for a moment is not the robot's.
+    if (durability_ && !scenario_.virtual_time) scheduler_->on_behind([this](Duration behind) { fell_behind(behind); });
     if (!scheduler_->is_virtual() && sim_) {
       // What calls see later than they should makes a replay differ: that comes last.
       constexpr std::chrono::milliseconds kWork{250};
@@ -216,8 +224,7 @@ class Run::Impl final : public RunView, private RunInside {
     report.timing = mission_->timing();
     report.monitors = monitors_.reports();
     if (durability_ && !options_.on_reached) {
-      durability_->journal().remove();
-      if (is_again()) end_journal(*options_.resume, recording_name());  // it had ended
+      is_over_ = true;
       report.journal = durability_->journal().cost();
       report.gaps = durability_->gaps();
     }
@@ -234,6 +241,12 @@ class Run::Impl final : public RunView, private RunInside {
     report.problems.insert(report.problems.end(), mission_->problems().begin(), mission_->problems().end());
     judge(scenario_, report);
     return report;
+  }
+
+  void forget() {
+    if (!is_over_) return;
+    if (is_again()) end_journal(*options_.resume, recording_name());  // it had ended
+    durability_->journal().remove();
   }
 
   /// A thread still uses parts of this.
@@ -324,23 +337,31 @@ class Run::Impl final : public RunView, private RunInside {
 
   // What happened since the journal's state is going to happen again.
   Result<void> execute_again(const Journaled& journaled) {
-    if (auto begun = durability_->begin_again(journaled); !begun) return begun;
-    for (const auto& [when, saved] : journaled.interventions) {
+    Durability::Again again;
+    if (auto begun = durability_->begin_again(journaled, again); !begun) return begun;
+    const auto at = [&](const Place& where, Scheduler::Task task) {
+      again.emplace_back(where, [this, when = where.when, task = std::move(task)] {
+        scheduler_->at(director_, when, mission::Rank::kInjection, task);
+      });
+    };
+    for (const auto& [where, saved] : journaled.interventions) {
       const Value* what = saved.find("what");
       const Value* source = saved.find("source");
       if (what == nullptr || source == nullptr)
         return fail("journal.damaged", journaled.file.string() + ": an intervention is none");
       auto intervention = mission::restore_intervention(*what);
       if (!intervention) return tl::unexpected(intervention.error());
-      scheduler_->at(director_, when, mission::Rank::kInjection,
-                     [this, intervention = std::move(*intervention), by = std::string(source->text())] {
-                       steering_.again(intervention, by);
-                     });
+      at(where, [this, intervention = std::move(*intervention), by = std::string(source->text())] {
+        steering_.again(intervention, by);
+      });
     }
-    for (const auto& [when, saved] : journaled.inputs) {
-      if (auto message = Durability::observed(saved))
-        scheduler_->at(director_, when, mission::Rank::kInjection, [this, message] { stream_.publish(*message); });
+    for (const auto& [where, saved] : journaled.inputs) {
+      if (auto message = Durability::observed(saved)) at(where, [this, message] { stream_.publish(*message); });
+      if (auto decided = Durability::decided(saved))
+        at(where, [this, decided] { take_decision(decided->first, decided->second); });
     }
+    std::stable_sort(again.begin(), again.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (auto& [where, schedule] : again) schedule();
     scheduler_->catch_up(journaled.reached, [this, &journaled] { resumed(journaled); });
     return {};
   }
@@ -376,7 +397,9 @@ class Run::Impl final : public RunView, private RunInside {
     stream_.publish(std::move(message));
     if (!wall)
       problem("the machine's clock was set back: how long nobody was there is not known, and counts as no time");
-    durability_->snapshot(capture());
+    auto beside = remember_observers(kAfterResumption, true);
+    durability_->snapshot(capture(), beside.value_or(List()));
+    if (!beside) durability_->journal().give_up("a monitor in another process does not say how far it is");
     end_journal(journaled, recording_name());
     durability_->ask_again();
     keep_journal(add_saturating(gap.to, journal_period()));
@@ -394,9 +417,21 @@ class Run::Impl final : public RunView, private RunInside {
 
   void keep_journal(TimePoint when) {
     scheduler_->at(director_, when, mission::Rank::kInjection, [this, when] {
-      durability_->snapshot(capture());
-      keep_journal(std::max(when + journal_period(), scheduler_->now()));
+      // Behind what came in at this instant, of which a part may be in the state and another not yet in the journal.
+      scheduler_->at(director_, scheduler_->now(), mission::Rank::kInjection, [this, when] {
+        // Without it, the records behind the last state say everything still.
+        const Duration patience = when == TimePoint{} ? Duration(kAfterResumption) : Duration(kBetweenTicks);
+        if (auto beside = remember_observers(patience, false)) durability_->snapshot(capture(), std::move(*beside));
+        keep_journal(std::max(when + journal_period(), scheduler_->now()));
+      });
     });
+  }
+
+  // At first and whenever it has doubled.
+  void fell_behind(Duration behind) {
+    if (behind < tell_behind_) return;
+    tell_behind_ = 2 * behind;
+    problem(behind_the_clock(behind, durability_->waited_for_charts(), durability_->journal().cost().waited));
   }
 
   bool is_again() const { return durability_ && durability_->catching_up(); }
@@ -437,6 +472,10 @@ class Run::Impl final : public RunView, private RunInside {
                                              const std::lock_guard lock(problems_mutex_);
                                              decided_elsewhere_.emplace_back(name, decision);
                                            }
+                                           if (durability_) {
+                                             (void)scheduler_->inject(director_, [this] { take_decisions(); });
+                                             return;
+                                           }
                                            // The stream's actor is where monitors of this process decide too.
                                            scheduler_->post(stream_.actor(), [this] { take_decisions(); });
                                          },
@@ -446,7 +485,57 @@ class Run::Impl final : public RunView, private RunInside {
     publisher_.set_elsewhere(elsewhere_.get());
     if (auto error = elsewhere_->start(services_)) return error;
     keep_parts();
+    if (durability_) return recall_observers();
     return std::nullopt;
+  }
+
+  // Observers begin as they were at the journal's state, from which on everything is observed again.
+  std::optional<std::string> recall_observers() {
+    static const std::vector<Value> kNothing;
+    const auto& known = options_.resume != nullptr ? options_.resume->open : kNothing;
+    for (const Value& entry : known) {
+      if (auto decided = Durability::decided(entry)) note_decision(decided->first, decided->second);
+    }
+    for (std::size_t i = 0; i < observers().size(); ++i) {
+      Value memory;
+      for (const Value& entry : known) {
+        const Value* name = entry.find("observer");
+        const Value* what = entry.find("memory");
+        if (name != nullptr && what != nullptr && name->text() == plan_.observers[i].name) memory = *what;
+      }
+      if (auto recalled = observers()[i]->recall(memory); !recalled) return recalled.error().message;
+    }
+    return std::nullopt;
+  }
+
+  // As they are now, for the journal. Nothing: one does not say it in time, or has decided what has not been taken.
+  // That may be `taken` where the journal begins, and nothing of this instant is executed again.
+  std::optional<List> remember_observers(Duration patience, bool taken) {
+    // What is taken is observed, and may make another one decide: each once.
+    for (std::size_t rounds = 0; rounds <= observers().size(); ++rounds) {
+      List all;
+      for (std::size_t i = 0; i < observers().size(); ++i) {
+        auto memory = observers()[i]->remember(patience);
+        if (!memory) return std::nullopt;
+        all.push_back(Map{{"observer", plan_.observers[i].name}, {"memory", std::move(*memory)}});
+      }
+      if (is_decided_elsewhere()) {
+        if (!taken) break;
+        take_decisions();
+        continue;
+      }
+      const std::lock_guard lock(problems_mutex_);
+      for (const MonitorReport& report : remote_reports_) {
+        if (report.decision) all.push_back(Map{{"decided", report.name}, {"decision", save(*report.decision)}});
+      }
+      return all;
+    }
+    return std::nullopt;
+  }
+
+  bool is_decided_elsewhere() {
+    const std::lock_guard lock(problems_mutex_);
+    return !decided_elsewhere_.empty();
   }
 
   const std::vector<std::unique_ptr<Observer>>& observers() const {
@@ -504,20 +593,25 @@ class Run::Impl final : public RunView, private RunInside {
     for (const auto& [name, decision] : decisions) take_decision(name, decision);
   }
 
+  // Nothing: it is an observer that is no monitor of the project, or one of a run that goes on, and known.
+  std::optional<MonitorReport> note_decision(const std::string& name, const monitor::Decision& decision) {
+    const std::lock_guard lock(problems_mutex_);
+    const auto slot = std::find_if(remote_reports_.begin(), remote_reports_.end(),
+                                   [&](const MonitorReport& known) { return known.name == name; });
+    if (slot == remote_reports_.end() || (durability_ && slot->decision)) return std::nullopt;
+    slot->verdict = decision.verdict;
+    slot->decision = decision;
+    if (durability_) slot->gaps = gaps_within(decision, durability_->gaps());
+    return *slot;
+  }
+
   // Of a monitor elsewhere.
   void take_decision(const std::string& name, const monitor::Decision& decision) {
-    MonitorReport report;
-    {
-      const std::lock_guard lock(problems_mutex_);
-      const auto slot = std::find_if(remote_reports_.begin(), remote_reports_.end(),
-                                     [&](const MonitorReport& known) { return known.name == name; });
-      if (slot == remote_reports_.end()) return;  // an observer that is no monitor of the project
-      slot->verdict = decision.verdict;
-      slot->decision = decision;
-      report = *slot;
-    }
-    stream_.publish(decision_message(report));
-    on_decision(report);
+    const auto report = note_decision(name, decision);
+    if (!report) return;
+    if (durability_) durability_->decided(name, decision);
+    stream_.publish(decision_message(*report));
+    on_decision(*report);
   }
 
   // Nobody serves it: what is published has left when it was observed.
@@ -903,6 +997,8 @@ class Run::Impl final : public RunView, private RunInside {
   std::vector<std::string> given_up_;
   std::atomic<bool> left_behind_ = false;
   TimePoint ended_{};
+  Duration tell_behind_ = std::chrono::seconds(1);
+  bool is_over_ = false;  // and durable
   std::atomic<bool> timed_out_ = false;
   std::atomic<bool> interrupted_ = false;
 };
@@ -913,5 +1009,6 @@ Run::~Run() {
 }
 RunReport Run::execute() { return impl_->execute(); }
 void Run::interrupt() { impl_->interrupt(); }
+void Run::forget() { impl_->forget(); }
 
 }  // namespace sentree::runtime

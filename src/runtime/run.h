@@ -137,6 +137,9 @@ class Run {
   /// Halts the mission and ends the run in order, paused or not; in virtual time without a pace it ends as it is. From
   /// any thread, not from a signal handler.
   void interrupt();
+  /// After a durable run that has ended: what it said is safe elsewhere, so nobody needs to resume it, and its journal
+  /// goes.
+  void forget();
 
  private:
   class Impl;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -29,6 +30,14 @@ inline constexpr double kFactorMax = 1000.0;
 
 enum class Urgency : std::uint8_t { kForeground, kBackground };
 
+/// Where something stands among all that a run in virtual time does: several things may come from outside at one
+/// instant.
+struct Place {
+  TimePoint when{};
+  std::uint64_t order = 0;  ///< At that instant; grows over the whole run.
+  friend auto operator<=>(const Place&, const Place&) = default;
+};
+
 /// Writes down what a run in virtual time needs to be executed again, before anything follows from it. Called in the
 /// thread of the run.
 class Chronicle {
@@ -36,8 +45,8 @@ class Chronicle {
   virtual ~Chronicle() = default;
   /// Time has come to a later instant, at which nothing has happened yet.
   virtual void instant(TimePoint now) = 0;
-  /// Something came from outside and happens at `when`.
-  virtual void entered(TimePoint when, const mission::Delivery& what) = 0;
+  /// Something came from outside and happens there.
+  virtual void entered(const Place& where, const mission::Delivery& what) = 0;
 };
 
 /// Hands tasks to actors, now or later; is the run's clock.
@@ -127,8 +136,13 @@ class Scheduler : public Clock {
 
   // Virtual time only, before `run()` where nothing else is said.
 
+  /// Of the task that is executed. In the thread of the run.
+  [[nodiscard]] virtual Place place() const { return {now(), 0}; }
   /// Borrowed.
   virtual void keep(Chronicle* /*chronicle*/) {}
+  /// Told, in the thread of the run, when that was held up and goes on later than its pace wants: how much wall time it
+  /// has lost so far.
+  virtual void on_behind(std::function<void(Duration)> /*told*/) {}
   /// What is due until then is executed as fast as the machine allows, and unwritten; nothing enters meanwhile. Then
   /// `reached` is called, once, in the thread of the run, and time passes as the pace says.
   virtual void catch_up(TimePoint /*until*/, std::function<void()> /*reached*/) {}

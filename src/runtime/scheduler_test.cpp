@@ -71,6 +71,55 @@ TEST(VirtualScheduler, BoundsItsQueue) {
   EXPECT_THAT(scheduler->run().value_or(""), HasSubstr("are waiting; the last one was for slow"));
 }
 
+// Commands and deliveries that come in at one instant are written down with the places that they have.
+TEST(VirtualScheduler, NumbersWhatComesFromOutside) {
+  struct Written final : Chronicle {
+    void instant(TimePoint) override {}
+    void entered(const Place& where, const mission::Delivery&) override { places.push_back(where); }
+    std::vector<Place> places;
+  } written;
+  const auto scheduler = make_virtual_scheduler();
+  const ActorId actor = scheduler->add_actor("a");
+  const ActorId other = scheduler->add_actor("b");
+  scheduler->keep(&written);
+  std::vector<Place> executed;
+  scheduler->on_delivery(other, [&](const mission::Delivery&) { executed.push_back(scheduler->place()); });
+  ASSERT_TRUE(scheduler->inject(actor, [&] { executed.push_back(scheduler->place()); }));
+  scheduler->enter(other, {});
+  ASSERT_TRUE(scheduler->inject(actor, [&] {
+    executed.push_back(scheduler->place());
+    scheduler->stop();
+  }));
+  scheduler->set_pace({.factor = 1});
+  EXPECT_EQ(scheduler->run(), std::nullopt);
+  ASSERT_EQ(executed.size(), 3U);
+  EXPECT_EQ(executed[0].when, executed[2].when);
+  EXPECT_LT(executed[0], executed[1]);
+  EXPECT_LT(executed[1], executed[2]);
+  EXPECT_THAT(written.places, ElementsAre(executed[1]));
+}
+
+TEST(VirtualScheduler, SaysHowFarItIsBehindTheClock) {
+  const auto scheduler = make_virtual_scheduler();
+  const ActorId actor = scheduler->add_actor("a");
+  std::vector<Duration> told;
+  scheduler->on_behind([&](Duration behind) { told.push_back(behind); });
+  scheduler->set_pace({.factor = 1});
+  // Twice something takes longer than the run may catch up with.
+  for (const int ms : {0, 10}) {
+    scheduler->at(actor, TimePoint(milliseconds(ms)), mission::Rank::kTimer, [] {
+      const auto until = std::chrono::steady_clock::now() + milliseconds(300);
+      while (std::chrono::steady_clock::now() < until) {
+      }
+    });
+  }
+  scheduler->at(actor, TimePoint(milliseconds(20)), mission::Rank::kTimer, [&] { scheduler->stop(); });
+  EXPECT_EQ(scheduler->run(), std::nullopt);
+  ASSERT_GE(told.size(), 2U);
+  EXPECT_GE(told.front(), milliseconds(250));
+  EXPECT_GE(told.back(), told.front() + milliseconds(250));
+}
+
 TEST(VirtualScheduler, SaysWhenNothingIsLeftToDo) {
   EXPECT_THAT(make_virtual_scheduler()->run().value_or(""), HasSubstr("nothing is left to do"));
 }

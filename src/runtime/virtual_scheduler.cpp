@@ -138,6 +138,8 @@ class VirtualScheduler final : public Scheduler {
   }
 
   void keep(Chronicle* chronicle) override { chronicle_ = chronicle; }
+  void on_behind(std::function<void(Duration)> told) override { told_behind_ = std::move(told); }
+  Place place() const override { return {now(), executed_}; }
 
   void catch_up(TimePoint until, std::function<void()> reached) override {
     catching_up_ = true;
@@ -190,6 +192,7 @@ class VirtualScheduler final : public Scheduler {
       queue_.pop_back();
       Thing thing = std::move(things_[next.thing]);
       free_.push_back(next.thing);
+      executed_ = next.order;
       if (auto* delivery = std::get_if<mission::Delivery>(&thing))
         give(next.actor, std::move(*delivery));
       else
@@ -243,7 +246,7 @@ class VirtualScheduler final : public Scheduler {
       for (auto& [to, what] : inbox_) {
         commands_until_ = command_time();
         if (const auto* delivery = std::get_if<mission::Delivery>(&what); delivery != nullptr && chronicle_ != nullptr)
-          chronicle_->entered(commands_until_, *delivery);
+          chronicle_->entered({commands_until_, order_}, *delivery);
         push(to, commands_until_, mission::Rank::kInjection, std::move(what));
       }
       inbox_.clear();
@@ -261,8 +264,15 @@ class VirtualScheduler final : public Scheduler {
         }
         const SteadyClock::time_point present = SteadyClock::now();
         if (present - wall(next) > kLagMax) {
+          behind_ += present - wall(next);
           anchor_run_ = next;
           anchor_wall_ = present;
+          if (told_behind_) {
+            lock.unlock();
+            told_behind_(behind_);
+            lock.lock();
+            continue;
+          }
         }
         if (present >= wall(next)) return true;
         waiting_ = true;
@@ -345,7 +355,8 @@ class VirtualScheduler final : public Scheduler {
   std::atomic<TimePoint> now_ = TimePoint{};  // written by the thread that works only
   bool begun_ = false;                        // more than injections has happened now
   std::uint64_t order_ = 0;
-  std::uint64_t orders_ = 0;  // instants at which an order was decided
+  std::uint64_t orders_ = 0;    // instants at which an order was decided
+  std::uint64_t executed_ = 0;  // the order of what is executed
   std::function<std::size_t(std::uint64_t, std::span<const mission::Delivery* const>)> decide_;
   std::atomic<bool> stopped_ = false;  // an interrupt comes from another thread
   std::optional<std::string> error_;
@@ -376,6 +387,8 @@ class VirtualScheduler final : public Scheduler {
   TimePoint anchor_run_{};
   SteadyClock::time_point anchor_wall_{};
   std::function<void()> told_standing_;
+  std::function<void(Duration)> told_behind_;
+  Duration behind_{};
 };
 
 }  // namespace
