@@ -7,8 +7,8 @@ OTHER_BOOT is the library of other_boot.cpp. Missions follow each other until th
 every third kill the last write is torn, after every third the machine is another one to the program, with its clock set
 back. Each mission must end with SUCCESS, and over the whole chain of its recordings each observation is there once, each
 verdict too, and no goal was sent that the robot had. At last the disk is slow, and the run waits for each write: that is
-told, and the mission goes on and is resumed as others are; then it is full: that is told, the mission goes on, and cannot
-be resumed.
+told, and the mission goes on and is resumed as others are; then it fails, which is told; then it is full: that is told,
+the mission goes on, and cannot be resumed.
 
 --processes: skills and a monitor run in processes of their own. Killed is the executive, or the process of a skill, of
 the monitor, of several, or all at once; what survived is found again, the monitor decides once and at the observation
@@ -270,6 +270,27 @@ duration: 60 min
                     process.kill()
                     process.wait()
 
+    def failing_disk(self):
+        """A mission whose disk takes the journal at first, and then says that it does not."""
+        simulator = self.simulator(1)
+        self.environment.update(LD_PRELOAD=self.other_boot, SENTREE_TEST_SYNCS="2")
+        run = self.start("run", self.scenario, "--durable", "--verbose")
+        try:
+            for line in run.stdout:
+                if "journal cannot be written" in line:
+                    break
+            else:
+                raise Failed("nothing was told of the disk that fails")
+            if "Input/output error" not in line:
+                raise Failed(f"of the disk that fails was told: {line}")
+            say("✓ a disk that fails behind the run: told")
+        finally:
+            del self.environment["SENTREE_TEST_SYNCS"]
+            for process in (run, simulator):
+                if process.poll() is None:
+                    process.kill()
+                    process.wait()
+
     def full_disk(self, is_killed):
         """A mission on whose disk there is no more room from some moment on, which then is killed or ends."""
         simulator = self.simulator(1)
@@ -411,6 +432,7 @@ duration: 60 min
             say(f"struck: {self.struck}; all that survived was there {self.found_again} times")
             return
         self.slow_disk()
+        self.failing_disk()
         for is_killed in (True, False):
             self.full_disk(is_killed)
 

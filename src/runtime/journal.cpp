@@ -260,9 +260,11 @@ class Journal::Impl {
         const auto file = file_;
         if (!file || !dirty_.exchange(false)) continue;
         lock.unlock();
-        (void)::fdatasync(file->get());
+        const int error = ::fdatasync(file->get()) == 0 ? 0 : errno;
         ++syncs_;
         lock.lock();
+        // A later success says nothing of what was lost here; the file of the next state does.
+        if (error != 0 && file == file_) sync_error_ = error;
       }
     });
   }
@@ -316,6 +318,7 @@ class Journal::Impl {
     if (first) begun_ = std::chrono::steady_clock::now();
     const std::lock_guard lock(mutex_);
     file_ = std::move(file);
+    sync_error_ = 0;
     dirty_ = false;
   }
 
@@ -331,6 +334,7 @@ class Journal::Impl {
     }
     const std::string made = record(kind, pack(Value(std::move(body))));
     base_ += made;
+    if (const int error = sync_error_) return give_up(options_.journal.string() + ": " + std::strerror(error));
     if (!write_all(file_->get(), made)) return give_up(options_.journal.string() + ": " + std::strerror(errno));
     ++cost_.writes;
     cost_.bytes += made.size();
@@ -399,6 +403,7 @@ class Journal::Impl {
   std::uint64_t waits_ = 0;  // of these, what the run's thread waited for
   std::chrono::steady_clock::time_point begun_;
   bool is_slow_told_ = false;
+  std::atomic<int> sync_error_ = 0;  // of the syncer, for who writes next
   std::atomic<bool> dirty_ = false;
   std::mutex mutex_;  // of file_, for who only syncs it
   std::condition_variable end_;
