@@ -122,6 +122,9 @@ Loaded<Model> Model::make(Spec spec) {
   parts->decides.assign(chart.states().size(), Verdict::kUndecided);
   parts->pending.assign(chart.states().size(), false);
 
+  // Who names a chart alone has no other line than its first.
+  const SourceSpan named = parts->spec.span.line > 0 ? parts->spec.span : chart.span(chart.states().front().place);
+
   std::vector<std::string> ids;
   for (const scxml::State& state : chart.states()) ids.push_back(state.id);
   bool can_decide = false;
@@ -133,7 +136,7 @@ Loaded<Model> Model::make(Spec spec) {
       made.diagnostics.push_back({Severity::kError, "monitor.unknown-state",
                                   "monitor \"" + parts->spec.name + "\": \"" + id + "\" is no state of " +
                                       chart.file() + did_you_mean(id, ids),
-                                  parts->spec.span});
+                                  named});
     }
   }
   for (scxml::StateIndex i = 0; i < chart.states().size(); ++i) {
@@ -164,7 +167,7 @@ Loaded<Model> Model::make(Spec spec) {
                                 "monitor \"" + parts->spec.name +
                                     "\" can never decide: name its bad states with violated: [STATE], or give it a "
                                     "top-level <final id=\"violated\">",
-                                parts->spec.span});
+                                named});
   }
 
   parts->descriptors = chart.events_handled();
