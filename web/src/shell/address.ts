@@ -1,7 +1,7 @@
 import { useMode } from "../design/mode";
 import type { Time } from "../protocol/types";
 import { select, useStudio, type Selection } from "../store/store";
-import { go_live, seek } from "../store/time_travel";
+import { go_live, seek, wants_live } from "../store/time_travel";
 import { read_place, write_place, type Place } from "./place";
 
 /** Browsers refuse an address that changes too often. */
@@ -42,9 +42,9 @@ export function follow_address(): () => void {
   let asked_at: Time | null = wanted.at;
   const write = () => {
     timer = 0;
-    // On the way to the moment asked for, the address stays.
+    // On the way to the moment asked for, the address stays: whoever loads the page anew now gets there too.
     const now = place_now();
-    if (asked_at !== null && now.at === null && useStudio.getState().wanted !== null) return;
+    if (asked_at !== null && now.at === null && !wants_live()) return;
     asked_at = null;
     const hash = write_place(window.location.hash, now);
     if (hash !== window.location.hash) window.history.replaceState(null, "", hash === "" ? window.location.pathname : hash);

@@ -14,6 +14,8 @@ export interface SeekPort {
 export class Seeker {
   private busy = false;
   private next: Time | "live" | null = null;
+  /** The newest wish, fulfilled or not. */
+  latest: Time | "live" | null = null;
 
   constructor(
     private readonly port: SeekPort,
@@ -25,13 +27,13 @@ export class Seeker {
   }
 
   seek(time: Time): void {
-    this.next = Math.round(time);
+    this.next = this.latest = Math.round(time);
     this.wanted(this.next);
     void this.drain();
   }
 
   live(): void {
-    this.next = "live";
+    this.next = this.latest = "live";
     this.wanted(null);
     void this.drain();
   }
@@ -64,6 +66,9 @@ export function seek(time: Time): void {
   if (!state) return;
   seeker.seek(Math.min(Math.max(time, state.begin), state.end));
 }
+
+/** The present was asked for last, or nothing yet. */
+export const wants_live = (): boolean => typeof seeker.latest !== "number";
 
 /** All panels follow the present again (of a recording: its end). */
 export function go_live(): void {
