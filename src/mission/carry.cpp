@@ -16,9 +16,9 @@ namespace {
 
 constexpr std::size_t kGone = Carried::kGone;
 
-class Passage {
+class Mapping {
  public:
-  Passage(const project::Plan& before, const State& state, const project::Plan& after)
+  Mapping(const project::Plan& before, const State& state, const project::Plan& after)
       : before_(before), old_(state), after_(after) {}
 
   Loaded<Carried> carry() {
@@ -272,7 +272,7 @@ class Passage {
 }  // namespace
 
 Loaded<Carried> carry(const project::Plan& before, const State& state, const project::Plan& after) {
-  return Passage(before, state, after).carry();
+  return Mapping(before, state, after).carry();
 }
 
 }  // namespace sentree::mission

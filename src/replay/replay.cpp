@@ -97,7 +97,7 @@ class Replay {
       tick_ = message.tick;
     });
     if (!recorded_.is_virtual())
-      options.arrival = [this](std::size_t leaf, Passage what) { return arrival(leaf, what); };
+      options.arrival = [this](std::size_t leaf, LeafMessage what) { return arrival(leaf, what); };
     options.make_port = [this](const project::ServicePlan& service, const std::string& leaf) {
       return std::make_unique<Port>(*this, service, leaf);
     };
@@ -126,16 +126,16 @@ class Replay {
     std::string leaf_;
   };
 
-  using Passage = runtime::RunOptions::Passage;
+  using LeafMessage = runtime::RunOptions::LeafMessage;
 
   // Something that the mission asked of a leaf, and what came of it.
-  struct Errand {
+  struct Activation {
     TimePoint asked{};
     std::optional<TimePoint> answered;
     bool late = false;  // `answered` is when the mission gave up
   };
   // By leaf and root tick, in order.
-  using Errands = std::map<std::pair<std::size_t, std::uint64_t>, std::deque<Errand>>;
+  using Activations = std::map<std::pair<std::size_t, std::uint64_t>, std::deque<Activation>>;
 
   // The recorded run is one of this plan, and a value at each of its moments.
   bool can_restore() const {
@@ -236,7 +236,7 @@ class Replay {
 
   void remember(const std::vector<Message>& messages) {
     std::map<std::uint64_t, Exchange*> open;  // by call
-    std::map<std::uint64_t, Errand*> errands;
+    std::map<std::uint64_t, Activation*> activations;
     std::map<std::string_view, std::size_t> leaves;
     for (std::size_t i = 0; i < plan_.leaves.size(); ++i) leaves[plan_.leaves[i].name] = i;
     for (const Message& message : messages) {
@@ -254,15 +254,15 @@ class Replay {
         if (!ticked && !message.name.ends_with(".halt.request")) continue;
         auto& list = (ticked ? ticks_ : halts_)[{asked->second, message.tick}];
         list.push_back({.asked = message.time, .answered = {}});
-        errands[message.call] = &list.back();
+        activations[message.call] = &list.back();
         continue;
       }
       if (message.target == "mission") {
-        const auto errand = errands.find(message.call);
-        if (errand == errands.end()) continue;
-        errand->second->answered = message.time;
-        errand->second->late = message.kind == MessageKind::kError;
-        errands.erase(errand);
+        const auto activation = activations.find(message.call);
+        if (activation == activations.end()) continue;
+        activation->second->answered = message.time;
+        activation->second->late = message.kind == MessageKind::kError;
+        activations.erase(activation);
         continue;
       }
       const auto service = plan_.services.find(message.target);
@@ -294,11 +294,11 @@ class Replay {
   }
 
   // When what passes between mission and leaf arrived then.
-  TimePoint arrival(std::size_t leaf, Passage what) {
+  TimePoint arrival(std::size_t leaf, LeafMessage what) {
     if (report_.continued) return {};
-    const bool is_halt = what == Passage::kHalt || what == Passage::kHalted;
-    std::optional<Errand>& current = (is_halt ? halting_ : ticking_)[leaf];
-    if (what == Passage::kTick || what == Passage::kHalt) {
+    const bool is_halt = what == LeafMessage::kHalt || what == LeafMessage::kHalted;
+    std::optional<Activation>& current = (is_halt ? halting_ : ticking_)[leaf];
+    if (what == LeafMessage::kTick || what == LeafMessage::kHalt) {
       current.reset();
       const auto found = (is_halt ? halts_ : ticks_).find({leaf, tick_});
       if (found == (is_halt ? halts_ : ticks_).end() || found->second.empty()) return {};
@@ -309,7 +309,7 @@ class Replay {
     if (!current) return {};
     // What the end of the run cut short is cut short again.
     if (!current->answered) return is_own_ ? kNever : TimePoint{};
-    if (what != Passage::kDue) return !current->late ? *current->answered : is_own_ ? kNever : TimePoint{};
+    if (what != LeafMessage::kDue) return !current->late ? *current->answered : is_own_ ? kNever : TimePoint{};
     if (current->late) return *current->answered;
     // The deadline's own timer may have been late, and the answer so in time.
     if (plan_.leaves[leaf].condition) return kNever;
@@ -564,10 +564,10 @@ class Replay {
   std::set<std::string> models_;                       // names of those of the recorded run
   std::map<std::string, std::string> process_skills_;  // what each recorded process ran
   std::vector<Act> acts_;
-  Errands ticks_;
-  Errands halts_;
-  std::map<std::size_t, std::optional<Errand>> ticking_;  // by leaf: what was last asked of it
-  std::map<std::size_t, std::optional<Errand>> halting_;
+  Activations ticks_;
+  Activations halts_;
+  std::map<std::size_t, std::optional<Activation>> ticking_;  // by leaf: what was last asked of it
+  std::map<std::size_t, std::optional<Activation>> halting_;
   std::uint64_t tick_ = 0;  // of the root, the latest
   bool is_own_ = false;     // the plan is that of the recording
   Behaviour then_behaviour_;

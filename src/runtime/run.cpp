@@ -691,7 +691,7 @@ class Run::Impl final : public RunView, private RunInside {
                              .one_deadline_timer = !scheduler_->is_virtual()};
     MissionHooks hooks;
     if (options_.arrival)
-      hooks.due = [this](std::size_t leaf) { return options_.arrival(leaf, RunOptions::Passage::kDue); };
+      hooks.due = [this](std::size_t leaf) { return options_.arrival(leaf, RunOptions::LeafMessage::kDue); };
     hooks.tick_done = [this](std::uint64_t tick) { steering_.tick_done(tick); };
     hooks.ended = [this] {
       ended_ = scheduler_->now();
@@ -737,7 +737,7 @@ class Run::Impl final : public RunView, private RunInside {
                     faults.calls_spared() ? Duration(0) : faults.delay_of(topic));
   }
 
-  void pass(std::size_t leaf, RunOptions::Passage what, Scheduler::Task task) {
+  void pass(std::size_t leaf, RunOptions::LeafMessage what, Scheduler::Task task) {
     const TimePoint at = options_.arrival ? options_.arrival(leaf, what) : TimePoint{};
     if (at <= scheduler_->now())
       task();
@@ -758,11 +758,11 @@ class Run::Impl final : public RunView, private RunInside {
   struct LocalDriver final : LeafDriver {
     LocalDriver(Impl& of, std::size_t leaf) : run(of), index(leaf) {}
     void tick(std::uint64_t tick, bool started, const Map& inputs) override {
-      run.pass(index, RunOptions::Passage::kTick,
+      run.pass(index, RunOptions::LeafMessage::kTick,
                [this, tick, started, inputs] { skill->tick(tick, started, inputs); });
     }
     void halt() override {
-      run.pass(index, RunOptions::Passage::kHalt, [this] { skill->halt(); });
+      run.pass(index, RunOptions::LeafMessage::kHalt, [this] { skill->halt(); });
     }
     void cancel() override { skill->cancel(); }
     Impl& run;
@@ -775,12 +775,13 @@ class Run::Impl final : public RunView, private RunInside {
     const project::LeafPlan& leaf = plan_.leaves[index];
     SkillActor::Replies replies;
     replies.answered = [this, index](std::uint64_t tick, bt::Status status, Map outputs) {
-      pass(index, RunOptions::Passage::kAnswer, [this, index, tick, status, outputs = std::move(outputs)]() mutable {
-        mission_->answered(index, tick, status, std::move(outputs));
-      });
+      pass(index, RunOptions::LeafMessage::kAnswer,
+           [this, index, tick, status, outputs = std::move(outputs)]() mutable {
+             mission_->answered(index, tick, status, std::move(outputs));
+           });
     };
     replies.halted = [this, index] {
-      pass(index, RunOptions::Passage::kHalted, [this, index] { mission_->halted(index); });
+      pass(index, RunOptions::LeafMessage::kHalted, [this, index] { mission_->halted(index); });
     };
     replies.problem = [this](const std::string& what) { problem(what); };
     replies.given_up = [this](const std::string& why) { given_up(why); };

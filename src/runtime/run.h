@@ -103,8 +103,8 @@ struct RunOptions {
   /// When something that passes between the mission and a skill of this process arrives: at once if that is not later
   /// than now, not at all at kNever. Null: all at once.
   /// kDue: the end of the mission's patience with the answer; time 0: as its deadlines say.
-  enum class Passage : std::uint8_t { kTick, kAnswer, kHalt, kHalted, kDue };
-  std::function<TimePoint(std::size_t leaf, Passage)> arrival;
+  enum class LeafMessage : std::uint8_t { kTick, kAnswer, kHalt, kHalted, kDue };
+  std::function<TimePoint(std::size_t leaf, LeafMessage)> arrival;
   /// In virtual time: goes on from there, instead of beginning; borrowed until `execute` returns.
   const mission::State* from = nullptr;
   /// False: somebody else sees to the scenario's timeline.

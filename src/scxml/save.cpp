@@ -120,7 +120,7 @@ struct SessionSnapshot {
   static constexpr int kSavedDepthMax = 64;
 
   /// From one chart to another.
-  struct Passage {
+  struct Mapping {
     const Chart& before;
     const Chart& after;
     Diagnostics problems;
@@ -139,25 +139,25 @@ struct SessionSnapshot {
     }
   };
 
-  static StateSet configuration(Passage& passage, const Session& session) {
-    const auto states = passage.after.states();
+  static StateSet configuration(Mapping& mapping, const Session& session) {
+    const auto states = mapping.after.states();
     StateSet active(states.size());
     session.configuration_.for_each([&](StateIndex old) {
-      const auto now = passage.find(old);
+      const auto now = mapping.find(old);
       if (!now || states[*now].is_history()) {
         if (!session.running()) return;
-        passage.refuse(passage.named(old) + " is active, and the new chart has none of that id",
-                       passage.before.states()[old].place);
+        mapping.refuse(mapping.named(old) + " is active, and the new chart has none of that id",
+                       mapping.before.states()[old].place);
         return;
       }
       for (StateIndex s = *now; s != 0 && s != kNoState; s = states[s].parent) active.insert(s);
     });
-    if (!passage.problems.empty()) return active;
+    if (!mapping.problems.empty()) return active;
     const auto refuse = [&](StateIndex at, const std::string& what) {
       const std::string& id = states[at].id;
-      passage.problems.push_back({Severity::kError, "scxml.cannot-carry",
+      mapping.problems.push_back({Severity::kError, "scxml.cannot-carry",
                                   (id.empty() ? "a state" : "state \"" + id + "\"") + " is active, and " + what,
-                                  passage.after.span(states[at].place)});
+                                  mapping.after.span(states[at].place)});
     };
     const auto check = [&](StateIndex at) {
       std::size_t inside = 0;
@@ -182,14 +182,14 @@ struct SessionSnapshot {
     return active;
   }
 
-  static void history(const Passage& passage, const Session& session, Session& carried) {
+  static void history(const Mapping& mapping, const Session& session, Session& carried) {
     for (const auto& [history, states] : *session.history_) {
-      const auto now = passage.find(history);
-      if (!now || !passage.after.states()[*now].is_history()) continue;
+      const auto now = mapping.find(history);
+      if (!now || !mapping.after.states()[*now].is_history()) continue;
       std::vector<StateIndex> kept;
       for (const StateIndex state : states) {
-        const auto target = passage.find(state);
-        if (target && passage.after.model().is_descendant(*target, passage.after.states()[*now].parent))
+        const auto target = mapping.find(state);
+        if (target && mapping.after.model().is_descendant(*target, mapping.after.states()[*now].parent))
           kept.push_back(*target);
       }
       // What is no longer whole is no memory: the default is taken instead.
@@ -198,15 +198,15 @@ struct SessionSnapshot {
   }
 
   // What was running stays with the <invoke> of the same place in the state of the same id.
-  static void invocations(Passage& passage, const Session& session, Session& carried) {
-    const Model& was = passage.before.model();
-    const Model& is = passage.after.model();
+  static void invocations(Mapping& mapping, const Session& session, Session& carried) {
+    const Model& was = mapping.before.model();
+    const Model& is = mapping.after.model();
     for (const Invocation& invocation : session.invocations_) {
       const auto& olds = was.state_code[invocation.state].invokes;
       const auto place = std::find(olds.begin(), olds.end(), invocation.invoke) - olds.begin();
-      const auto state = passage.find(invocation.state);
+      const auto state = mapping.find(invocation.state);
       if (!state || is.state_code[*state].invokes.size() != olds.size()) {
-        passage.refuse("what " + passage.named(invocation.state) +
+        mapping.refuse("what " + mapping.named(invocation.state) +
                            " has invoked is running, and the new chart's state "
                            "of that id does not invoke as many",
                        was.invokes[invocation.invoke].place);
@@ -218,16 +218,16 @@ struct SessionSnapshot {
     }
   }
 
-  static void data(const Passage& passage, const Session& session, Session& carried) {
-    const Model& was = passage.before.model();
-    const Model& is = passage.after.model();
+  static void data(const Mapping& mapping, const Session& session, Session& carried) {
+    const Model& was = mapping.before.model();
+    const Model& is = mapping.after.model();
     if (is.variables.empty()) return;
     const bool has_new = std::any_of(is.variables.begin(), is.variables.end(),
                                      [&](const Variable& variable) { return !was.slots.contains(variable.id); });
     if (has_new && !is.late_binding) {
       Session beginning;
       Effects nowhere;
-      start(passage.after, beginning, {}, TimePoint{}, nowhere);
+      start(mapping.after, beginning, {}, TimePoint{}, nowhere);
       if (beginning.variables_->size() == is.variables.size()) carried.variables_ = beginning.variables_;
     }
     auto& variables = carried.variables_.edit();
@@ -239,29 +239,29 @@ struct SessionSnapshot {
 
   static Loaded<Session> carry(const Chart& before, const Session& session, const Chart& after) {
     if (!is_bound(session) || before.fingerprint() == after.fingerprint()) return {session, {}};
-    Passage passage{before, after, {}};
+    Mapping mapping{before, after, {}};
     const Model& model = after.model();
     if (before.data_model() != after.data_model() || before.model().late_binding != model.late_binding)
-      passage.refuse("the new chart has another data model, or another binding", {});
-    if (auto reason = session.unsaveable()) passage.problems.push_back(*std::move(reason));
+      mapping.refuse("the new chart has another data model, or another binding", {});
+    if (auto reason = session.unsaveable()) mapping.problems.push_back(*std::move(reason));
     Session carried;
     reset_session(after, carried, {}, 1);
-    if (passage.problems.empty()) {
+    if (mapping.problems.empty()) {
       carried.status_ = session.status_;
       carried.scripts_run_ = session.scripts_run_;
       carried.identity_ = session.identity_;
-      carried.configuration_ = configuration(passage, session);
+      carried.configuration_ = configuration(mapping, session);
       if (model.late_binding) {
         session.initialized_->for_each([&](StateIndex state) {
-          if (const auto now = passage.find(state)) carried.initialized_.edit().insert(*now);
+          if (const auto now = mapping.find(state)) carried.initialized_.edit().insert(*now);
         });
       }
-      history(passage, session, carried);
+      history(mapping, session, carried);
       carried.internal_ = session.internal_;
       carried.external_ = session.external_;
       carried.timers_ = session.timers_;
-      invocations(passage, session, carried);
-      data(passage, session, carried);
+      invocations(mapping, session, carried);
+      data(mapping, session, carried);
       carried.globals_ = session.globals_;
       carried.sequence_ = session.sequence_;
       carried.ids_ = session.ids_;
@@ -269,7 +269,7 @@ struct SessionSnapshot {
       carried.failure_ = session.failure_;
       carried.done_data_ = session.done_data_;
     }
-    if (!passage.problems.empty()) return {std::nullopt, std::move(passage.problems)};
+    if (!mapping.problems.empty()) return {std::nullopt, std::move(mapping.problems)};
     return {std::move(carried), {}};
   }
 };
