@@ -5,6 +5,8 @@
 #include <utility>
 #include <variant>
 
+#include <fmt/format.h>
+
 #include "sentree/bt/carry.h"
 #include "sentree/monitor/carry.h"
 #include "sentree/scxml/carry.h"
@@ -59,7 +61,7 @@ class Mapping {
   }
   void refuse_for(const std::string& whom, Diagnostics problems) {
     for (Diagnostic& problem : problems) {
-      problem.message = whom + ": " + problem.message;
+      problem.message = fmt::format("{}: {}", whom, problem.message);
       problems_.push_back(std::move(problem));
     }
   }
@@ -80,10 +82,10 @@ class Mapping {
         return carried.ok() ? other.node == node : other.name == leaf.name;
       });
       if (same == after_.leaves.end()) {
-        changed("leaf " + leaf.name + " is gone");
+        changed(fmt::format("leaf {} is gone", leaf.name));
         const TreeState::Leaf& asked = old_.tree.leaves[i];
         if (asked.outstanding != 0 || asked.halt_call != 0)
-          refuse("leaf " + leaf.name + " owes an answer, and is gone", before_.tree.span(leaf.node));
+          refuse(fmt::format("leaf {} owes an answer, and is gone", leaf.name), before_.tree.span(leaf.node));
         continue;
       }
       out_.leaf_of[i] = static_cast<std::size_t>(same - after_.leaves.begin());
@@ -93,7 +95,7 @@ class Mapping {
     next.deadline.leaf = gone(next.deadline.leaf) ? 0 : out_.leaf_of[next.deadline.leaf];
     for (std::size_t i = 0; i < after_.leaves.size(); ++i) {
       if (std::find(out_.leaf_of.begin(), out_.leaf_of.end(), i) == out_.leaf_of.end())
-        changed("leaf " + after_.leaves[i].name + " is new");
+        changed(fmt::format("leaf {} is new", after_.leaves[i].name));
     }
   }
 
@@ -104,23 +106,23 @@ class Mapping {
       const project::LeafPlan& leaf = before_.leaves[i];
       const SkillState& skill = old_.skills[i];
       if (out_.leaf_of[i] == kGone) {
-        if (skill.running()) refuse("the skill of " + leaf.name + " is at work, and its leaf is gone", {});
+        if (skill.running()) refuse(fmt::format("the skill of {} is at work, and its leaf is gone", leaf.name), {});
         continue;
       }
       const project::LeafPlan& other = after_.leaves[out_.leaf_of[i]];
       SkillState& next = skills[out_.leaf_of[i]];
       next = skill;
       if (!leaf.chart || !other.chart) {
-        refuse("the skill of " + leaf.name + " is no chart of this run");
+        refuse(fmt::format("the skill of {} is no chart of this run", leaf.name));
         continue;
       }
       if (leaf.chart->fingerprint() != other.chart->fingerprint()) {
-        changed("the chart of " + leaf.name + " is another one");
+        changed(fmt::format("the chart of {} is another one", leaf.name));
         next.latest = {
             .transition = std::nullopt, .event = skill.latest.event, .transitions = skill.latest.transitions};
       }
       if (skill.running() && leaf.protocol.has_value() != other.protocol.has_value())
-        refuse("the skill of " + leaf.name + " is at work, and is ticked in another way now");
+        refuse(fmt::format("the skill of {} is at work, and is ticked in another way now", leaf.name));
       if (skill.running()) {
         auto session = scxml::carry(*leaf.chart, skill.session, *other.chart);
         if (session.ok())
@@ -146,7 +148,7 @@ class Mapping {
       const auto same = std::find_if(after_.models.begin(), after_.models.end(),
                                      [&](const project::ModelPlan& other) { return other.name == model.name; });
       if (same == after_.models.end()) {
-        refuse("model " + model.name + " is gone, and what it stands for with it");
+        refuse(fmt::format("model {} is gone, and what it stands for with it", model.name));
         continue;
       }
       const auto index = static_cast<std::size_t>(same - after_.models.begin());
@@ -164,7 +166,7 @@ class Mapping {
       }
     }
     for (std::size_t i = 0; i < known.size(); ++i) {
-      if (!known[i]) refuse("model " + after_.models[i].name + " is new; a model begins with its run");
+      if (!known[i]) refuse(fmt::format("model {} is new; a model begins with its run", after_.models[i].name));
     }
   }
 
@@ -175,13 +177,13 @@ class Mapping {
       const auto same = std::find_if(before_.monitors.begin(), before_.monitors.end(),
                                      [&](const monitor::Model& other) { return other.name() == model.name(); });
       if (same == before_.monitors.end()) {
-        changed("monitor " + model.name() + " is new, and begins now");
+        changed(fmt::format("monitor {} is new, and begins now", model.name()));
         memory.states.push_back(monitor::start(model, old_.now));
         continue;
       }
       const monitor::State& state = old_.monitors.states[static_cast<std::size_t>(same - before_.monitors.begin())];
       if (same->chart().fingerprint() != model.chart().fingerprint())
-        changed("the chart of monitor " + model.name() + " is another one");
+        changed(fmt::format("the chart of monitor {} is another one", model.name()));
       auto carried = monitor::carry(*same, state, model, old_.now);
       if (carried.ok())
         memory.states.push_back(std::move(*carried.value));
@@ -195,8 +197,8 @@ class Mapping {
       if (stays) continue;
       // What it has found must not be lost.
       if (old_.monitors.states[i].verdict == monitor::Verdict::kViolated)
-        refuse("monitor " + name + " is violated, and is gone");
-      changed("monitor " + name + " is gone");
+        refuse(fmt::format("monitor {} is violated, and is gone", name));
+      changed(fmt::format("monitor {} is gone", name));
     }
   }
 
@@ -216,14 +218,15 @@ class Mapping {
   [[nodiscard]] std::size_t caller(std::size_t leaf) {
     if (leaf == ServeCall::kOutside) return leaf;
     if (out_.leaf_of[leaf] != kGone) return out_.leaf_of[leaf];
-    refuse("a call of " + before_.leaves[leaf].name + " is open, and its leaf is gone");
+    refuse(fmt::format("a call of {} is open, and its leaf is gone", before_.leaves[leaf].name));
     return ServeCall::kOutside;
   }
 
   void check(const Shared<Call>& call) {
     const auto service = after_.services.find(call->service);
     if (service == after_.services.end() || service->second.service->find(call->method) == nullptr)
-      refuse("a call of " + call->service + "." + call->method + " is on its way, and there is no such method now");
+      refuse(
+          fmt::format("a call of {}.{} is on its way, and there is no such method now", call->service, call->method));
   }
 
   // Nothing: it was for a leaf that is gone, and no longer matters.

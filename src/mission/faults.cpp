@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sentree/idl/conform.h"
 #include "sentree/project/check_intervention.h"
 
@@ -24,8 +26,9 @@ Faults::Faults(const std::vector<project::DelayFault>& delays) {
 
 Result<std::uint64_t> Faults::next_id() {
   if (entries_.size() >= kStandingMax) {
-    return fail("steering.too-many", "more than " + std::to_string(kStandingMax) +
-                                         " delays, falsified replies, forced results and breakpoints; clear one first");
+    return fail("steering.too-many",
+                fmt::format("more than {} delays, falsified replies, forced results and breakpoints; clear one first",
+                            kStandingMax));
   }
   return ++last_id_;
 }
@@ -36,8 +39,9 @@ Result<void> Faults::clear(std::uint64_t id) {
   const auto found =
       std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) { return entry.standing.id == id; });
   if (found == entries_.end()) {
-    return fail("steering.unknown-id", "nothing stands with number " + std::to_string(id) +
-                                           (id >= 1 && id <= last_id_ ? "; it has been used up or cleared" : ""));
+    return fail("steering.unknown-id",
+                fmt::format("nothing stands with number {}{}", id,
+                            id >= 1 && id <= last_id_ ? "; it has been used up or cleared" : ""));
   }
   entries_.erase(found);
   return {};

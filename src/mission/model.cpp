@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sentree/base/diagnostic.h"
 #include "sentree/base/rng.h"
 #include "sentree/idl/conform.h"
@@ -171,7 +173,8 @@ Result<ModelMachine::Topic> ModelMachine::topic_of(const scxml::OutgoingSend& se
   if (!method) return tl::unexpected(method.error());
   if (!(*method)->oneway) {
     return fail("model.answer",
-                "\"" + send.event + "\" is no answer; send METHOD.reply or METHOD.error. Published are one-way methods",
+                fmt::format("\"{}\" is no answer; send METHOD.reply or METHOD.error. Published are one-way methods",
+                            send.event),
                 send.span);
   }
   auto args = idl::conform_arguments(**method, send.data.value_or(Value(Map())));
@@ -188,16 +191,18 @@ Result<std::variant<ModelMachine::Answer, ModelMachine::Topic>> ModelMachine::me
     return topic_of(send, *topics->second);
   const auto service = model_.serves.find(send.target);
   if (service == model_.serves.end()) {
-    return fail("model.answer",
-                "the model does not serve \"" + send.target + "\"" + did_you_mean(send.target, names_of(model_)),
-                send.span);
+    return fail(
+        "model.answer",
+        fmt::format("the model does not serve \"{}\"{}", send.target, did_you_mean(send.target, names_of(model_))),
+        send.span);
   }
   if (is_topic && service->second->find(send.event) != nullptr) return topic_of(send, *service->second);
   const std::size_t dot = send.event.rfind('.');
   const std::string method = send.event.substr(0, dot);
   const std::string what = dot == std::string::npos ? "" : send.event.substr(dot + 1);
   if (what != "reply" && what != "error")
-    return fail("model.answer", "\"" + send.event + "\" is no answer; send METHOD.reply or METHOD.error", send.span);
+    return fail("model.answer", fmt::format("\"{}\" is no answer; send METHOD.reply or METHOD.error", send.event),
+                send.span);
   const auto found = idl::find_method(*service->second, method, send.target, send.span);
   if (!found) return tl::unexpected(found.error());
   Answer answer{.service = send.target, .method = method, .outcome = {}, .id = 0};
@@ -244,7 +249,8 @@ class ModelMachine::Step {
     const idl::Method* const method = model_.serves.at(serve.call->service)->find(serve.call->method);
     const bool is_answered = method == nullptr || !method->oneway;
     if (!state_.session.running())
-      return host_.answer(serve.leaf, serve.call, failed("unreachable", "the model " + model_.name + " has ended"));
+      return host_.answer(serve.leaf, serve.call,
+                          failed("unreachable", fmt::format("the model {} has ended", model_.name)));
     if (is_answered && state_.open.size() >= kOpenCallsMax) {
       return host_.answer(serve.leaf, serve.call,
                           failed("unreachable", std::to_string(kOpenCallsMax) + " calls are open already"));
@@ -268,7 +274,8 @@ class ModelMachine::Step {
   void operator()(const Refused& refused) {
     const std::string name = refused.service + "." + refused.method + ".error";
     Map data{{"args", refused.args}, {"kind", "vetoed"}};
-    data["message"] = "vetoed" + (refused.veto.by.empty() ? "" : " by " + refused.veto.by) + ": " + refused.veto.reason;
+    data["message"] =
+        fmt::format("vetoed{}: {}", refused.veto.by.empty() ? "" : " by " + refused.veto.by, refused.veto.reason);
     if (!refused.veto.by.empty()) data["vetoed_by"] = refused.veto.by;
     Message message;
     message.kind = MessageKind::kError;
@@ -293,7 +300,8 @@ class ModelMachine::Step {
     while (!state_.open.empty() && state_.open.front().due <= host_.now()) {
       const ModelState::OpenCall late = state_.open.front();
       state_.open.erase(state_.open.begin());
-      host_.answer(late.leaf, late.call, failed("late", "the model " + model_.name + " has not answered in time"));
+      host_.answer(late.leaf, late.call,
+                   failed("late", fmt::format("the model {} has not answered in time", model_.name)));
     }
   }
 
@@ -393,8 +401,8 @@ class ModelMachine::Step {
     if (state_.session.status() != scxml::SessionStatus::kFailed || told_) return;
     told_ = true;
     const auto& failure = state_.session.failure();
-    host_.problem("the model " + model_.name +
-                  " was given up: " + (failure ? to_string(*failure) : "its chart failed"));
+    host_.problem(
+        fmt::format("the model {} was given up: {}", model_.name, failure ? to_string(*failure) : "its chart failed"));
   }
 
   // An answer to a call that is late, or that nobody made, reaches nobody.

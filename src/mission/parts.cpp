@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sentree/base/assert.h"
 #include "sentree/idl/conform.h"
 #include "sentree/project/intervention.h"
@@ -212,8 +214,11 @@ Delivery Parts::delivery_of(std::size_t leaf, const Shared<Call>& call) const {
 }
 
 SkillDelivery Parts::unreachable(const Shared<Call>& call) {
-  return Outcome{
-      call, {.ok = false, .result = {}, .kind = "unreachable", .message = "service " + call->service + " was killed"}};
+  return Outcome{call,
+                 {.ok = false,
+                  .result = {},
+                  .kind = "unreachable",
+                  .message = fmt::format("service {} was killed", call->service)}};
 }
 
 Parts::Told Parts::told_of(const Message& request) const {
@@ -228,7 +233,7 @@ Parts::Told Parts::told_of(const Message& request) const {
   const Value* const args = request.data.find("args");
   auto conforming = idl::conform_arguments(*method, args != nullptr ? *args : Value(Map()));
   if (!conforming) {
-    told.problem = std::string(topic) + " of " + request.source + " reaches nobody: " + conforming.error().message;
+    told.problem = fmt::format("{} of {} reaches nobody: {}", topic, request.source, conforming.error().message);
     return told;
   }
   told.topic = topic;
@@ -264,7 +269,7 @@ Result<void> inject(const Parts& parts, Faults& faults, std::set<std::string>& d
   const auto* restarted = std::get_if<Restart>(&what);
   const bool kill = killed != nullptr;
   if (!kill && restarted == nullptr)
-    return fail("verify.fault", "\"" + std::string(project::word_of(what)) + "\" is no fault that can be tried");
+    return fail("verify.fault", fmt::format("\"{}\" is no fault that can be tried", project::word_of(what)));
   const std::string& part = kill ? killed->part : restarted->part;
   const auto refuse = [&] {
     return fail("steering.part-state", "\"" + part + (kill ? "\" is killed already" : "\" has not been killed"));
@@ -276,7 +281,7 @@ Result<void> inject(const Parts& parts, Faults& faults, std::set<std::string>& d
     post({leaf, kill ? SkillDelivery(KillSkill{}) : SkillDelivery(RestartSkill{})});
     return {};
   }
-  if (!parts.model_of(part)) return fail("verify.fault", "nothing in the mission is called \"" + part + "\"");
+  if (!parts.model_of(part)) return fail("verify.fault", fmt::format("nothing in the mission is called \"{}\"", part));
   if (down.contains(part) == kill) return refuse();
   tell(0);
   if (kill)

@@ -3,6 +3,8 @@
 #include <string>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sentree/base/encoder.h"
 #include "sentree/base/packed.h"
 #include "sentree/mission/detail/members.h"
@@ -38,8 +40,7 @@ Result<Header> read_header(std::string_view saved) {
   };
   const Header header{.version = word(0), .plan = word(1), .checksum = word(2)};
   if (header.version == 0 || header.version > kVersion) {
-    return bad("it is of format " + std::to_string(header.version) + ", and this Sentree reads formats up to " +
-               std::to_string(kVersion));
+    return bad(fmt::format("it is of format {}, and this Sentree reads formats up to {}", header.version, kVersion));
   }
   if (header.checksum != hash_bytes(saved.substr(kHeaderSize))) return bad("its checksum is wrong");
   return header;

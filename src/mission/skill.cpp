@@ -4,6 +4,8 @@
 #include <array>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sentree/base/assert.h"
 #include "sentree/base/rng.h"
 #include "sentree/idl/conform.h"
@@ -246,8 +248,9 @@ void SkillMachine::hear(const scxml::Event& event) {
   }
   const std::optional<bt::Status> means = protocol.meaning(status);
   if (!means)
-    unclear_.push_back(event.name + " answers a tick with " + to_json(status) +
-                       ", which is none of the protocol's values, and counts as FAILURE");
+    unclear_.push_back(
+        fmt::format("{} answers a tick with {}, which is none of the protocol's values, and counts as FAILURE",
+                    event.name, to_json(status)));
   said_.push_back({means.value_or(bt::Status::kFailure), std::move(outputs)});
 }
 
@@ -334,8 +337,8 @@ class SkillMachine::Step {
       follow();
     }
     if (alive_ && state_.halt_due && *state_.halt_due <= host_.now()) {
-      host_.problem(model_.name + " did not end within its halt deadline of " +
-                    std::to_string(model_.halt_deadline.count() / 1'000'000) + " ms and was cancelled");
+      host_.problem(fmt::format("{} did not end within its halt deadline of {} ms and was cancelled", model_.name,
+                                model_.halt_deadline.count() / 1'000'000));
       cancel();
     }
     return settle();
@@ -610,7 +613,8 @@ class SkillMachine::Step {
   }
 
   void follow() {
-    for (std::string& what : std::exchange(machine_.unclear_, {})) host_.problem(model_.name + ": " + what);
+    for (std::string& what : std::exchange(machine_.unclear_, {}))
+      host_.problem(fmt::format("{}: {}", model_.name, what));
     for (Said& said : std::exchange(machine_.said_, {})) {
       if (said.status)
         take_answer(*said.status, std::move(said.outputs));
@@ -622,8 +626,8 @@ class SkillMachine::Step {
         if (send->type == "thrift") {
           call(*send);
         } else {
-          host_.problem(to_string(send->span) + ": nobody receives <send> of type \"" + send->type + "\" to \"" +
-                        send->target + "\"");
+          host_.problem(fmt::format("{}: nobody receives <send> of type \"{}\" to \"{}\"", to_string(send->span),
+                                    send->type, send->target));
         }
       } else if (const auto* line = std::get_if<scxml::LogLine>(&effect)) {
         host_.log(*line);
@@ -638,7 +642,8 @@ class SkillMachine::Step {
     }
     if (lives_ && state_.session.status() == scxml::SessionStatus::kFailed) {
       const auto& failure = state_.session.failure();
-      host_.problem(model_.name + " was given up: " + (failure ? to_string(*failure) : "its chart failed"));
+      host_.problem(
+          fmt::format("{} was given up: {}", model_.name, failure ? to_string(*failure) : "its chart failed"));
       end_chart("failure", Value(Map{{"reason", failure ? failure->message : ""}}));
     }
   }
@@ -762,10 +767,12 @@ class SkillMachine::Step {
   void admitted(const Shared<Call>& call, const Admission& admission) {
     if (admission.veto) {
       const std::string by = admission.veto->by.empty() ? "" : " by " + admission.veto->by;
-      host_.deliver(Finish{
-          call,
-          {.ok = false, .result = {}, .kind = "vetoed", .message = "vetoed" + by + ": " + admission.veto->reason},
-          admission.veto->by});
+      host_.deliver(Finish{call,
+                           {.ok = false,
+                            .result = {},
+                            .kind = "vetoed",
+                            .message = fmt::format("vetoed{}: {}", by, admission.veto->reason)},
+                           admission.veto->by});
       return;
     }
     const Called& called = machine_.called(*call);
@@ -842,7 +849,8 @@ Result<void> check_call(const scxml::OutgoingSend& send, const std::map<std::str
     std::vector<std::string> names;
     for (const auto& [name, plan] : services) names.push_back(name);
     return fail("run.unknown-service",
-                "service \"" + send.target + "\" is not in sentree.yaml" + did_you_mean(send.target, names), send.span);
+                fmt::format("service \"{}\" is not in sentree.yaml{}", send.target, did_you_mean(send.target, names)),
+                send.span);
   }
   const auto method = idl::find_method(*service->second.service, send.event, send.target, send.span);
   if (!method) return tl::unexpected(method.error());

@@ -4,6 +4,8 @@
 #include <array>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sentree/base/assert.h"
 
 namespace sentree::mission {
@@ -154,7 +156,7 @@ class TreeMachine::Step {
     }
     if (answered.status == bt::Status::kFailure) {
       if (const Value* reason = answered.outputs.find("reason"))
-        state_.reason = plan.name + ": " + std::string(reason->text());
+        state_.reason = fmt::format("{}: {}", plan.name, reason->text());
     }
     if (state_.tree.waiting_leaf() == plan.node)
       run(bt::Input::answer(plan.node, answered.status, std::move(answered.outputs)));
@@ -327,7 +329,7 @@ class TreeMachine::Step {
       publish(MessageKind::kError, plan.name, "mission", plan.name + ".tick.error",
               Map{{"kind", "late"}, {"message", why}}, leaf.call);
       tell_late(plan, leaf, bt::Status::kFailure, why);
-      state_.reason = plan.name + ": " + why;
+      state_.reason = fmt::format("{}: {}", plan.name, why);
       leaf.outstanding = 0;
       host_.cancel(due.leaf);
       run(bt::Input::answer(plan.node, bt::Status::kFailure));
@@ -341,8 +343,8 @@ class TreeMachine::Step {
   void tell_late(const project::LeafPlan& plan, TreeState::Leaf& leaf, bt::Status counts_as, const std::string& why) {
     if (leaf.lateness_told == counts_as) return;
     leaf.lateness_told = counts_as;
-    host_.problem(plan.name + " did not answer tick " + std::to_string(state_.ticks) + " (" + why + ") and counts as " +
-                  std::string(to_string(counts_as)) + " until it answers");
+    host_.problem(fmt::format("{} did not answer tick {} ({}) and counts as {} until it answers", plan.name,
+                              state_.ticks, why, to_string(counts_as)));
   }
 
   // What stands may make the leaf say something else. True: it does.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sentree/base/assert.h"
 #include "sentree/mission/choice.h"
 #include "sentree/mission/detail/due.h"
@@ -17,19 +19,21 @@ Diagnostics VirtualHost::obstacles(const project::Plan& plan) {
   const std::string& file = plan.scenario.project.file;
   for (const project::LeafPlan& leaf : plan.leaves) {
     if (!leaf.at.empty() || !leaf.chart)
-      add("verify.elsewhere", "skill " + leaf.name + " runs in another process, where its inside cannot be seen",
+      add("verify.elsewhere",
+          fmt::format("skill {} runs in another process, where its inside cannot be seen", leaf.name),
           SourceSpan{file});
   }
   for (const auto& [name, service] : plan.services) {
     if (service.at != "model" && service.at != "topics") {
       add("verify.no-model",
-          "service \"" + name + "\" has no model; give it a chart: models: [{file: models/" + name +
-              ".scxml, serves: [" + name + "]}]",
+          fmt::format("service \"{}\" has no model; give it a chart: models: [{{file: models/{}.scxml, serves: [{}]}}]",
+                      name, name, name),
           SourceSpan{file});
     }
   }
   for (const project::ObserverPlan& observer : plan.observers) {
-    add("verify.elsewhere", "\"" + observer.name + "\" observes in another process, where its inside cannot be seen",
+    add("verify.elsewhere",
+        fmt::format("\"{}\" observes in another process, where its inside cannot be seen", observer.name),
         SourceSpan{file});
   }
   return out;

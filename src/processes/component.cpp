@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include "sentree/idl/conform.h"
 #include "sentree/sim/services.h"
 #include "sentree/text/file.h"
@@ -124,7 +126,7 @@ ControlHandler SimServer::control(std::string world_file) {
     if (served == served_.end()) {
       std::vector<std::string> names;
       for (const SimComponent::Served& each : served_) names.push_back(each.name);
-      return refused("the simulator has no service \"" + name + "\"" + did_you_mean(name, names));
+      return refused(fmt::format("the simulator has no service \"{}\"{}", name, did_you_mean(name, names)));
     }
     const auto found = idl::find_method(*served->service, method, name);
     if (!found) return refused(found.error().message);

@@ -7,6 +7,8 @@
 #include <charconv>
 #include <cstdlib>
 
+#include <fmt/format.h>
+
 #include "sentree/idl/conform.h"
 #include "sentree/project/plan.h"
 #include "sentree/runtime/tap.h"
@@ -147,7 +149,8 @@ Result<std::unique_ptr<rpc::Client>> connect_control(int pid) {
     if (pids.size() > 1) {
       std::string list;
       for (const int each : pids) list += (list.empty() ? "" : ", ") + std::to_string(each);
-      return fail("control.many-runs", "several missions run (process ids " + list + "); choose one with --run PID");
+      return fail("control.many-runs",
+                  fmt::format("several missions run (process ids {}); choose one with --run PID", list));
     }
     pid = pids.front();
   }

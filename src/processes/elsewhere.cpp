@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sentree/base/assert.h"
 #include "sentree/base/temporary_folder.h"
 #include "sentree/processes/control.h"
@@ -139,7 +141,10 @@ class PartsElsewhere final : public runtime::Elsewhere {
                             const std::string& method, const Value& args, Duration patience) override {
     const auto address = rpc::Address::parse(at);
     if (address) return call_once(*address, interface, name, method, args, patience);
-    return {.ok = false, .result = {}, .kind = "unreachable", .message = "nothing in the run serves \"" + name + "\""};
+    return {.ok = false,
+            .result = {},
+            .kind = "unreachable",
+            .message = fmt::format("nothing in the run serves \"{}\"", name)};
   }
 
   // Test control is served beside the simulated services, wherever that is.
@@ -392,8 +397,8 @@ class PartsElsewhere final : public runtime::Elsewhere {
       auto observer = RemoteObserver::connect(plan.name, *address, *interface, std::move(callbacks), is_durable());
       if (!observer) return observer.error().message;
       if (is_durable() && !(*observer)->gates().empty())
-        return "\"" + plan.name +
-               "\" gates requests from another process: what it says there is no part of a durable run";
+        return fmt::format("\"{}\" gates requests from another process: what it says there is no part of a durable run",
+                           plan.name);
       observers_.push_back(std::move(*observer));
     }
     return std::nullopt;

@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <sstream>
 
+#include <fmt/format.h>
+
 #include "sentree/processes/supervisor.h"
 #include "sentree/text/file.h"
 
@@ -27,8 +29,7 @@ std::chrono::seconds orphans_wait() {
 
 Result<void> note_executive(const std::filesystem::path& file) {
   const pid_t self = getpid();
-  return text::write_file(file, std::to_string(self) + " " + std::to_string(process_begun(self)) + " " +
-                                    std::to_string(orphans_wait().count()) + "\n");
+  return text::write_file(file, fmt::format("{} {} {}\n", self, process_begun(self), orphans_wait().count()));
 }
 
 bool ExecutiveWatch::is_missed() {

@@ -4,6 +4,8 @@
 #include <thread>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sentree/base/packed.h"
 #include "sentree/processes/environment.h"
 #include "sentree/processes/remote_skill.h"
@@ -54,10 +56,8 @@ class RemoteChart final : public ChartElsewhere {
       }
       if (reply.error().kind == rpc::CallErrorKind::kLate) {
         options_.hangs();
-        return lost(
-            "a step takes longer than " +
-            std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(options_.step_deadline).count()) +
-            " ms");
+        return lost(fmt::format("a step takes longer than {} ms",
+                                std::chrono::duration_cast<std::chrono::milliseconds>(options_.step_deadline).count()));
       }
       if (reply.error().kind != rpc::CallErrorKind::kUnreachable || SteadyClock::now() > until)
         return lost(reply.error().message);
@@ -73,7 +73,8 @@ class RemoteChart final : public ChartElsewhere {
  private:
   tl::unexpected<Away> lost(const std::string& why) {
     number_ = 0;
-    if (!std::exchange(is_away_, true)) options_.problem(options_.leaf + ": its process does not execute it: " + why);
+    if (!std::exchange(is_away_, true))
+      options_.problem(fmt::format("{}: its process does not execute it: {}", options_.leaf, why));
     return tl::unexpected(Away::kLost);
   }
 

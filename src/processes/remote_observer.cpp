@@ -9,6 +9,8 @@
 #include <mutex>
 #include <thread>
 
+#include <fmt/format.h>
+
 #include "sentree/base/packed.h"
 #include "sentree/monitor/monitor_set.h"
 #include "sentree/processes/environment.h"
@@ -106,8 +108,8 @@ class RemoteObserver::Impl {
     if (kept_) return keep(std::make_shared<const Message>(message));
     const bool taken = worker_.post([this, message] { send(message); });
     if (!taken && lost_++ == 0)
-      callbacks_.problem("observer " + name_ + " does not keep up; from message " + std::to_string(message.sequence) +
-                         " on it does not see all");
+      callbacks_.problem(
+          fmt::format("observer {} does not keep up; from message {} on it does not see all", name_, message.sequence));
   }
 
   void ask(const Message& request, Stream::Decided decided) {
@@ -151,9 +153,9 @@ class RemoteObserver::Impl {
     memory_ = memory.as_bytes() != nullptr ? memory : Value(Bytes());
     const auto done = call_when_there(*client_, "recall", Map{{"memory", memory_}}, kept_);
     if (done) return {};
-    return fail("observer.unreachable",
-                "observer \"" + name_ + "\" cannot be taken back to where it was, which a " +
-                    "durable run needs (KeptObserver of observer.thrift): " + done.error().message);
+    return fail("observer.unreachable", fmt::format("observer \"{}\" cannot be taken back to where it was, which a "
+                                                    "durable run needs (KeptObserver of observer.thrift): {}",
+                                                    name_, done.error().message));
   }
 
   void finish(TimePoint end) {
@@ -175,7 +177,7 @@ class RemoteObserver::Impl {
       client_->close();
       done.wait();
     }
-    if (lost_ > 0) callbacks_.problem("observer " + name_ + " lost " + std::to_string(lost_) + " messages");
+    if (lost_ > 0) callbacks_.problem(fmt::format("observer {} lost {} messages", name_, lost_));
   }
 
  private:
@@ -233,7 +235,7 @@ class RemoteObserver::Impl {
       verdict = client_->call("observe", Map{{"message", to_wire(message)}}, in_time());
     if (!verdict && kept_) is_gone_ = true;
     if (!verdict) {
-      if (lost_++ == 0) callbacks_.problem("observer " + name_ + ": " + verdict.error().message);
+      if (lost_++ == 0) callbacks_.problem(fmt::format("observer {}: {}", name_, verdict.error().message));
       return;
     }
     take(*verdict, &message, message.time);
@@ -276,7 +278,7 @@ Result<std::unique_ptr<RemoteObserver>> RemoteObserver::connect(std::string name
   auto client = rpc::Client::remote(address, interface, std::move(options));
   if (!client) return tl::unexpected(client.error());
   const auto info = call_when_there(**client, "info", Map(), kept);
-  if (!info) return fail("observer.unreachable", "observer \"" + name + "\": " + info.error().message);
+  if (!info) return fail("observer.unreachable", fmt::format("observer \"{}\": {}", name, info.error().message));
   return std::unique_ptr<RemoteObserver>(new RemoteObserver(
       std::make_unique<Impl>(std::move(name), std::move(*client), *info, std::move(callbacks), kept)));
 }

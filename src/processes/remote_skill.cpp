@@ -7,6 +7,8 @@
 #include <future>
 #include <optional>
 
+#include <fmt/format.h>
+
 #include "sentree/base/assert.h"
 #include "sentree/idl/conform.h"
 #include "sentree/processes/environment.h"
@@ -57,7 +59,7 @@ class RemoteSkill final : public RemoteLeafDriver {
                   [this, tick](const rpc::Outcome& reply) {
                     if (closed_) return;
                     if (!reply) {
-                      replies_.problem(options_.leaf + ": " + reply.error().message);
+                      replies_.problem(fmt::format("{}: {}", options_.leaf, reply.error().message));
                       replies_.answered(tick, bt::Status::kFailure, {{"reason", reply.error().message}});
                       return;
                     }
@@ -91,7 +93,7 @@ class RemoteSkill final : public RemoteLeafDriver {
     client_->call("halt", args, until, [this, args, until](const rpc::Outcome& reply) {
       if (closed_) return;
       const Value* halted = reply ? reply->find("halted") : nullptr;
-      if (!reply) replies_.problem(options_.leaf + ": halt: " + reply.error().message);
+      if (!reply) replies_.problem(fmt::format("{}: halt: {}", options_.leaf, reply.error().message));
       if (!reply || (halted != nullptr && halted->as_bool() != nullptr && *halted->as_bool())) return replies_.halted();
       if (std::chrono::steady_clock::now() < until) return ask_halt(args, until);
       replies_.problem(options_.leaf + " did not halt in time and was cancelled");
@@ -137,7 +139,7 @@ class RemotePublisher final : public Publisher {
       const std::lock_guard lock(losses_mutex_);
       if (lost_++ == 0) first_lost_ = message.name;
     }
-    problem_("an observation was lost (" + message.name + "): " + published.error().message);
+    problem_(fmt::format("an observation was lost ({}): {}", message.name, published.error().message));
   }
 
   // What may be refused is asked for; a request that nobody there has seen is not sent.
@@ -262,7 +264,7 @@ class SkillService final : public rpc::Service {
     if (method.service == "SkillRequest") return serve_plain(method.name, reply);
     const Value* tick = arguments.find("tick");
     ServedLeaf* leaf = find(text_of(tick != nullptr ? *tick : arguments, "leaf"));
-    if (leaf == nullptr) return reply.give(refused("runs " + std::to_string(kServedLeavesMax) + " leaves already"));
+    if (leaf == nullptr) return reply.give(refused(fmt::format("runs {} leaves already", kServedLeavesMax)));
     if (method.name == "tick") return serve_tick(*leaf, *tick, reply);
     if (method.name == "halt") return reply.give(serve_halt(*leaf));
     leaf->actor->cancel();
@@ -366,7 +368,7 @@ class SkillService final : public rpc::Service {
   // Of who knows neither leaves nor runs.
   void serve_plain(const std::string& method, const rpc::Reply& reply) {
     ServedLeaf* const leaf = find(plan_.id);
-    if (leaf == nullptr) return reply.give(refused("runs " + std::to_string(kServedLeavesMax) + " leaves already"));
+    if (leaf == nullptr) return reply.give(refused(fmt::format("runs {} leaves already", kServedLeavesMax)));
     const bool wants_status = method == "request_ack" || method == "request_tick";
     if (method == "send_stop" || method == "request_halt") {
       {

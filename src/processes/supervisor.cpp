@@ -20,6 +20,8 @@
 #include <sstream>
 #include <thread>
 
+#include <fmt/format.h>
+
 #include "sentree/processes/remote_service.h"
 #include "sentree/text/file.h"
 
@@ -50,7 +52,7 @@ Result<Spawned> spawn(const std::string& name, const std::string& program, const
                       bool survives) {
   int pipes[2];
   if (pipe2(pipes, O_CLOEXEC) != 0)
-    return fail("process.start", "process \"" + name + "\" cannot be started: " + std::strerror(errno));
+    return fail("process.start", fmt::format("process \"{}\" cannot be started: {}", name, std::strerror(errno)));
   std::vector<char*> argv{const_cast<char*>(program.c_str())};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
@@ -75,7 +77,7 @@ Result<Spawned> spawn(const std::string& name, const std::string& program, const
   close(pipes[1]);
   if (pid < 0) {
     close(pipes[0]);
-    return fail("process.start", "process \"" + name + "\" cannot be started: " + std::strerror(why));
+    return fail("process.start", fmt::format("process \"{}\" cannot be started: {}", name, std::strerror(why)));
   }
   fcntl(pipes[0], F_SETFL, O_NONBLOCK);
   return Spawned{pid, pipes[0]};
@@ -83,7 +85,7 @@ Result<Spawned> spawn(const std::string& name, const std::string& program, const
 
 std::string describe(int status) {
   if (WIFSIGNALED(status)) {
-    return "signal " + std::to_string(WTERMSIG(status)) + " (" + strsignal(WTERMSIG(status)) + ")";
+    return fmt::format("signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)));
   }
   return "exit code " + std::to_string(WEXITSTATUS(status));
 }
@@ -130,9 +132,9 @@ class Supervisor::Impl {
         lock, [&] { return child.state == Child::State::kRunning || child.state == Child::State::kGone || closing_; });
     if (child.state == Child::State::kRunning) return child.address;
     if (start_error_) return tl::unexpected(*start_error_);
-    return fail("process.no-address", "process \"" + child.spec.name + "\" did not say within " +
-                                          std::to_string(kStartPatience.count()) +
-                                          " s where it listens; its own message stands above");
+    return fail("process.no-address",
+                fmt::format("process \"{}\" did not say within {} s where it listens; its own message stands above",
+                            child.spec.name, kStartPatience.count()));
   }
 
   bool adopt(ProcessSpec spec, pid_t pid, std::uint64_t begun) {

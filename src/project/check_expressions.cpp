@@ -5,6 +5,8 @@
 #include <map>
 #include <optional>
 
+#include <fmt/format.h>
+
 #include "sentree/scxml/event.h"
 #include "sentree/scxml/loader.h"
 #include "sentree/scxml/model.h"
@@ -165,9 +167,9 @@ class Reader {
     std::vector<std::string> known{"_event"};
     if (scope_.functions != nullptr) known.insert(known.end(), scope_.functions->begin(), scope_.functions->end());
     for (const auto& [declared, type] : *scope_.names) known.push_back(declared);
-    error("check.unknown-name", quoted(text) + " is declared nowhere: no <data> is called so" +
-                                    did_you_mean(text, known) +
-                                    (did_you_mean(text, known).empty() ? "; a text is written in quotes" : ""));
+    error("check.unknown-name",
+          fmt::format("{} is declared nowhere: no <data> is called so{}{}", quoted(text), did_you_mean(text, known),
+                      did_you_mean(text, known).empty() ? "; a text is written in quotes" : ""));
     return {};
   }
 
@@ -179,8 +181,8 @@ class Reader {
       static const std::vector<std::string> kFields{"name",       "type",     "sendid", "origin",
                                                     "origintype", "invokeid", "data",   "raw"};
       if (std::find(kFields.begin(), kFields.end(), n.text) == kFields.end()) {
-        error("check.unknown-member", "an event has no member " + quoted(n.text) + did_you_mean(n.text, kFields) +
-                                          "; what it carries is in _event.data");
+        error("check.unknown-member", fmt::format("an event has no member {}{}; what it carries is in _event.data",
+                                                  quoted(n.text), did_you_mean(n.text, kFields)));
       }
       return {};
     }
@@ -205,7 +207,7 @@ class Reader {
             "substring",     "toPrecision",   "concat",      "lastIndexOf", "substr",  "trim",   "charCodeAt",
             "localeCompare", "toExponential", "endsWith",    "includes"};
         if (std::find(kOfAll.begin(), kOfAll.end(), wanted) != kOfAll.end()) return {};
-        owner = path + " is " + std::string(shown(form.kind)) + " and";
+        owner = fmt::format("{} is {} and", path, shown(form.kind));
         continue;
       }
       if (owner.empty()) owner = form.name.empty() ? path : form.name;
@@ -232,8 +234,8 @@ class Reader {
       if (near.empty() && !known.empty() && known.size() <= 8) {
         for (const std::string& one : known) all += (all.empty() ? "; there are " : ", ") + one;
       }
-      error("check.unknown-member",
-            path + "." + wanted + ": " + owner + " has no member " + quoted(wanted) + (near.empty() ? all : near));
+      error("check.unknown-member", fmt::format("{}.{}: {} has no member {}{}", path, wanted, owner, quoted(wanted),
+                                                near.empty() ? all : near));
       return {};
     }
     return any ? result : ExpressionType();
@@ -270,7 +272,8 @@ class Reader {
         "lastIndexOf", "map",   "pop",    "push",    "reduce",   "reverse",     "shift",
         "slice",       "some",  "sort",   "splice",  "toString", "reduceRight", "unshift"};
     if (std::find(kFunctions.begin(), kFunctions.end(), name) != kFunctions.end()) return;
-    error("check.unknown-member", "a list has no function " + quoted(name) + did_you_mean(name, kFunctions));
+    error("check.unknown-member",
+          fmt::format("a list has no function {}{}", quoted(name), did_you_mean(name, kFunctions)));
   }
 
   // What models choose.
@@ -291,7 +294,8 @@ class Reader {
         "cosh", "exp",  "expm1",  "floor", "fround", "hypot", "imul",  "log",   "log10", "log1p", "log2",  "max",
         "min",  "pow",  "random", "round", "sign",   "sin",   "sinh",  "sqrt",  "tan",   "tanh",  "trunc"};
     if (std::find(kFunctions.begin(), kFunctions.end(), function) == kFunctions.end())
-      error("check.unknown-member", "Math has no function " + quoted(function) + did_you_mean(function, kFunctions));
+      error("check.unknown-member",
+            fmt::format("Math has no function {}{}", quoted(function), did_you_mean(function, kFunctions)));
     return number();
   }
 
@@ -367,8 +371,8 @@ class Reader {
       for (const auto& [operand, type] : {std::pair{left_id, &left}, {right_id, &right}}) {
         const bool is_word = all_of_kind(*type, TypeKind::kText) && !type->forms[0]->words.empty();
         if (is_word || all_of_kind(*type, TypeKind::kRecord))
-          error("check.never-equal", name_of(operand) + " is " + std::string(shown(type->forms[0]->kind)) + " (" +
-                                         type->forms[0]->name + "), and cannot be calculated with");
+          error("check.never-equal", fmt::format("{} is {} ({}), and cannot be calculated with", name_of(operand),
+                                                 shown(type->forms[0]->kind), type->forms[0]->name));
       }
       DataType result{.kind = TypeKind::kNumber, .name = "number"};
       result.unit = scaled(n.text, left_id, left, right_id, right);
@@ -433,9 +437,9 @@ class Reader {
         if (overlap(a, b)) return check_bounds(sign, left_id, left, right_id, right);
       }
     }
-    error("check.never-equal", name_or_value(left_id) + " is " + std::string(shown(left.forms[0]->kind)) + ", " +
-                                   name_or_value(right_id) + " is " + std::string(shown(right.forms[0]->kind)) +
-                                   "; they are never equal");
+    error("check.never-equal",
+          fmt::format("{} is {}, {} is {}; they are never equal", name_or_value(left_id), shown(left.forms[0]->kind),
+                      name_or_value(right_id), shown(right.forms[0]->kind)));
   }
 
   [[nodiscard]] std::string name_or_value(std::uint32_t id) const {
@@ -475,7 +479,7 @@ class Reader {
       // Names of the mission and its world: a scenario may have others.
       if (near.empty() && !closed) return true;
       add(closed && !near.empty() ? Severity::kError : Severity::kWarning, "check.unknown-word",
-          "nothing in this project makes " + name_of(other_id) + " '" + text + "'" + near);
+          fmt::format("nothing in this project makes {} '{}'{}", name_of(other_id), text, near));
       return true;
     }
     std::string all;
@@ -486,7 +490,7 @@ class Reader {
         if (!one.empty()) all += (all.empty() ? "; there are " : ", ") + one;
       }
     }
-    error("check.unknown-word", "'" + text + "' is no " + what + (near.empty() ? all : near));
+    error("check.unknown-word", fmt::format("'{}' is no {}{}", text, what, near.empty() ? all : near));
     return true;
   }
 
@@ -496,8 +500,8 @@ class Reader {
       if (!all_of_kind(*other, TypeKind::kNumber)) continue;
       const bool is_word = all_of_kind(*type, TypeKind::kText) && !type->forms[0]->words.empty();
       if (is_word || all_of_kind(*type, TypeKind::kRecord)) {
-        error("check.never-equal", name_of(id) + " is " + std::string(shown(type->forms[0]->kind)) + " (" +
-                                       type->forms[0]->name + "), and is neither more nor less than a number");
+        error("check.never-equal", fmt::format("{} is {} ({}), and is neither more nor less than a number", name_of(id),
+                                               shown(type->forms[0]->kind), type->forms[0]->name));
         return;
       }
     }
@@ -510,7 +514,7 @@ class Reader {
     const std::string a = unit_of(left);
     const std::string b = unit_of(right);
     if (!a.empty() && !b.empty() && a != b) {
-      error("check.unit", name_or_value(left_id) + " is in " + a + ", " + name_or_value(right_id) + " in " + b);
+      error("check.unit", fmt::format("{} is in {}, {} in {}", name_or_value(left_id), a, name_or_value(right_id), b));
       return;
     }
     check_share(sign, left_id, a, right_id, false);
@@ -527,19 +531,21 @@ class Reader {
     if (*constant >= 0 && *constant <= most) {
       if (unit == "%" && *constant > 0 && *constant < 1)
         add(Severity::kWarning, "check.out-of-range",
-            shown_id + " is in percent, so " + plain_decimal(*constant) + " is less than one percent; write " +
-                plain_decimal(*constant * 100));
+            fmt::format("{} is in percent, so {} is less than one percent; write {}", shown_id,
+                        plain_decimal(*constant), plain_decimal(*constant * 100)));
       return;
     }
     if (unit == "ratio" && *constant > 1) {
-      error("check.unit", shown_id + " is a ratio from 0 to 1, and " + plain_decimal(*constant) + " is beyond; write " +
-                              plain_decimal(*constant / 100) + ", or multiply the value by 100");
+      error("check.unit",
+            fmt::format("{} is a ratio from 0 to 1, and {} is beyond; write {}, or multiply the value by 100", shown_id,
+                        plain_decimal(*constant), plain_decimal(*constant / 100)));
       return;
     }
     const bool is_above = mirrored ? sign[0] == '<' : sign[0] == '>';
     const bool holds = sign[0] == '!' || (!is_equality(sign) && (*constant < 0 ? is_above : !is_above));
     add(Severity::kWarning, "check.out-of-range",
-        shown_id + " is from 0 to " + plain_decimal(most) + " %, so this is " + (holds ? "always" : "never") + " true");
+        fmt::format("{} is from 0 to {} %, so this is {} true", shown_id, plain_decimal(most),
+                    holds ? "always" : "never"));
   }
 
   // Where true or false is wanted.
@@ -561,8 +567,9 @@ class Reader {
     });
     if (!is_object) return;
     add(Severity::kWarning, "check.always-true",
-        name_of(id) + " is always true: it is " + std::string(shown(type.forms[0]->kind)) +
-            (type.forms[0]->name.empty() ? "" : " (" + type.forms[0]->name + ")") + "; compare it, or name a member");
+        fmt::format("{} is always true: it is {}{}; compare it, or name a member", name_of(id),
+                    shown(type.forms[0]->kind),
+                    type.forms[0]->name.empty() ? "" : fmt::format(" ({})", type.forms[0]->name)));
   }
 
   ExpressionType visit_silently(std::uint32_t id) {
@@ -710,7 +717,7 @@ class ChartReader {
     const std::string near = did_you_mean(literal.text, known);
     if (near.empty()) return;
     told_->push_back({Severity::kWarning, "check.unknown-word",
-                      "nothing else in this project makes " + location + " '" + literal.text + "'" + near,
+                      fmt::format("nothing else in this project makes {} '{}'{}", location, literal.text, near),
                       chart_.span(model_.expressions[id].place)});
   }
 
@@ -722,7 +729,7 @@ class ChartReader {
       for (const std::string& text : form.samples) {
         if (text.empty() || scxml::parse_delay(text)) continue;
         told_->push_back({Severity::kError, "check.delay",
-                          "\"" + text + "\" is no time; write a number with s or ms, as in '1.5s'",
+                          fmt::format("\"{}\" is no time; write a number with s or ms, as in '1.5s'", text),
                           chart_.span(model_.expressions[delay.expr].place)});
       }
     }
@@ -750,7 +757,8 @@ class ChartReader {
           if (std::find(wanted.words.begin(), wanted.words.end(), text) != wanted.words.end()) continue;
           // Data may begin with a text that is never sent.
           const std::string near = did_you_mean(text, wanted.words);
-          if (!near.empty()) error("check.unknown-word", path + ": '" + text + "' is no " + wanted.name + near);
+          if (!near.empty())
+            error("check.unknown-word", fmt::format("{}: '{}' is no {}{}", path, text, wanted.name, near));
         }
       } else if (form.kind == TypeKind::kRecord && wanted.kind == TypeKind::kRecord) {
         std::vector<std::string> known;
@@ -761,8 +769,9 @@ class ChartReader {
           if (found != wanted.members.end()) {
             check_sent(found->type, of(member.type), path + "." + member.name, span);
           } else if (const std::string near = did_you_mean(member.name, known); !near.empty()) {
-            error("check.unknown-member", path + ": " + (wanted.name.empty() ? "it" : wanted.name) + " has no member " +
-                                              quoted(member.name) + near);
+            error("check.unknown-member",
+                  fmt::format("{}: {} has no member {}{}", path, wanted.name.empty() ? "it" : wanted.name,
+                              quoted(member.name), near));
           }
         }
       }
@@ -777,8 +786,8 @@ class ChartReader {
     }
     if (std::find(ids.begin(), ids.end(), cancel.sendid) != ids.end()) return;
     told_->push_back({Severity::kError, "check.unknown-send",
-                      "no <send> of the chart has id=\"" + cancel.sendid + "\", so nothing is cancelled" +
-                          did_you_mean(cancel.sendid, ids),
+                      fmt::format("no <send> of the chart has id=\"{}\", so nothing is cancelled{}", cancel.sendid,
+                                  did_you_mean(cancel.sendid, ids)),
                       chart_.span(place)});
   }
 

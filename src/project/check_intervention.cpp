@@ -5,6 +5,8 @@
 #include <optional>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sentree/idl/conform.h"
 
 namespace sentree::project {
@@ -61,7 +63,8 @@ class Check {
       if (scope_.world != nullptr && scope_.test_control) {
         for (const std::string& control : test_control_names(*scope_.world)) names.push_back(control);
       }
-      return refuse("scenario.call", "the project has no service \"" + name + "\"" + did_you_mean(name, names));
+      return refuse("scenario.call",
+                    fmt::format("the project has no service \"{}\"{}", name, did_you_mean(name, names)));
     }
     const auto method = idl::find_method(*service, what.method.substr(dot + 1), name, span_);
     if (!method) return tl::unexpected(method.error());
@@ -80,7 +83,7 @@ class Check {
     for (const auto& door : scope_.world->doors) names.push_back(door.id);
     const std::string wanted(id->text());
     if (contains(names, wanted)) return {};
-    return refuse("scenario.call", "the world has no door \"" + wanted + "\"" + did_you_mean(wanted, names));
+    return refuse("scenario.call", fmt::format("the world has no door \"{}\"{}", wanted, did_you_mean(wanted, names)));
   }
 
   Result<void> check(const Kill& kill) const { return part(kill.part); }
@@ -95,11 +98,12 @@ class Check {
     for (const SteeredPart& part : parts_of(scope_)) names.push_back(part.name);
     if (contains(names, wanted)) return {};
     std::string why =
-        "nothing of this run that can be killed is called \"" + wanted + "\"" + did_you_mean(wanted, names);
+        fmt::format("nothing of this run that can be killed is called \"{}\"{}", wanted, did_you_mean(wanted, names));
     if (scope_.monitors != nullptr) {
       for (const monitor::Model& monitor : *scope_.monitors) {
         if (monitor.name() == wanted)
-          why = "monitor \"" + wanted + "\" runs in this process and cannot be killed; give it a process of its own";
+          why = fmt::format("monitor \"{}\" runs in this process and cannot be killed; give it a process of its own",
+                            wanted);
       }
     }
     return refuse("scenario.kill", std::move(why));
@@ -126,9 +130,10 @@ class Check {
     for (const std::string& name : names) {
       if (name.ends_with(".reply") == is_reply && matches_pattern(what.message, name)) return {};
     }
-    return refuse("steering.unknown-message", "no message is called \"" + what.message +
-                                                  "\": LEAF.tick, LEAF.halt, SERVICE.METHOD or SERVICE.METHOD.reply" +
-                                                  did_you_mean(what.message, names));
+    return refuse(
+        "steering.unknown-message",
+        fmt::format("no message is called \"{}\": LEAF.tick, LEAF.halt, SERVICE.METHOD or SERVICE.METHOD.reply{}",
+                    what.message, did_you_mean(what.message, names)));
   }
 
   Result<void> check(const Falsify& what) const {
@@ -148,9 +153,9 @@ class Check {
         }
       }
     }
-    if (why) return refuse(why->code, "falsify " + what.call + ": " + why->message);
+    if (why) return refuse(why->code, fmt::format("falsify {}: {}", what.call, why->message));
     return refuse("steering.unknown-call",
-                  "no service has a method \"" + what.call + "\"" + did_you_mean(what.call, calls()));
+                  fmt::format("no service has a method \"{}\"{}", what.call, did_you_mean(what.call, calls())));
   }
 
   Result<void> failing(const std::string& pattern) const {
@@ -164,7 +169,7 @@ class Check {
     }
     if (is_oneway) return refuse("steering.unknown-call", pattern + " is one-way: nobody learns what became of it");
     return refuse("steering.unknown-call",
-                  "no service has a method \"" + pattern + "\"" + did_you_mean(pattern, calls()));
+                  fmt::format("no service has a method \"{}\"{}", pattern, did_you_mean(pattern, calls())));
   }
 
   const LeafPlan* leaf(const std::string& name) const {
@@ -183,18 +188,17 @@ class Check {
     if (scope_.leaves == nullptr) return {};
     const LeafPlan* found = leaf(what.leaf);
     if (found == nullptr) {
-      return refuse("steering.unknown-leaf", "no leaf that runs a skill is called \"" + what.leaf + "\"" +
-                                                 did_you_mean(what.leaf, leaf_names()));
+      return refuse("steering.unknown-leaf", fmt::format("no leaf that runs a skill is called \"{}\"{}", what.leaf,
+                                                         did_you_mean(what.leaf, leaf_names())));
     }
     const Names statuses{"SUCCESS", "FAILURE", "RUNNING"};
     if (!contains(statuses, what.status)) {
-      return refuse("steering.status", "a leaf cannot be forced to \"" + what.status +
-                                           "\"; there are SUCCESS, FAILURE "
-                                           "and RUNNING" +
-                                           did_you_mean(what.status, statuses));
+      return refuse("steering.status",
+                    fmt::format("a leaf cannot be forced to \"{}\"; there are SUCCESS, FAILURE and RUNNING{}",
+                                what.status, did_you_mean(what.status, statuses)));
     }
     if (found->condition && what.status == "RUNNING")
-      return refuse("steering.status", "leaf \"" + what.leaf + "\" is a condition, which is never RUNNING");
+      return refuse("steering.status", fmt::format("leaf \"{}\" is a condition, which is never RUNNING", what.leaf));
     return {};
   }
 
@@ -214,7 +218,7 @@ class Check {
     Names paths;
     for (bt::NodeId node = 0; node < scope_.tree->size(); ++node) paths.push_back(scope_.tree->path(node));
     return refuse("steering.unknown-node",
-                  "the tree has no node \"" + what.target + "\"" + did_you_mean(what.target, paths));
+                  fmt::format("the tree has no node \"{}\"{}", what.target, did_you_mean(what.target, paths)));
   }
 
   Result<void> at_state(const Breakpoint& what) const {
@@ -231,13 +235,13 @@ class Check {
     for (const monitor::Model& monitor : *scope_.monitors) offer("monitor:" + monitor.name(), monitor.chart());
     if (chart == nullptr) {
       return refuse("steering.unknown-chart",
-                    "this process runs no chart \"" + what.target + "\"" + did_you_mean(what.target, charts));
+                    fmt::format("this process runs no chart \"{}\"{}", what.target, did_you_mean(what.target, charts)));
     }
     if (chart->find(what.state)) return {};
     Names states;
     for (const scxml::State& state : chart->states()) states.push_back(state.id);
     return refuse("steering.unknown-state",
-                  what.target + " has no state \"" + what.state + "\"" + did_you_mean(what.state, states));
+                  fmt::format("{} has no state \"{}\"{}", what.target, what.state, did_you_mean(what.state, states)));
   }
 
   const Intervention& what_;
@@ -279,7 +283,7 @@ std::optional<Diagnostic> doubt_about(const Intervention& what, const Interventi
           field != nullptr ? idl::check_ranges(*field, *value, shown) : idl::check_ranges(**type, *value, shown);
       if (checked) continue;
       return Diagnostic{Severity::kWarning, checked.error().code,
-                        "falsify " + falsify->call + ": " + checked.error().message, span};
+                        fmt::format("falsify {}: {}", falsify->call, checked.error().message), span};
     }
   }
   return std::nullopt;
@@ -318,12 +322,12 @@ Result<const idl::Type*> type_at(const idl::Type& type, std::string_view path) {
   if (type.kind == idl::Kind::kStruct) {
     const idl::Field* field = type.structure->find(first);
     if (field != nullptr) return type_at(*field->type, rest);
-    return fail("steering.path",
-                type.name + " has no member \"" + name + "\"" + did_you_mean(name, type.structure->field_names()));
+    return fail("steering.path", fmt::format("{} has no member \"{}\"{}", type.name, name,
+                                             did_you_mean(name, type.structure->field_names())));
   }
   const bool is_list = type.kind == idl::Kind::kList || type.kind == idl::Kind::kSet;
   if (is_list && to_index(first)) return type_at(*type.element, rest);
-  return fail("steering.path", "a " + type.name + " has no member \"" + name + "\"");
+  return fail("steering.path", fmt::format("a {} has no member \"{}\"", type.name, name));
 }
 
 bool put_at(Value& at, std::string_view path, const Value& value) {

@@ -7,6 +7,8 @@
 #include <set>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "sentree/bt/types.h"
 #include "sentree/text/xml.h"
 
@@ -25,7 +27,7 @@ void check_text(const text::XmlElement& element, Diagnostics& diagnostics) {
   text.erase(0, text.find_first_not_of(" \t\r\n"));
   if (!text.empty()) {
     text.resize(std::min(text.size(), text.find_first_of(" \t\r\n")));
-    warn(diagnostics, "check.text", "text inside <" + std::string(element.name()) + "> means nothing: \"" + text + "\"",
+    warn(diagnostics, "check.text", fmt::format("text inside <{}> means nothing: \"{}\"", element.name(), text),
          element.span());
   }
   // The parser bounds nesting.
@@ -40,7 +42,7 @@ void check_root(const text::XmlElement& root, Diagnostics& diagnostics) {
     if (name.find(':') != std::string::npos || name.starts_with("xmlns")) continue;
     if (std::find(kKnown.begin(), kKnown.end(), name) != kKnown.end()) continue;
     const std::string near = did_you_mean(name, kKnown);
-    warn(diagnostics, "check.unknown-attribute", "attribute \"" + name + "\" of <root> says nothing" + near,
+    warn(diagnostics, "check.unknown-attribute", fmt::format("attribute \"{}\" of <root> says nothing{}", name, near),
          root.attribute_span(name));
   }
 }
@@ -58,7 +60,7 @@ void check_main_tree(const std::vector<text::XmlDocument>& documents, Diagnostic
     if (!main || main->empty() || std::find(trees.begin(), trees.end(), *main) != trees.end()) continue;
     const std::string near = did_you_mean(*main, trees);
     if (near.empty()) continue;  // it may lie in a file that is included
-    warn(diagnostics, "check.main-tree", "there is no BehaviorTree \"" + std::string(*main) + "\"" + near,
+    warn(diagnostics, "check.main-tree", fmt::format("there is no BehaviorTree \"{}\"{}", *main, near),
          document.root().attribute_span("main_tree_to_execute"));
   }
 }
@@ -72,11 +74,11 @@ void check_types(const text::XmlElement& model, Diagnostics& diagnostics) {
     const std::string kind(node.local_name());
     if (kind != "SubTreePlus" && std::find(kKinds.begin(), kKinds.end(), kind) == kKinds.end()) {
       warn(diagnostics, "check.unknown-model",
-           "<" + kind + "> declares no node; there are Action, Condition, Control, Decorator and SubTree" +
-               did_you_mean(kind, kKinds),
+           fmt::format("<{}> declares no node; there are Action, Condition, Control, Decorator and SubTree{}", kind,
+                       did_you_mean(kind, kKinds)),
            node.span());
     } else if (!node.attribute("ID")) {
-      warn(diagnostics, "check.unknown-model", "<" + kind + "> declares a node without an ID", node.span());
+      warn(diagnostics, "check.unknown-model", fmt::format("<{}> declares a node without an ID", kind), node.span());
     }
     for (text::XmlElement port = node.first_child(); port; port = port.next_sibling()) {
       static const std::vector<std::string> kAttributes{"name", "type", "default"};
@@ -85,15 +87,15 @@ void check_types(const text::XmlElement& model, Diagnostics& diagnostics) {
         if (std::find(kAttributes.begin(), kAttributes.end(), name) != kAttributes.end()) continue;
         const std::string near = did_you_mean(name, kAttributes);
         if (!near.empty())
-          warn(diagnostics, "check.unknown-attribute", "attribute \"" + name + "\" of a port means nothing" + near,
-               port.attribute_span(name));
+          warn(diagnostics, "check.unknown-attribute",
+               fmt::format("attribute \"{}\" of a port means nothing{}", name, near), port.attribute_span(name));
       }
       const std::string type(port.attribute("type").value_or(""));
       if (type.empty() || bt::type_named(type) != nullptr) continue;
       const bool is_std = type.starts_with("std::") && type.find('<') == std::string::npos;
       const std::string near = did_you_mean(type, kKnown);
       if (near.empty() && !is_std) continue;
-      warn(diagnostics, "check.unknown-type", "no type is called \"" + type + "\"" + near, port.span());
+      warn(diagnostics, "check.unknown-type", fmt::format("no type is called \"{}\"{}", type, near), port.span());
     }
   }
 }
@@ -134,8 +136,9 @@ class SubTreeInputs {
     for (const text::XmlAttribute& attribute : element.attributes()) {
       if (attribute.value == "{}") {
         warn(diagnostics, "check.no-entry",
-             "\"{}\" names no entry of the blackboard, so it is a text of two brackets; write " +
-                 std::string(attribute.name) + "=\"{name}\"",
+             fmt::format(
+                 "\"{{}}\" names no entry of the blackboard, so it is a text of two brackets; write {}=\"{{name}}\"",
+                 attribute.name),
              element.attribute_span(attribute.name));
       }
     }
@@ -155,7 +158,7 @@ class SubTreeInputs {
       const std::string near = did_you_mean(name, known);
       if (near.empty()) continue;  // it may be given for those who read it later
       warn(diagnostics, "check.unused-input",
-           "nothing in tree \"" + inside->first + "\" reads or writes \"" + name + "\"" + near,
+           fmt::format("nothing in tree \"{}\" reads or writes \"{}\"{}", inside->first, name, near),
            element.attribute_span(name));
     }
   }
@@ -174,7 +177,7 @@ void check_declared(const bt::Tree& tree, const std::set<std::string>& declared,
     const std::string near = did_you_mean(id, unused);
     if (near.empty()) continue;
     warn(diagnostics, "check.undeclared-leaf",
-         "leaf \"" + id + "\" is not in the TreeNodesModel, and one that is there is used nowhere" + near,
+         fmt::format("leaf \"{}\" is not in the TreeNodesModel, and one that is there is used nowhere{}", id, near),
          tree.span(leaf));
   }
 }

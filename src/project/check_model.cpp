@@ -4,6 +4,8 @@
 #include <cctype>
 #include <set>
 
+#include <fmt/format.h>
+
 #include "sentree/idl/conform.h"
 #include "sentree/project/check_monitor.h"
 #include "sentree/scxml/event.h"
@@ -34,8 +36,9 @@ class ModelCheck {
                                             [](const auto& send) { return send.type.value_or("thrift") == "thrift"; });
     if (entry_.serves.empty() && entry_.subscribes.topics.empty() && sends_nothing) {
       error("check.model",
-            "model \"" + entry_.name +
-                "\" does nothing for anybody; write \"serves\": the services that it stands for, or \"subscribe\"",
+            fmt::format("model \"{}\" does nothing for anybody; write \"serves\": the services that it stands for, or "
+                        "\"subscribe\"",
+                        entry_.name),
             entry_.span);
     }
   }
@@ -103,7 +106,8 @@ class ModelCheck {
     for (const scxml::SendParam& param : send.params) {
       has_result = has_result || param.name == "result";
       if (std::find(known.begin(), known.end(), param.name) == known.end()) {
-        error("check.model-answer", "an answer has no param \"" + param.name + "\"" + did_you_mean(param.name, known),
+        error("check.model-answer",
+              fmt::format("an answer has no param \"{}\"{}", param.name, did_you_mean(param.name, known)),
               chart_.span(param.place));
       } else if (param.name == "result" && param.constant && method.result->kind != idl::Kind::kVoid) {
         const auto conforming = idl::conform(*method.result, *param.constant, "result");
@@ -138,9 +142,9 @@ class ModelCheck {
                     [&](const std::string& request) { return scxml::event_matches(event, request); }))
       return;
     error("check.model",
-          "event \"" + event + "\" never comes: no call of what the model serves is named so" +
-              (entry_.subscribes.topics.empty() ? "" : ", and no topic that it subscribes to") +
-              did_you_mean(event, known),
+          fmt::format("event \"{}\" never comes: no call of what the model serves is named so{}{}", event,
+                      entry_.subscribes.topics.empty() ? "" : ", and no topic that it subscribes to",
+                      did_you_mean(event, known)),
           chart_.span(transition.place));
   }
 
@@ -155,9 +159,9 @@ class ModelCheck {
       for (std::size_t at = condition.find(call); at != std::string::npos; at = condition.find(call, at + 1)) {
         if (at > 0 && is_letter(at - 1)) continue;
         error("check.choice",
-              std::string(name) +
-                  "() in the condition of a transition, which is evaluated as often as the engine needs to; " +
-                  "choose in an <assign> or an <if> before",
+              fmt::format("{}() in the condition of a transition, which is evaluated as often as the engine needs to; "
+                          "choose in an <assign> or an <if> before",
+                          name),
               chart_.span(transition.place));
         return;
       }
@@ -188,9 +192,9 @@ class ModelCheck {
     for (const auto& [name, span] : called) {
       if (takes(name + ".request")) continue;
       error("check.unanswered",
-            "no transition of " + chart_.file() + " takes " + name +
-                ".request, so this call is always late; it answers " + std::to_string(answered) + " of the " +
-                std::to_string(called.size()) + " methods that skills call",
+            fmt::format("no transition of {} takes {}.request, so this call is always late; it answers {} of the {} "
+                        "methods that skills call",
+                        chart_.file(), name, answered, called.size()),
             span);
     }
   }

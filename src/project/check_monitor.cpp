@@ -4,6 +4,8 @@
 #include <map>
 #include <set>
 
+#include <fmt/format.h>
+
 #include "sentree/monitor/observed.h"
 #include "sentree/project/check_expressions.h"
 #include "sentree/scxml/event.h"
@@ -115,8 +117,9 @@ void check_verdicts(const MonitorEntry& entry, const scxml::Chart& chart, Diagno
   const auto check = [&](scxml::StateIndex state) {
     if (reached[state]) return;
     error(diagnostics, "check.unreachable-verdict",
-          "monitor \"" + entry.name + "\" can never be violated by state \"" + chart.states()[state].id +
-              "\": no transition of a reachable state leads to it",
+          fmt::format(
+              "monitor \"{}\" can never be violated by state \"{}\": no transition of a reachable state leads to it",
+              entry.name, chart.states()[state].id),
           chart.span(chart.states()[state].place));
   };
   for (const std::string& id : entry.violated) {
@@ -138,8 +141,8 @@ void check_renames(const MonitorEntry& entry, const scxml::Chart& chart, const m
     });
     if (!heard) {
       error(diagnostics, "check.unheard-event",
-            "monitor \"" + entry.name + "\": its chart has no transition for event \"" + rename.event + "\"" +
-                did_you_mean(rename.event, handled),
+            fmt::format("monitor \"{}\": its chart has no transition for event \"{}\"{}", entry.name, rename.event,
+                        did_you_mean(rename.event, handled)),
             rename.span);
     }
     if (observations == nullptr) continue;
@@ -151,12 +154,12 @@ void check_renames(const MonitorEntry& entry, const scxml::Chart& chart, const m
       }
       if (observed.size() > before) continue;
       error(diagnostics, "check.unknown-event",
-            "event \"" + rename.event + "\": nothing in this project is observed as \"" + pattern + "\"" +
-                did_you_mean(pattern, observations->names()),
+            fmt::format("event \"{}\": nothing in this project is observed as \"{}\"{}", rename.event, pattern,
+                        did_you_mean(pattern, observations->names())),
             rename.span);
     }
     DataType data = check_renamed_data(rename, observed, diagnostics);
-    data.name = "event \"" + rename.event + "\"";
+    data.name = fmt::format("event \"{}\"", rename.event);
     // An event of several sources has the data of one of them, whichever came.
     const auto [slot, is_new] = types->emplace(rename.event, std::move(data));
     if (!is_new) slot->second = {};
@@ -240,22 +243,22 @@ void check_monitor(const MonitorEntry& entry, const ChartFacts& facts, const mon
   ChartEvents events;
   if (!entry.events.empty()) {
     check_renames(entry, chart, observations ? &*observations : nullptr, events, diagnostics);
-    for_each_unknown(chart, events.names,
-                     [&](const std::string& descriptor, const scxml::Place& place, const std::string& hint) {
-                       error(diagnostics, "check.unknown-event",
-                             "event \"" + descriptor + "\" never comes: \"events\" of monitor \"" + entry.name +
-                                 "\" in sentree.yaml does not name it" + hint,
-                             chart.span(place));
-                     });
+    for_each_unknown(
+        chart, events.names, [&](const std::string& descriptor, const scxml::Place& place, const std::string& hint) {
+          error(diagnostics, "check.unknown-event",
+                fmt::format("event \"{}\" never comes: \"events\" of monitor \"{}\" in sentree.yaml does not name it{}",
+                            descriptor, entry.name, hint),
+                chart.span(place));
+        });
   } else if (observations) {
     events.names = observations->names();
     events.data_of = [&](const std::string& name) { return observations->data_of(name); };
-    for_each_unknown(chart, events.names,
-                     [&](const std::string& descriptor, const scxml::Place& place, const std::string& hint) {
-                       error(diagnostics, "check.unknown-event",
-                             "event \"" + descriptor + "\" never comes: nothing in this project is observed so" + hint,
-                             chart.span(place));
-                     });
+    for_each_unknown(
+        chart, events.names, [&](const std::string& descriptor, const scxml::Place& place, const std::string& hint) {
+          error(diagnostics, "check.unknown-event",
+                fmt::format("event \"{}\" never comes: nothing in this project is observed so{}", descriptor, hint),
+                chart.span(place));
+        });
   } else {
     return;
   }
@@ -331,30 +334,30 @@ void check_skill_events(const ChartFacts& facts, const std::map<std::string, Ser
     return member_of(arguments, param);
   };
 
-  for_each_unknown(chart, events.names,
-                   [&](const std::string& descriptor, const scxml::Place& place, const std::string& near) {
-                     const auto dot = descriptor.find('.');
-                     const auto service = services.find(descriptor.substr(0, dot));
-                     if (service != services.end()) {
-                       // Of an unknown method it is said elsewhere.
-                       const auto second = descriptor.find('.', dot + 1);
-                       const std::string method =
-                           descriptor.substr(dot + 1, second == std::string::npos ? second : second - dot - 1);
-                       if (service->second.service->find(method) == nullptr) return;
-                       const idl::Method& called = *service->second.service->find(method);
-                       if (called.oneway && second == std::string::npos) return;  // likewise of topics
-                       error(diagnostics, "check.unknown-event",
-                             "event \"" + descriptor + "\" never comes: " +
-                                 (called.oneway ? method + " is one-way, and nobody answers it"
-                                                : "a call ends with .reply or .error" + near),
-                             chart.span(place));
-                       return;
-                     }
-                     // Charts of other runtimes may know more events than they get here.
-                     if (near.empty() && !use.is_native) return;
-                     add_once(diagnostics, Severity::kWarning, "check.never-arrives",
-                              "event \"" + descriptor + "\" never arrives: nobody sends it" + near, chart.span(place));
-                   });
+  for_each_unknown(
+      chart, events.names, [&](const std::string& descriptor, const scxml::Place& place, const std::string& near) {
+        const auto dot = descriptor.find('.');
+        const auto service = services.find(descriptor.substr(0, dot));
+        if (service != services.end()) {
+          // Of an unknown method it is said elsewhere.
+          const auto second = descriptor.find('.', dot + 1);
+          const std::string method =
+              descriptor.substr(dot + 1, second == std::string::npos ? second : second - dot - 1);
+          if (service->second.service->find(method) == nullptr) return;
+          const idl::Method& called = *service->second.service->find(method);
+          if (called.oneway && second == std::string::npos) return;  // likewise of topics
+          error(diagnostics, "check.unknown-event",
+                fmt::format("event \"{}\" never comes: {}", descriptor,
+                            called.oneway ? method + " is one-way, and nobody answers it"
+                                          : "a call ends with .reply or .error" + near),
+                chart.span(place));
+          return;
+        }
+        // Charts of other runtimes may know more events than they get here.
+        if (near.empty() && !use.is_native) return;
+        add_once(diagnostics, Severity::kWarning, "check.never-arrives",
+                 fmt::format("event \"{}\" never arrives: nobody sends it{}", descriptor, near), chart.span(place));
+      });
   check_expressions(facts, events, diagnostics);
   check_idle_transitions(chart, true, diagnostics);
   check_receivers(chart, services, diagnostics);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 namespace sentree::project {
 
 void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
@@ -11,15 +13,16 @@ void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
     const auto& processes = scenario.processes;
     if (std::any_of(processes.begin(), processes.end(), [&](const auto& p) { return p.name == name; })) return;
     add(diagnostics, Severity::kError, "scenario.process",
-        what + " is at \"" + at + "\", but the scenario has no process \"" + name + "\"", span);
+        fmt::format("{} is at \"{}\", but the scenario has no process \"{}\"", what, at, name), span);
   };
   for (const ServiceEntry& service : scenario.project.services)
-    check(service.at, "service \"" + service.name + "\"", service.span);
+    check(service.at, fmt::format("service \"{}\"", service.name), service.span);
   for (const MonitorEntry& monitor : scenario.project.monitors)
-    check(monitor.at, "monitor \"" + monitor.name + "\"", monitor.span);
+    check(monitor.at, fmt::format("monitor \"{}\"", monitor.name), monitor.span);
   for (const ObserverEntry& observer : scenario.project.observers)
-    check(observer.at, "observer \"" + observer.name + "\"", observer.span);
-  for (const SkillEntry& skill : scenario.project.skills) check(skill.at, "skill \"" + skill.leaf + "\"", skill.span);
+    check(observer.at, fmt::format("observer \"{}\"", observer.name), observer.span);
+  for (const SkillEntry& skill : scenario.project.skills)
+    check(skill.at, fmt::format("skill \"{}\"", skill.leaf), skill.span);
   if (scenario.virtual_time) {
     SourceSpan elsewhere;  // the first part that is
     const auto part = [&](bool is_elsewhere, const SourceSpan& at) {
@@ -44,17 +47,18 @@ void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
         [&](const SkillEntry& skill) { return skill.leaf == process.skill && !skill.subscribes.topics.empty(); });
     if (subscribes != scenario.project.skills.end()) {
       add(diagnostics, Severity::kError, "check.subscribe",
-          "skill \"" + process.skill +
-              "\" subscribes to topics, which do not reach other processes; let it run in the run",
+          fmt::format("skill \"{}\" subscribes to topics, which do not reach other processes; let it run in the run",
+                      process.skill),
           process.span);
     }
     for (const ServiceEntry& service : scenario.project.services) {
       if (service.at != "sim" && service.at != "model") continue;
       add(diagnostics, Severity::kError, "scenario.process",
-          "skill \"" + process.skill + "\" runs in another process and cannot reach service \"" + service.name +
-              "\", which is at: " + service.at + " in this one; " +
-              (service.at == "sim" ? "run the simulator in a process too"
-                                   : "models serve skills of their own process only"),
+          fmt::format(
+              "skill \"{}\" runs in another process and cannot reach service \"{}\", which is at: {} in this one; {}",
+              process.skill, service.name, service.at,
+              service.at == "sim" ? "run the simulator in a process too"
+                                  : "models serve skills of their own process only"),
           process.span);
     }
   }
@@ -73,7 +77,7 @@ void check_process_skills(const Scenario& scenario, const bt::Tree& tree, Diagno
                          const SourceSpan& span) {
     if (name.empty() || std::find(known.begin(), known.end(), name) != known.end()) return;
     add(diagnostics, Severity::kError, "scenario.process",
-        std::string("the project has no ") + what + " \"" + name + "\"" + did_you_mean(name, known), span);
+        fmt::format("{}{} \"{}\"{}", "the project has no ", what, name, did_you_mean(name, known)), span);
   };
   for (const ProcessEntry& process : scenario.processes) {
     check(process.skill, leaves, "leaf", process.span);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <set>
 
+#include <fmt/format.h>
+
 #include "sentree/bt/model.h"
 #include "sentree/project/check_monitor.h"
 
@@ -30,9 +32,9 @@ void check_inputs(const bt::Tree& tree, const LeafPlan& leaf, bool has_plugins, 
     if (is_constant || is_told) continue;
     if (is_given || is_output || !facts.needs(item.id)) continue;
     add(diagnostics, Severity::kError, "check.missing-input",
-        "input \"" + item.id + "\" of " + leaf.name + " has no value, and " + leaf.chart->file() + ":" +
-            std::to_string(item.place.line) + " needs one: write " + item.id +
-            "=\"…\" here, or give the <data> an expr",
+        fmt::format(
+            "input \"{}\" of {} has no value, and {}:{} needs one: write {}=\"…\" here, or give the <data> an expr",
+            item.id, leaf.name, leaf.chart->file(), item.place.line, item.id),
         tree.span(leaf.node));
   }
   for (const bt::UnwrittenEntry& entry : tree.model().unwritten) {
@@ -40,8 +42,8 @@ void check_inputs(const bt::Tree& tree, const LeafPlan& leaf, bool has_plugins, 
     const auto item = std::find_if(data.begin(), data.end(), [&](const auto& d) { return d.id == entry.port; });
     const bool fails = item != data.end() && !item->has_value && !facts.is_written(item->id) && facts.needs(item->id);
     add(diagnostics, fails && !has_plugins ? Severity::kError : Severity::kWarning, "check.unwritten-entry",
-        "input \"" + entry.port + "\" of " + leaf.name + " reads blackboard entry \"" + entry.entry +
-            "\", which nothing in the tree writes",
+        fmt::format("input \"{}\" of {} reads blackboard entry \"{}\", which nothing in the tree writes", entry.port,
+                    leaf.name, entry.entry),
         tree.span(leaf.node));
   }
 }
@@ -64,7 +66,7 @@ void check_entries(const bt::Tree& tree, const Project& project, Diagnostics& di
     }
     const std::string near = did_you_mean(entry.leaf, free);
     add(diagnostics, near.empty() ? Severity::kWarning : Severity::kError, "check.unused-skill",
-        "the mission has no leaf \"" + entry.leaf + "\"" + near, entry.span);
+        fmt::format("the mission has no leaf \"{}\"{}", entry.leaf, near), entry.span);
   }
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <set>
 
+#include <fmt/format.h>
+
 #include "sentree/scxml/event.h"
 #include "sentree/sim/topics.h"
 
@@ -33,8 +35,9 @@ void check_all_oneway(const ServiceEntry& entry, const idl::Service& service, Di
   for (const idl::Method* method : service.methods) {
     if (method->oneway) continue;
     add(diagnostics, Severity::kError, "check.topic",
-        "service \"" + entry.name + "\" is at: topics, where nobody answers, but " + method->name +
-            " is not one-way; write \"oneway void " + method->name + "(…)\" in " + entry.idl + ", or say who serves it",
+        fmt::format("service \"{}\" is at: topics, where nobody answers, but {} is not one-way; write \"oneway void "
+                    "{}(…)\" in {}, or say who serves it",
+                    entry.name, method->name, method->name, entry.idl),
         entry.span);
     return;
   }
@@ -44,10 +47,9 @@ void check_published(const ServiceEntry& entry, const idl::Service& service, Dia
   const bool is_telemetry = entry.interface == sim::kTelemetry;
   if (!entry.publish.empty() && entry.at != "sim") {
     add(diagnostics, Severity::kError, "check.publish",
-        "service \"" + entry.name + "\" is at: " + entry.at +
-            ", but only the simulator in the process of the run publishes at a rate; write at: sim, or leave "
-            "\"publish\" "
-            "out",
+        fmt::format("service \"{}\" is at: {}, but only the simulator in the process of the run publishes at a rate; "
+                    "write at: sim, or leave \"publish\" out",
+                    entry.name, entry.at),
         entry.publish.front().span);
     return;
   }
@@ -56,13 +58,14 @@ void check_published(const ServiceEntry& entry, const idl::Service& service, Dia
   for (const PublishedTopic& topic : entry.publish) {
     if (is_telemetry && sim::find_topic(topic.method) != nullptr && service.find(topic.method) != nullptr) continue;
     add(diagnostics, Severity::kError, "check.publish",
-        is_telemetry ? "the simulator publishes no topic \"" + topic.method + "\"" + did_you_mean(topic.method, known)
-                     : "the simulator publishes topics of robot.thrift/Telemetry, and not of " + entry.interface,
+        is_telemetry
+            ? fmt::format("the simulator publishes no topic \"{}\"{}", topic.method, did_you_mean(topic.method, known))
+            : "the simulator publishes topics of robot.thrift/Telemetry, and not of " + entry.interface,
         topic.span);
   }
   if (is_telemetry && entry.at == "sim" && entry.publish.empty()) {
     add(diagnostics, Severity::kWarning, "check.publish",
-        "service \"" + entry.name + "\" publishes nothing; write publish: {battery: 2 Hz}", entry.span);
+        fmt::format("service \"{}\" publishes nothing; write publish: {{battery: 2 Hz}}", entry.name), entry.span);
   }
 }
 
@@ -73,10 +76,10 @@ void check_subscriptions(const std::string& who, const Subscriptions& subscribes
     const idl::Method* const method = method_of(topic, services);
     if (method == nullptr || !method->oneway) {
       add(diagnostics, Severity::kError, "check.unknown-topic",
-          who + " subscribes to \"" + topic + "\", which is no topic: " +
-              (method == nullptr ? "no service of the project has such a method"
-                                 : "the method is not one-way, so it is called and not published") +
-              did_you_mean(topic, topics_of(services)),
+          fmt::format("{} subscribes to \"{}\", which is no topic: {}{}", who, topic,
+                      method == nullptr ? "no service of the project has such a method"
+                                        : "the method is not one-way, so it is called and not published",
+                      did_you_mean(topic, topics_of(services))),
           subscribes.span);
       continue;
     }
@@ -85,8 +88,8 @@ void check_subscriptions(const std::string& who, const Subscriptions& subscribes
     });
     if (heard) continue;
     add(diagnostics, Severity::kError, "check.unheard-event",
-        who + " subscribes to \"" + topic + "\", but " + chart.file() + " has no transition for that event" +
-            did_you_mean(topic, handled),
+        fmt::format("{} subscribes to \"{}\", but {} has no transition for that event{}", who, topic, chart.file(),
+                    did_you_mean(topic, handled)),
         subscribes.span);
   }
 }
@@ -132,14 +135,16 @@ void check_publishers(const Project& project, const std::vector<LeafPlan>& leave
       if (at != "topics" && at != "model" && at != "sim") continue;  // who serves it elsewhere may publish it
       if (at == "sim") {
         add(diagnostics, Severity::kWarning, "check.unpublished",
-            "the simulator does not publish \"" + topic + "\": write publish: {" + method->name +
-                ": 2 Hz} in the entry of the service",
+            fmt::format(
+                "the simulator does not publish \"{}\": write publish: {{{}: 2 Hz}} in the entry of the service", topic,
+                method->name),
             subscribes.span);
         continue;
       }
       add(diagnostics, Severity::kWarning, "check.unpublished",
-          "no chart of the project publishes \"" + topic +
-              "\"; it comes only from scenarios, people and other processes",
+          fmt::format(
+              "no chart of the project publishes \"{}\"; it comes only from scenarios, people and other processes",
+              topic),
           subscribes.span);
     }
   };

@@ -6,6 +6,8 @@
 #include <map>
 #include <optional>
 
+#include <fmt/format.h>
+
 #include "sentree/scxml/model.h"
 #include "sentree/scxml/script_syntax.h"
 
@@ -98,9 +100,9 @@ void check_fair(const VerifySection& verify, const std::map<std::string, NamedCh
   for (const std::string& fair : verify.fair) {
     if (open || std::find(all.begin(), all.end(), fair) != all.end()) continue;
     diagnostics.push_back({Severity::kError, "verify.fair",
-                           "no model makes a choice called \"" + fair +
-                               "\"; a choice gets a name by pick('NAME', …), and is called MODEL.NAME" +
-                               did_you_mean(fair, all),
+                           fmt::format("no model makes a choice called \"{}\"; a choice gets a name by pick('NAME', "
+                                       "…), and is called MODEL.NAME{}",
+                                       fair, did_you_mean(fair, all)),
                            verify.fair_span});
   }
 }
@@ -113,8 +115,8 @@ void check_choice(const ScenarioChoice& choice, const NamedChoices& known, Diagn
   const auto named = known.by_name.find(choice.name);
   if (named == known.by_name.end()) {
     if (known.open) return;
-    error("model \"" + choice.model + "\" makes no choice called \"" + choice.name + "\"" +
-          did_you_mean(choice.name, known.names()));
+    error(fmt::format("model \"{}\" makes no choice called \"{}\"{}", choice.model, choice.name,
+                      did_you_mean(choice.name, known.names())));
     return;
   }
   const auto& alternatives = named->second;
@@ -128,8 +130,8 @@ void check_choice(const ScenarioChoice& choice, const NamedChoices& known, Diagn
     if (const std::string* text = value.as_string()) texts.push_back(*text);
   }
   const std::string* const text = choice.value.as_string();
-  error("choice \"" + choice.name + "\" of model \"" + choice.model + "\" has no alternative " + to_json(choice.value) +
-        "; there are " + there + (text != nullptr ? did_you_mean(*text, texts) : ""));
+  error(fmt::format("choice \"{}\" of model \"{}\" has no alternative {}; there are {}{}", choice.name, choice.model,
+                    to_json(choice.value), there, text != nullptr ? did_you_mean(*text, texts) : ""));
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <set>
 
+#include <fmt/format.h>
+
 #include "sentree/idl/conform.h"
 
 namespace sentree::project {
@@ -76,16 +78,17 @@ void check_handled(const scxml::Chart& chart, const std::map<std::string, Servic
       const bool exists = found != nullptr;
       if (exists && found->oneway && second == std::string::npos) {
         add(diagnostics, Severity::kError, "check.never-arrives",
-            "event \"" + event + "\" never arrives: the skill does not subscribe to this topic; write subscribe: [" +
-                event + "] in its entry of sentree.yaml",
+            fmt::format("event \"{}\" never arrives: the skill does not subscribe to this topic; write subscribe: [{}] "
+                        "in its entry of sentree.yaml",
+                        event, event),
             chart.span(transition.place));
         continue;
       }
       add(diagnostics, exists ? Severity::kWarning : Severity::kError, "check.never-arrives",
-          "event \"" + event + "\" never arrives: " +
-              (exists ? "the chart does not call " + service->first + "." + method
-                      : "service \"" + service->first + "\" has no method \"" + method + "\"" +
-                            did_you_mean(method, methods)),
+          fmt::format("event \"{}\" never arrives: {}", event,
+                      exists ? fmt::format("the chart does not call {}.{}", service->first, method)
+                             : fmt::format("service \"{}\" has no method \"{}\"{}", service->first, method,
+                                           did_you_mean(method, methods))),
           chart.span(transition.place));
     }
   }
@@ -95,7 +98,7 @@ void check_handled(const scxml::Chart& chart, const std::map<std::string, Servic
 
 Diagnostic missing(const Project& project, const FileRef& file, Diagnostic why) {
   if (file.span.line > 0) {
-    why.message = "file \"" + project.shown(file.path) + "\": " + why.message;
+    why.message = fmt::format("file \"{}\": {}", project.shown(file.path), why.message);
     why.span = file.span;
   }
   return why;
@@ -107,8 +110,8 @@ void check_outcomes(const scxml::Chart& chart, Diagnostics& diagnostics) {
     if (state.id == "success" || state.id == "failure" || state.id == "halted") continue;
     static const std::vector<std::string> kOutcomes{"success", "failure", "halted"};
     add(diagnostics, Severity::kError, "check.outcome",
-        "top-level <final id=\"" + state.id + "\"> is no outcome of a skill; use success, failure or halted" +
-            did_you_mean(state.id, kOutcomes),
+        fmt::format("top-level <final id=\"{}\"> is no outcome of a skill; use success, failure or halted{}", state.id,
+                    did_you_mean(state.id, kOutcomes)),
         chart.span(state.place));
   }
 }
@@ -135,15 +138,16 @@ void check_leaf_ports(const bt::Tree& tree, const LeafPlan& leaf, Diagnostics& d
     const bool has_data = std::any_of(data.begin(), data.end(), [&](const auto& item) { return item.id == name; });
     if (port.input && constant(leaf, name) != nullptr) {
       add(diagnostics, Severity::kError, "check.skill-data",
-          "input port \"" + name + "\" of " + leaf.name +
-              " and the \"data\" of its skill in sentree.yaml set the same <data>; " + "leave one of them out",
+          fmt::format("input port \"{}\" of {} and the \"data\" of its skill in sentree.yaml set the same <data>; "
+                      "leave one of them out",
+                      name, leaf.name),
           tree.span(leaf.node));
     }
     // The events of a protocol carry the ports, whether or not the chart has <data> for them.
     if (port.input && !has_data && !leaf.protocol) {
       add(diagnostics, Severity::kWarning, "check.unused-port",
-          "input port \"" + name + "\" of " + leaf.name + " reaches nothing: " + leaf.chart->file() +
-              " has no <data id=\"" + name + "\">",
+          fmt::format("input port \"{}\" of {} reaches nothing: {} has no <data id=\"{}\">", name, leaf.name,
+                      leaf.chart->file(), name),
           tree.span(leaf.node));
     }
     if (!port.output) continue;
@@ -161,9 +165,10 @@ void check_leaf_ports(const bt::Tree& tree, const LeafPlan& leaf, Diagnostics& d
                       }));
     if (!fed) {
       add(diagnostics, Severity::kWarning, "check.unfed-port",
-          "output port \"" + name + "\" of " + leaf.name + " is never written: no " +
-              (leaf.protocol ? "<send event=\"" + leaf.protocol->answer + "\">" : "<donedata>") + " of " +
-              leaf.chart->file() + " has a <param name=\"" + name + "\">",
+          fmt::format("output port \"{}\" of {} is never written: no {} of {} has a <param name=\"{}\">", name,
+                      leaf.name,
+                      leaf.protocol ? fmt::format("<send event=\"{}\">", leaf.protocol->answer) : "<donedata>",
+                      leaf.chart->file(), name),
           tree.span(leaf.node));
     }
   }
@@ -178,11 +183,12 @@ void check_names(const bt::Tree& tree, const std::vector<LeafPlan>& leaves,
   for (const LeafPlan& leaf : leaves) {
     if (services.contains(leaf.name)) {
       add(diagnostics, Severity::kError, "check.name-clash",
-          "leaf \"" + leaf.name + "\" and a service have the same name, so their messages would look alike; rename one",
+          fmt::format("leaf \"{}\" and a service have the same name, so their messages would look alike; rename one",
+                      leaf.name),
           tree.span(leaf.node));
     } else if (reserved(leaf.name)) {
       add(diagnostics, Severity::kError, "check.reserved-name",
-          "leaf name \"" + leaf.name + "\" is reserved; choose another name", tree.span(leaf.node));
+          fmt::format("leaf name \"{}\" is reserved; choose another name", leaf.name), tree.span(leaf.node));
     }
   }
   for (const ModelEntry& model : project.models) {
@@ -190,18 +196,19 @@ void check_names(const bt::Tree& tree, const std::vector<LeafPlan>& leaves,
         std::any_of(leaves.begin(), leaves.end(), [&](const LeafPlan& leaf) { return leaf.name == model.name; });
     if (is_leaf || services.contains(model.name)) {
       add(diagnostics, Severity::kError, "check.name-clash",
-          "model \"" + model.name + "\" and a " + (is_leaf ? "leaf" : "service") +
-              " have the same name, so their messages would look alike; give it another with \"name\"",
+          fmt::format("model \"{}\" and a {} have the same name, so their messages would look alike; give it another "
+                      "with \"name\"",
+                      model.name, is_leaf ? "leaf" : "service"),
           model.span);
     } else if (reserved(model.name)) {
       add(diagnostics, Severity::kError, "check.reserved-name",
-          "model name \"" + model.name + "\" is reserved; give it another with \"name\"", model.span);
+          fmt::format("model name \"{}\" is reserved; give it another with \"name\"", model.name), model.span);
     }
   }
   for (const ServiceEntry& service : project.services) {
     if (!reserved(service.name)) continue;
     add(diagnostics, Severity::kError, "check.reserved-name",
-        "service name \"" + service.name + "\" is reserved; choose another name", service.span);
+        fmt::format("service name \"{}\" is reserved; choose another name", service.name), service.span);
   }
 }
 
@@ -222,13 +229,15 @@ void check_tolerance(const scxml::Chart& chart, const scxml::SendParam& param, d
                      double most, bool has_station, const char* unit, Diagnostics& diagnostics) {
   if (tolerance < least) {
     add(diagnostics, Severity::kError, "check.tolerances",
-        param.name + " of " + plain_decimal(tolerance) + unit + " is narrower than navigation's " +
-            plain_decimal(least) + unit + ": the robot can stop where this skill does not see it arrived",
+        fmt::format("{} of {}{} is narrower than navigation's {}{}: the robot can stop where this skill does not see "
+                    "it arrived",
+                    param.name, plain_decimal(tolerance), unit, plain_decimal(least), unit),
         chart.span(param.place));
   } else if (has_station && tolerance >= most) {
     add(diagnostics, Severity::kError, "check.tolerances",
-        param.name + " of " + plain_decimal(tolerance) + unit + " is not below the charging station's " +
-            plain_decimal(most) + unit + ": the robot can wait where the station does not charge it",
+        fmt::format("{} of {}{} is not below the charging station's {}{}: the robot can wait where the station does "
+                    "not charge it",
+                    param.name, plain_decimal(tolerance), unit, plain_decimal(most), unit),
         chart.span(param.place));
   }
 }
@@ -274,15 +283,15 @@ void check_gate(const MonitorEntry& entry, const monitor::Model& model,
     }
     if (matches) continue;
     add(diagnostics, Severity::kError, "check.gate",
-        "gate \"" + pattern + "\" of monitor \"" + entry.name + "\" matches no call of the project (SERVICE.METHOD)" +
-            did_you_mean(pattern, calls),
+        fmt::format("gate \"{}\" of monitor \"{}\" matches no call of the project (SERVICE.METHOD){}", pattern,
+                    entry.name, did_you_mean(pattern, calls)),
         entry.gate_span);
     return;
   }
   if (listens) return;
   add(diagnostics, Severity::kError, "check.gate",
-      "monitor \"" + entry.name +
-          "\" listens to none of the requests that it is to gate, so it would let all of them pass",
+      fmt::format("monitor \"{}\" listens to none of the requests that it is to gate, so it would let all of them pass",
+                  entry.name),
       entry.gate_span);
 }
 
@@ -300,8 +309,8 @@ void check_sources(const EventRename& rename, const std::vector<LeafPlan>& leave
                     [&](const std::string& source) { return matches_pattern(pattern, source); }))
       continue;
     add(diagnostics, Severity::kError, "check.source",
-        "event \"" + rename.event + "\" is of nobody: \"" + pattern + "\" is no leaf of the mission" +
-            did_you_mean(pattern, sources),
+        fmt::format("event \"{}\" is of nobody: \"{}\" is no leaf of the mission{}", rename.event, pattern,
+                    did_you_mean(pattern, sources)),
         rename.from_span);
   }
 }
@@ -319,8 +328,8 @@ void check_locations(const bt::Tree& tree, const std::vector<LeafPlan>& leaves, 
       if (text.empty() || text.front() == '{' || std::find(places.begin(), places.end(), text) != places.end()) return;
       if (!checked.insert({to_string(span), id}).second) return;
       add(diagnostics, Severity::kError, "check.unknown-location",
-          "\"" + text + "\", the " + id + " of " + leaf.name + ", is no location or area of " + world_file +
-              did_you_mean(text, places),
+          fmt::format("\"{}\", the {} of {}, is no location or area of {}{}", text, id, leaf.name, world_file,
+                      did_you_mean(text, places)),
           span);
     };
     for (const scxml::SendInfo& send : leaf.chart->sends()) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include <fmt/format.h>
+
 #include "sentree/project/plan.h"
 #include "sentree/text/file.h"
 
@@ -71,10 +73,11 @@ Loaded<idl::Schema> load_interface(const path& file, const std::string& shown, c
       // Where it would have been found first.
       if (on_read && (!place || *place != root / name)) on_read(root / name, std::string(name), std::nullopt);
       if (!place) {
-        return fail("idl.include", "it is neither beside " + shown +
-                                       ", in $AMENT_PREFIX_PATH, nor among those of Sentree; "
-                                       "copy it to interfaces/" +
-                                       std::string(name));
+        return fail(
+            "idl.include",
+            fmt::format(
+                "it is neither beside {}, in $AMENT_PREFIX_PATH, nor among those of Sentree; copy it to interfaces/{}",
+                shown, name));
       }
       const std::string other = place->parent_path().parent_path().parent_path() == root
                                     ? (shown_root / name).lexically_normal().string()

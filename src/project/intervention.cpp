@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "sentree/base/json.h"
 #include "sentree/project/yaml_reader.h"
 
@@ -43,13 +45,13 @@ void append_count(Map& entry, std::uint64_t count) {
 }
 std::string times(std::uint64_t count) {
   if (count == 0) return "";
-  return count == 1 ? ", once" : ", " + std::to_string(count) + " times";
+  return count == 1 ? ", once" : fmt::format(", {} times", count);
 }
 
 void check_status(YamlReader& reader, const std::string& status, const std::vector<std::string>& statuses) {
   if (status.empty() || std::find(statuses.begin(), statuses.end(), status) != statuses.end()) return;
   reader.error(reader.span("status"), "scenario.status",
-               "there is no status \"" + status + "\"" + did_you_mean(status, statuses));
+               fmt::format("there is no status \"{}\"{}", status, did_you_mean(status, statuses)));
 }
 
 // Of each kind: how it is read, what an entry says of it, whom it concerns, and how it is told in one line.
@@ -58,7 +60,7 @@ void read(const Entry& entry, Call& call) {
   YamlReader& reader = entry.reader;
   call.method = entry.text(Call::kWord);
   if (!call.method.empty() && call.method.find('.') == std::string::npos) {
-    reader.error(reader.span("call"), "scenario.call", "call \"" + call.method + "\" must be SERVICE.METHOD");
+    reader.error(reader.span("call"), "scenario.call", fmt::format("call \"{}\" must be SERVICE.METHOD", call.method));
   }
   const auto* args = reader.mapping("args");
   call.args = args != nullptr ? args->value() : Value(Map());
@@ -69,7 +71,7 @@ Map form(const Call& call) {
   return entry;
 }
 std::string concerned(const Call& call) { return call.method.substr(0, call.method.rfind('.')); }
-std::string told(const Call& call) { return call.method + " " + to_json(call.args); }
+std::string told(const Call& call) { return fmt::format("{} {}", call.method, to_json(call.args)); }
 
 void read(const Entry& entry, Stop& /*stop*/) {
   if (const auto target = entry.reader.string("stop"); target && *target != "mission") {
@@ -106,7 +108,7 @@ Map form(const Delay& delay) {
 }
 std::string concerned(const Delay& /*delay*/) { return ""; }
 std::string told(const Delay& delay) {
-  return "delay " + delay.message + " by " + exact_seconds(delay.by) + times(delay.count);
+  return fmt::format("delay {} by {}{}", delay.message, exact_seconds(delay.by), times(delay.count));
 }
 
 void read(const Entry& entry, Falsify& falsify) {
@@ -129,8 +131,8 @@ Map form(const Falsify& falsify) {
 }
 std::string concerned(const Falsify& /*falsify*/) { return ""; }
 std::string told(const Falsify& falsify) {
-  return "falsify " + falsify.call + ": " + (falsify.path.empty() ? "result" : falsify.path) + " becomes " +
-         to_json(falsify.value) + times(falsify.count);
+  return fmt::format("falsify {}: {} becomes {}{}", falsify.call, falsify.path.empty() ? "result" : falsify.path,
+                     to_json(falsify.value), times(falsify.count));
 }
 
 void read(const Entry& entry, Force& force) {
@@ -147,7 +149,9 @@ Map form(const Force& force) {
   return {{std::string(Force::kWord), std::move(entry)}};
 }
 std::string concerned(const Force& force) { return force.leaf; }
-std::string told(const Force& force) { return "force " + force.leaf + " to " + force.status + times(force.count); }
+std::string told(const Force& force) {
+  return fmt::format("force {} to {}{}", force.leaf, force.status, times(force.count));
+}
 
 void read(const Entry& entry, Breakpoint& breakpoint) {
   entry.details(Breakpoint::kWord, [&](YamlReader& reader, const text::YamlNode& place) {
@@ -188,7 +192,7 @@ std::string told(const Breakpoint& breakpoint) {
   const std::string at = "breakpoint at " + breakpoint.target;
   switch (breakpoint.point) {
     case Breakpoint::Point::kNode: return at + (breakpoint.status.empty() ? " changes" : " is " + breakpoint.status);
-    case Breakpoint::Point::kState: return at + " enters " + breakpoint.state;
+    case Breakpoint::Point::kState: return fmt::format("{} enters {}", at, breakpoint.state);
     case Breakpoint::Point::kMessage: break;
   }
   return at;
@@ -221,7 +225,7 @@ std::string concerned(const Failing& /*failing*/) {
 }
 template <FailingCalls Failing>
 std::string told(const Failing& failing) {
-  return failing.call + " is " + std::string(Failing::kWord);
+  return fmt::format("{} is {}", failing.call, Failing::kWord);
 }
 
 // Calls `each` with one of every kind.

@@ -4,6 +4,8 @@
 #include <map>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sentree/bt/library.h"
 #include "sentree/bt/load.h"
 #include "sentree/nav2/nav2.h"
@@ -53,7 +55,7 @@ class MissionLoader {
     if (source) return std::move(*source);
     Diagnostic why = std::move(source.error());
     if (file.span.line > 0) {
-      why.message = "file \"" + project_.shown(file.path) + "\": " + why.message;
+      why.message = fmt::format("file \"{}\": {}", project_.shown(file.path), why.message);
       why.span = file.span;
     }
     diagnostics_.push_back(std::move(why));
@@ -194,9 +196,9 @@ void find_mission(Project& project, const SourceSpan& place, Diagnostics& diagno
   if (library.files().size() < project.mission_files.size()) return;
   for (const bt::TreeFile& file : library.files()) ids.insert(ids.end(), file.trees.begin(), file.trees.end());
   diagnostics.push_back({Severity::kError, "project.no-tree",
-                         "none of the mission's files has a BehaviorTree" +
-                             (project.tree.empty() ? std::string() : " \"" + project.tree + "\"") +
-                             did_you_mean(project.tree, ids),
+                         fmt::format("none of the mission's files has a BehaviorTree{}{}",
+                                     project.tree.empty() ? std::string() : fmt::format(" \"{}\"", project.tree),
+                                     did_you_mean(project.tree, ids)),
                          place});
 }
 

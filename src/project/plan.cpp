@@ -6,6 +6,8 @@
 #include <deque>
 #include <set>
 
+#include <fmt/format.h>
+
 #include "sentree/idl/conform.h"
 #include "sentree/project/chart_memory.h"
 #include "sentree/project/check_intervention.h"
@@ -54,7 +56,7 @@ class Preparation {
   void services() {
     for (const ServiceEntry& entry : project_.services) {
       if (entry.at != "sim" && entry.at != "model" && entry.at != "topics")
-        check_address("service \"" + entry.name + "\"", entry.at, entry.span);
+        check_address(fmt::format("service \"{}\"", entry.name), entry.at, entry.span);
       const idl::Schema* schema = interface(entry.idl, entry.span);
       if (schema == nullptr) continue;
       const auto service = idl::find_service(*schema, entry.interface, entry.span);
@@ -68,14 +70,14 @@ class Preparation {
       check_published(entry, **service, diagnostics);
       if (const auto* info = sim::find_service(entry.interface); info != nullptr && info->is_test_control) {
         add("check.test-control",
-            "\"" + entry.interface +
-                "\" is test control; skills must not reach it, and scenarios do so by the name \"" +
-                std::string(kTestControl) + "\"",
+            fmt::format("\"{}\" is test control; skills must not reach it, and scenarios do so by the name \"{}\"",
+                        entry.interface, kTestControl),
             entry.span);
       }
       if (entry.at == "sim" && sim::find_service(entry.interface) == nullptr && entry.interface != sim::kTelemetry) {
         add("check.not-simulated",
-            "the simulator does not serve \"" + entry.interface + "\"; give the service an address (at: tcp://…)",
+            fmt::format("the simulator does not serve \"{}\"; give the service an address (at: tcp://…)",
+                        entry.interface),
             entry.span);
       }
     }
@@ -96,12 +98,12 @@ class Preparation {
         are_known = are_known && service != nullptr;
         if (service == nullptr) {
           add("check.unknown-service",
-              "model \"" + entry.name + "\" serves \"" + name + "\", which is no service of the project" +
-                  did_you_mean(name, names),
+              fmt::format("model \"{}\" serves \"{}\", which is no service of the project{}", entry.name, name,
+                          did_you_mean(name, names)),
               entry.serves_span);
         } else if (const auto other = served.emplace(name, entry.name); !other.second) {
           add("check.model",
-              "service \"" + name + "\" is served by two models, " + other.first->second + " and " + entry.name,
+              fmt::format("service \"{}\" is served by two models, {} and {}", name, other.first->second, entry.name),
               entry.serves_span);
         } else if (service->at == "model") {
           serves.push_back(name);
@@ -126,7 +128,7 @@ class Preparation {
               diagnostics);
         }
       }
-      check_subscriptions("model \"" + entry.name + "\"", entry.subscribes, *chart, services_, diagnostics);
+      check_subscriptions(fmt::format("model \"{}\"", entry.name), entry.subscribes, *chart, services_, diagnostics);
       if (!serves.empty() || entry.serves.empty())
         models_.push_back({entry.name, *chart, std::move(serves), entry.subscribes.topics});
     }
@@ -134,10 +136,9 @@ class Preparation {
     for (const ServiceEntry& entry : project_.services) {
       if (entry.at != "model" || served.contains(entry.name)) continue;
       add("check.model",
-          "service \"" + entry.name +
-              "\" is at: model, but no entry of \"models\" serves it; write models: [{file: "
-              "models/X.scxml, serves: [" +
-              entry.name + "]}]",
+          fmt::format("service \"{}\" is at: model, but no entry of \"models\" serves it; write models: [{{file: "
+                      "models/X.scxml, serves: [{}]}}]",
+                      entry.name, entry.name),
           entry.span);
     }
   }
@@ -164,7 +165,8 @@ class Preparation {
       const auto simulated =
           std::find_if(project_.services.begin(), project_.services.end(), [](const auto& s) { return s.at == "sim"; });
       if (simulated != project_.services.end()) {
-        add("check.no-world", "service \"" + simulated->name + "\" is at: sim, but the project has no world: FILE",
+        add("check.no-world",
+            fmt::format("service \"{}\" is at: sim, but the project has no world: FILE", simulated->name),
             simulated->span);
       }
       return;
@@ -199,7 +201,7 @@ class Preparation {
 
   void leaves(const bt::Tree& tree) {
     for (const SkillEntry& entry : project_.skills) {
-      if (!entry.at.empty()) check_address("skill \"" + entry.leaf + "\"", entry.at, entry.span);
+      if (!entry.at.empty()) check_address(fmt::format("skill \"{}\"", entry.leaf), entry.at, entry.span);
     }
     for (const bt::NodeId node : tree.external_leaves()) {
       const std::string id(tree.registration(node));
@@ -256,11 +258,12 @@ class Preparation {
     }
     if (entry != nullptr && entries_checked_.insert(entry).second) {
       check_skill_data(entry->data, *chart, diagnostics);
-      check_subscriptions("skill \"" + entry->leaf + "\"", entry->subscribes, *chart, services_, diagnostics);
+      check_subscriptions(fmt::format("skill \"{}\"", entry->leaf), entry->subscribes, *chart, services_, diagnostics);
       if (!entry->at.empty() && !entry->subscribes.topics.empty()) {
         add("check.subscribe",
-            "skill \"" + entry->leaf +
-                "\" runs in another process, which topics do not reach; leave \"at\" out, or \"subscribe\"",
+            fmt::format(
+                "skill \"{}\" runs in another process, which topics do not reach; leave \"at\" out, or \"subscribe\"",
+                entry->leaf),
             entry->subscribes.span);
       }
     }
@@ -304,12 +307,12 @@ class Preparation {
     }
     const monitor::Vocabulary* known = is_known ? &*vocabulary_ : nullptr;
     for (const ObserverEntry& entry : project_.observers) {
-      check_address("observer \"" + entry.name + "\"", entry.at, entry.span);
+      check_address(fmt::format("observer \"{}\"", entry.name), entry.at, entry.span);
       observers_.push_back({.name = entry.name, .at = entry.at, .is_monitor = false});
     }
     for (const MonitorEntry& entry : project_.monitors) {
       if (!entry.at.empty()) {
-        check_address("monitor \"" + entry.name + "\"", entry.at, entry.span);
+        check_address(fmt::format("monitor \"{}\"", entry.name), entry.at, entry.span);
         observers_.push_back({.name = entry.name, .at = entry.at, .is_monitor = true});
         continue;
       }
@@ -372,7 +375,8 @@ class Preparation {
       append(diagnostics, model->second.diagnostics);
       return model->second.value;
     }
-    add("check.requirement", "\"" + entry.file.path + "\" holds no requirement, only definitions", entry.file.span);
+    add("check.requirement", fmt::format("\"{}\" holds no requirement, only definitions", entry.file.path),
+        entry.file.span);
     return std::nullopt;
   }
 
@@ -396,7 +400,7 @@ class Preparation {
     // "{name}" is the address of a process that the scenario starts.
     if (at.starts_with('{')) return;
     const auto address = rpc::Address::parse(at);
-    if (!address) add(address.error().code, what + ": " + address.error().message, span);
+    if (!address) add(address.error().code, fmt::format("{}: {}", what, address.error().message), span);
   }
 
   void check_robot(const ServiceEntry& entry) {
@@ -404,8 +408,8 @@ class Preparation {
     std::vector<std::string> names;
     for (const sim::RobotSpec& robot : world_->robots) names.push_back(robot.name);
     add("check.unknown-robot",
-        "service \"" + entry.name + "\" is of robot \"" + entry.robot + "\", which the world does not have" +
-            did_you_mean(entry.robot, names),
+        fmt::format("service \"{}\" is of robot \"{}\", which the world does not have{}", entry.name, entry.robot,
+                    did_you_mean(entry.robot, names)),
         entry.span);
   }
 
@@ -413,8 +417,8 @@ class Preparation {
     for (const std::string& method : entry.idempotent) {
       if (service.find(method) == nullptr) {
         add("check.unknown-method",
-            "service \"" + entry.name + "\" has no method \"" + method + "\"" +
-                did_you_mean(method, service.method_names()),
+            fmt::format("service \"{}\" has no method \"{}\"{}", entry.name, method,
+                        did_you_mean(method, service.method_names())),
             entry.idempotent_span);
       }
     }
@@ -427,8 +431,8 @@ class Preparation {
     const auto file = find_interface(own, name);
     if (!file) {
       add("check.no-interface",
-          "interface file \"" + name + "\" is neither in the project's interfaces/ nor among those of Sentree" +
-              (name.ends_with(".thrift") ? "" : ", nor in the share/ of a folder in $AMENT_PREFIX_PATH"),
+          fmt::format("interface file \"{}\" is neither in the project's interfaces/ nor among those of Sentree{}",
+                      name, name.ends_with(".thrift") ? "" : ", nor in the share/ of a folder in $AMENT_PREFIX_PATH"),
           span);
       return nullptr;
     }
@@ -626,7 +630,7 @@ Diagnostics check_project(const path& folder_or_file, PartCache& cache) {
   std::set<std::string> told;
   const auto add_new = [&](const Diagnostics& found) {
     for (const Diagnostic& diagnostic : found) {
-      if (told.insert(diagnostic.code + " " + to_string(diagnostic)).second) all.push_back(diagnostic);
+      if (told.insert(fmt::format("{} {}", diagnostic.code, to_string(diagnostic))).second) all.push_back(diagnostic);
     }
   };
   auto project = load_project(folder_or_file);
@@ -685,7 +689,7 @@ Loaded<SkillPlan> prepare_skill(const Project& project, const std::string& leaf)
     }
     if (!plan && !has_errors(preparation.diagnostics)) {
       preparation.add("check.unknown-leaf",
-                      "the mission has no leaf named \"" + leaf + "\"" + did_you_mean(leaf, names),
+                      fmt::format("the mission has no leaf named \"{}\"{}", leaf, did_you_mean(leaf, names)),
                       project.mission.span);
     }
   }
@@ -708,7 +712,8 @@ Loaded<MonitorPlan> prepare_monitor(const Project& project, const std::string& n
   PartCache known;
   Preparation preparation(alone, known);
   if (alone.monitors.empty()) {
-    preparation.add("check.unknown-monitor", "the project has no monitor \"" + name + "\"" + did_you_mean(name, names),
+    preparation.add("check.unknown-monitor",
+                    fmt::format("the project has no monitor \"{}\"{}", name, did_you_mean(name, names)),
                     SourceSpan{project.file});
   } else {
     alone.monitors.front().at.clear();

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <charconv>
 
+#include <fmt/format.h>
+
 #include "sentree/project/interface_file.h"
 #include "sentree/project/mission_tree.h"
 #include "sentree/project/plan.h"
@@ -74,12 +76,12 @@ void read_mission_files(YamlReader& reader, Project& project) {
     expand(project.folder, {}, parts, 0, found);
     if (found.size() > kMissionFilesMax || project.mission_files.size() + found.size() > kMissionFilesMax) {
       reader.error(reader.span("files"), "project.too-many-files",
-                   "\"" + pattern + "\": a mission has at most " + std::to_string(kMissionFilesMax) + " files");
+                   fmt::format("\"{}\": a mission has at most {} files", pattern, kMissionFilesMax));
       return;
     }
     if (found.empty())
       reader.error(reader.span("files"), "project.no-file",
-                   "\"" + pattern + "\" matches no file in " + project.folder.string());
+                   fmt::format("\"{}\" matches no file in {}", pattern, project.folder.string()));
     for (std::string& file : found) {
       const auto same = [&](const FileRef& known) { return known.path == file; };
       if (std::none_of(project.mission_files.begin(), project.mission_files.end(), same))
@@ -114,15 +116,15 @@ namespace {
 
 void read_services(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
   for (const auto& [name, entry] : node.entries) {
-    YamlReader reader(entry, "service \"" + name.scalar + "\"", diagnostics);
+    YamlReader reader(entry, fmt::format("service \"{}\"", name.scalar), diagnostics);
     ServiceEntry service{.name = name.scalar, .idl = {}, .interface = {}, .at = {}, .robot = {}, .span = name.span};
     const std::string interface = reader.required_string("interface");
     auto [file, of] = interface_name(interface);
     if (file.empty() && !interface.empty()) {
       reader.error(reader.span("interface"), "project.interface",
-                   "interface \"" + interface +
-                       "\" must be FILE.thrift/SERVICE, e.g. robot.thrift/Battery, or of ROS PACKAGE/srv/NAME, "
-                       "e.g. std_srvs/srv/SetBool");
+                   fmt::format("interface \"{}\" must be FILE.thrift/SERVICE, e.g. robot.thrift/Battery, or of ROS "
+                               "PACKAGE/srv/NAME, e.g. std_srvs/srv/SetBool",
+                               interface));
     }
     service.idl = std::move(file);
     service.interface = std::move(of);
@@ -135,7 +137,7 @@ void read_services(const text::YamlNode& node, Project& project, Diagnostics& di
           service.publish.push_back({method.scalar, *period, method.span});
         else
           reader.error(rate.span, "project.rate",
-                       "\"" + rate.scalar + "\" is no rate from 0.01 Hz to 1000 Hz, e.g. 2 Hz");
+                       fmt::format("\"{}\" is no rate from 0.01 Hz to 1000 Hz, e.g. 2 Hz", rate.scalar));
       }
     }
     service.idempotent = reader.strings("idempotent");
@@ -180,7 +182,7 @@ void read_verify(const text::YamlNode& node, Project& project, Diagnostics& diag
 
 void read_skills(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
   for (const auto& [name, entry] : node.entries) {
-    YamlReader reader(entry, "skill \"" + name.scalar + "\"", diagnostics);
+    YamlReader reader(entry, fmt::format("skill \"{}\"", name.scalar), diagnostics);
     SkillEntry skill{.leaf = name.scalar, .file = {}, .at = {}, .span = name.span};
     read_skill(reader, project, skill, diagnostics);
     project.skills.push_back(std::move(skill));
@@ -189,7 +191,7 @@ void read_skills(const text::YamlNode& node, Project& project, Diagnostics& diag
 
 void read_rename(const text::YamlNode& name, const text::YamlNode& entry, MonitorEntry& monitor,
                  Diagnostics& diagnostics) {
-  const std::string what = "event \"" + name.scalar + "\"";
+  const std::string what = fmt::format("event \"{}\"", name.scalar);
   YamlReader reader(entry, what, diagnostics);
   EventRename rename{.event = name.scalar,
                      .on = reader.strings("on"),
@@ -205,7 +207,7 @@ void read_rename(const text::YamlNode& name, const text::YamlNode& entry, Monito
       if (expression.is_scalar())
         rename.data.emplace_back(member.scalar, expression.scalar);
       else
-        reader.error(expression.span, "project.type", "data of " + what + " must be expressions");
+        reader.error(expression.span, "project.type", fmt::format("data of {} must be expressions", what));
     }
   }
   if (rename.when == "changed" && rename.data.empty())
@@ -284,14 +286,14 @@ void read_monitors(const text::YamlNode& node, bool replaces, Project& project, 
         *other = std::move(one);
       else
         reader.error(entry.span, "project.duplicate",
-                     "two monitors are named \"" + one.name + "\"; give one another name:");
+                     fmt::format("two monitors are named \"{}\"; give one another name:", one.name));
     }
   }
 }
 
 void read_observers(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
   for (const auto& [name, entry] : node.entries) {
-    YamlReader reader(entry, "observer \"" + name.scalar + "\"", diagnostics);
+    YamlReader reader(entry, fmt::format("observer \"{}\"", name.scalar), diagnostics);
     project.observers.push_back({name.scalar, reader.required_string("at"), name.span});
   }
 }
@@ -313,8 +315,9 @@ void read_deadlines(const text::YamlNode* node, Project& project, Diagnostics& d
   if (d.call < d.condition && d.condition < d.budget) return;
   const auto ms = [](Duration duration) { return std::to_string(duration.count() / 1'000'000) + " ms"; };
   diagnostics.push_back({Severity::kError, "project.deadlines",
-                         "deadlines must nest: call (" + ms(d.call) + ") < condition (" + ms(d.condition) +
-                             ") < tick budget (" + ms(d.budget) + "); otherwise a slow call is judged by the wrong one",
+                         fmt::format("deadlines must nest: call ({}) < condition ({}) < tick budget ({}); otherwise a "
+                                     "slow call is judged by the wrong one",
+                                     ms(d.call), ms(d.condition), ms(d.budget)),
                          node != nullptr ? node->span : SourceSpan{project.file}});
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <set>
 
+#include <fmt/format.h>
+
 #include "sentree/idl/schema.h"
 #include "sentree/sim/world.h"
 #include "sentree/text/file.h"
@@ -99,7 +101,7 @@ class GivenTexts {
       if (!send.target || !send.event) continue;
       const std::string call = *send.target + "." + *send.event;
       for (const scxml::SendParam& param : send.params) {
-        if (!add(tree, leaf, param)) open_.insert(call + " " + param.name);
+        if (!add(tree, leaf, param)) open_.insert(fmt::format("{} {}", call, param.name));
       }
       if (send.has_content) open_.insert(call);
     }
@@ -148,7 +150,7 @@ void add_samples(monitor::Vocabulary& vocabulary, const bt::Tree& tree, const st
         if (argument.type.kind != DataType::Kind::kText || !argument.type.words.empty()) continue;
         argument.type.samples = samples;
         argument.type.samples_are_all =
-            vocabulary.calls && given.are_all(call) && given.are_all(call + " " + argument.name);
+            vocabulary.calls && given.are_all(call) && given.are_all(fmt::format("{} {}", call, argument.name));
       }
       if (types.result.kind == DataType::Kind::kText && types.result.words.empty() && world != nullptr)
         types.result.samples = samples;

@@ -1,5 +1,7 @@
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include "sentree/project/plan.h"
 #include "sentree/project/project.h"
 #include "sentree/project/requirements.h"
@@ -39,7 +41,7 @@ void read_delays(const text::YamlNode& node, Scenario& scenario, Diagnostics& di
 
 void read_processes(const text::YamlNode& node, Scenario& scenario, Diagnostics& diagnostics) {
   for (const auto& [name, entry] : node.entries) {
-    YamlReader reader(entry, "process \"" + name.scalar + "\"", diagnostics);
+    YamlReader reader(entry, fmt::format("process \"{}\"", name.scalar), diagnostics);
     ProcessEntry process{.name = name.scalar,
                          .component = reader.string("component").value_or(""),
                          .skill = reader.string("skill").value_or(""),
@@ -56,12 +58,12 @@ void read_processes(const text::YamlNode& node, Scenario& scenario, Diagnostics&
     }
     if ((process.component.empty() ? 0 : 1) + (process.skill.empty() ? 0 : 1) + (process.monitor.empty() ? 0 : 1) !=
         1) {
-      reader.error(
-          name.span, "scenario.process",
-          "process \"" + name.scalar + "\" needs one of \"component: sim\", \"skill: LEAF\" and \"monitor: NAME\"");
+      reader.error(name.span, "scenario.process",
+                   fmt::format("process \"{}\" needs one of \"component: sim\", \"skill: LEAF\" and \"monitor: NAME\"",
+                               name.scalar));
     } else if (!process.component.empty() && process.component != "sim") {
       reader.error(reader.span("component"), "scenario.process",
-                   "component \"" + process.component + "\" is not known; there is \"sim\"");
+                   fmt::format("component \"{}\" is not known; there is \"sim\"", process.component));
     }
     scenario.processes.push_back(std::move(process));
   }
@@ -89,11 +91,11 @@ void read_expect(const text::YamlNode& node, Scenario& scenario, Diagnostics& di
   for (const auto& [name, verdict] : monitors->entries) {
     if (!any_unread && std::find(names.begin(), names.end(), name.scalar) == names.end()) {
       reader.error(name.span, "scenario.expect",
-                   "the project has no monitor \"" + name.scalar + "\"" + did_you_mean(name.scalar, names));
+                   fmt::format("the project has no monitor \"{}\"{}", name.scalar, did_you_mean(name.scalar, names)));
     }
     if (verdict.scalar != "violated" && verdict.scalar != "satisfied" && verdict.scalar != "undecided") {
       reader.error(verdict.span, "scenario.expect",
-                   "verdict \"" + verdict.scalar + "\" must be violated, satisfied or undecided");
+                   fmt::format("verdict \"{}\" must be violated, satisfied or undecided", verdict.scalar));
     }
     scenario.verdicts[name.scalar] = verdict.scalar;
   }
@@ -121,7 +123,7 @@ void read_choices(const text::YamlNode& node, Scenario& scenario, Diagnostics& d
     for (const ModelEntry& model : scenario.project.models) names.push_back(model.name);
     if (std::find(names.begin(), names.end(), choice.model) == names.end()) {
       reader.error(reader.span("model"), "scenario.choice",
-                   "the project has no model \"" + choice.model + "\"" + did_you_mean(choice.model, names));
+                   fmt::format("the project has no model \"{}\"{}", choice.model, did_you_mean(choice.model, names)));
     }
     scenario.choices->push_back(std::move(choice));
   }
@@ -149,7 +151,7 @@ void read_overrides(const text::YamlNode& node, Project& project, Diagnostics& d
   YamlReader reader(node, "override", diagnostics);
   if (const auto* skills = reader.mapping("skills")) {
     for (const auto& [name, entry] : skills->entries) {
-      YamlReader skill(entry, "skill \"" + name.scalar + "\"", diagnostics);
+      YamlReader skill(entry, fmt::format("skill \"{}\"", name.scalar), diagnostics);
       SkillEntry changed{.leaf = name.scalar, .file = {}, .at = {}, .span = name.span};
       const auto old = std::find_if(project.skills.begin(), project.skills.end(),
                                     [&](const auto& s) { return s.leaf == name.scalar; });
@@ -165,15 +167,16 @@ void read_overrides(const text::YamlNode& node, Project& project, Diagnostics& d
     std::vector<std::string> names;
     for (const ServiceEntry& service : project.services) names.push_back(service.name);
     for (const auto& [name, entry] : services->entries) {
-      YamlReader service(entry, "service \"" + name.scalar + "\"", diagnostics);
+      YamlReader service(entry, fmt::format("service \"{}\"", name.scalar), diagnostics);
       const auto at = service.required_string("at");
       const auto old = std::find_if(project.services.begin(), project.services.end(),
                                     [&](const auto& s) { return s.name == name.scalar; });
       if (old != project.services.end())
         old->at = at;
       else
-        service.error(name.span, "scenario.override",
-                      "the project has no service \"" + name.scalar + "\"" + did_you_mean(name.scalar, names));
+        service.error(
+            name.span, "scenario.override",
+            fmt::format("the project has no service \"{}\"{}", name.scalar, did_you_mean(name.scalar, names)));
     }
   }
   if (const auto* models = reader.sequence("models")) read_models(*models, project, diagnostics);
@@ -247,7 +250,7 @@ Loaded<Scenario> load_scenario(const std::filesystem::path& file) {
     if (!project.ok() && reader.node("project") != nullptr && project.diagnostics.front().code.starts_with("file.")) {
       // It can be mended where it is named.
       Diagnostic& why = project.diagnostics.front();
-      why.message = "the project " + why.span.file + ": " + why.message;
+      why.message = fmt::format("the project {}: {}", why.span.file, why.message);
       why.span = reader.span("project");
     }
     loaded.diagnostics.insert(loaded.diagnostics.end(), project.diagnostics.begin(), project.diagnostics.end());

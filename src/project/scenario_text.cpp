@@ -4,6 +4,8 @@
 #include <map>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sentree/project/intervention.h"
 #include "sentree/text/yaml_edit.h"
 
@@ -24,7 +26,8 @@ std::string flow(const text::YamlNode& node) {
       for (const text::YamlNode& item : node.items) out += (out.empty() ? "" : ", ") + flow(item);
       return "[" + out + "]";
     case Kind::kMapping:
-      for (const auto& [key, member] : node.entries) out += (out.empty() ? "" : ", ") + flow(key) + ": " + flow(member);
+      for (const auto& [key, member] : node.entries)
+        out += fmt::format("{}{}: {}", out.empty() ? "" : ", ", flow(key), flow(member));
       return "{" + out + "}";
   }
   return out;
@@ -35,34 +38,34 @@ std::string block(const std::string& key, const text::YamlNode& node) {
   std::string out = key + ":";
   if (node.is_mapping() && !node.entries.empty()) {
     out += "\n";
-    for (const auto& [name, member] : node.entries) out += "  " + flow(name) + ": " + flow(member) + "\n";
+    for (const auto& [name, member] : node.entries) out += fmt::format("  {}: {}\n", flow(name), flow(member));
     return out;
   }
   if (node.is_sequence() && !node.items.empty()) {
     out += "\n";
-    for (const text::YamlNode& item : node.items) out += "  - " + flow(item) + "\n";
+    for (const text::YamlNode& item : node.items) out += fmt::format("  - {}\n", flow(item));
     return out;
   }
-  return out + " " + flow(node) + "\n";
+  return fmt::format("{} {}\n", out, flow(node));
 }
 
 std::string entry(const Injection& injection) {
   Map map{{"at", exact_seconds(injection.at.time_since_epoch())}};
   if (injection.source != "scenario") map["source"] = injection.source;
   for (auto& [key, value] : to_entry(injection.what)) map[key] = value;
-  return "  - " + text::yaml_flow(Value(std::move(map))) + "\n";
+  return fmt::format("  - {}\n", text::yaml_flow(Value(std::move(map))));
 }
 
 std::string expectations(const Scenario& scenario, const RunOutcome& outcome) {
   std::string out;
-  if (!outcome.mission.empty()) out += "  mission: " + outcome.mission + "\n";
+  if (!outcome.mission.empty()) out += fmt::format("  mission: {}\n", outcome.mission);
   std::string monitors;
   for (const MonitorEntry& monitor : scenario.project.monitors) {
     const auto verdict = outcome.verdicts.find(monitor.name);
-    monitors += (monitors.empty() ? "" : ", ") + text::yaml_flow(monitor.name) + ": " +
-                (verdict != outcome.verdicts.end() ? verdict->second : "undecided");
+    monitors += fmt::format("{}{}: {}", monitors.empty() ? "" : ", ", text::yaml_flow(monitor.name),
+                            verdict != outcome.verdicts.end() ? verdict->second : "undecided");
   }
-  if (!monitors.empty()) out += "  monitors: {" + monitors + "}\n";
+  if (!monitors.empty()) out += fmt::format("  monitors: {{{}}}\n", monitors);
   return out.empty() ? out : "expect:\n" + out;
 }
 
@@ -75,12 +78,12 @@ std::string scenario_text(const Scenario& scenario, const std::vector<Injection>
     return node != nullptr && !node->is_null() ? block(key, *node) : std::string();
   };
   std::string out = written("description");
-  if (!project.empty()) out += "project: " + text::yaml_flow(project) + "\n";
+  if (!project.empty()) out += fmt::format("project: {}\n", text::yaml_flow(project));
   if (scenario.virtual_time)
     out += "clock: virtual\n";
   else
-    out += "clock: {real: " + shortest_decimal(scenario.factor) + "}\n";
-  out += "seed: " + std::to_string(scenario.seed) + "\n";
+    out += fmt::format("clock: {{real: {}}}\n", shortest_decimal(scenario.factor));
+  out += fmt::format("seed: {}\n", scenario.seed);
   for (const char* key : {"override", "processes", "delays"}) out += written(key);
   std::vector<Injection> timeline = scenario.timeline;
   timeline.insert(timeline.end(), done.begin(), done.end());
@@ -94,15 +97,15 @@ std::string scenario_text(const Scenario& scenario, const std::vector<Injection>
     if (!choice.name.empty()) map["name"] = choice.name;
     map["value"] = choice.value;
     if (choice.tick > 0) map["tick"] = static_cast<std::int64_t>(choice.tick);
-    out += "  - " + text::yaml_flow(Value(std::move(map))) + "\n";
+    out += fmt::format("  - {}\n", text::yaml_flow(Value(std::move(map))));
   }
   if (!scenario.orders.empty()) out += "orders:\n";
   for (const ScenarioOrder& order : scenario.orders) {
     Map map{{"number", static_cast<std::int64_t>(order.number)}, {"first", order.first}};
     if (order.tick > 0) map["tick"] = static_cast<std::int64_t>(order.tick);
-    out += "  - " + text::yaml_flow(Value(std::move(map))) + "\n";
+    out += fmt::format("  - {}\n", text::yaml_flow(Value(std::move(map))));
   }
-  out += "duration: " + exact_seconds(scenario.duration) + "\n";
+  out += fmt::format("duration: {}\n", exact_seconds(scenario.duration));
   out += written("stop_when_violated");
   if (outcome) out += expectations(scenario, *outcome);
   return out;

@@ -4,6 +4,8 @@
 #include <array>
 #include <set>
 
+#include <fmt/format.h>
+
 #include "sentree/project/yaml_reader.h"
 #include "sentree/scxml/event.h"
 
@@ -36,9 +38,8 @@ SkillProtocol::Meanings read_meanings(const text::YamlNode& node, const std::str
                                      [&entry = entry](bt::Status s) { return bt::to_string(s) == entry.scalar; });
     if (status == kStatuses.end()) {
       reader.error(entry.span, "project.protocol",
-                   "\"" + name.scalar + "\" means \"" + entry.scalar +
-                       "\", which is no status; write SUCCESS, FAILURE or " + "RUNNING" +
-                       did_you_mean(entry.scalar, status_names()));
+                   fmt::format("\"{}\" means \"{}\", which is no status; write SUCCESS, FAILURE or RUNNING{}",
+                               name.scalar, entry.scalar, did_you_mean(entry.scalar, status_names())));
       continue;
     }
     meanings.emplace_back(name.scalar, *status);
@@ -104,7 +105,7 @@ Map initial_data(const std::vector<SkillConstant>& constants) {
 
 void read_protocols(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
   for (const auto& [name, entry] : node.entries)
-    project.protocols[name.scalar] = read_protocol(entry, "protocol \"" + name.scalar + "\"", diagnostics);
+    project.protocols[name.scalar] = read_protocol(entry, fmt::format("protocol \"{}\"", name.scalar), diagnostics);
 }
 
 void read_skill(YamlReader& reader, const Project& project, SkillEntry& skill, Diagnostics& diagnostics) {
@@ -118,7 +119,7 @@ void read_skill(YamlReader& reader, const Project& project, SkillEntry& skill, D
   const text::YamlNode* protocol = reader.node("protocol");
   if (protocol == nullptr) return;
   if (!protocol->is_scalar()) {
-    skill.protocol = read_protocol(*protocol, "protocol of skill \"" + skill.leaf + "\"", diagnostics);
+    skill.protocol = read_protocol(*protocol, fmt::format("protocol of skill \"{}\"", skill.leaf), diagnostics);
     return;
   }
   const auto shared = project.protocols.find(protocol->scalar);
@@ -128,9 +129,10 @@ void read_skill(YamlReader& reader, const Project& project, SkillEntry& skill, D
   }
   std::vector<std::string> names;
   for (const auto& [name, known] : project.protocols) names.push_back(name);
-  reader.error(protocol->span, "project.protocol",
-               "\"protocols\" has no \"" + protocol->scalar + "\"" + did_you_mean(protocol->scalar, names) +
-                   "; a protocol can also be written here, as {tick: …, answer: …}");
+  reader.error(
+      protocol->span, "project.protocol",
+      fmt::format("\"protocols\" has no \"{}\"{}; a protocol can also be written here, as {{tick: …, answer: …}}",
+                  protocol->scalar, did_you_mean(protocol->scalar, names)));
 }
 
 void check_skill_data(const std::vector<SkillConstant>& constants, const scxml::Chart& chart,
@@ -139,10 +141,11 @@ void check_skill_data(const std::vector<SkillConstant>& constants, const scxml::
   for (const scxml::DataItem& item : chart.data()) ids.push_back(item.id);
   for (const SkillConstant& constant : constants) {
     if (std::find(ids.begin(), ids.end(), constant.id) != ids.end()) continue;
-    diagnostics.push_back({Severity::kError, "check.skill-data",
-                           "data \"" + constant.id + "\" reaches nothing: " + chart.file() + " has no <data id=\"" +
-                               constant.id + "\"> directly below <scxml>" + did_you_mean(constant.id, ids),
-                           constant.span});
+    diagnostics.push_back(
+        {Severity::kError, "check.skill-data",
+         fmt::format("data \"{}\" reaches nothing: {} has no <data id=\"{}\"> directly below <scxml>{}", constant.id,
+                     chart.file(), constant.id, did_you_mean(constant.id, ids)),
+         constant.span});
   }
 }
 
@@ -165,18 +168,18 @@ class ProtocolCheck {
     handled("acknowledge", protocol_.acknowledge);
     for (const auto& [state, status] : protocol_.states) {
       if (!chart_.find(state))
-        error("states." + state, "has no state \"" + state + "\"" + did_you_mean(state, states_));
+        error("states." + state, fmt::format("has no state \"{}\"{}", state, did_you_mean(state, states_)));
     }
     if (!protocol_.halted.empty() && !chart_.find(protocol_.halted) && !sends(protocol_.halted)) {
       std::vector<std::string> known = chart_.events_sent();
       known.insert(known.end(), states_.begin(), states_.end());
-      error("halted", "neither sends an event \"" + protocol_.halted + "\" nor has such a state" +
-                          did_you_mean(protocol_.halted, known));
+      error("halted", fmt::format("neither sends an event \"{}\" nor has such a state{}", protocol_.halted,
+                                  did_you_mean(protocol_.halted, known)));
     }
     if (protocol_.answer.empty()) return;
     if (!sends(protocol_.answer)) {
-      error("answer", "never sends \"" + protocol_.answer + "\", which is to answer its ticks" +
-                          did_you_mean(protocol_.answer, chart_.events_sent()));
+      error("answer", fmt::format("never sends \"{}\", which is to answer its ticks{}", protocol_.answer,
+                                  did_you_mean(protocol_.answer, chart_.events_sent())));
     }
     for (const scxml::SendInfo& send : chart_.sends()) {
       if (send.event == protocol_.answer) answer(send);
@@ -186,7 +189,7 @@ class ProtocolCheck {
  private:
   void error(const std::string& key, const std::string& what) {
     const auto place = protocol_.places.find(key);
-    diagnostics_.push_back({Severity::kError, "check.protocol", chart_.file() + " " + what,
+    diagnostics_.push_back({Severity::kError, "check.protocol", fmt::format("{} {}", chart_.file(), what),
                             place != protocol_.places.end() ? place->second : protocol_.places.at("")});
   }
 
@@ -202,7 +205,7 @@ class ProtocolCheck {
     if (std::any_of(known.begin(), known.end(),
                     [&](const std::string& descriptor) { return scxml::event_matches(descriptor, event); }))
       return;
-    error(key, "has no transition for \"" + event + "\"" + did_you_mean(event, known));
+    error(key, fmt::format("has no transition for \"{}\"{}", event, did_you_mean(event, known)));
   }
 
   // The status that a <send> of the answer carries.
@@ -214,8 +217,8 @@ class ProtocolCheck {
       std::vector<std::string> names;
       for (const scxml::SendParam& p : send.params) names.push_back(p.name);
       diagnostics_.push_back({Severity::kError, "check.protocol",
-                              "\"" + protocol_.answer + "\" answers a tick and has no param \"" + protocol_.param +
-                                  "\"" + did_you_mean(protocol_.param, names),
+                              fmt::format("\"{}\" answers a tick and has no param \"{}\"{}", protocol_.answer,
+                                          protocol_.param, did_you_mean(protocol_.param, names)),
                               chart_.span(send.place)});
       return;
     }
@@ -231,8 +234,8 @@ class ProtocolCheck {
       listed += (listed.empty() ? "" : ", ") + name;
     }
     diagnostics_.push_back({Severity::kError, "check.protocol",
-                            "the answer " + as_key(*value) + " is none of the protocol's values (" + listed + ")" +
-                                did_you_mean(as_key(*value), names),
+                            fmt::format("the answer {} is none of the protocol's values ({}){}", as_key(*value), listed,
+                                        did_you_mean(as_key(*value), names)),
                             chart_.span(param->place)});
   }
 

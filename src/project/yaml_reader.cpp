@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include "sentree/project/project.h"
 #include "sentree/project/variant.h"
 
@@ -17,7 +19,7 @@ YamlReader::~YamlReader() {
   for (const auto& [key, value] : node_.entries) {
     if (std::find(known_.begin(), known_.end(), key.scalar) != known_.end()) continue;
     error(key.span, "project.unknown-key",
-          what_ + " has no key \"" + key.scalar + "\"" + did_you_mean(key.scalar, known_));
+          fmt::format("{} has no key \"{}\"{}", what_, key.scalar, did_you_mean(key.scalar, known_)));
   }
 }
 
@@ -40,7 +42,7 @@ const text::YamlNode* YamlReader::node(const std::string& key) {
   const text::YamlNode* found = node_.find(key);
   if (is_first && found != nullptr && found->is_null()) {
     diagnostics_.push_back({Severity::kWarning, "project.no-value",
-                            "\"" + key + "\" of " + what_ + " has no value, and counts as left out", found->span});
+                            fmt::format("\"{}\" of {} has no value, and counts as left out", key, what_), found->span});
   }
   return found != nullptr && found->is_null() ? nullptr : found;
 }
@@ -49,7 +51,7 @@ std::optional<std::string> YamlReader::string(const std::string& key) {
   const text::YamlNode* found = node(key);
   if (found == nullptr) return std::nullopt;
   if (!found->is_scalar()) {
-    error(found->span, "project.type", "\"" + key + "\" of " + what_ + " must be a text");
+    error(found->span, "project.type", fmt::format("\"{}\" of {} must be a text", key, what_));
     return std::nullopt;
   }
   return found->scalar;
@@ -58,7 +60,7 @@ std::optional<std::string> YamlReader::string(const std::string& key) {
 std::string YamlReader::required_string(const std::string& key) {
   const auto value = string(key);
   if (!value && node_.find(key) == nullptr) {
-    error(node_.span, "project.missing-key", what_ + " needs \"" + key + "\"");
+    error(node_.span, "project.missing-key", fmt::format("{} needs \"{}\"", what_, key));
   }
   return value.value_or("");
 }
@@ -70,8 +72,8 @@ std::optional<T> converted(YamlReader& reader, const text::YamlNode* node, const
                            const std::string& what, std::optional<T> value, const char* kind) {
   if (node == nullptr || value) return value;
   reader.error(node->span, "project.type",
-               "\"" + key + "\" of " + what + " must be " + kind +
-                   (node->is_scalar() ? ", not \"" + node->scalar + "\"" : std::string()));
+               fmt::format("\"{}\" of {} must be {}{}", key, what, kind,
+                           node->is_scalar() ? fmt::format(", not \"{}\"", node->scalar) : std::string()));
   return std::nullopt;
 }
 
@@ -107,24 +109,24 @@ std::vector<std::string> YamlReader::strings(const std::string& key) {
     if (item.is_scalar())
       texts.push_back(item.scalar);
     else
-      error(item.span, "project.type", "\"" + key + "\" of " + what_ + " must be a list of texts");
+      error(item.span, "project.type", fmt::format("\"{}\" of {} must be a list of texts", key, what_));
   }
   if (!found->is_sequence())
-    error(found->span, "project.type", "\"" + key + "\" of " + what_ + " must be a list of texts");
+    error(found->span, "project.type", fmt::format("\"{}\" of {} must be a list of texts", key, what_));
   return texts;
 }
 
 const text::YamlNode* YamlReader::mapping(const std::string& key) {
   const text::YamlNode* found = node(key);
   if (found == nullptr || found->is_mapping()) return found;
-  error(found->span, "project.type", "\"" + key + "\" of " + what_ + " must be a mapping (key: value)");
+  error(found->span, "project.type", fmt::format("\"{}\" of {} must be a mapping (key: value)", key, what_));
   return nullptr;
 }
 
 const text::YamlNode* YamlReader::sequence(const std::string& key) {
   const text::YamlNode* found = node(key);
   if (found == nullptr || found->is_sequence()) return found;
-  error(found->span, "project.type", "\"" + key + "\" of " + what_ + " must be a list");
+  error(found->span, "project.type", fmt::format("\"{}\" of {} must be a list", key, what_));
   return nullptr;
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <set>
 
+#include <fmt/format.h>
+
 namespace sentree::replay {
 
 namespace {
@@ -27,11 +29,11 @@ void Behaviour::observe(const Message& message) {
   if (name == "mission.status") {
     did(message, "mission", "status", text_of(message, "status"));
   } else if (name.starts_with("monitor.")) {
-    did(message, message.source, "verdict", name.substr(8) + " in state " + text_of(message, "state"));
+    did(message, message.source, "verdict", fmt::format("{} in state {}", name.substr(8), text_of(message, "state")));
   } else if (name.ends_with(".tick.reply")) {
     const std::string outputs = text_of(message, "outputs");
     did(message, message.source, "answer",
-        "answers " + text_of(message, "status") + (outputs.empty() ? "" : " " + outputs));
+        fmt::format("answers {}{}", text_of(message, "status"), outputs.empty() ? "" : " " + outputs));
   } else if (name.ends_with(".tick.error")) {
     did(message, message.source, "answer", "does not answer: " + text_of(message, "message"));
   } else if (name.ends_with(".halt.request") && message.source == "mission") {
@@ -40,10 +42,10 @@ void Behaviour::observe(const Message& message) {
     last_[message.target].clear();
   } else if (message.kind == MessageKind::kRequest && !name.ends_with(".tick.request")) {
     const std::string call = name.substr(0, name.rfind('.'));
-    did(message, message.source, "ask " + call, "asks " + call + "(" + text_of(message, "args") + ")");
+    did(message, message.source, "ask " + call, fmt::format("asks {}({})", call, text_of(message, "args")));
   } else if (message.kind == MessageKind::kError && name.ends_with(".error")) {
     const std::string call = name.substr(0, name.rfind('.'));
-    did(message, message.source, "error " + call, call + " fails: " + text_of(message, "kind"));
+    did(message, message.source, "error " + call, fmt::format("{} fails: {}", call, text_of(message, "kind")));
   }
 }
 

@@ -7,6 +7,8 @@
 #include <array>
 #include <charconv>
 
+#include <fmt/format.h>
+
 #include "sentree/base/json.h"
 #include "sentree/base/temporary_folder.h"
 #include "sentree/idl/conform.h"
@@ -182,7 +184,8 @@ Result<fs::path> RecordedRun::extract() {
     return fail("file.unwritable", "no temporary folder can be made", SourceSpan{path_});
   const auto put = [&](const std::string& name, const std::string& content) -> Result<void> {
     if (!is_harmless(name))
-      return fail("record.bad-name", "attachment \"" + name + "\" would lie outside of its folder", SourceSpan{path_});
+      return fail("record.bad-name", fmt::format("attachment \"{}\" would lie outside of its folder", name),
+                  SourceSpan{path_});
     std::error_code error;
     fs::create_directories((folder->files.path() / name).parent_path(), error);
     return text::write_file(folder->files.path() / name, content);
@@ -234,15 +237,16 @@ std::string sha256(std::string_view bytes) {
 // What the user has to know of a plug-in to decide whether it may run.
 Diagnostic told(const project::FileRef& plugin, const fs::path& file, bool allowed) {
   const auto content = text::read_file(file);
-  const std::string what =
-      plugin.path + (content ? " (SHA-256 " + sha256(*content) + ")" : " (" + content.error().message + ")");
+  const std::string what = plugin.path + (content ? fmt::format(" (SHA-256 {})", sha256(*content))
+                                                  : fmt::format(" ({})", content.error().message));
   if (allowed) {
     return {Severity::kNote, "record.plugin",
-            "plug-in " + what + " of the recording is loaded, as --allow-plugins says", plugin.span};
+            fmt::format("plug-in {} of the recording is loaded, as --allow-plugins says", what), plugin.span};
   }
   return {Severity::kError, "record.plugin",
-          "plug-in " + what +
-              " comes with the recording, and its code would run with your rights; --allow-plugins loads it",
+          fmt::format(
+              "plug-in {} comes with the recording, and its code would run with your rights; --allow-plugins loads it",
+              what),
           plugin.span};
 }
 

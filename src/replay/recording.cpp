@@ -4,6 +4,8 @@
 #include <ctime>
 #include <set>
 
+#include <fmt/format.h>
+
 #include "sentree/base/json.h"
 #include "sentree/record/compression.h"
 #include "sentree/record/foxglove.h"
@@ -492,7 +494,7 @@ RunRecorder::RunRecorder(const project::Plan& plan, const std::vector<text::Read
   }
   if (options.on_failure) {
     recorder.on_failure = [told = std::move(options.on_failure)](const Diagnostic& why) {
-      told("recording stopped: " + to_string(why) + "; the run goes on");
+      told(fmt::format("recording stopped: {}; the run goes on", to_string(why)));
     };
   }
   impl_ = std::make_unique<Impl>(plan, std::move(sink), std::move(recorder));
@@ -527,7 +529,7 @@ void RunRecorder::install(runtime::RunOptions& options) {
     const bool violated = report.verdict == monitor::Verdict::kViolated;
     if (violated) impl->write_violation(report);
     impl->say(report.decision->at, violated ? record::LogLevel::kError : record::LogLevel::kInfo, report.name,
-              std::string(to_string(report.verdict)) + ": state " + report.decision->state);
+              fmt::format("{}: state {}", to_string(report.verdict), report.decision->state));
   };
 }
 

@@ -6,6 +6,8 @@
 #include <set>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sentree/idl/conform.h"
 #include "sentree/project/check_intervention.h"
 #include "sentree/project/intervention.h"
@@ -71,8 +73,8 @@ class Replay {
   Result<ReplayReport> run() {
     for (const auto& moment : {options_.at, options_.go_on_at}) {
       if (moment && *moment >= recorded_.ended())
-        return fail("replay.after-end", "at that moment the run was over: it ended at " +
-                                            shortest_decimal(seconds(recorded_.ended())) + " s");
+        return fail("replay.after-end", fmt::format("at that moment the run was over: it ended at {} s",
+                                                    shortest_decimal(seconds(recorded_.ended()))));
     }
     if (can_restore()) return run_restored();
     if (auto adapted = adapt(); !adapted) return tl::unexpected(adapted.error());
@@ -216,12 +218,13 @@ class Replay {
     plan_.observers.clear();
     if (const std::string& by = plan_.scenario.project.executed_by; !by.empty())
       return fail("replay.foreign-mission",
-                  "the mission was executed by " + by + ", not here; it can be looked at only");
+                  fmt::format("the mission was executed by {}, not here; it can be looked at only", by));
     for (project::LeafPlan& leaf : plan_.leaves) {
       if (!leaf.chart) {
-        return fail("replay.foreign-skill",
-                    "leaf \"" + leaf.name + "\" runs a skill in another language, of which the project has no chart",
-                    plan_.tree.span(leaf.node));
+        return fail(
+            "replay.foreign-skill",
+            fmt::format("leaf \"{}\" runs a skill in another language, of which the project has no chart", leaf.name),
+            plan_.tree.span(leaf.node));
       }
       leaf.at.clear();
     }
@@ -435,7 +438,7 @@ class Replay {
     const TimePoint now = inside_->scheduler().now();
     if (exchange == nullptr) {
       if (now > recorded_.ended() || !report_.unrecorded.empty()) return;
-      report_.unrecorded = leaf + " asks " + service.name + "." + method.name + "(" + to_json(args) + ")";
+      report_.unrecorded = fmt::format("{} asks {}.{}({})", leaf, service.name, method.name, to_json(args));
       report_.unrecorded_at = now;
       if (options_.go_on && service.at == "sim" && inside_->sim() != nullptr) go_on();
       if (report_.continued)
@@ -462,7 +465,10 @@ class Replay {
   void answer_live(const project::ServicePlan& service, const idl::Method& method, const Value& args,
                    const runtime::ServicePort::Done& done) {
     if (service.at != "sim") {
-      done({.ok = false, .result = {}, .kind = "unreachable", .message = "the replay has no \"" + service.name + "\""});
+      done({.ok = false,
+            .result = {},
+            .kind = "unreachable",
+            .message = fmt::format("the replay has no \"{}\"", service.name)});
       return;
     }
     done(inside_->sim()->call(service.interface, method.name, args, service.robot));
@@ -578,8 +584,9 @@ class Replay {
 
 Result<ReplayReport> replay(RecordedRun& recorded, project::Plan plan, ReplayOptions options) {
   if (const std::string before = recorded.fact("continues"); !before.empty()) {
-    return fail("replay.continued", recorded.path() + ": this run was resumed in the middle of its mission; replay " +
-                                        before + ", in which it began");
+    return fail("replay.continued",
+                fmt::format("{}: this run was resumed in the middle of its mission; replay {}, in which it began",
+                            recorded.path(), before));
   }
   return Replay(recorded, std::move(plan), std::move(options)).run();
 }

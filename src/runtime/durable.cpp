@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sentree/mission/carry.h"
 #include "sentree/runtime/decision_record.h"
 #include "sentree/runtime/local_skill.h"
@@ -50,11 +52,11 @@ Durability::Durability(const project::Plan& plan, Scheduler& scheduler, const Du
 
 std::string Durability::obstacle(const project::Plan& plan) {
   for (const project::LeafPlan& leaf : plan.leaves) {
-    if (!leaf.chart) return "the skill of " + leaf.name + " is no chart, and what it knows is not the run's";
+    if (!leaf.chart) return fmt::format("the skill of {} is no chart, and what it knows is not the run's", leaf.name);
   }
   for (const auto& [name, service] : plan.services) {
     if (service.uses_other_middleware())
-      return "service " + name + " is reached through another middleware than Thrift";
+      return fmt::format("service {} is reached through another middleware than Thrift", name);
   }
   return {};
 }
@@ -176,11 +178,12 @@ List Durability::reached() {
 std::string behind_the_clock(Duration behind, Duration for_charts, Duration for_disk) {
   const auto text = [](Duration time) {
     const auto tenths = std::chrono::round<std::chrono::milliseconds>(time).count() / 100;
-    return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " s";
+    return fmt::format("{}.{} s", tenths / 10, tenths % 10);
   };
-  return "the run was held up, and is " + text(behind) +
-         " behind the clock; services elsewhere went on meanwhile. Since it began it has waited " + text(for_charts) +
-         " for processes of skills and " + text(for_disk) + " for the disk";
+  return fmt::format(
+      "the run was held up, and is {} behind the clock; services elsewhere went on meanwhile. Since it began it has "
+      "waited {} for processes of skills and {} for the disk",
+      text(behind), text(for_charts), text(for_disk));
 }
 
 Result<void> Durability::begin_again(const Journaled& journaled, Again& again) {
@@ -188,7 +191,7 @@ Result<void> Durability::begin_again(const Journaled& journaled, Again& again) {
   sent_ = journaled.sent;
   lost_ = journaled.lost;
   const auto bad = [&](const std::string& what) {
-    return fail("journal.damaged", journaled.file.string() + ": " + what);
+    return fail("journal.damaged", fmt::format("{}: {}", journaled.file.string(), what));
   };
   for (const Value& entry : journaled.open) {
     if (const Value* steps = entry.find("chart_steps"); steps != nullptr && steps->as_int() != nullptr) {

@@ -15,6 +15,8 @@
 #include <mutex>
 #include <thread>
 
+#include <fmt/format.h>
+
 #include "sentree/base/encoder.h"
 #include "sentree/base/packed.h"
 #include "sentree/base/rng.h"
@@ -199,12 +201,14 @@ std::optional<Duration> between(const WallTime& a, const WallTime& b) {
 
 Result<Journaled> read_journal(const fs::path& file) {
   const auto damaged = [&](const std::string& why) {
-    return fail("journal.damaged", file.string() + ": this is no journal of a run, or a damaged one: " + why);
+    return fail("journal.damaged",
+                fmt::format("{}: this is no journal of a run, or a damaged one: {}", file.string(), why));
   };
   const int descriptor = ::open(file.c_str(), O_RDWR | O_CLOEXEC);
   if (descriptor < 0) {
-    return fail("journal.none", file.string() + ": " + std::strerror(errno) +
-                                    "; only a run with --durable keeps a journal, and one that has ended needs none");
+    return fail("journal.none",
+                fmt::format("{}: {}; only a run with --durable keeps a journal, and one that has ended needs none",
+                            file.string(), std::strerror(errno)));
   }
   auto lock = std::make_shared<File>(descriptor);
   if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0)
@@ -215,9 +219,11 @@ Result<Journaled> read_journal(const fs::path& file) {
   const std::string text(content->data() + kStateAt + 1);
   switch (static_cast<HeadState>((*content)[kStateAt])) {
     case HeadState::kOpen: break;
-    case HeadState::kGivenUp: return fail("journal.given-up", file.string() + ": the run cannot be resumed: " + text);
+    case HeadState::kGivenUp:
+      return fail("journal.given-up", fmt::format("{}: the run cannot be resumed: {}", file.string(), text));
     case HeadState::kContinued:
-      return fail("journal.continued", file.string() + ": the run was resumed already; " + text + " continues it");
+      return fail("journal.continued",
+                  fmt::format("{}: the run was resumed already; {} continues it", file.string(), text));
     default: return damaged("its state is unknown");
   }
   Journaled journaled;
@@ -308,7 +314,7 @@ class Journal::Impl {
       const std::string why = std::strerror(errno);
       (void)::unlink(made.c_str());
       // The records behind the last one still say everything, where they can be written.
-      if (first) give_up(made.string() + ": " + why);
+      if (first) give_up(fmt::format("{}: {}", made.string(), why));
       return;
     }
     ++cost_.snapshots;
@@ -334,8 +340,10 @@ class Journal::Impl {
     }
     const std::string made = record(kind, pack(Value(std::move(body))));
     base_ += made;
-    if (const int error = sync_error_) return give_up(options_.journal.string() + ": " + std::strerror(error));
-    if (!write_all(file_->get(), made)) return give_up(options_.journal.string() + ": " + std::strerror(errno));
+    if (const int error = sync_error_)
+      return give_up(fmt::format("{}: {}", options_.journal.string(), std::strerror(error)));
+    if (!write_all(file_->get(), made))
+      return give_up(fmt::format("{}: {}", options_.journal.string(), std::strerror(errno)));
     ++cost_.writes;
     cost_.bytes += made.size();
     dirty_ = true;
@@ -347,7 +355,8 @@ class Journal::Impl {
     ++syncs_;
     ++waits_;
     const auto begun = std::chrono::steady_clock::now();
-    if (::fdatasync(file_->get()) != 0) return give_up(options_.journal.string() + ": " + std::strerror(errno));
+    if (::fdatasync(file_->get()) != 0)
+      return give_up(fmt::format("{}: {}", options_.journal.string(), std::strerror(errno)));
     const auto now = std::chrono::steady_clock::now();
     cost_.waited += now - begun;
     if (is_slow_told_ || now - begun_ < std::chrono::seconds(1)) return;

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <set>
 
+#include <fmt/format.h>
+
 #include "sentree/runtime/run.h"
 
 namespace sentree::runtime {
@@ -18,20 +20,20 @@ void judge(const project::Scenario& scenario, RunReport& report) {
   if (report.interrupted) report.unmet.push_back("the run was interrupted");
   if (scenario.mission && *scenario.mission != to_string(report.mission)) {
     report.unmet.push_back("mission status " + std::string(to_string(report.mission)) + ", expected " +
-                           *scenario.mission + (report.reason.empty() ? "" : " (" + report.reason + ")"));
+                           *scenario.mission + (report.reason.empty() ? "" : fmt::format(" ({})", report.reason)));
   }
   if (!scenario.mission_reason.empty() && report.reason.find(scenario.mission_reason) == std::string::npos) {
-    report.unmet.push_back("reason \"" + report.reason + "\", expected \"" + scenario.mission_reason + "\" in it");
+    report.unmet.push_back(fmt::format("reason \"{}\", expected \"{}\" in it", report.reason, scenario.mission_reason));
   }
   for (const MonitorReport& monitor : report.monitors) {
     const auto expected = scenario.verdicts.find(monitor.name);
     const bool said =
         std::find(report.given_up.begin(), report.given_up.end(), monitor.failure) != report.given_up.end();
     if (!monitor.failure.empty() && !said)
-      report.unmet.push_back("monitor " + monitor.name + " was given up: " + monitor.failure);
+      report.unmet.push_back(fmt::format("monitor {} was given up: {}", monitor.name, monitor.failure));
     if (expected == scenario.verdicts.end() || expected->second == to_string(monitor.verdict)) continue;
-    report.unmet.push_back("monitor " + monitor.name + " is " + std::string(to_string(monitor.verdict)) +
-                           ", expected " + expected->second);
+    report.unmet.push_back(
+        fmt::format("monitor {} is {}, expected {}", monitor.name, to_string(monitor.verdict), expected->second));
   }
   if (scenario.distinct_processes) {
     std::set<std::int64_t> pids;

@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "sentree/base/alarm.h"
 #include "sentree/base/assert.h"
 #include "sentree/runtime/scheduler.h"
@@ -293,7 +295,7 @@ class RealScheduler final : public Scheduler {
 
   bool has_room(const Actor& actor) {
     if (actor.tasks.size() + actor.timers.size() < kQueueMax) return true;
-    if (!error_) error_ = "more than " + std::to_string(kQueueMax) + " messages are waiting for " + actor.name;
+    if (!error_) error_ = fmt::format("more than {} messages are waiting for {}", kQueueMax, actor.name);
     stop_all();
     return false;
   }

@@ -7,6 +7,8 @@
 #include <map>
 #include <set>
 
+#include <fmt/format.h>
+
 #include "sentree/base/assert.h"
 #include "sentree/idl/conform.h"
 #include "sentree/runtime/decision_record.h"
@@ -43,7 +45,10 @@ class UnreachablePort final : public ServicePort {
  public:
   explicit UnreachablePort(std::string name) : name_(std::move(name)) {}
   void call(const idl::Method&, Value, Done done) override {
-    done({.ok = false, .result = {}, .kind = "unreachable", .message = name_ + " is elsewhere" + kOnlyHere});
+    done({.ok = false,
+          .result = {},
+          .kind = "unreachable",
+          .message = fmt::format("{} is elsewhere{}", name_, kOnlyHere)});
   }
 
  private:
@@ -100,8 +105,7 @@ class Run::Impl final : public RunView, private RunInside {
     if (!scenario_.orders.empty()) {
       scheduler_->on_order([this](std::uint64_t number, std::span<const mission::Delivery* const> due) {
         const auto first = mission::scripted(plan_, number, due);
-        if (!first)
-          problem("order " + std::to_string(number) + " of the scenario: nothing is due for the part that it names");
+        if (!first) problem(fmt::format("order {} of the scenario: nothing is due for the part that it names", number));
         return first.value_or(0);
       });
     }
@@ -125,8 +129,8 @@ class Run::Impl final : public RunView, private RunInside {
     report.virtual_time = scenario_.virtual_time;
     report.seed = scenario_.seed;
     if (!scenario_.project.executed_by.empty()) {
-      report.error = "the mission is executed by " + scenario_.project.executed_by +
-                     ", not here; sentree watch and sentree studio show it";
+      report.error = fmt::format("the mission is executed by {}, not here; sentree watch and sentree studio show it",
+                                 scenario_.project.executed_by);
       return report;
     }
     if (auto error = prepare_durability()) {
@@ -329,7 +333,7 @@ class Run::Impl final : public RunView, private RunInside {
       return "the run cannot be durable: " + obstacle;
     if (options_.resume == nullptr) return std::nullopt;
     auto state = mission::restore(plan_, options_.resume->state);
-    if (!state) return options_.resume->file.string() + ": " + state.error().message;
+    if (!state) return fmt::format("{}: {}", options_.resume->file.string(), state.error().message);
     resumed_from_ = std::move(*state);
     options_.from = &*resumed_from_;
     return std::nullopt;
@@ -455,10 +459,11 @@ class Run::Impl final : public RunView, private RunInside {
       const auto away = std::find_if(plan_.leaves.begin(), plan_.leaves.end(),
                                      [](const project::LeafPlan& leaf) { return !leaf.at.empty(); });
       if (away != plan_.leaves.end() && !looks_only)
-        return "the skill of " + away->name + " runs elsewhere" + kOnlyHere;
-      if (!plan_.observers.empty()) return plan_.observers.front().name + " observes from elsewhere" + kOnlyHere;
+        return fmt::format("the skill of {} runs elsewhere{}", away->name, kOnlyHere);
+      if (!plan_.observers.empty())
+        return fmt::format("{} observes from elsewhere{}", plan_.observers.front().name, kOnlyHere);
       if (!scenario_.processes.empty() && !looks_only)
-        return "process " + scenario_.processes.front().name + " cannot be started" + kOnlyHere;
+        return fmt::format("process {} cannot be started{}", scenario_.processes.front().name, kOnlyHere);
       return std::nullopt;
     }
     elsewhere_ = options_.elsewhere({.plan = plan_,
@@ -557,7 +562,7 @@ class Run::Impl final : public RunView, private RunInside {
       case ProcessEvent::Kind::kExited:
         message.name = "process.exited";
         message.data = Map{{"process", event.process}, {"pid", event.pid}, {"how", event.how}};
-        problem("process " + event.process + " ended: " + event.how);
+        problem(fmt::format("process {} ended: {}", event.process, event.how));
         break;
       case ProcessEvent::Kind::kRestarted:
         message.name = "process.restarted";
@@ -565,7 +570,7 @@ class Run::Impl final : public RunView, private RunInside {
         break;
       case ProcessEvent::Kind::kGivenUp:
         message.name = "process.given_up";
-        problem("process " + event.process + " ended too often and is not started again");
+        problem(fmt::format("process {} ended too often and is not started again", event.process));
         break;
     }
     if (!durability_) {
@@ -656,8 +661,8 @@ class Run::Impl final : public RunView, private RunInside {
   std::optional<std::uint64_t> chosen(const mission::Choice& choice) {
     const auto told = mission::scripted(scenario_, choice);
     if (!told && scenario_.choices) {
-      problem("choice " + std::to_string(choice.number) + " of " + choice.model + " (" + choice.function +
-              ") has no alternative of the value that the scenario gives it");
+      problem(fmt::format("choice {} of {} ({}) has no alternative of the value that the scenario gives it",
+                          choice.number, choice.model, choice.function));
     }
     return told;
   }
@@ -731,7 +736,7 @@ class Run::Impl final : public RunView, private RunInside {
     auto conforming = method != nullptr ? idl::conform_arguments(*method, args != nullptr ? *args : Value(Map()))
                                         : fail("run.topic", "the run has no such service");
     if (!conforming)
-      return problem(std::string(topic) + " of " + message.source + " reaches nobody: " + conforming.error().message);
+      return problem(fmt::format("{} of {} reaches nobody: {}", topic, message.source, conforming.error().message));
     StandingFaults& faults = steering_.faults();
     topics_.deliver({std::string(topic), message.source, std::move(*conforming)},
                     faults.calls_spared() ? Duration(0) : faults.delay_of(topic));
@@ -875,7 +880,10 @@ class Run::Impl final : public RunView, private RunInside {
                                       : service != services_.end() ? service->second.service
                                                                    : nullptr;
     if (!interface)
-      return {.ok = false, .result = {}, .kind = "arguments", .message = "the run has no service \"" + name + "\""};
+      return {.ok = false,
+              .result = {},
+              .kind = "arguments",
+              .message = fmt::format("the run has no service \"{}\"", name)};
     const auto found = idl::find_method(*interface, method, name);
     if (!found) return {.ok = false, .result = {}, .kind = "arguments", .message = found.error().message};
     const auto args = idl::conform_arguments(**found, arguments);
@@ -908,8 +916,10 @@ class Run::Impl final : public RunView, private RunInside {
     // It has left the run already.
     if (is_again()) return {.ok = true, .result = {}, .kind = {}, .message = {}};
     if (!elsewhere_)
-      return {
-          .ok = false, .result = {}, .kind = "unreachable", .message = "nothing in the run serves \"" + name + "\""};
+      return {.ok = false,
+              .result = {},
+              .kind = "unreachable",
+              .message = fmt::format("nothing in the run serves \"{}\"", name)};
     return elsewhere_->call(at, interface, name, method, *args, kCallPatience);
   }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sentree/project/scenario_text.h"
 #include "sentree/runtime/local_skill.h"
 
@@ -31,7 +33,7 @@ class RunSteering::GuardedPort final : public ServicePort {
     return !service_down_.killed && !all_down_.killed && port_->take(leaf, call);
   }
   static mission::CallOutcome killed(const std::string& service) {
-    return {.ok = false, .result = {}, .kind = "unreachable", .message = "service " + service + " was killed"};
+    return {.ok = false, .result = {}, .kind = "unreachable", .message = fmt::format("service {} was killed", service)};
   }
 
  private:
@@ -165,9 +167,10 @@ Result<void> RunSteering::set_factor(double factor) {
   if (auto refused = refuse(); !refused) return refused;
   const bool unpaced = factor == 0.0 && run_.plan->scenario.virtual_time;
   if (!unpaced && !(factor >= kFactorMin && factor <= kFactorMax)) {
-    return fail("steering.factor", "the speed " + shortest_decimal(factor) + " must be from " +
-                                       shortest_decimal(kFactorMin) + " to " + shortest_decimal(kFactorMax) +
-                                       (run_.plan->scenario.virtual_time ? ", or 0 for as fast as possible" : ""));
+    return fail("steering.factor",
+                fmt::format("the speed {} must be from {} to {}{}", shortest_decimal(factor),
+                            shortest_decimal(kFactorMin), shortest_decimal(kFactorMax),
+                            run_.plan->scenario.virtual_time ? ", or 0 for as fast as possible" : ""));
   }
   Pace pace = run_.scheduler->pace();
   pace.factor = factor;
@@ -194,7 +197,7 @@ Result<Steering::Applied> RunSteering::in_director(std::function<Result<Applied>
   });
   if (!taken) {
     return fail("steering.busy",
-                "more than " + std::to_string(Scheduler::kInboxMax) + " commands wait; try again when some are done");
+                fmt::format("more than {} commands wait; try again when some are done", Scheduler::kInboxMax));
   }
   std::unique_lock lock(answer->mutex);
   answer->changed.wait(lock, [&] { return answer->result.has_value(); });
@@ -237,7 +240,8 @@ void RunSteering::inject(const project::Injection& injection) {
   } else if (const auto* call = std::get_if<Call>(&injection.what)) {
     const mission::CallOutcome& outcome = applied->outcome;
     if (outcome.ok && (outcome.result.as_string() == nullptr || outcome.result.text() == "OK")) return;
-    run_.problem(place + call->method + " answered " + (outcome.ok ? to_json(outcome.result) : outcome.message));
+    run_.problem(
+        fmt::format("{}{} answered {}", place, call->method, outcome.ok ? to_json(outcome.result) : outcome.message));
   }
 }
 
@@ -246,8 +250,7 @@ Result<Steering::Applied> RunSteering::execute(const project::Intervention& what
   if (by_person) {
     const std::lock_guard lock(mutex_);
     if (done_.size() >= kInterventionsMax)
-      return fail("steering.too-many",
-                  "a run takes no more than " + std::to_string(kInterventionsMax) + " interventions");
+      return fail("steering.too-many", fmt::format("a run takes no more than {} interventions", kInterventionsMax));
   }
   if (by_person && run_.keep) run_.keep(what, source);
   Applied applied;
@@ -378,7 +381,7 @@ void RunSteering::observed(const Message& message) {
   const auto hits = standing_.with([&](mission::Faults& faults) { return faults.reached_by(message); });
   if (hits.empty()) return;
   const Value* to = message.data.find("to");
-  reached(hits, message.name == "node.status" && to != nullptr ? message.source + " is " + std::string(to->text())
+  reached(hits, message.name == "node.status" && to != nullptr ? fmt::format("{} is {}", message.source, to->text())
                                                                : message.name);
 }
 
@@ -393,7 +396,7 @@ void RunSteering::skill_stepped(std::size_t leaf, const Skill& skill) {
   };
   const auto hits =
       standing_.with([&](mission::Faults& faults) { return faults.reached_in(chart_names_[leaf], is_active); });
-  if (!hits.empty()) reached(hits, chart_names_[leaf] + " entered " + entered);
+  if (!hits.empty()) reached(hits, fmt::format("{} entered {}", chart_names_[leaf], entered));
 }
 
 void RunSteering::monitor_stepped(std::size_t index) {
@@ -410,7 +413,7 @@ void RunSteering::monitor_stepped(std::size_t index) {
     return active;
   };
   const auto hits = standing_.with([&](mission::Faults& faults) { return faults.reached_in(name, is_active); });
-  if (!hits.empty()) reached(hits, name + " entered " + entered);
+  if (!hits.empty()) reached(hits, fmt::format("{} entered {}", name, entered));
 }
 
 void RunSteering::reached(const std::vector<std::uint64_t>& breakpoints, const std::string& what) {

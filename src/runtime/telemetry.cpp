@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sentree/project/check_intervention.h"
 
 namespace sentree::runtime {
@@ -65,7 +67,7 @@ void Telemetry::refuse(Message request, const mission::Veto& veto) {
   request.kind = MessageKind::kError;
   request.name.replace(request.name.rfind('.'), std::string::npos, ".error");
   Map data{{"args", *request.data.find("args")}, {"kind", "vetoed"}};
-  data["message"] = "vetoed" + (veto.by.empty() ? "" : " by " + veto.by) + ": " + veto.reason;
+  data["message"] = fmt::format("vetoed{}: {}", veto.by.empty() ? "" : " by " + veto.by, veto.reason);
   if (!veto.by.empty()) data["vetoed_by"] = veto.by;
   request.data = std::move(data);
   publisher_.publish(std::move(request));

@@ -9,6 +9,8 @@
 #include <variant>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/watchdog.h"
 
@@ -182,8 +184,9 @@ class VirtualScheduler final : public Scheduler {
         begun_ = false;
         if (chronicle_ != nullptr && !catching_up_) chronicle_->instant(top.when);
       } else if (++tasks_now > kTasksPerInstantMax) {
-        return names_[top.actor] + " has been sent more than " + std::to_string(kTasksPerInstantMax) +
-               " messages without time passing; two parts answer each other for ever";
+        return fmt::format(
+            "{} has been sent more than {} messages without time passing; two parts answer each other for ever",
+            names_[top.actor], kTasksPerInstantMax);
       }
       if (top.rank != mission::Rank::kInjection) begun_ = true;
       if (decide_) reorder();
@@ -345,7 +348,7 @@ class VirtualScheduler final : public Scheduler {
 
   void push(ActorId to, TimePoint when, mission::Rank rank, Thing&& what) {
     if (queue_.size() >= kQueueMax) {
-      error_ = "more than " + std::to_string(kQueueMax) + " messages are waiting; the last one was for " + names_[to];
+      error_ = fmt::format("more than {} messages are waiting; the last one was for {}", kQueueMax, names_[to]);
       return;
     }
     queue_.push_back({when, rank, order_++, to, put(std::move(what))});

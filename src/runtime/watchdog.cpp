@@ -7,6 +7,8 @@
 #include <chrono>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace sentree::runtime {
 
 namespace {
@@ -49,9 +51,8 @@ void Watchdog::watch(std::shared_ptr<Watched> watched) {
 }
 
 std::string Watchdog::reason(const SourceSpan& script, const std::string& who) const {
-  return to_string(script) + ": this script does not end (more than " +
-         std::to_string(script_max_ / std::chrono::milliseconds(1)) + " ms of processor time in one step); " + who +
-         " is given up";
+  return fmt::format("{}: this script does not end (more than {} ms of processor time in one step); {} is given up",
+                     to_string(script), script_max_ / std::chrono::milliseconds(1), who);
 }
 
 void Watchdog::look() {
