@@ -15,6 +15,9 @@ namespace sentree::ros::dds {
 /// Of a reader, a writer or a participant; the first two octets tell the implementation.
 using Guid = std::array<std::uint8_t, 16>;
 
+/// Of Cyclone DDS, which `rmw_cyclonedds` has.
+[[nodiscard]] inline bool is_cyclone(const Guid& guid) { return guid[0] == 0x01 && guid[1] == 0x10; }
+
 /// Which sample, by who wrote it.
 struct SampleId {
   Guid writer{};
@@ -62,7 +65,8 @@ class Writer {
  public:
   virtual ~Writer() = default;
   [[nodiscard]] virtual Guid guid() const = 0;
-  [[nodiscard]] virtual std::vector<Guid> matched() const = 0;  ///< Readers.
+  /// Readers that get whatever is written from now on.
+  [[nodiscard]] virtual std::vector<Guid> matched() const = 0;
   /// @returns the sample's number, or 0: the queues are full, or the memory.
   [[nodiscard]] virtual std::int64_t write(const std::vector<std::uint8_t>& octets, const SampleId* related) = 0;
   /// Waits a moment until readers have what was written.

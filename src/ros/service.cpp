@@ -16,8 +16,6 @@ constexpr std::size_t kIdentity = 16;
 constexpr std::chrono::milliseconds kMatchMax{100};
 constexpr std::size_t kListenersMax = 256;
 
-bool is_cyclone(const dds::Guid& guid) { return guid[0] == 0x01 && guid[1] == 0x10; }
-
 void put(std::vector<std::uint8_t>& out, std::uint64_t number) {
   for (int i = 0; i < 8; ++i) out.push_back(static_cast<std::uint8_t>(number >> (8 * i)));
 }
@@ -78,8 +76,10 @@ Result<std::shared_ptr<ServiceClient>> ServiceClient::make(const std::shared_ptr
 }
 
 bool ServiceClient::is_available_now() const {
-  return reader_ != nullptr && writer_ != nullptr && !writer_->writer()->matched().empty() &&
-         !reader_->reader()->matched().empty();
+  if (reader_ == nullptr || writer_ == nullptr) return false;
+  const std::vector<dds::Guid> answering = reader_->reader()->matched();
+  const std::vector<dds::Guid> asked = writer_->writer()->matched();
+  return std::any_of(asked.begin(), asked.end(), [&](const dds::Guid& each) { return has_prefix(answering, each); });
 }
 bool ServiceClient::is_available() const {
   const std::lock_guard lock(mutex_);
@@ -96,7 +96,7 @@ bool ServiceClient::wait_available(rpc::Deadline deadline, const std::function<b
 std::optional<ServiceClient::Key> ServiceClient::send(const Octets& request) {
   const std::vector<dds::Guid> servers = writer_->writer()->matched();
   if (servers.empty()) return std::nullopt;
-  if (std::all_of(servers.begin(), servers.end(), is_cyclone)) {
+  if (std::all_of(servers.begin(), servers.end(), dds::is_cyclone)) {
     std::int64_t number = 0;
     {
       const std::lock_guard lock(mutex_);
@@ -224,7 +224,7 @@ Result<std::unique_ptr<ServiceServer>> ServiceServer::open(const std::shared_ptr
 
   const auto serve = [shared, handle](dds::Sample sample) {
     if (sample.octets.size() < kEncapsulation) return;
-    if (is_cyclone(sample.id.writer)) {
+    if (dds::is_cyclone(sample.id.writer)) {
       if (sample.octets.size() < kEncapsulation + kIdentity) return;
       const auto body = sample.octets.begin() + kEncapsulation;
       const std::vector<std::uint8_t> identity(body, body + kIdentity);

@@ -191,6 +191,7 @@ class AsyncClient::Impl {
     if (has_rest_) return;
     const bool came = watched[1].revents != 0 && line_->connection() == connection;
     const auto now = steady_clock::now();
+    if (came) connection->stream->came();
     if (flight_ && !flight_->method->oneway && (is_reply(came) || (!sending_ && now >= flight_->deadline))) {
       settle(lock, [this] { return line_->receive(*flight_->method, flight_->deadline); });
     } else if (!flight_ && came) {

@@ -29,19 +29,27 @@ std::string text_of(int error) { return std::generic_category().message(error); 
 
 class PlainStream final : public Stream {
  public:
-  explicit PlainStream(Descriptor socket) : socket_(std::move(socket)) {}
+  explicit PlainStream(Descriptor socket) : socket_(std::move(socket)) {
+    int family = AF_UNIX;
+    socklen_t size = sizeof family;
+    ::getsockopt(socket_.get(), SOL_SOCKET, SO_DOMAIN, &family, &size);
+    sleeps_in_recv_ = family != AF_UNIX;
+  }
 
-  // Waits with poll, not in recv: a thread that sleeps in recv is woken as well when the peer takes what was sent to
-  // it.
+  // On a Unix socket waits with poll: a thread that sleeps in recv there is woken as well when the peer takes what was
+  // sent to it.
   Received receive(std::uint8_t* out, std::size_t size, Deadline deadline) override {
     while (true) {
-      const bool in_time = wait_for(POLLIN, deadline);
-      const ssize_t got = ::recv(socket_.get(), out, size, MSG_DONTWAIT);
+      const bool sleeps = sleeps_in_recv_ && deadline == kNoDeadline;
+      const bool in_time = std::exchange(came_, false) || sleeps || wait_for(POLLIN, deadline);
+      const ssize_t got = ::recv(socket_.get(), out, size, sleeps ? 0 : MSG_DONTWAIT);
       if (got > 0) return {StreamStatus::kOk, static_cast<std::size_t>(got)};
       if (got == 0) return {StreamStatus::kClosed, 0};
       if (const auto status = failed(in_time); status != StreamStatus::kOk) return {status, 0};
     }
   }
+
+  void came() override { came_ = true; }
 
   StreamStatus send(const std::uint8_t* data, std::size_t size, Deadline deadline) override {
     // Almost always the socket takes everything at once, and nobody has to ask for the time.
@@ -91,6 +99,8 @@ class PlainStream final : public Stream {
   }
 
   Descriptor socket_;
+  bool sleeps_in_recv_ = false;
+  bool came_ = false;
   int error_ = 0;
 };
 

@@ -28,6 +28,8 @@ class Stream {
   virtual ~Stream() = default;
   /// Waits for some bytes until the deadline; a deadline that has passed takes what is there.
   [[nodiscard]] virtual Received receive(std::uint8_t* out, std::size_t size, Deadline deadline) = 0;
+  /// Something has come, as `poll` says: the next `receive` takes it and does not ask once more.
+  virtual void came() {}
   /// Sends all, or fails; after anything but kOk the stream is of no more use.
   [[nodiscard]] virtual StreamStatus send(const std::uint8_t* data, std::size_t size, Deadline deadline) = 0;
   /// Sends what goes without waiting and returns how much that was: none

@@ -126,6 +126,7 @@ class TlsStream final : public Stream {
     return flush(deadline);
   }
 
+  void came() override { plain_->came(); }
   void shut_down() override { plain_->shut_down(); }
   int descriptor() const override { return plain_->descriptor(); }
   std::string why() const override { return why_.empty() ? plain_->why() : why_; }

@@ -30,15 +30,13 @@ std::int32_t take_mark(Inbox& in, std::string_view what) {
 }
 
 std::size_t begin_frame(std::vector<std::uint8_t>& out, char key) {
+  // Mark, numbers of blocks, octets of ones, two lengths, the command's length and the command.
+  std::uint8_t head[kIndexSize + 8] = {'Y', 'A', kIndexMark, 0, 0, 0, 'R', 'P', 1, 1};
+  std::memset(head + kMarkSize + 2, 0xff, 8);
+  const std::uint8_t command[] = {'~', static_cast<std::uint8_t>(key), 0, 1};
+  std::memcpy(head + kIndexSize + 4, command, sizeof command);
   const std::size_t begun = out.size();
-  put_mark(out, kIndexMark);
-  out.push_back(1);
-  out.push_back(1);
-  out.insert(out.end(), 8, 0xff);
-  put_int(out, 0);
-  put_int(out, 0);
-  put_int(out, 0);
-  for (const char c : {'~', key, '\0', '\1'}) out.push_back(static_cast<std::uint8_t>(c));
+  out.insert(out.end(), std::begin(head), std::end(head));
   return begun;
 }
 

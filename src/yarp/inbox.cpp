@@ -92,9 +92,9 @@ std::string Inbox::line(std::size_t bytes_max) {
 }
 
 void put_int(std::vector<std::uint8_t>& out, std::int32_t value) {
-  const auto at = out.size();
-  out.resize(at + sizeof value);
-  std::memcpy(out.data() + at, &value, sizeof value);
+  std::uint8_t octets[sizeof value];
+  std::memcpy(octets, &value, sizeof value);
+  out.insert(out.end(), octets, octets + sizeof value);
 }
 
 void put(std::vector<std::uint8_t>& out, std::string_view bytes) { out.insert(out.end(), bytes.begin(), bytes.end()); }

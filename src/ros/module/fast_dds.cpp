@@ -1,5 +1,7 @@
 // The shared object that carries octets over Fast DDS 2. It knows nothing of Sentree but `ros/dds.h`.
 
+#include <fastdds/rtps/transport/ChainingTransport.h>
+#include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <algorithm>
 #include <atomic>
@@ -110,21 +112,98 @@ std::string shown_type(std::string type) {
 
 class MatchedSet {
  public:
-  void change(const rtps::GUID_t& guid, int by) {
+  void change(const Guid& guid, int by, bool is_ready) {
     const std::lock_guard lock(mutex_);
     if (by > 0)
-      all_.insert(guid_of(guid));
+      all_[guid] = is_ready;
     else
-      all_.erase(guid_of(guid));
+      all_.erase(guid);
   }
-  [[nodiscard]] std::vector<Guid> all() const {
+  [[nodiscard]] std::vector<Guid> ready() const {
     const std::lock_guard lock(mutex_);
-    return {all_.begin(), all_.end()};
+    std::vector<Guid> out;
+    for (const auto& [guid, is_ready] : all_) {
+      if (is_ready) out.push_back(guid);
+    }
+    return out;
+  }
+  /// True: some that were not are ready now.
+  template <class F>
+  bool settle(F&& is_ready_now) {
+    const std::lock_guard lock(mutex_);
+    bool any = false;
+    for (auto& [guid, is_ready] : all_) {
+      if (!is_ready && is_ready_now(guid)) any = is_ready = true;
+    }
+    return any;
   }
 
  private:
   mutable std::mutex mutex_;
-  std::set<Guid> all_;
+  std::map<Guid, bool> all_;
+};
+
+// Sees what comes from Cyclone DDS before the library does. A reader of Cyclone forgets what was written before it had
+// found the writer, and confirms it all the same with its first word, so that nothing is sent again: it would hang who
+// waits for an answer. That first word comes as soon as it has found the writer; the library has no place to hear it.
+class Ear final : public eprosima::fastdds::rtps::ChainingTransport {
+ public:
+  /// A reader of Cyclone has acknowledged something of a writer of that participant.
+  using OnAcknowledgement = std::function<void(const Guid& reader, const Guid& writer)>;
+
+  struct Descriptor final : eprosima::fastdds::rtps::ChainingTransportDescriptor {
+    Descriptor(std::shared_ptr<TransportDescriptorInterface> below, OnAcknowledgement hear)
+        : ChainingTransportDescriptor(std::move(below)), on_acknowledgement(std::move(hear)) {}
+    eprosima::fastdds::rtps::TransportInterface* create_transport() const override { return new Ear(*this); }
+    OnAcknowledgement on_acknowledgement;
+  };
+
+  explicit Ear(const Descriptor& descriptor) : ChainingTransport(descriptor), descriptor_(descriptor) {}
+
+  eprosima::fastdds::rtps::TransportDescriptorInterface* get_configuration() override { return &descriptor_; }
+  bool send(rtps::SenderResource* below, const rtps::octet* data, std::uint32_t size, rtps::LocatorsIterator* begin,
+            rtps::LocatorsIterator* end, const std::chrono::steady_clock::time_point& until) override {
+    return below->send(data, size, begin, end, until);
+  }
+  void receive(eprosima::fastdds::rtps::TransportReceiverInterface* above, const rtps::octet* data, std::uint32_t size,
+               const rtps::Locator_t& here, const rtps::Locator_t& there) override {
+    above->OnDataReceived(data, size, here, there);
+    look(data, size);
+  }
+
+ private:
+  // RTPS 2.3, 9.4: a head of 20 octets, then submessages with a head of four each.
+  void look(const rtps::octet* data, std::size_t size) const {
+    constexpr std::size_t kHead = 20;
+    constexpr std::size_t kPrefixAt = 8;
+    constexpr std::size_t kPrefix = 12;
+    constexpr rtps::octet kAckNack = 0x06;
+    constexpr rtps::octet kInfoSource = 0x0c;
+    constexpr rtps::octet kInfoDestination = 0x0e;
+    if (size < kHead || std::memcmp(data, "RTPS", 4) != 0) return;
+    Guid reader{};
+    std::memcpy(reader.data(), data + kPrefixAt, kPrefix);
+    if (!is_cyclone(reader)) return;
+    Guid writer{};
+    for (std::size_t at = kHead; at + 4 <= size;) {
+      const rtps::octet kind = data[at];
+      const bool is_little = (data[at + 1] & 1U) != 0;
+      const std::size_t length = is_little ? data[at + 2] | data[at + 3] << 8U : data[at + 2] << 8U | data[at + 3];
+      at += 4;
+      if (length > size - at) return;
+      if (kind == kInfoDestination && length >= kPrefix) std::memcpy(writer.data(), data + at, kPrefix);
+      if (kind == kAckNack && length >= 8) {
+        std::memcpy(reader.data() + kPrefix, data + at, 4);
+        std::memcpy(writer.data() + kPrefix, data + at + 4, 4);
+        descriptor_.on_acknowledgement(reader, writer);
+      }
+      // Of somebody else, or the last one.
+      if (kind == kInfoSource || length == 0) return;
+      at += length;
+    }
+  }
+
+  Descriptor descriptor_;
 };
 
 // The library's own objects of one participant, with a topic for each name, counted.
@@ -152,11 +231,14 @@ class Core {
     ++slot.users;
     return slot.topic;
   }
-  /// Tells `whom` of others at the topic that are the other way round and have another type, until it leaves.
-  void watch(const void* whom, const Channel& channel, bool is_writer, const Participant::OnChange& tell) {
+  /// Tells `whom` of others at the topic that are the other way round and have another type, and of readers that are
+  /// ready, until it leaves.
+  void watch(const void* whom, const Channel& channel, const Guid& guid, bool is_writer, MatchedSet& matched,
+             const Participant::OnChange& tell) {
     const std::lock_guard lock(watch_mutex_);
-    watches_[whom] = {channel.topic, channel.type, is_writer, &tell};
-    for (const auto& [guid, endpoint] : endpoints_) compare(watches_[whom], endpoint);
+    const Watch& watch = watches_[whom] = {channel.topic, channel.type, guid, is_writer, &matched, &tell};
+    for (const auto& [other, endpoint] : endpoints_) compare(watch, endpoint);
+    if (settle(guid, matched)) tell("");
   }
   /// Returns when none is being told any more.
   void unwatch(const void* whom) {
@@ -169,8 +251,33 @@ class Core {
     for (const auto& [whom, watch] : watches_) compare(watch, endpoint);
   }
   void lost(const Guid& guid) {
+    {
+      const std::lock_guard lock(watch_mutex_);
+      endpoints_.erase(guid);
+    }
+    const std::lock_guard lock(acknowledged_mutex_);
+    acknowledged_.erase(guid);
+  }
+  /// A reader has found a writer; by no writer's guid, it is one that acknowledges nothing.
+  void acknowledged(const Guid& reader, const Guid& writer) {
+    {
+      const std::lock_guard lock(acknowledged_mutex_);
+      if (!acknowledged_.contains(reader) && acknowledged_.size() >= kEndpointsMax) return;
+      auto& writers = acknowledged_[reader];
+      if (writers.size() >= kWritersMax || !writers.insert(writer).second) return;
+    }
     const std::lock_guard lock(watch_mutex_);
-    endpoints_.erase(guid);
+    for (const auto& [whom, watch] : watches_) {
+      if ((watch.guid == writer || writer == Guid{}) && settle(watch.guid, *watch.matched)) (*watch.tell)("");
+    }
+  }
+  /// True: readers of that writer are ready that were not.
+  bool settle(const Guid& writer, MatchedSet& matched) {
+    const std::lock_guard lock(acknowledged_mutex_);
+    return matched.settle([&](const Guid& reader) {
+      const auto found = acknowledged_.find(reader);
+      return found != acknowledged_.end() && (found->second.contains(writer) || found->second.contains(Guid{}));
+    });
   }
   [[nodiscard]] std::vector<Endpoint> endpoints() const {
     const std::lock_guard lock(watch_mutex_);
@@ -196,11 +303,14 @@ class Core {
   struct Watch {
     std::string topic;
     std::string type;
+    Guid guid{};
     bool is_writer = false;
+    MatchedSet* matched = nullptr;
     const Participant::OnChange* tell = nullptr;
   };
-  // Bound of what others can make us remember.
+  // Bounds of what others can make us remember.
   static constexpr std::size_t kEndpointsMax = 20'000;
+  static constexpr std::size_t kWritersMax = 100;
 
   static void compare(const Watch& watch, const Endpoint& other) {
     if (other.topic != watch.topic || other.is_writer == watch.is_writer || other.type == watch.type) return;
@@ -214,6 +324,8 @@ class Core {
   mutable std::mutex watch_mutex_;
   std::map<const void*, Watch> watches_;
   std::map<Guid, Endpoint> endpoints_;
+  std::mutex acknowledged_mutex_;
+  std::map<Guid, std::set<Guid>> acknowledged_;  // writers that a reader has found
 };
 
 template <class EndpointQos>
@@ -251,11 +363,11 @@ class FastReader final : public Reader, fast::DataReaderListener {
     qos.type_consistency().representation.m_value = {fast::XCDR_DATA_REPRESENTATION};
     reader_ = core_->subscriber->create_datareader(topic, qos, this);
     if (reader_ == nullptr) return false;
-    core_->watch(this, channel, false, on_change_);
+    core_->watch(this, channel, guid(), false, matched_, on_change_);
     return true;
   }
   Guid guid() const override { return guid_of(reader_->guid()); }
-  std::vector<Guid> matched() const override { return matched_.all(); }
+  std::vector<Guid> matched() const override { return matched_.ready(); }
 
  private:
   void on_data_available(fast::DataReader* reader) override {
@@ -268,7 +380,8 @@ class FastReader final : public Reader, fast::DataReaderListener {
     }
   }
   void on_subscription_matched(fast::DataReader*, const fast::SubscriptionMatchedStatus& status) override {
-    matched_.change(status.last_publication_handle.operator const rtps::GUID_t&(), status.current_count_change);
+    matched_.change(guid_of(status.last_publication_handle.operator const rtps::GUID_t&()), status.current_count_change,
+                    true);
     on_change_("");
   }
   void on_requested_incompatible_qos(fast::DataReader*, const fast::RequestedIncompatibleQosStatus& status) override {
@@ -301,14 +414,15 @@ class FastWriter final : public Writer, fast::DataWriterListener {
     qos.representation().m_value = {fast::XCDR_DATA_REPRESENTATION};
     // Calls are short and wait for each other; what is published may be large.
     if (channel.topic.starts_with("rt/")) qos.publish_mode().kind = fast::ASYNCHRONOUS_PUBLISH_MODE;
+    confirms_ = channel.qos.reliable;
     qos.reliable_writer_qos().times.heartbeatPeriod = {0, kHeartbeatNs};
     writer_ = core_->publisher->create_datawriter(topic, qos, this);
     if (writer_ == nullptr) return false;
-    core_->watch(this, channel, true, on_change_);
+    core_->watch(this, channel, guid(), true, matched_, on_change_);
     return true;
   }
   Guid guid() const override { return guid_of(writer_->guid()); }
-  std::vector<Guid> matched() const override { return matched_.all(); }
+  std::vector<Guid> matched() const override { return matched_.ready(); }
   std::int64_t write(const std::vector<std::uint8_t>& octets, const SampleId* related) override {
     rtps::WriteParams params;
     if (related != nullptr) {
@@ -322,8 +436,10 @@ class FastWriter final : public Writer, fast::DataWriterListener {
   void flush() override { writer_->wait_for_acknowledgments({kFlushS, 0}); }
 
  private:
-  void on_publication_matched(fast::DataWriter*, const fast::PublicationMatchedStatus& status) override {
-    matched_.change(status.last_subscription_handle.operator const rtps::GUID_t&(), status.current_count_change);
+  void on_publication_matched(fast::DataWriter* writer, const fast::PublicationMatchedStatus& status) override {
+    const Guid reader = guid_of(status.last_subscription_handle.operator const rtps::GUID_t&());
+    matched_.change(reader, status.current_count_change, !confirms_ || !is_cyclone(reader));
+    core_->settle(guid_of(writer->guid()), matched_);
     on_change_("");
   }
   void on_offered_incompatible_qos(fast::DataWriter*, const fast::OfferedIncompatibleQosStatus& status) override {
@@ -334,6 +450,7 @@ class FastWriter final : public Writer, fast::DataWriterListener {
   const std::string name_;
   const Participant::OnChange on_change_;
   MatchedSet matched_;
+  bool confirms_ = true;  // readers acknowledge what they get
   fast::DataWriter* writer_ = nullptr;
 };
 
@@ -370,7 +487,10 @@ class FastParticipant final : public Participant, fast::DomainParticipantListene
       rtps::IPLocator::setIPv4(peer, 127, 0, 0, 1);
       qos.wire_protocol().builtin.initialPeersList.push_back(peer);
     }
-    qos.transport().user_transports.push_back(udp);
+    qos.transport().user_transports.push_back(
+        std::make_shared<Ear::Descriptor>(udp, [weak = std::weak_ptr(core_)](const Guid& reader, const Guid& writer) {
+          if (const auto core = weak.lock()) core->acknowledged(reader, writer);
+        }));
     // Numbers choose ports, and others on this machine look for us only at the first ones; the library's own never come
     // back. Each is taken again as late as can be, because it is part of the identity.
     static std::atomic<std::int32_t> next{0};
@@ -420,6 +540,9 @@ class FastParticipant final : public Participant, fast::DomainParticipantListene
   }
   void on_subscriber_discovery(fast::DomainParticipant*, rtps::ReaderDiscoveryInfo&& info) override {
     note(info.status != rtps::ReaderDiscoveryInfo::REMOVED_READER, info.info, false);
+    if (info.status != rtps::ReaderDiscoveryInfo::REMOVED_READER &&
+        info.info.m_qos.m_reliability.kind == fast::BEST_EFFORT_RELIABILITY_QOS)
+      core_->acknowledged(guid_of(info.info.guid()), Guid{});
   }
   void on_publisher_discovery(fast::DomainParticipant*, rtps::WriterDiscoveryInfo&& info) override {
     note(info.status != rtps::WriterDiscoveryInfo::REMOVED_WRITER, info.info, true);

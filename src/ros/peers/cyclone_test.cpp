@@ -1,0 +1,229 @@
+// Each kind of traffic with a process that has another DDS: Cyclone's, as nodes of rmw_cyclonedds have it.
+
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <optional>
+
+#include "sentree/ros/action_server.h"
+#include "sentree/ros/detail/test_graph.h"
+
+extern char** environ;
+
+namespace sentree::ros {
+namespace {
+
+using ::testing::Contains;
+using ::testing::Pair;
+
+// Loopback only, without multicast; of a thousand datagrams that it sends, so many are lost.
+std::string settings(int lost) {
+  return "CYCLONEDDS_URI=<CycloneDDS><Domain><General><Interfaces><NetworkInterface name=\"lo\" multicast=\"false\"/>"
+         "</Interfaces><AllowMulticast>false</AllowMulticast></General><Discovery><Peers><Peer "
+         "address=\"127.0.0.1\"/></Peers>"
+         "<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>20</MaxAutoParticipantIndex></Discovery>"
+         "<Internal><Test><XmitLossiness>" +
+         std::to_string(lost) + "</XmitLossiness></Test></Internal></Domain></CycloneDDS>";
+}
+
+class RosCyclone : public Graph {
+ protected:
+  void SetUp() override {
+    Graph::SetUp();
+    if (IsSkipped()) return;
+    begin();
+    const auto text = interface("std_msgs/msg/String");
+    const rpc::Address source = at("/from_cyclone", "&qos=default");
+    auto heard = rpc::middleware_of(source).subscribe(
+        source, text,
+        [this](const idl::Method&, Value arguments) { said_.add(std::string(arguments.find("data")->text())); },
+        {.target = "from", .problem = {}});
+    ASSERT_TRUE(heard) << heard.error().message;
+    from_ = std::move(*heard);
+    auto publisher = rpc::connect(at("/to_cyclone", "&publish"), text, {});
+    ASSERT_TRUE(publisher) << publisher.error().message;
+    to_ = std::move(*publisher);
+    greet("good day");
+  }
+  void TearDown() override { end(); }
+
+  void begin(int lost = 0) {
+    std::vector<char*> variables;
+    for (char** each = environ; *each != nullptr; ++each) variables.push_back(*each);
+    std::string uri = settings(lost);
+    variables.insert(variables.end(), {uri.data(), nullptr});
+    std::string program = SENTREE_CYCLONE_PEER;
+    char* const arguments[] = {program.data(), domain_.data(), nullptr};
+    ASSERT_EQ(posix_spawn(&peer_, program.c_str(), nullptr, nullptr, arguments, variables.data()), 0);
+  }
+  void end() {
+    if (peer_ <= 0) return;
+    ::kill(peer_, SIGKILL);
+    ::waitpid(peer_, nullptr, 0);
+    peer_ = 0;
+  }
+  // Says something until it is answered: topics forget what was published before somebody was there.
+  void greet(const std::string& greeting) {
+    const std::string answer = "heard " + greeting;
+    ASSERT_TRUE(eventually([&] {
+      tell(greeting);
+      const auto all = said_.wait([](const auto&) { return true; });
+      return std::find(all.begin(), all.end(), answer) != all.end();
+    }));
+  }
+  void tell(const std::string& what) {
+    const auto told = rpc::call_and_wait(*to_, "message", Map{{"data", what}}, patience());
+    EXPECT_TRUE(told) << told.error().message;
+  }
+  // Waits until it has said so.
+  bool has_said(const std::string& what) {
+    const auto all =
+        said_.wait([&](const auto& each) { return std::find(each.begin(), each.end(), what) != each.end(); });
+    const bool has = std::find(all.begin(), all.end(), what) != all.end();
+    EXPECT_TRUE(has) << what;
+    return has;
+  }
+
+  pid_t peer_ = 0;
+  Heard<std::string> said_;
+  std::unique_ptr<rpc::Opened> from_;
+  std::unique_ptr<rpc::Caller> to_;
+};
+
+TEST_F(RosCyclone, HearsAndIsHeardAlsoAfterItWasAway) {
+  end();
+  begin();
+  greet("here again");
+}
+
+TEST_F(RosCyclone, AnswersOurCalls) {
+  auto client = rpc::connect(at("/cyclone_lamp"), interface("std_srvs/srv/SetBool"), {.target = "lamp"});
+  ASSERT_TRUE(client) << client.error().message;
+  for (const bool on : {true, false, true}) {
+    const auto reply = rpc::call_and_wait(**client, "call", Map{{"data", on}}, patience());
+    ASSERT_TRUE(reply) << reply.error().message;
+    EXPECT_EQ(*reply->find("message"), Value(on ? "on" : "off"));
+  }
+}
+
+TEST_F(RosCyclone, GetsAndGivesEverythingThoughMuchIsLost) {
+  end();
+  begin(150);
+  greet("here again");
+  for (int i = 0; i < 30; ++i) {
+    tell("number " + std::to_string(i));
+    ASSERT_TRUE(has_said("heard number " + std::to_string(i)));
+  }
+  auto client = rpc::connect(at("/cyclone_lamp"), interface("std_srvs/srv/SetBool"), {.target = "lamp"});
+  ASSERT_TRUE(client) << client.error().message;
+  for (int i = 0; i < 30; ++i) {
+    const auto reply = rpc::call_and_wait(**client, "call", Map{{"data", i % 2 == 0}}, patience());
+    ASSERT_TRUE(reply) << reply.error().message;
+    EXPECT_EQ(*reply->find("message"), Value(i % 2 == 0 ? "on" : "off"));
+  }
+}
+
+TEST_F(RosCyclone, IsAnsweredByOurServices) {
+  const auto served =
+      rpc::serve(at("/lamp"),
+                 {{"service", std::make_shared<rpc::FunctionService>(
+                                  interface("std_srvs/srv/SetBool"),
+                                  [](const idl::Method&, const Value& arguments) -> rpc::Outcome {
+                                    const bool on = *arguments.find("data")->as_bool();
+                                    return Value(Map{{"success", true}, {"message", on ? "is on" : "is off"}});
+                                  })}},
+                 {});
+  ASSERT_TRUE(served) << served.error().message;
+  tell("call");
+  has_said("lamp 1 is on");
+}
+
+class RosCycloneActions : public RosCyclone {
+ protected:
+  using Event = std::pair<std::string, Value>;
+
+  void connect(const std::string& name) {
+    const auto count = interface("demo/action/Count");
+    auto opened = rpc::middleware_of(at(name)).subscribe(at(name), count,
+                                                         [this](const idl::Method& method, Value arguments) {
+                                                           heard_.add({method.name, arguments});
+                                                         },
+                                                         {.target = "count", .problem = {}});
+    ASSERT_TRUE(opened) << opened.error().message;
+    heard_by_ = std::move(*opened);
+    auto client = rpc::connect(at(name), count, {.target = "count"});
+    ASSERT_TRUE(client) << client.error().message;
+    client_ = std::move(*client);
+  }
+  Value send(int upto) {
+    const auto reply = rpc::call_and_wait(*client_, "send_goal", Map{{"upto", upto}}, patience());
+    EXPECT_TRUE(reply) << reply.error().message;
+    return reply ? *reply : Value(Map{{"accepted", false}, {"goal_id", ""}});
+  }
+  // Waits for the one of that kind.
+  Value event(const std::string& kind) {
+    const auto is_it = [&](const Event& each) { return each.first == kind; };
+    const auto all = heard_.wait([&](const auto& each) { return std::any_of(each.begin(), each.end(), is_it); });
+    const auto found = std::find_if(all.begin(), all.end(), is_it);
+    EXPECT_NE(found, all.end()) << kind;
+    return found != all.end() ? found->second : Value(Map{});
+  }
+
+  Heard<Event> heard_;
+  std::unique_ptr<rpc::Opened> heard_by_;
+  std::unique_ptr<rpc::Caller> client_;
+};
+
+TEST_F(RosCycloneActions, TakeOurGoalsAndTellHowTheyGo) {
+  connect("/cyclone_count");
+  EXPECT_EQ(*send(100).find("accepted"), Value(false));
+  const Value reply = send(5);
+  EXPECT_EQ(*reply.find("accepted"), Value(true));
+  const Value id = *reply.find("goal_id");
+  EXPECT_EQ(event("feedback"), Value(Map{{"goal_id", id}, {"feedback", Map{{"now", 3}}}}));
+  EXPECT_EQ(event("result"),
+            Value(Map{{"goal_id", id}, {"status", "SUCCEEDED"}, {"result", Map{{"reached", 5}, {"how", "fine"}}}}));
+}
+
+TEST_F(RosCycloneActions, EndGoalsThatWeCancel) {
+  connect("/cyclone_count");
+  const Value id = *send(60).find("goal_id");
+  event("feedback");
+  const auto cancelled = rpc::call_and_wait(*client_, "cancel_goal", Map{{"goal_id", id}}, patience());
+  ASSERT_TRUE(cancelled) << cancelled.error().message;
+  EXPECT_EQ(*cancelled->find("goals_canceling"), Value(List{id}));
+  EXPECT_EQ(*event("result").find("status"), Value("CANCELED"));
+}
+
+TEST_F(RosCycloneActions, SendGoalsToOurServer) {
+  Heard<std::pair<std::string, Value>> goals;
+  Heard<std::string> cancelled;
+  ActionServerOptions options;
+  options.accept = [&](const std::string& id, const Value& goal) {
+    goals.add({id, *goal.find("upto")});
+    return true;
+  };
+  options.cancel = [&](const std::string& id) {
+    cancelled.add(id);
+    return true;
+  };
+  options.now = [] { return 7.5; };
+  auto server = ActionServer::open(at("/count").path, interface("demo/action/Count"), std::move(options));
+  ASSERT_TRUE(server) << server.error().message;
+  tell("goal");
+  has_said("goal accepted");
+  const auto goal = goals.wait_for(1).at(0);
+  EXPECT_EQ(goal.second, Value(5));
+  (*server)->feedback(goal.first, Map{{"now", 4}});
+  has_said("goal is at 4");
+  tell("cancel");
+  has_said("cancelling 1 with code 0");
+  EXPECT_EQ(cancelled.wait_for(1).at(0), goal.first);
+  (*server)->end(goal.first, GoalEnd::kCanceled, Map{{"reached", 2}, {"how", "so far"}});
+  has_said("goal ended 5 at 2 so far");
+}
+
+}  // namespace
+}  // namespace sentree::ros
