@@ -33,7 +33,7 @@ export function ChartPicture({ chart, handle }: { chart: ChartModel; handle: Ref
     limits: { min: 0.05, max: 4 },
     margin: 4,
     fit_max: 1.1,
-    readable: { from: 0.5, scale: 0.72 },
+    readable: { from: 0.85, scale: 0.85 },
     focus: () => active_box(chart, shown),
   });
   const composite = useMemo(() => composites(chart.layout), [chart]);
