@@ -45,6 +45,10 @@ test("a scenario's entries are dragged, added, said more of and deleted on a tim
   const entry = (i) => page.locator(`[data-entry="${i}"]`);
   await entry(0).waitFor();
   assert.match(await entry(0).getAttribute("aria-label"), /^0:20\.000 call simulation\.setBatteryCharge/);
+  // Below runs another one, until somebody says so.
+  await page.getByTestId("run-scenario").click();
+  await page.getByTestId("run-scenario").waitFor({ state: "detached" });
+  assert.equal(await page.getByRole("combobox", { name: "Scenario of the shadow run" }).inputValue(), "experiment1");
 
   const at = await middle(entry(0).locator(".mark"));
   await drag(page, at, { x: at.x + 60, y: at.y });
@@ -208,6 +212,14 @@ test("a requirement is blocks beside its text; what it cannot say is refused wit
   await page.keyboard.press("Enter");
   await until(async () => (await page.getByTestId("refused").innerText()) !== "", "it says why not");
   await until(async () => (await p.inputValue()) === "level >= 20 %", "the block is as it was");
+
+  // Another requirement at the end, which its blocks say more of.
+  await page.getByLabel("Name of a new requirement").fill("stays_full");
+  await page.keyboard.press("Enter");
+  await blocks("stays_full").locator('[data-part="p"] input').fill("level >= 30 %");
+  await page.keyboard.press("Enter");
+  await until(async () => /of stays_full/.test(await undo_name(page)), "it demands something");
+  assert.match(await saved(page, folder, file), /\n\nstays_full:\n {2}always level >= 30 %\.\n$/);
 
   await undo_all(page);
   assert.equal(await saved(page, folder, file), original);

@@ -52,6 +52,23 @@ test("places are dragged, turned and moved by keys, as least edits of the text; 
   await until(async () => (await undo_name(page)) === "move corridor, corner 1", "the corner was moved");
   assert.match(await saved(), /corners: \[\[0\.1, 4\.8\], \[15\.9, 4\.3\]/);
 
+  // An obstacle that was not there, put elsewhere and made larger; a station's tolerance.
+  await page.getByLabel("Name of a new obstacle").fill("crate");
+  await page.keyboard.press("Enter");
+  await spot("obstacle crate").waitFor();
+  await until(async () => /^set obstacles\.crate/.test(await undo_name(page)), "it was added");
+  for (const [id, name, by] of [["obstacle crate", "move crate", 40], ["obstacle crate radius", "change radius of crate", 12], ["station dock tolerance", "change tolerance of dock", 12]]) {
+    const from = await middle(spot(id).locator("circle"));
+    await drag(page, from, { x: from.x + by, y: from.y });
+    await page.mouse.up();
+    await until(async () => (await undo_name(page)) === name, `${name} was done`);
+  }
+  const more = await saved();
+  const crate = /^obstacles:\n {2}crate: \{pose: \[([\d.]+), ([\d.]+)\], radius: ([\d.]+)\}$/m.exec(more);
+  assert.ok(crate && Number(crate[3]) > 0.25, more);
+  assert.ok(Number(/^ {2}dock: \{pose: station, linear_tolerance: ([\d.]+), angular_tolerance: 0.35\}$/m.exec(more)?.[1]) > 0.5, more);
+  await until(() => page.locator("[data-testid=problems]").innerText().then((said) => said.includes("no problems")), "it is a world that can be run");
+
   // Out of the house: what check says of it is shown at the place.
   await spot("location bedroom").locator("circle").click();
   await page.getByTestId("design-world").focus();

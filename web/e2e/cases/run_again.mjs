@@ -97,6 +97,20 @@ test("stopping asks; Space pauses wherever the focus is; a goal by hand says wha
   await page.getByTestId("battery-robot").fill("60");
   await until(async () => (await page.locator(".charge-value").innerText()).startsWith("60"), "the page shows the charge while the run is paused");
   assert.equal((await state_of(page)).run.state, "paused");
+
+  // It is taken back the same way, the newest first; a goal that was told is not.
+  const map = await page.getByTestId("map").boundingBox();
+  await page.getByTestId("tool-obstacle").click();
+  await page.mouse.click(map.x + map.width / 2, map.y + map.height / 2);
+  await until(async () => (await state_of(page)).obstacles.length === 1, "the obstacle stands in the paused world");
+  await page.keyboard.press("Escape");
+  assert.match(await page.getByTestId("steer-undo").getAttribute("title"), /Take back: obstacle-1 added/);
+  await page.keyboard.press("Control+z");
+  await until(async () => (await state_of(page)).obstacles.length === 0, "it is gone again");
+  await page.getByTestId("steer-undo").click();
+  await until(async () => (await state_of(page)).robots.robot.battery.percentage > 0.95, "the battery is as it was");
+  await page.getByTestId("steer-undo").waitFor({ state: "detached" });
+  assert.equal((await state_of(page)).run.state, "paused");
   await close();
   await program.stop();
 });

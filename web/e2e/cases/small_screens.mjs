@@ -73,6 +73,13 @@ test("at a violation the tree, the stage and the chosen text keep their size on 
     console.log(`# ${width}×${height}: stage ${(100 * share).toFixed(1)} %, chosen ${name.toFixed(1)} px, around it ${near.toFixed(1)} px, all at least ${all.toFixed(1)} px`);
     assert.ok(all >= kAll_px, `names have ${all.toFixed(1)} px at ${width}×${height}`);
     assert.ok(near >= kReadable_px, `names around the chosen one have ${near.toFixed(1)} px at ${width}×${height}`);
+    const states = await page.evaluate(() =>
+      [...document.querySelectorAll("[data-testid=chart] text.name")].map((text) => {
+        const { a, b } = text.getScreenCTM();
+        return parseFloat(getComputedStyle(text).fontSize) * Math.hypot(a, b);
+      }),
+    );
+    assert.ok(Math.min(...states) >= kReadable_px, `states of the chart have ${Math.min(...states).toFixed(1)} px at ${width}×${height}`);
     assert.deepEqual(over, [], `names lie over one another at ${width}×${height}`);
     if (pictures) await page.screenshot({ path: join(pictures, `violation-${width}.png`) });
   }

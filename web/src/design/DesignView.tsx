@@ -25,13 +25,14 @@ import { ProjectTree } from "./ProjectTree";
 import { RequirementBlocks } from "./RequirementBlocks";
 import { simulate, useSimulation } from "./simulate";
 import { SimulatePanel } from "./SimulatePanel";
-import { Problems, ShadowStrip } from "./Strip";
+import { Problems, ShadowStrip, useTimeline } from "./Strip";
 import { useRoom } from "./use_room";
 
 const CodeEditor = lazy(() => import("./CodeEditor"));
 const WorldView = lazy(() => import("./WorldView"));
 const ScenarioView = lazy(() => import("./ScenarioView"));
 const ScenarioForm = lazy(() => import("./ScenarioView").then((module) => ({ default: module.ScenarioForm })));
+const PlacesForm = lazy(() => import("./PlacesForm"));
 const ProjectForm = lazy(() => import("./ProjectForm"));
 const CompareView = lazy(() => import("../compare/CompareView"));
 
@@ -93,7 +94,7 @@ const kLooks: Record<Look, { label: string; title: string }> = {
 };
 
 function Bench() {
-  const { narrow, height } = useWindow();
+  const { narrow } = useWindow();
   const [asked, set_asked] = useState<Asked | null>(null);
   const picture = useRef<PictureHandle>(null);
   const below = useDesign((state) => state.below);
@@ -101,11 +102,12 @@ function Bench() {
   const is_chart = useDesign((state) => (doc_of(state)?.shown_chart ?? null) !== null);
   const is_requirement = useDesign(({ file }) => file?.endsWith(".req") ?? false);
   const is_scenario = useDesign((state) => doc_of(state)?.kind === "scenario");
+  const is_world = useDesign((state) => doc_of(state)?.kind === "world");
   const empty = useDesign((state) => state.summary?.files.length === 0);
   const simulating = useSimulation(({ on }) => on) && (is_tree || is_chart);
-  const timeline = useDesign((state) => state.summary?.shadow.ready ?? false) && height >= 780;
-  const side = is_tree ? "Node" : is_chart ? "State" : is_requirement ? "Last runs" : is_scenario ? "Scenario" : null;
-  const form = simulating ? <SimulatePanel /> : is_tree ? <Inspector /> : is_chart ? <ChartForm /> : is_requirement ? <PastPanel /> : is_scenario ? <ScenarioForm /> : null;
+  const timeline = useTimeline();
+  const side = is_tree ? "Node" : is_chart ? "State" : is_requirement ? "Last runs" : is_scenario ? "Scenario" : is_world ? "Places" : null;
+  const form = simulating ? <SimulatePanel /> : is_tree ? <Inspector /> : is_chart ? <ChartForm /> : is_requirement ? <PastPanel /> : is_scenario ? <ScenarioForm /> : is_world ? <PlacesForm /> : null;
   return (
     <main className="design" data-narrow={narrow}>
       <div className="design-left">

@@ -83,7 +83,7 @@ export function EntryRows({ one, path, value, text, members, names, first }: Row
           </>
         )}
         <button type="button" className="button small" disabled={names !== undefined && (name === "" || taken)} title={taken ? `There is a ${one} of that name` : undefined} onClick={add}>
-          Add a {one}
+          {`Add ${/^[aeiou]/.test(one) ? "an" : "a"} ${one}`}
         </button>
       </div>
     </>

@@ -14,7 +14,7 @@ export function PastPanel() {
       <h2>In the last runs</h2>
       {past.runs.length === 0 && (
         <p className="muted">
-          There is no recording in <span className="mono">runs/</span>. <span className="mono">sentree run</span> makes one; what is written here is then tried on it.
+          There is no recording in <span className="mono">runs/</span>. <strong>Record</strong> above makes one, as <span className="mono">sentree run</span> does; what is written here is then tried on it.
         </p>
       )}
       {past.requirements.length === 0 && <p className="muted">No requirement can be read.</p>}

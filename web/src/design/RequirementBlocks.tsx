@@ -1,9 +1,9 @@
 import "../styles/settings.css";
 
-import { useId } from "react";
+import { useEffect, useId, useState } from "react";
 
 import type { Sentence } from "../protocol/types";
-import { gesture, go_to, obstacle, useDesign, type Doc } from "./design";
+import { edit_text, gesture, go_to, obstacle, useDesign, type Doc } from "./design";
 import { Definitions } from "./Definitions";
 import { useTyped } from "./use_typed";
 
@@ -43,6 +43,10 @@ const kUnits = ["ms", "s", "min", "h", "us", "ns", "ticks", "events"];
 /** The requirements of a file as blocks beside their text; each edits the other. */
 export function RequirementBlocks({ doc, requirements }: { doc: Doc; requirements: readonly Sentence[] }) {
   const why_dim = useDesign(obstacle);
+  const [added, set_added] = useState<string | null>(null);
+  useEffect(() => {
+    if (added !== null) document.querySelector(`[data-requirement="${added}"]`)?.scrollIntoView({ block: "nearest" });
+  }, [added, requirements]);
   return (
     <div className={`requirement-blocks scroll${why_dim ? " dim" : ""}`} tabIndex={0} role="group" aria-label={`Requirements of ${doc.file}`} data-testid="requirement-blocks">
       <fieldset disabled={why_dim !== null}>
@@ -50,8 +54,31 @@ export function RequirementBlocks({ doc, requirements }: { doc: Doc; requirement
         {requirements.map((sentence) => (
           <SentenceBlocks key={sentence.name} sentence={sentence} />
         ))}
+        <AddRequirement doc={doc} requirements={requirements} done={set_added} />
       </fieldset>
-      {requirements.length === 0 && <p className="empty">No requirement is written here yet.</p>}
+    </div>
+  );
+}
+
+/** Another one at the end of the text. What it demands is `true` until its blocks say more. */
+function AddRequirement({ doc, requirements, done }: { doc: Doc; requirements: readonly Sentence[]; done(name: string): void }) {
+  const [name, set_name] = useState("");
+  const fine = /^[A-Za-z_]\w*$/.test(name) && !requirements.some((one) => one.name === name);
+  const add = () => {
+    const text = doc.places.shown;
+    const end = text.length;
+    if (!fine) return;
+    void edit_text(doc.file, text, [{ from: end, to: end, text: `${text === "" || text.endsWith("\n") ? "" : "\n"}\n${name}:\n  always true.\n` }], `add ${name}`).then(() => {
+        done(name);
+        set_name("");
+      });
+  };
+  return (
+    <div className="settings-row add">
+      <input className="field" aria-label="Name of a new requirement" placeholder="new requirement" spellCheck={false} value={name} onChange={(event) => set_name(event.target.value)} onKeyDown={(event) => event.key === "Enter" && add()} />
+      <button type="button" className="button small" disabled={!fine} onClick={add}>
+        Add a requirement
+      </button>
     </div>
   );
 }

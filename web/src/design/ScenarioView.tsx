@@ -8,7 +8,7 @@ import { follow_pointer } from "../picture/drag";
 import { wheel_factor } from "../picture/viewport";
 import { useStudio } from "../store/store";
 import { seek } from "../store/time_travel";
-import { doc_of, findings_of, gesture, go_to, kNoFiles, obstacle, useDesign, type Doc } from "./design";
+import { choose_scenario, doc_of, findings_of, gesture, go_to, kNoFiles, obstacle, useDesign, type Doc } from "./design";
 import { EntryRows } from "./EntryRows";
 import { kKindHints, kKinds, names_of, new_injection, scenario_of, useScenario, type Injection, type InjectionKind, type ScenarioText } from "./scenario";
 import { ChoiceField, set_value, ValueField } from "./settings";
@@ -270,6 +270,7 @@ export function ScenarioForm() {
       ) : (
         <p className="muted">Choose an entry of the timeline to say more of it. ↑ ↓ choose, ← → move it by 0.1 s (Shift 1 s, Alt 1 ms), Del deletes it.</p>
       )}
+      <RunIt file={doc?.file ?? ""} />
       <h3 className="inspector-part">The scenario</h3>
       <ValueField label="description" path={["description"]} written={of("description")} is_text />
       <ValueField label="duration" path={["duration"]} written={of("duration")} hint="2 min" />
@@ -278,6 +279,22 @@ export function ScenarioForm() {
       <ChoiceField label="stop_when_violated" path={["stop_when_violated"]} written={of("stop_when_violated")} options={["true", "false"]} hint="false" />
       <Overrides root={scenario.root} text={text} />
     </form>
+  );
+}
+
+/** While another scenario runs below, its moments are not those of this one. */
+function RunIt({ file }: { file: string }) {
+  const name = /^scenarios\/(.*)\.yaml$/.exec(file)?.[1] ?? "";
+  const runs = useDesign((state) => state.summary?.scenario ?? "");
+  const offered = useDesign((state) => state.summary?.scenarios.includes(name) ?? false);
+  if (!offered || runs === name) return null;
+  return (
+    <p className="inspector-actions muted">
+      Below runs {runs === "" ? "the mission alone" : runs}.{" "}
+      <button type="button" className="button small primary" data-testid="run-scenario" onClick={() => void choose_scenario(name)}>
+        Run this scenario
+      </button>
+    </p>
   );
 }
 

@@ -2,6 +2,7 @@ import { clock_text } from "../draw/format";
 import { useStudio } from "../store/store";
 import { seek } from "../store/time_travel";
 import { Icon } from "../widgets/Icon";
+import { useWindow } from "../widgets/layout";
 import { choose_scenario, fix, open_file, useDesign, kNoFindings, kNoNames } from "./design";
 import { show_recording, useMode } from "./mode";
 
@@ -21,14 +22,14 @@ export function ShadowStrip() {
     if (errors > 0 && checked && !shadow.current) return shadow.ready ? "Shows the run before the errors" : "Runs when the errors are mended";
     if (shadow.problem) return shadow.problem;
     if (!shadow.current) return "Runs again …";
-    if (!shadow.differences) return "Runs as it is saved";
-    if (!first) return "As with what is saved";
+    if (!shadow.differences) return "As it is saved";
+    if (!first) return "The same as with what is saved";
     return null;
   };
   const text = said();
   return (
     <div className="shadow-strip" data-testid="shadow" data-current={shadow?.current ?? false}>
-      <label>
+      <label title="Runs again after each edit, with the texts as they are, saved or not">
         Shadow run{" "}
         <select className="field" aria-label="Scenario of the shadow run" value={scenario} onChange={(event) => void choose_scenario(event.target.value)}>
           <option value="">the mission alone</option>
@@ -50,16 +51,37 @@ export function ShadowStrip() {
         </span>
       ) : (
         first && (
-          <button className="difference ellipsis" data-testid="difference" title="Go to the moment" onClick={() => seek(first.time)}>
+          <button className="difference" data-testid="difference" title="Go to the moment" onClick={() => seek(first.time)}>
             <Icon name="follow" />
-            <strong>First difference {(first.time / 1e9).toFixed(1)} s</strong> {first.who}: {first.after} <span className="muted">instead of {first.before}</span>
+            <span className="ellipsis">
+              <strong>First difference {(first.time / 1e9).toFixed(1)} s</strong> {first.who}: {first.after} <span className="muted">instead of {first.before}</span>
+            </span>
             {shadow!.differences!.length > 1 && <span className="badge">+{shadow!.differences!.length - 1}</span>}
           </button>
         )
       )}
       <span className="header-space" />
       <Verdicts />
+      <TimelineSwitch />
     </div>
+  );
+}
+
+/** In a low window the timeline is there when somebody asks for it. */
+export function useTimeline(): boolean {
+  const ready = useDesign((state) => state.summary?.shadow.ready ?? false);
+  const wanted = useDesign(({ timeline }) => timeline);
+  const { height } = useWindow();
+  return ready && (wanted ?? height >= kWithTimeline_px);
+}
+const kWithTimeline_px = 740;
+
+function TimelineSwitch() {
+  const shown = useTimeline();
+  return (
+    <button className="button small" aria-pressed={shown} title="The shadow run over time" data-testid="timeline-switch" onClick={() => useDesign.setState({ timeline: !shown })}>
+      Timeline
+    </button>
   );
 }
 

@@ -11,61 +11,18 @@ import type { Point, Rect } from "../protocol/types";
 import { useStudio } from "../store/store";
 import { useTheme } from "../widgets/theme";
 import { edit_text, findings_of, go_to, useDesign, type Doc } from "./design";
-import { angle_of, angle_text, entry, metres_text, number_of, yaml_values, type YamlValue } from "./yaml_places";
+import { places_of, type Spot } from "./world_places";
+import { angle_of, angle_text, metres_text, number_of, type YamlValue } from "./yaml_places";
 
 /** Of the picture, per metre. */
 const kMetre = 60;
 const kHeading_m = 0.55;
+/** From a ring to what it is held by, which is not to lie on its middle. */
+const kRingHandle_m = 0.3;
 const kDragFrom_px = 3;
 
-/** A pair of numbers of the text that is a place of the map. */
-interface Spot {
-  id: string;
-  name: string;
-  kind: "location" | "corner" | "door";
-  x: YamlValue;
-  y: YamlValue;
-  heading: YamlValue | null;
-}
-interface Shape {
-  name: string;
-  kind: "area" | "door";
-  spots: Spot[];
-}
-
-const point_of = (list: YamlValue | undefined | null): [YamlValue, YamlValue] | null => {
-  const [x, y] = list?.items ?? [];
-  return x && y && number_of(x) !== null && number_of(y) !== null ? [x, y] : null;
-};
-
-function read(text: string): { spots: Spot[]; shapes: Shape[]; stations: { name: string; at: string; tolerance: number }[] } {
-  const root = yaml_values(text);
-  const spots: Spot[] = [];
-  const shapes: Shape[] = [];
-  for (const [name, value] of entry(root, "locations")?.entries ?? []) {
-    const point = point_of(value);
-    if (point) spots.push({ id: `location ${name}`, name, kind: "location", x: point[0], y: point[1], heading: angle_of(value.items[2]) === null ? null : value.items[2]! });
-  }
-  for (const [name, value] of entry(root, "areas")?.entries ?? []) {
-    const corners = (entry(value, "corners")?.items ?? []).flatMap((corner, i): Spot[] => {
-      const point = point_of(corner);
-      return point ? [{ id: `area ${name} ${i + 1}`, name: `${name}, corner ${i + 1}`, kind: "corner", x: point[0], y: point[1], heading: null }] : [];
-    });
-    if (corners.length > 1) shapes.push({ name, kind: "area", spots: corners });
-  }
-  for (const [name, value] of entry(root, "doors")?.entries ?? []) {
-    const ends = ["from", "to"].flatMap((end): Spot[] => {
-      const point = point_of(entry(value, end));
-      return point ? [{ id: `door ${name} ${end}`, name: `${name}, ${end}`, kind: "door", x: point[0], y: point[1], heading: null }] : [];
-    });
-    if (ends.length === 2) shapes.push({ name, kind: "door", spots: ends });
-  }
-  const stations = (entry(root, "stations")?.entries ?? []).flatMap(([name, value]) => {
-    const tolerance = number_of(entry(value, "linear_tolerance") ?? undefined);
-    return tolerance === null ? [] : [{ name, at: entry(value, "pose")?.text ?? "", tolerance }];
-  });
-  return { spots, shapes, stations };
-}
+/** Where a spot is in the text. */
+const still = (spot: Spot, heading: boolean): Drag => ({ id: spot.id, heading, x: number_of(spot.x)!, y: number_of(spot.y)!, angle: angle_of(spot.heading ?? undefined) ?? 0, radius: number_of(spot.radius) ?? 0 });
 
 interface Drag {
   id: string;
@@ -73,6 +30,7 @@ interface Drag {
   x: number;
   y: number;
   angle: number;
+  radius: number;
 }
 
 /** The places of a world on its floor plan: what one drags is written where it stands in the text. */
@@ -87,10 +45,10 @@ export default function WorldView({ doc }: { doc: Doc }) {
   const [drag, set_drag] = useState<Drag | null>(null);
   const [chosen, set_chosen] = useState<string | null>(null);
   // A text that is broken for the moment keeps its last picture.
-  const found = useMemo(() => read(text), [text]);
+  const found = useMemo(() => places_of(text), [text]);
   const kept = useRef(found);
   if (found.spots.length > 0 || found.shapes.length > 0) kept.current = found;
-  const { spots, shapes, stations } = kept.current;
+  const { spots, shapes, obstacles, rings } = kept.current;
 
   useEffect(() => {
     if (!map) return;
@@ -103,7 +61,7 @@ export default function WorldView({ doc }: { doc: Doc }) {
   }, [map, boot]);
   const plan = useMemo(() => (map && cells && cells.length === map.width * map.height ? plan_image(map, cells, theme) : null), [map, cells, theme]);
 
-  const all = useMemo(() => [...spots, ...shapes.flatMap((shape) => shape.spots)], [spots, shapes]);
+  const all = useMemo(() => [...spots, ...shapes.flatMap((shape) => shape.spots), ...obstacles.flatMap(({ spot, ring }) => (ring ? [spot, ring] : [spot])), ...rings], [spots, shapes, obstacles, rings]);
   const box: Rect = useMemo(() => {
     const xs = all.map(({ x }) => number_of(x)!);
     const ys = all.map(({ y }) => number_of(y)!);
@@ -158,7 +116,7 @@ export default function WorldView({ doc }: { doc: Doc }) {
     set_chosen(spot.id);
     go_to(doc_byte(spot.x.from));
     svg.current?.focus({ preventScroll: true });
-    const origin: Drag = { id: spot.id, heading, x: number_of(spot.x)!, y: number_of(spot.y)!, angle: angle_of(spot.heading ?? undefined) ?? 0 };
+    const origin = still(spot, heading);
     const at = (moved: { clientX: number; clientY: number }): Point => {
       const frame = svg.current!.getBoundingClientRect();
       const [x, y] = to_picture(view.view, [moved.clientX - frame.left, moved.clientY - frame.top]);
@@ -171,7 +129,11 @@ export default function WorldView({ doc }: { doc: Doc }) {
       const grid = moved.altKey ? 0.01 : 0.05;
       const snap = (value: number, step: number) => Math.round(value / step) * step;
       const turn = (moved.altKey ? 1 : 5) * (Math.PI / 180);
-      const next = heading ? { ...origin, angle: snap(Math.atan2(y - origin.y, x - origin.x), turn) } : { ...origin, x: snap(origin.x + x - from[0], grid), y: snap(origin.y + y - from[1], grid) };
+      const next = heading
+        ? { ...origin, angle: snap(Math.atan2(y - origin.y, x - origin.x), turn) }
+        : spot.radius
+          ? { ...origin, radius: Math.max(snap(Math.hypot(x - origin.x, y - origin.y) - kRingHandle_m, grid), grid) }
+          : { ...origin, x: snap(origin.x + x - from[0], grid), y: snap(origin.y + y - from[1], grid) };
       latest.current = next;
       set_drag(next);
     };
@@ -187,23 +149,26 @@ export default function WorldView({ doc }: { doc: Doc }) {
   press.current = begin;
   const doc_byte = (at: number) => useDesign.getState().docs[doc.file]?.places.byte(at) ?? 0;
   const write = (spot: Spot, to: Drag) => {
+    const edit = ({ from, to: end }: YamlValue, written: string) => ({ from, to: end, text: written });
     const edits = to.heading
       ? spot.heading
-        ? [{ from: spot.heading.from, to: spot.heading.to, text: angle_text(to.angle, spot.heading.text) }]
+        ? [edit(spot.heading, angle_text(to.angle, spot.heading.text))]
         : []
-      : [
-          { from: spot.x.from, to: spot.x.to, text: metres_text(to.x) },
-          { from: spot.y.from, to: spot.y.to, text: metres_text(to.y) },
-        ];
-    const changed = edits.filter((edit) => text.slice(edit.from, edit.to) !== edit.text);
-    return changed.length > 0 ? edit_text(doc.file, text, changed, `${to.heading ? "turn" : "move"} ${spot.name}`) : Promise.resolve();
+      : spot.radius
+        ? [edit(spot.radius, metres_text(to.radius))]
+        : [edit(spot.x, metres_text(to.x)), edit(spot.y, metres_text(to.y))];
+    const changed = edits.filter((one) => text.slice(one.from, one.to) !== one.text);
+    return changed.length > 0 ? edit_text(doc.file, text, changed, `${to.heading ? "turn" : spot.radius ? "change" : "move"} ${spot.name}`) : Promise.resolve();
   };
   const by_key = (event: React.KeyboardEvent) => {
     const spot = all.find(({ id }) => id === chosen);
     if (event.ctrlKey || event.metaKey) return;
     const step = event.altKey ? 0.01 : event.shiftKey ? 0.5 : 0.05;
     const [dx, dy] = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] }[event.key] ?? [0, 0];
-    if (spot && (dx !== 0 || dy !== 0)) void write(spot, { id: spot.id, heading: false, x: number_of(spot.x)! + dx!, y: number_of(spot.y)! + dy!, angle: 0 });
+    if (spot && (dx !== 0 || dy !== 0)) {
+      const from = still(spot, false);
+      void write(spot, { ...from, x: from.x + dx!, y: from.y + dy!, radius: Math.max(from.radius + dx! + dy!, step) });
+    }
     else if (event.key === "Escape") set_chosen(null);
     else if (event.altKey || !view.key(event, spot === undefined)) return;
     event.preventDefault();
@@ -213,16 +178,24 @@ export default function WorldView({ doc }: { doc: Doc }) {
   const wrong = useMemo(() => findings_of(summary, doc.file).filter(({ severity }) => severity === "error"), [summary, doc.file]);
   const line_of = (at: number) => text.slice(0, at).split("\n").length;
   const why = (spot: Spot) => wrong.filter(({ line }) => line === line_of(spot.x.from)).map(({ message }) => message).join("; ");
-  const place = (spot: Spot): Point => {
-    const dragged = drag?.id === spot.id && !drag.heading ? drag : null;
-    return [(dragged?.x ?? number_of(spot.x)!) * kMetre, -(dragged?.y ?? number_of(spot.y)!) * kMetre];
+  /** As it is now: in the text, or where it is dragged. What is around a place goes with it. */
+  const seen = (spot: Spot): Drag => {
+    const moved = drag && !drag.heading && all.find(({ id }) => id === drag.id);
+    if (!moved) return still(spot, false);
+    return moved.id === spot.id || (moved.x === spot.x && !moved.radius) ? { ...drag, radius: moved.id === spot.id ? drag.radius : still(spot, false).radius } : still(spot, false);
   };
+  const centre = (spot: Spot): Point => {
+    const { x, y } = seen(spot);
+    return [x * kMetre, -y * kMetre];
+  };
+  const reach = (spot: Spot) => seen(spot).radius * kMetre;
+  const place = (spot: Spot): Point => (spot.radius ? [centre(spot)[0] + reach(spot) + kRingHandle_m * kMetre, centre(spot)[1]] : centre(spot));
   const angle = (spot: Spot) => (drag?.id === spot.id && drag.heading ? drag.angle : (angle_of(spot.heading ?? undefined) ?? 0));
   const handle = (spot: Spot) => {
     const [x, y] = place(spot);
     const problem = why(spot);
     return (
-      <g key={spot.id} className={`world-spot ${spot.kind}${chosen === spot.id ? " chosen" : ""}${problem ? " wrong" : ""}`} data-spot={spot.id} role="img" aria-label={`${spot.name} at ${metres_text(x / kMetre)}, ${metres_text(-y / kMetre)}${problem ? `: ${problem}` : ""}`}>
+      <g key={spot.id} className={`world-spot ${spot.kind}${chosen === spot.id ? " chosen" : ""}${problem ? " wrong" : ""}`} data-spot={spot.id} role="img" aria-label={`${spot.name}${spot.radius ? `: ${metres_text(seen(spot).radius)}` : ` at ${metres_text(x / kMetre)}, ${metres_text(-y / kMetre)}`}${problem ? `: ${problem}` : ""}`}>
         <title>{problem ? `${spot.name}: ${problem}` : `${spot.name}: drag, or the arrow keys`}</title>
         <circle cx={x} cy={y} r={spot.kind === "location" ? 10 : 7} />
       </g>
@@ -246,12 +219,22 @@ export default function WorldView({ doc }: { doc: Doc }) {
               </g>
             );
           })}
-          {stations.map(({ name, at, tolerance }) => {
-            const spot = spots.find((one) => one.name === at);
-            const [x, y] = spot ? place(spot) : [NaN, NaN];
-            return spot && <circle key={name} className="world-tolerance" cx={x} cy={y} r={tolerance * kMetre} />;
+          {rings.map((ring) => (
+            <circle key={ring.id} className="world-tolerance" cx={centre(ring)[0]} cy={centre(ring)[1]} r={reach(ring)} />
+          ))}
+          {obstacles.map(({ spot, ring, size }) => {
+            const [x, y] = centre(spot);
+            return (
+              <g key={spot.id} className="world-obstacle">
+                {size && <rect x={x - (size[0] * kMetre) / 2} y={y - (size[1] * kMetre) / 2} width={size[0] * kMetre} height={size[1] * kMetre} transform={`rotate(${(-angle(spot) * 180) / Math.PI} ${x} ${y})`} />}
+                {ring && <circle cx={x} cy={y} r={reach(ring)} />}
+                <text x={x} y={y} dy="1.7em" textAnchor="middle">
+                  {spot.name}
+                </text>
+              </g>
+            );
           })}
-          {shapes.flatMap((shape) => shape.spots.map(handle))}
+          {[...shapes.flatMap((shape) => shape.spots), ...obstacles.flatMap(({ spot, ring }) => (ring ? [ring, spot] : [spot])), ...rings].map(handle)}
           {spots.map((spot) => {
             const [x, y] = place(spot);
             const turn = angle(spot);
@@ -276,7 +259,7 @@ export default function WorldView({ doc }: { doc: Doc }) {
       <Minimap view={view} box={box} rects={spots.map((spot) => ({ x: place(spot)[0] - 8, y: place(spot)[1] - 8, width: 16, height: 16 }))} />
       {drag && dragged && (
         <p className="world-readout mono" role="status">
-          {dragged.name}: {drag.heading ? angle_text(drag.angle, "0 deg") : `${metres_text(drag.x)} m, ${metres_text(drag.y)} m`}
+          {dragged.name}: {drag.heading ? angle_text(drag.angle, "0 deg") : dragged.radius ? `${metres_text(drag.radius)} m` : `${metres_text(drag.x)} m, ${metres_text(drag.y)} m`}
         </p>
       )}
     </>

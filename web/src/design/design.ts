@@ -44,6 +44,8 @@ export interface DesignState {
   refused: string | null;
   /** What is open below the texts. */
   below: "problems" | "reached" | null;
+  /** Whether the shadow run's timeline is shown; null: where there is room. */
+  timeline: boolean | null;
   /** What the project's texts are compared with, while they are. */
   comparing: string | null;
 }
@@ -68,6 +70,7 @@ export const useDesign = create<DesignState>()(() => ({
   past: {},
   refused: null,
   below: null,
+  timeline: null,
   comparing: null,
 }));
 
@@ -196,7 +199,8 @@ const text_of = (error: unknown) => (error instanceof Error ? error.message : St
 
 /** Begins to follow the project, and opens what it is about. */
 export async function start_design(): Promise<() => void> {
-  const stop = on_design(receive);
+  // A listener of its own: another view may begin before the one before it has ended.
+  const stop = on_design((message) => receive(message));
   const summary = await request("design", {});
   useDesign.setState({ summary });
   take_runs(summary.runs);

@@ -1,4 +1,4 @@
-/** A definition of a file of requirements: `let level [%] = reply(…)`. */
+/** A definition of a file of requirements: `let level [%] = reply(…)`, `event asked = request(…)`. */
 export interface Definition {
   name: string;
   /** Name, parameters and unit as they are written. */
@@ -14,7 +14,7 @@ export interface Definition {
 /** The definitions of a text; one goes on over lines that are indented deeper, and ends before a comment. */
 export function definitions_of(text: string): Definition[] {
   const found: Definition[] = [];
-  for (const one of text.matchAll(/^([ \t]*)let[ \t]+([\w.]+)((?:[ \t]*\([^)\n]*\))?(?:[ \t]*\[[^\]\n]*\])?)[ \t]*=[ \t]*/gm)) {
+  for (const one of text.matchAll(/^([ \t]*)(let|event)[ \t]+([\w.]+)((?:[ \t]*\([^)\n]*\))?(?:[ \t]*\[[^\]\n]*\])?)[ \t]*=[ \t]*/gm)) {
     const from = one.index + one[0].length;
     const indent = one[1]!.length;
     let to = from;
@@ -26,7 +26,7 @@ export function definitions_of(text: string): Definition[] {
       if (said.length < end - line || !/\S/.test(next) || (/^[ \t]*/.exec(next)?.[0].length ?? 0) <= indent) break;
       line = end + 1;
     }
-    if (to > from) found.push({ name: one[2]!, head: `${one[2]}${one[3]}`.replace(/[ \t]+/g, " ").trim(), expression: text.slice(from, to).replace(/\s+/g, " "), at: one.index + indent, from, to });
+    if (to > from) found.push({ name: one[3]!, head: `${one[2] === "event" ? "event " : ""}${one[3]}${one[4]}`.replace(/[ \t]+/g, " ").trim(), expression: text.slice(from, to).replace(/\s+/g, " "), at: one.index + indent, from, to });
   }
   return found;
 }

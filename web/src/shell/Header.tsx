@@ -19,11 +19,13 @@ const kMissionIcon: Record<string, IconName> = { RUNNING: "play", SUCCESS: "chec
 function Mission() {
   const status = useStudio((studio) => studio.state?.run.mission ?? "");
   const reason = useStudio((studio) => studio.state?.run.reason ?? "");
+  // Ended from outside: by its time limit, or by a person.
+  const cut = useStudio(({ state }) => state?.run.state === "ended" && state.live) && status === "RUNNING";
   if (!status) return null;
   return (
-    <span className={`badge mission-badge ${kMissionClass[status] ?? ""}`} data-testid="mission-status" title={reason || "Status of the mission"}>
-      <Icon name={kMissionIcon[status] ?? "minus"} />
-      {status}
+    <span className={`badge mission-badge ${cut ? "" : (kMissionClass[status] ?? "")}`} data-testid="mission-status" title={cut ? "The run ended before the mission did" : reason || "Status of the mission"}>
+      <Icon name={cut ? "minus" : (kMissionIcon[status] ?? "minus")} />
+      {cut ? "still RUNNING" : status}
       {reason && <span className="reason ellipsis">{reason}</span>}
     </span>
   );

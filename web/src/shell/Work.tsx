@@ -58,7 +58,8 @@ function Stage() {
   const picture = useStudio((studio) => studio.index?.model.tree.layout.size);
   const has_world = useStudio((studio) => (studio.index?.model.world ?? null) !== null);
   const has_charts = useStudio((studio) => (studio.index?.model.charts.length ?? 0) > 0);
-  const live = useStudio((studio) => studio.hello?.mode === "live");
+  // The run beside a project that is edited is not steered.
+  const live = useStudio(({ hello }) => hello?.mode === "live" && (hello.steerable || !hello.design));
   useEffect(() => {
     const element = place.current;
     if (!element) return;

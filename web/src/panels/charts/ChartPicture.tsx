@@ -33,7 +33,7 @@ export function ChartPicture({ chart, handle }: { chart: ChartModel; handle: Ref
     limits: { min: 0.05, max: 4 },
     margin: 4,
     fit_max: 1.1,
-    readable: { from: 0.5, scale: 0.72 },
+    readable: { from: 0.85, scale: 0.85 },
     focus: () => active_box(chart, shown),
   });
   const composite = useMemo(() => composites(chart.layout), [chart]);
@@ -78,12 +78,15 @@ export function ChartPicture({ chart, handle }: { chart: ChartModel; handle: Ref
   );
 }
 
-/** Around the active states that hold no others, as far as they are shown; null: none is active. */
-function active_box(chart: ChartModel, { layout, states }: ChartFold): Rect | null {
-  const active = useStudio.getState().state?.charts[chart.id]?.active ?? [];
-  const drawn = layout.states.filter((_, i) => active.includes(states[i]!));
+/** Around the active states that hold no others, as far as they are shown; of a chart that is not at work around where it was last, or begins. */
+function active_box(chart: ChartModel, { layout, states, transitions }: ChartFold): Rect | null {
+  const now = useStudio.getState().state?.charts[chart.id];
+  const drawn = layout.states.filter((_, i) => now?.active.includes(states[i]!));
   const rects = drawn.filter((rect) => !drawn.some(({ parent }) => layout.states[parent] === rect));
-  if (rects.length === 0) return null;
+  if (rects.length === 0) {
+    const last = layout.edges.find(({ transition }) => transitions[transition] === now?.last);
+    return layout.states[last?.target ?? -1] ?? layout.states.find(({ kind }) => kind === "initial") ?? null;
+  }
   const [x, y] = [Math.min(...rects.map((r) => r.x)), Math.min(...rects.map((r) => r.y))];
   const right = Math.max(...rects.map((r) => r.x + r.width));
   return { x, y, width: right - x, height: Math.max(...rects.map((r) => r.y + r.height)) - y };

@@ -9,10 +9,6 @@ export function PartsTab() {
   // A part in a thread has no process whose absence would say so.
   const killed = useSteering((steering) => steering.killed);
   if (!parts || parts.length === 0) return <p className="muted">Nothing of this run can be killed.</p>;
-  const act = async (op: "kill" | "restart", part: string) => {
-    if ((await steer(op, { part })) === null) return;
-    useSteering.setState((before) => ({ killed: op === "kill" ? new Set([...before.killed, part]) : new Set([...before.killed].filter((other) => other !== part)) }));
-  };
   return (
     <table className="parts">
       <thead>
@@ -37,10 +33,10 @@ export function PartsTab() {
                 <span className={`badge ${dead ? "failure" : ""}`}>{dead ? (process ? "✗ not running" : "✗ killed") : process ? `process ${found?.pid ?? ""}` : "thread"}</span>
               </td>
               <td className="actions">
-                <button type="button" className="button small" disabled={dead} onClick={() => void act("kill", name)} aria-label={`Kill ${name}`}>
+                <button type="button" className="button small" disabled={dead} onClick={() => void steer("kill", { part: name })} aria-label={`Kill ${name}`}>
                   Kill
                 </button>
-                <button type="button" className="button small" onClick={() => void act("restart", name)} aria-label={`Restart ${name}`}>
+                <button type="button" className="button small" onClick={() => void steer("restart", { part: name })} aria-label={`Restart ${name}`}>
                   Restart
                 </button>
               </td>

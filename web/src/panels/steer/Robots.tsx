@@ -3,7 +3,7 @@ import { useEffect, useRef, useState } from "react";
 import { useStudio, type Studio } from "../../store/store";
 import { call_service } from "./call";
 import { plug_of } from "./plug";
-import { test_control } from "./steering";
+import { test_control, useWhyNot } from "./steering";
 
 /** What the simulated robots can be made to do. */
 export function Robots() {
@@ -15,6 +15,7 @@ function Robot({ name, alone }: { name: string; alone: boolean }) {
   const control = useStudio((studio) => test_control(studio.index?.model.services ?? [], studio.index?.model.world?.robots ?? [], name));
   const battery = useStudio((studio) => studio.state?.robots[name]?.battery ?? null);
   const navigation = useStudio((studio) => studio.state?.robots[name]?.navigation ?? "");
+  const frozen = useWhyNot() !== null;
   if (!battery) return null;
   const charge = battery.percentage * 100;
   const electric = [battery.voltage === null ? "" : `${battery.voltage.toFixed(1)} V`, `${battery.current.toFixed(2)} A`, navigation].filter(Boolean).join(" · ");
@@ -23,7 +24,7 @@ function Robot({ name, alone }: { name: string; alone: boolean }) {
       <h3 title={electric}>{alone ? "Battery" : name}</h3>
       <Charge name={name} charge={charge} disabled={control === null} set={(percent) => void call_service(control!, "setBatteryCharge", { percent })} />
       <span className={`badge ${charge < 20 ? "failure" : charge < 30 ? "halting" : ""}`}>{charge < 20 ? "very low" : charge < 30 ? "low" : battery.charging ? "charging" : "in use"}</span>
-      <Plug name={name} control={control} />
+      {!frozen && <Plug name={name} control={control} />}
     </section>
   );
 }

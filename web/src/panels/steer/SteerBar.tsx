@@ -11,7 +11,7 @@ import { PartsTab } from "./PartsTab";
 import { Robots } from "./Robots";
 import { SaveTab } from "./SaveTab";
 import { StandingList } from "./StandingList";
-import { refresh_standing, useSteering, useWhyNot } from "./steering";
+import { refresh_standing, take_back, useSteering, useWhyNot } from "./steering";
 
 const kDrawers = [
   { id: "faults", title: "Faults", Content: FaultsTab },
@@ -26,13 +26,14 @@ export function SteerBar() {
   const open = useDrawers((drawers) => drawers.steer);
   const why_not = useWhyNot();
   const standing = useSteering((steering) => steering.standing.length);
+  const undo = useSteering((steering) => steering.undo.at(-1)?.said ?? null);
   const stopped_at = useStudio((studio) => studio.state?.run.stopped_at?.what ?? null);
   const boot = useStudio((studio) => studio.hello?.boot);
   const toggle = (id: string) => useDrawers.setState({ steer: open === id ? null : id });
 
   // Another page may have set or cleared something while this one was away.
   useEffect(() => void refresh_standing(), [boot, why_not, stopped_at]);
-  useCommand(...kDrawers.map(({ id, title }) => ({ id: `steer.${id}`, title: `Steer: ${title}`, group: "Steer", run: () => toggle(id) })));
+  useCommand({ id: "steer.undo", title: "Take back what was done by hand last", group: "Steer", keys: ["Ctrl+Z"], run: () => void take_back() }, ...kDrawers.map(({ id, title }) => ({ id: `steer.${id}`, title: `Steer: ${title}`, group: "Steer", run: () => toggle(id) })));
 
   const drawer = kDrawers.find(({ id }) => id === open);
   return (
@@ -64,6 +65,11 @@ export function SteerBar() {
         <legend className="hidden-text">Robots</legend>
         <Robots />
       </fieldset>
+      {undo !== null && why_not === null && (
+        <button type="button" className="button small" title={`Take back: ${undo} (Ctrl+Z). What has come of it meanwhile stays`} data-testid="steer-undo" onClick={() => void take_back()}>
+          Undo
+        </button>
+      )}
       <div className="steer-tabs" role="tablist" aria-label="Ways to steer" onKeyDown={walk}>
         {kDrawers.map(({ id, title }, i) => (
           <button

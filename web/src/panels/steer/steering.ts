@@ -1,7 +1,8 @@
 import { create } from "zustand";
 
 import type { Data, Operation, Operations, TreeNode } from "../../protocol/types";
-import { ask, request, useStudio, type Studio } from "../../store/store";
+import { ask, note, request, useStudio, type Studio } from "../../store/store";
+import { code_of, id_of, opposite, type Step, type Undo } from "./by_hand";
 
 /** Why the run cannot be steered from this page now; null: it can. */
 export function why_not(studio: Pick<Studio, "phase" | "hello" | "state">): string | null {
@@ -36,10 +37,18 @@ export const useSteering = create<{
   standing: readonly Standing[];
   /** Parts that this page killed and did not restart. */
   killed: ReadonlySet<string>;
-}>()(() => ({ standing: [], killed: new Set() }));
+  /** What takes back what this page did, the newest last. */
+  undo: readonly Undo[];
+}>()(() => ({ standing: [], killed: new Set(), undo: [] }));
+/** By id: how this page made something stand. */
+const made = new Map<number, Step>();
+/** Older ones are forgotten. */
+const kUndoMax = 100;
 useStudio.subscribe((studio, before) => {
+  if (studio.hello?.boot === before.hello?.boot) return;
   // Another run has parts of its own.
-  if (studio.hello?.boot !== before.hello?.boot) useSteering.setState({ killed: new Set() });
+  useSteering.setState({ killed: new Set(), undo: [] });
+  made.clear();
 });
 
 /** What the program says of standing interventions, brought into one shape. */
@@ -92,11 +101,44 @@ export async function refresh_standing(): Promise<void> {
   }
 }
 
-/** As `ask`, and brings the list of standing interventions up to date. */
+/** As `ask`; keeps what takes it back, and brings the list of standing interventions up to date. */
 export async function steer<Op extends Operation>(op: Op, args: Operations[Op][0]): Promise<Operations[Op][1] | null> {
-  const answer = await ask(op, args);
+  const done = await carry_out({ op, args });
+  const back = done?.back;
+  if (back) useSteering.setState(({ undo }) => ({ undo: [...undo, back].slice(-kUndoMax) }));
+  return (done?.answer ?? null) as Operations[Op][1] | null;
+}
+
+/** Takes back what this page did last; what has come of it meanwhile stays. */
+export async function take_back(): Promise<void> {
+  const last = useSteering.getState().undo.at(-1);
+  const reason = why_not(useStudio.getState());
+  if (reason !== null || !last) return note("info", `${reason ?? "Nothing that this page did can be taken back"}.`);
+  useSteering.setState(({ undo }) => ({ undo: undo.filter((step) => step !== last) }));
+  const done = await carry_out(last);
+  if (done === null) return;
+  if (done.refused === null) note("info", `taken back: ${last.said}`);
+  else note("error", `${last.said}: cannot be taken back, ${done.refused}`);
+}
+
+/** Null: the program refused it, which is shown. `refused`: a service answered with another code than OK. */
+async function carry_out(step: Step): Promise<{ answer: unknown; refused: string | null; back: Undo | null } | null> {
+  const { index, state } = useStudio.getState();
+  const called = step.op === "call" ? (step.args as Operations["call"][0]).service : null;
+  const service = called?.endsWith("simulation") ? index?.model.services.find(({ name }) => name === called) : undefined;
+  const robot = service ? (service.robot ?? index?.model.world?.robots[0]?.name ?? null) : null;
+  const answer: unknown = await ask(step.op, step.args);
+  if (answer === null) return null;
+  const code = called === null ? null : code_of((answer as Operations["call"][1]).result);
+  const refused = code === null || code === "OK" ? null : code.toLowerCase().replaceAll("_", " ");
+  const id = id_of(answer);
+  if (id !== null) made.set(id, step);
+  if (step.op === "kill" || step.op === "restart") {
+    const { part } = step.args as Operations["kill"][0];
+    useSteering.setState(({ killed }) => ({ killed: new Set(step.op === "kill" ? [...killed, part] : [...killed].filter((other) => other !== part)) }));
+  }
   await refresh_standing();
-  return answer;
+  return { answer, refused, back: state && refused === null ? opposite(step, answer, state, robot, made) : null };
 }
 
 /** The test control of a robot of the simulated world; null: there is none. */
