@@ -98,7 +98,7 @@ void FilterUpdate(benchmark::State& state) {
   const LikelihoodField field(setup().map, setup().distance, spec.reading);
   for (auto _ : state) {
     // To and fro, so that the particles stay where the scan was taken.
-    update_particles({setup().map, field, spec, laser}, localization, {}, scan);
+    update_particles({setup().map, field, spec, laser}, localization, {}, WholeScan(scan));
   }
   state.counters["per_particle"] = benchmark::Counter(
       static_cast<double>(state.range(0)), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);

@@ -206,7 +206,7 @@ Runner::Executed Runner::execute(const Draw& draw, const Coverage* things) {
   double lowest = 1.0;
   double last = 1.0;
   const auto look = [&] {
-    sim->inspect([&](const sim::State& state) { last = least(state); });
+    sim->glance([&](const sim::State& state) { last = least(state); });
     lowest = std::min(lowest, last);
   };
   options.on_begin = [&](runtime::RunInside& inside) { sim = inside.sim(); };

@@ -66,17 +66,23 @@ void SimHost::keep_up(Patience patience, std::function<void(Duration)> told) {
 void SimHost::advance() {
   const sim::RememberScans remembers(scans_of(world_));
   const TimePoint now = clock_.now();
-  if (!keeps_up_) return sim::advance(*world_, state_, now);
+  if (!keeps_up_) return sim::advance_uncast(*world_, state_, now);
   const auto until = std::chrono::steady_clock::now() + patience_.work;
   while (advanced_to_ < now) {
     advanced_to_ = std::min(add_saturating(advanced_to_, kSlice), now);
-    sim::advance(*world_, state_, advanced_to_);
+    sim::advance_uncast(*world_, state_, advanced_to_);
     if (std::chrono::steady_clock::now() >= until) break;
   }
   if (now - advanced_to_ <= patience_.lag) return;
   behind_ += now - advanced_to_;
   sim::follow(state_, now);
   advanced_to_ = now;
+}
+
+void SimHost::advance_whole() {
+  advance();
+  const sim::RememberScans remembers(scans_of(world_));
+  sim::cast_scans(*world_, state_);
 }
 
 mission::CallOutcome SimHost::call(const std::string& interface, const std::string& method, const Value& args,
@@ -86,7 +92,7 @@ mission::CallOutcome SimHost::call(const std::string& interface, const std::stri
   const std::lock_guard lock(mutex_);
   advance();
   auto result =
-      sim::call(*world_, state_, {.service = interface, .method = method, .args = map ? *map : none, .robot = robot},
+      sim::call_uncast(*world_, state_, {.service = interface, .method = method, .args = map ? *map : none, .robot = robot},
                 keeps_up_ ? advanced_to_ : clock_.now());
   if (!result) return {.ok = false, .result = {}, .kind = "exception", .message = result.error().message};
   return {.ok = true, .result = std::move(*result), .kind = {}, .message = {}};
@@ -94,11 +100,17 @@ mission::CallOutcome SimHost::call(const std::string& interface, const std::stri
 
 sim::State SimHost::snapshot() {
   const std::lock_guard lock(mutex_);
-  advance();
+  advance_whole();
   return state_;
 }
 
 void SimHost::inspect(const std::function<void(const sim::State&)>& look) {
+  const std::lock_guard lock(mutex_);
+  advance_whole();
+  look(state_);
+}
+
+void SimHost::glance(const std::function<void(const sim::State&)>& look) {
   const std::lock_guard lock(mutex_);
   advance();
   look(state_);

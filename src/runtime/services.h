@@ -55,6 +55,8 @@ class SimHost {
   [[nodiscard]] sim::State snapshot();
   /// Shows the state, advanced to now, without a copy. `look` must not call back.
   void inspect(const std::function<void(const sim::State&)>& look);
+  /// Likewise, but the scans in it may not have been cast.
+  void glance(const std::function<void(const sim::State&)>& look);
   /// Puts another state of the same world in its place.
   void restore(sim::State state);
   [[nodiscard]] const sim::World& world() const { return *world_; }
@@ -62,6 +64,7 @@ class SimHost {
  private:
   // With the lock held.
   void advance();
+  void advance_whole();
 
   std::shared_ptr<const sim::World> world_;
   const Clock& clock_;

@@ -7,13 +7,18 @@
 
 namespace sentree::sim {
 
+bool is_roomy(const GridMap& map, const DistanceField& distance, Vec2 point, double radius_m) {
+  const Cell c = map.cell_at(point);
+  if (!map.contains(c)) return false;
+  // The centres are at most half a diagonal each from the point and from the edge of the square.
+  return std::sqrt(static_cast<double>(distance.squared_cells(c))) - std::numbers::sqrt2 >=
+         radius_m / map.resolution_m();
+}
+
 double clearance(const GridMap& map, const DistanceField& distance, Vec2 point, double enough_m) {
+  if (is_roomy(map, distance, point, enough_m)) return enough_m;
   const Cell c = map.cell_at(point);
   const double enough = enough_m / map.resolution_m();
-  // The centres are at most half a diagonal each from the point and from the edge of the square.
-  if (map.contains(c) && std::sqrt(static_cast<double>(distance.squared_cells(c))) - std::numbers::sqrt2 >= enough) {
-    return enough_m;
-  }
   const Vec2 at = map.to_grid(point);
   const int reach = static_cast<int>(std::ceil(enough));
   const int x_end = std::min(map.width(), c.x + reach + 1);

@@ -10,4 +10,8 @@ namespace sentree::sim {
 /// Cost: one look-up far from walls, else O((enough / cell size)^2).
 [[nodiscard]] double clearance(const GridMap& map, const DistanceField& distance, Vec2 point, double enough_m);
 
+/// True: no occupied cell of the map lies within `radius_m` of any point of the cell that the point is in. One look-up;
+/// false where that does not say it.
+[[nodiscard]] bool is_roomy(const GridMap& map, const DistanceField& distance, Vec2 point, double radius_m);
+
 }  // namespace sentree::sim

@@ -10,7 +10,28 @@
 
 namespace sentree::sim {
 
-namespace {}  // namespace
+namespace {
+
+// Turns the direction of a beam into that of the next.
+class BeamTurns {
+ public:
+  explicit BeamTurns(const LaserSpec& spec)
+      : cos_(std::cos(spec.angle_increment_rad)), sin_(std::sin(spec.angle_increment_rad)) {}
+  // After kBeamsMax turns it is off by less than 1e-11.
+  void turn(Vec2& direction) const {
+    direction = {cos_ * direction.x - sin_ * direction.y, sin_ * direction.x + cos_ * direction.y};
+  }
+
+ private:
+  double cos_;
+  double sin_;
+};
+
+double reported(const LaserSpec& spec, double range) {
+  return range > spec.range_max_m ? kInfinity : range < spec.range_min_m ? -kInfinity : range;
+}
+
+}  // namespace
 
 RayField::RayField(const GridMap& map) : width_(map.width()), height_(map.height()), stride_(map.width() + 2) {
   const auto stride = static_cast<std::ptrdiff_t>(stride_);
@@ -155,12 +176,7 @@ void cast_scan(const GridMap& map, const RayField& field, std::span<const Shape>
   const double range_cells = spec.range_max_m / resolution;
   const Vec2 from = map.to_grid(laser_pose.position());
   const double first = laser_pose.theta + spec.angle_min_rad;
-  const double turn_cos = std::cos(spec.angle_increment_rad);
-  const double turn_sin = std::sin(spec.angle_increment_rad);
-  // Turns a direction from beam to beam; after kBeamsMax turns it is off by less than 1e-11.
-  const auto turn = [&](Vec2& direction) {
-    direction = {turn_cos * direction.x - turn_sin * direction.y, turn_sin * direction.x + turn_cos * direction.y};
-  };
+  const BeamTurns turns(spec);
   const double first_in_grid = first - map.origin().theta;
   Vec2 direction{std::cos(first_in_grid), std::sin(first_in_grid)};
   // A block at a time, for a bounded buffer.
@@ -168,7 +184,7 @@ void cast_scan(const GridMap& map, const RayField& field, std::span<const Shape>
   std::array<Vec2, kBlock> directions;
   for (std::size_t begin = 0; begin < beams; begin += kBlock) {
     const std::size_t count = std::min(kBlock, beams - begin);
-    for (std::size_t i = 0; i < count; ++i, turn(direction)) directions[i] = direction;
+    for (std::size_t i = 0; i < count; ++i, turns.turn(direction)) directions[i] = direction;
     field.cast(from, std::span(directions).first(count), range_cells, std::span(ranges).subspan(begin, count));
   }
   for (double& range : ranges) range *= resolution;
@@ -177,27 +193,52 @@ void cast_scan(const GridMap& map, const RayField& field, std::span<const Shape>
     const Vec2 offset = shape.pose.position() - laser_pose.position();
     if (dot(offset, offset) > reach * reach) continue;
     Vec2 ray{std::cos(first), std::sin(first)};
-    for (std::size_t i = 0; i < beams; ++i, turn(ray)) {
+    for (std::size_t i = 0; i < beams; ++i, turns.turn(ray)) {
       ranges[i] = std::min(ranges[i], ray_distance(shape, laser_pose.position(), ray));
     }
   }
-  for (double& range : ranges) {
-    if (range > spec.range_max_m)
-      range = kInfinity;
-    else if (range < spec.range_min_m)
-      range = -kInfinity;
+  for (double& range : ranges) range = reported(spec, range);
+}
+
+void cast_beams(const GridMap& map, const RayField& field, const Pose2& laser_pose, const LaserSpec& spec,
+                std::span<const std::size_t> beams, std::span<double> ranges) {
+  SENTREE_ASSERT(beams.size() == ranges.size());
+  const double resolution = map.resolution_m();
+  const double first = laser_pose.theta + spec.angle_min_rad - map.origin().theta;
+  const BeamTurns turns(spec);
+  thread_local std::vector<Vec2> directions;
+  directions.clear();
+  Vec2 direction{std::cos(first), std::sin(first)};
+  std::size_t at = 0;
+  for (const std::size_t beam : beams) {
+    SENTREE_ASSERT(beam >= at);
+    for (; at < beam; ++at) turns.turn(direction);
+    directions.push_back(direction);
   }
+  field.cast(map.to_grid(laser_pose.position()), directions, spec.range_max_m / resolution, ranges);
+  for (double& range : ranges) range = reported(spec, range * resolution);
+}
+
+std::span<const Vec2> beam_directions(const LaserSpec& spec, std::size_t beams) {
+  thread_local double first = 0.0;
+  thread_local double increment = 0.0;
+  thread_local std::vector<Vec2> known;
+  if (known.size() == beams && first == spec.angle_min_rad && increment == spec.angle_increment_rad) return known;
+  first = spec.angle_min_rad;
+  increment = spec.angle_increment_rad;
+  known.resize(beams);
+  for (std::size_t i = 0; i < beams; ++i) {
+    const double angle = first + static_cast<double>(i) * increment;
+    known[i] = {std::cos(angle), std::sin(angle)};
+  }
+  return known;
 }
 
 void disturb_scan(const LaserSpec& spec, Rng& rng, std::vector<double>& ranges) {
   if (spec.noise_m <= 0.0 && spec.dropout <= 0.0) return;
   for (double& range : ranges) {
     if (spec.noise_m > 0.0 && std::isfinite(range)) {
-      range += spec.noise_m * rng.normal();
-      if (range > spec.range_max_m)
-        range = kInfinity;
-      else if (range < spec.range_min_m)
-        range = -kInfinity;
+      range = reported(spec, range + spec.noise_m * rng.normal());
     }
     if (spec.dropout > 0.0 && rng.uniform() < spec.dropout) range = kInfinity;
   }

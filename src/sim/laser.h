@@ -79,6 +79,14 @@ class RayField {
 void cast_scan(const GridMap& map, const RayField& field, std::span<const Shape> shapes, const Pose2& laser_pose,
                const LaserSpec& spec, std::vector<double>& ranges);
 
+/// The same of some beams, each bit as in the whole scan; among the map's walls only.
+void cast_beams(const GridMap& map, const RayField& field, const Pose2& laser_pose, const LaserSpec& spec,
+                std::span<const std::size_t> beams, std::span<double> ranges);
+
+/// Cosine and sine of the angle of each of `beams` beams in the laser's frame. In this thread's memory until others are
+/// asked for.
+[[nodiscard]] std::span<const Vec2> beam_directions(const LaserSpec& spec, std::size_t beams);
+
 /// Applies the spec's noise and drop-outs. Draws nothing from `rng` where both are 0.
 void disturb_scan(const LaserSpec& spec, Rng& rng, std::vector<double>& ranges);
 

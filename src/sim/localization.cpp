@@ -39,7 +39,8 @@ void reinitialize_globally(const LocalizationSpec& spec, const GridMap& map, Loc
   state.map_to_odom = frame_from(state.estimate.pose, odometry);
 }
 
-void update_localization(const LocalizationModel& model, Localization& state, const Pose2& odometry, const Scan& scan) {
+void update_localization(const LocalizationModel& model, Localization& state, const Pose2& odometry,
+                         const Sight& sight) {
   if (!state.running || model.spec.method == kExact) return;
   if (model.spec.method == LocalizationSpec::Method::kOdometry) {
     state.estimate.pose = estimated_pose(state, odometry);
@@ -48,7 +49,7 @@ void update_localization(const LocalizationModel& model, Localization& state, co
   const Pose2 motion = relative(state.updated_at, odometry);
   if (norm(motion.position()) < model.spec.update_distance_m && std::abs(motion.theta) < model.spec.update_angle_rad)
     return;
-  update_particles(model, state, motion, scan);
+  update_particles(model, state, motion, sight);
   state.updated_at = odometry;
   state.map_to_odom = frame_from(state.estimate.pose, odometry);
 }

@@ -9,6 +9,7 @@
 #include "sentree/sim/grid_map.h"
 #include "sentree/sim/laser.h"
 #include "sentree/sim/likelihood_field.h"
+#include "sentree/sim/sight.h"
 
 namespace sentree::sim {
 
@@ -97,6 +98,7 @@ struct LocalizationModel {
 
 /// Takes in a scan; does something once the robot moved far enough since the last update.
 /// Cost: O(particles · beams).
-void update_localization(const LocalizationModel& model, Localization& state, const Pose2& odometry, const Scan& scan);
+void update_localization(const LocalizationModel& model, Localization& state, const Pose2& odometry,
+                         const Sight& sight);
 
 }  // namespace sentree::sim

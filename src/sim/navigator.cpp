@@ -131,16 +131,15 @@ bool crosses_path(const NavigationModel& model, const Navigator& state, std::spa
   return false;
 }
 
-// The returns of the latest scan that the robot could reach while braking, in base_link now.
-std::vector<Vec2> returns_nearby(const NavigationModel& model, const NavigationInput& input, double reach_m) {
+// The returns of the latest scan from within `reach`, in base_link now.
+std::vector<Vec2> returns_nearby(const NavigationModel& model, const NavigationInput& input, double reach) {
   std::vector<Vec2> points;
-  const Pose2 laser_in_base = model.laser.mount;
-  const double reach = model.radius_m + kBodyMargin_m + reach_m + norm(laser_in_base.position());
-  for (std::size_t i = 0; i < input.scan.ranges.size(); ++i) {
-    const double range = input.scan.ranges[i];
+  const std::vector<double>& ranges = input.sight.ranges_within(reach);
+  const std::span<const Vec2> beams = beam_directions(model.laser, ranges.size());
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    const double range = ranges[i];
     if (!(range > 0.0 && range <= reach)) continue;
-    const double angle = model.laser.angle_min_rad + static_cast<double>(i) * model.laser.angle_increment_rad;
-    const Vec2 at_scan = transform(laser_in_base, {range * std::cos(angle), range * std::sin(angle)});
+    const Vec2 at_scan = transform(model.laser.mount, {range * beams[i].x, range * beams[i].y});
     points.push_back(inverse_transform(input.moved_since_scan, at_scan));
   }
   return points;
@@ -153,9 +152,13 @@ bool is_safe(const NavigationModel& model, const NavigationInput& input, const T
   constexpr int kStepsOfCommand = 3;
   const double speed = std::max(std::abs(command.vx), std::abs(input.twist.vx));
   if (speed == 0.0) return true;
+  // Further than it gets before it stands.
   const double reach_m = speed * 0.2 + speed * speed / model.limits.acceleration_m_s2;
-  const std::vector<Vec2> returns = returns_nearby(model, input, reach_m);
   const double needed_m = model.radius_m + kBodyMargin_m;
+  const double seen_m = needed_m + reach_m + norm(model.laser.mount.position());
+  const bool is_clear = input.sight.is_clear(seen_m);
+  if (is_clear && is_roomy(model.map, model.distance, input.pose.position(), needed_m + reach_m)) return true;
+  const std::vector<Vec2> returns = is_clear ? std::vector<Vec2>() : returns_nearby(model, input, seen_m);
   const auto room = [&](const Pose2& in_base) {
     double room_m = clearance(model.map, model.distance, transform(input.pose, in_base.position()), needed_m);
     for (const Vec2 point : returns) room_m = std::min(room_m, distance(in_base.position(), point));
@@ -375,7 +378,7 @@ Twist2 step_navigation(const NavigationModel& model, Navigator& state, const Nav
   if (input.new_scan) {
     const Pose2 base_at_scan = compose(input.pose, relative(input.moved_since_scan, {}));
     const std::vector<Cell> added = update_obstacles(model.map, model.distance, model.costs, model.laser,
-                                                     compose(base_at_scan, model.laser.mount), input.scan, state.seen);
+                                                     compose(base_at_scan, model.laser.mount), input.sight, state.seen);
     if (!state.path.empty() && crosses_path(model, state, added)) {
       think(state);
       state.retry_at = input.now;

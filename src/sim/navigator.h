@@ -9,6 +9,7 @@
 #include "sentree/sim/base.h"
 #include "sentree/sim/cost_grid.h"
 #include "sentree/sim/laser.h"
+#include "sentree/sim/sight.h"
 
 namespace sentree::sim {
 
@@ -136,7 +137,7 @@ struct NavigationInput {
   Twist2 twist;           ///< As odometry says.
   bool localized = true;  ///< The localization claims to know the pose.
   bool charging = false;  ///< The battery says so.
-  const Scan& scan;       ///< The latest.
+  const Sight& sight;     ///< The latest scan.
   bool new_scan = false;
   Pose2 moved_since_scan;           ///< base_link now in base_link at the time of the scan, by odometry.
   std::span<const Cell> announced;  ///< Occupied cells that the robot was told of beyond its map.

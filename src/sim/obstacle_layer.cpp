@@ -12,48 +12,35 @@ namespace {
 constexpr double kWallMargin_m = 0.15;
 
 // True if the beams around the cell's bearing all end well behind it.
-bool is_seen_through(const LaserSpec& laser, const Pose2& laser_pose, const Scan& scan, Vec2 centre, double margin_m) {
+bool is_seen_through(const LaserSpec& laser, const Pose2& laser_pose, std::span<const double> ranges, Vec2 centre,
+                     double margin_m) {
   const Vec2 offset = centre - laser_pose.position();
   const double range = norm(offset);
   if (range + margin_m > laser.range_max_m) return false;
   double bearing = wrap_angle(std::atan2(offset.y, offset.x) - laser_pose.theta - laser.angle_min_rad);
   if (bearing < 0.0) bearing += 2.0 * std::numbers::pi;
-  const int beams = static_cast<int>(scan.ranges.size());
+  const int beams = static_cast<int>(ranges.size());
   const int nearest = static_cast<int>(std::lround(bearing / laser.angle_increment_rad));
   const bool whole_turn = laser.angle_increment_rad * beams > 2.0 * std::numbers::pi - 1e-6;
   for (int beam = nearest - 1; beam <= nearest + 1; ++beam) {
     const int i = whole_turn ? ((beam % beams) + beams) % beams : beam;
     if (i < 0 || i >= beams) return false;
-    const double seen = scan.ranges[static_cast<std::size_t>(i)];
+    const double seen = ranges[static_cast<std::size_t>(i)];
     if (!(seen > range + margin_m)) return false;
   }
   return true;
 }
 
-// Cosine and sine of each beam's angle, which are the same scan for scan.
-std::span<const Vec2> directions(const LaserSpec& laser, std::size_t beams) {
-  thread_local double first = 0.0;
-  thread_local double increment = 0.0;
-  thread_local std::vector<Vec2> known;
-  if (known.size() == beams && first == laser.angle_min_rad && increment == laser.angle_increment_rad) return known;
-  first = laser.angle_min_rad;
-  increment = laser.angle_increment_rad;
-  known.resize(beams);
-  for (std::size_t i = 0; i < beams; ++i) {
-    const double angle = first + static_cast<double>(i) * increment;
-    known[i] = {std::cos(angle), std::sin(angle)};
-  }
-  return known;
-}
-
 }  // namespace
 
 std::vector<Cell> update_obstacles(const GridMap& map, const DistanceField& distance, const CostGrid& grid,
-                                   const LaserSpec& laser, const Pose2& laser_pose, const Scan& scan,
+                                   const LaserSpec& laser, const Pose2& laser_pose, const Sight& sight,
                                    std::vector<std::uint32_t>& seen) {
+  if (seen.empty() && sight.shows_walls_only(laser_pose, kObstacleRangeMax_m, kWallMargin_m)) return {};
+  const std::vector<double>& ranges = sight.ranges();
   const double margin_m = map.resolution_m();
   std::erase_if(seen, [&](std::uint32_t slot) {
-    return is_seen_through(laser, laser_pose, scan, map.centre(grid.cell(slot)), margin_m);
+    return is_seen_through(laser, laser_pose, ranges, map.centre(grid.cell(slot)), margin_m);
   });
 
   const double wall_cells = kWallMargin_m / map.resolution_m();
@@ -61,9 +48,9 @@ std::vector<Cell> update_obstacles(const GridMap& map, const DistanceField& dist
   std::vector<Cell> added;
   const std::size_t known = seen.size();
   const Vec2 axis{std::cos(laser_pose.theta), std::sin(laser_pose.theta)};
-  const std::span<const Vec2> beams = directions(laser, scan.ranges.size());
-  for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
-    const double range = scan.ranges[i];
+  const std::span<const Vec2> beams = beam_directions(laser, ranges.size());
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    const double range = ranges[i];
     if (!(range > 0.0 && range <= kObstacleRangeMax_m)) continue;
     const auto [c, s] = beams[i];
     const Cell cell = map.cell_at(

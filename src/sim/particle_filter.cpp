@@ -162,19 +162,22 @@ class MotionModel {
 };
 
 // Where the used beams end, for those that hit something.
-BeamEnds beam_ends(const LocalizationModel& model, const Scan& scan) {
+BeamEnds beam_ends(const LocalizationModel& model, const Sight& sight) {
   BeamEnds ends;
   const double resolution = model.map.resolution_m();
-  const std::size_t beams = scan.ranges.size();
-  const std::size_t used = std::min(beams, static_cast<std::size_t>(model.spec.beams));
-  for (std::size_t k = 0; k < used; ++k) {
-    const std::size_t i = k * beams / used;
-    const double range = scan.ranges[i];
+  const auto beams = static_cast<std::size_t>(model.laser.beams);
+  std::vector<std::size_t> used(std::min(beams, static_cast<std::size_t>(model.spec.beams)));
+  for (std::size_t k = 0; k < used.size(); ++k) used[k] = k * beams / used.size();
+  std::vector<double> ranges(used.size());
+  sight.ranges_of(used, ranges);
+  const std::span<const Vec2> directions = beam_directions(model.laser, beams);
+  for (std::size_t k = 0; k < used.size(); ++k) {
+    const double range = ranges[k];
     if (!(range > 0.0 && range < model.laser.range_max_m)) continue;
-    const double angle = model.laser.angle_min_rad + static_cast<double>(i) * model.laser.angle_increment_rad;
+    const Vec2 along = directions[used[k]];
     // A beam ends on the near edge of a cell; the field measures to cell centres.
     const double reach = range + resolution / 2;
-    const Vec2 end = transform(model.laser.mount, {reach * std::cos(angle), reach * std::sin(angle)});
+    const Vec2 end = transform(model.laser.mount, {reach * along.x, reach * along.y});
     ends.x.push_back(static_cast<float>(end.x / resolution));
     ends.y.push_back(static_cast<float>(end.y / resolution));
   }
@@ -331,13 +334,13 @@ void scatter_everywhere(const LocalizationSpec& spec, const GridMap& map, Locali
   summarize(state);
 }
 
-void update_particles(const LocalizationModel& model, Localization& state, const Pose2& motion, const Scan& scan) {
+void update_particles(const LocalizationModel& model, Localization& state, const Pose2& motion, const Sight& sight) {
   if (state.particles.empty()) return;
   const LocalizationSpec& spec = model.spec;
   const MotionModel motion_model(spec, motion);
   for (Particle& p : state.particles) p.pose = motion_model.sample(p.pose, state.rng);
 
-  const BeamEnds ends = beam_ends(model, scan);
+  const BeamEnds ends = beam_ends(model, sight);
   Fit challenger;
   if (!ends.x.empty()) {
     std::vector<double> logs(state.particles.size());

@@ -18,6 +18,6 @@ void scatter_everywhere(const LocalizationSpec& spec, const GridMap& map, Locali
 /// Cost: O(particles · beams) look-ups.
 /// Sources: Fox, "KLD-Sampling: Adaptive Particle Filters", 2001; Thrun, Burgard, Fox, "Probabilistic
 /// Robotics", 2005, tables 5.6 (odometry motion model), 6.3 (likelihood field) and 8.3 (augmented MCL).
-void update_particles(const LocalizationModel& model, Localization& state, const Pose2& motion, const Scan& scan);
+void update_particles(const LocalizationModel& model, Localization& state, const Pose2& motion, const Sight& sight);
 
 }  // namespace sentree::sim

@@ -12,6 +12,7 @@ namespace {
 struct Service {
   std::string_view name;
   std::span<const Method> methods;
+  bool looks_at_scans = false;
   bool is_test_control = false;
 };
 
@@ -21,9 +22,9 @@ std::span<const Service> table() {
       {"Localization", localization_methods()},
       {"MapServer", map_server_methods()},
       {"Battery", battery_methods()},
-      {"Laser", laser_methods()},
+      {"Laser", laser_methods(), true},
       {"Base", base_methods()},
-      {"Simulation", simulation_methods(), true},
+      {"Simulation", simulation_methods(), true, true},
   };
   return kServices;
 }
@@ -51,6 +52,12 @@ const ServiceInfo* find_service(std::string_view name) {
 }
 
 Result<Value> call(const World& world, State& state, const Call& call, TimePoint now) {
+  auto result = call_uncast(world, state, call, now);
+  cast_scans(world, state);
+  return result;
+}
+
+Result<Value> call_uncast(const World& world, State& state, const Call& call, TimePoint now) {
   const auto robot = world.robot(call.robot);
   if (!robot) {
     std::vector<std::string> names;
@@ -62,7 +69,8 @@ Result<Value> call(const World& world, State& state, const Call& call, TimePoint
     if (service.name != call.service) continue;
     for (const Method& method : service.methods) {
       if (method.name != call.method) continue;
-      advance(world, state, now);
+      advance_uncast(world, state, now);
+      if (service.looks_at_scans) cast_scans(world, state);
       Arguments arguments(call.args);
       Value result = method.handler({world, state, *robot, arguments, now});
       if (arguments.problem().empty()) return result;

@@ -38,4 +38,7 @@ struct Call {
 /// Errors: sim.unknown-robot, sim.unknown-service, sim.unknown-method, sim.bad-argument.
 [[nodiscard]] Result<Value> call(const World& world, State& state, const Call& call, TimePoint now);
 
+/// The same, but where nobody has looked at the latest scan it may not have been cast (`advance_uncast`).
+[[nodiscard]] Result<Value> call_uncast(const World& world, State& state, const Call& call, TimePoint now);
+
 }  // namespace sentree::sim

@@ -2,16 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "sentree/base/assert.h"
 #include "sentree/sim/announced.h"
 #include "sentree/sim/clearance.h"
 #include "sentree/sim/exact_localization.h"
 #include "sentree/sim/scan_memo.h"
+#include "sentree/sim/sight.h"
 
 namespace sentree::sim {
 
 namespace {
+
+constexpr double kRounding_m = 1e-6;
 
 // What stands in the world beside the map's walls, as this robot meets it: obstacles, closed doors, other robots.
 std::vector<Shape> shapes_around(const World& world, const State& state, std::size_t robot) {
@@ -89,25 +93,89 @@ void charge(const World& world, const RobotSpec& spec, RobotState& robot, Durati
   step_battery(spec.battery, robot.battery, dt, std::abs(robot.truth.twist.vx) * seconds(dt), station >= 0);
 }
 
+bool is_any_in_reach(std::span<const Shape> shapes, const Pose2& laser, const LaserSpec& spec) {
+  return std::any_of(shapes.begin(), shapes.end(), [&](const Shape& shape) {
+    return distance(shape.pose.position(), laser.position()) <= spec.range_max_m + bounding_radius(shape) + kRounding_m;
+  });
+}
+
+void cast(const World& world, std::size_t index, const Pose2& laser, std::span<const Shape> shapes, RobotState& robot) {
+  ScanMemo* const memo = RememberScans::present();
+  if (memo != nullptr && memo->recall(index, laser, shapes, robot.scan.ranges)) return;
+  cast_scan(world.map, world.rays, shapes, laser, world.robots[index].laser, robot.scan.ranges);
+  if (memo != nullptr) memo->keep(index, laser, shapes, robot.scan.ranges);
+}
+
 void sense(const World& world, const State& state, std::size_t index, std::span<const Shape> shapes,
            RobotState& robot) {
   const RobotSpec& spec = world.robots[index];
   robot.scan.stamp = state.time;
-  const Pose2 laser = compose(robot.truth.pose, spec.laser.mount);
-  ScanMemo* const memo = RememberScans::present();
-  if (memo == nullptr || !memo->recall(index, laser, shapes, robot.scan.ranges)) {
-    cast_scan(world.map, world.rays, shapes, laser, spec.laser, robot.scan.ranges);
-    if (memo != nullptr) memo->keep(index, laser, shapes, robot.scan.ranges);
-  }
-  disturb_scan(spec.laser, robot.laser_rng, robot.scan.ranges);
   robot.scan_odometry = robot.odometry;
+  const Pose2 laser = compose(robot.truth.pose, spec.laser.mount);
+  const bool is_disturbed = spec.laser.noise_m > 0.0 || spec.laser.dropout > 0.0;
+  if (!is_disturbed && !is_any_in_reach(shapes, laser, spec.laser)) {
+    robot.uncast = laser;
+    return;
+  }
+  robot.uncast.reset();
+  cast(world, index, laser, shapes, robot);
+  disturb_scan(spec.laser, robot.laser_rng, robot.scan.ranges);
 }
 
+void cast_if_not_yet(const World& world, std::size_t index, RobotState& robot) {
+  if (!robot.uncast) return;
+  cast(world, index, *robot.uncast, {}, robot);
+  robot.uncast.reset();
+}
+
+// What follows from where the laser stood is said without a ray. Nobody is told where that was.
+class SimulatedSight final : public Sight {
+ public:
+  SimulatedSight(const World& world, std::size_t index, RobotState& robot)
+      : world_(world), index_(index), laser_(world.robots[index].laser), robot_(robot) {}
+
+  const std::vector<double>& ranges() const override {
+    cast_if_not_yet(world_, index_, robot_);
+    return robot_.scan.ranges;
+  }
+  void ranges_of(std::span<const std::size_t> beams, std::span<double> ranges) const override {
+    if (!robot_.uncast) return Sight::ranges_of(beams, ranges);
+    cast_beams(world_.map, world_.rays, *robot_.uncast, laser_, beams, ranges);
+  }
+  const std::vector<double>& ranges_within(double range_m) const override {
+    if (!robot_.uncast) return robot_.scan.ranges;
+    LaserSpec near = laser_;
+    near.range_max_m = std::min(near.range_max_m, range_m + world_.map.resolution_m());
+    cast_scan(world_.map, world_.rays, {}, *robot_.uncast, near, near_);
+    return near_;
+  }
+  bool is_clear(double range_m) const override {
+    return robot_.uncast && is_roomy(world_.map, world_.distance, robot_.uncast->position(), range_m);
+  }
+  bool shows_walls_only(const Pose2& laser_pose, double range_m, double margin_m) const override {
+    if (!robot_.uncast) return false;
+    // A return lies on the edge of a wall's cell: half a diagonal from its centre, and as far from that of the cell in
+    // which it is put, but for the error of the pose.
+    const double turned = std::abs(wrap_angle(laser_pose.theta - robot_.uncast->theta));
+    const double off_m = distance(laser_pose.position(), robot_.uncast->position()) + range_m * turned;
+    return off_m + std::numbers::sqrt2 * world_.map.resolution_m() + kRounding_m <= margin_m;
+  }
+
+ private:
+  const World& world_;
+  const std::size_t index_;
+  const LaserSpec& laser_;
+  RobotState& robot_;
+  mutable std::vector<double> near_;
+};
+
 // The robot's own software. It is given nothing of the ground truth.
-void think(const World& world, const State& state, const RobotSpec& spec, RobotState& robot, bool new_scan) {
+void think(const World& world, const State& state, std::size_t index, RobotState& robot, bool new_scan) {
+  const RobotSpec& spec = world.robots[index];
+  const SimulatedSight sight(world, index, robot);
   if (new_scan) {
     update_localization({world.map, spec.likelihood, spec.localization, spec.laser}, robot.localization, robot.odometry,
-                        robot.scan);
+                        sight);
   }
   if (state.time >= robot.command.until) robot.command = {};
   if (robot.command != VelocityCommand{}) return;
@@ -122,7 +190,7 @@ void think(const World& world, const State& state, const RobotSpec& spec, RobotS
                                  .twist = robot.odometry_twist,
                                  .localized = robot.localization.status == LocalizationStatus::kLocalizedOk,
                                  .charging = is_charging(robot.battery),
-                                 .scan = robot.scan,
+                                 .sight = sight,
                                  .new_scan = new_scan,
                                  .moved_since_scan = relative(robot.scan_odometry, robot.odometry),
                                  .announced = announced});
@@ -148,7 +216,7 @@ void step(const World& world, State& state) {
       sense(world, state, i, shapes, robot);
       update_exactly(spec.localization, robot.localization, robot.odometry, robot.truth.pose);
     }
-    if (scan_due || control_due) think(world, state, spec, robot, scan_due);
+    if (scan_due || control_due) think(world, state, i, robot, scan_due);
     if (!is_active(robot.navigator.status)) robot.drive = {};
     const bool commanded = robot.command != VelocityCommand{};
     robot.truth.twist =
@@ -157,6 +225,12 @@ void step(const World& world, State& state) {
     charge(world, spec, robot, world.step, state.time + world.step);
   }
   state.time += world.step;
+}
+
+void go_on_for(const World& world, State& state, Duration duration) {
+  SENTREE_ASSERT(state.robots.size() == world.robots.size());
+  const TimePoint until = add_saturating(state.time, std::min(duration, kAdvanceMax));
+  while (state.time + world.step <= until) step(world, state);
 }
 
 }  // namespace
@@ -184,13 +258,17 @@ State initial_state(const World& world, std::uint64_t seed) {
     const std::vector<Shape> shapes = shapes_around(world, state, i);
     sense(world, state, i, shapes, state.robots[i]);
   }
+  cast_scans(world, state);
   return state;
 }
 
+void cast_scans(const World& world, State& state) {
+  for (std::size_t i = 0; i < state.robots.size(); ++i) cast_if_not_yet(world, i, state.robots[i]);
+}
+
 void advance_by(const World& world, State& state, Duration duration) {
-  SENTREE_ASSERT(state.robots.size() == world.robots.size());
-  const TimePoint until = add_saturating(state.time, std::min(duration, kAdvanceMax));
-  while (state.time + world.step <= until) step(world, state);
+  go_on_for(world, state, duration);
+  cast_scans(world, state);
 }
 
 void follow(State& state, TimePoint now) {
@@ -199,6 +277,11 @@ void follow(State& state, TimePoint now) {
 }
 
 void advance(const World& world, State& state, TimePoint now) {
+  advance_uncast(world, state, now);
+  cast_scans(world, state);
+}
+
+void advance_uncast(const World& world, State& state, TimePoint now) {
   const TimeControl& clock = state.clock;
   if (clock.paused || clock.factor <= 0.0 || now <= clock.run_anchor) return;
   const Duration run = now - clock.run_anchor;
@@ -206,11 +289,11 @@ void advance(const World& world, State& state, TimePoint now) {
   const TimePoint target = add_saturating(clock.sim_anchor, simulated);
   if (target <= state.time) return;
   if (target - state.time > kAdvanceMax) {
-    advance_by(world, state, kAdvanceMax);
+    go_on_for(world, state, kAdvanceMax);
     follow(state, now);
     return;
   }
-  advance_by(world, state, target - state.time);
+  go_on_for(world, state, target - state.time);
 }
 
 }  // namespace sentree::sim

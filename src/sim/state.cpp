@@ -4,6 +4,7 @@
 #include <string>
 
 #include "sentree/base/archive.h"
+#include "sentree/base/assert.h"
 #include "sentree/sim/archive.h"
 
 namespace sentree::sim {
@@ -44,7 +45,10 @@ std::string broken_reference(const World& world, const State& state) {
 
 std::uint64_t State::hash() const { return archive::hash(*this); }
 
-Value save(const State& state) { return archive::Saver::saved(state); }
+Value save(const State& state) {
+  for (const RobotState& robot : state.robots) SENTREE_ASSERT(!robot.uncast);
+  return archive::Saver::saved(state);
+}
 
 Result<State> restore(const World& world, const Value& saved) {
   State state;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,9 @@ struct RobotState {
   VelocityCommand command;  ///< Of the Base service; it wins over navigation until it ends.
   Twist2 drive;             ///< What navigation wants.
   Scan scan;
+  /// Where the laser stood: the scan's rays have not been cast, and nothing but the map's walls is in their way. Only
+  /// in states that `advance_uncast` leaves.
+  std::optional<Pose2> uncast;
   Pose2 scan_odometry;  ///< Odometry pose at the scan.
   Localization localization;
   Navigator navigator;
