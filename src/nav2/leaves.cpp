@@ -232,6 +232,46 @@ Status truncate_path(Context& self) {
   return Status::kSuccess;
 }
 
+/// The poses of one path, then those of the other.
+Status concatenate_paths(Context& self) {
+  Value path;
+  List poses;
+  for (const char* const each : {"input_path1", "input_path2"}) {
+    Value part = held(self, each);
+    const List* const own = poses_of(part);
+    if (own == nullptr) continue;
+    poses.insert(poses.end(), own->begin(), own->end());
+    if (path.is_null()) path = std::move(part);
+  }
+  if (path.is_null()) return Status::kFailure;
+  Map whole = *path.as_map();
+  whole["poses"] = std::move(poses);
+  (void)self.output("output_path", Value(std::move(whole)));
+  return Status::kSuccess;
+}
+
+/// One more goal behind the others, which are a list, or a message that has one.
+Status append_goal(Context& self) {
+  const Value goal = held(self, "goal_pose");
+  if (!position(goal)) return Status::kFailure;
+  const auto appended = [&](const Value* before) {
+    const List* const all = before != nullptr ? before->as_list() : nullptr;
+    List out = all != nullptr ? *all : List();
+    out.push_back(goal);
+    return Value(std::move(out));
+  };
+  const Value before = held(self, "input_goals");
+  if (before.as_map() == nullptr) {
+    (void)self.output("output_goals", appended(&before));
+    return Status::kSuccess;
+  }
+  const char* const name = before.find("poses") != nullptr ? "poses" : "goals";
+  Map message = *before.as_map();
+  message[name] = appended(before.find(name));
+  (void)self.output("output_goals", Value(std::move(message)));
+  return Status::kSuccess;
+}
+
 /// One pose of a path; a negative index counts from its end.
 Status pose_from_path(Context& self) {
   const Value path = held(self, "path");
@@ -287,6 +327,10 @@ void add_leaves(bt::Registry& registry) {
                   {bt::input("input_path"), bt::output("output_path"),
                    bt::input_default<double>("distance", "1.0", "m from the end, as the crow flies")},
                   truncate_path);
+  registry.action("ConcatenatePaths", {bt::input("input_path1"), bt::input("input_path2"), bt::output("output_path")},
+                  concatenate_paths);
+  registry.action("AppendGoalPoseToGoals",
+                  {bt::input("goal_pose"), bt::input("input_goals"), bt::output("output_goals")}, append_goal);
   registry.action("GetPoseFromPath",
                   {bt::input("path"), bt::output("pose"),
                    bt::input_default<std::int32_t>("index", "0", "from 0 on; < 0: from the end")},
@@ -295,10 +339,12 @@ void add_leaves(bt::Registry& registry) {
                      {bt::input_default<bool>("initial_pose_received", "{initial_pose_received}")}, [](Context& self) {
                        return self.input_or<bool>("initial_pose_received", false) ? Status::kSuccess : Status::kFailure;
                      });
-  // The codes of nav2_msgs: unknown, patience, progress, control; unknown, timeout, no path.
+  // The codes of nav2_msgs: unknown, patience, progress, control; unknown, timeout, no path, of one pose and of
+  // several; unknown, timeout, collision, failed; unknown, timeout, no route.
   add_error_condition(registry, "WouldAControllerRecoveryHelp", "100;104;105;106");
-  add_error_condition(registry, "WouldAPlannerRecoveryHelp", "200;207;208");
-  add_error_condition(registry, "WouldASmootherRecoveryHelp", "500;501;503;504");
+  add_error_condition(registry, "WouldAPlannerRecoveryHelp", "200;207;208;300;307;308");
+  add_error_condition(registry, "WouldASmootherRecoveryHelp", "500;502;503;504");
+  add_error_condition(registry, "WouldARouteRecoveryHelp", "400;404;405");
   add_error_condition(registry, "AreErrorCodesPresent", nullptr);
   registry.condition("ArePosesNear",
                      {bt::input("ref_pose"), bt::input("target_pose"), bt::input<std::string>("global_frame"),

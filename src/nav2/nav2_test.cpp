@@ -292,6 +292,11 @@ TEST(ErrorConditions, KnowWhatARecoveryMayMend) {
   EXPECT_EQ(status("WouldAControllerRecoveryHelp", 208), kF);
   EXPECT_EQ(status("WouldAPlannerRecoveryHelp", 208), kS);
   EXPECT_EQ(status("WouldAPlannerRecoveryHelp", 204), kF) << "a goal off the map stays there";
+  EXPECT_EQ(status("WouldAPlannerRecoveryHelp", 308), kS) << "no path through several poses";
+  EXPECT_EQ(status("WouldASmootherRecoveryHelp", 502), kS) << "it took too long";
+  EXPECT_EQ(status("WouldASmootherRecoveryHelp", 501), kF) << "no such smoother";
+  EXPECT_EQ(status("WouldARouteRecoveryHelp", 405), kS);
+  EXPECT_EQ(status("WouldARouteRecoveryHelp", 402), kF) << "no valid graph";
   EXPECT_EQ(status("AreErrorCodesPresent error_codes_to_check=\"3;5\"", 5), kS);
   EXPECT_EQ(Player("<WouldAControllerRecoveryHelp error_code=\"{never}\"/>").tick(), kF);
 }
@@ -379,6 +384,34 @@ TEST(GetPoseFromPath, CountsFromEitherEnd) {
   EXPECT_THAT(pose("-1"), HasSubstr("\"x\":4"));
   EXPECT_EQ(pose("3"), "FAILURE");
   EXPECT_EQ(pose("-4"), "FAILURE");
+}
+
+TEST(ConcatenatePaths, HasThePosesOfBoth) {
+  const auto both = [](const std::string& second) {
+    return made_of_path(
+        "<ConcatenatePaths input_path1=\"{path}\" input_path2=\"{" + second + "}\" output_path=\"{out}\"/>", "out");
+  };
+  const auto count = [](const std::string& text) {
+    std::size_t out = 0;
+    for (auto at = text.find("\"position\""); at != std::string::npos; at = text.find("\"position\"", at + 1)) ++out;
+    return out;
+  };
+  EXPECT_EQ(count(both("path")), 6U) << both("path");
+  EXPECT_EQ(count(both("none")), 3U) << "one alone is the whole";
+  EXPECT_EQ(made_of_path("<ConcatenatePaths input_path1=\"{none}\" output_path=\"{out}\"/>", "out"), "FAILURE");
+}
+
+TEST(AppendGoalPoseToGoals, PutsItBehindTheOthers) {
+  const std::string pose = "<GetPoseFromPath path=\"{path}\" index=\"-1\" pose=\"{goal}\"/>";
+  const auto goals = [&](const std::string& before) {
+    return made_of_path("<Sequence>" + pose + "<AppendGoalPoseToGoals goal_pose=\"{goal}\" input_goals=\"{" + before +
+                            "}\" output_goals=\"{out}\"/></Sequence>",
+                        "out");
+  };
+  EXPECT_THAT(goals("none"), testing::AllOf(testing::StartsWith("[{"), HasSubstr("\"x\":4")));
+  EXPECT_THAT(goals("path"), testing::AllOf(HasSubstr("\"x\":0"), HasSubstr("\"x\":2"), HasSubstr("\"poses\":[")))
+      << "a message that has a list stays one";
+  EXPECT_EQ(made_of_path("<AppendGoalPoseToGoals goal_pose=\"{none}\" output_goals=\"{out}\"/>", "out"), "FAILURE");
 }
 
 TEST(Nav2, NodesCanBeSavedInTheMiddle) {

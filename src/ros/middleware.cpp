@@ -227,7 +227,7 @@ class RosCaller final : public rpc::Caller {
       return refused(CallErrorKind::kArguments,
                      job.method->service + "." + job.method->name + ": " + written.error().message);
     if (way.writer != nullptr) {
-      await_readers(*way.writer, std::min(job.deadline, node_->settled()));
+      await_readers(*way.writer, std::min(job.deadline, found_by_));
       if (way.writer->writer()->write(message, nullptr) != 0) return Value();
       return refused(CallErrorKind::kUnreachable, "nothing more can be published on " + way.carried->name);
     }
@@ -279,6 +279,7 @@ class RosCaller final : public rpc::Caller {
   const std::shared_ptr<Node> node_;
   const idl::ServicePtr interface_;
   const rpc::ClientOptions options_;
+  const SteadyClock::time_point found_by_ = SteadyClock::now() + Node::kDiscovery;
   std::string name_;
   std::map<const idl::Method*, Way> ways_;
   std::shared_ptr<ActionClient> action_;

@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 
+#include <cstdlib>
 #include <iostream>
+#include <optional>
 
 #include "sentree/ros/action_server.h"
 #include "sentree/ros/address.h"
@@ -37,6 +39,60 @@ TEST(GraphAddress, IsANameAndOptions) {
   EXPECT_EQ(GraphAddress::parse("/robot/")->name_of("battery"), "/robot/battery");
   EXPECT_FALSE(plain->qos_of(false).reliable);
   EXPECT_TRUE(plain->qos_of(true).reliable);
+}
+
+// Sets variables of the environment as long as it is there; null: takes them away.
+class Environment {
+ public:
+  explicit Environment(const std::map<std::string, const char*>& all) {
+    for (const auto& [name, value] : all) {
+      const char* const before = std::getenv(name.c_str());
+      before_[name] = before != nullptr ? std::optional<std::string>(before) : std::nullopt;
+      set(name, value);
+    }
+  }
+  ~Environment() {
+    for (const auto& [name, value] : before_) set(name, value ? value->c_str() : nullptr);
+  }
+  Environment(const Environment&) = delete;
+  Environment& operator=(const Environment&) = delete;
+
+ private:
+  static void set(const std::string& name, const char* value) {
+    if (value != nullptr)
+      ::setenv(name.c_str(), value, 1);
+    else
+      ::unsetenv(name.c_str());
+  }
+  std::map<std::string, std::optional<std::string>> before_;
+};
+
+TEST(GraphAddress, HasWhatItDoesNotSayFromTheVariablesOfRos) {
+  const auto plain = *GraphAddress::parse("/scan");
+  const auto own = *GraphAddress::parse("/scan?domain=7&range=localhost&release=humble");
+  {
+    const Environment none({{"ROS_DOMAIN_ID", nullptr},
+                            {"ROS_LOCALHOST_ONLY", nullptr},
+                            {"ROS_AUTOMATIC_DISCOVERY_RANGE", nullptr},
+                            {"ROS_DISTRO", nullptr}});
+    EXPECT_EQ(plain.domain_or_environment(), 0U);
+    EXPECT_TRUE(plain.localhost_or_environment()) << "nothing leaves the machine unless it is asked for";
+    EXPECT_EQ(plain.release_or_environment(), Release::kHumble);
+  }
+  const Environment all({{"ROS_DOMAIN_ID", "42"},
+                         {"ROS_LOCALHOST_ONLY", "0"},
+                         {"ROS_AUTOMATIC_DISCOVERY_RANGE", nullptr},
+                         {"ROS_DISTRO", "jazzy"}});
+  EXPECT_EQ(plain.domain_or_environment(), 42U);
+  EXPECT_FALSE(plain.localhost_or_environment());
+  EXPECT_EQ(plain.release_or_environment(), Release::kIron);
+  EXPECT_EQ(own.domain_or_environment(), 7U);
+  EXPECT_TRUE(own.localhost_or_environment());
+  EXPECT_EQ(own.release_or_environment(), Release::kHumble);
+  const Environment range({{"ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"}, {"ROS_LOCALHOST_ONLY", "0"}});
+  EXPECT_TRUE(plain.localhost_or_environment()) << "the newer variable decides";
+  const Environment subnet({{"ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET"}, {"ROS_LOCALHOST_ONLY", "1"}});
+  EXPECT_FALSE(plain.localhost_or_environment());
 }
 
 TEST(GraphAddress, SaysWhatIsWrong) {
@@ -200,7 +256,7 @@ TEST_F(RosServices, RefuseWhatIsNoRequestAndGoOn) {
   ASSERT_NE(writer, nullptr) << error;
   ASSERT_TRUE(eventually([&] { return !writer->matched().empty(); }));
   for (const std::vector<std::uint8_t>& bad :
-       {std::vector<std::uint8_t>{}, {0, 1}, {0, 1, 0, 0}, {9, 9, 9, 9, 1}, {0, 1, 0, 0, 1}})
+       {std::vector<std::uint8_t>{0, 1}, {0, 1, 0, 0}, {9, 9, 9, 9, 1}, {0, 1, 0, 0, 1}})
     static_cast<void>(writer->write(bad, nullptr));
   EXPECT_THAT(problems_.wait([](const auto& all) { return all.size() >= 2; }), Contains(HasSubstr("cannot be read")));
   const auto client = connect("/lamp", set_bool);
@@ -369,7 +425,13 @@ TEST_F(RosTopics, FiftyLoseNothing) {
   std::cout << kTopics << " topics, " << took.count() / kRounds << " ms for a message on each\n";
 }
 
-TEST_F(RosTopics, OfANodeAreToldAsHumbleDoes) {
+class RosNodes : public Graph, public ::testing::WithParamInterface<std::pair<const char*, std::size_t>> {};
+INSTANTIATE_TEST_SUITE_P(, RosNodes,
+                         ::testing::Values(std::pair("humble", std::size_t{24}), std::pair("jazzy", std::size_t{16})),
+                         [](const auto& info) { return info.param.first; });
+
+TEST_P(RosNodes, AreToldAsTheirReleaseDoes) {
+  const auto [release, gid_size] = GetParam();
   const auto other = stranger();
   std::string error;
   Heard<std::vector<std::uint8_t>> told;
@@ -379,12 +441,13 @@ TEST_F(RosTopics, OfANodeAreToldAsHumbleDoes) {
        {.reliable = true, .transient_local = true, .depth = 1}},
       [&](dds::Sample sample) { told.add(std::move(sample.octets)); }, [](const std::string&) {}, error);
   ASSERT_NE(reader, nullptr) << error;
-  auto publisher = rpc::connect(at("/chatter", "&publish"), interface("std_msgs/msg/String"), {});
+  auto publisher =
+      rpc::connect(at("/chatter", std::string("&publish&release=") + release), interface("std_msgs/msg/String"), {});
   ASSERT_TRUE(publisher);
   const std::string name = "sentree_" + std::to_string(::getpid());
-  // The participant, one node, its namespace and name, no reader and one writer, each by 24 octets.
+  // The participant, one node, its namespace and name, no reader and one writer.
   const std::size_t name_size = (name.size() + 1 + 3) / 4 * 4;
-  const std::size_t whole = 4 + 24 + 4 + 8 + 4 + name_size + 4 + 4 + 24;
+  const std::size_t whole = 4 + gid_size + 4 + 8 + 4 + name_size + 4 + 4 + gid_size;
   const auto all = told.wait([&](const auto& each) {
     return std::any_of(each.begin(), each.end(), [&](const auto& message) { return message.size() >= whole; });
   });

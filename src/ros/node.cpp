@@ -14,9 +14,6 @@
 namespace sentree::ros {
 namespace {
 
-// Discovery on one machine took up to 1.1 s when it was measured.
-constexpr std::chrono::milliseconds kDiscovery{2500};
-
 void put_text(std::vector<std::uint8_t>& out, const std::string& text) {
   put_number(out, static_cast<std::uint32_t>(text.size() + 1));
   out.insert(out.end(), text.begin(), text.end());

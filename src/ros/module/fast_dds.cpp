@@ -3,6 +3,7 @@
 #include <fastdds/rtps/transport/ChainingTransport.h>
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <algorithm>
 #include <atomic>
 #include <cstring>
@@ -143,19 +144,22 @@ class MatchedSet {
   std::map<Guid, bool> all_;
 };
 
-// Sees what comes from Cyclone DDS before the library does. A reader of Cyclone forgets what was written before it had
-// found the writer, and confirms it all the same with its first word, so that nothing is sent again: it would hang who
-// waits for an answer. That first word comes as soon as it has found the writer; the library has no place to hear it.
+// Stands between the network and the library for the sake of Cyclone DDS. A reader of Cyclone takes for history what a
+// heartbeat that is the first it sees tells of, and acknowledges it although it was never there: a request that was
+// sent before it had found the writer, or that has lost a fragment by then, is not sent again, and who asked waits for
+// ever. So nothing may be sent before it has seen a heartbeat. It asks for one by an empty acknowledgement of number 1,
+// whose count is 0; the library hears it if the number is 0, and the count higher than before. What a heartbeat is
+// answered with says that it has been seen.
 class Ear final : public eprosima::fastdds::rtps::ChainingTransport {
  public:
-  /// A reader of Cyclone has acknowledged something of a writer of that participant.
-  using OnAcknowledgement = std::function<void(const Guid& reader, const Guid& writer)>;
+  /// A reader of Cyclone has seen a heartbeat of that writer.
+  using OnAnswer = std::function<void(const Guid& reader, const Guid& writer)>;
 
   struct Descriptor final : eprosima::fastdds::rtps::ChainingTransportDescriptor {
-    Descriptor(std::shared_ptr<TransportDescriptorInterface> below, OnAcknowledgement hear)
-        : ChainingTransportDescriptor(std::move(below)), on_acknowledgement(std::move(hear)) {}
+    Descriptor(std::shared_ptr<TransportDescriptorInterface> below, OnAnswer hear)
+        : ChainingTransportDescriptor(std::move(below)), on_answer(std::move(hear)) {}
     eprosima::fastdds::rtps::TransportInterface* create_transport() const override { return new Ear(*this); }
-    OnAcknowledgement on_acknowledgement;
+    OnAnswer on_answer;
   };
 
   explicit Ear(const Descriptor& descriptor) : ChainingTransport(descriptor), descriptor_(descriptor) {}
@@ -167,19 +171,28 @@ class Ear final : public eprosima::fastdds::rtps::ChainingTransport {
   }
   void receive(eprosima::fastdds::rtps::TransportReceiverInterface* above, const rtps::octet* data, std::uint32_t size,
                const rtps::Locator_t& here, const rtps::Locator_t& there) override {
-    above->OnDataReceived(data, size, here, there);
-    look(data, size);
+    Octets changed;
+    std::vector<std::pair<Guid, Guid>> answers;
+    look(data, size, changed, answers);
+    above->OnDataReceived(changed.empty() ? data : changed.data(), size, here, there);
+    for (const auto& [reader, writer] : answers) descriptor_.on_answer(reader, writer);
   }
 
  private:
   // RTPS 2.3, 9.4: a head of 20 octets, then submessages with a head of four each.
-  void look(const rtps::octet* data, std::size_t size) const {
+  void look(const rtps::octet* data, std::size_t size, Octets& changed, std::vector<std::pair<Guid, Guid>>& answers) {
     constexpr std::size_t kHead = 20;
     constexpr std::size_t kPrefixAt = 8;
     constexpr std::size_t kPrefix = 12;
     constexpr rtps::octet kAckNack = 0x06;
     constexpr rtps::octet kInfoSource = 0x0c;
     constexpr rtps::octet kInfoDestination = 0x0e;
+    constexpr rtps::octet kFinal = 2;
+    // Behind reader and writer: the first number that is missing, how many bits tell of those from there on, and these.
+    constexpr std::size_t kBaseAt = 8;
+    constexpr std::size_t kSizeAt = 16;
+    constexpr std::size_t kBitsAt = 20;
+    constexpr std::uint32_t kBitsMax = 256;
     if (size < kHead || std::memcmp(data, "RTPS", 4) != 0) return;
     Guid reader{};
     std::memcpy(reader.data(), data + kPrefixAt, kPrefix);
@@ -187,15 +200,27 @@ class Ear final : public eprosima::fastdds::rtps::ChainingTransport {
     Guid writer{};
     for (std::size_t at = kHead; at + 4 <= size;) {
       const rtps::octet kind = data[at];
-      const bool is_little = (data[at + 1] & 1U) != 0;
-      const std::size_t length = is_little ? data[at + 2] | data[at + 3] << 8U : data[at + 2] << 8U | data[at + 3];
+      const rtps::octet flags = data[at + 1];
+      const bool little = (flags & 1U) != 0;
+      const std::size_t length = data[at + 2] << (little ? 0U : 8U) | data[at + 3] << (little ? 8U : 0U);
       at += 4;
       if (length > size - at) return;
       if (kind == kInfoDestination && length >= kPrefix) std::memcpy(writer.data(), data + at, kPrefix);
-      if (kind == kAckNack && length >= 8) {
-        std::memcpy(reader.data() + kPrefix, data + at, 4);
-        std::memcpy(writer.data() + kPrefix, data + at + 4, 4);
-        descriptor_.on_acknowledgement(reader, writer);
+      if (kind == kAckNack && length >= kBitsAt + 4) {
+        const std::uint32_t bits = number(data + at + kSizeAt, little);
+        const std::size_t count_at = kBitsAt + (bits + 31) / 32 * 4;
+        if (bits > kBitsMax || length < count_at + 4) return;
+        if (changed.empty()) changed.assign(data, data + size);
+        const std::uint32_t count = ++count_;
+        for (std::size_t i = 0; i < 4; ++i)
+          changed[at + count_at + i] = static_cast<rtps::octet>(count >> (8 * (little ? i : 3 - i)));
+        if (bits == 0 && (flags & kFinal) == 0) {
+          std::memset(changed.data() + at + kBaseAt, 0, kSizeAt - kBaseAt);
+        } else {
+          std::memcpy(reader.data() + kPrefix, data + at, 4);
+          std::memcpy(writer.data() + kPrefix, data + at + 4, 4);
+          answers.emplace_back(reader, writer);
+        }
       }
       // Of somebody else, or the last one.
       if (kind == kInfoSource || length == 0) return;
@@ -203,7 +228,14 @@ class Ear final : public eprosima::fastdds::rtps::ChainingTransport {
     }
   }
 
+  static std::uint32_t number(const rtps::octet* at, bool little) {
+    std::uint32_t out = 0;
+    for (std::size_t i = 0; i < 4; ++i) out |= static_cast<std::uint32_t>(at[i]) << (8 * (little ? i : 3 - i));
+    return out;
+  }
+
   Descriptor descriptor_;
+  std::atomic<std::uint32_t> count_{0};
 };
 
 // The library's own objects of one participant, with a topic for each name, counted.
@@ -258,7 +290,7 @@ class Core {
     const std::lock_guard lock(acknowledged_mutex_);
     acknowledged_.erase(guid);
   }
-  /// A reader has found a writer; by no writer's guid, it is one that acknowledges nothing.
+  /// A reader has seen a heartbeat of a writer; by no writer's guid, it is one that acknowledges nothing.
   void acknowledged(const Guid& reader, const Guid& writer) {
     {
       const std::lock_guard lock(acknowledged_mutex_);
@@ -325,7 +357,7 @@ class Core {
   std::map<const void*, Watch> watches_;
   std::map<Guid, Endpoint> endpoints_;
   std::mutex acknowledged_mutex_;
-  std::map<Guid, std::set<Guid>> acknowledged_;  // writers that a reader has found
+  std::map<Guid, std::set<Guid>> acknowledged_;  // writers that a reader has heard of
 };
 
 template <class EndpointQos>
@@ -468,6 +500,10 @@ class FastParticipant final : public Participant, fast::DomainParticipantListene
     // What it prints is for its own developers.
     fast::Log::SetVerbosity(fast::Log::Kind::Error);
     fast::Log::ClearConsumers();
+    // Participants of one process would pass by the transport, where acknowledgements are looked for. Nobody needs two.
+    eprosima::fastrtps::LibrarySettingsAttributes library;
+    library.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
+    eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(library);
     fast::DomainParticipantQos qos = fast::PARTICIPANT_QOS_DEFAULT;
     const std::string data = "enclave=" + options.enclave + ";";
     qos.name(options.enclave);

@@ -1,6 +1,6 @@
 // cyclone_peer DOMAIN: a process with Cyclone DDS that speaks as nodes of rmw_cyclonedds do. It answers on
-// /from_cyclone what it hears on /to_cyclone, serves /cyclone_lamp and the action /cyclone_count, and asks /lamp and
-// the action /count when it hears "call", "goal" or "cancel".
+// /from_cyclone what it hears on /to_cyclone, and how large what comes on /image is; serves /cyclone_lamp and the
+// action /cyclone_count, and asks /lamp and the action /count when it hears "call", "goal" or "cancel".
 
 #include <signal.h>
 #include <stdio.h>
@@ -215,6 +215,11 @@ static void hear_cancel(const void* sample) {
   snprintf(text, sizeof text, "cancelling %u with code %d", in->goals_canceling._length, in->return_code);
   say(text);
 }
+static void see_image(const void* sample) {
+  char text[64];
+  snprintf(text, sizeof text, "image of %u", ((const sensor_msgs_msg_dds__Octets_*)sample)->data._length);
+  say(text);
+}
 static void hear_feedback(const void* sample) {
   char text[64];
   snprintf(text, sizeof text, "goal is at %d", ((const demo_action_dds__Count_FeedbackMessage_*)sample)->now);
@@ -247,6 +252,7 @@ int main(int argc, char** argv) {
     dds_entity_t reader;
     void (*take)(const void*);
   } all[] = {{reader("rt/to_cyclone", &std_msgs_msg_dds__String__desc), hear},
+             {reader("rt/image", &sensor_msgs_msg_dds__Octets__desc), see_image},
              {lamp.requests, serve_lamp},
              {send_goal.requests, serve_send_goal},
              {get_result.requests, serve_get_result},

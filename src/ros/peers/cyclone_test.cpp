@@ -98,6 +98,15 @@ TEST_F(RosCyclone, HearsAndIsHeardAlsoAfterItWasAway) {
   greet("here again");
 }
 
+TEST_F(RosCyclone, SeesAnImageOfEightMegabytes) {
+  auto publisher = rpc::connect(at("/image", "&publish"), interface("sensor_msgs/msg/Octets"), {});
+  ASSERT_TRUE(publisher) << publisher.error().message;
+  const auto shown =
+      rpc::call_and_wait(**publisher, "message", Map{{"data", Bytes{std::vector<std::byte>(8U << 20U)}}}, patience());
+  ASSERT_TRUE(shown) << shown.error().message;
+  has_said("image of " + std::to_string(8U << 20U));
+}
+
 TEST_F(RosCyclone, AnswersOurCalls) {
   auto client = rpc::connect(at("/cyclone_lamp"), interface("std_srvs/srv/SetBool"), {.target = "lamp"});
   ASSERT_TRUE(client) << client.error().message;
