@@ -24,6 +24,9 @@ constexpr double kRowGapMax = 46;
 constexpr double kRowGapSlope = 0.07;
 
 constexpr int kOrderSweeps = 12;
+// Orders that are begun with while arrows cross; above this many items, the one in which they come.
+constexpr int kOrderStarts = 24;
+constexpr std::size_t kStartsItemsMax = 400;
 constexpr int kPlaceSweeps = 24;
 // Above this many items a level is drawn with few sweeps: quick rather than beautiful.
 constexpr std::size_t kFineItemsMax = 3000;
@@ -154,17 +157,24 @@ class Placer {
 
   // --- order within rows -------------------------------------------------------------------------------------------
 
-  // Barycentres up and down, then swaps of neighbours; the best order seen wins.
+  // Barycentres up and down, then swaps of neighbours, from several orders; the best order seen wins.
   void order_rows() {
     const bool fine = items_.size() <= kFineItemsMax;
+    const std::vector<std::vector<int>> given = rows_;
     std::vector<std::vector<int>> best = rows_;
     std::int64_t fewest = crossings();
-    for (int sweep = 0; sweep < (fine ? kOrderSweeps : kCoarseSweeps) && fewest > 0; ++sweep) {
-      const bool downwards = sweep % 2 == 0;
-      for (std::size_t k = 1; k < rows_.size(); ++k) sort_row(downwards ? k : rows_.size() - 1 - k, downwards);
-      if (fine) swap_neighbours();
-      const std::int64_t now = crossings();
-      if (now < fewest) {
+    std::uint64_t random = 1;
+    for (int start = 0; start < (items_.size() <= kStartsItemsMax ? kOrderStarts : 1) && fewest > 0; ++start) {
+      if (start > 0) {
+        rows_ = given;
+        for (auto& row : rows_) shuffle(row, random);
+      }
+      for (int sweep = 0; sweep < (fine ? kOrderSweeps : kCoarseSweeps) && fewest > 0; ++sweep) {
+        const bool downwards = sweep % 2 == 0;
+        for (std::size_t k = 1; k < rows_.size(); ++k) sort_row(downwards ? k : rows_.size() - 1 - k, downwards);
+        if (fine) swap_neighbours();
+        const std::int64_t now = crossings();
+        if (now >= fewest) continue;
         fewest = now;
         best = rows_;
       }
@@ -174,6 +184,15 @@ class Placer {
       std::stable_partition(row.begin(), row.end(), [&](int i) { return corner(i); });
       renumber(row);
     }
+  }
+
+  // The same on every machine, which std::shuffle need not be.
+  void shuffle(std::vector<int>& row, std::uint64_t& random) {
+    for (std::size_t k = row.size(); k > 1; --k) {
+      random = random * 6364136223846793005U + 1442695040888963407U;
+      std::swap(row[k - 1], row[(random >> 33U) % k]);
+    }
+    renumber(row);
   }
 
   void renumber(const std::vector<int>& row) {

@@ -3,7 +3,8 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { first_message, open_page, text, until } from "../harness/browser.mjs";
-import { example, serve_run } from "../harness/program.mjs";
+import { write_big_project } from "../harness/big_project.mjs";
+import { example, scratch, serve_run } from "../harness/program.mjs";
 
 const shown = (page) => page.locator("[data-testid=tree] [data-node]").count();
 
@@ -63,6 +64,40 @@ test("all charts stand side by side, and each shows its active state", async () 
   await page.getByTestId("chart").waitFor();
   await page.keyboard.press("c");
   assert.equal((await text(page, "presence")).length > 0, true);
+  await close();
+  await program.stop();
+});
+
+test("of a tree that is too large a part is shown, and what is found comes into it", async () => {
+  const program = await serve_run(write_big_project(scratch(), { nodes: 350, skills: 60, rate: 10 }));
+  const { page, close } = await open_page(program.url);
+  const name = (node) => page.locator("[data-testid=tree] [data-node]", { hasText: node }).last().locator("text.name").first();
+  const size = (of) =>
+    of.evaluate((element) => {
+      const { a, b } = element.getScreenCTM();
+      return parseFloat(getComputedStyle(element).fontSize) * Math.hypot(a, b);
+    });
+  const in_sight = async (of) => {
+    const [frame, box] = [await page.getByTestId("tree").boundingBox(), await of.boundingBox()];
+    return box.x >= frame.x && box.y >= frame.y && box.x + box.width <= frame.x + frame.width && box.y + box.height <= frame.y + frame.height;
+  };
+  await name("All").waitFor();
+  await until(() => in_sight(name("All")), "it begins at its root");
+  assert.ok((await size(name("All"))) >= 11);
+  assert.equal(await in_sight(name("Work50")), false);
+  await page.keyboard.press("Control+f");
+  await page.keyboard.type("Work50");
+  await page.keyboard.press("Enter");
+  await until(() => in_sight(name("Work50")), "it comes into sight");
+  assert.ok((await size(name("Work50"))) >= 11);
+  // All of it is there for who asks, and the next hit can be read all the same.
+  await page.getByTestId("tree").focus();
+  await page.keyboard.press("0");
+  await until(async () => (await size(name("AlwaysSuccess"))) < 5, "all of it is shown");
+  await page.locator("#mission-search").fill("Work7");
+  await page.locator("#mission-search").press("Enter");
+  await until(() => in_sight(name("Work7")), "it comes into sight");
+  assert.ok((await size(name("Work7"))) >= 11);
   await close();
   await program.stop();
 });

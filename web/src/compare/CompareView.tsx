@@ -24,6 +24,8 @@ export interface Chosen {
   close?(): void;
 }
 
+/** The side that a project always has. */
+const kSaved = "saved";
 const text_of = (error: unknown) => (error instanceof Error ? error.message : String(error));
 
 /** Two states of files: which files differ, and each of them as one picture with a list of what it shows. */
@@ -186,7 +188,12 @@ export default function CompareView({ with: side, sides, choose_side, file: firs
         <div className="compare-middle">
           {problem !== null ? (
             <p className="empty" role="status">
-              {problem}
+              {problem}{" "}
+              {choose_side && side !== kSaved && (
+                <button className="button small" onClick={() => choose_side(kSaved)}>
+                  Compare with what is saved
+                </button>
+              )}
             </p>
           ) : files === null ? (
             <p className="empty">Comparing …</p>

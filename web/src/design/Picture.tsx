@@ -1,6 +1,6 @@
 import { memo, useEffect, useImperativeHandle, useMemo, useRef, useState, type Ref } from "react";
 
-import { Links, Outline, Texts } from "../panels/mission/TreePicture";
+import { corner, Links, Outline, Texts } from "../panels/mission/TreePicture";
 import { neighbour, type Arrow } from "../panels/mission/tree";
 import { is_never, node_key, useReached } from "../panels/reached/reached";
 import { is_near, set_lens } from "../picture/lens";
@@ -261,14 +261,15 @@ function Played({ tree }: { tree: OutlineTree }) {
       {tree.nodes.map((node, i) => {
         const now = played.nodes.find(({ at }) => at === node.from);
         if (!now) return null;
-        const { x, y, width, height } = tree.layout.nodes[i]!;
+        const drawn = tree.layout.nodes[i]!;
+        const { x, y, width, height } = drawn;
         const status = kStatuses.indexOf(now.status as (typeof kStatuses)[number]);
         const leaf = now.leaf === null ? null : answers.get(now.leaf);
         const offered = kAnswers.filter((answer) => answer.status !== "RUNNING" || !leaf?.condition);
         return (
           <g key={node.element} data-played={node.name || node.id} data-said={now.status} className={now.status.toLowerCase()}>
             {status > 0 && (
-              <g transform={`translate(${x + width} ${y})`}>
+              <g transform={corner(drawn)}>
                 <StatusSign status={status} />
               </g>
             )}
@@ -337,7 +338,7 @@ const NodeView = memo(
         <Outline drawn={drawn} />
         <Texts drawn={drawn} middle={drawn.x + drawn.width / 2} />
         {wrong.length > 0 && (
-          <g className={`finding ${errors > 0 ? "error" : "warning"}`} transform={`translate(${drawn.x + drawn.width} ${drawn.y})`}>
+          <g className={`finding ${errors > 0 ? "error" : "warning"}`} transform={corner(drawn)}>
             <circle r={9} />
             <text y={4} textAnchor="middle">
               {errors > 0 ? "!" : "?"}

@@ -7,6 +7,9 @@ import { jump_to } from "./mission";
 import { StatusSign } from "./StatusSign";
 import { running } from "./tree";
 
+/** More are only counted. */
+const kChipsMax = 5;
+
 /** What the mission is at, with how long already; a click goes there. */
 export function AtWork({ index, children }: { index: Index; children?: ReactNode }) {
   // As text, so that only a change of the list draws it anew.
@@ -16,9 +19,10 @@ export function AtWork({ index, children }: { index: Index; children?: ReactNode
     <div className="at-work" role="group" aria-label="Nodes at work">
       <span className="at-work-title">At work</span>
       {list.length === 0 && <span className="muted">nothing</span>}
-      {list.map((id) => (
+      {list.slice(0, kChipsMax).map((id) => (
         <Chip key={id} id={id} name={index.model.tree.nodes[id]?.name ?? String(id)} />
       ))}
+      {list.length > kChipsMax && <span className="at-work-title">and {list.length - kChipsMax} more</span>}
       {children}
     </div>
   );

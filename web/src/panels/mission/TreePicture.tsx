@@ -25,6 +25,9 @@ export interface TreeHandle {
 
 type Drawn = TreeLayout["nodes"][number];
 const kAges_ms = 250;
+/** A tree that would be smaller as a whole is shown in part, this large. */
+const kSmallest = 0.45;
+const kReadable = 0.85;
 
 /** The tree as the program lays it out; only nodes whose status changed are drawn anew. */
 export function TreePicture({ index, handle }: { index: Index; handle: Ref<TreeHandle> }) {
@@ -44,7 +47,8 @@ export function TreePicture({ index, handle }: { index: Index; handle: Ref<TreeH
     limits: { min: 0.05, max: 4 },
     margin: 8,
     fit_max: 1.15,
-    readable: { from: 0, scale: 0.55 },
+    readable: { from: kSmallest, scale: kReadable },
+    focus: () => rects.get(chosen ?? -1) ?? rects.get(ids[0] ?? -1) ?? null,
     change: ({ scale }, _size, moved) => set_lens(moved, scale),
   });
   useImperativeHandle(handle, () => ({ fit: () => view.fit(), zoom: (factor) => view.zoom(factor) }), [view]);
@@ -58,7 +62,9 @@ export function TreePicture({ index, handle }: { index: Index; handle: Ref<TreeH
   const wanted = useMission((mission) => mission.wanted);
   useEffect(() => {
     const rect = wanted && rects.get(wanted.node);
-    if (rect) view.reveal(rect);
+    if (!rect) return;
+    if (view.view.scale < kSmallest) view.centre([rect.x + rect.width / 2, rect.y + rect.height / 2], kReadable);
+    else view.reveal(rect);
   }, [wanted, rects, view]);
 
   const choose = (node: number, reveal: boolean) => {
@@ -169,6 +175,13 @@ const kLineHeight = 14.5;
 const kPoint = 12;
 const kDoubleSide = 5;
 
+/** Where a sign sits at the upper right of a node's outline. */
+export function corner(drawn: Drawn): string {
+  const inset = drawn.shape === "condition" ? drawn.width * 0.25 : drawn.shape === "decorator" ? kPoint : 0;
+  const drop = drawn.shape === "condition" ? drawn.height * 0.067 : 0;
+  return `translate(${round(drawn.x + drawn.width - inset)} ${round(drawn.y + drop)})`;
+}
+
 /** The chosen node is drawn last, over its neighbours. */
 function in_front(ids: readonly number[], chosen: number | null): readonly number[] {
   return chosen === null || !ids.includes(chosen) ? ids : [...ids.filter((id) => id !== chosen), chosen];
@@ -195,9 +208,7 @@ const NodeView = memo(function NodeView({ node, drawn, folded, hidden, parent_of
   const [status, last, chosen, near] = [look & 7, (look >> 3) & 7, (look & 64) !== 0, look >= 128];
   const word = (kStatuses[status] ?? "IDLE").toLowerCase();
   const middle = drawn.x + drawn.width / 2;
-  const inset = drawn.shape === "condition" ? drawn.width * 0.25 : drawn.shape === "decorator" ? kPoint : 0;
-  const drop = drawn.shape === "condition" ? drawn.height * 0.067 : 0;
-  const badge = `translate(${round(drawn.x + drawn.width - inset)} ${round(drawn.y + drop)})`;
+  const badge = corner(drawn);
   // That a condition does not hold is an answer like any other.
   const no = node.kind === "condition" && word === "failure";
   const classes = ["node", no ? "no" : word, chosen ? "chosen" : near ? "near" : "", found ? "found" : "", never ? "never-ticked" : ""].filter(Boolean).join(" ");

@@ -37,18 +37,24 @@ export function SteerBar() {
 
   const drawer = kDrawers.find(({ id }) => id === open);
   return (
-    <div className="steer" id="panel-steer" tabIndex={-1} role="group" aria-label="Steer">
+    <div
+      className="steer"
+      id="panel-steer"
+      tabIndex={-1}
+      role="group"
+      aria-label="Steer"
+      onKeyDown={(event) => {
+        if (event.key !== "Escape" || !drawer) return;
+        toggle(drawer.id);
+        document.getElementById(`steer-tab-${drawer.id}`)?.focus();
+      }}
+    >
       {drawer && (
         <section
           className="steer-drawer"
           id="steer-content"
           role="tabpanel"
           aria-labelledby={`steer-tab-${drawer.id}`}
-          onKeyDown={(event) => {
-            if (event.key !== "Escape") return;
-            toggle(drawer.id);
-            document.getElementById(`steer-tab-${drawer.id}`)?.focus();
-          }}
         >
           <fieldset disabled={why_not !== null} title={why_not ?? undefined}>
             <legend className="steer-title">{drawer.title}</legend>
