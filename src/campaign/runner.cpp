@@ -196,6 +196,12 @@ Runner::Executed Runner::execute(const Draw& draw, const Coverage* things) {
     }
     plan_.scenario = std::move(*scenario.value);
   }
+  if (auto done = things == nullptr && !follows_files_ ? execute_quickly() : std::nullopt) {
+    out.battery_least = rounded(done->battery_least);
+    out.battery_end = rounded(done->battery_end);
+    out.report = std::move(done->report);
+    return out;
+  }
   runtime::RunOptions options;
   runtime::SimHost* sim = nullptr;
   const auto least = [](const sim::State& state) {
@@ -235,6 +241,12 @@ Runner::Executed Runner::execute(const Draw& draw, const Coverage* things) {
   }
   spoilt_ = spoilt_ || !out.report->given_up.empty();
   return out;
+}
+
+std::optional<QuickRuns::Done> Runner::execute_quickly() {
+  if (!remembers_) return std::nullopt;
+  if (!quick_) quick_ = QuickRuns::of(plan_);
+  return *quick_ ? (*quick_)->run(plan_.scenario, *plan_.world) : std::nullopt;
 }
 
 Row Runner::row(std::uint64_t run, std::uint64_t seed, const Executed& executed) const {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sentree/campaign/coverage.h"
+#include "sentree/campaign/quick_runs.h"
 #include "sentree/campaign/row.h"
 #include "sentree/campaign/vary.h"
 #include "sentree/project/part_cache.h"
@@ -40,6 +41,8 @@ class Runner {
     std::vector<std::uint32_t> reached;
   };
   [[nodiscard]] Executed execute(const Draw& draw);
+  /// From now on every run is executed, also where its steps are known from runs before it (`QuickRuns`).
+  void forgo_memory() { remembers_ = false; }
   /// The same, and what it reaches of `things`.
   [[nodiscard]] Executed execute(const Draw& draw, const Coverage* things);
   [[nodiscard]] Row row(std::uint64_t run, std::uint64_t seed) { return row(run, seed, execute(drawing_->draw(seed))); }
@@ -59,6 +62,7 @@ class Runner {
 
  private:
   Runner(project::Plan plan, project::Scenario base, Vary vary);
+  std::optional<QuickRuns::Done> execute_quickly();
 
   Vary vary_;
   project::Scenario base_;
@@ -69,6 +73,8 @@ class Runner {
   std::vector<std::string> requirements_;
   bool follows_files_ = false;  // what is varied is more than the world, deadlines and the timeline
   bool spoilt_ = false;
+  bool remembers_ = true;
+  std::optional<std::unique_ptr<QuickRuns>> quick_;  // nothing: not yet asked for; null: the plan is none for it
 };
 
 /// Seed of run `run` (from 1) of a campaign.

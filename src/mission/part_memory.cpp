@@ -4,6 +4,7 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/base/encoder.h"
+#include "sentree/idl/conform.h"
 #include "sentree/mission/detail/due.h"
 #include "sentree/mission/encode.h"
 
@@ -40,11 +41,12 @@ bool PartMemory::remembers(const project::Plan& plan) {
                       [&](const project::ModelPlan& model) { return asks(model.chart); });
 }
 
-PartMemory::PartMemory(const project::Plan& plan, bool faults)
+PartMemory::PartMemory(const project::Plan& plan, bool faults, bool timeline)
     : parts_(plan),
-      faults_(faults || !plan.scenario.delays.empty() || !plan.scenario.timeline.empty()),
+      faults_(faults || !plan.scenario.delays.empty() || (timeline && !plan.scenario.timeline.empty())),
       gates_(!plan.gates.empty()) {
   parts_.remember_steps();
+  for (std::size_t leaf = 0; leaf < parts_.skills(); ++leaf) reads_.emplace_back(parts_.skill(leaf).model().chart);
 }
 
 PartMemory::Run PartMemory::begin() {
@@ -88,8 +90,47 @@ void PartMemory::step(Run& run, Outside& outside) {
   run.now = queue[which].when;
   const std::uint32_t what = queue[which].what;
   queue.erase(queue.begin() + static_cast<std::ptrdiff_t>(which));
-  take(deliveries_[what].part, what);
+  take(deliveries_[what].part, deliveries_[what].served ? arrived(what) : what);
+  result_.reset();
   run_ = nullptr;
+}
+
+// What is delivered for an outcome from outside.
+std::uint32_t PartMemory::arrived(std::uint32_t what) {
+  CallOutcome outcome = std::move(run_->served.front());
+  run_->served.erase(run_->served.begin());
+  const std::size_t leaf = deliveries_[what].part;
+  const auto call = std::get<Outcome>(std::get<SkillDelivery>(deliveries_[what].what.what)).call;
+  const auto exactly = [&] { return intern({leaf, SkillDelivery(Outcome{call, outcome})}, run_->now); };
+  if (!outcome.ok) return exactly();
+  result_ = outcome.result;
+  const std::uint32_t state = aged(run_->parts[leaf], run_->now - run_->as_of[leaf]);
+  auto& known = stand_ins_[std::uint64_t{state} << 32U | what];
+  for (const StandIn& one : known) {
+    if (!one.enabled && one.result == outcome.result) return one.delivery;
+  }
+  // Of what has few values, each is known by itself.
+  const bool is_one_of_few = outcome.result.is_null() || outcome.result.as_bool() != nullptr;
+  const SkillState& skill = std::get<SkillState>(*kept_[state].state);
+  const SkillModel& model = parts_.skill(leaf).model();
+  std::optional<std::vector<scxml::TransitionIndex>> enabled;
+  if (!is_one_of_few && !model.protocol && skill.is_current(call->run) && !reads_[leaf].elsewhere()) {
+    scxml::Event event;
+    event.name = call->service + "." + call->method + ".reply";
+    event.sendid = call->sendid;
+    event.origintype = "thrift";
+    event.data = idl::for_script(Map{{"args", call->args}, {"result", outcome.result}});
+    enabled = scxml::enabled_by(model.chart, skill.session, event, kept_[state].at);
+    if (enabled && std::any_of(enabled->begin(), enabled->end(),
+                               [&](scxml::TransitionIndex t) { return reads_[leaf].in_content(t); }))
+      enabled.reset();
+  }
+  if (!enabled && !is_one_of_few) return exactly();
+  for (const StandIn& one : known) {
+    if (one.enabled && one.enabled == enabled) return one.delivery;
+  }
+  known.push_back({outcome.result, std::move(enabled), exactly()});
+  return known.back().delivery;
 }
 
 void PartMemory::take(std::uint32_t part, std::uint32_t what) {
@@ -232,6 +273,7 @@ void PartMemory::unpack(std::span<const std::uint32_t> packed, TimePoint now, Ru
   run.as_of.assign(parts, now);
   at = parts;
   run.standing = packed[at++];
+  run.served.clear();
   run.queue.resize(packed[at++]);
   for (Run::Waiting& waiting : run.queue) {
     waiting.when = add_saturating(now, durations_[packed[at] >> 3U]);
@@ -293,6 +335,12 @@ void PartMemory::tell_skill(std::size_t leaf, std::string_view message, SkillDel
 
 void PartMemory::call(std::size_t leaf, const Shared<Call>& call) {
   if (is_told()) return;
+  if (!parts_.model_of(call->service)) {
+    const std::uint32_t number = intern({leaf, SkillDelivery(Outcome{call, {}})}, frame_);
+    deliveries_[number].served = true;
+    add({.kind = Op::Kind::kServe, .a = number});
+    return;
+  }
   Op op{.kind = Op::Kind::kCall, .a = intern(parts_.delivery_of(leaf, call), frame_)};
   if (faults_) {
     op.b = intern({leaf, Parts::unreachable(call)}, frame_);
@@ -417,6 +465,12 @@ void PartMemory::perform(const Op& op) {
     case Op::Kind::kCall: {
       const bool is_down = faults_ && standing_[run_->standing]->down.contains(texts_[static_cast<std::size_t>(op.c)]);
       return insert(now, Rank::kMessage, is_down ? op.b : op.a);
+    }
+    case Op::Kind::kServe: {
+      const OnItsWay& one = deliveries_[op.a];
+      const auto& outcome = std::get<Outcome>(std::get<SkillDelivery>(one.what.what));
+      run_->served.push_back(outside_->serve(one.part, *outcome.call));
+      return insert(now, Rank::kMessage, op.a);
     }
     case Op::Kind::kTaken: return outside_->taken(op.a, op.b);
     case Op::Kind::kProblem: return outside_->problem(texts_[op.a]);
@@ -609,7 +663,10 @@ std::uint32_t PartMemory::intern(Message&& message) {
   to.text(message.name);
   append(key, message.data);
   const std::uint32_t number = number_in(number_of_message_, std::move(key), messages_.size());
-  if (number == messages_.size()) messages_.push_back({.message = std::move(message), .takers = {}});
+  if (number == messages_.size()) {
+    const bool is_answer = message.kind == MessageKind::kReply && message.data.find("result") != nullptr;
+    messages_.push_back({.message = std::move(message), .is_answer = is_answer, .takers = {}});
+  }
   return number;
 }
 

@@ -20,6 +20,7 @@
 #include "sentree/base/result.h"
 #include "sentree/mission/faults.h"
 #include "sentree/mission/parts.h"
+#include "sentree/scxml/enabled.h"
 
 namespace sentree::mission {
 
@@ -28,6 +29,10 @@ namespace sentree::mission {
 ///
 /// States of a part are one if their canonical forms are (`encode`), times relative to now. Numbers are those of this
 /// memory; equal runs have equal numbers. Nothing is ever forgotten.
+///
+/// Services that nothing in the plan serves are served outside. What they answer is rarely the same twice, so answers
+/// that enable the same transitions stand in for each other where nothing else in the chart looks at them; observations
+/// of such an answer have what the one said that came first (`result`).
 ///
 /// Not for plans in which a chart asks for ids (`remembers`).
 class PartMemory final : private Ground {
@@ -49,6 +54,10 @@ class PartMemory final : private Ground {
     virtual void taken(std::size_t leaf, scxml::TransitionIndex transition) = 0;
     virtual void problem(const std::string& what) = 0;
     virtual void refused(const Diagnostic& why) = 0;
+    /// Serves a call.
+    [[nodiscard]] virtual CallOutcome serve(std::size_t /*leaf*/, const Call& /*call*/) {
+      return {.ok = false, .result = {}, .kind = "unreachable", .message = "nobody serves it"};
+    }
   };
 
   /// A run between two deliveries. A plain value.
@@ -65,11 +74,13 @@ class PartMemory final : private Ground {
     std::vector<Waiting> queue;         ///< By time and rank, those of one time and rank in the order put.
     std::vector<TimePoint> not_before;  ///< Earliest delivery: of ticks by leaf, of topics by leaf, of topics by model.
     std::uint32_t standing = 0;         ///< What stands and is killed.
+    std::vector<CallOutcome> served;    ///< Outside, in the order in which they are in the queue.
   };
 
   /// @param plan    Without obstacles for `VirtualHost`; borrowed.
   /// @param faults  Some may come or stand.
-  PartMemory(const project::Plan& plan, bool faults);
+  /// @param timeline  What the scenario of the plan says of them counts too.
+  PartMemory(const project::Plan& plan, bool faults, bool timeline = true);
 
   /// Whether the plan is one for it.
   [[nodiscard]] static bool remembers(const project::Plan& plan);
@@ -79,6 +90,13 @@ class PartMemory final : private Ground {
   [[nodiscard]] static TimePoint next(const Run& run) { return run.queue.empty() ? kNever : run.queue.front().when; }
   void step(Run& run, Outside& outside);
   Result<void> inject(Run& run, const project::Intervention& what, Outside& outside);
+  /// While it is told of an observation, or of a transition: the result that has come from outside, which is that of an
+  /// observation that `is_answer`. Null: none has.
+  [[nodiscard]] const Value* result() const { return result_ ? &*result_ : nullptr; }
+  [[nodiscard]] bool is_answer(std::uint32_t observation) const { return messages_[observation].is_answer; }
+  [[nodiscard]] bt::Status root(const Run& run) const {
+    return std::get<TreeState>(*kept_[run.parts.back()].state).root;
+  }
   [[nodiscard]] bool ended(const Run& run) const { return kept_[run.parts.back()].ended; }
   [[nodiscard]] bool over(const Run& run) const { return kept_[run.parts.back()].over; }
   [[nodiscard]] TimePoint planned(const Run& run) const {
@@ -144,10 +162,18 @@ class PartMemory final : private Ground {
     Numbered tick;
     Numbered call;
     std::optional<Duration> timer;  // how far what a timer was set for is from when it rings
+    bool served = false;            // the outcome of a call that is served outside, which is `Run::served.front()`
+  };
+  // An outcome from outside that came to a state of a skill.
+  struct StandIn {
+    Value result;
+    std::optional<std::vector<scxml::TransitionIndex>> enabled;  // any result that enables them; nothing: that one
+    std::uint32_t delivery = 0;
   };
   struct Known {
     Message message;
-    bool told = false;  // `what` and `takers` are known
+    bool is_answer = false;  // it tells the result of a call
+    bool told = false;       // `what` and `takers` are known
     std::vector<std::pair<Parts::Taker, std::uint32_t>> takers;
     std::uint32_t topic = kNone;
   };
@@ -166,7 +192,7 @@ class PartMemory final : private Ground {
 
   // What a step does, in order.
   struct Op {
-    enum class Kind : std::uint8_t { kObserve, kPut, kTell, kCall, kTaken, kProblem, kRefused };
+    enum class Kind : std::uint8_t { kObserve, kPut, kTell, kCall, kServe, kTaken, kProblem, kRefused };
     Kind kind = Kind::kObserve;
     Rank rank = Rank::kMessage;
     std::uint32_t a = 0;
@@ -215,6 +241,7 @@ class PartMemory final : private Ground {
   void take(std::uint32_t part, std::uint32_t what);
   void execute(std::uint32_t state, std::uint32_t what, std::uint32_t node);
   void perform(const Op& op);
+  [[nodiscard]] std::uint32_t arrived(std::uint32_t what);
   [[nodiscard]] std::int64_t ask(const Query& query);
   [[nodiscard]] std::uint64_t unused_tick(std::size_t leaf) const;
   [[nodiscard]] std::uint64_t unused_run(std::size_t leaf) const;
@@ -261,7 +288,9 @@ class PartMemory final : private Ground {
   std::vector<Veto> vetoes_;  // an answer says which, from 1
   std::vector<Diagnostic> refusals_;
   std::vector<Node> nodes_;
-  FlatMap<std::uint64_t, WordHash> steps_;  // nodes by state and delivery
+  FlatMap<std::uint64_t, WordHash> steps_;                             // nodes by state and delivery
+  std::unordered_map<std::uint64_t, std::vector<StandIn>> stand_ins_;  // likewise
+  std::vector<scxml::EventReads> reads_;                               // by leaf
 
   // Of the step that is taken.
   Run* run_ = nullptr;
@@ -274,6 +303,7 @@ class PartMemory final : private Ground {
   std::string later_;
   std::vector<std::uint32_t> first_;
   std::vector<std::size_t> due_;
+  std::optional<Value> result_;
 };
 
 }  // namespace sentree::mission

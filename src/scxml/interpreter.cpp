@@ -123,6 +123,14 @@ void Interpreter::process_platform_event(const Event& event) {
   run_to_completion();
 }
 
+std::optional<std::vector<TransitionIndex>> Interpreter::enabled_by(const Event& event) {
+  data_->set_event(&event);
+  select_transitions(event);
+  data_->set_event(nullptr);
+  if (!running() || !session_.internal_.empty()) return std::nullopt;
+  return scratch_->enabled;
+}
+
 void Interpreter::cancel() {
   if (running()) exit_interpreter(SessionStatus::kCancelled);
 }

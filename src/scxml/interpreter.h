@@ -73,6 +73,8 @@ class Interpreter {
   void deliver(Timer timer);
 
   Result<std::optional<Value>> evaluate(std::string_view expression) { return data_->evaluate(expression); }
+  /// What an external event would enable; nothing: a condition fails. Changes nothing but the errors that are raised.
+  [[nodiscard]] std::optional<std::vector<TransitionIndex>> enabled_by(const Event& event);
 
   // Used by the data models.
   [[nodiscard]] bool is_active(StateIndex state) const { return session_.configuration_.contains(state); }

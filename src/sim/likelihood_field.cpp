@@ -8,7 +8,7 @@ namespace sentree::sim {
 namespace {
 
 constexpr int kMiss = 255;
-constexpr std::size_t kLanes = 4;
+constexpr std::size_t kLanes = 8;
 using Floats = float __attribute__((vector_size(4 * kLanes)));
 using Ints = std::int32_t __attribute__((vector_size(4 * kLanes)));
 
@@ -38,7 +38,12 @@ LikelihoodField::LikelihoodField(const GridMap& map, const DistanceField& distan
   }
 }
 
-double LikelihoodField::log_likelihood(const BeamEnds& ends, Vec2 at, double heading_rad) const {
+// Of eight beams at once where the processor can; to the same bit where it cannot.
+#if defined(__x86_64__)
+__attribute__((target_clones("avx2", "default")))
+#endif
+double
+LikelihoodField::log_likelihood(const BeamEnds& ends, Vec2 at, double heading_rad) const {
   const auto c = static_cast<float>(std::cos(heading_rad));
   const auto s = static_cast<float>(std::sin(heading_rad));
   // With the border; what is beyond it counts as on it. A float resolves a thousandth of a cell on the largest map.
@@ -61,8 +66,7 @@ double LikelihoodField::log_likelihood(const BeamEnds& ends, Vec2 at, double hea
     y = y < y_max ? y : y_max - Floats{};
     y = y > 0.0F ? y : Floats{};
     const Ints slot = __builtin_convertvector(y, Ints) * stride_ + __builtin_convertvector(x, Ints);
-    loss += loss_[static_cast<std::size_t>(slot[0])] + loss_[static_cast<std::size_t>(slot[1])] +
-            loss_[static_cast<std::size_t>(slot[2])] + loss_[static_cast<std::size_t>(slot[3])];
+    for (std::size_t lane = 0; lane < kLanes; ++lane) loss += loss_[static_cast<std::size_t>(slot[lane])];
   }
   for (; i < count; ++i) {
     const float x = std::clamp(from_x + c * ends.x[i] - s * ends.y[i], 0.0F, x_max);

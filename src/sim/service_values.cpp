@@ -7,7 +7,7 @@ namespace sentree::sim {
 
 Value return_code(std::string_view name) { return name; }
 
-Value to_value(const Pose2& pose) { return Map{{"x", pose.x}, {"y", pose.y}, {"theta", pose.theta}}; }
+Value to_value(const Pose2& pose) { return record("x", pose.x, "y", pose.y, "theta", pose.theta); }
 Value to_value(Vec2 point) { return Map{{"x", point.x}, {"y", point.y}}; }
 Value to_value(const Twist2& twist) { return Map{{"vx", twist.vx}, {"vy", 0.0}, {"omega", twist.omega}}; }
 
@@ -80,11 +80,11 @@ Value to_value(BatteryWarning warning) {
 }
 
 Value header(const State& state, std::string_view frame) {
-  return Map{{"stamp", seconds(state.time)}, {"frame_id", frame}};
+  return record("stamp", seconds(state.time), "frame_id", frame);
 }
 
 Value location(const World& world, const Pose2& pose, std::string_view description) {
-  return Map{{"map_id", world.map_id}, {"pose", to_value(pose)}, {"description", description}};
+  return record("map_id", world.map_id, "pose", to_value(pose), "description", description);
 }
 
 Value area(const World& world, const NamedArea& area) {

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "sentree/base/diagnostic.h"
@@ -17,6 +18,20 @@
 namespace sentree::sim {
 
 /// Between the simulator's types and the shapes of interfaces/robot.thrift.
+
+/// A map of names and values, given in turn: without the copies that an initializer list makes.
+template <class... Rest>
+[[nodiscard]] Map record(Rest&&... names_and_values) {
+  static_assert(sizeof...(Rest) % 2 == 0);
+  Map map;
+  map.reserve(sizeof...(Rest) / 2);
+  const auto add = [&map](const auto& self, std::string_view name, auto&& value, auto&&... rest) -> void {
+    map.append(std::string(name), Value(std::forward<decltype(value)>(value)));
+    if constexpr (sizeof...(rest) > 0) self(self, std::forward<decltype(rest)>(rest)...);
+  };
+  if constexpr (sizeof...(Rest) > 0) add(add, std::forward<Rest>(names_and_values)...);
+  return map;
+}
 
 [[nodiscard]] Value return_code(std::string_view name);  ///< "OK", "ERROR", …
 [[nodiscard]] Value to_value(const Pose2& pose);

@@ -16,14 +16,10 @@ namespace {
 Value battery_state(const Context& c) {
   const Battery& battery = c.robot().battery;
   const BatterySpec& spec = c.spec().battery;
-  return Map{{"header", header(c.state, "base_link")},
-             {"voltage", voltage_V(spec, battery)},
-             {"current", battery.current_A},
-             {"percentage", battery.charge},
-             {"temperature", battery.temperature_C},
-             {"power_supply_status", to_value(status(battery))},
-             {"warning", to_value(warning(spec, battery))},
-             {"present", true}};
+  return record("header", header(c.state, "base_link"), "voltage", voltage_V(spec, battery), "current",
+                battery.current_A, "percentage", battery.charge, "temperature", battery.temperature_C,
+                "power_supply_status", to_value(status(battery)), "warning", to_value(warning(spec, battery)),
+                "present", true);
 }
 
 Value battery_charge(const Context& c) { return c.robot().battery.charge * 100.0; }
