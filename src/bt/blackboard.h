@@ -65,7 +65,7 @@ class Blackboard {
   [[nodiscard]] static std::vector<EntryFact> list(const Tree& tree, const State& state);
 
  private:
-  [[nodiscard]] std::uint32_t link_of(std::uint32_t cell) const {
+  [[nodiscard, gnu::always_inline]] std::uint32_t link_of(std::uint32_t cell) const {
     return cell < cells_ ? links_[cell] : state_.dynamic_[cell - cells_].link;
   }
   [[nodiscard]] std::uint32_t parent_of(std::uint32_t cell) const {

@@ -59,11 +59,7 @@ struct Switch : AnyNode {
 
   static Next enter(Machine& m, const Node& n, NodeId id) {
     const std::uint32_t cases = n.port_count - 1U;  // The ports are `variable` and the cases.
-    if (n.child_count != cases + 1) {
-      return m.fail(id, "bt.child-count",
-                    "must have " + std::to_string(cases + 1) + " children (one per case, and the default) and has " +
-                        std::to_string(n.child_count));
-    }
+    if (n.child_count != cases + 1) return bad_count(m, n, id, cases);
     const std::uint32_t match = matching(m, n, cases);
     std::int32_t* const mem = m.memory(n);
     if (mem[kRunning] != 0 && static_cast<std::uint32_t>(mem[kRunning] - 1) != match) {
@@ -73,6 +69,11 @@ struct Switch : AnyNode {
     return Next::tick(match);
   }
 
+  [[gnu::noinline, gnu::cold]] static Next bad_count(Machine& m, const Node& n, NodeId id, std::uint32_t cases) {
+    return m.fail(id, "bt.child-count",
+                  "must have " + std::to_string(cases + 1) + " children (one per case, and the default) and has " +
+                      std::to_string(n.child_count));
+  }
   /// The case that the variable equals; the number of cases if there is none.
   static std::uint32_t matching(Machine& m, const Node& n, std::uint32_t cases) {
     if (n.data == kNone) return matching_read(m, n, cases);
