@@ -10,8 +10,7 @@
 namespace sentree::bt {
 
 void Blackboard::link(std::uint32_t cell, std::uint32_t entry) {
-  std::uint32_t& place =
-      cell < state_.links_.size() ? state_.links_[cell] : state_.dynamic_[cell - state_.links_.size()].link;
+  std::uint32_t& place = cell < cells_ ? links_[cell] : state_.dynamic_[cell - cells_].link;
   SENTREE_ASSERT(place == State::kNoEntry);
   place = entry;
   ++state_.entries_[entry].links;
@@ -121,11 +120,7 @@ bool Blackboard::set(std::uint32_t cell, Datum&& datum, const PortType* type, st
 void Blackboard::unset(std::uint32_t cell) {
   const std::uint32_t index = link_of(cell);
   if (index == State::kNoEntry) return;
-  if (cell < state_.links_.size()) {
-    state_.links_[cell] = State::kNoEntry;
-  } else {
-    state_.dynamic_[cell - state_.links_.size()].link = State::kNoEntry;
-  }
+  (cell < cells_ ? links_[cell] : state_.dynamic_[cell - cells_].link) = State::kNoEntry;
   if (--state_.entries_[index].links == 0) state_.entries_[index] = Entry{};
 }
 
@@ -140,7 +135,7 @@ std::uint32_t Blackboard::find_cell(std::uint32_t scope, std::string_view name) 
   }
   for (std::size_t i = 0; i < state_.dynamic_.size(); ++i) {
     if (state_.dynamic_[i].scope == scope && state_.dynamic_[i].name == name) {
-      return static_cast<std::uint32_t>(state_.links_.size() + i);
+      return static_cast<std::uint32_t>(cells_ + i);
     }
   }
   return kNone;
@@ -160,7 +155,7 @@ std::uint32_t Blackboard::cell(std::uint32_t scope, std::string_view name) {
   }
   if (state_.dynamic_.size() >= kRuntimeEntriesMax) return kNone;
   state_.dynamic_.push_back({scope, std::string(name), parent, State::kNoEntry});
-  return static_cast<std::uint32_t>(state_.links_.size() + state_.dynamic_.size() - 1);
+  return static_cast<std::uint32_t>(cells_ + state_.dynamic_.size() - 1);
 }
 
 std::string Blackboard::too_many(std::string_view name) {
@@ -169,8 +164,8 @@ std::string Blackboard::too_many(std::string_view name) {
 }
 
 std::string_view Blackboard::name(std::uint32_t cell) const {
-  if (cell < state_.links_.size()) return model_.strings[model_.cells[cell].name];
-  return state_.dynamic_[cell - state_.links_.size()].name;
+  if (cell < cells_) return model_.strings[model_.cells[cell].name];
+  return state_.dynamic_[cell - cells_].name;
 }
 
 std::uint32_t Blackboard::resolve(const Model& model, const State& state, std::uint32_t cell) {
@@ -208,7 +203,7 @@ std::vector<EntryFact> Blackboard::list(const Tree& tree, const State& state) {
   for (std::uint32_t scope = 0; scope < model.scopes.size(); ++scope) {
     for (const std::uint32_t cell : model.scopes[scope].first_mention) add(scope, cell);
     for (std::uint32_t i = 0; i < state.dynamic_.size(); ++i) {
-      if (state.dynamic_[i].scope == scope) add(scope, static_cast<std::uint32_t>(state.links_.size()) + i);
+      if (state.dynamic_[i].scope == scope) add(scope, view.cells_ + i);
     }
   }
   return facts;

@@ -21,7 +21,12 @@ class Blackboard {
  public:
   using Entry = State::Entry;
 
-  Blackboard(const Model& model, State& state, TimePoint now) : model_(model), state_(state), now_(now) {}
+  Blackboard(const Model& model, State& state, TimePoint now)
+      : model_(model),
+        state_(state),
+        links_(state.links_.data()),
+        cells_(static_cast<std::uint32_t>(state.links_.size())),
+        now_(now) {}
 
   /// The entry, or null. Links the cell to a parent's entry where there is one.
   Entry* find(std::uint32_t cell) {
@@ -29,7 +34,7 @@ class Blackboard {
     return link != State::kNoEntry ? &state_.entries_[link] : find_slow(cell);
   }
   /// The entry if the cell is linked already, as it is from the second use on.
-  Entry* find_linked(std::uint32_t cell) {
+  [[gnu::always_inline]] Entry* find_linked(std::uint32_t cell) {
     const std::uint32_t link = link_of(cell);
     return link != State::kNoEntry ? &state_.entries_[link] : nullptr;
   }
@@ -60,12 +65,11 @@ class Blackboard {
   [[nodiscard]] static std::vector<EntryFact> list(const Tree& tree, const State& state);
 
  private:
-  [[nodiscard]] std::uint32_t link_of(std::uint32_t cell) const {
-    return cell < state_.links_.size() ? state_.links_[cell] : state_.dynamic_[cell - state_.links_.size()].link;
+  [[nodiscard, gnu::always_inline]] std::uint32_t link_of(std::uint32_t cell) const {
+    return cell < cells_ ? links_[cell] : state_.dynamic_[cell - cells_].link;
   }
   [[nodiscard]] std::uint32_t parent_of(std::uint32_t cell) const {
-    return cell < state_.links_.size() ? model_.cells[cell].parent
-                                       : state_.dynamic_[cell - state_.links_.size()].parent;
+    return cell < cells_ ? model_.cells[cell].parent : state_.dynamic_[cell - cells_].parent;
   }
   void link(std::uint32_t cell, std::uint32_t entry);
   Entry* find_slow(std::uint32_t cell);
@@ -74,6 +78,8 @@ class Blackboard {
 
   const Model& model_;
   State& state_;
+  std::uint32_t* links_;  ///< State::links_, which no step resizes.
+  std::uint32_t cells_;
   TimePoint now_;
 };
 

@@ -40,7 +40,7 @@ struct Stamped {
 /// What a C++ node sees of itself while it runs. Valid during the call only.
 class Context {
  public:
-  Context(Machine& machine, NodeId node) : machine_(machine), node_(node) {}
+  Context(Machine& machine, NodeId node, Status kept) : machine_(machine), node_(node), kept_(kept) {}
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
 
@@ -50,7 +50,7 @@ class Context {
   [[nodiscard]] const Tree& tree() const;
   [[nodiscard]] TimePoint now() const;
   /// What the node kept from its last tick.
-  [[nodiscard]] Status status() const;
+  [[nodiscard]] Status status() const { return kept_; }
 
   /// The present value of an input port: a literal, an entry, or the default.
   /// Errors: bt.no-port, bt.no-entry, bt.empty-entry, bt.conversion.
@@ -104,15 +104,21 @@ class Context {
   [[nodiscard, gnu::noinline]] Result<T> converted(const PortName& port) const;
   /// What the port holds, unconverted; null if there is nothing.
   [[nodiscard]] const Datum* peek(const PortName& port) const;
+  [[nodiscard, gnu::noinline]] const Datum* peek_long(const PortName& port) const;
   /// The same converted to `wanted`, in `scratch` where it is of another type.
   const Datum* read(const PortName& port, const PortType& wanted, Datum& scratch) const;
   [[nodiscard]] Diagnostic read_error(const PortName& port, const PortType& wanted) const;
   /// The value to overwrite, counted and stamped, if the entry is of exactly that type and holds one; else null.
   Value* writable(const PortName& port, const PortType& type, Value::Type held);
+  [[gnu::noinline]] Value* writable_long(const PortName& port, const PortType& type, Value::Type held);
+  /// `output` where the entry has to be made, or holds something else.
+  template <class T>
+  [[gnu::noinline]] Result<void> output_anew(const PortName& port, const T& value);
   Result<void> write(const PortName& port, Datum&& datum, const PortType& type);
 
   Machine& machine_;
   NodeId node_;
+  Status kept_;
 };
 
 namespace detail {
@@ -157,7 +163,7 @@ inline constexpr Value::Type kHeldAs = std::is_same_v<T, bool>       ? Value::Ty
 }  // namespace detail
 
 template <class T>
-Result<T> Context::input(PortName port) const {
+[[gnu::always_inline]] inline Result<T> Context::input(PortName port) const {
   if constexpr (Convertible<T> && !std::is_same_v<T, Value>) {
     if (const Datum* datum = peek(port)) {
       if (auto value = detail::exactly<T>(datum->value)) return std::move(*value);
@@ -180,13 +186,18 @@ Result<T> Context::converted(const PortName& port) const {
 }
 
 template <class T>
-Result<void> Context::output(PortName port, const T& value) {
+[[gnu::always_inline]] inline Result<void> Context::output(PortName port, const T& value) {
   if constexpr (detail::kOverwritable<T>) {
     if (Value* held = writable(port, type_of<T>(), detail::kHeldAs<T>)) {
       detail::overwrite(*held, value);
       return {};
     }
   }
+  return output_anew(port, value);
+}
+
+template <class T>
+Result<void> Context::output_anew(const PortName& port, const T& value) {
   if constexpr (Convertible<T>) {
     return write(port, Datum{Convert<T>::to_value(value), nullptr}, type_of<T>());
   } else {

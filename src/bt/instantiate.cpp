@@ -1,8 +1,10 @@
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 #include "sentree/bt/loader.h"
 #include "sentree/bt/nodes/parallel.h"
+#include "sentree/bt/nodes/switch.h"
 #include "sentree/bt/values.h"
 
 // Definitions to the compiled model: every SubTree instance gets nodes, a blackboard and resolved names of its own.
@@ -197,6 +199,25 @@ void Loader::bind_thresholds(Node& node) {
   model_->parallels.push_back(limits);
 }
 
+void Loader::bind_cases(Node& node) {
+  const auto first = static_cast<std::uint32_t>(model_->cases.size());
+  bool numbers = false;
+  for (std::uint32_t i = 1; i < node.port_count; ++i) {
+    const Binding& b = model_->bindings[node.ports + i];
+    const bool literal = b.kind == Binding::Kind::kLiteral && b.target != kNone;
+    const std::string* const text = literal ? model_->literals[b.target].value.as_string() : nullptr;
+    if (text == nullptr) {
+      model_->cases.resize(first);
+      return;
+    }
+    const nodes::Switch::Compared compared(*model_, *text);
+    model_->cases.push_back({*text, compared.integer, compared.real});
+    numbers = numbers || compared.is_number();
+  }
+  node.data = static_cast<std::uint32_t>(model_->switches.size());
+  model_->switches.push_back({first, numbers});
+}
+
 void Loader::note_leaves() {
   for (NodeId id = 0; id < model_->nodes.size(); ++id) {
     Node& node = model_->nodes[id];
@@ -205,8 +226,10 @@ void Loader::note_leaves() {
         model_->nodes[id + node.child_count].child_count == 0) {
       node.flags |= Node::kLeafChildren;
     }
-    const bool has_conditions = (node.flags & (Node::kHasPre | Node::kHasPost)) != 0;
-    if (node.kind == Kind::kUser && node.child_count == 0 && !has_conditions) node.flags |= Node::kPlainLeaf;
+    const bool suspends = node.kind == Kind::kExternalAction || node.kind == Kind::kExternalCondition;
+    if (node.child_count != 0 || suspends) continue;
+    node.flags |= Node::kAtOnce;
+    if (node.kind == Kind::kUser && (node.flags & (Node::kHasPre | Node::kHasPost)) == 0) node.flags |= Node::kPlain;
   }
 }
 
@@ -220,6 +243,7 @@ void Loader::bind_special(const DefinedNode& defined, NodeId id, std::uint32_t s
     case Kind::kLoop:
     case Kind::kUnknown: node.data = defined.data; break;
     case Kind::kParallel: bind_thresholds(node); break;
+    case Kind::kSwitch: bind_cases(node); break;
     case Kind::kSkipUnlessUpdated:
     case Kind::kWaitValueUpdate:
     case Kind::kWasEntryUpdated: {
@@ -452,9 +476,19 @@ void Loader::bind_conditions(const Conditions& scripts, NodeId id, std::uint32_t
   for (std::size_t i = 0; i < Conditions::kCount; ++i) {
     uses.use[i] = bind_script(scripts.use[i], scope);
     if (uses.use[i] == kNone) continue;
-    if (i <= Conditions::kWhile) node.flags |= Node::kHasPre;
-    if (i <= Conditions::kSkipIf) uses.before |= 1U << i;
+    if (i <= Conditions::kWhile) {
+      node.flags |= Node::kHasPre;
+      uses.before |= 1U << i;
+    }
     if (i >= Conditions::kOnFailure) node.flags |= Node::kHasPost;
+  }
+  if (std::has_single_bit(uses.before)) {
+    static constexpr Status kVerdicts[] = {Status::kFailure, Status::kSuccess, Status::kSkipped, Status::kSkipped};
+    const auto only = static_cast<std::size_t>(std::countr_zero(uses.before));
+    const ScriptUse& use = model_->uses[uses.use[only]];
+    if (use.steps == 1) uses.step = use.first_step;
+    uses.verdict = kVerdicts[only];
+    uses.when = only != Conditions::kWhile;
   }
   node.conditions = static_cast<std::uint32_t>(model_->conditions.size());
   model_->conditions.push_back(uses);

@@ -149,6 +149,7 @@ class Loader {
   void bind_ports(const Definition& definition, const DefinedNode& defined, NodeId id, std::uint32_t scope);
   void bind_special(const DefinedNode& defined, NodeId id, std::uint32_t scope);
   void bind_thresholds(Node& node);
+  void bind_cases(Node& node);
   void note_leaves();
   std::uint32_t bind_script(std::uint32_t script, std::uint32_t scope);
   std::uint32_t open_scope(const Definition& definition, const DefinedNode& defined, NodeId id, std::uint32_t parent);

@@ -35,10 +35,15 @@ class Machine {
         memory_(state.memory_.data()),
         observer_(effects.observer),
         hooks_(effects.hooks),
+        users_(model_.users.data()),
+        bindings_(model_.bindings.data()),
+        objects_(state.objects_.data()),
         blackboard_(model_, state, now),
         state_(state),
         effects_(effects),
-        now_(now) {}
+        now_(now),
+        at_once_(effects.hooks == nullptr ? Node::kAtOnce : 0),
+        unusual_(effects.observer != nullptr) {}
 
   StepResult step(const Input& input);
 
@@ -60,8 +65,33 @@ class Machine {
   [[nodiscard]] const Model& model() const { return model_; }
   [[nodiscard]] const Tree& tree() const { return tree_; }
   [[nodiscard]] Effects& effects() { return effects_; }
-  [[nodiscard]] NodeMemory* object(std::uint32_t index) { return state_.objects_[index].get(); }
+  [[nodiscard]] const UserNode& user(const Node& n) const { return users_[n.data]; }
+  [[nodiscard]] NodeMemory* object(std::uint32_t index) { return objects_[index].get(); }
   [[nodiscard]] bool failed() const { return failed_; }
+
+  /// Somebody has hooked into the ticks of nodes.
+  [[nodiscard]] bool hooked() const { return hooks_ != nullptr; }
+  /// A leaf that its parent may tick by `nodes::tick_leaf`; none where somebody has hooked into ticks.
+  [[nodiscard]] bool answers_at_once(NodeId id) const { return (nodes_[id].flags & at_once_) != 0; }
+  /// The tick is given up, or somebody observes each change of a status.
+  [[nodiscard]] bool unusual() const { return unusual_; }
+  /// A leaf that answers at once, built in or with conditions, `verdict` being that of its pre-conditions.
+  /// IDLE: the tick is given up.
+  Status tick_other_leaf(const Node& n, NodeId id, Status verdict);
+  /// What a pre-condition decides instead of the node; IDLE: nothing.
+  [[gnu::noinline]] Status precondition(const Node& n, NodeId id);
+  /// Any leaf that answers at once.
+  Status tick_any_leaf(NodeId id);
+  /// `set_status` where nothing is unusual.
+  void keep_unseen(NodeId id, Status status) { status_[id] = status; }
+  /// What the node said is what it keeps, unless it was skipped.
+  [[gnu::always_inline]] void keep(NodeId id, Status status) {
+    if (status != Status::kSkipped) [[likely]] {
+      set_status(id, status);
+    } else if (observer_ != nullptr) {
+      observer_->skipped(id, now_);
+    }
+  }
 
   /// Halts the child if it is RUNNING, and makes it IDLE.
   void reset(NodeId id) {
@@ -94,33 +124,54 @@ class Machine {
 
   /// A port by its place in the manifest; null where the file does not give it and there is no default.
   [[nodiscard]] const Binding* binding(const Node& n, std::uint32_t port) const {
-    const Binding& b = model_.bindings[n.ports + port];
+    const Binding& b = bindings_[n.ports + port];
     return b.kind == Binding::Kind::kAbsent ? nullptr : &b;
   }
   [[nodiscard]] const Binding* binding(const Node& n, const PortName& port) const {
-    const Binding* b = model_.bindings.data() + n.ports;
+    return port.is_short() ? binding_by_key(n, port.key) : binding_by_name(n, port);
+  }
+  [[nodiscard, gnu::noinline]] const Binding* binding_by_name(const Node& n, const PortName& port) const;
+  /// Of a name that is short.
+  [[nodiscard]] const Binding* binding_by_key(const Node& n, std::uint64_t key) const {
+    const Binding* b = bindings_ + n.ports;
     for (const Binding* const end = b + n.port_count; b != end; ++b) {
-      if (b->key != port.key || (port.text.size() > 7 && !is_named(*b, port.text))) continue;
-      return b->kind == Binding::Kind::kAbsent ? nullptr : b;
+      if (b->key == key) return b->kind == Binding::Kind::kAbsent ? nullptr : b;
     }
     return nullptr;
   }
   /// The present value of a port, converted to `wanted` in `scratch` where it is of another type. Null if there is
   /// none.
   const Datum* read(const Binding& binding, const PortType* wanted, Datum& scratch);
+  /// What there is to read, unconverted; null if there is nothing.
+  [[gnu::always_inline]] const Datum* held(const Binding* binding) {
+    if (binding == nullptr) return nullptr;
+    if (binding->kind == Binding::Kind::kLiteral) return &model_.literals[binding->target];
+    Blackboard::Entry* const entry = blackboard_.find(binding->target);
+    return entry != nullptr ? &entry->datum : nullptr;
+  }
+  /// The value to overwrite, counted and stamped, if the entry is of that very type and holds one; else null.
+  [[gnu::always_inline]] Value* writable(const Binding* binding, const PortType& type, Value::Type held) {
+    if (binding == nullptr || binding->kind != Binding::Kind::kEntry) return nullptr;
+    Blackboard::Entry* const entry = blackboard_.find_linked(binding->target);
+    if (entry == nullptr || entry->type != &type || entry->datum.value.type() != held) return nullptr;
+    blackboard_.written(*entry);
+    return &entry->datum.value;
+  }
   /// Why `read` gave null: bt.no-entry, bt.empty-entry, bt.conversion.
   [[nodiscard]] Diagnostic read_error(const Binding& binding, const PortType* wanted);
   /// Numbers and text of built-in nodes; nothing if the port is absent or its value does not fit.
   std::optional<std::int64_t> read_integer(const Node& n, std::uint32_t port);
   /// Valid as long as the entry and `scratch` are.
   std::optional<std::string_view> read_view(const Node& n, std::uint32_t port, Datum& scratch);
+  /// The text that a port holds as it is; null where it is to be converted, or there is none.
+  const std::string* held_text(const Node& n, std::uint32_t port);
   std::optional<std::string> read_text(const Node& n, std::uint32_t port);
   bool read_bool(const Node& n, std::uint32_t port, bool otherwise);
   std::optional<Status> read_status(const Node& n, std::uint32_t port);
   bool write(const Binding& binding, Datum&& datum, const PortType* type, std::string& error);
 
   /// Runs a script of the node. False: it failed, and the tick is given up.
-  bool run(NodeId id, std::uint32_t use, ScriptValue& result) {
+  [[gnu::always_inline]] bool run(NodeId id, std::uint32_t use, ScriptValue& result) {
     const ScriptUse& u = model_.uses[use];
     double number = 0;
     if (u.steps == 0 || !run_numbers(model_.steps.data() + u.first_step, u.steps, blackboard_, number))
@@ -128,7 +179,7 @@ class Machine {
     result = ScriptValue::of(number);
     return true;
   }
-  bool run_condition(NodeId id, std::uint32_t use, bool& result) {
+  [[gnu::always_inline]] bool run_condition(NodeId id, std::uint32_t use, bool& result) {
     const ScriptUse& u = model_.uses[use];
     double number = 0;
     if (u.steps == 0 || !run_numbers(model_.steps.data() + u.first_step, u.steps, blackboard_, number))
@@ -155,27 +206,16 @@ class Machine {
   Outcome walk(NodeId id, bool entered, Status status, NodeId top);
   template <bool kHooked>
   Outcome walk_as(NodeId id, bool entered, Status status, NodeId top);
-  /// What the node said is what it keeps, unless it was skipped.
-  [[gnu::always_inline]] void keep(NodeId id, Status status) {
-    if (status != Status::kSkipped) {
-      set_status(id, status);
-    } else if (observer_ != nullptr) {
-      observer_->skipped(id, now_);
-    }
-  }
   Next enter(const Node& n, NodeId id);
+  [[gnu::noinline]] Next enter_any(const Node& n, NodeId id);
   Next child_done(const Node& n, NodeId id, NodeId child, Status status);
   void halt_kind(const Node& n, NodeId id);
   void fire_kind(const Node& n, NodeId id);
-  /// What a pre-condition decides instead of the node; IDLE: nothing.
-  [[gnu::noinline]] Status precondition(const Node& n, NodeId id);
+  [[gnu::noinline]] Status preconditions(const Node& n, NodeId id);
   [[gnu::noinline]] void postcondition(const Node& n, NodeId id, Status status);
 
   [[gnu::noinline]] bool run_long(NodeId id, const ScriptUse& use, ScriptValue& result);
   [[gnu::noinline]] bool run_long_condition(NodeId id, const ScriptUse& use, bool& result);
-  [[gnu::noinline]] bool is_named(const Binding& binding, std::string_view name) const {
-    return model_.strings[binding.name] == name;
-  }
   [[gnu::noinline]] void reset_some(const Node& n, std::uint32_t from, std::uint32_t to);
 
   StepResult tick();
@@ -196,11 +236,16 @@ class Machine {
   std::int32_t* memory_;
   Observer* observer_;
   TickHooks* hooks_;
+  const UserNode* users_;
+  const Binding* bindings_;
+  const ObjectSlot* objects_;
   Blackboard blackboard_;
   State& state_;
   Effects& effects_;
   TimePoint now_;
+  std::uint8_t at_once_;
   bool failed_ = false;
+  bool unusual_;
   bool halting_tree_ = false;
   std::uint32_t cycles_ = 0;
   int nested_ = 0;    ///< Inside tick_now.

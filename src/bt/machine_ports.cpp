@@ -73,6 +73,15 @@ bool convert(const Model& model, const PortType& wanted, const Datum& from, Datu
 
 }  // namespace
 
+const Binding* Machine::binding_by_name(const Node& n, const PortName& port) const {
+  const Binding* b = bindings_ + n.ports;
+  for (const Binding* const end = b + n.port_count; b != end; ++b) {
+    if (b->key != port.key || model_.strings[b->name] != port.text) continue;
+    return b->kind == Binding::Kind::kAbsent ? nullptr : b;
+  }
+  return nullptr;
+}
+
 const Datum* Machine::read(const Binding& binding, const PortType* wanted, Datum& scratch) {
   const Datum* datum = nullptr;
   if (binding.kind == Binding::Kind::kLiteral) {
@@ -127,6 +136,11 @@ std::optional<std::string_view> Machine::read_view(const Node& n, std::uint32_t 
   }
   const Datum* datum = read(*b, &type_of<std::string>(), scratch);
   return datum != nullptr ? std::optional(datum->value.text()) : std::nullopt;
+}
+
+const std::string* Machine::held_text(const Node& n, std::uint32_t port) {
+  const Datum* const datum = held(binding(n, port));
+  return datum != nullptr ? datum->value.as_string() : nullptr;
 }
 
 std::optional<std::string> Machine::read_text(const Node& n, std::uint32_t port) {
@@ -206,7 +220,6 @@ std::string_view Context::name() const { return machine_.model().name(node_); }
 std::string Context::path() const { return machine_.tree().path(node_); }
 const Tree& Context::tree() const { return machine_.tree(); }
 TimePoint Context::now() const { return machine_.now(); }
-Status Context::status() const { return machine_.status(node_); }
 bool Context::failed() const { return machine_.failed(); }
 void Context::wake() { machine_.wake(); }
 std::function<void()> Context::waker() const { return machine_.effects().waker; }
@@ -239,21 +252,23 @@ TimePoint Context::stamp(const PortName& port) const {
   return entry != nullptr ? entry->stamp : TimePoint{};
 }
 
+// Both are asked at each tick of most leaves: what they seldom need is behind calls that end them.
+
 const Datum* Context::peek(const PortName& port) const {
-  const Binding* b = machine_.binding(machine_.node(node_), port);
-  if (b == nullptr) return nullptr;
-  if (b->kind == Binding::Kind::kLiteral) return &machine_.model().literals[b->target];
-  const Blackboard::Entry* entry = machine_.blackboard().find(b->target);
-  return entry != nullptr ? &entry->datum : nullptr;
+  return port.is_short() ? machine_.held(machine_.binding_by_key(machine_.node(node_), port.key)) : peek_long(port);
+}
+
+const Datum* Context::peek_long(const PortName& port) const {
+  return machine_.held(machine_.binding_by_name(machine_.node(node_), port));
 }
 
 Value* Context::writable(const PortName& port, const PortType& type, Value::Type held) {
-  const Binding* b = machine_.binding(machine_.node(node_), port);
-  if (b == nullptr || b->kind != Binding::Kind::kEntry) return nullptr;
-  Blackboard::Entry* entry = machine_.blackboard().find_linked(b->target);
-  if (entry == nullptr || entry->type != &type || entry->datum.value.type() != held) return nullptr;
-  machine_.blackboard().written(*entry);
-  return &entry->datum.value;
+  if (!port.is_short()) return writable_long(port, type, held);
+  return machine_.writable(machine_.binding_by_key(machine_.node(node_), port.key), type, held);
+}
+
+Value* Context::writable_long(const PortName& port, const PortType& type, Value::Type held) {
+  return machine_.writable(machine_.binding_by_name(machine_.node(node_), port), type, held);
 }
 
 const Datum* Context::read(const PortName& port, const PortType& wanted, Datum& scratch) const {

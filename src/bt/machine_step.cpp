@@ -17,7 +17,7 @@ enum ExternalFlags : std::int32_t { kRunStarted = 1, kHalting = 2 };
 
 Next Machine::fail(NodeId id, std::string_view code, std::string message) {
   if (!failed_) {
-    failed_ = true;
+    failed_ = unusual_ = true;
     effects_.error =
         Diagnostic{Severity::kError, std::string(code),
                    std::string(tree_.registration(id)) + " \"" + tree_.path(id) + "\": " + message, tree_.span(id)};

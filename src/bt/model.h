@@ -57,7 +57,8 @@ struct Node {
   static constexpr std::uint8_t kHasPre = 4;
   static constexpr std::uint8_t kHasPost = 8;
   static constexpr std::uint8_t kLeafChildren = 16;  ///< Its children are leaves, so their ids follow each other.
-  static constexpr std::uint8_t kPlainLeaf = 32;     ///< Written in C++, without conditions.
+  static constexpr std::uint8_t kAtOnce = 32;        ///< A leaf that answers in the step in which it is ticked.
+  static constexpr std::uint8_t kPlain = 64;         ///< One written in C++, without conditions.
 
   Kind kind = Kind::kAlwaysSuccess;
   std::uint8_t flags = 0;
@@ -133,7 +134,10 @@ struct Conditions {
   enum Index : std::uint8_t { kFailureIf, kSuccessIf, kSkipIf, kWhile, kOnHalted, kOnFailure, kOnSuccess, kPost };
   static constexpr std::size_t kCount = 8;
   std::uint32_t use[kCount] = {kNone, kNone, kNone, kNone, kNone, kNone, kNone, kNone};
-  std::uint32_t before = 0;  ///< A bit for each of kFailureIf, kSuccessIf and kSkipIf that there is.
+  std::uint32_t before = 0;    ///< A bit for each of those up to kWhile that there is.
+  std::uint32_t step = kNone;  ///< In Model::steps: all that the only one of these does.
+  Status verdict = Status::kIdle;  ///< What the node returns instead where that gives `when`.
+  bool when = true;
 };
 /// "_failureIf" … in the order of Conditions::Index, which is the order of evaluation.
 extern const std::string_view kConditionNames[Conditions::kCount];
@@ -148,6 +152,18 @@ struct UserNode {
 struct ParallelLimits {
   std::int32_t success, failure;
   std::int32_t skipped_succeeds;  ///< The success threshold was written negative.
+};
+
+/// A case of a Switch: a literal, as text and as the numbers that it stands for.
+struct SwitchCase {
+  std::string text;
+  std::optional<std::int64_t> integer;
+  std::optional<double> real;
+};
+/// A Switch whose cases are all literals.
+struct SwitchData {
+  std::uint32_t first_case = 0;  ///< In Model::cases.
+  bool numbers = false;          ///< Some of them stand for numbers.
 };
 
 struct TestNodeData {
@@ -195,6 +211,8 @@ struct Model {
   std::vector<UserNode> users;
   std::vector<TestNodeData> tests;
   std::vector<ParallelLimits> parallels;
+  std::vector<SwitchData> switches;
+  std::vector<SwitchCase> cases;
   std::vector<std::vector<Value>> queues;  ///< Literal queues of Loop nodes.
   std::vector<NodeId> externals;
   std::map<NodeId, std::string> numbered;  ///< Paths of leaves whose names alone do not tell them apart.

@@ -103,6 +103,12 @@ bool Registry::remove(std::string_view id) {
   return true;
 }
 
+Status Behaviour::tick_leaf(Context& self, NodeMemory* memory) const {
+  const Next next = tick(self, memory);
+  if (next.child != kNoNode) self.fail("ticks child " + std::to_string(next.child) + " and has none");
+  return next.status;
+}
+
 void Registry::enum_value(std::string name, std::int64_t value) {
   for (const auto& [known, old] : enums_) {
     if (known != name) continue;

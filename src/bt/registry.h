@@ -31,6 +31,8 @@ class Behaviour {
                                         Status status) const {
     return Next::done(status);
   }
+  /// `tick` of a leaf, which has no children to tick.
+  [[nodiscard]] virtual Status tick_leaf(Context& self, NodeMemory* memory) const;
   /// All that a leaf does, if that is one function without memory; else null, and `tick` says.
   [[nodiscard]] virtual const std::function<Status(Context&)>* function() const { return nullptr; }
   /// Called when the node is halted while it runs, before its children are.
@@ -173,6 +175,13 @@ class ClassBehaviour final : public Behaviour {
       return Next::done(kept);
     } else {
       return Next::done(node.tick(self));
+    }
+  }
+  [[nodiscard]] Status tick_leaf(Context& self, NodeMemory* memory) const override {
+    if constexpr (Composite<Node>) {
+      return Behaviour::tick_leaf(self, memory);
+    } else {
+      return ClassBehaviour::tick(self, memory).status;
     }
   }
   [[nodiscard]] Next child_done(Context& self, NodeMemory* memory, std::size_t child, Status status) const override {

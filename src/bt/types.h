@@ -250,7 +250,7 @@ template <class T>
 
 /// The one PortType of a C++ type.
 template <class T>
-[[nodiscard]] const PortType& type_of() {
+[[nodiscard, gnu::always_inline]] inline const PortType& type_of() {
   static const PortType type = detail::make_type<T>();
   return type;
 }
@@ -267,6 +267,9 @@ struct PortName {
   constexpr PortName(std::string_view name) : text(name), key(key_of(name)) {}
   constexpr PortName(const char* name) : PortName(std::string_view(name)) {}
   PortName(const std::string& name) : PortName(std::string_view(name)) {}
+
+  /// No other name has its key.
+  [[nodiscard]] constexpr bool is_short() const { return text.size() <= 7; }
 
   static constexpr std::uint64_t key_of(std::string_view name) {
     std::uint64_t key = name.size() << 56U;

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "sentree/bt/nodes/node.h"
+#include "sentree/bt/nodes/leaf.h"
 
 // What sequences and fallbacks share, with memory of the running child. They mirror each other: `kStop` ends them at
 // once. Async: yields after each child that completed within one tick, if there is more to do.
@@ -30,9 +30,26 @@ struct Ordered : AnyNode {
   /// Ticks the child at `current`, or is done.
   [[gnu::always_inline]] static Next go_on(Machine& m, const Node& n, std::int32_t* mem) {
     const auto current = static_cast<std::uint32_t>(mem[kCurrent]);
-    if (current < n.child_count) {
+    if (current < n.child_count && (kAsync || !m.answers_at_once(m.child(n, current)))) {
       if constexpr (kAsync) mem[kChildWasIdle] = m.status(m.child(n, current)) == Status::kIdle;
       return Next::tick(current);
+    }
+    return visit_leaves(m, n, mem);
+  }
+
+  /// Ticks the child at `current` and those after it, while they answer at once.
+  [[gnu::noinline]] static Next visit_leaves(Machine& m, const Node& n, std::int32_t* mem) {
+    const NodeId* const children = m.children(n);
+    const std::uint32_t count = n.child_count;
+    for (auto current = static_cast<std::uint32_t>(mem[kCurrent]); current < count; ++current) {
+      const Status status = tick_leaf<kGoOn>(m, children[current]);
+      if (status == kGoOn) [[likely]]
+        continue;
+      mem[kCurrent] = static_cast<std::int32_t>(current);
+      if (status == Status::kIdle) return Next::tick(current);
+      if (status == kStop) return stop(m, n, mem);
+      if (status == Status::kRunning) return Next::done(status);
+      ++mem[kSkipped];
     }
     const bool all_skipped = mem[kSkipped] == static_cast<std::int32_t>(n.child_count);
     m.reset_children(n);
@@ -41,7 +58,7 @@ struct Ordered : AnyNode {
     return Next::done(all_skipped ? Status::kSkipped : kGoOn);
   }
 
-  static Next stop(Machine& m, const Node& n, std::int32_t* mem) {
+  [[gnu::noinline]] static Next stop(Machine& m, const Node& n, std::int32_t* mem) {
     m.reset_children(n);
     mem[kCurrent] = 0;
     return Next::done(kStop);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <bit>
 #include <string>
 
 #include "sentree/bt/nodes/parallel_node.h"
@@ -18,7 +19,7 @@ struct Parallel : ParallelNode {
   static constexpr std::uint32_t kSuccessPort = 0;
   static constexpr std::uint32_t kFailurePort = 1;
 
-  [[gnu::always_inline]] static Next enter(Machine& m, const Node& n, NodeId id) {
+  static Next enter(Machine& m, const Node& n, NodeId id) {
     std::int32_t* const mem = m.memory(n);
     if (n.data != kNone) [[likely]] {
       const ParallelLimits& limits = m.model().parallels[n.data];
@@ -33,9 +34,8 @@ struct Parallel : ParallelNode {
     if (m.format3()) [[unlikely]] {
       // Format 3 counts anew at each tick, in the order of the children.
       mem[kSucceeded] = mem[kFailed] = 0;
-      return visit_format3(m, n, mem);
     }
-    return visit<false>(m, n, mem, 0);
+    return visit(m, n, mem, 0);
   }
 
   /// False: they cannot be, and the tick is given up.
@@ -58,17 +58,11 @@ struct Parallel : ParallelNode {
     return success <= static_cast<std::int32_t>(children) && failure <= static_cast<std::int32_t>(children);
   }
 
-  [[gnu::always_inline]] static Next child_done(Machine& m, const Node& n, NodeId /*id*/, Status status) {
+  static Next child_done(Machine& m, const Node& n, NodeId /*id*/, Status status) {
     std::int32_t* const mem = m.memory(n);
-    if (status == Status::kSkipped) ++mem[kSkipped];
-    if (is_completed(status)) count(mem, status);
-    if (m.format3()) [[unlikely]]
-      return after_format3(m, n, mem, status);
-    // The counts are as they were after the child before.
-    if (status == Status::kRunning && mem[kCurrent] > 0) {
-      return visit<false>(m, n, mem, static_cast<std::uint32_t>(mem[kCurrent]) + 1);
-    }
-    return after<false>(m, n, mem, status);
+    const Status clear = m.format3() ? after<true>(n, mem, status) : after<false>(n, mem, status);
+    if (clear != Status::kIdle) return end(m, n, clear);
+    return visit(m, n, mem, static_cast<std::uint32_t>(mem[kCurrent]) + 1);
   }
 
   /// What the counts say after a child; kIdle: nothing yet.
@@ -89,9 +83,48 @@ struct Parallel : ParallelNode {
     return too_many_failed || mem[kFailed] == mem[kFailureThreshold] ? Status::kFailure : Status::kIdle;
   }
 
-  /// Visits the children from `current` on, until one must be ticked by the machine or the verdict is clear.
+  /// Counts the child at `current`, which was just ticked, and says what follows from it; kIdle: nothing yet.
   template <bool kFormat3>
+  static Status after(const Node& n, std::int32_t* mem, Status last) {
+    if (last == Status::kSkipped) ++mem[kSkipped];
+    if (is_completed(last)) count(mem, last);
+    // After the first child the thresholds, which may be others now, are compared with what was counted before.
+    const bool as_before = last == Status::kRunning && mem[kCurrent] > 0;
+    return !kFormat3 && as_before ? Status::kIdle : verdict<kFormat3>(n, mem, last);
+  }
+
+  /// Visits the children from `current` on, until one must be ticked by the machine or the verdict is clear.
   [[gnu::always_inline]] static Next visit(Machine& m, const Node& n, std::int32_t* mem, std::uint32_t current) {
+    if (m.format3()) [[unlikely]]
+      return visit_each<true>(m, n, mem, current);
+    if (current < n.child_count && !ParallelBits(mem).get(current) && !m.answers_at_once(m.child(n, current))) {
+      mem[kCurrent] = static_cast<std::int32_t>(current);
+      return Next::tick(current);
+    }
+    return m.hooked() ? visit_each<false>(m, n, mem, current) : visit_leaves(m, n, mem, current);
+  }
+  [[gnu::noinline]] static Next visit_leaves(Machine& m, const Node& n, std::int32_t* mem, std::uint32_t current) {
+    const ParallelBits done(mem);
+    if (current == 0 && done.get(0)) {
+      if (const Status clear = verdict<false>(n, mem, Status::kIdle); clear != Status::kIdle) return end(m, n, clear);
+    }
+    const NodeId* const children = m.children(n);
+    for (std::uint32_t first = current & ~31U; first < n.child_count; first += 32) {
+      for (std::uint32_t left = done.left(first, current, n.child_count); left != 0; left &= left - 1) {
+        current = first + static_cast<std::uint32_t>(std::countr_zero(left));
+        const Status status = tick_leaf<Status::kRunning>(m, children[current]);
+        if (status == Status::kRunning && current > 0) [[likely]]
+          continue;
+        mem[kCurrent] = static_cast<std::int32_t>(current);
+        if (status == Status::kIdle) return Next::tick(current);
+        if (const Status clear = after<false>(n, mem, status); clear != Status::kIdle) return end(m, n, clear);
+      }
+    }
+    return none_clear(n, mem);
+  }
+  /// The same, one by one. Format 3 counts anew those that have completed, each at its place.
+  template <bool kFormat3>
+  [[gnu::noinline]] static Next visit_each(Machine& m, const Node& n, std::int32_t* mem, std::uint32_t current) {
     const ParallelBits done(mem);
     for (; current < n.child_count; ++current) {
       if (!done.get(current)) {
@@ -100,25 +133,13 @@ struct Parallel : ParallelNode {
       }
       const Status last = m.status(m.child(n, current));
       if constexpr (kFormat3) ++mem[last == Status::kSuccess ? kSucceeded : kFailed];
-      const Status clear = verdict<kFormat3>(n, mem, last);
-      if (clear != Status::kIdle) return end(m, n, clear);
+      if (const Status clear = verdict<kFormat3>(n, mem, last); clear != Status::kIdle) return end(m, n, clear);
     }
+    return none_clear(n, mem);
+  }
+  static Next none_clear(const Node& n, const std::int32_t* mem) {
     const bool all_skipped = mem[kSkipped] == static_cast<std::int32_t>(n.child_count);
     return Next::done(all_skipped ? Status::kSkipped : Status::kRunning);
-  }
-
-  /// Goes on after the child that was just ticked and counted.
-  template <bool kFormat3>
-  [[gnu::always_inline]] static Next after(Machine& m, const Node& n, std::int32_t* mem, Status last) {
-    const Status clear = verdict<kFormat3>(n, mem, last);
-    if (clear != Status::kIdle) return end(m, n, clear);
-    return visit<kFormat3>(m, n, mem, static_cast<std::uint32_t>(mem[kCurrent]) + 1);
-  }
-  [[gnu::noinline]] static Next visit_format3(Machine& m, const Node& n, std::int32_t* mem) {
-    return visit<true>(m, n, mem, 0);
-  }
-  [[gnu::noinline]] static Next after_format3(Machine& m, const Node& n, std::int32_t* mem, Status last) {
-    return after<true>(m, n, mem, last);
   }
 
   static Next end(Machine& m, const Node& n, Status verdict) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <bit>
 #include <string>
 
 #include "sentree/bt/nodes/parallel_node.h"
@@ -21,28 +22,40 @@ struct ParallelAll : ParallelNode {
                     "max_failures is greater than the number of children, " + std::to_string(n.child_count));
     }
     m.set_status(id, Status::kRunning);
-    mem[kCurrent] = -1;
     mem[kSkipped] = 0;
-    return next_child(m, n, mem);
+    return visit(m, n, mem, 0);
   }
 
   static Next child_done(Machine& m, const Node& n, NodeId /*id*/, Status status) {
     std::int32_t* const mem = m.memory(n);
-    if (status == Status::kSkipped) ++mem[kSkipped];
-    if (is_completed(status)) count(mem, status);
-    return next_child(m, n, mem);
+    note(mem, status);
+    return visit(m, n, mem, static_cast<std::uint32_t>(mem[kCurrent]) + 1);
   }
 
-  static Next next_child(Machine& m, const Node& n, std::int32_t* mem) {
+  static void note(std::int32_t* mem, Status status) {
+    if (status == Status::kSkipped) ++mem[kSkipped];
+    if (is_completed(status)) count(mem, status);
+  }
+
+  /// Visits the children from `current` on, until one must be ticked by the machine.
+  [[gnu::noinline]] static Next visit(Machine& m, const Node& n, std::int32_t* mem, std::uint32_t current) {
     const ParallelBits done(mem);
-    for (++mem[kCurrent]; static_cast<std::uint32_t>(mem[kCurrent]) < n.child_count; ++mem[kCurrent]) {
-      if (!done.get(static_cast<std::uint32_t>(mem[kCurrent]))) {
-        return Next::tick(static_cast<std::uint32_t>(mem[kCurrent]));
+    const NodeId* const children = m.children(n);
+    for (std::uint32_t first = current & ~31U; first < n.child_count; first += 32) {
+      for (std::uint32_t left = done.left(first, current, n.child_count); left != 0; left &= left - 1) {
+        current = first + static_cast<std::uint32_t>(std::countr_zero(left));
+        const Status status = m.hooked() ? Status::kIdle : tick_leaf<Status::kRunning>(m, children[current]);
+        if (status == Status::kRunning) [[likely]]
+          continue;
+        mem[kCurrent] = static_cast<std::int32_t>(current);
+        if (status == Status::kIdle) return Next::tick(current);
+        note(mem, status);
       }
     }
-    const auto children = static_cast<std::int32_t>(n.child_count);
-    if (mem[kSkipped] == children) return Next::done(Status::kSkipped);
-    if (mem[kSkipped] + mem[kSucceeded] + mem[kFailed] < children) return Next::done(Status::kRunning);
+    mem[kCurrent] = static_cast<std::int32_t>(n.child_count);
+    const auto all = static_cast<std::int32_t>(n.child_count);
+    if (mem[kSkipped] == all) return Next::done(Status::kSkipped);
+    if (mem[kSkipped] + mem[kSucceeded] + mem[kFailed] < all) return Next::done(Status::kRunning);
     const bool failure = mem[kFailed] >= mem[kFailureThreshold];
     clear(m, n);
     m.reset_children(n);

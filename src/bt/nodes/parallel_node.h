@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "sentree/bt/nodes/node.h"
+#include "sentree/bt/nodes/leaf.h"
 
 // What Parallel and ParallelAll share. A negative threshold t means children + 1 + t.
 
@@ -51,6 +51,13 @@ struct ParallelBits {
   explicit ParallelBits(std::int32_t* mem)
       : words(reinterpret_cast<std::uint32_t*>(mem + ParallelNode::kWords.size())) {}
   [[nodiscard]] bool get(std::uint32_t i) const { return (words[i / 32] >> (i % 32) & 1U) != 0; }
+  /// Of the 32 children from `first` on, those from `from` on whose bits are not set.
+  [[nodiscard]] std::uint32_t left(std::uint32_t first, std::uint32_t from, std::uint32_t children) const {
+    std::uint32_t bits = ~words[first / 32];
+    if (from > first) bits &= ~0U << (from - first);
+    if (children - first < 32) bits &= (1U << (children - first)) - 1;
+    return bits;
+  }
   void set(std::uint32_t i) { words[i / 32] |= 1U << (i % 32); }
   void clear(std::uint32_t children) {
     words[0] = 0;  // The usual case, without a call.

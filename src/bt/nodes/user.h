@@ -14,22 +14,50 @@ struct User : AnyNode {
     return asked.synchronous ? may::kLeaf : may::kLeaf | may::kRunning;
   }
 
-  static Next enter(Machine& m, const Node& n, NodeId id) { return tick(m, n, id); }
-  /// The same of a leaf, for the walk; whoever it is has looked whether the tick was given up.
-  [[gnu::always_inline]] static Status tick_leaf(Machine& m, const Node& n, NodeId id) { return tick(m, n, id).status; }
+  static Next enter(Machine& m, const Node& n, NodeId id) {
+    const UserNode& user = m.model().users[n.data];
+    Context self(m, id, m.status(id));
+    return checked(m, n, id, guarded(m, id, [&] {
+                     return user.function != nullptr ? Next::done((*user.function)(self))
+                                                     : user.behaviour->tick(self, memory(m, user));
+                   }));
+  }
+  /// What a leaf says, unchecked: see `said`.
+  [[gnu::always_inline]] static Status ask_leaf(Machine& m, const Node& n, NodeId id) {
+    const UserNode& user = m.user(n);
+    Context self(m, id, m.status(id));
+    try {
+      if (user.function != nullptr) return (*user.function)(self);
+      return user.behaviour->tick_leaf(self, memory(m, user));
+    } catch (...) {
+      return threw(m, id).status;
+    }
+  }
+  /// What a leaf has said, if it may say so; IDLE: the tick is given up.
+  [[gnu::always_inline]] static Status checked(Machine& m, const Node& n, NodeId id, Status status) {
+    if (is_completed(status) && !m.failed()) [[likely]]
+      return status;
+    return checked(m, n, id, Next::done(status)).status;
+  }
+  /// Takes it.
+  [[gnu::noinline]] static Status said(Machine& m, const Node& n, NodeId id, Status status) {
+    status = checked(m, n, id, status);
+    if (status != Status::kIdle) m.keep(id, status);
+    return status;
+  }
   [[gnu::noinline]] static Next child_done(Machine& m, const Node& n, NodeId id, NodeId child, Status status) {
     const UserNode& user = m.model().users[n.data];
     // Children are in ascending order of their ids.
     const NodeId* const first = m.model().children.data() + n.first_child;
     const auto index = static_cast<std::size_t>(std::lower_bound(first, first + n.child_count, child) - first);
-    Context self(m, id);
+    Context self(m, id, m.status(id));
     return checked(m, n, id,
                    guarded(m, id, [&] { return user.behaviour->child_done(self, memory(m, user), index, status); }));
   }
   static void halt(Machine& m, const Node& n, NodeId id) {
     if (m.status(id) == Status::kRunning) {
       const UserNode& user = m.model().users[n.data];
-      Context self(m, id);
+      Context self(m, id, Status::kRunning);
       guarded(m, id, [&] {
         user.behaviour->halted(self, memory(m, user));
         return Next::done(Status::kIdle);
@@ -39,21 +67,6 @@ struct User : AnyNode {
   }
 
  private:
-  [[gnu::always_inline]] static Next tick(Machine& m, const Node& n, NodeId id) {
-    const UserNode& user = m.model().users[n.data];
-    Context self(m, id);
-    try {
-      const Next next =
-          user.function != nullptr ? Next::done((*user.function)(self)) : user.behaviour->tick(self, memory(m, user));
-      const bool synchronous = (n.flags & Node::kSynchronous) != 0;
-      const Status least = synchronous ? Status::kSuccess : Status::kRunning;
-      if (next.child == kNoNode && next.status >= least && !m.failed()) [[likely]]
-        return next;
-      return checked(m, n, id, next);
-    } catch (...) {
-      return threw(m, id);
-    }
-  }
   /// Somebody else's code may throw; that gives the tick up, as `Context::fail` does.
   template <class Call>
   static Next guarded(Machine& m, NodeId id, const Call& call) {
