@@ -73,6 +73,8 @@ test("from a node or state of a run to where it is edited; edits are saved by th
   assert.equal(await page.locator("[data-testid=design-tree] .node.chosen").getAttribute("data-name"), "GoToKitchen");
   await page.getByRole("button", { name: "Run", exact: true }).click();
   await page.locator("[data-testid=tree] [data-node]", { hasText: "GoToKitchen" }).click();
+  // All of the chart, not what is at work alone.
+  await page.getByTestId("chart").press("0");
   await page.locator('[data-testid=chart] [data-id="stopping"]').click({ button: "right" });
   await page.getByRole("menuitem", { name: "Edit it" }).click();
   await until(async () => (await page.locator("#design-state").inputValue().catch(() => "")) === "stopping", "the state is chosen in its chart");

@@ -76,7 +76,9 @@ async function with_text<T>(file: string, text: string, what: (doc: Doc) => Prom
 async function complete(file: string, context: CompletionContext): Promise<CompletionResult | null> {
   if (!context.explicit && !context.matchBefore(/[\w.{<"'-]$/)) return null;
   const told = await with_text(file, context.state.doc.toString(), (doc) => request("design_complete", { file, byte: doc.places.byte(context.pos) }));
-  if (!told || told.found.items.length === 0 || context.aborted) return null;
+  // Somebody typed on meanwhile: an empty answer is asked again, where none would wait for another letter.
+  if (!told) return { from: context.pos, options: [] };
+  if (told.found.items.length === 0 || context.aborted) return null;
   const { doc, found } = told;
   return {
     from: doc.places.at(found.from),

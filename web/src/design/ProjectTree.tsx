@@ -72,9 +72,11 @@ function Recordings() {
 /** What a kind of file goes without in the list. A component's interface and model are two files of one name. */
 const kEndings: Partial<Record<FileKind, RegExp>> = { skill: /\.scxml$/, monitor: /\.scxml$/, requirement: /\.req$/, scenario: /\.yaml$/ };
 
+const kWithFolder: ReadonlySet<FileKind> = new Set(["project", "mission", "world", "other"]);
+
 function FileRow({ file, kind, dirty, conflict, errors, warnings }: DesignFile) {
   const open = useDesign((state) => state.file === file);
-  const name = kind === "project" || kind === "mission" ? file : (file.split("/").at(-1) ?? file).replace(kEndings[kind] ?? /$^/, "");
+  const name = kWithFolder.has(kind) ? file : (file.split("/").at(-1) ?? file).replace(kEndings[kind] ?? /$^/, "");
   const said = [file, dirty && "not saved", conflict && "changed on disk as well", errors > 0 && `${errors} ${errors === 1 ? "error" : "errors"}`, warnings > 0 && `${warnings} ${warnings === 1 ? "warning" : "warnings"}`].filter(Boolean).join(", ");
   return (
     <li>

@@ -6,7 +6,7 @@ import { useRef } from "react";
 import { PictureTools } from "../picture/PictureTools";
 import { PanelTools } from "../widgets/PanelTools";
 import { useCommand } from "../widgets/commands";
-import { useStudio } from "../store/store";
+import { note, useStudio } from "../store/store";
 import { MapCanvas, type MapHandle } from "./map/MapCanvas";
 import { kLayers, type Layer } from "./map/scene";
 import { choose_tool, toggle_layer, useMap, type Tool } from "./map/map";
@@ -42,6 +42,7 @@ export function MapPanel() {
   const no_obstacle = why_not ?? no_control;
   const tool_of = (wanted: Tool, reason: string | null) => () => {
     if (reason === null) choose_tool(tool === wanted ? null : wanted);
+    else note("info", `${reason}.`);
   };
   useCommand(
     { id: "map.follow", title: "Follow the robot on the map", group: "Map", keys: ["R"], run: next_robot },

@@ -25,7 +25,7 @@ function Mission() {
   return (
     <span className={`badge mission-badge ${cut ? "" : (kMissionClass[status] ?? "")}`} data-testid="mission-status" title={cut ? "The run ended before the mission did" : reason || "Status of the mission"}>
       <Icon name={cut ? "minus" : (kMissionIcon[status] ?? "minus")} />
-      {cut ? "still RUNNING" : status}
+      {cut ? `${status} at the end` : status}
       {reason && <span className="reason ellipsis">{reason}</span>}
     </span>
   );

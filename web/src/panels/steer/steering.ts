@@ -9,6 +9,7 @@ export function why_not(studio: Pick<Studio, "phase" | "hello" | "state">): stri
   const { phase, hello, state } = studio;
   if (phase !== "open" || !hello || !state) return "There is no connection to the program";
   if (hello.mode === "recording") return "This is a recording: nothing can be changed any more";
+  if (!hello.steerable && hello.design) return "The run beside an edited project cannot be steered; Record begins one that can";
   if (!hello.steerable) return "This page may only look; open it with the address that the program printed to steer";
   if (!state.live) return "You look at the past; go back to live (L) to steer";
   if (state.run.state === "ended") return "The run has ended";
