@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
+#include "sentree/campaign/quick_monitors.h"
 #include "sentree/idl/conform.h"
 #include "sentree/mission/part_memory.h"
-#include "sentree/monitor/quick.h"
 #include "sentree/project/intervention.h"
 #include "sentree/scxml/enabled.h"
 #include "sentree/sim/scan_memo.h"
@@ -20,6 +20,7 @@ namespace {
 
 // Of what is remembered; more is forgotten before the next run.
 constexpr std::uint64_t kMemoryMax = 64U << 20U;
+constexpr std::size_t kCoresMax = 20'000;
 // Deliveries at one instant: beyond, parts answer each other for ever.
 constexpr std::size_t kStepsPerInstantMax = 200'000;
 
@@ -37,24 +38,19 @@ bool has_quick_parts(const project::Plan& plan) {
   const bool leaves = std::all_of(plan.leaves.begin(), plan.leaves.end(), [](const project::LeafPlan& leaf) {
     return leaf.chart && leaf.at.empty() && !leaf.protocol && leaf.subscribes.empty() && scxml::is_native(*leaf.chart);
   });
-  Message numbered;
-  numbered.call = 1;
-  const bool monitors = std::all_of(plan.monitors.begin(), plan.monitors.end(), [&](const monitor::Model& model) {
-    // Calls have no numbers of their own here.
-    return !monitor::keeps_observations(model) && scxml::is_native(model.chart()) &&
-           monitor::Projection::of(model.chart()).data(numbered).find("call") == nullptr;
+  const bool monitors = std::all_of(plan.monitors.begin(), plan.monitors.end(), [](const monitor::Model& model) {
+    // What is decided is observed, but not here.
+    return QuickMonitors::fits(model) && !model.listens_to("monitor.satisfied");
   });
   return leaves && monitors && mission::PartMemory::remembers(plan);
 }
 
 }  // namespace
 
-class QuickRuns::Impl final : private mission::PartMemory::Outside, private monitor::MonitorSet::Listener {
+class QuickRuns::Impl final : private mission::PartMemory::Outside {
  public:
   explicit Impl(const project::Plan& plan)
       : plan_(plan), deadlines_(plan.scenario.project.deadlines), monitors_(plan.monitors) {
-    monitors_.start({}, *this);
-    beginning_ = monitors_.memory();
     remember_anew();
   }
 
@@ -63,7 +59,7 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside, private moni
                      [&](const project::Injection& injection) { return can_be_done(injection.what, world); }) ||
         !has_deadlines_of(scenario) || !pays())
       return std::nullopt;
-    if (memory_->bytes() > kMemoryMax) remember_anew();
+    if (memory_->bytes() > kMemoryMax || monitors_.known() > kCoresMax) remember_anew();
     world_ = &world;
     state_ = sim::initial_state(world, scenario.seed);
     sim::ScanMemo scans;
@@ -73,7 +69,7 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside, private moni
     observations_ = 0;
     goes_well_ = true;
     done_ = {};
-    monitors_.recall(beginning_, *this);
+    monitors_.begin();
     run_ = memory_->begin();
     const std::uint64_t executed = memory_->executed();
     const std::uint64_t known = memory_->looked_up();
@@ -112,30 +108,24 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside, private moni
       }
       now_ = next;
       memory_->step(run_, *this);
-      if (!goes_well_ || memory_->error()) return false;
+      if (!goes_well() || memory_->error()) return false;
     }
     return memory_->root(run_) == bt::Status::kSuccess;
   }
 
   std::optional<Done> report(const project::Scenario& scenario) {
     look();
-    monitors_.advance(now_, *this);
-    if (!goes_well_) return std::nullopt;
+    monitors_.finish(now_);
+    if (!goes_well()) return std::nullopt;
     runtime::RunReport& report = done_.report;
     report.scenario = scenario.name;
     report.virtual_time = true;
     report.seed = scenario.seed;
     report.mission = bt::Status::kSuccess;
     report.ended = now_;
-    for (std::size_t i = 0; i < plan_.monitors.size(); ++i) {
-      const monitor::State& state = monitors_.state(i);
-      if (state.failure()) return std::nullopt;
-      runtime::MonitorReport& monitor = report.monitors.emplace_back();
-      monitor.name = plan_.monitors[i].name();
-      monitor.verdict = state.verdict;
-      if (state.verdict == monitor::Verdict::kUndecided) monitor.vacuity = monitor::vacuity(plan_.monitors[i], state);
-    }
-    report.observations = observations_;
+    report.monitors = monitors_.reports();
+    // That one was decided is observed.
+    report.observations = observations_ + monitors_.decided();
     return std::move(done_);
   }
 
@@ -143,6 +133,7 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside, private moni
     if (memory_) executed_before_ += memory_->executed();
     memory_ = std::make_unique<mission::PartMemory>(plan_, false, false);
     known_.clear();
+    monitors_.forget();
   }
 
   bool has_deadlines_of(const project::Scenario& scenario) const {
@@ -186,7 +177,7 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside, private moni
 
   bool apply(const project::Injection& injection) {
     const auto* call = std::get_if<project::intervention::Call>(&injection.what);
-    if (call == nullptr) return memory_->inject(run_, injection.what, *this).has_value() && goes_well_;
+    if (call == nullptr) return memory_->inject(run_, injection.what, *this).has_value() && goes_well();
     hear(project::injection_message(injection.what, injection.source, 0));
     const auto service = service_of(call->method, *world_);
     const idl::Method& method = *service->interface->find(service->method);
@@ -198,7 +189,7 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside, private moni
                             .args = *args->as_map(),
                             .robot = service->robot},
                            now_);
-    return goes_well_;
+    return goes_well();
   }
 
   void look() {
@@ -212,14 +203,13 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside, private moni
   // An observation that is not remembered.
   void hear(Message message) {
     ++observations_;
-    if (monitors_.hears(message.name)) observe(message);
+    if (monitors_.hears(message.name)) observe(QuickMonitors::kOnce, message, false);
   }
 
-  void observe(Message& message) {
+  void observe(std::uint32_t number, Message& message, bool varies) {
     message.time = now_;
     message.tick = tick_;
-    // Nobody keeps it.
-    monitors_.observe(monitor::Observation(monitor::Observation(), &message), *this);
+    monitors_.observe(number, message, varies);
   }
 
   // ---- the run, as the memory tells it
@@ -248,9 +238,10 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside, private moni
     }
     if (!known.is_heard) return;
     if (known.is_tick) known.message.data = Map{{"tick", static_cast<std::int64_t>(tick_)}};
-    if (known.is_answer && memory_->result() != nullptr)
-      *known.message.data.as_map()->find("result") = *memory_->result();
-    observe(known.message);
+    const Value* const result = known.is_answer ? memory_->result() : nullptr;
+    if (result != nullptr) *known.message.data.as_map()->find("result") = *result;
+    // One that is true or false comes as it came before.
+    observe(number, known.message, result != nullptr && result->as_bool() == nullptr);
   }
   std::uint64_t choose(std::uint32_t, const mission::Choice&) override {
     goes_well_ = false;
@@ -275,23 +266,14 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside, private moni
     return {.ok = true, .result = std::move(*result), .kind = {}, .message = {}};
   }
 
-  // ---- the monitors
-  void stepped(std::size_t monitor, monitor::Decisions decisions) override {
-    if (monitors_.state(monitor).failure()) goes_well_ = false;
-    for (const monitor::Decision& decision : decisions) {
-      // That one was decided is observed.
-      ++observations_;
-      if (decision.verdict != monitor::Verdict::kSatisfied || monitors_.hears("monitor.satisfied")) goes_well_ = false;
-    }
-  }
+  bool goes_well() const { return goes_well_ && monitors_.go_well(); }
 
   const project::Plan& plan_;
   const project::Deadlines deadlines_;
   std::unique_ptr<mission::PartMemory> memory_;
   std::uint64_t executed_before_ = 0;
   std::deque<Known> known_;  // by the number of an observation
-  monitor::MonitorSet monitors_;
-  monitor::MonitorSet::Memory beginning_;
+  QuickMonitors monitors_;
 
   // Of the run that goes on.
   const sim::World* world_ = nullptr;

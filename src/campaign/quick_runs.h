@@ -3,7 +3,6 @@
 #include <memory>
 #include <optional>
 
-#include "sentree/monitor/monitor_set.h"
 #include "sentree/project/plan.h"
 #include "sentree/runtime/run.h"
 #include "sentree/sim/world.h"

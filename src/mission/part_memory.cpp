@@ -46,7 +46,12 @@ PartMemory::PartMemory(const project::Plan& plan, bool faults, bool timeline)
       faults_(faults || !plan.scenario.delays.empty() || (timeline && !plan.scenario.timeline.empty())),
       gates_(!plan.gates.empty()) {
   parts_.remember_steps();
-  for (std::size_t leaf = 0; leaf < parts_.skills(); ++leaf) reads_.emplace_back(parts_.skill(leaf).model().chart);
+  for (std::size_t leaf = 0; leaf < parts_.skills(); ++leaf) {
+    const scxml::Chart& chart = parts_.skill(leaf).model().chart;
+    looks_.push_back({scxml::EventReads(chart), monitor::Projection::of(chart)});
+    if (const Value facts = looks_.back().members.data(Message()); facts.as_map()->empty()) continue;
+    looks_.back().members.make_whole();
+  }
 }
 
 PartMemory::Run PartMemory::begin() {
@@ -103,34 +108,48 @@ std::uint32_t PartMemory::arrived(std::uint32_t what) {
   const auto call = std::get<Outcome>(std::get<SkillDelivery>(deliveries_[what].what.what)).call;
   const auto exactly = [&] { return intern({leaf, SkillDelivery(Outcome{call, outcome})}, run_->now); };
   if (!outcome.ok) return exactly();
-  result_ = outcome.result;
   const std::uint32_t state = aged(run_->parts[leaf], run_->now - run_->as_of[leaf]);
   auto& known = stand_ins_[std::uint64_t{state} << 32U | what];
   for (const StandIn& one : known) {
-    if (!one.enabled && one.result == outcome.result) return one.delivery;
+    if (!one.enabled && one.result == outcome.result) {
+      result_ = std::move(outcome.result);
+      return one.delivery;
+    }
   }
   // Of what has few values, each is known by itself.
   const bool is_one_of_few = outcome.result.is_null() || outcome.result.as_bool() != nullptr;
   const SkillState& skill = std::get<SkillState>(*kept_[state].state);
   const SkillModel& model = parts_.skill(leaf).model();
   std::optional<std::vector<scxml::TransitionIndex>> enabled;
-  if (!is_one_of_few && !model.protocol && skill.is_current(call->run) && !reads_[leaf].elsewhere()) {
+  if (!is_one_of_few && !model.protocol && skill.is_current(call->run) && !looks_[leaf].at.elsewhere()) {
     scxml::Event event;
     event.name = call->service + "." + call->method + ".reply";
     event.sendid = call->sendid;
     event.origintype = "thrift";
-    event.data = idl::for_script(Map{{"args", call->args}, {"result", outcome.result}});
+    Message reply;
+    Map data;
+    data.reserve(2);
+    data.append("args", call->args);
+    data.append("result", std::move(outcome.result));
+    reply.data = std::move(data);
+    const monitor::Projection& members = looks_[leaf].members;
+    event.data = idl::for_script(members.is_whole() ? reply.data : members.data(reply));
+    outcome.result = std::move(*reply.data.as_map()->find("result"));
     enabled = scxml::enabled_by(model.chart, skill.session, event, kept_[state].at);
     if (enabled && std::any_of(enabled->begin(), enabled->end(),
-                               [&](scxml::TransitionIndex t) { return reads_[leaf].in_content(t); }))
+                               [&](scxml::TransitionIndex t) { return looks_[leaf].at.in_content(t); }))
       enabled.reset();
   }
-  if (!enabled && !is_one_of_few) return exactly();
-  for (const StandIn& one : known) {
-    if (one.enabled && one.enabled == enabled) return one.delivery;
-  }
-  known.push_back({outcome.result, std::move(enabled), exactly()});
-  return known.back().delivery;
+  const auto delivered = [&] {
+    if (!enabled && !is_one_of_few) return exactly();
+    for (const StandIn& one : known) {
+      if (one.enabled && one.enabled == enabled) return one.delivery;
+    }
+    known.push_back({outcome.result, std::move(enabled), exactly()});
+    return known.back().delivery;
+  }();
+  result_ = std::move(outcome.result);
+  return delivered;
 }
 
 void PartMemory::take(std::uint32_t part, std::uint32_t what) {

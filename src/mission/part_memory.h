@@ -20,6 +20,7 @@
 #include "sentree/base/result.h"
 #include "sentree/mission/faults.h"
 #include "sentree/mission/parts.h"
+#include "sentree/monitor/projection.h"
 #include "sentree/scxml/enabled.h"
 
 namespace sentree::mission {
@@ -290,7 +291,11 @@ class PartMemory final : private Ground {
   std::vector<Node> nodes_;
   FlatMap<std::uint64_t, WordHash> steps_;                             // nodes by state and delivery
   std::unordered_map<std::uint64_t, std::vector<StandIn>> stand_ins_;  // likewise
-  std::vector<scxml::EventReads> reads_;                               // by leaf
+  struct Looks {
+    scxml::EventReads at;
+    monitor::Projection members;  // of the event's data; all, if it may look at facts that only observations have
+  };
+  std::vector<Looks> looks_;  // by leaf
 
   // Of the step that is taken.
   Run* run_ = nullptr;

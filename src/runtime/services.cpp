@@ -91,9 +91,9 @@ mission::CallOutcome SimHost::call(const std::string& interface, const std::stri
   const Map* map = args.as_map();
   const std::lock_guard lock(mutex_);
   advance();
-  auto result =
-      sim::call_uncast(*world_, state_, {.service = interface, .method = method, .args = map ? *map : none, .robot = robot},
-                keeps_up_ ? advanced_to_ : clock_.now());
+  auto result = sim::call_uncast(*world_, state_,
+                                 {.service = interface, .method = method, .args = map ? *map : none, .robot = robot},
+                                 keeps_up_ ? advanced_to_ : clock_.now());
   if (!result) return {.ok = false, .result = {}, .kind = "exception", .message = result.error().message};
   return {.ok = true, .result = std::move(*result), .kind = {}, .message = {}};
 }
