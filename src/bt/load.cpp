@@ -34,8 +34,8 @@ std::uint32_t Loader::string(std::string_view text) {
   if (const std::uint32_t known = model_->find_string(text); known != kNone) return known;
   const auto index = static_cast<std::uint32_t>(model_->strings.size());
   model_->strings.emplace_back(text);
-  model_->string_index.add(
-      index, [this](std::uint32_t one) { return std::hash<std::string_view>()(model_->strings[one]); });
+  model_->string_index.add(index,
+                           [this](std::uint32_t one) { return std::hash<std::string_view>()(model_->strings[one]); });
   return index;
 }
 

@@ -133,8 +133,8 @@ struct Conditions {
   enum Index : std::uint8_t { kFailureIf, kSuccessIf, kSkipIf, kWhile, kOnHalted, kOnFailure, kOnSuccess, kPost };
   static constexpr std::size_t kCount = 8;
   std::uint32_t use[kCount] = {kNone, kNone, kNone, kNone, kNone, kNone, kNone, kNone};
-  std::uint32_t before = 0;    ///< A bit for each of those up to kWhile that there is.
-  std::uint32_t step = kNone;  ///< In Model::steps: all that the only one of these does.
+  std::uint32_t before = 0;        ///< A bit for each of those up to kWhile that there is.
+  std::uint32_t step = kNone;      ///< In Model::steps: all that the only one of these does.
   Status verdict = Status::kIdle;  ///< What the node returns instead where that gives `when`.
   bool when = true;
 };

@@ -72,8 +72,8 @@ struct SetBlackboard : AnyNode {
       out = source->datum;
       type = source->type;
       // A new entry gets the type of the source.
-      if (entry == nullptr && (m.blackboard().create(target, type, error) == nullptr ||
-                               (entry = m.blackboard().find(target)) == nullptr)) {
+      if (entry == nullptr &&
+          (m.blackboard().create(target, type, error) == nullptr || (entry = m.blackboard().find(target)) == nullptr)) {
         return m.fail(id, "bt.entry-type", error);
       }
     }
