@@ -1,4 +1,5 @@
 #include <benchmark/benchmark.h>
+#include <malloc.h>
 
 #include <atomic>
 #include <cstdlib>
@@ -11,7 +12,6 @@
 #endif
 #include "sentree/bt/encode.h"
 #include "sentree/bt/load.h"
-#include "sentree/bt/model.h"
 #include "sentree/bt/registry.h"
 #include "sentree/bt/runner.h"
 #include "sentree/bt/step.h"
@@ -22,19 +22,23 @@
 namespace {
 
 std::atomic<std::size_t> allocations{0};
-std::atomic<std::size_t> allocated_bytes{0};
+std::atomic<std::size_t> held_bytes{0};  // with what malloc adds to round them up
 
 }  // namespace
 
 void* operator new(std::size_t size) {
   allocations.fetch_add(1, std::memory_order_relaxed);
-  allocated_bytes.fetch_add(size, std::memory_order_relaxed);
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
+  void* const memory = std::malloc(size);
+  if (memory == nullptr) throw std::bad_alloc();
+  held_bytes.fetch_add(malloc_usable_size(memory), std::memory_order_relaxed);
+  return memory;
 }
 // Not inlined: g++ would see free() given what it believes to be operator new's.
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory) noexcept {
+  if (memory != nullptr) held_bytes.fetch_sub(malloc_usable_size(memory), std::memory_order_relaxed);
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { operator delete(memory); }
 
 namespace {
 
@@ -317,17 +321,13 @@ void load_tree(benchmark::State& bench, const std::string& xml) {
     }
     size = loaded.value->size();
   }
+  // What a tree and a state of it hold, the registry's nodes not counted.
+  const std::size_t before = held_bytes;
   auto loaded = bt::load(xml, {.registry = &nodes});
-  const bt::Model& model = loaded.value->model();
-  const std::size_t before = allocated_bytes;
+  loaded.diagnostics = {};
   const bt::State state(*loaded.value);
-  const std::size_t state_bytes = allocated_bytes - before;
-  const std::size_t model_bytes =
-      model.nodes.capacity() * sizeof(bt::Node) + model.infos.capacity() * sizeof(bt::NodeInfo) +
-      model.children.capacity() * sizeof(bt::NodeId) + model.text.capacity() +
-      model.bindings.capacity() * sizeof(bt::Binding) + model.literals.capacity() * sizeof(bt::Datum);
   bench.counters["nodes"] = static_cast<double>(size);
-  bench.counters["B/node"] = static_cast<double>(model_bytes + state_bytes) / static_cast<double>(size);
+  bench.counters["B/node"] = static_cast<double>(held_bytes - before) / static_cast<double>(size);
 }
 void load_plain(benchmark::State& s) {
   load_tree(

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "sentree/bt/blackboard.h"
 #include "sentree/bt/load.h"
 #include "sentree/bt/model.h"
 #include "sentree/bt/registry.h"
@@ -139,13 +140,23 @@ std::map<std::string, Value> listing(const bt::Tree& tree, const bt::State& stat
   };
   if (tree.format() == 3) {
     const bt::Model& model = tree.model();
+    // A blackboard knows a name once a port or a write inside it has made it, and those above, through which it is
+    // remapped, know it then.
+    std::vector<bool> known(model.cells.size(), false);
+    const auto know = [&](std::uint32_t cell) {
+      for (; cell != bt::kNone && !known[cell]; cell = model.cells[cell].parent) known[cell] = true;
+    };
+    for (const bt::DeclaredEntry& entry : model.declared) know(entry.cell);
+    for (std::uint32_t cell = 0; cell < model.cells.size(); ++cell) {
+      if (bt::Blackboard::is_linked(state, cell)) know(cell);
+    }
     std::size_t number = 0;
-    std::vector<std::string> prefix(model.scopes.size());
     for (std::size_t scope = 0; scope < model.scopes.size(); ++scope) {
       const bt::Scope& s = model.scopes[scope];
       if (s.shared) continue;
       const std::string start = scope == 0 ? "" : "#" + std::to_string(++number) + "/";
       for (const std::uint32_t cell : s.first_mention) {
+        if (!known[cell]) continue;
         const std::string& name = model.strings[model.cells[cell].name];
         if (const Value* value = bt::entry(tree, state, name, s.subtree)) add(start + name, *value);
       }

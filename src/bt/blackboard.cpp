@@ -22,6 +22,7 @@ Blackboard::Entry* Blackboard::find_slow(std::uint32_t cell) {
   while (up != kNone && link_of(up) == State::kNoEntry) up = parent_of(up);
   if (up == kNone) return nullptr;
   const std::uint32_t entry = link_of(up);
+  if (!keeps_links()) return &state_.entries_[entry];
   for (std::uint32_t at = cell; at != up; at = parent_of(at)) link(at, entry);
   return &state_.entries_[entry];
 }
@@ -61,12 +62,13 @@ Blackboard::Entry* Blackboard::create(std::uint32_t cell, const PortType* type, 
 bool Blackboard::set(std::uint32_t cell, Datum&& datum, const PortType* type, std::string& error) {
   if (type != nullptr && !type->strong()) type = nullptr;
   const bool is_text = type != nullptr && type->kind == PortType::Class::kString;
-  if (link_of(cell) == State::kNoEntry) {
-    // A string makes an entry of any type: it may be the text of something else.
-    Entry* entry = create(cell, is_text ? nullptr : type, error);
+  if (link_of(cell) == State::kNoEntry || !is_own(cell)) {
+    // A string makes an entry of any type: it may be the text of something else. In format 3 it is a port that gives an
+    // entry its type, when the tree is loaded, and no write does.
+    Entry* entry = create(cell, is_text || model_.format == 3 ? nullptr : type, error);
     if (entry == nullptr) return false;
     const std::uint32_t index = static_cast<std::uint32_t>(entry - state_.entries_.data());
-    if (link_of(cell) == State::kNoEntry) link(cell, index);
+    if (link_of(cell) == State::kNoEntry && keeps_links()) link(cell, index);
     entry->datum = std::move(datum);
     written(*entry);
     return true;
@@ -78,7 +80,7 @@ bool Blackboard::set(std::uint32_t cell, Datum&& datum, const PortType* type, st
     return true;
   }
   if (entry.type == nullptr || !entry.type->strong()) {
-    entry.type = type;
+    if (model_.format != 3) entry.type = type;
     // As recorded from BehaviorTree.CPP: text over a number loses both.
     const bool lost = is_text && model_.format != 3 && entry.datum.value.is_number();
     entry.datum = lost ? Datum{} : std::move(datum);
@@ -117,9 +119,27 @@ bool Blackboard::set(std::uint32_t cell, Datum&& datum, const PortType* type, st
   return true;
 }
 
+bool Blackboard::put(std::uint32_t cell, Datum&& datum, const PortType* type, std::string& error) {
+  const bool local = is_own(cell) && link_of(cell) != State::kNoEntry;
+  Entry* const entry = local ? &state_.entries_[link_of(cell)] : create(cell, type, error);
+  if (entry == nullptr) return false;
+  if (local) {
+    if (entry->type == nullptr || !entry->type->strong()) {
+      entry->type = &type_of<Value>();
+    } else if (type == nullptr || !(*type == *entry->type)) {
+      error = "entry \"" + std::string(name(cell)) + "\" is of type " + entry->type->name + "; it cannot take " +
+              (type != nullptr ? "a " + type->name : "what has none");
+      return false;
+    }
+  }
+  entry->datum = std::move(datum);
+  written(*entry);
+  return true;
+}
+
 void Blackboard::unset(std::uint32_t cell) {
   const std::uint32_t index = link_of(cell);
-  if (index == State::kNoEntry) return;
+  if (index == State::kNoEntry || !is_own(cell)) return;
   (cell < cells_ ? links_[cell] : state_.dynamic_[cell - cells_].link) = State::kNoEntry;
   if (--state_.entries_[index].links == 0) state_.entries_[index] = Entry{};
 }
@@ -129,9 +149,8 @@ std::uint32_t Blackboard::find_cell(std::uint32_t scope, std::string_view name) 
     scope = 0;
     name.remove_prefix(1);
   }
-  if (const auto known = model_.string_index.find(name); known != model_.string_index.end()) {
-    const auto& cells = model_.scopes[scope].cells;
-    if (const auto found = cells.find(known->second); found != cells.end()) return found->second;
+  if (const std::uint32_t known = model_.find_string(name); known != kNone) {
+    if (const std::uint32_t found = model_.find_cell(scope, known); found != kNone) return found;
   }
   for (std::size_t i = 0; i < state_.dynamic_.size(); ++i) {
     if (state_.dynamic_[i].scope == scope && state_.dynamic_[i].name == name) {

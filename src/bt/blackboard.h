@@ -13,8 +13,7 @@
 namespace sentree::bt {
 
 /// The entries of a state, by the rules of BehaviorTree.CPP: a name of a SubTree's blackboard is linked to an entry of
-/// its own or, where it is remapped, to the parent's. The link is made at the first use and outlives an Unset
-/// elsewhere.
+/// its own or, where it is remapped, to the parent's, at the first use.
 ///
 /// Cells beyond the model's are names made at run time. Refers to model and state; for the files of this library.
 class Blackboard {
@@ -42,6 +41,9 @@ class Blackboard {
   Entry* create(std::uint32_t cell, const PortType* type, std::string& error);
   /// Writes as a typed port does. False, with `error` set, where the entry has another type.
   bool set(std::uint32_t cell, Datum&& datum, const PortType* type, std::string& error);
+  /// Writes a copy of another entry's value, which is of that type. False, with `error` set, where the entry has
+  /// another one.
+  bool put(std::uint32_t cell, Datum&& datum, const PortType* type, std::string& error);
   /// Forgets the name in this blackboard; other names linked to the entry keep it.
   void unset(std::uint32_t cell);
   /// Counts and stamps a write made through the pointer.
@@ -61,6 +63,10 @@ class Blackboard {
   /// The value of a name without linking anything; null if there is none.
   [[nodiscard]] static const Value* peek(const Model& model, const State& state, std::uint32_t scope,
                                          std::string_view name);
+  /// The name has been linked to an entry, in this blackboard itself.
+  [[nodiscard]] static bool is_linked(const State& state, std::uint32_t cell) {
+    return state.links_[cell] != State::kNoEntry;
+  }
   /// All entries for listing (see `blackboard`).
   [[nodiscard]] static std::vector<EntryFact> list(const Tree& tree, const State& state);
 
@@ -71,6 +77,12 @@ class Blackboard {
   [[nodiscard]] std::uint32_t parent_of(std::uint32_t cell) const {
     return cell < cells_ ? model_.cells[cell].parent : state_.dynamic_[cell - cells_].parent;
   }
+  /// The entry lives in this very blackboard. In format 3, one that has been used here counts as such.
+  [[nodiscard]] bool is_own(std::uint32_t cell) const {
+    return model_.format == 3 || parent_of(cell) == kNone || (cell < cells_ && model_.cells[cell].home != kNone);
+  }
+  /// Format 4 looks through the remapping each time; what it finds is always the same where nothing is ever unset.
+  [[nodiscard]] bool keeps_links() const { return model_.format == 3 || !model_.unsets; }
   void link(std::uint32_t cell, std::uint32_t entry);
   Entry* find_slow(std::uint32_t cell);
   /// A free place for an entry of that cell: its home where that is free, so that equal contents give equal states.

@@ -41,9 +41,7 @@ void Loader::check_entries() {
   };
   std::vector<bool> written(model_->cells.size(), false);
   std::vector<bool> open(model_->scopes.size(), false);
-  for (const InitialEntry& initial : model_->initial) {
-    if (initial.local) written[initial.cell] = true;
-  }
+  for (const Constant& constant : model_->constants) written[constant.cell] = true;
   for (NodeId id = 0; id < model_->nodes.size(); ++id) {
     const Node& node = model_->nodes[id];
     const Manifest& manifest = model_->manifest(id);
@@ -142,9 +140,8 @@ std::vector<ScriptType> Loader::entry_types(const std::function<std::uint32_t(st
     types[cell] = seen[cell] && types[cell] != type ? ScriptType::kUnknown : type;
     seen[cell] = true;
   };
-  for (const InitialEntry& initial : model_->initial) {
-    if (!initial.local) continue;
-    note(initial.cell, initial.datum.value.is_number() ? ScriptType::kNumber : ScriptType::kText);
+  for (const Constant& constant : model_->constants) {
+    note(constant.cell, constant.datum.value.is_number() ? ScriptType::kNumber : ScriptType::kText);
   }
   for (NodeId id = 0; id < model_->nodes.size(); ++id) {
     const Node& node = model_->nodes[id];
@@ -152,8 +149,8 @@ std::vector<ScriptType> Loader::entry_types(const std::function<std::uint32_t(st
     for (std::uint32_t i = 0; i < node.port_count && node.kind != Kind::kSubTree; ++i) {
       const Binding& b = model_->bindings[node.ports + i];
       if (node.kind == Kind::kSetBlackboard && i == 1 && b.kind == Binding::Kind::kLiteral) {
-        const auto& cells = model_->scopes[model_->scope(id)].cells;
-        if (const auto key = cells.find(b.text); key != cells.end()) note(owner(key->second), ScriptType::kUnknown);
+        const std::uint32_t key = model_->find_cell(model_->scope(id), b.text);
+        if (key != kNone) note(owner(key), ScriptType::kUnknown);
       }
       if (b.kind != Binding::Kind::kEntry) continue;
       if (b.declared != 0xFFFF && manifest.ports[b.declared].direction == PortDirection::kInput) continue;

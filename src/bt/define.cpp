@@ -579,6 +579,11 @@ void Loader::check_children(const Definition& definition, std::uint32_t index) {
         node.element.span());
 }
 
+bool Loader::keeps_no_children(const Manifest& manifest, bool is_explicit) const {
+  const bool leaf = manifest.category == Category::kAction || manifest.category == Category::kCondition;
+  return model_->format == 3 && !is_explicit && leaf && manifest.children_max == 0;
+}
+
 bool Loader::define_node(Definition& definition, const XmlElement& element, std::uint32_t parent, std::size_t depth) {
   // The parser bounds nesting, so the recursion is bounded too.
   bool is_explicit = false;
@@ -603,6 +608,13 @@ bool Loader::define_node(Definition& definition, const XmlElement& element, std:
       warn("bt.other-format", "<remap> inside a SubTree is of an older format; ports are attributes of the SubTree",
            child.span());
       continue;
+    }
+    if (known && keeps_no_children(model_->manifests[node.manifest], is_explicit)) {
+      warn("bt.children-of-leaf",
+           model_->manifests[node.manifest].id + " is a leaf: what stands inside it is never ticked, as in " +
+               "BehaviorTree.CPP 3, which loads such a file",
+           child.span());
+      break;
     }
     complete = define_node(definition, child, known ? index : kNone, depth + 1) && complete;
   }

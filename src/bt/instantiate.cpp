@@ -2,6 +2,7 @@
 #include <bit>
 #include <utility>
 
+#include "sentree/base/flat_map.h"
 #include "sentree/bt/loader.h"
 #include "sentree/bt/nodes/parallel.h"
 #include "sentree/bt/nodes/switch.h"
@@ -13,15 +14,31 @@ namespace sentree::bt {
 
 using text::XmlElement;
 
+namespace {
+
+std::size_t hash_of_cell(std::uint32_t scope, std::uint32_t name) {
+  return WordHash()(std::uint64_t{scope} << 32U | name);
+}
+
+}  // namespace
+
+std::uint32_t Model::find_string(std::string_view string) const {
+  return string_index.find(std::hash<std::string_view>()(string),
+                           [&](std::uint32_t one) { return strings[one] == string; });
+}
+
+std::uint32_t Model::find_cell(std::uint32_t of, std::uint32_t string) const {
+  return cell_index.find(hash_of_cell(of, string),
+                         [&](std::uint32_t one) { return cells[one].scope == of && cells[one].name == string; });
+}
+
 std::uint32_t Loader::cell(std::uint32_t scope, std::uint32_t name) {
   const std::string& text = model_->strings[name];
   if (text.starts_with('@')) {
     // The root's entry, from any depth.
     return cell(0, string(std::string_view(text).substr(1)));
   }
-  if (const auto known = model_->scopes[scope].cells.find(name); known != model_->scopes[scope].cells.end()) {
-    return known->second;
-  }
+  if (const std::uint32_t known = model_->find_cell(scope, name); known != kNone) return known;
   std::uint32_t parent = kNone;
   const std::uint32_t parent_scope = model_->scopes[scope].parent;
   if (parent_scope != kNone) {
@@ -35,7 +52,8 @@ std::uint32_t Loader::cell(std::uint32_t scope, std::uint32_t name) {
   }
   const auto index = static_cast<std::uint32_t>(model_->cells.size());
   model_->cells.push_back({scope, name, parent, parent == kNone ? model_->homes++ : kNone});
-  model_->scopes[scope].cells.emplace(name, index);
+  model_->cell_index.add(
+      index, [this](std::uint32_t one) { return hash_of_cell(model_->cells[one].scope, model_->cells[one].name); });
   model_->scopes[scope].first_mention.push_back(index);
   return index;
 }
@@ -64,20 +82,20 @@ std::uint32_t Loader::open_scope(const Definition& definition, const DefinedNode
     const std::uint32_t own = cell(scope, port.name);
     if (model_->cells[own].home == kNone) model_->cells[own].home = model_->homes++;
     const std::string_view text = model_->strings[port.text];
-    InitialEntry initial{own, Datum{Value(text), nullptr}, nullptr, true};
+    Constant constant{own, Datum{Value(text), nullptr}, nullptr};
     if (model_->format != 3) {
       if (const auto integer = detail::parse_integer(text)) {
-        initial.datum.value = *integer;
-        initial.type = std::in_range<std::int32_t>(*integer) ? &type_of<std::int32_t>() : &type_of<std::int64_t>();
+        constant.datum.value = *integer;
+        constant.type = std::in_range<std::int32_t>(*integer) ? &type_of<std::int32_t>() : &type_of<std::int64_t>();
       } else if (const auto real = detail::parse_real(text)) {
-        initial.datum.value = *real;
-        initial.type = &type_of<double>();
+        constant.datum.value = *real;
+        constant.type = &type_of<double>();
       }
     }
     EntryUse& use = entry_use(own);
-    use.type = use.strong = initial.type;
+    use.type = use.strong = constant.type;
     use.constant_of = id;
-    model_->initial.push_back(std::move(initial));
+    model_->constants.push_back(std::move(constant));
   }
   return scope;
 }
@@ -92,7 +110,7 @@ std::string Loader::declared_by(const EntryUse& use) const {
 void Loader::declare_entry(std::uint32_t cell, const PortType* type, const DefinedNode& defined, std::uint32_t port) {
   if (EntryUse& own = entry_use(cell); !own.declared) {
     own.declared = true;
-    model_->initial.push_back({cell, {}, type, false});
+    model_->declared.push_back({cell, type});
   }
   // Where the entry lives: up the remapping, but not past a constant.
   std::uint32_t owner = cell;

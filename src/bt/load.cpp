@@ -31,11 +31,11 @@ void Loader::settle_port(PortInfo& info) const {
 }
 
 std::uint32_t Loader::string(std::string_view text) {
-  const auto found = model_->string_index.find(text);
-  if (found != model_->string_index.end()) return found->second;
+  if (const std::uint32_t known = model_->find_string(text); known != kNone) return known;
   const auto index = static_cast<std::uint32_t>(model_->strings.size());
   model_->strings.emplace_back(text);
-  model_->string_index.emplace(model_->strings.back(), index);
+  model_->string_index.add(index,
+                           [this](std::uint32_t one) { return std::hash<std::string_view>()(model_->strings[one]); });
   return index;
 }
 
@@ -386,6 +386,10 @@ Loaded<Tree> Loader::load(std::string xml, std::string file) {
     model_->children.shrink_to_fit();
     model_->text.shrink_to_fit();
     model_->bindings.shrink_to_fit();
+    model_->cells.shrink_to_fit();
+    model_->declared.shrink_to_fit();
+    model_->conditions.shrink_to_fit();
+    model_->users.shrink_to_fit();
     loaded.value.emplace(std::move(model_));
   }
   return loaded;

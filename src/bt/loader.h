@@ -128,6 +128,8 @@ class Loader {
   [[nodiscard]] SourceSpan script_place(std::string_view text, const text::XmlElement& element,
                                         std::string_view attribute, std::size_t offset) const;
   void check_children(const Definition& definition, std::uint32_t index);
+  /// Format 3 loads leaves with children, unless the tag says that they are leaves.
+  [[nodiscard]] bool keeps_no_children(const Manifest& manifest, bool is_explicit) const;
   [[nodiscard]] std::uint32_t find_manifest(const text::XmlElement& element, bool& is_explicit);
   /// A node that nobody declares, as far as its element tells what it is.
   [[nodiscard]] Manifest unknown_manifest(const text::XmlElement& element, std::string_view id,

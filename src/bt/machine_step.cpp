@@ -137,7 +137,7 @@ StepResult Machine::leaf_halted(NodeId leaf) {
 
 StepResult Machine::tick() {
   if (state_.waiting_ != kNoNode) return {};
-  fire_timers();
+  if (!state_.timers_.empty()) fire_timers();
   if (failed_) return finish(Outcome{false, Status::kIdle});
   return finish(walk(0, false, Status::kIdle, 0));
 }

@@ -9,11 +9,11 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "sentree/base/diagnostic.h"
+#include "sentree/bt/index.h"
 #include "sentree/bt/load.h"
 #include "sentree/bt/nodes/list.h"
 #include "sentree/bt/object.h"
@@ -109,7 +109,6 @@ struct Scope {
   NodeId subtree = kNoNode;  ///< Its SubTree node.
   bool autoremap = false;
   bool shared = false;  ///< Format 3, __shared_blackboard: every name is the parent's, '_' included.
-  std::unordered_map<std::uint32_t, std::uint32_t> cells;       ///< By string.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> remaps;  ///< Own name → parent's name, by string.
   std::vector<std::uint32_t> first_mention;                     ///< Cells in order, for listing.
 };
@@ -134,8 +133,8 @@ struct Conditions {
   enum Index : std::uint8_t { kFailureIf, kSuccessIf, kSkipIf, kWhile, kOnHalted, kOnFailure, kOnSuccess, kPost };
   static constexpr std::size_t kCount = 8;
   std::uint32_t use[kCount] = {kNone, kNone, kNone, kNone, kNone, kNone, kNone, kNone};
-  std::uint32_t before = 0;    ///< A bit for each of those up to kWhile that there is.
-  std::uint32_t step = kNone;  ///< In Model::steps: all that the only one of these does.
+  std::uint32_t before = 0;        ///< A bit for each of those up to kWhile that there is.
+  std::uint32_t step = kNone;      ///< In Model::steps: all that the only one of these does.
   Status verdict = Status::kIdle;  ///< What the node returns instead where that gives `when`.
   bool when = true;
 };
@@ -173,11 +172,16 @@ struct TestNodeData {
   std::function<Status()> complete;
 };
 
-struct InitialEntry {
+/// A constant that a SubTree is given: an entry in its own blackboard.
+struct Constant {
   std::uint32_t cell;
   Datum datum;
   const PortType* type;
-  bool local = false;  ///< A constant in the SubTree's own blackboard; else declared and typed, without a value.
+};
+/// An entry that a port declares, without a value.
+struct DeclaredEntry {
+  std::uint32_t cell;
+  const PortType* type;
 };
 
 /// An input port that reads an entry of the blackboard which nothing in the tree writes.
@@ -197,10 +201,11 @@ struct Model {
   std::string text;  ///< Node names.
   std::vector<Manifest> manifests;
   std::vector<Binding> bindings;
-  std::deque<std::string> strings;                                   ///< A deque: the texts do not move.
-  std::unordered_map<std::string_view, std::uint32_t> string_index;  ///< Views into `strings`.
+  std::deque<std::string> strings;  ///< A deque: the texts do not move.
+  Index string_index;
   std::vector<Datum> literals;
   std::vector<Cell> cells;
+  Index cell_index;
   std::vector<Scope> scopes;
   std::vector<TreeInstance> trees;
   std::vector<Script> scripts;
@@ -216,7 +221,8 @@ struct Model {
   std::vector<std::vector<Value>> queues;  ///< Literal queues of Loop nodes.
   std::vector<NodeId> externals;
   std::map<NodeId, std::string> numbered;  ///< Paths of leaves whose names alone do not tell them apart.
-  std::vector<InitialEntry> initial;
+  std::vector<Constant> constants;
+  std::vector<DeclaredEntry> declared;
   std::vector<std::pair<std::string, std::int64_t>> enums;
   std::vector<PolymorphicCast> casts;
   bool unsets = false;  ///< It has an UnsetBlackboard: entries may begin to count anew.
@@ -231,6 +237,10 @@ struct Model {
     if (info.name_length == 0) return manifests[info.manifest].id;
     return std::string_view(text).substr(info.name_offset, info.name_length);
   }
+  /// In `strings`; kNone where no part of the tree has it.
+  [[nodiscard]] std::uint32_t find_string(std::string_view string) const;
+  /// In `cells`, of a name as that scope has it; kNone.
+  [[nodiscard]] std::uint32_t find_cell(std::uint32_t of, std::uint32_t string) const;
   [[nodiscard]] std::uint32_t scope(NodeId node) const { return trees[infos[node].tree].scope; }
   [[nodiscard]] const Manifest& manifest(NodeId node) const { return manifests[infos[node].manifest]; }
   [[nodiscard]] std::optional<std::int64_t> enum_value(std::string_view name) const;

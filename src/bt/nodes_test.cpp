@@ -349,6 +349,120 @@ TEST(Format3, RunsWithItsOwnSemantics) {
   EXPECT_EQ(runner("<Repeat num_cycles=\"3\"><AlwaysSuccess/></Repeat>").tick(), Status::kRunning);
 }
 
+/// Leaves that write entries of their own types.
+Registry writers() {
+  Registry registry;
+  registry.action("Real", {output<double>("out")},
+                  [](Context& self) { return self.output<double>("out", 0.5) ? Status::kSuccess : Status::kFailure; });
+  registry.action("Never", {inout<double>("out")}, [](Context& /*self*/) { return Status::kSuccess; });
+  return registry;
+}
+
+Runner ticked(const std::string& xml, const Registry& registry, Status wanted) {
+  LoadOptions options;
+  options.registry = &registry;
+  auto loaded = load(xml, options);
+  for (const Diagnostic& d : loaded.diagnostics) {
+    if (d.severity == Severity::kError) ADD_FAILURE() << to_string(d);
+  }
+  Runner r(std::move(*loaded.value));
+  EXPECT_EQ(r.tick(), wanted) << xml << (r.error() ? "\n" + to_string(*r.error()) : "");
+  return r;
+}
+
+TEST(SetBlackboard, CopiesIntoADeclaredEntryOnlyWhatIsOfItsType) {
+  const Registry registry = writers();
+  const auto copied = [&](const std::string& script, Status wanted) {
+    Runner r = ticked(in_tree("<Sequence><Never out=\"{d}\"/><Script code=\"" + script +
+                              "\"/><SetBlackboard value=\"{v}\" output_key=\"d\"/></Sequence>"),
+                      registry, wanted);
+    const Value* held = entry(r.tree(), r.state(), "d");
+    return held != nullptr ? to_json(*held) : "-";
+  };
+  EXPECT_EQ(copied("v := 2.5", Status::kSuccess), "2.5");
+  EXPECT_EQ(copied("v := '2.5'", Status::kSuccess), "2.5");  // Text is read as what the entry is.
+  EXPECT_EQ(copied("v := 2", Status::kFailure), "-");        // A whole number is no double.
+  EXPECT_EQ(copied("v := 'red'", Status::kFailure), "-");
+}
+
+TEST(SetBlackboard, ReadsTextAlsoWhereTheEntryIsRemapped) {
+  const Registry registry = writers();
+  const std::string inner = "<BehaviorTree ID=\"In\"><SetBlackboard value=\"{v}\" output_key=\"d\"/></BehaviorTree>";
+  Runner r = ticked(in_tree("<Sequence><Never out=\"{d}\"/><Script code=\"v := '2.5'\"/>"
+                            "<SubTree ID=\"In\" _autoremap=\"true\"/></Sequence>",
+                            inner),
+                    registry, Status::kSuccess);
+  EXPECT_EQ(to_json(*entry(r.tree(), r.state(), "d")), "2.5");
+}
+
+TEST(SetBlackboard, LeavesAnUndeclaredEntryEmptyAndThenRefusesText) {
+  const Registry registry = writers();
+  Runner r = ticked(in_tree("<Sequence><Script code=\"s := 'red'\"/><SetBlackboard value=\"{s}\" output_key=\"t\"/>"
+                            "</Sequence>"),
+                    registry, Status::kSuccess);
+  EXPECT_EQ(entry(r.tree(), r.state(), "t"), nullptr);
+  const auto saved = save(r.tree(), r.state());
+  ASSERT_TRUE(saved);
+  EXPECT_EQ(*restore(r.tree(), *saved), r.state());
+  EXPECT_EQ(r.tick(), Status::kFailure);
+  EXPECT_THAT(r.error()->message, HasSubstr("entry \"t\" cannot take the value \"red\""));
+}
+
+TEST(SetBlackboard, FailsWhereThereIsNothingToCopyYet) {
+  const Registry registry = writers();
+  Runner r = ticked(in_tree("<Sequence><Never out=\"{d}\"/><SetBlackboard value=\"{d}\" output_key=\"e\"/></Sequence>"),
+                    registry, Status::kFailure);
+  EXPECT_FALSE(r.error());
+}
+
+TEST(UnsetBlackboard, TakesAnEntryFromTheSubTreesToWhichItIsRemapped) {
+  const Registry registry = writers();
+  const std::string inner =
+      "<BehaviorTree ID=\"In\"><ScriptCondition code=\"a == 1\" _onSuccess=\"seen := 1\"/></BehaviorTree>"
+      "<BehaviorTree ID=\"Out\"><UnsetBlackboard key=\"a\"/></BehaviorTree>";
+  const std::string use = "<SubTree ID=\"In\" a=\"{x}\"/>";
+  Runner kept = ticked(
+      in_tree("<Sequence><Script code=\"x := 1\"/>" + use + "<SubTree ID=\"Out\" a=\"{x}\"/>" + use + "</Sequence>",
+              inner),
+      registry, Status::kSuccess);
+  EXPECT_NE(entry(kept.tree(), kept.state(), "x"), nullptr);
+  Runner gone =
+      ticked(in_tree("<Sequence><Script code=\"x := 1\"/>" + use + "<UnsetBlackboard key=\"x\"/>" + use + "</Sequence>",
+                     inner),
+             registry, Status::kFailure);
+  EXPECT_THAT(gone.error()->message, HasSubstr("no entry \"a\""));
+}
+
+std::string in_format3(const std::string& body) {
+  return "<root main_tree_to_execute=\"Main\"><BehaviorTree ID=\"Main\">" + body + "</BehaviorTree></root>";
+}
+
+TEST(Format3, NoWriteGivesAnEntryItsType) {
+  const Registry registry = writers();
+  Runner r = ticked(in_format3("<Sequence><SetBlackboard value=\"1\" output_key=\"k\"/><Real out=\"{k}\"/>"
+                               "<SetBlackboard value=\"2\" output_key=\"k\"/></Sequence>"),
+                    registry, Status::kSuccess);
+  // The port declares it: text is read as a number.
+  EXPECT_EQ(to_json(*entry(r.tree(), r.state(), "k")), "2.0");
+  r = ticked(
+      "<root main_tree_to_execute=\"Main\"><BehaviorTree ID=\"Main\"><SubTreePlus ID=\"In\" k=\"1\"/>"
+      "</BehaviorTree><BehaviorTree ID=\"In\"><Sequence><Real out=\"{k}\"/>"
+      "<SetBlackboard value=\"2\" output_key=\"k\"/></Sequence></BehaviorTree></root>",
+      registry, Status::kSuccess);
+  // The constant of the SubTree made it, and nothing declares it: it stays text.
+  EXPECT_EQ(to_json(*entry(r.tree(), r.state(), "k", 0)), "\"2\"");
+}
+
+TEST(Format3, LoadsLeavesWithChildrenThatAreNeverTicked) {
+  const Registry registry = writers();
+  const std::string xml = in_format3("<Sequence><AlwaysSuccess><AlwaysFailure/></AlwaysSuccess></Sequence>");
+  Runner r = ticked(xml, registry, Status::kSuccess);
+  EXPECT_EQ(r.tree().size(), 2U);
+  EXPECT_THAT(messages(xml), HasSubstr("AlwaysSuccess is a leaf: what stands inside it is never ticked"));
+  EXPECT_THAT(messages(in_format3("<Sequence><Action ID=\"AlwaysSuccess\"><AlwaysFailure/></Action></Sequence>")),
+              HasSubstr("a leaf has no children"));
+}
+
 TEST(EventName, KeepsLettersDigitsAndWhatIsBeyondAscii) {
   EXPECT_EQ(event_name("Sub.Go to (kitchen)/1-a_b"), "Sub.Go_to__kitchen__1-a_b");
   EXPECT_EQ(event_name("Küche"), "Küche");

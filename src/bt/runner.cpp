@@ -32,8 +32,11 @@ Status Runner::run(const Input& input, TimePoint now) {
   return result.status;
 }
 
-Status Runner::tick() { return run(Input::tick(), clock_ != nullptr ? clock_->now() : now_); }
-Status Runner::tick(TimePoint now) { return run(Input::tick(), now); }
+Status Runner::tick() { return tick(clock_ != nullptr ? clock_->now() : now_); }
+Status Runner::tick(TimePoint now) {
+  static const Input kTick = Input::tick();
+  return run(kTick, now);
+}
 
 Status Runner::tick_until_waiting(int ticks_max) {
   Status status = tick();

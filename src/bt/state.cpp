@@ -22,16 +22,14 @@ State::State(const Tree& tree) {
   }
   Blackboard blackboard(model, *this, TimePoint{});
   std::string error;
-  for (const InitialEntry& initial : model.initial) {
-    Entry* entry = blackboard.find(initial.cell);
-    if (initial.local) {
-      // The constant that a SubTree was given; never remapped.
-      const std::uint32_t home = model.cells[initial.cell].home;
-      entries_[home] = Entry{initial.datum, initial.type, 1, TimePoint{}, 1};
-      links_[initial.cell] = home;
-    } else if (entry == nullptr) {
-      blackboard.create(initial.cell, initial.type, error);
-    }
+  for (const Constant& constant : model.constants) {
+    // Never remapped.
+    const std::uint32_t home = model.cells[constant.cell].home;
+    entries_[home] = Entry{constant.datum, constant.type, 1, TimePoint{}, 1};
+    links_[constant.cell] = home;
+  }
+  for (const DeclaredEntry& entry : model.declared) {
+    if (blackboard.find(entry.cell) == nullptr) blackboard.create(entry.cell, entry.type, error);
   }
 }
 
