@@ -117,15 +117,15 @@ class MatchedSet {
   void change(const Guid& guid, int by, bool is_ready) {
     const std::lock_guard lock(mutex_);
     if (by > 0)
-      all_[guid] = is_ready;
+      all_[guid] = {is_ready, std::chrono::steady_clock::now()};
     else
       all_.erase(guid);
   }
   [[nodiscard]] std::vector<Guid> ready() const {
     const std::lock_guard lock(mutex_);
     std::vector<Guid> out;
-    for (const auto& [guid, is_ready] : all_) {
-      if (is_ready) out.push_back(guid);
+    for (const auto& [guid, one] : all_) {
+      if (one.is_ready) out.push_back(guid);
     }
     return out;
   }
@@ -134,15 +134,19 @@ class MatchedSet {
   bool settle(F&& is_ready_now) {
     const std::lock_guard lock(mutex_);
     bool any = false;
-    for (auto& [guid, is_ready] : all_) {
-      if (!is_ready && is_ready_now(guid)) any = is_ready = true;
+    for (auto& [guid, one] : all_) {
+      if (!one.is_ready && is_ready_now(guid, one.since)) any = one.is_ready = true;
     }
     return any;
   }
 
  private:
+  struct One {
+    bool is_ready = false;
+    std::chrono::steady_clock::time_point since;
+  };
   mutable std::mutex mutex_;
-  std::map<Guid, bool> all_;
+  std::map<Guid, One> all_;
 };
 
 // Stands between the network and the library for the sake of Cyclone DDS. A reader of Cyclone takes for history what a
@@ -316,12 +320,14 @@ class Core {
   /// True: readers of that writer are ready that were not.
   bool settle(const Guid& writer, MatchedSet& matched) {
     const std::lock_guard lock(acknowledged_mutex_);
-    return matched.settle([&](const Guid& reader) {
+    const auto now = SteadyClock::now();
+    return matched.settle([&](const Guid& reader, SteadyClock::time_point since) {
+      if (now >= since + kSilenceMax) return true;
       const auto found = acknowledged_.find(reader);
       if (found == acknowledged_.end()) return false;
       if (found->second.contains(Guid{})) return true;
       const auto ready_at = found->second.find(writer);
-      return ready_at != found->second.end() && SteadyClock::now() >= ready_at->second;
+      return ready_at != found->second.end() && now >= ready_at->second;
     });
   }
   [[nodiscard]] std::vector<Endpoint> endpoints() const {
@@ -357,6 +363,8 @@ class Core {
   static constexpr SteadyClock::time_point kSeen{};
   // Who has found a writer is sent a heartbeat at once, whose answer may get lost, and is not given again.
   static constexpr std::chrono::milliseconds kAnswerMax{500};
+  // Both words of a reader may get lost; it is not waited for longer than that.
+  static constexpr std::chrono::seconds kSilenceMax{3};
   // Bounds of what others can make us remember.
   static constexpr std::size_t kEndpointsMax = 20'000;
   static constexpr std::size_t kWritersMax = 100;
