@@ -86,6 +86,10 @@ def simulated_robot():
     for command in told:
         code, out, err = run(*shlex.split(command))
         check("the guide says: sentree " + command, code == 0, out + err)
+    code, words, err = run("__complete", "call", "ros:")
+    check("completion of calls", "ros:/battery/getBatteryCharge\t" in words, words + err)
+    code, words, err = run("__complete", "echo", "ros:")
+    check("completion of what can be heard", "ros:/battery_state\t" in words and "getBatteryCharge" not in words, words + err)
     check("sentree doctor says the domain", "ROS 2 by Fast DDS" in out and "domain " + domain in out, out)
     sim.end()
 
@@ -184,9 +188,43 @@ def robot_of_nav2():
     os.makedirs("nav2_client/scenarios")
     with open("nav2_client/scenarios/all.yaml", "w") as out:
         out.write("clock: real\nduration: 10 min\nexpect: {mission: SUCCESS}\n")
+    watching = watcher()
     code, out, err = run("run", "nav2_client", "--scenario", "all", "--no-record")
     check("every action and service does what it is asked", code == 0, out + err)
+    told, _ = watching.communicate(timeout=PATIENCE)
+    check("topics and goals of others are observed", watching.returncode == 1 and "nav.status.request" in told, told)
     sim.end()
+
+
+def watcher():
+    """A mission that has no part in what it observes: what the robot publishes, and goals that others send."""
+    os.makedirs("watcher/monitors")
+    os.makedirs("watcher/scenarios")
+    with open("watcher/sentree.yaml", "w") as out:
+        out.write("""mission: {file: mission.xml, rate: 5 Hz}
+services:
+  battery: {interface: sensor_msgs/msg/BatteryState, at: "ros:/battery_state"}
+  nav: {interface: nav2_msgs/action/NavigateToPose, at: "ros:/navigate_to_pose"}
+monitors:
+  - {file: monitors/others.scxml}
+deadlines: {budget: 10 s, condition: 8 s, call: 4 s, halt: 10 s, unresponsive: 20 s}
+""")
+    with open("watcher/mission.xml", "w") as out:
+        out.write('<root BTCPP_format="4"><BehaviorTree ID="M"><Sleep msec="600000"/></BehaviorTree></root>')
+    with open("watcher/monitors/others.scxml", "w") as out:
+        out.write("""<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" initial="waiting">
+  <state id="waiting"><transition event="battery.message.request" cond="_event.data.args.percentage &lt;= 1" target="heard"/></state>
+  <state id="heard"><transition event="nav.feedback.request" cond="_event.data.args.feedback.distance_remaining &gt; 0" target="driving"/></state>
+  <state id="driving"><transition event="nav.status.request" cond="_event.data.args.status === 'SUCCEEDED'" target="violated"/></state>
+  <final id="violated"/>
+</scxml>
+""")
+    with open("watcher/scenarios/others.yaml", "w") as out:
+        out.write("clock: real\nduration: 10 min\nstop_when_violated: true\n")
+    code, out, err = run("check", "watcher")
+    check("a mission may have no part in what it observes", code == 0, out + err)
+    return subprocess.Popen([sentree, "run", "watcher", "--scenario", "others", "--no-record"], stdin=subprocess.DEVNULL,
+                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
 
 
 def tree_of_nav2():

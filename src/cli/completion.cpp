@@ -204,8 +204,8 @@ Method parse_signature(const std::string& signature) {
   return method;
 }
 
-/// The ports of a network that a word begins to name.
-Candidates network_words(const std::string& network, std::string_view ending) {
+/// The ports of a network that a word begins to name; or only those that data are read from.
+Candidates network_words(const std::string& network, bool only_data) {
   Candidates all;
   const auto address = rpc::Address::parse(network);
   if (!address) return all;
@@ -213,7 +213,9 @@ Candidates network_words(const std::string& network, std::string_view ending) {
       *address, std::chrono::duration_cast<std::chrono::milliseconds>(kControlDeadline));
   if (!listed) return all;
   for (const rpc::NetworkEntry& entry : *listed) {
-    if (entry.name.ends_with(ending)) all.push_back({entry.at, entry.kind});
+    // Ports of YARP by their names, topics of ROS by what the network says.
+    if (!only_data || entry.name.ends_with(":o") || entry.kind.starts_with("topic "))
+      all.push_back({entry.at, entry.kind});
   }
   return all;
 }
@@ -275,7 +277,7 @@ void positional(const Line& line, Completion& completion) {
   const auto colon = line.word.find(':');
   const bool of_network = colon != std::string::npos && (name == "call" || name == "ping" || name == "echo");
   if (of_network && place == 0) {
-    completion.candidates = network_words(line.word.substr(0, colon + 1), name == "echo" ? ":o" : "");
+    completion.candidates = network_words(line.word.substr(0, colon + 1), name == "echo");
   } else if (name == "call") {
     completion.candidates = call_words(line);
   } else if (name == "fmt") {

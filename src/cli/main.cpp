@@ -937,6 +937,7 @@ int command_line(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   sentree::rpc::register_middleware(sentree::yarp::make_middleware());
-  sentree::rpc::register_middleware(sentree::ros::make_middleware({.find = sentree::cli::ros_interface}));
+  sentree::rpc::register_middleware(sentree::ros::make_middleware(
+      {.find = sentree::cli::ros_interface, .warn = [](const std::string& what) { sentree::cli::say("! " + what); }}));
   return finished(command_line(argc, argv));
 }

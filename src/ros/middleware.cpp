@@ -6,6 +6,7 @@
 #include <deque>
 #include <map>
 #include <mutex>
+#include <set>
 #include <thread>
 #include <utility>
 
@@ -560,7 +561,7 @@ class Ros final : public rpc::Middleware {
                                                rpc::ClientOptions options) override {
     const auto parsed = GraphAddress::parse(address.path);
     if (!parsed) return tl::unexpected(parsed.error());
-    auto node = Node::of(*parsed);
+    auto node = open_node(*parsed);
     if (!node) return tl::unexpected(std::move(node.error()));
     if (options.target.empty()) options.target = interface->name;
     const std::string base = parsed->name_of(address.service.empty() ? options.target : address.service);
@@ -619,7 +620,7 @@ class Ros final : public rpc::Middleware {
                                              SubscribeOptions options) override {
     const auto parsed = GraphAddress::parse(address.path);
     if (!parsed) return tl::unexpected(parsed.error());
-    auto node = Node::of(*parsed);
+    auto node = open_node(*parsed);
     if (!node) return tl::unexpected(std::move(node.error()));
     return std::unique_ptr<rpc::Opened>(std::make_unique<Watching>(*node, *parsed, to_string(address), options_,
                                                                    std::move(take), std::move(options.problem)));
@@ -628,7 +629,7 @@ class Ros final : public rpc::Middleware {
   Result<std::vector<rpc::NetworkEntry>> list(const Address& address, std::chrono::milliseconds patience) override {
     const auto parsed = GraphAddress::parse(address.path);
     if (!parsed) return tl::unexpected(parsed.error());
-    auto node = Node::of(*parsed);
+    auto node = open_node(*parsed);
     if (!node) return tl::unexpected(std::move(node.error()));
     // Nobody says when everybody has been discovered.
     const auto until = std::max(SteadyClock::now() + patience, (*node)->settled());
@@ -647,10 +648,16 @@ class Ros final : public rpc::Middleware {
   }
 
  private:
-  static Result<std::shared_ptr<Node>> open_node(const GraphAddress& address, const Problem& problem) {
+  Result<std::shared_ptr<Node>> open_node(const GraphAddress& address, const Problem& problem = {}) {
     auto node = Node::of(address);
-    if (node && problem && !address.localhost_or_environment()) {
-      problem(
+    if (!node || address.localhost_or_environment()) return node;
+    {
+      const std::lock_guard lock(mutex_);
+      if (!opened_.insert((*node)->domain()).second) return node;
+    }
+    const Problem& tell = problem ? problem : options_.warn;
+    if (tell) {
+      tell(
           "domain " + std::to_string((*node)->domain()) +
           " of ROS 2 is open to all machines of the network; whoever reaches it can do everything, DDS is used without "
           "authentication");
@@ -658,6 +665,8 @@ class Ros final : public rpc::Middleware {
     return node;
   }
 
+  std::mutex mutex_;
+  std::set<std::uint32_t> opened_;  // domains, to other machines
   const Options options_;
 };
 

@@ -12,6 +12,8 @@ namespace sentree::ros {
 struct Options {
   /// Finds the interface "sensor_msgs/msg/BatteryState", for whoever looks at a topic without knowing its type.
   std::function<Loaded<idl::Schema>(const std::string& type)> find;
+  /// Told once of each domain that is opened to other machines, where whoever opens it has no place for problems.
+  std::function<void(const std::string&)> warn = {};
 };
 
 /// ros: addresses, see `GraphAddress`. What is there says the interface: a .srv is a service, a .msg a topic, which is

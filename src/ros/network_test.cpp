@@ -212,6 +212,22 @@ TEST_F(RosServices, WhoseTypesDifferAreRefusedWithWhatDiffers) {
                        "publishes std_srvs/srv/Trigger_Request, so that nothing passes"));
 }
 
+TEST_F(RosServices, BeyondThisMachineAreOpenedWithAWarning) {
+  Heard<std::string> told;
+  const auto ros = make_middleware({.find = load, .warn = [&](const std::string& what) { told.add(what); }});
+  const auto set_bool = interface("std_srvs/srv/SetBool");
+  const auto here = ros->connect(at("/lamp"), set_bool, {});
+  ASSERT_TRUE(here) << here.error().message;
+  const rpc::Address open = *rpc::Address::parse("ros:/lamp?range=subnet&domain=" + domain_);
+  for (int i = 0; i < 2; ++i) {
+    const auto there = ros->connect(open, set_bool, {});
+    ASSERT_TRUE(there) << there.error().message;
+  }
+  EXPECT_THAT(told.wait_for(1), ElementsAre("domain " + domain_ +
+                                            " of ROS 2 is open to all machines of the network; whoever reaches it can "
+                                            "do everything, DDS is used without authentication"));
+}
+
 TEST_F(RosServices, ThatDoNotAnswerAreLate) {
   const auto trigger = interface("std_srvs/srv/Trigger");
   const auto served = serve("/slow", trigger, [](const idl::Method&, const Value&) -> rpc::Outcome {

@@ -15,6 +15,8 @@ constexpr std::size_t kIdentity = 16;
 // How long a reply waits for the asker's reader to be discovered; afterwards it would reach nobody.
 constexpr std::chrono::milliseconds kMatchMax{100};
 constexpr std::size_t kListenersMax = 256;
+// How often who waits for a server looks by itself.
+constexpr std::chrono::milliseconds kLookForServer{100};
 
 void put(std::vector<std::uint8_t>& out, std::uint64_t number) {
   for (int i = 0; i < 8; ++i) out.push_back(static_cast<std::uint8_t>(number >> (8 * i)));
@@ -88,8 +90,10 @@ bool ServiceClient::is_available() const {
 
 bool ServiceClient::wait_available(rpc::Deadline deadline, const std::function<bool()>& interrupted) {
   std::unique_lock lock(mutex_);
-  changed_.wait_until(lock, std::min(deadline, SteadyClock::now() + std::chrono::hours(1)),
-                      [&] { return is_available_now() || interrupted(); });
+  const auto over = [&] { return is_available_now() || interrupted(); };
+  // A server may become ready by the time that has passed, of which nobody tells.
+  while (!over() && SteadyClock::now() < deadline)
+    changed_.wait_until(lock, std::min(deadline, SteadyClock::now() + kLookForServer), over);
   return is_available_now() && !interrupted();
 }
 

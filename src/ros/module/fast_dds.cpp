@@ -6,6 +6,7 @@
 #include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstring>
 #include <fastdds/dds/core/LoanableSequence.hpp>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
@@ -116,15 +117,15 @@ class MatchedSet {
   void change(const Guid& guid, int by, bool is_ready) {
     const std::lock_guard lock(mutex_);
     if (by > 0)
-      all_[guid] = is_ready;
+      all_[guid] = {is_ready, std::chrono::steady_clock::now()};
     else
       all_.erase(guid);
   }
   [[nodiscard]] std::vector<Guid> ready() const {
     const std::lock_guard lock(mutex_);
     std::vector<Guid> out;
-    for (const auto& [guid, is_ready] : all_) {
-      if (is_ready) out.push_back(guid);
+    for (const auto& [guid, one] : all_) {
+      if (one.is_ready) out.push_back(guid);
     }
     return out;
   }
@@ -133,15 +134,19 @@ class MatchedSet {
   bool settle(F&& is_ready_now) {
     const std::lock_guard lock(mutex_);
     bool any = false;
-    for (auto& [guid, is_ready] : all_) {
-      if (!is_ready && is_ready_now(guid)) any = is_ready = true;
+    for (auto& [guid, one] : all_) {
+      if (!one.is_ready && is_ready_now(guid, one.since)) any = one.is_ready = true;
     }
     return any;
   }
 
  private:
+  struct One {
+    bool is_ready = false;
+    std::chrono::steady_clock::time_point since;
+  };
   mutable std::mutex mutex_;
-  std::map<Guid, bool> all_;
+  std::map<Guid, One> all_;
 };
 
 // Stands between the network and the library for the sake of Cyclone DDS. A reader of Cyclone takes for history what a
@@ -152,8 +157,13 @@ class MatchedSet {
 // answered with says that it has been seen.
 class Ear final : public eprosima::fastdds::rtps::ChainingTransport {
  public:
-  /// A reader of Cyclone has seen a heartbeat of that writer.
-  using OnAnswer = std::function<void(const Guid& reader, const Guid& writer)>;
+  /// A reader of Cyclone has found that writer, and perhaps seen a heartbeat of it.
+  using OnAnswer = std::function<void(const Guid& reader, const Guid& writer, bool has_seen)>;
+  struct Answer {
+    Guid reader{};
+    Guid writer{};
+    bool has_seen = false;
+  };
 
   struct Descriptor final : eprosima::fastdds::rtps::ChainingTransportDescriptor {
     Descriptor(std::shared_ptr<TransportDescriptorInterface> below, OnAnswer hear)
@@ -172,15 +182,15 @@ class Ear final : public eprosima::fastdds::rtps::ChainingTransport {
   void receive(eprosima::fastdds::rtps::TransportReceiverInterface* above, const rtps::octet* data, std::uint32_t size,
                const rtps::Locator_t& here, const rtps::Locator_t& there) override {
     Octets changed;
-    std::vector<std::pair<Guid, Guid>> answers;
+    std::vector<Answer> answers;
     look(data, size, changed, answers);
     above->OnDataReceived(changed.empty() ? data : changed.data(), size, here, there);
-    for (const auto& [reader, writer] : answers) descriptor_.on_answer(reader, writer);
+    for (const auto& [reader, writer, has_seen] : answers) descriptor_.on_answer(reader, writer, has_seen);
   }
 
  private:
   // RTPS 2.3, 9.4: a head of 20 octets, then submessages with a head of four each.
-  void look(const rtps::octet* data, std::size_t size, Octets& changed, std::vector<std::pair<Guid, Guid>>& answers) {
+  void look(const rtps::octet* data, std::size_t size, Octets& changed, std::vector<Answer>& answers) {
     constexpr std::size_t kHead = 20;
     constexpr std::size_t kPrefixAt = 8;
     constexpr std::size_t kPrefix = 12;
@@ -214,13 +224,11 @@ class Ear final : public eprosima::fastdds::rtps::ChainingTransport {
         const std::uint32_t count = ++count_;
         for (std::size_t i = 0; i < 4; ++i)
           changed[at + count_at + i] = static_cast<rtps::octet>(count >> (8 * (little ? i : 3 - i)));
-        if (bits == 0 && (flags & kFinal) == 0) {
-          std::memset(changed.data() + at + kBaseAt, 0, kSizeAt - kBaseAt);
-        } else {
-          std::memcpy(reader.data() + kPrefix, data + at, 4);
-          std::memcpy(writer.data() + kPrefix, data + at + 4, 4);
-          answers.emplace_back(reader, writer);
-        }
+        const bool asks = bits == 0 && (flags & kFinal) == 0;
+        if (asks) std::memset(changed.data() + at + kBaseAt, 0, kSizeAt - kBaseAt);
+        std::memcpy(reader.data() + kPrefix, data + at, 4);
+        std::memcpy(writer.data() + kPrefix, data + at + 4, 4);
+        answers.push_back({reader, writer, !asks});
       }
       // Of somebody else, or the last one.
       if (kind == kInfoSource || length == 0) return;
@@ -290,13 +298,19 @@ class Core {
     const std::lock_guard lock(acknowledged_mutex_);
     acknowledged_.erase(guid);
   }
-  /// A reader has seen a heartbeat of a writer; by no writer's guid, it is one that acknowledges nothing.
-  void acknowledged(const Guid& reader, const Guid& writer) {
+  /// A reader has found a writer, and perhaps seen a heartbeat of it; by no writer's guid, it is one that acknowledges
+  /// nothing.
+  void acknowledged(const Guid& reader, const Guid& writer, bool has_seen) {
     {
       const std::lock_guard lock(acknowledged_mutex_);
       if (!acknowledged_.contains(reader) && acknowledged_.size() >= kEndpointsMax) return;
       auto& writers = acknowledged_[reader];
-      if (writers.size() >= kWritersMax || !writers.insert(writer).second) return;
+      const auto known = writers.find(writer);
+      if (known != writers.end() && (!has_seen || known->second == kSeen)) return;
+      // Of most of these nothing is asked any more: their readers are ready, or they have gone.
+      if (known == writers.end() && writers.size() >= kWritersMax) writers.clear();
+      writers[writer] = has_seen ? kSeen : SteadyClock::now() + kAnswerMax;
+      if (!has_seen) return;
     }
     const std::lock_guard lock(watch_mutex_);
     for (const auto& [whom, watch] : watches_) {
@@ -306,9 +320,14 @@ class Core {
   /// True: readers of that writer are ready that were not.
   bool settle(const Guid& writer, MatchedSet& matched) {
     const std::lock_guard lock(acknowledged_mutex_);
-    return matched.settle([&](const Guid& reader) {
+    const auto now = SteadyClock::now();
+    return matched.settle([&](const Guid& reader, SteadyClock::time_point since) {
+      if (now >= since + kSilenceMax) return true;
       const auto found = acknowledged_.find(reader);
-      return found != acknowledged_.end() && (found->second.contains(writer) || found->second.contains(Guid{}));
+      if (found == acknowledged_.end()) return false;
+      if (found->second.contains(Guid{})) return true;
+      const auto ready_at = found->second.find(writer);
+      return ready_at != found->second.end() && now >= ready_at->second;
     });
   }
   [[nodiscard]] std::vector<Endpoint> endpoints() const {
@@ -340,6 +359,12 @@ class Core {
     MatchedSet* matched = nullptr;
     const Participant::OnChange* tell = nullptr;
   };
+  using SteadyClock = std::chrono::steady_clock;
+  static constexpr SteadyClock::time_point kSeen{};
+  // Who has found a writer is sent a heartbeat at once, whose answer may get lost, and is not given again.
+  static constexpr std::chrono::milliseconds kAnswerMax{500};
+  // Both words of a reader may get lost; it is not waited for longer than that.
+  static constexpr std::chrono::seconds kSilenceMax{3};
   // Bounds of what others can make us remember.
   static constexpr std::size_t kEndpointsMax = 20'000;
   static constexpr std::size_t kWritersMax = 100;
@@ -357,7 +382,7 @@ class Core {
   std::map<const void*, Watch> watches_;
   std::map<Guid, Endpoint> endpoints_;
   std::mutex acknowledged_mutex_;
-  std::map<Guid, std::set<Guid>> acknowledged_;  // writers that a reader has heard of
+  std::map<Guid, std::map<Guid, SteadyClock::time_point>> acknowledged_;  // by reader and writer: when it is ready
 };
 
 template <class EndpointQos>
@@ -454,7 +479,10 @@ class FastWriter final : public Writer, fast::DataWriterListener {
     return true;
   }
   Guid guid() const override { return guid_of(writer_->guid()); }
-  std::vector<Guid> matched() const override { return matched_.ready(); }
+  std::vector<Guid> matched() const override {
+    core_->settle(guid(), matched_);
+    return matched_.ready();
+  }
   std::int64_t write(const std::vector<std::uint8_t>& octets, const SampleId* related) override {
     rtps::WriteParams params;
     if (related != nullptr) {
@@ -481,7 +509,7 @@ class FastWriter final : public Writer, fast::DataWriterListener {
   const std::shared_ptr<Core> core_;
   const std::string name_;
   const Participant::OnChange on_change_;
-  MatchedSet matched_;
+  mutable MatchedSet matched_;
   bool confirms_ = true;  // readers acknowledge what they get
   fast::DataWriter* writer_ = nullptr;
 };
@@ -523,9 +551,9 @@ class FastParticipant final : public Participant, fast::DomainParticipantListene
       rtps::IPLocator::setIPv4(peer, 127, 0, 0, 1);
       qos.wire_protocol().builtin.initialPeersList.push_back(peer);
     }
-    qos.transport().user_transports.push_back(
-        std::make_shared<Ear::Descriptor>(udp, [weak = std::weak_ptr(core_)](const Guid& reader, const Guid& writer) {
-          if (const auto core = weak.lock()) core->acknowledged(reader, writer);
+    qos.transport().user_transports.push_back(std::make_shared<Ear::Descriptor>(
+        udp, [weak = std::weak_ptr(core_)](const Guid& reader, const Guid& writer, bool has_seen) {
+          if (const auto core = weak.lock()) core->acknowledged(reader, writer, has_seen);
         }));
     // Numbers choose ports, and others on this machine look for us only at the first ones; the library's own never come
     // back. Each is taken again as late as can be, because it is part of the identity.
@@ -578,7 +606,7 @@ class FastParticipant final : public Participant, fast::DomainParticipantListene
     note(info.status != rtps::ReaderDiscoveryInfo::REMOVED_READER, info.info, false);
     if (info.status != rtps::ReaderDiscoveryInfo::REMOVED_READER &&
         info.info.m_qos.m_reliability.kind == fast::BEST_EFFORT_RELIABILITY_QOS)
-      core_->acknowledged(guid_of(info.info.guid()), Guid{});
+      core_->acknowledged(guid_of(info.info.guid()), Guid{}, true);
   }
   void on_publisher_discovery(fast::DomainParticipant*, rtps::WriterDiscoveryInfo&& info) override {
     note(info.status != rtps::WriterDiscoveryInfo::REMOVED_WRITER, info.info, true);
