@@ -41,6 +41,10 @@ test("the whole tree is visible and readable on every screen, and nothing seriou
     await page.getByRole("button", { name: "Both", exact: true }).click();
     await page.locator(".code").waitFor();
     assert.deepEqual(await serious(page), [], `axe at ${width}×${height}`);
+    // Where there is no room for it, the run over time is there for who asks.
+    assert.equal(await page.locator("#panel-timeline").count(), height > 700 ? 1 : 0);
+    await page.getByTestId("timeline-switch").click();
+    await page.locator("#panel-timeline").waitFor({ state: height > 700 ? "detached" : "visible" });
     await close();
   }
   await program.stop();

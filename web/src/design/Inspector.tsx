@@ -24,6 +24,7 @@ export function Inspector() {
           <Key keys="E" what="as a tree of its own / back" />
           <Key keys="F2" what="rename" />
           <Key keys="Del" what="delete" />
+          <Key keys="Alt drag" what="copy" />
         </dl>
       </div>
     );

@@ -16,6 +16,7 @@ function Robot({ name, alone }: { name: string; alone: boolean }) {
   const battery = useStudio((studio) => studio.state?.robots[name]?.battery ?? null);
   const navigation = useStudio((studio) => studio.state?.robots[name]?.navigation ?? "");
   const frozen = useWhyNot() !== null;
+  const has_station = useStudio((studio) => (studio.index?.model.world?.stations.length ?? 0) > 0);
   if (!battery) return null;
   const charge = battery.percentage * 100;
   const electric = [battery.voltage === null ? "" : `${battery.voltage.toFixed(1)} V`, `${battery.current.toFixed(2)} A`, navigation].filter(Boolean).join(" · ");
@@ -24,7 +25,7 @@ function Robot({ name, alone }: { name: string; alone: boolean }) {
       <h3 title={electric}>{alone ? "Battery" : name}</h3>
       <Charge name={name} charge={charge} disabled={control === null} set={(percent) => void call_service(control!, "setBatteryCharge", { percent })} />
       <span className={`badge ${charge < 20 ? "failure" : charge < 30 ? "halting" : ""}`}>{charge < 20 ? "very low" : charge < 30 ? "low" : battery.charging ? "charging" : "in use"}</span>
-      {!frozen && <Plug name={name} control={control} />}
+      {!frozen && has_station && <Plug name={name} control={control} />}
     </section>
   );
 }

@@ -11,7 +11,6 @@ describe("the plug", () => {
   });
   it("says why it cannot be plugged in", () => {
     expect(plug_of({ plugged: false }, [dock], [1, 1, 0])).toEqual({ text: "▫ not at a station (dock)", is_possible: false });
-    expect(plug_of({ plugged: false }, [], [1, 1, 0])).toEqual({ text: "▫ this world has no station to plug in at", is_possible: false });
     expect(plug_of({ plugged: false }, [dock], [8.2, 5.2, Math.PI])).toEqual({ text: "▫ at dock, not plugged in", is_possible: true });
     expect(plug_of({ plugged: true }, [dock], [8.2, 5.2, Math.PI])).toEqual({ text: "▪ plugged in at dock", is_possible: false });
   });

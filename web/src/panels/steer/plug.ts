@@ -15,6 +15,5 @@ export function plug_of(battery: Pick<Battery, "plugged">, stations: readonly St
   const station = station_at(stations, pose);
   if (battery.plugged) return { text: `▪ plugged in${station ? ` at ${station.name}` : ""}`, is_possible: false };
   if (station) return { text: `▫ at ${station.name}, not plugged in`, is_possible: true };
-  if (stations.length === 0) return { text: "▫ this world has no station to plug in at", is_possible: false };
   return { text: `▫ not at a station (${stations.map(({ name }) => name).join(", ")})`, is_possible: false };
 }
