@@ -98,11 +98,8 @@ void QuickMonitors::observe(std::uint32_t i, std::uint32_t number, const Message
   Of& of = monitors_[i];
   watch.seen = true;
   if (!watch.core) {
-    decide(watch, monitor::observe(of.model, watch.state, message));
-    if (watch.state.failure()) go_well_ = false;
+    step_as_it_is(watch, of.model, message);
     watch.core = intern(i, watch.state, message.time);
-    if (!watch.core) return;
-    watch.tested = watch.tested || monitor::vacuity(of.model, watch.state).empty();
     return;
   }
   if (number == kOnce) return execute(i, message, nullptr, std::nullopt);
@@ -113,15 +110,17 @@ void QuickMonitors::observe(std::uint32_t i, std::uint32_t number, const Message
       enabled = scxml::enabled_by(of.model.chart(), kept_[*watch.core]->session, *event, message.time);
     if (!enabled || std::any_of(enabled->begin(), enabled->end(),
                                 [&](scxml::TransitionIndex t) { return of.reads.in_content(t); })) {
+      const std::size_t before = kept_.size();
+      execute(i, message, nullptr, std::nullopt);
       // Of one that keeps what it sees, hardly a state comes again.
       constexpr std::uint64_t kTriedMin = 500;
-      if (++of.once > kTriedMin && of.once > of.looked_up) of.remembers = false;
-      return execute(i, message, nullptr, std::nullopt);
+      of.fresh += kept_.size() - before;
+      if (++of.once > kTriedMin && of.fresh * 2 > of.once) of.remembers = false;
+      return;
     }
   }
   for (const Step& step : known) {
     if (step.enabled != enabled) continue;
-    ++of.looked_up;
     watch.core = step.next;
     watch.tested = watch.tested || step.tests;
     if (step.verdict == monitor::Verdict::kUndecided) return;
@@ -136,24 +135,42 @@ void QuickMonitors::observe(std::uint32_t i, std::uint32_t number, const Message
 void QuickMonitors::execute(std::uint32_t i, const Message& message, std::vector<Step>* known,
                             std::optional<std::vector<scxml::TransitionIndex>> enabled) {
   Watch& watch = watches_[i];
-  const monitor::Model& model = monitors_[i].model;
-  monitor::State state = state_of(i, *kept_[*watch.core]);
-  decide(watch, monitor::observe(model, state, message));
-  if (state.failure()) go_well_ = false;
-  const bool tests = monitor::vacuity(model, state).empty();
-  watch.tested = watch.tested || tests;
-  const auto next = intern(i, state, message.time);
-  if (next && known != nullptr && go_well_) known->push_back({std::move(enabled), *next, tests, watch.verdict});
+  Watch stepped;
+  stepped.state = state_of(i, *kept_[*watch.core]);
+  // What is known may come in a run in which it is what puts the monitor to the test.
+  stepped.tested = watch.tested && known == nullptr;
+  step_as_it_is(stepped, monitors_[i].model, message);
+  const auto next = intern(i, stepped.state, message.time);
+  if (next && known != nullptr && go_well_)
+    known->push_back({std::move(enabled), *next, stepped.tested, stepped.verdict});
+  watch.tested = watch.tested || stepped.tested;
+  watch.verdict = stepped.verdict;
   watch.core = next;
-  if (!next) watch.state = std::move(state);
+  if (!next) watch.state = std::move(stepped.state);
 }
 
-void QuickMonitors::decide(Watch& watch, const monitor::Decisions& decisions) {
-  for (const monitor::Decision& decision : decisions) {
-    ++decided_;
-    watch.verdict = decision.verdict;
-    if (decision.verdict != monitor::Verdict::kSatisfied) go_well_ = false;
+// Without its trail, which explains, once nobody asks any more whether it was put to the test.
+void QuickMonitors::step_as_it_is(Watch& watch, const monitor::Model& model, const Message& message) {
+  if (watch.tested) {
+    monitor::Core& core = watch.state;
+    monitor::Stepped stepped;
+    if (monitor::next_timer(model, core) < message.time)
+      stepped = monitor::step_timers(model, core, message.time - Duration(1));
+    if (stepped.verdict == monitor::Verdict::kUndecided) stepped = monitor::step(model, core, message);
+    decide(watch, stepped.verdict);
+  } else {
+    for (const monitor::Decision& decision : monitor::observe(model, watch.state, message))
+      decide(watch, decision.verdict);
+    watch.tested = monitor::vacuity(model, watch.state).empty();
   }
+  if (watch.state.failure()) go_well_ = false;
+}
+
+void QuickMonitors::decide(Watch& watch, monitor::Verdict verdict) {
+  if (verdict == monitor::Verdict::kUndecided) return;
+  ++decided_;
+  watch.verdict = verdict;
+  if (verdict != monitor::Verdict::kSatisfied) go_well_ = false;
 }
 
 // Nothing: time decides something, or the chart asks for more than what is observed.
@@ -179,7 +196,8 @@ void QuickMonitors::finish(TimePoint now) {
   for (std::uint32_t i = 0; i < monitors_.size(); ++i) {
     Watch& watch = watches_[i];
     if (watch.core || watch.verdict != monitor::Verdict::kUndecided) continue;
-    decide(watch, monitor::advance(monitors_[i].model, watch.state, now));
+    for (const monitor::Decision& decision : monitor::advance(monitors_[i].model, watch.state, now))
+      decide(watch, decision.verdict);
     if (watch.state.failure()) go_well_ = false;
   }
 }

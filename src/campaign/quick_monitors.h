@@ -52,8 +52,8 @@ class QuickMonitors {
     monitor::Projection projection;
     bool remembers = false;
     monitor::State beginning;
-    std::uint64_t once = 0;  // steps that are not known again
-    std::uint64_t looked_up = 0;
+    std::uint64_t once = 0;   // steps that are not known again
+    std::uint64_t fresh = 0;  // states that were new after them
   };
   // One in the run that goes on.
   struct Watch {
@@ -79,7 +79,8 @@ class QuickMonitors {
   void observe(std::uint32_t i, std::uint32_t number, const Message& message, const scxml::Event* event);
   void execute(std::uint32_t i, const Message& message, std::vector<Step>* known,
                std::optional<std::vector<scxml::TransitionIndex>> enabled);
-  void decide(Watch& watch, const monitor::Decisions& decisions);
+  void step_as_it_is(Watch& watch, const monitor::Model& model, const Message& message);
+  void decide(Watch& watch, monitor::Verdict verdict);
   [[nodiscard]] std::optional<std::uint32_t> intern(std::uint32_t i, const monitor::Core& core, TimePoint now);
   [[nodiscard]] monitor::State state_of(std::uint32_t i, const monitor::Core& core) const;
 

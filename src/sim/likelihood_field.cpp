@@ -2,15 +2,95 @@
 
 #include <algorithm>
 #include <cmath>
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
 
 namespace sentree::sim {
 
 namespace {
 
 constexpr int kMiss = 255;
-constexpr std::size_t kLanes = 8;
+// Bytes that may be read behind the last one, and say nothing.
+constexpr std::size_t kBehind = 3;
+
+// Where the robot is, in the cells of the field.
+struct Placing {
+  float c;
+  float s;
+  float x;
+  float y;
+  float x_max;
+  float y_max;
+  int stride;
+};
+
+constexpr std::size_t kLanes = 4;
 using Floats = float __attribute__((vector_size(4 * kLanes)));
 using Ints = std::int32_t __attribute__((vector_size(4 * kLanes)));
+
+// Adds what the first beams lose, and says how many those are.
+std::size_t sum_by_four(const Placing& place, const BeamEnds& ends, const std::uint8_t* loss, int& sum) {
+  std::size_t i = 0;
+  for (; i + kLanes <= ends.x.size(); i += kLanes) {
+    Floats end_x;
+    Floats end_y;
+    std::copy_n(ends.x.data() + i, kLanes, reinterpret_cast<float*>(&end_x));
+    std::copy_n(ends.y.data() + i, kLanes, reinterpret_cast<float*>(&end_y));
+    Floats x = place.x + place.c * end_x - place.s * end_y;
+    Floats y = place.y + place.s * end_x + place.c * end_y;
+    x = x < place.x_max ? x : place.x_max - Floats{};
+    x = x > 0.0F ? x : Floats{};
+    y = y < place.y_max ? y : place.y_max - Floats{};
+    y = y > 0.0F ? y : Floats{};
+    const Ints slot = __builtin_convertvector(y, Ints) * place.stride + __builtin_convertvector(x, Ints);
+    for (std::size_t lane = 0; lane < kLanes; ++lane) sum += loss[static_cast<std::size_t>(slot[lane])];
+  }
+  return i;
+}
+
+#if defined(__x86_64__)
+
+// The same to the bit.
+__attribute__((target("avx2"))) std::size_t sum_by_eight(const Placing& place, const BeamEnds& ends,
+                                                         const std::uint8_t* loss, int& sum) {
+  constexpr std::size_t kEight = 8;
+  const __m256 c = _mm256_set1_ps(place.c);
+  const __m256 s = _mm256_set1_ps(place.s);
+  const __m256 from_x = _mm256_set1_ps(place.x);
+  const __m256 from_y = _mm256_set1_ps(place.y);
+  const __m256 x_max = _mm256_set1_ps(place.x_max);
+  const __m256 y_max = _mm256_set1_ps(place.y_max);
+  const __m256 zero = _mm256_setzero_ps();
+  const __m256i stride = _mm256_set1_epi32(place.stride);
+  __m256i lost = _mm256_setzero_si256();
+  std::size_t i = 0;
+  for (; i + kEight <= ends.x.size(); i += kEight) {
+    const __m256 end_x = _mm256_loadu_ps(ends.x.data() + i);
+    const __m256 end_y = _mm256_loadu_ps(ends.y.data() + i);
+    const __m256 x = _mm256_sub_ps(_mm256_add_ps(from_x, _mm256_mul_ps(c, end_x)), _mm256_mul_ps(s, end_y));
+    const __m256 y = _mm256_add_ps(_mm256_add_ps(from_y, _mm256_mul_ps(s, end_x)), _mm256_mul_ps(c, end_y));
+    const __m256i column = _mm256_cvttps_epi32(_mm256_max_ps(_mm256_min_ps(x, x_max), zero));
+    const __m256i row = _mm256_cvttps_epi32(_mm256_max_ps(_mm256_min_ps(y, y_max), zero));
+    const __m256i slot = _mm256_add_epi32(_mm256_mullo_epi32(row, stride), column);
+    const __m256i four = _mm256_i32gather_epi32(reinterpret_cast<const int*>(loss), slot, 1);
+    lost = _mm256_add_epi32(lost, _mm256_and_si256(four, _mm256_set1_epi32(0xFF)));
+  }
+  alignas(32) std::int32_t lanes[kEight];
+  _mm256_store_si256(reinterpret_cast<__m256i*>(lanes), lost);
+  for (const std::int32_t lane : lanes) sum += lane;
+  return i;
+}
+
+#endif
+
+std::size_t sum_many(const Placing& place, const BeamEnds& ends, const std::uint8_t* loss, int& sum) {
+#if defined(__x86_64__)
+  static const bool kByEight = __builtin_cpu_supports("avx2") != 0;
+  if (kByEight) return sum_by_eight(place, ends, loss, sum);
+#endif
+  return sum_by_four(place, ends, loss, sum);
+}
 
 }  // namespace
 
@@ -19,7 +99,7 @@ LikelihoodField::LikelihoodField(const GridMap& map, const DistanceField& distan
       rows_(map.height() + 2),
       log_best_(std::log(1.0 + spec.random_share)),
       log_step_((log_best_ - std::log(spec.random_share)) / kMiss),
-      loss_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(rows_), kMiss) {
+      loss_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(rows_) + kBehind, kMiss) {
   const double sigma = spec.hit_sigma_m / map.resolution_m();
   // Beyond five sigma only the uniform part is left.
   const auto reach = static_cast<std::size_t>(std::min(25.0 * sigma * sigma, 65'000.0)) + 1;
@@ -38,39 +118,20 @@ LikelihoodField::LikelihoodField(const GridMap& map, const DistanceField& distan
   }
 }
 
-// Of eight beams at once where the processor can; to the same bit where it cannot.
-#if defined(__x86_64__)
-__attribute__((target_clones("avx2", "default")))
-#endif
-double
-LikelihoodField::log_likelihood(const BeamEnds& ends, Vec2 at, double heading_rad) const {
-  const auto c = static_cast<float>(std::cos(heading_rad));
-  const auto s = static_cast<float>(std::sin(heading_rad));
+double LikelihoodField::log_likelihood(const BeamEnds& ends, Vec2 at, double heading_rad) const {
   // With the border; what is beyond it counts as on it. A float resolves a thousandth of a cell on the largest map.
-  const auto from_x = static_cast<float>(at.x + 1.0);
-  const auto from_y = static_cast<float>(at.y + 1.0);
-  const auto x_max = static_cast<float>(stride_ - 1);
-  const auto y_max = static_cast<float>(rows_ - 1);
+  const Placing place{.c = static_cast<float>(std::cos(heading_rad)),
+                      .s = static_cast<float>(std::sin(heading_rad)),
+                      .x = static_cast<float>(at.x + 1.0),
+                      .y = static_cast<float>(at.y + 1.0),
+                      .x_max = static_cast<float>(stride_ - 1),
+                      .y_max = static_cast<float>(rows_ - 1),
+                      .stride = stride_};
   const std::size_t count = ends.x.size();
   int loss = 0;
-  std::size_t i = 0;
-  for (; i + kLanes <= count; i += kLanes) {
-    Floats end_x;
-    Floats end_y;
-    std::copy_n(ends.x.data() + i, kLanes, reinterpret_cast<float*>(&end_x));
-    std::copy_n(ends.y.data() + i, kLanes, reinterpret_cast<float*>(&end_y));
-    Floats x = from_x + c * end_x - s * end_y;
-    Floats y = from_y + s * end_x + c * end_y;
-    x = x < x_max ? x : x_max - Floats{};
-    x = x > 0.0F ? x : Floats{};
-    y = y < y_max ? y : y_max - Floats{};
-    y = y > 0.0F ? y : Floats{};
-    const Ints slot = __builtin_convertvector(y, Ints) * stride_ + __builtin_convertvector(x, Ints);
-    for (std::size_t lane = 0; lane < kLanes; ++lane) loss += loss_[static_cast<std::size_t>(slot[lane])];
-  }
-  for (; i < count; ++i) {
-    const float x = std::clamp(from_x + c * ends.x[i] - s * ends.y[i], 0.0F, x_max);
-    const float y = std::clamp(from_y + s * ends.x[i] + c * ends.y[i], 0.0F, y_max);
+  for (std::size_t i = sum_many(place, ends, loss_.data(), loss); i < count; ++i) {
+    const float x = std::clamp(place.x + place.c * ends.x[i] - place.s * ends.y[i], 0.0F, place.x_max);
+    const float y = std::clamp(place.y + place.s * ends.x[i] + place.c * ends.y[i], 0.0F, place.y_max);
     loss += loss_[static_cast<std::size_t>(y) * static_cast<std::size_t>(stride_) + static_cast<std::size_t>(x)];
   }
   return static_cast<double>(count) * log_best_ - loss * log_step_;
