@@ -390,6 +390,7 @@ Loaded<Tree> Loader::load(std::string xml, std::string file) {
     model_->declared.shrink_to_fit();
     model_->conditions.shrink_to_fit();
     model_->users.shrink_to_fit();
+    model_->unwritten.shrink_to_fit();
     loaded.value.emplace(std::move(model_));
   }
   return loaded;

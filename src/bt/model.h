@@ -186,9 +186,9 @@ struct DeclaredEntry {
 
 /// An input port that reads an entry of the blackboard which nothing in the tree writes.
 struct UnwrittenEntry {
-  NodeId node = kNoNode;
-  std::string port;
-  std::string entry;
+  NodeId node;
+  const std::string& port;  ///< In Model::strings, as the next.
+  const std::string& entry;
 };
 
 struct Model {

@@ -62,8 +62,8 @@ struct Reactive : AnyNode {
     }
     mem[kAllSkipped] = 0;
     if (status == Status::kRunning) {
-      m.reset_children(n, 0, current);
-      m.reset_children(n, current + 1, n.child_count);
+      if (current > 0) m.reset_children(n, 0, current);
+      if (current + 1 < n.child_count) m.reset_children(n, current + 1, n.child_count);
       mem[kCurrent] = 0;
     }
     return status != kGoOn;
