@@ -116,10 +116,12 @@ def main():
         found = row("many states", [*many, *out], "5 s, 250,000 periods a second, 100 MB")
         few = row("their beginning", [*many, "--ticks", "1", *out], "none: what the program needs anyway")
         if found and few:
-            print(f"  {(found[2] - few[2]) * 1e6 / found[0]:.0f} bytes for each state, its periods among them; bar: 64 for the state")
+            each = (found[2] - few[2]) * 1e6 / found[0]
+            print(f"  {each:.0f} bytes for each state, with its periods and what two requirements make of them; bar: 64 for itself")
         for more in ([], ["--all-orders"]):
             row("orders", [sentree, "verify", os.path.join(EXAMPLES, "warehouse"), *more, *out], "none")
-        row("many periods", [sentree, "verify", porter, "--states", "40000", *out], "250,000 periods a second")
+        every = [sentree, "verify", porter, "--all-orders", "--states", "40000", *out]
+        row("many periods", every, "250,000 periods a second")
         for threads in ("1", "2"):
             row("in threads", [sentree, "verify", porter, "--threads", threads, *out], "none: wall time tells")
         guard = os.path.join(EXAMPLES, "guard")
@@ -138,8 +140,8 @@ def main():
                 print(f"  FAILED: {output[-400:]}")
         # The simulated robot, 67 s of it in each run.
         runs = 20
-        command = ["campaign", recharge, "-n", str(runs), "--jobs", "1", "--no-shrink", "--out", os.path.join(folder, "campaign")]
-        output, cpu, wall, _ = measured([sentree, *command])
+        command = ["campaign", recharge, "-n", str(runs), "--jobs", "1", "--no-shrink"]
+        _, cpu, wall, _ = measured([sentree, *command, "--out", os.path.join(folder, "campaign")])
         print("statistics with the simulated robot: sentree " + shown(command))
         print(f"  {runs / cpu:.1f} runs a second and core ({wall:.1f} s wall); bar: 10")
     print(f"largest memory of any: {resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024:.0f} MB")
