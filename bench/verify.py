@@ -3,8 +3,8 @@
 
   bench/verify.py build/release/bin/sentree
 
-Prints for each question the command, what was explored, processor time and wall time of the whole command, and its
-largest memory. SPIN gets the graph that `--graph` writes, as one process in Promela, and looks at the same states and
+Prints for each bar the command, what was explored, processor time and wall time of the whole command, and its largest
+memory. SPIN gets the graph that `--graph` writes, as one process in Promela, and looks at the same states and
 periods.
 """
 import os
@@ -34,17 +34,20 @@ def measured(command):
 def row(what, command, bar):
     output, cpu, wall, memory = measured(command)
     found = EXPLORED.search(output)
-    shown = " ".join(os.path.relpath(part, ROOT) if part.startswith(ROOT) else part for part in command)
     if not found:
-        print(f"{what}: {shown}\n  FAILED: {output[-400:]}")
+        print(f"{what}: {shown(command)}\n  FAILED: {output[-400:]}")
         return None
     states, periods = (int(number.replace(",", "")) for number in found.group(1, 2))
-    print(f"{what}: {shown}")
+    print(f"{what}: {shown(command)}")
     print(
         f"  {states:,} states, {periods:,} periods, {found.group(3)}: {cpu:.2f} s of processor ({wall:.2f} s wall), "
         f"{memory:.0f} MB, {periods / cpu:,.0f} periods a second; bar: {bar}"
     )
-    return states, periods
+    return states, periods, memory
+
+
+def shown(command):
+    return " ".join(os.path.relpath(part, ROOT) if part.startswith(ROOT) else part for part in command)
 
 
 def promela(aut):
@@ -107,25 +110,40 @@ def main():
         else:
             print("  SPIN is not installed: apt-get install spin")
         row("the same, every step executed", [sentree, "verify", recharge, *none, "--no-memo", *out], "50,000 a second")
-        row(
-            "many states", [sentree, "verify", porter, "--order", "virtual", *out], "250,000 periods a second, 100 MB"
-        )
-        row(
-            "many periods",
-            [sentree, "verify", porter, "--states", "40000", *out],
-            "250,000 periods a second",
-        )
+        first = [sentree, "verify", recharge, *none, "--only", "never_empty", "--order", "virtual", *out]
+        row("the first counterexample of never_empty", first, "0.1 s")
+        many = [sentree, "verify", porter, "--order", "virtual"]
+        found = row("many states", [*many, *out], "5 s, 250,000 periods a second, 100 MB")
+        few = row("their beginning", [*many, "--ticks", "1", *out], "none: what the program needs anyway")
+        if found and few:
+            each = (found[2] - few[2]) * 1e6 / found[0]
+            print(f"  {each:.0f} bytes for each state, with its periods and what two requirements make of them; bar: 64 for itself")
+        for more in ([], ["--all-orders"]):
+            row("orders", [sentree, "verify", os.path.join(EXAMPLES, "warehouse"), *more, *out], "none")
+        every = [sentree, "verify", porter, "--all-orders", "--states", "40000", *out]
+        row("many periods", every, "250,000 periods a second")
+        for threads in ("1", "2"):
+            row("in threads", [sentree, "verify", porter, "--threads", threads, *out], "none: wall time tells")
         guard = os.path.join(EXAMPLES, "guard")
         row("a tree of 2,088 elements", [sentree, "verify", guard, *out], "2 s")
         runs = 20_000
         for threads in (1, 2):
             command = ["verify", recharge, *none, "--runs", str(runs), "--ticks", "100", "--threads", str(threads)]
             output, cpu, wall, _ = measured([sentree, *command])
-            print(f"statistics: sentree verify examples/recharge --faults none --runs {runs} --ticks 100 --threads {threads}")
+            print("statistics: sentree " + shown(command))
             if f"{runs} runs of" in output:
-                print(f"  {runs / cpu:,.0f} runs a second of processor, {runs / wall:,.0f} of wall time; bar: 5,000")
+                print(
+                    f"  {runs / cpu:,.0f} runs of 100 ticks a second of processor, {runs / wall:,.0f} of wall time; bar: "
+                    f"5,000\n  {100 * runs / cpu:,.0f} ticks a second, remembered; bar: 1,000,000"
+                )
             else:
                 print(f"  FAILED: {output[-400:]}")
+        # The simulated robot, 67 s of it in each run.
+        runs = 20
+        command = ["campaign", recharge, "-n", str(runs), "--jobs", "1", "--no-shrink"]
+        _, cpu, wall, _ = measured([sentree, *command, "--out", os.path.join(folder, "campaign")])
+        print("statistics with the simulated robot: sentree " + shown(command))
+        print(f"  {runs / cpu:.1f} runs a second and core ({wall:.1f} s wall); bar: 10")
     print(f"largest memory of any: {resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024:.0f} MB")
 
 

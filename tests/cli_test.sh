@@ -378,12 +378,24 @@ expect 1 'as_published +REFUTED' "$sentree" verify "$work/verified" --only turns
 expect 0 '"verdict":"holds","vacuous":false,"complete":true' \
   "$sentree" verify "$work/verified" --faults none --order virtual --only turns_to_station --json
 expect 124 'not refuted up to tick 5' "$sentree" verify "$work/verified" --only turns_to_station --ticks 5
+# Faults of a file come instead of those of the project.
+printf 'faults: {at_most: 1, any_of: [{unreachable: battery.isCharging}, {kill: GoToKitchen}]}\n' >"$work/faults.yaml"
+expect 124 '2 faults, 1 at a time' "$sentree" verify "$work/verified" --faults "$work/faults.yaml" --only turns_to_station --ticks 5
+printf 'any_of: [{kill: GoToKitchn}]\n' >"$work/faults.yaml"
+expect 3 'faults.yaml:1:.*did you mean "GoToKitchen"' "$sentree" verify "$work/verified" --faults "$work/faults.yaml"
+expect 3 'faults.yml: no such file' "$sentree" verify "$work/verified" --faults "$work/faults.yml"
+# Orders that nothing tells apart change no verdict.
+expect 0 'cat_is_alone +holds' "$sentree" verify examples/warehouse --out "$work/hall"
+expect 0 'cat_is_alone +holds' "$sentree" verify examples/warehouse --all-orders --out "$work/hall"
+expect 0 'True False' bash -c "for all in '' --all-orders; do
+  '$sentree' verify examples/warehouse \$all --json --out '$work/hall' 2>/dev/null |
+    python3 -c 'import json, sys; print(json.load(sys.stdin)[\"orders_left_out\"], end=\" \")'; done"
 # The members of its result are a contract.
 cat >"$work/members.py" <<'END'
 import json, sys
 
 found = json.load(sys.stdin)
-for name in ("tool", "version", "models", "order", "faults", "faults_at_most", "requirements", "states", "transitions", "complete",
+for name in ("tool", "version", "models", "order", "orders_left_out", "faults", "faults_at_most", "requirements", "states", "transitions", "complete",
              "coverage", "problems", "limits", "wall_s"):
     found[name]
 found["limits"]["complete_to_tick"], found["limits"]["same_hash"], found["coverage"]["not_reached"]

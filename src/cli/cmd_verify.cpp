@@ -312,6 +312,39 @@ class Verifying {
     return out;
   }
 
+  // What models chose and which faults came on a path, in the order of their first: "robot.plugs_in = false (9 times)".
+  std::string chosen(const verify::Path& path) const {
+    constexpr std::size_t kShownMax = 6;
+    struct Chosen {
+      std::string name;
+      std::vector<std::string> values;
+      std::size_t times = 0;
+    };
+    std::vector<Chosen> all;
+    for (const std::uint32_t edge : path.edges) {
+      for (const verify::Made& made : result_.graph.decisions[result_.graph.edges[edge].made]) {
+        const bool is_fault = made.kind == verify::Made::Kind::kFault && made.alternative > 0;
+        if (!is_fault && (made.kind != verify::Made::Kind::kChoice || made.count < 2)) continue;
+        const verify::ChoicePoint& point = result_.graph.choices[made.what];
+        const std::string name = is_fault ? point.function : point.model + (point.name.empty() ? "" : "." + point.name);
+        const std::string& value = is_fault ? point.name : point.value;
+        auto one = std::find_if(all.begin(), all.end(), [&](const Chosen& known) { return known.name == name; });
+        if (one == all.end()) one = all.insert(all.end(), {name, {}, 0});
+        ++one->times;
+        if (std::find(one->values.begin(), one->values.end(), value) == one->values.end()) one->values.push_back(value);
+      }
+    }
+    std::string out;
+    for (std::size_t i = 0; i < std::min(all.size(), kShownMax); ++i) {
+      out += (i == 0 ? "" : ", ") + all[i].name + " = ";
+      for (std::size_t v = 0; v < std::min(all[i].values.size(), kShownMax); ++v)
+        out += (v == 0 ? "" : " | ") + all[i].values[v];
+      if (all[i].values.size() > kShownMax) out += " | …";
+      if (all[i].times > 1) out += fmt::format(" ({} times)", all[i].times);
+    }
+    return all.size() > kShownMax ? out + ", …" : out;
+  }
+
   std::string told(const verify::Judgement& judgement) const {
     if (!judgement.error.empty()) return "ERROR    " + judgement.error;
     std::string out;
@@ -326,6 +359,7 @@ class Verifying {
       else
         out += judgement.observation.empty() ? ": time passed" : ": " + judgement.observation;
       out += "   " + shown.scenario + " .mcap";
+      if (const std::string what = chosen(*judgement.path); !what.empty()) out += "\n  chosen: " + what;
       if (shown.orders > 0) {
         out +=
             fmt::format("\n  needs messages of one instant in another order than that of virtual time, at {} instant{}",
@@ -440,6 +474,7 @@ class Verifying {
                {"models", std::move(models)},
                {"any_reply", std::move(any)},
                {"order", command_.order},
+               {"orders_left_out", graph.reduced},
                {"faults", static_cast<std::int64_t>(asked.explore.faults.size())},
                {"faults_at_most", static_cast<std::int64_t>(asked.explore.faults_at_most)},
                {"requirements", std::move(requirements)},

@@ -136,7 +136,8 @@ struct VerifyCommand {
   std::string scenario;           ///< A file whose overrides and timeline apply; empty: none.
   std::vector<std::string> only;  ///< Requirements and monitors; empty: all.
   std::string order = "any";      ///< any or virtual.
-  std::string faults;             ///< "none": those of `verify:` are left out.
+  bool all_orders = false;        ///< Also those that nothing tells apart.
+  std::string faults;  ///< "none": those of `verify:` are left out; a file: those of its `faults:` come instead.
   std::optional<std::uint64_t> ticks;
   std::optional<std::uint64_t> states;
   std::optional<std::string> memory;  ///< "2 GB".

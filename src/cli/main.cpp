@@ -308,7 +308,9 @@ void add_verify(CLI::App& app, VerifyCommand& command) {
   sub->add_option("--order", command.order, "Of what happens at one instant: any, or as in virtual time")
       ->check(CLI::IsMember({"any", "virtual"}))
       ->capture_default_str();
-  sub->add_option("--faults", command.faults, "none: without the faults of `verify:`")->check(CLI::IsMember({"none"}));
+  sub->add_flag("--all-orders", command.all_orders, "Try also orders that no monitor and no part can tell apart");
+  sub->add_option("--faults", command.faults,
+                  "none: without the faults of `verify:`; FILE: with those of a file that is written as its `faults:`");
   sub->add_flag("--fair", command.fair, "What is offered again and again is taken again and again");
   sub->add_option("--ticks", command.ticks, "Stop behind so many ticks");
   sub->add_option("--states", command.states, "Stop behind so many states");
@@ -328,7 +330,7 @@ void add_verify(CLI::App& app, VerifyCommand& command) {
       ->excludes(at_least);
   sub->add_option("--seed", command.seed, "Of the runs")->capture_default_str();
   sub->add_option("--threads", command.threads,
-                  "Judge so many requirements at a time, or make so many runs; the result is the same")
+                  "Explore, judge requirements or make runs in so many threads; the result is the same")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
   sub->add_flag("--no-memo", command.no_memory, "Execute every step, also those that are known");

@@ -9,6 +9,7 @@
 
 #include "sentree/cli/output.h"
 #include "sentree/cli/share.h"
+#include "sentree/project/faults_file.h"
 
 namespace sentree::cli {
 
@@ -69,11 +70,18 @@ std::variant<Sampled, int> read_statistics(const VerifyCommand& command, const p
 }
 
 Loaded<project::Scenario> load_verified(const VerifyCommand& command) {
-  if (!command.scenario.empty()) return project::load_scenario(command.scenario);
-  auto project = project::load_project(command.project);
   Loaded<project::Scenario> loaded;
-  loaded.diagnostics = std::move(project.diagnostics);
-  if (project.ok()) loaded.value = project::plain_scenario(std::move(*project.value));
+  if (!command.scenario.empty()) {
+    loaded = project::load_scenario(command.scenario);
+  } else {
+    auto project = project::load_project(command.project);
+    loaded.diagnostics = std::move(project.diagnostics);
+    if (project.ok()) loaded.value = project::plain_scenario(std::move(*project.value));
+  }
+  if (!command.faults.empty() && command.faults != "none" && loaded.value) {
+    project::read_faults(command.faults, loaded.value->project.verify, loaded.diagnostics);
+    if (has_errors(loaded.diagnostics)) loaded.value.reset();
+  }
   return loaded;
 }
 
@@ -84,6 +92,7 @@ bool read_options(const VerifyCommand& command, const project::Plan& plan, verif
   asked.explore.memory_of_steps = !command.no_memory;
   asked.explore.exact = command.exact;
   asked.explore.order = command.order == "any" ? verify::Order::kAny : verify::Order::kVirtual;
+  asked.explore.reduce_orders = !command.all_orders;
   if (command.faults != "none") asked.explore.faults = section.faults;
   asked.explore.faults_at_most = section.faults_at_most;
   asked.judge.fair = section.fair;

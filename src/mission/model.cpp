@@ -90,7 +90,16 @@ std::uint64_t ModelMachine::ask(Choice choice, const std::function<std::uint64_t
 
 void ModelMachine::add_choices() {
   const auto add = [this](const char* name, std::function<Result<Value>(Arguments)> call) {
-    host_.functions.push_back({name, std::move(call)});
+    host_.functions.push_back({name, [this, call = std::move(call)](Arguments of) {
+                                 auto result = call(of);
+                                 if (result) return result;
+                                 // Whatever the chart makes of the error: a model that leaves nothing open is wrong.
+                                 if (memory_) memory_->spoil();
+                                 wrong_.push_back(result.error());
+                                 wrong_.back().message.insert(0, "model " + model_.name + ": ");
+                                 wrong_.back().span = model_.chart.span({});
+                                 return result;
+                               }});
   };
   const auto one_of = [this](const char* function, std::string name, Arguments of) {
     Choice choice{.function = function, .name = std::move(name), .count = of.size()};
@@ -401,8 +410,11 @@ class ModelMachine::Step {
     if (state_.session.status() != scxml::SessionStatus::kFailed || told_) return;
     told_ = true;
     const auto& failure = state_.session.failure();
-    host_.problem(
-        fmt::format("the model {} was given up: {}", model_.name, failure ? to_string(*failure) : "its chart failed"));
+    host_.refused(
+        {Severity::kError,
+         "model.given-up",
+         fmt::format("the model {} was given up: {}", model_.name, failure ? to_string(*failure) : "its chart failed"),
+         {}});
   }
 
   // An answer to a call that is late, or that nobody made, reaches nobody.

@@ -7,6 +7,7 @@
 #include "sentree/idl/conform.h"
 #include "sentree/mission/detail/due.h"
 #include "sentree/mission/encode.h"
+#include "sentree/project/intervention.h"
 
 namespace sentree::mission {
 
@@ -41,23 +42,26 @@ bool PartMemory::remembers(const project::Plan& plan) {
                       [&](const project::ModelPlan& model) { return asks(model.chart); });
 }
 
-PartMemory::PartMemory(const project::Plan& plan, bool faults, bool timeline)
-    : parts_(plan),
-      faults_(faults || !plan.scenario.delays.empty() || (timeline && !plan.scenario.timeline.empty())),
-      gates_(!plan.gates.empty()) {
-  parts_.remember_steps();
-  for (std::size_t leaf = 0; leaf < parts_.skills(); ++leaf) {
-    const scxml::Chart& chart = parts_.skill(leaf).model().chart;
-    looks_.push_back({scxml::EventReads(chart), monitor::Projection::of(chart)});
-    if (const Value facts = looks_.back().members.data(Message()); facts.as_map()->empty()) continue;
-    looks_.back().members.make_whole();
+PartMemory::Tables::Tables(const project::Plan& plan, bool has_faults, bool timeline)
+    : parts(plan),
+      faults(has_faults || !plan.scenario.delays.empty() || (timeline && !plan.scenario.timeline.empty())),
+      gates(!plan.gates.empty()) {
+  parts.remember_steps();
+  for (std::size_t leaf = 0; leaf < parts.skills(); ++leaf) {
+    const scxml::Chart& chart = parts.skill(leaf).model().chart;
+    looks.push_back({scxml::EventReads(chart), monitor::Projection::of(chart)});
+    if (const Value facts = looks.back().members.data(Message()); facts.as_map()->empty()) continue;
+    looks.back().members.make_whole();
   }
 }
 
+PartMemory::PartMemory(const project::Plan& plan, bool faults, bool timeline)
+    : tables_(std::make_shared<Tables>(plan, faults, timeline)) {}
+
 PartMemory::Run PartMemory::begin() {
   Run run;
-  const std::size_t skills = parts_.skills();
-  const std::size_t models = parts_.models();
+  const std::size_t skills = tables_->parts.skills();
+  const std::size_t models = tables_->parts.models();
   for (std::uint32_t i = 0; i < skills; ++i) run.parts.push_back(intern(i, SkillState(), {}));
   for (std::uint32_t i = 0; i < models; ++i)
     run.parts.push_back(intern(static_cast<std::uint32_t>(skills) + i, ModelState(), {}));
@@ -69,8 +73,8 @@ PartMemory::Run PartMemory::begin() {
   frame_ = {};
   node_ = kNone;
   for (std::size_t i = 0; i < models; ++i) put({}, Rank::kSimulator, {i, ModelDelivery(StartModel{})});
-  TreeState tree = parts_.initial_tree();
-  parts_.start(tree, *this);
+  TreeState tree = tables_->parts.initial_tree();
+  tables_->parts.start(tree, *this);
   run.parts.back() = intern(static_cast<std::uint32_t>(skills + models), std::move(tree), {});
   run_ = nullptr;
   return run;
@@ -83,7 +87,7 @@ void PartMemory::step(Run& run, Outside& outside) {
   run_ = &run;
   outside_ = &outside;
   auto& queue = run.queue;
-  const auto part_at = [&](std::size_t i) { return deliveries_[queue[i].what].part; };
+  const auto part_at = [&](std::size_t i) { return tables_->deliveries[queue[i].what].part; };
   detail::due(
       queue, [&](std::size_t a, std::size_t b) { return part_at(a) == part_at(b); }, due_);
   std::size_t which = 0;
@@ -92,24 +96,35 @@ void PartMemory::step(Run& run, Outside& outside) {
     for (const std::size_t i : due_) first_.push_back(part_at(i));
     which = due_[outside.order(first_)];
   }
-  run.now = queue[which].when;
-  const std::uint32_t what = queue[which].what;
+  const Run::Waiting next = queue[which];
+  run.now = next.when;
   queue.erase(queue.begin() + static_cast<std::ptrdiff_t>(which));
-  take(deliveries_[what].part, deliveries_[what].served ? arrived(what) : what);
+  const std::uint32_t part = tables_->deliveries[next.what].part;
+  if (trace_ != nullptr)
+    trace_->steps.push_back({.part = part, .when = next.when, .rank = next.rank, .put_by = next.put_by});
+  steps_one_ = trace_ != nullptr;
+  take(part, tables_->deliveries[next.what].served ? arrived(next.what) : next.what);
   result_.reset();
+  if (steps_one_) {
+    trace_->steps.back().puts = static_cast<std::uint32_t>(trace_->puts.size());
+    trace_->steps.back().observed = static_cast<std::uint32_t>(trace_->observed.size());
+  }
+  steps_one_ = false;
   run_ = nullptr;
+  if (missed_) run.queue.clear();  // nothing that follows is right
 }
 
 // What is delivered for an outcome from outside.
 std::uint32_t PartMemory::arrived(std::uint32_t what) {
+  SENTREE_ASSERT(!reads_);  // whoever reads has no robot
   CallOutcome outcome = std::move(run_->served.front());
   run_->served.erase(run_->served.begin());
-  const std::size_t leaf = deliveries_[what].part;
-  const auto call = std::get<Outcome>(std::get<SkillDelivery>(deliveries_[what].what.what)).call;
+  const std::size_t leaf = tables_->deliveries[what].part;
+  const auto call = std::get<Outcome>(std::get<SkillDelivery>(tables_->deliveries[what].what.what)).call;
   const auto exactly = [&] { return intern({leaf, SkillDelivery(Outcome{call, outcome})}, run_->now); };
   if (!outcome.ok) return exactly();
   const std::uint32_t state = aged(run_->parts[leaf], run_->now - run_->as_of[leaf]);
-  auto& known = stand_ins_[std::uint64_t{state} << 32U | what];
+  auto& known = tables_->stand_ins[std::uint64_t{state} << 32U | what];
   for (const StandIn& one : known) {
     if (!one.enabled && one.result == outcome.result) {
       result_ = std::move(outcome.result);
@@ -118,10 +133,10 @@ std::uint32_t PartMemory::arrived(std::uint32_t what) {
   }
   // Of what has few values, each is known by itself.
   const bool is_one_of_few = outcome.result.is_null() || outcome.result.as_bool() != nullptr;
-  const SkillState& skill = std::get<SkillState>(*kept_[state].state);
-  const SkillModel& model = parts_.skill(leaf).model();
+  const SkillState& skill = std::get<SkillState>(*tables_->kept[state].state);
+  const SkillModel& model = tables_->parts.skill(leaf).model();
   std::optional<std::vector<scxml::TransitionIndex>> enabled;
-  if (!is_one_of_few && !model.protocol && skill.is_current(call->run) && !looks_[leaf].at.elsewhere()) {
+  if (!is_one_of_few && !model.protocol && skill.is_current(call->run) && !tables_->looks[leaf].at.elsewhere()) {
     scxml::Event event;
     event.name = call->service + "." + call->method + ".reply";
     event.sendid = call->sendid;
@@ -132,12 +147,12 @@ std::uint32_t PartMemory::arrived(std::uint32_t what) {
     data.append("args", call->args);
     data.append("result", std::move(outcome.result));
     reply.data = std::move(data);
-    const monitor::Projection& members = looks_[leaf].members;
+    const monitor::Projection& members = tables_->looks[leaf].members;
     event.data = idl::for_script(members.is_whole() ? reply.data : members.data(reply));
     outcome.result = std::move(*reply.data.as_map()->find("result"));
-    enabled = scxml::enabled_by(model.chart, skill.session, event, kept_[state].at);
+    enabled = scxml::enabled_by(model.chart, skill.session, event, tables_->kept[state].at);
     if (enabled && std::any_of(enabled->begin(), enabled->end(),
-                               [&](scxml::TransitionIndex t) { return looks_[leaf].at.in_content(t); }))
+                               [&](scxml::TransitionIndex t) { return tables_->looks[leaf].at.in_content(t); }))
       enabled.reset();
   }
   const auto delivered = [&] {
@@ -156,44 +171,50 @@ void PartMemory::take(std::uint32_t part, std::uint32_t what) {
   const std::uint32_t state = aged(run_->parts[part], run_->now - run_->as_of[part]);
   run_->parts[part] = state;
   run_->as_of[part] = run_->now;
-  const auto [found, is_new] = steps_.try_emplace(std::uint64_t{state} << 32U | what, kNone - 1);
-  if (is_new) *found = new_node();
-  std::uint32_t node = *found;
+  const std::uint64_t key = std::uint64_t{state} << 32U | what;
+  std::uint32_t node = tables_->steps.find(key);
+  if (node == kNone) {
+    if (reads_) return void(miss());
+    tables_->steps.try_emplace(key, node = new_node());
+  }
   script_.clear();
   for (;;) {
-    for (std::size_t i = 0; i < nodes_[node].ops.size(); ++i) perform(nodes_[node].ops[i]);
-    if (nodes_[node].result != kNone) {
-      ++looked_up_;
-      run_->parts[part] = nodes_[node].result;
+    for (std::size_t i = 0; i < tables_->nodes[node].ops.size(); ++i) perform(tables_->nodes[node].ops[i]);
+    if (missed_) return;
+    if (tables_->nodes[node].result != kNone) {
+      if (!reads_) ++tables_->looked_up;
+      run_->parts[part] = tables_->nodes[node].result;
       return;
     }
-    if (nodes_[node].query.kind == Query::Kind::kNothing) break;
-    const std::int64_t answer = ask(nodes_[node].query);
+    if (tables_->nodes[node].query.kind == Query::Kind::kNothing) break;
+    const std::int64_t answer = ask(tables_->nodes[node].query);
     script_.push_back(answer);
-    const auto& next = nodes_[node].next;
+    const auto& next = tables_->nodes[node].next;
     const auto known = std::find_if(next.begin(), next.end(), [&](const auto& one) { return one.first == answer; });
     if (known != next.end()) {
       node = known->second;
       continue;
     }
+    if (reads_) break;
     const std::uint32_t to = new_node();
-    nodes_[node].next.emplace_back(answer, to);
+    tables_->nodes[node].next.emplace_back(answer, to);
     node = to;
     break;
   }
+  if (reads_) return void(miss());
   execute(state, what, node);
 }
 
 // From where what is known ends. What was done and answered before is done and answered already.
 void PartMemory::execute(std::uint32_t state, std::uint32_t what, std::uint32_t node) {
-  ++executed_;
-  const std::uint32_t part = kept_[state].part;
-  frame_ = kept_[state].at;
+  ++tables_->executed;
+  const std::uint32_t part = tables_->kept[state].part;
+  frame_ = tables_->kept[state].at;
   node_ = node;
   replayed_ = 0;
-  PartState stepped = *kept_[state].state;
-  Delivery delivery = deliveries_[what].what;
-  if (const auto timer = deliveries_[what].timer) {
+  PartState stepped = *tables_->kept[state].state;
+  Delivery delivery = tables_->deliveries[what].what;
+  if (const auto timer = tables_->deliveries[what].timer) {
     const TimePoint rings = add_saturating(frame_, *timer);
     if (auto* skill = std::get_if<SkillDelivery>(&delivery.what))
       std::get<SkillTimer>(*skill).when = rings;
@@ -201,15 +222,16 @@ void PartMemory::execute(std::uint32_t state, std::uint32_t what, std::uint32_t 
       std::get<ModelTimer>(std::get<ModelDelivery>(delivery.what)).when = rings;
   }
   if (auto* tree = std::get_if<TreeDelivery>(&delivery.what)) {
-    parts_.step(std::get<TreeState>(stepped), std::move(*tree), *this);
+    tables_->parts.step(std::get<TreeState>(stepped), std::move(*tree), *this);
   } else if (auto* skill = std::get_if<SkillDelivery>(&delivery.what)) {
-    parts_.step(delivery.leaf, std::get<SkillState>(stepped), std::move(*skill), *this);
+    tables_->parts.step(delivery.leaf, std::get<SkillState>(stepped), std::move(*skill), *this);
   } else {
-    parts_.step(delivery.leaf, std::get<ModelState>(stepped), std::move(std::get<ModelDelivery>(delivery.what)), *this);
+    tables_->parts.step(delivery.leaf, std::get<ModelState>(stepped), std::move(std::get<ModelDelivery>(delivery.what)),
+                        *this);
   }
   SENTREE_ASSERT(replayed_ == script_.size());
   const std::uint32_t result = intern(part, std::move(stepped), frame_);
-  nodes_[node_].result = result;
+  tables_->nodes[node_].result = result;
   run_->parts[part] = result;
   node_ = kNone;
 }
@@ -217,20 +239,45 @@ void PartMemory::execute(std::uint32_t state, std::uint32_t what, std::uint32_t 
 Result<void> PartMemory::inject(Run& run, const project::Intervention& what, Outside& outside) {
   run_ = &run;
   outside_ = &outside;
+  const auto is_dead = [&](std::size_t leaf) { return is_killed(run, leaf); };
+  std::string key;
+  Encoder to(key);
+  to.number(run.standing);
+  to.text(to_json(Value(project::to_entry(what))));
+  for (std::size_t leaf = 0; leaf < tables_->parts.skills(); ++leaf) {
+    if (is_dead(leaf)) to.number(leaf);
+  }
+  if (const auto known = tables_->injections.find(key); known != tables_->injections.end()) {
+    const std::uint32_t node = known->second;
+    for (std::size_t i = 0; i < tables_->nodes[node].ops.size(); ++i) perform(tables_->nodes[node].ops[i]);
+    run.standing = tables_->nodes[node].result;
+    run_ = nullptr;
+    return {};
+  }
+  if (reads_) {
+    (void)miss();
+    run.queue.clear();
+    run_ = nullptr;
+    return {};
+  }
   frame_ = run.now;
-  node_ = kNone;
+  node_ = new_node();
+  const std::uint32_t node = node_;
   script_.clear();
   replayed_ = 0;
-  Stands stands = *standing_[run.standing];
-  const auto is_dead = [&](std::size_t leaf) { return is_killed(run, leaf); };
-  const auto done = mission::inject(parts_, stands.faults, stands.down, is_dead, what, *this);
-  if (done) run.standing = intern_standing(std::move(stands));
+  Stands stands = *tables_->standing[run.standing];
+  const auto done = mission::inject(tables_->parts, stands.faults, stands.down, is_dead, what, *this);
+  node_ = kNone;
+  if (done) {
+    run.standing = tables_->nodes[node].result = intern_standing(std::move(stands));
+    tables_->injections.emplace(std::move(key), node);
+  }
   run_ = nullptr;
   return done;
 }
 
 void PartMemory::each_session(const std::function<void(std::size_t part, const scxml::Session&)>& visit) const {
-  for (const Kept& kept : kept_) {
+  for (const Kept& kept : tables_->kept) {
     if (const auto* const skill = std::get_if<SkillState>(kept.state.get())) visit(kept.part, skill->session);
     if (const auto* const model = std::get_if<ModelState>(kept.state.get())) visit(kept.part, model->session);
   }
@@ -243,9 +290,9 @@ void PartMemory::settle(Run& run) {
   }
   first_.clear();  // parts whose timer has been seen
   std::erase_if(run.queue, [&](const Run::Waiting& waiting) {
-    const OnItsWay& delivery = deliveries_[waiting.what];
+    const OnItsWay& delivery = tables_->deliveries[waiting.what];
     if (delivery.timer) {
-      const auto& wake = kept_[run.parts[delivery.part]].wake;
+      const auto& wake = tables_->kept[run.parts[delivery.part]].wake;
       const bool rings = wake && run.now + *wake == add_saturating(waiting.when, *delivery.timer);
       if (!rings || std::find(first_.begin(), first_.end(), delivery.part) != first_.end()) return true;
       first_.push_back(delivery.part);
@@ -254,7 +301,7 @@ void PartMemory::settle(Run& run) {
     const auto* tree = std::get_if<TreeDelivery>(&delivery.what.what);
     const auto* due = tree != nullptr ? std::get_if<AnswerDue>(tree) : nullptr;
     if (due == nullptr) return false;
-    return std::get<TreeState>(*kept_[run.parts.back()].state).leaves[due->leaf].outstanding != due->tick;
+    return std::get<TreeState>(*tables_->kept[run.parts.back()].state).leaves[due->leaf].outstanding != due->tick;
   });
   for (TimePoint& time : run.not_before) {
     if (time <= run.now) time = {};
@@ -262,9 +309,13 @@ void PartMemory::settle(Run& run) {
 }
 
 std::uint32_t PartMemory::number_of(Duration duration) {
+  if (reads_) {
+    const auto known = tables_->number_of_duration.find(duration.count());
+    return known != tables_->number_of_duration.end() ? known->second : miss();
+  }
   const auto [found, is_new] =
-      number_of_duration_.try_emplace(duration.count(), static_cast<std::uint32_t>(durations_.size()));
-  if (is_new) durations_.push_back(duration);
+      tables_->number_of_duration.try_emplace(duration.count(), static_cast<std::uint32_t>(tables_->durations.size()));
+  if (is_new) tables_->durations.push_back(duration);
   return found->second;
 }
 
@@ -285,7 +336,7 @@ void PartMemory::pack(const Run& run, std::vector<std::uint32_t>& out) {
 }
 
 void PartMemory::unpack(std::span<const std::uint32_t> packed, TimePoint now, Run& run) const {
-  const std::size_t parts = parts_.skills() + parts_.models() + 1;
+  const std::size_t parts = tables_->parts.skills() + tables_->parts.models() + 1;
   std::size_t at = 0;
   run.now = now;
   run.parts.assign(packed.begin(), packed.begin() + static_cast<std::ptrdiff_t>(parts));
@@ -295,29 +346,30 @@ void PartMemory::unpack(std::span<const std::uint32_t> packed, TimePoint now, Ru
   run.served.clear();
   run.queue.resize(packed[at++]);
   for (Run::Waiting& waiting : run.queue) {
-    waiting.when = add_saturating(now, durations_[packed[at] >> 3U]);
+    waiting.when = add_saturating(now, tables_->durations[packed[at] >> 3U]);
     waiting.rank = static_cast<Rank>(packed[at] & 7U);
     waiting.what = packed[at + 1];
+    waiting.put_by = kNone;
     at += 2;
   }
-  run.not_before.assign(2 * parts_.skills() + parts_.models(), TimePoint{});
-  for (; at < packed.size(); at += 2) run.not_before[packed[at]] = now + durations_[packed[at + 1]];
+  run.not_before.assign(2 * tables_->parts.skills() + tables_->parts.models(), TimePoint{});
+  for (; at < packed.size(); at += 2) run.not_before[packed[at]] = now + tables_->durations[packed[at + 1]];
 }
 
 std::uint64_t PartMemory::bytes() const {
-  return state_bytes_ + nodes_.size() * (sizeof(Node) + 2 * sizeof(Op) + 64) + messages_.size() * 600 +
-         deliveries_.size() * 600;
+  return tables_->state_bytes + tables_->nodes.size() * (sizeof(Node) + 2 * sizeof(Op) + 64) +
+         tables_->messages.size() * 600 + tables_->deliveries.size() * 600;
 }
 
 // ---- the ground of a step
 
 std::uint32_t PartMemory::new_node() {
-  nodes_.emplace_back();
-  return static_cast<std::uint32_t>(nodes_.size() - 1);
+  tables_->nodes.emplace_back();
+  return static_cast<std::uint32_t>(tables_->nodes.size() - 1);
 }
 
 void PartMemory::add(Op op) {
-  if (node_ != kNone) nodes_[node_].ops.push_back(op);
+  if (node_ != kNone) tables_->nodes[node_].ops.push_back(op);
   perform(op);
 }
 
@@ -325,8 +377,8 @@ void PartMemory::add(Op op) {
 std::int64_t PartMemory::answer(Query query) {
   const std::int64_t answer = ask(query);
   const std::uint32_t to = new_node();
-  nodes_[node_].query = query;
-  nodes_[node_].next.emplace_back(answer, to);
+  tables_->nodes[node_].query = query;
+  tables_->nodes[node_].next.emplace_back(answer, to);
   node_ = to;
   return answer;
 }
@@ -354,14 +406,14 @@ void PartMemory::tell_skill(std::size_t leaf, std::string_view message, SkillDel
 
 void PartMemory::call(std::size_t leaf, const Shared<Call>& call) {
   if (is_told()) return;
-  if (!parts_.model_of(call->service)) {
+  if (!tables_->parts.model_of(call->service)) {
     const std::uint32_t number = intern({leaf, SkillDelivery(Outcome{call, {}})}, frame_);
-    deliveries_[number].served = true;
+    tables_->deliveries[number].served = true;
     add({.kind = Op::Kind::kServe, .a = number});
     return;
   }
-  Op op{.kind = Op::Kind::kCall, .a = intern(parts_.delivery_of(leaf, call), frame_)};
-  if (faults_) {
+  Op op{.kind = Op::Kind::kCall, .a = intern(tables_->parts.delivery_of(leaf, call), frame_)};
+  if (tables_->faults) {
     op.b = intern({leaf, Parts::unreachable(call)}, frame_);
     op.c = intern_text(call->service);
   }
@@ -380,8 +432,8 @@ void PartMemory::problem(const std::string& what) {
 
 void PartMemory::refused(const Diagnostic& why) {
   if (is_told()) return;
-  refusals_.push_back(why);
-  add({.kind = Op::Kind::kRefused, .a = static_cast<std::uint32_t>(refusals_.size() - 1)});
+  tables_->refusals.push_back(why);
+  add({.kind = Op::Kind::kRefused, .a = static_cast<std::uint32_t>(tables_->refusals.size() - 1)});
 }
 
 std::uint64_t PartMemory::tick_number(std::size_t leaf, std::uint64_t) {
@@ -395,38 +447,38 @@ std::uint64_t PartMemory::run_number(std::size_t leaf, std::uint64_t) {
 }
 
 std::optional<bt::Status> PartMemory::forced(std::string_view leaf) {
-  if (!faults_) return std::nullopt;
+  if (!tables_->faults) return std::nullopt;
   const std::int64_t status =
       is_told() ? script_[replayed_++] : answer({.kind = Query::Kind::kForced, .a = intern_text(leaf)});
   return status == 0 ? std::nullopt : std::optional(static_cast<bt::Status>(status - 1));
 }
 
 Duration PartMemory::delay_of(std::string_view message) {
-  if (!faults_) return Duration(0);
+  if (!tables_->faults) return Duration(0);
   return Duration(is_told() ? script_[replayed_++] : answer({.kind = Query::Kind::kDelay, .a = intern_text(message)}));
 }
 
 void PartMemory::falsify(std::string_view call, const idl::Method& method, Value& result) {
-  if (!faults_) return;
+  if (!tables_->faults) return;
   const std::int64_t said =
       is_told()
           ? script_[replayed_++]
           : answer(
                 {.kind = Query::Kind::kFalsify, .a = intern_text(call), .b = intern_value(result), .method = &method});
-  result = values_[static_cast<std::size_t>(said)];
+  result = tables_->values[static_cast<std::size_t>(said)];
 }
 
 bool PartMemory::fails(Failing how, std::string_view call) {
-  if (!faults_) return false;
+  if (!tables_->faults) return false;
   if (is_told()) return script_[replayed_++] != 0;
   return answer({.kind = Query::Kind::kFails, .a = intern_text(call), .b = static_cast<std::uint32_t>(how)}) != 0;
 }
 
 std::optional<Veto> PartMemory::judge(const Message& request) {
-  if (!gates_) return std::nullopt;
+  if (!tables_->gates) return std::nullopt;
   const std::int64_t veto =
       is_told() ? script_[replayed_++] : answer({.kind = Query::Kind::kJudge, .a = intern(Message(request))});
-  return veto == 0 ? std::nullopt : std::optional(vetoes_[static_cast<std::size_t>(veto - 1)]);
+  return veto == 0 ? std::nullopt : std::optional(tables_->vetoes[static_cast<std::size_t>(veto - 1)]);
 }
 
 std::optional<std::uint64_t> PartMemory::choose(const Choice& choice) {
@@ -436,9 +488,9 @@ std::optional<std::uint64_t> PartMemory::choose(const Choice& choice) {
     asked.alternatives.push_back(choice.alternative(i));
     if (choice.probability) asked.probabilities.push_back(choice.probability(i));
   }
-  choices_.push_back(std::move(asked));
+  tables_->choices.push_back(std::move(asked));
   return static_cast<std::uint64_t>(
-      answer({.kind = Query::Kind::kChoose, .a = static_cast<std::uint32_t>(choices_.size() - 1)}));
+      answer({.kind = Query::Kind::kChoose, .a = static_cast<std::uint32_t>(tables_->choices.size() - 1)}));
 }
 
 // ---- what is done and asked, whether it was known or not
@@ -446,34 +498,42 @@ std::optional<std::uint64_t> PartMemory::choose(const Choice& choice) {
 // What stands counts how often it was used.
 template <class Change>
 auto PartMemory::change_standing(const Change& change) {
-  const Stands& present = *standing_[run_->standing];
+  const Stands& present = *tables_->standing[run_->standing];
+  if (steps_one_ && !present.faults.empty()) trace_->steps.back().asks_faults = true;
   Stands stands = present.faults.empty() ? Stands{} : present;
   const auto result = change(stands);
   if (!present.faults.empty()) run_->standing = intern_standing(std::move(stands));
   return result;
 }
 
-void PartMemory::insert(TimePoint when, Rank rank, std::uint32_t what) {
+void PartMemory::insert(TimePoint when, Rank rank, std::uint32_t what, bool is_topic) {
   auto& queue = run_->queue;
+  std::uint32_t put_by = kNone;
+  if (steps_one_) {
+    trace_->puts.push_back({tables_->deliveries[what].part, when, rank, is_topic});
+    put_by = static_cast<std::uint32_t>(trace_->steps.size() - 1);
+  }
   const auto later = std::upper_bound(queue.begin(), queue.end(), 0, [&](int, const Run::Waiting& waiting) {
     return when != waiting.when ? when < waiting.when : rank < waiting.rank;
   });
-  queue.insert(later, {when, rank, what});
+  queue.insert(later, {when, rank, what, put_by});
 }
 
 void PartMemory::perform(const Op& op) {
   const TimePoint now = run_->now;
   switch (op.kind) {
     case Op::Kind::kObserve: {
-      outside_->observed(op.a, now, messages_[op.a].message);
-      if (parts_.has_topics() && messages_[op.a].message.kind == MessageKind::kRequest) deliver_topic(op.a);
+      outside_->observed(op.a, now, tables_->messages[op.a].message);
+      if (steps_one_) trace_->observed.push_back(op.a);
+      if (tables_->parts.has_topics() && tables_->messages[op.a].message.kind == MessageKind::kRequest)
+        deliver_topic(op.a);
       return;
     }
     case Op::Kind::kPut: return insert(op.c == kNeverDue ? kNever : now + Duration(op.c), op.rank, op.a);
     case Op::Kind::kTell: {
       // A delayed tick or halt holds back the later ones.
       Duration delay{0};
-      if (faults_) {
+      if (tables_->faults) {
         const std::string name = plan().leaves[op.b].name + "." + std::string(kTold[op.c]);
         delay = change_standing([&](Stands& stands) { return stands.faults.delay_of(name); });
       }
@@ -482,18 +542,19 @@ void PartMemory::perform(const Op& op) {
       return insert(not_before, Rank::kMessage, op.a);
     }
     case Op::Kind::kCall: {
-      const bool is_down = faults_ && standing_[run_->standing]->down.contains(texts_[static_cast<std::size_t>(op.c)]);
+      const bool is_down = tables_->faults && tables_->standing[run_->standing]->down.contains(
+                                                  tables_->texts[static_cast<std::size_t>(op.c)]);
       return insert(now, Rank::kMessage, is_down ? op.b : op.a);
     }
     case Op::Kind::kServe: {
-      const OnItsWay& one = deliveries_[op.a];
+      const OnItsWay& one = tables_->deliveries[op.a];
       const auto& outcome = std::get<Outcome>(std::get<SkillDelivery>(one.what.what));
       run_->served.push_back(outside_->serve(one.part, *outcome.call));
       return insert(now, Rank::kMessage, op.a);
     }
     case Op::Kind::kTaken: return outside_->taken(op.a, op.b);
-    case Op::Kind::kProblem: return outside_->problem(texts_[op.a]);
-    case Op::Kind::kRefused: return outside_->refused(refusals_[op.a]);
+    case Op::Kind::kProblem: return outside_->problem(tables_->texts[op.a]);
+    case Op::Kind::kRefused: return outside_->refused(tables_->refusals[op.a]);
   }
 }
 
@@ -503,33 +564,35 @@ std::int64_t PartMemory::ask(const Query& query) {
     case Query::Kind::kTick: return static_cast<std::int64_t>(unused_tick(query.a));
     case Query::Kind::kRun: return static_cast<std::int64_t>(unused_run(query.a));
     case Query::Kind::kForced: {
-      const auto status = change_standing([&](Stands& stands) { return stands.faults.forced(texts_[query.a]); });
+      const auto status =
+          change_standing([&](Stands& stands) { return stands.faults.forced(tables_->texts[query.a]); });
       return status ? static_cast<std::int64_t>(*status) + 1 : 0;
     }
     case Query::Kind::kDelay:
-      return change_standing([&](Stands& stands) { return stands.faults.delay_of(texts_[query.a]); }).count();
+      return change_standing([&](Stands& stands) { return stands.faults.delay_of(tables_->texts[query.a]); }).count();
     case Query::Kind::kFalsify: {
-      if (!standing_[run_->standing]->faults.any<project::intervention::Falsify>()) return query.b;
-      Value result = values_[query.b];
+      if (!tables_->standing[run_->standing]->faults.any<project::intervention::Falsify>()) return query.b;
+      Value result = tables_->values[query.b];
       change_standing([&](Stands& stands) {
-        stands.faults.falsify(texts_[query.a], *query.method, result);
+        stands.faults.falsify(tables_->texts[query.a], *query.method, result);
         return 0;
       });
       return intern_value(result);
     }
     case Query::Kind::kFails: {
       const auto how = static_cast<Failing>(query.b);
-      return change_standing([&](Stands& stands) { return stands.faults.fails(how, texts_[query.a]); }) ? 1 : 0;
+      return change_standing([&](Stands& stands) { return stands.faults.fails(how, tables_->texts[query.a]); }) ? 1 : 0;
     }
     case Query::Kind::kJudge: {
-      auto veto = outside_->judge(messages_[query.a].message);
+      if (reads_) return miss();
+      auto veto = outside_->judge(tables_->messages[query.a].message);
       if (!veto) return 0;
-      auto known = std::find(vetoes_.begin(), vetoes_.end(), *veto);
-      if (known == vetoes_.end()) known = vetoes_.insert(known, std::move(*veto));
-      return known - vetoes_.begin() + 1;
+      auto known = std::find(tables_->vetoes.begin(), tables_->vetoes.end(), *veto);
+      if (known == tables_->vetoes.end()) known = tables_->vetoes.insert(known, std::move(*veto));
+      return known - tables_->vetoes.begin() + 1;
     }
     case Query::Kind::kChoose: {
-      const Asked& asked = choices_[query.a];
+      const Asked& asked = tables_->choices[query.a];
       Choice choice{.model = asked.model, .function = asked.function, .name = asked.name, .count = asked.count};
       choice.alternative = [&asked](std::uint64_t i) { return asked.alternatives[i]; };
       if (!asked.probabilities.empty())
@@ -543,9 +606,9 @@ std::int64_t PartMemory::ask(const Query& query) {
 std::uint64_t PartMemory::unused_tick(std::size_t leaf) const {
   std::uint64_t number = 1;
   const auto is_used = [&] {
-    if (kept_[run_->parts[leaf]].unanswered == number) return true;
+    if (tables_->kept[run_->parts[leaf]].unanswered == number) return true;
     return std::any_of(run_->queue.begin(), run_->queue.end(), [&](const Run::Waiting& waiting) {
-      return deliveries_[waiting.what].tick == std::pair(leaf, number);
+      return tables_->deliveries[waiting.what].tick == std::pair(leaf, number);
     });
   };
   while (is_used()) ++number;
@@ -555,18 +618,19 @@ std::uint64_t PartMemory::unused_tick(std::size_t leaf) const {
 std::uint64_t PartMemory::unused_run(std::size_t leaf) const {
   std::uint64_t number = 1;
   const auto is_used = [&] {
-    for (const SkillState::Line& line : std::get<SkillState>(*kept_[run_->parts[leaf]].state).lines) {
+    for (const SkillState::Line& line : std::get<SkillState>(*tables_->kept[run_->parts[leaf]].state).lines) {
       for (const auto& call : line.waiting) {
         if (call->run == number) return true;
       }
     }
-    for (std::size_t i = 0; i < parts_.models(); ++i) {
-      for (const auto& open : std::get<ModelState>(*kept_[run_->parts[parts_.skills() + i]].state).open) {
+    for (std::size_t i = 0; i < tables_->parts.models(); ++i) {
+      for (const auto& open :
+           std::get<ModelState>(*tables_->kept[run_->parts[tables_->parts.skills() + i]].state).open) {
         if (open.leaf == leaf && open.call->run == number) return true;
       }
     }
     return std::any_of(run_->queue.begin(), run_->queue.end(), [&](const Run::Waiting& waiting) {
-      return deliveries_[waiting.what].call == std::pair(leaf, number);
+      return tables_->deliveries[waiting.what].call == std::pair(leaf, number);
     });
   };
   while (is_used()) ++number;
@@ -575,30 +639,33 @@ std::uint64_t PartMemory::unused_run(std::size_t leaf) const {
 
 // A call of a one-way method reaches whoever subscribes to it; a delayed one holds back the later ones.
 void PartMemory::deliver_topic(std::uint32_t message) {
-  if (!messages_[message].told) {
-    messages_[message].told = true;
-    const Parts::Told told = parts_.told_of(messages_[message].message);
+  if (!tables_->messages[message].told) {
+    if (reads_) return void(miss());
+    tables_->messages[message].told = true;
+    const Parts::Told told = tables_->parts.told_of(tables_->messages[message].message);
     if (!told.problem.empty()) {
-      messages_[message].told = false;  // it is said each time
+      tables_->messages[message].told = false;  // it is said each time
       return outside_->problem(told.problem);
     }
     if (told.takers != nullptr) {
-      messages_[message].topic = intern_text(told.topic);
+      tables_->messages[message].topic = intern_text(told.topic);
       for (const Parts::Taker& taker : *told.takers) {
         const Delivery what = taker.is_model ? Delivery{taker.index, ModelDelivery(Published{told.what})}
                                              : Delivery{taker.index, SkillDelivery(Published{told.what})};
-        messages_[message].takers.emplace_back(taker, intern(what, frame_));
+        tables_->messages[message].takers.emplace_back(taker, intern(what, frame_));
       }
     }
   }
-  const Known& known = messages_[message];
+  const Known& known = tables_->messages[message];
   if (known.takers.empty()) return;
   Duration delay{0};
-  if (faults_) delay = change_standing([&](Stands& stands) { return stands.faults.delay_of(texts_[known.topic]); });
+  if (tables_->faults)
+    delay = change_standing([&](Stands& stands) { return stands.faults.delay_of(tables_->texts[known.topic]); });
   for (const auto& [taker, what] : known.takers) {
-    TimePoint& not_before = run_->not_before[parts_.skills() + (taker.is_model ? parts_.skills() : 0) + taker.index];
+    TimePoint& not_before =
+        run_->not_before[tables_->parts.skills() + (taker.is_model ? tables_->parts.skills() : 0) + taker.index];
     not_before = std::max(not_before, add_saturating(run_->now, delay));
-    insert(not_before, Rank::kMessage, what);
+    insert(not_before, Rank::kMessage, what, true);
   }
 }
 
@@ -608,12 +675,13 @@ std::uint32_t PartMemory::intern(std::uint32_t part, PartState&& state, TimePoin
   form_.clear();
   Encoder(form_).number(part);
   const auto encode_at = [&](TimePoint now, std::string& out) -> Result<void> {
-    if (const auto* tree = std::get_if<TreeState>(&state)) return encode(parts_, *tree, now, out);
-    if (const auto* skill = std::get_if<SkillState>(&state)) return encode(parts_, part, *skill, now, out);
-    return encode(parts_, part - parts_.skills(), std::get<ModelState>(state), now, out);
+    if (const auto* tree = std::get_if<TreeState>(&state)) return encode(tables_->parts, *tree, now, out);
+    if (const auto* skill = std::get_if<SkillState>(&state)) return encode(tables_->parts, part, *skill, now, out);
+    return encode(tables_->parts, part - tables_->parts.skills(), std::get<ModelState>(state), now, out);
   };
-  if (auto encoded = encode_at(at, form_); !encoded && !error_) error_ = encoded.error();
-  const auto [found, is_new] = number_of_state_.try_emplace(hash128(form_), static_cast<std::uint32_t>(kept_.size()));
+  if (auto encoded = encode_at(at, form_); !encoded && !tables_->error) tables_->error = encoded.error();
+  const auto [found, is_new] =
+      tables_->number_of_state.try_emplace(hash128(form_), static_cast<std::uint32_t>(tables_->kept.size()));
   if (!is_new) return *found;
   Kept kept;
   kept.part = part;
@@ -635,32 +703,39 @@ std::uint32_t PartMemory::intern(std::uint32_t part, PartState&& state, TimePoin
   }
   kept.state = std::make_unique<const PartState>(std::move(state));
   // A session shares most of what it has in common with the one before.
-  state_bytes_ += sizeof(Kept) + sizeof(PartState) + 4 * form_.size() + 64;
-  kept_.push_back(std::move(kept));
-  return static_cast<std::uint32_t>(kept_.size() - 1);
+  tables_->state_bytes += sizeof(Kept) + sizeof(PartState) + 4 * form_.size() + 64;
+  tables_->kept.push_back(std::move(kept));
+  return static_cast<std::uint32_t>(tables_->kept.size() - 1);
 }
 
 std::uint32_t PartMemory::aged(std::uint32_t state, Duration by) {
-  if (by == Duration(0) || kept_[state].timeless) return state;
-  if (kept_[state].aged != kNone && kept_[state].aged_by == by) return kept_[state].aged;
-  const auto [found, is_new] = number_of_aged_.try_emplace({state, static_cast<std::uint64_t>(by.count())}, kNone);
-  if (is_new) found->second = intern(kept_[state].part, PartState(*kept_[state].state), kept_[state].at + by);
-  kept_[state].aged_by = by;
-  return kept_[state].aged = found->second;
+  if (by == Duration(0) || tables_->kept[state].timeless) return state;
+  if (tables_->kept[state].aged != kNone && tables_->kept[state].aged_by == by) return tables_->kept[state].aged;
+  if (reads_) {
+    const auto known = tables_->number_of_aged.find({state, static_cast<std::uint64_t>(by.count())});
+    return known != tables_->number_of_aged.end() ? known->second : (miss(), state);
+  }
+  const auto [found, is_new] =
+      tables_->number_of_aged.try_emplace({state, static_cast<std::uint64_t>(by.count())}, kNone);
+  if (is_new)
+    found->second =
+        intern(tables_->kept[state].part, PartState(*tables_->kept[state].state), tables_->kept[state].at + by);
+  tables_->kept[state].aged_by = by;
+  return tables_->kept[state].aged = found->second;
 }
 
 std::uint32_t PartMemory::part_of(const Delivery& what) const {
   if (std::holds_alternative<TreeDelivery>(what.what))
-    return static_cast<std::uint32_t>(parts_.skills() + parts_.models());
+    return static_cast<std::uint32_t>(tables_->parts.skills() + tables_->parts.models());
   const bool is_model = std::holds_alternative<ModelDelivery>(what.what);
-  return static_cast<std::uint32_t>(is_model ? parts_.skills() + what.leaf : what.leaf);
+  return static_cast<std::uint32_t>(is_model ? tables_->parts.skills() + what.leaf : what.leaf);
 }
 
 std::uint32_t PartMemory::intern(const Delivery& what, TimePoint when) {
   std::string key;
-  encode(parts_, what, when, key);
-  const std::uint32_t number = number_in(number_of_delivery_, std::move(key), deliveries_.size());
-  if (number < deliveries_.size()) return number;
+  encode(tables_->parts, what, when, key);
+  const std::uint32_t number = number_in(tables_->number_of_delivery, std::move(key), tables_->deliveries.size());
+  if (number < tables_->deliveries.size()) return number;
   OnItsWay one{
       .what = what, .part = part_of(what), .tick = numbered_tick(what), .call = numbered_call(what), .timer = {}};
   if (const auto* skill = std::get_if<SkillDelivery>(&what.what)) {
@@ -668,7 +743,7 @@ std::uint32_t PartMemory::intern(const Delivery& what, TimePoint when) {
   } else if (const auto* model = std::get_if<ModelDelivery>(&what.what)) {
     if (const auto* timer = std::get_if<ModelTimer>(model)) one.timer = timer->when - when;
   }
-  deliveries_.push_back(std::move(one));
+  tables_->deliveries.push_back(std::move(one));
   return number;
 }
 
@@ -681,33 +756,42 @@ std::uint32_t PartMemory::intern(Message&& message) {
   to.text(message.target);
   to.text(message.name);
   append(key, message.data);
-  const std::uint32_t number = number_in(number_of_message_, std::move(key), messages_.size());
-  if (number == messages_.size()) {
+  const std::uint32_t number = number_in(tables_->number_of_message, std::move(key), tables_->messages.size());
+  if (number == tables_->messages.size()) {
     const bool is_answer = message.kind == MessageKind::kReply && message.data.find("result") != nullptr;
-    messages_.push_back({.message = std::move(message), .is_answer = is_answer, .takers = {}});
+    tables_->messages.push_back({.message = std::move(message), .is_answer = is_answer, .takers = {}});
   }
   return number;
 }
 
 std::uint32_t PartMemory::intern_text(std::string_view text) {
-  const std::uint32_t number = number_in(number_of_text_, std::string(text), texts_.size());
-  if (number == texts_.size()) texts_.emplace_back(text);
+  const std::uint32_t number = number_in(tables_->number_of_text, std::string(text), tables_->texts.size());
+  if (number == tables_->texts.size()) tables_->texts.emplace_back(text);
   return number;
 }
 
 std::uint32_t PartMemory::intern_value(const Value& value) {
   std::string key;
   append(key, value);
-  const std::uint32_t number = number_in(number_of_value_, std::move(key), values_.size());
-  if (number == values_.size()) values_.push_back(value);
+  if (reads_) {
+    const auto known = tables_->number_of_value.find(key);
+    return known != tables_->number_of_value.end() ? known->second : miss();
+  }
+  const std::uint32_t number = number_in(tables_->number_of_value, std::move(key), tables_->values.size());
+  if (number == tables_->values.size()) tables_->values.push_back(value);
   return number;
 }
 
 std::uint32_t PartMemory::intern_standing(Stands&& stands) {
   std::string key;
   encode(stands.faults, stands.down, key);
-  const std::uint32_t number = number_in(number_of_standing_, std::move(key), standing_.size());
-  if (number == standing_.size()) standing_.push_back(std::make_unique<const Stands>(std::move(stands)));
+  if (reads_) {
+    const auto known = tables_->number_of_standing.find(key);
+    return known != tables_->number_of_standing.end() ? known->second : miss();
+  }
+  const std::uint32_t number = number_in(tables_->number_of_standing, std::move(key), tables_->standing.size());
+  if (number == tables_->standing.size())
+    tables_->standing.push_back(std::make_unique<const Stands>(std::move(stands)));
   return number;
 }
 

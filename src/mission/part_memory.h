@@ -71,6 +71,7 @@ class PartMemory final : private Ground {
       TimePoint when{};
       Rank rank = Rank::kMessage;
       std::uint32_t what = 0;
+      std::uint32_t put_by = UINT32_MAX;  ///< A step of `Trace`; else it was put before.
     };
     std::vector<Waiting> queue;         ///< By time and rank, those of one time and rank in the order put.
     std::vector<TimePoint> not_before;  ///< Earliest delivery: of ticks by leaf, of topics by leaf, of topics by model.
@@ -78,10 +79,44 @@ class PartMemory final : private Ground {
     std::vector<CallOutcome> served;    ///< Outside, in the order in which they are in the queue.
   };
 
+  /// What others may notice of steps.
+  struct Trace {
+    struct Step {
+      std::uint32_t part = 0;  ///< As in `Outside::order`.
+      TimePoint when{};
+      Rank rank = Rank::kMessage;
+      std::uint32_t put_by = UINT32_MAX;  ///< The step that put what it takes.
+      std::uint32_t puts = 0;             ///< Behind its last one in `Trace::puts`; the first is behind those before.
+      std::uint32_t observed = 0;         ///< Likewise.
+      bool asks_faults = false;           ///< While some stand.
+    };
+    struct Put {
+      std::uint32_t part = 0;
+      TimePoint when{};
+      Rank rank = Rank::kMessage;
+      bool is_topic = false;  ///< When it comes depends on what else was published.
+    };
+    std::vector<Step> steps;
+    std::vector<Put> puts;
+    std::vector<std::uint32_t> observed;  ///< Numbers.
+    void clear() {
+      steps.clear();
+      puts.clear();
+      observed.clear();
+    }
+  };
+
   /// @param plan    Without obstacles for `VirtualHost`; borrowed.
   /// @param faults  Some may come or stand.
   /// @param timeline  What the scenario of the plan says of them counts too.
   PartMemory(const project::Plan& plan, bool faults, bool timeline = true);
+  /// Goes through runs by what this one has found out, and finds out nothing. Several may do so at a time, while this
+  /// one does nothing. What it did is right unless it has `missed` something.
+  [[nodiscard]] std::unique_ptr<PartMemory> reader() const {
+    return std::unique_ptr<PartMemory>(new PartMemory(tables_));
+  }
+  [[nodiscard]] bool missed() const { return missed_; }
+  void forget_missed() { missed_ = false; }
 
   /// Whether the plan is one for it.
   [[nodiscard]] static bool remembers(const project::Plan& plan);
@@ -94,26 +129,28 @@ class PartMemory final : private Ground {
   /// While it is told of an observation, or of a transition: the result that has come from outside, which is that of an
   /// observation that `is_answer`. Null: none has.
   [[nodiscard]] const Value* result() const { return result_ ? &*result_ : nullptr; }
-  [[nodiscard]] bool is_answer(std::uint32_t observation) const { return messages_[observation].is_answer; }
+  [[nodiscard]] bool is_answer(std::uint32_t observation) const { return tables_->messages[observation].is_answer; }
   [[nodiscard]] bt::Status root(const Run& run) const {
-    return std::get<TreeState>(*kept_[run.parts.back()].state).root;
+    return std::get<TreeState>(*tables_->kept[run.parts.back()].state).root;
   }
-  [[nodiscard]] bool ended(const Run& run) const { return kept_[run.parts.back()].ended; }
-  [[nodiscard]] bool over(const Run& run) const { return kept_[run.parts.back()].over; }
+  [[nodiscard]] bool ended(const Run& run) const { return tables_->kept[run.parts.back()].ended; }
+  [[nodiscard]] bool over(const Run& run) const { return tables_->kept[run.parts.back()].over; }
   [[nodiscard]] TimePoint planned(const Run& run) const {
-    return run.as_of.back() + kept_[run.parts.back()].until_planned;
+    return run.as_of.back() + tables_->kept[run.parts.back()].until_planned;
   }
-  [[nodiscard]] const project::Plan& plan() const { return parts_.plan(); }
+  [[nodiscard]] const project::Plan& plan() const { return tables_->parts.plan(); }
+  /// From now on steps are appended to it; null: to none.
+  void trace(Trace* trace) { trace_ = trace; }
 
-  [[nodiscard]] const Faults& faults(const Run& run) const { return standing_[run.standing]->faults; }
-  [[nodiscard]] bool is_killed(const Run& run, std::size_t leaf) const { return kept_[run.parts[leaf]].killed; }
+  [[nodiscard]] const Faults& faults(const Run& run) const { return tables_->standing[run.standing]->faults; }
+  [[nodiscard]] bool is_killed(const Run& run, std::size_t leaf) const { return tables_->kept[run.parts[leaf]].killed; }
   [[nodiscard]] bool is_down(const Run& run, const std::string& service) const {
-    return standing_[run.standing]->down.contains(service);
+    return tables_->standing[run.standing]->down.contains(service);
   }
 
   /// The state of a model as it was found first: its times mean nothing.
   [[nodiscard]] const ModelState& model(const Run& run, std::size_t index) const {
-    return std::get<ModelState>(*kept_[run.parts[parts_.skills() + index]].state);
+    return std::get<ModelState>(*tables_->kept[run.parts[tables_->parts.skills() + index]].state);
   }
 
   /// Every session of a part, by its index among leaves, then models, in any state that was found.
@@ -128,9 +165,9 @@ class PartMemory final : private Ground {
   [[nodiscard]] std::uint32_t number_of(Duration duration);
 
   /// A part's state that has no canonical form; no run is right after it.
-  [[nodiscard]] const std::optional<Diagnostic>& error() const { return error_; }
-  [[nodiscard]] std::uint64_t looked_up() const { return looked_up_; }
-  [[nodiscard]] std::uint64_t executed() const { return executed_; }
+  [[nodiscard]] const std::optional<Diagnostic>& error() const { return tables_->error; }
+  [[nodiscard]] std::uint64_t looked_up() const { return tables_->looked_up; }
+  [[nodiscard]] std::uint64_t executed() const { return tables_->executed; }
   /// Bytes, about.
   [[nodiscard]] std::uint64_t bytes() const;
 
@@ -246,7 +283,7 @@ class PartMemory final : private Ground {
   [[nodiscard]] std::int64_t ask(const Query& query);
   [[nodiscard]] std::uint64_t unused_tick(std::size_t leaf) const;
   [[nodiscard]] std::uint64_t unused_run(std::size_t leaf) const;
-  void insert(TimePoint when, Rank rank, std::uint32_t what);
+  void insert(TimePoint when, Rank rank, std::uint32_t what, bool is_topic = false);
   void deliver_topic(std::uint32_t message);
   template <class Change>
   auto change_standing(const Change& change);
@@ -261,45 +298,64 @@ class PartMemory final : private Ground {
   [[nodiscard]] std::uint32_t part_of(const Delivery& what) const;
   std::uint32_t new_node();
 
-  Parts parts_;
-  bool faults_ = false;
-  bool gates_ = false;
-  std::optional<Diagnostic> error_;
-  std::uint64_t looked_up_ = 0;
-  std::uint64_t executed_ = 0;
-  std::uint64_t state_bytes_ = 0;
+  // What has a number, and which; and what steps do.
+  struct Tables {
+    Tables(const project::Plan& plan, bool has_faults, bool timeline);
 
-  // What has a number, and which.
-  std::vector<Kept> kept_;
-  FlatMap<Hash128, Hash128Hash> number_of_state_;
-  std::unordered_map<Hash128, std::uint32_t, Hash128Hash> number_of_aged_;
-  std::vector<OnItsWay> deliveries_;
-  std::unordered_map<std::string, std::uint32_t> number_of_delivery_;
-  std::vector<Known> messages_;
-  std::unordered_map<std::string, std::uint32_t> number_of_message_;
-  std::vector<std::string> texts_;
-  std::unordered_map<std::string, std::uint32_t> number_of_text_;
-  std::vector<Value> values_;
-  std::unordered_map<std::string, std::uint32_t> number_of_value_;
-  std::vector<std::unique_ptr<const Stands>> standing_;
-  std::unordered_map<std::string, std::uint32_t> number_of_standing_;
-  std::vector<Duration> durations_;
-  std::unordered_map<std::int64_t, std::uint32_t> number_of_duration_;
-  std::vector<Asked> choices_;
-  std::vector<Veto> vetoes_;  // an answer says which, from 1
-  std::vector<Diagnostic> refusals_;
-  std::vector<Node> nodes_;
-  FlatMap<std::uint64_t, WordHash> steps_;                             // nodes by state and delivery
-  std::unordered_map<std::uint64_t, std::vector<StandIn>> stand_ins_;  // likewise
-  struct Looks {
-    scxml::EventReads at;
-    monitor::Projection members;  // of the event's data; all, if it may look at facts that only observations have
+    Parts parts;
+    bool faults;
+    bool gates;
+    std::optional<Diagnostic> error;
+    std::uint64_t looked_up = 0;
+    std::uint64_t executed = 0;
+    std::uint64_t state_bytes = 0;
+
+    std::vector<Kept> kept;
+    FlatMap<Hash128, Hash128Hash> number_of_state;
+    std::unordered_map<Hash128, std::uint32_t, Hash128Hash> number_of_aged;
+    std::vector<OnItsWay> deliveries;
+    std::unordered_map<std::string, std::uint32_t> number_of_delivery;
+    std::vector<Known> messages;
+    std::unordered_map<std::string, std::uint32_t> number_of_message;
+    std::vector<std::string> texts;
+    std::unordered_map<std::string, std::uint32_t> number_of_text;
+    std::vector<Value> values;
+    std::unordered_map<std::string, std::uint32_t> number_of_value;
+    std::vector<std::unique_ptr<const Stands>> standing;
+    std::unordered_map<std::string, std::uint32_t> number_of_standing;
+    std::vector<Duration> durations;
+    std::unordered_map<std::int64_t, std::uint32_t> number_of_duration;
+    std::vector<Asked> choices;
+    std::vector<Veto> vetoes;  // an answer says which, from 1
+    std::vector<Diagnostic> refusals;
+    std::vector<Node> nodes;
+    FlatMap<std::uint64_t, WordHash> steps;                             // nodes by state and delivery
+    std::unordered_map<std::uint64_t, std::vector<StandIn>> stand_ins;  // likewise
+    struct Looks {
+      scxml::EventReads at;
+      monitor::Projection members;  // of the event's data; all, if it may look at facts that only observations have
+    };
+    std::vector<Looks> looks;                                   // by leaf
+    std::unordered_map<std::string, std::uint32_t> injections;  // nodes by what is injected into what stands
   };
-  std::vector<Looks> looks_;  // by leaf
+
+  /// Reads the tables of another one.
+  explicit PartMemory(std::shared_ptr<Tables> tables) : tables_(std::move(tables)), reads_(true) {}
+  /// What is not in the tables is not found out.
+  std::uint32_t miss() {
+    missed_ = true;
+    return 0;
+  }
+
+  std::shared_ptr<Tables> tables_;
+  bool reads_ = false;
+  bool missed_ = false;
 
   // Of the step that is taken.
   Run* run_ = nullptr;
   Outside* outside_ = nullptr;
+  Trace* trace_ = nullptr;
+  bool steps_one_ = false;  // and does not inject
   TimePoint frame_{};
   std::uint32_t node_ = 0;
   std::vector<std::int64_t> script_;  // answers that are known

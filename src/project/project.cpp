@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "sentree/project/faults_file.h"
 #include "sentree/project/interface_file.h"
 #include "sentree/project/mission_tree.h"
 #include "sentree/project/plan.h"
@@ -146,15 +147,8 @@ void read_services(const text::YamlNode& node, Project& project, Diagnostics& di
   }
 }
 
-void read_verify(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
-  YamlReader reader(node, "verify", diagnostics);
-  VerifySection& verify = project.verify;
-  verify.span = node.span;
-  verify.fair = reader.strings("fair");
-  verify.fair_span = reader.span("fair");
-  const auto* section = reader.mapping("faults");
-  if (section == nullptr) return;
-  YamlReader faults(*section, "faults", diagnostics);
+void read_fault_section(const text::YamlNode& node, VerifySection& verify, Diagnostics& diagnostics) {
+  YamlReader faults(node, "faults", diagnostics);
   if (const auto at_most = faults.integer("at_most")) {
     if (*at_most < 0) faults.error(faults.span("at_most"), "project.verify", "at_most must be 0 or more");
     verify.faults_at_most = static_cast<std::size_t>(std::max<std::int64_t>(*at_most, 0));
@@ -178,6 +172,15 @@ void read_verify(const text::YamlNode& node, Project& project, Diagnostics& diag
                            "at_most is 0, so none of these faults is ever tried; write 1 or more, or leave them out",
                            faults.span("at_most")});
   }
+}
+
+void read_verify(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
+  YamlReader reader(node, "verify", diagnostics);
+  VerifySection& verify = project.verify;
+  verify.span = node.span;
+  verify.fair = reader.strings("fair");
+  verify.fair_span = reader.span("fair");
+  if (const auto* section = reader.mapping("faults")) read_fault_section(*section, verify, diagnostics);
 }
 
 void read_skills(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
@@ -363,6 +366,19 @@ const SkillEntry* Project::skill(std::string_view leaf_name, std::string_view le
 std::string Project::shown(std::string_view path) const {
   const std::filesystem::path above = std::filesystem::path(file).parent_path();
   return (above / std::filesystem::path(path)).lexically_normal().string();
+}
+
+void read_faults(const std::filesystem::path& file, VerifySection& verify, Diagnostics& diagnostics) {
+  const auto source = text::read_file(file);
+  if (!source) return diagnostics.push_back(source.error());
+  const auto yaml = text::parse_yaml(*source, file.string());
+  if (!yaml) return diagnostics.push_back(yaml.error());
+  verify.faults.clear();
+  verify.fault_spans.clear();
+  verify.faults_at_most = 1;
+  if (yaml->find("faults") == nullptr) return read_fault_section(*yaml, verify, diagnostics);
+  YamlReader reader(*yaml, "the file of faults", diagnostics);
+  if (const auto* section = reader.mapping("faults")) read_fault_section(*section, verify, diagnostics);
 }
 
 Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {

@@ -1,8 +1,11 @@
 #include "sentree/verify/explore.h"
 
+#include <algorithm>
+#include <memory>
 #include <utility>
 
 #include "sentree/verify/periods.h"
+#include "sentree/verify/scout.h"
 
 namespace sentree::verify {
 
@@ -12,6 +15,12 @@ using SteadyClock = std::chrono::steady_clock;
 
 const std::string kMemory = "the limit of memory";
 
+// States that are gone through ahead at a time; as many as are worth it.
+constexpr std::uint32_t kAheadMin = 64;
+constexpr std::uint32_t kAheadMax = 8192;
+// Shares of that work. The same for any number of threads, so that what is known when is the same too.
+constexpr std::size_t kShares = 32;
+
 class Explorer {
  public:
   Explorer(const project::Plan& plan, const Options& options) : options_(options), periods_(plan, options) {}
@@ -19,13 +28,22 @@ class Explorer {
   Result<Graph> operator()() {
     if (auto begun = periods_.begin(); !begun) return tl::unexpected(begun.error());
     started_ = SteadyClock::now();
+    if (options_.each) {
+      for (std::size_t i = 0; i < kShares; ++i) scouts_.push_back(std::make_unique<Scout>(periods_));
+      if (!scouts_.front()->can()) scouts_.clear();
+    }
     Graph& graph = periods_.graph();
     for (std::uint32_t at = 0; at < graph.nodes.size(); ++at) {
       graph.limit = limit(graph.nodes[at].depth);
       if (!graph.limit.empty()) break;
+      if (at >= ahead_end_) go_ahead(at);
       graph.nodes[at].first_edge = static_cast<std::uint32_t>(graph.edges.size());
       if (graph.nodes[at].ended) continue;
-      if (auto done = expand(at); !done) return tl::unexpected(done.error());
+      if (!follow_scout(at)) {
+        if (auto done = expand(at); !done) return tl::unexpected(done.error());
+      }
+      // How likely something is can depend on any order.
+      if (graph.reduced && graph.probabilistic) return std::move(graph);
       graph.nodes[at].edges = static_cast<std::uint32_t>(graph.edges.size()) - graph.nodes[at].first_edge;
       if (!graph.limit.empty()) break;
       graph.complete_to = graph.nodes[at].depth + 1;
@@ -55,10 +73,49 @@ class Explorer {
     return {};
   }
 
-  // Every way in which the next period of a state can go.
+  // Has the states from `at` on gone through by what is known, where there are many.
+  void go_ahead(std::uint32_t at) {
+    ahead_begin_ = at;
+    const auto states = static_cast<std::uint32_t>(periods_.graph().nodes.size());
+    const std::uint32_t count = std::min(ahead_, states - at);
+    ahead_end_ = at + count;
+    scouted_ = !scouts_.empty() && count >= kAheadMin;
+    if (!scouted_) return;
+    share_ = static_cast<std::uint32_t>((count + kShares - 1) / kShares);
+    for_each(options_.each, kShares, [&](std::size_t i) {
+      const std::uint32_t begin = std::min(ahead_end_, at + static_cast<std::uint32_t>(i) * share_);
+      scouts_[i]->explore(begin, std::min(ahead_end_, begin + share_));
+    });
+    std::size_t unknown = 0;
+    for (const auto& scout : scouts_)
+      unknown += static_cast<std::size_t>(
+          std::count_if(scout->found().begin(), scout->found().end(), [](const auto& from) { return !from.known; }));
+    if (unknown * 4 < count)
+      ahead_ = std::min(2 * ahead_, kAheadMax);
+    else
+      ahead_ = std::max(ahead_ / 2, kAheadMin);
+  }
+
+  // Takes over what a scout has found; false: it did not know its way.
+  bool follow_scout(std::uint32_t at) {
+    if (!scouted_) return false;
+    const Scout& scout = *scouts_[(at - ahead_begin_) / share_];
+    const Scout::From& from = scout.found()[(at - ahead_begin_) % share_];
+    if (!from.known) return false;
+    Graph& graph = periods_.graph();
+    graph.reduced = graph.reduced || from.leaves_out;
+    for (std::size_t i = from.first; i < from.first + from.count; ++i) {
+      const Periods::Scouted way = scout.way(i);
+      const std::uint32_t to = periods_.adopt(way, graph.nodes[at].depth + 1);
+      graph.edges.push_back({at, to, way.seen, way.made});
+    }
+    return true;
+  }
+
+  // Every way in which the next period of a state can go, but for orders that nobody tells apart.
   Result<void> expand(std::uint32_t at) {
     Graph& graph = periods_.graph();
-    script_.clear();
+    ways_.begin();
     for (std::size_t ways = 0;; ++ways) {
       if (ways >= kWaysMax) {
         return fail("verify.choice", "tick " + std::to_string(graph.nodes[at].depth + 1) + " can go on in more than " +
@@ -66,23 +123,38 @@ class Explorer {
       }
       if (ways % 64 == 63) graph.limit = limit_now();
       if (!graph.limit.empty()) return {};
-      const auto way = periods_.go_on(at, script_);
-      if (!way) return tl::unexpected(way.error());
+      const auto way = periods_.go_on(at, ways_.script());
+      if (!way) return tl::unexpected(told(way.error(), graph.nodes[at].depth + 1));
       graph.edges.push_back({at, way->to, periods_.keep_seen(), periods_.keep_made()});
-      // The next: the last decision that has an alternative left takes it.
-      std::vector<Made>& made = periods_.made();
-      while (!made.empty() && made.back().alternative + 1 >= made.back().count) made.pop_back();
-      if (made.empty()) return {};
-      script_.clear();
-      for (const Made& one : made) script_.push_back(one.alternative);
-      ++script_.back();
+      if (ways_.next(periods_)) continue;
+      graph.reduced = graph.reduced || ways_.leaves_out();
+      return {};
     }
+  }
+
+  // With when it comes, and what was chosen then.
+  Diagnostic told(Diagnostic error, std::uint32_t tick) const {
+    std::string chosen;
+    for (const Made& made : periods_.made()) {
+      if (made.kind != Made::Kind::kChoice || made.count < 2) continue;
+      const ChoicePoint& point = periods_.graph().choices[made.what];
+      chosen += ", " + point.model + " chooses " + (point.name.empty() ? "" : point.name + " = ") + point.value;
+    }
+    error.message += " (tick " + std::to_string(tick) + chosen + ")";
+    return error;
   }
 
   const Options& options_;
   Periods periods_;
-  std::vector<std::uint32_t> script_;
+  Ways ways_;
   SteadyClock::time_point started_;
+  // States that scouts have gone through, a share each.
+  std::vector<std::unique_ptr<Scout>> scouts_;
+  bool scouted_ = false;
+  std::uint32_t ahead_ = kAheadMin;
+  std::uint32_t ahead_begin_ = 0;
+  std::uint32_t ahead_end_ = 0;
+  std::uint32_t share_ = 1;
 };
 
 }  // namespace
@@ -115,6 +187,17 @@ Diagnostics obstacles(const project::Plan& plan) {
   return out;
 }
 
-Result<Graph> explore(const project::Plan& plan, const Options& options) { return Explorer(plan, options)(); }
+void for_each(const Each& each, std::size_t count, const std::function<void(std::size_t)>& work) {
+  if (each) return each(count, work);
+  for (std::size_t i = 0; i < count; ++i) work(i);
+}
+
+Result<Graph> explore(const project::Plan& plan, const Options& options) {
+  auto graph = Explorer(plan, options)();
+  if (!graph || !graph->reduced || !graph->probabilistic) return graph;
+  Options all = options;
+  all.reduce_orders = false;
+  return Explorer(plan, all)();
+}
 
 }  // namespace sentree::verify

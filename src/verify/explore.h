@@ -84,6 +84,7 @@ struct Graph {
   std::vector<std::string> problems;                    ///< Of the mission, each once, at most kProblemsMax.
   bool probabilistic = false;                           ///< Something is drawn,
   bool nondeterministic = false;                        ///< something is left open without a probability.
+  bool reduced = false;                                 ///< Orders were left out (`Options::reduce_orders`).
 
   static constexpr std::size_t kProblemsMax = 100;
 };
@@ -93,14 +94,25 @@ enum class Order : std::uint8_t {
   kVirtual,  ///< The one order of virtual time.
 };
 
+/// Does work(0) … work(count - 1), perhaps at the same time, and returns when all is done. Whoever gives one has the
+/// threads; an empty one means one after the other.
+using Each = std::function<void(std::size_t count, const std::function<void(std::size_t)>& work)>;
+void for_each(const Each& each, std::size_t count, const std::function<void(std::size_t)>& work);
+
 struct Options {
   Order order = Order::kAny;
   std::vector<project::Intervention> faults;  ///< That may come at any period.
   std::size_t faults_at_most = 1;             ///< At a time.
   std::uint64_t states = 5'000'000;
   std::uint64_t ticks = UINT64_MAX;
-  bool memory_of_steps = true;           ///< Steps are looked up where they are known; else each is executed.
-  bool exact = false;                    ///< States are compared, not their hashes; every step is executed.
+  /// Orders that no monitor and no part tells apart are left out. Only with a memory of steps, without gates and
+  /// without probabilities.
+  bool reduce_orders = true;
+  bool memory_of_steps = true;  ///< Steps are looked up where they are known; else each is executed.
+  bool exact = false;           ///< States are compared, not their hashes; every step is executed.
+  /// Goes through periods that are known already, several at a time; the graph is the same, whoever gives one. Where a
+  /// limit of memory or of time ends it may differ.
+  Each each;
   std::uint64_t memory = 4'000'000'000;  ///< Bytes, of which a rough account is kept.
   std::optional<std::chrono::nanoseconds> time;
   std::function<bool()> interrupted;                                    ///< May be empty.

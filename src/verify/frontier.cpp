@@ -32,12 +32,17 @@ class Executing final : public Frontier {
     mission::prune(run_);
     return encode();
   }
+  bool trace(mission::PartMemory::Trace&) override { return false; }
   Hash128 key() override { return hash128(form_); }
   std::string_view form() override { return form_; }
   std::uint64_t keep() override {
     states_.push_back(std::move(run_));
     return dropped_ + states_.size() - 1;
   }
+  std::uint64_t keep(std::span<const std::uint32_t>) override { return 0; }
+  std::unique_ptr<Frontier> scout(mission::PartMemory::Outside&) const override { return nullptr; }
+  bool missed() override { return false; }
+  std::span<const std::uint32_t> kept_form() const override { return {}; }
   void drop() override {
     states_.pop_front();
     ++dropped_;
@@ -90,32 +95,51 @@ class Executing final : public Frontier {
 class Remembering final : public Frontier {
  public:
   Remembering(const project::Plan& plan, bool faults, mission::PartMemory::Outside& outside)
-      : plan_(plan), outside_(outside), memory_(plan, faults) {}
+      : plan_(plan), outside_(outside), memory_(std::make_unique<mission::PartMemory>(plan, faults)) {}
+  Remembering(const Remembering& of, mission::PartMemory::Outside& outside)
+      : plan_(of.plan_), outside_(outside), memory_(of.memory_->reader()), of_(&of) {}
+  ~Remembering() override = default;
+  Remembering& operator=(const Remembering&) = delete;
 
   Result<void> begin() override {
-    run_ = memory_.begin();
+    run_ = memory_->begin();
     return pack();
   }
   void again(std::uint64_t place, TimePoint at) override {
-    const std::size_t first = place - thrown_away_;
-    memory_.unpack(std::span(waiting_).subspan(first + 1, waiting_[first]), at, run_);
+    const Remembering& keeps = of_ != nullptr ? *of_ : *this;
+    const std::size_t first = place - keeps.thrown_away_;
+    memory_->unpack(std::span(keeps.waiting_).subspan(first + 1, keeps.waiting_[first]), at, run_);
     run_.begun = place != 0;
   }
   Result<void> go_on(const std::function<Result<void>()>& before_tick) override {
-    if (const auto delivered = period(memory_, run_, outside_, before_tick); !delivered)
+    if (const auto delivered = period(*memory_, run_, outside_, before_tick); !delivered)
       return tl::unexpected(delivered.error());
     return pack();
+  }
+  bool trace(mission::PartMemory::Trace& trace) override {
+    memory_->trace(&trace);
+    return true;
   }
   Hash128 key() override { return hash128(form()); }
   std::string_view form() override {
     return {reinterpret_cast<const char*>(packed_.data()), packed_.size() * sizeof(std::uint32_t)};
   }
-  std::uint64_t keep() override {
+  std::uint64_t keep() override { return keep(kept_form()); }
+  std::uint64_t keep(std::span<const std::uint32_t> form) override {
     const std::uint64_t place = thrown_away_ + waiting_.size();
-    waiting_.push_back(waited_);
-    waiting_.insert(waiting_.end(), packed_.begin(), packed_.begin() + waited_);
+    waiting_.push_back(static_cast<std::uint32_t>(form.size()));
+    waiting_.insert(waiting_.end(), form.begin(), form.end());
     return place;
   }
+  std::unique_ptr<Frontier> scout(mission::PartMemory::Outside& outside) const override {
+    return std::make_unique<Remembering>(*this, outside);
+  }
+  bool missed() override {
+    const bool missed = memory_->missed();
+    memory_->forget_missed();
+    return missed;
+  }
+  std::span<const std::uint32_t> kept_form() const override { return std::span(packed_).first(waited_); }
   void drop() override {
     first_ += waiting_[first_] + 1;
     // What has been gone on from is thrown away, now and then.
@@ -126,43 +150,44 @@ class Remembering final : public Frontier {
   }
 
   TimePoint now() const override { return run_.now; }
-  bool ended() const override { return memory_.ended(run_); }
-  bool over() const override { return memory_.over(run_); }
-  TimePoint planned() const override { return memory_.planned(run_); }
-  const mission::Faults& faults() const override { return memory_.faults(run_); }
+  bool ended() const override { return memory_->ended(run_); }
+  bool over() const override { return memory_->over(run_); }
+  TimePoint planned() const override { return memory_->planned(run_); }
+  const mission::Faults& faults() const override { return memory_->faults(run_); }
   bool is_down(const std::string& part) const override {
-    if (memory_.is_down(run_, part)) return true;
+    if (memory_->is_down(run_, part)) return true;
     for (std::size_t leaf = 0; leaf < plan_.leaves.size(); ++leaf) {
-      if (plan_.leaves[leaf].name == part) return memory_.is_killed(run_, leaf);
+      if (plan_.leaves[leaf].name == part) return memory_->is_killed(run_, leaf);
     }
     return false;
   }
-  const mission::ModelState& model(std::size_t index) const override { return memory_.model(run_, index); }
-  Result<void> inject(const project::Intervention& what) override { return memory_.inject(run_, what, outside_); }
+  const mission::ModelState& model(std::size_t index) const override { return memory_->model(run_, index); }
+  Result<void> inject(const project::Intervention& what) override { return memory_->inject(run_, what, outside_); }
   void each_session(const std::function<void(std::size_t part, const scxml::Session&)>& visit) const override {
-    memory_.each_session(visit);
+    memory_->each_session(visit);
   }
-  std::uint64_t bytes() const override { return memory_.bytes() + waiting_.capacity() * sizeof(std::uint32_t); }
+  std::uint64_t bytes() const override { return memory_->bytes() + waiting_.capacity() * sizeof(std::uint32_t); }
 
  private:
   static constexpr std::size_t kKept = 1U << 20U;
 
   Result<void> pack() {
-    if (memory_.error()) return tl::unexpected(*memory_.error());
-    memory_.settle(run_);
-    if (memory_.error()) return tl::unexpected(*memory_.error());
+    if (memory_->error()) return tl::unexpected(*memory_->error());
+    memory_->settle(run_);
+    if (memory_->error()) return tl::unexpected(*memory_->error());
     packed_.clear();
-    memory_.pack(run_, packed_);
+    memory_->pack(run_, packed_);
     waited_ = static_cast<std::uint32_t>(packed_.size());
     for (const project::Injection& injection : plan_.scenario.timeline) {
-      if (injection.at > run_.now) packed_.push_back(memory_.number_of(injection.at - run_.now));
+      if (injection.at > run_.now) packed_.push_back(memory_->number_of(injection.at - run_.now));
     }
     return {};
   }
 
   const project::Plan& plan_;
   mission::PartMemory::Outside& outside_;
-  mission::PartMemory memory_;
+  std::unique_ptr<mission::PartMemory> memory_;
+  const Remembering* of_ = nullptr;     // whose states a scout goes on from
   std::vector<std::uint32_t> waiting_;  // each with its size before it
   std::size_t first_ = 0;
   std::uint64_t thrown_away_ = 0;

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -27,14 +28,25 @@ class Frontier {
   virtual void again(std::uint64_t place, TimePoint at) = 0;
   /// Goes on by one period. Errors: those of `period`, and of `mission::encode`.
   virtual Result<void> go_on(const std::function<Result<void>()>& before_tick) = 0;
+  /// From now on steps are appended to it. False: they cannot be.
+  virtual bool trace(mission::PartMemory::Trace& trace) = 0;
   /// Stands for the run between two periods: equal for runs that behave alike from here on.
   [[nodiscard]] virtual Hash128 key() = 0;
   /// What `key` is a hash of. Valid until the run goes on.
   [[nodiscard]] virtual std::string_view form() = 0;
   /// Keeps the run, which is not there any more then; where, for `again`. The first is the beginning.
   virtual std::uint64_t keep() = 0;
+  /// Keeps a run that a scout came to: its `kept_form`.
+  virtual std::uint64_t keep(std::span<const std::uint32_t> form) = 0;
   /// Nobody goes on any more from the one that was kept first of those that are left.
   virtual void drop() = 0;
+
+  /// Another run, which goes on from the states that are kept here by what is known already; null: there is no such
+  /// thing. Several may go on at a time, while this one does nothing.
+  [[nodiscard]] virtual std::unique_ptr<Frontier> scout(mission::PartMemory::Outside& outside) const = 0;
+  /// Of a scout: it came to something that is not known, so that the run means nothing. Forgets it.
+  virtual bool missed() = 0;
+  [[nodiscard]] virtual std::span<const std::uint32_t> kept_form() const = 0;
 
   // Of the run.
   [[nodiscard]] virtual TimePoint now() const = 0;

@@ -9,7 +9,7 @@
 namespace sentree::verify {
 
 Periods::Periods(const project::Plan& plan, const Options& options)
-    : plan_(plan), options_(options), gates_(plan), dispatch_(plan.monitors) {
+    : plan_(plan), options_(options), gates_(plan), dispatch_(plan.monitors), orders_(plan.monitors.size()) {
   graph_.period = plan.scenario.project.period;
   for (const project::LeafPlan& leaf : plan.leaves) {
     graph_.taken.emplace_back(leaf.chart->transitions().size());
@@ -23,6 +23,7 @@ Periods::Periods(const project::Plan& plan, const Options& options)
   frontier_ = options.memory_of_steps && !options.exact && mission::PartMemory::remembers(plan)
                   ? remembering(plan, !options.faults.empty(), *this)
                   : executing(plan, *this);
+  tells_orders_ = options.reduce_orders && options.order == Order::kAny && gates_.empty() && frontier_->trace(trace_);
 }
 
 Result<void> Periods::begin() {
@@ -41,6 +42,9 @@ Result<Periods::Way> Periods::go_on(std::uint32_t from, std::span<const std::uin
   rest_ = rest ? &rest : nullptr;
   made_.clear();
   seen_.clear();
+  trace_.clear();
+  ordered_.clear();
+  due_.clear();
   frontier_->again(places_[from], begin_);
   if (!gates_.empty()) {
     const std::size_t gates = plan_.gates.size();
@@ -51,6 +55,7 @@ Result<Periods::Way> Periods::go_on(std::uint32_t from, std::span<const std::uin
   if (error_) return tl::unexpected(*error_);
   gates_now_.clear();
   if (auto kept = gates_.keep(frontier_->now(), gates_now_); !kept) return tl::unexpected(kept.error());
+  ended_ = frontier_->ended();
   const TimePoint now = frontier_->now();
   Way way{.to = find(), .over = frontier_->over(), .took = now - begin_, .until_planned = frontier_->planned() - now};
   way.is_new = way.to == graph_.nodes.size();
@@ -117,59 +122,68 @@ std::uint32_t Periods::decide(Made::Kind kind, std::uint64_t count, const missio
 }
 
 std::uint64_t Periods::decide_choice(const mission::Choice& choice) {
+  if (error_) return 0;
   if (choice.count > kAlternativesMax) {
-    if (!error_) {
-      error_ = Diagnostic{Severity::kError,
-                          "verify.choice",
-                          choice.model + ": " + choice.function + "() leaves " + std::to_string(choice.count) +
-                              " alternatives open; at most " + std::to_string(kAlternativesMax) + " can be tried",
-                          {}};
-    }
+    error_ = Diagnostic{Severity::kError,
+                        "verify.choice",
+                        choice.model + ": " + choice.function + "() leaves " + std::to_string(choice.count) +
+                            " alternatives open; at most " + std::to_string(kAlternativesMax) + " can be tried",
+                        {}};
     return 0;
   }
   const bool is_drawn = static_cast<bool>(choice.probability);
+  if (is_drawn && choice.count > 1) tells_orders_ = false;
   if (choice.count > 1) (is_drawn ? graph_.probabilistic : graph_.nondeterministic) = true;
   return decide(Made::Kind::kChoice, choice.count, &choice);
 }
 
 // Before the tick of a period: a fault that comes or goes.
-Result<void> Periods::fault() {
-  if (options_.faults.empty()) return {};
-  struct Possible {
-    project::Intervention what;
-    ChoicePoint point;
-  };
-  const auto standing = frontier_->faults().list();
+std::vector<Periods::Possible> Periods::possible_faults(const Options& options, const Frontier& frontier) {
   std::vector<Possible> possible;
+  const auto standing = frontier.faults().list();
   std::size_t stand = 0;
   using namespace project::intervention;
-  for (const project::Intervention& fault : options_.faults) {
+  for (std::size_t i = 0; i < options.faults.size(); ++i) {
+    const project::Intervention& fault = options.faults[i];
     const auto found = std::find_if(standing.begin(), standing.end(), [&](const auto& s) { return s.what == fault; });
     const auto* kill = std::get_if<Kill>(&fault);
-    if (kill != nullptr ? !frontier_->is_down(kill->part) : found == standing.end()) continue;
+    if (kill != nullptr ? !frontier.is_down(kill->part) : found == standing.end()) continue;
     ++stand;
     project::Intervention end = kill != nullptr ? project::Intervention(Restart{kill->part}) : Clear{found->id};
-    possible.push_back(
-        {std::move(end), {"", "end of fault", project::describe(fault), to_json(Value(project::to_entry(fault)))}});
+    possible.push_back({std::move(end), i, true});
   }
-  for (const project::Intervention& fault : options_.faults) {
-    if (stand >= options_.faults_at_most) break;
+  for (std::size_t i = 0; i < options.faults.size() && stand < options.faults_at_most; ++i) {
+    const project::Intervention& fault = options.faults[i];
     const bool stands = std::any_of(standing.begin(), standing.end(), [&](const auto& s) { return s.what == fault; });
     const auto* kill = std::get_if<Kill>(&fault);
-    if (stands || (kill != nullptr && frontier_->is_down(kill->part))) continue;
-    possible.push_back({fault, {"", "fault", project::describe(fault), to_json(Value(project::to_entry(fault)))}});
+    if (stands || (kill != nullptr && frontier.is_down(kill->part))) continue;
+    possible.push_back({fault, i, false});
   }
+  return possible;
+}
+
+ChoicePoint Periods::point_of(const Possible& fault) const {
+  const project::Intervention& what = options_.faults[fault.fault];
+  return {"", fault.ends ? "end of fault" : "fault", project::describe(what), to_json(Value(project::to_entry(what)))};
+}
+
+Result<void> Periods::fault() {
+  if (options_.faults.empty()) return {};
+  const std::vector<Possible> possible = possible_faults(options_, *frontier_);
   if (possible.empty()) return {};
   graph_.nondeterministic = true;
   const std::uint32_t taken = decide(Made::Kind::kFault, possible.size() + 1);
   if (taken == 0) return {};
-  made_.back().what = intern_choice(std::move(possible[taken - 1].point));
+  made_.back().what = intern_choice(point_of(possible[taken - 1]));
   return frontier_->inject(possible[taken - 1].what);
 }
 
+std::string Periods::key_of(const ChoicePoint& point) {
+  return point.model + '\n' + point.function + '\n' + point.name + '\n' + point.value;
+}
+
 std::uint32_t Periods::intern_choice(ChoicePoint point) {
-  std::string key = point.model + '\n' + point.function + '\n' + point.name + '\n' + point.value;
-  const auto [found, is_new] = choice_of_.emplace(std::move(key), static_cast<std::uint32_t>(graph_.choices.size()));
+  const auto [found, is_new] = choice_of_.emplace(key_of(point), static_cast<std::uint32_t>(graph_.choices.size()));
   if (is_new) graph_.choices.push_back(std::move(point));
   return found->second;
 }
@@ -184,7 +198,13 @@ void Periods::observed(const Message& message) {
 void Periods::observed(std::uint32_t number, TimePoint now, const Message& message) {
   if (!gates_.empty()) gates_.observed(message, now);
   while (heard_.size() <= number) heard_.push_back(kUnheard);
-  if (heard_[number] == kUnheard) heard_[number] = hear(message);
+  if (heard_[number] == kUnheard) {
+    heard_[number] = hear(message);
+    const std::size_t words = orders_.words();
+    hearers_.resize(std::max(hearers_.size(), (number + std::size_t{1}) * words));
+    for (const std::size_t monitor : dispatch_.route(message.name).of(message.source).monitors)
+      hearers_[number * words + monitor / 64] |= std::uint64_t{1} << (monitor % 64);
+  }
   see(heard_[number], now);
 }
 
@@ -221,7 +241,19 @@ std::size_t Periods::order(std::span<const std::uint32_t> parts) {
   graph_.nondeterministic = true;
   const std::uint32_t which = decide(Made::Kind::kOrder, parts.size());
   made_.back().what = parts[which];
+  if (tells_orders_) note_order(parts);
   return which;
+}
+
+void Periods::note_order(std::span<const std::uint32_t> parts) {
+  ordered_.push_back({.step = static_cast<std::uint32_t>(trace_.steps.size()),
+                      .decision = static_cast<std::uint32_t>(made_.size() - 1),
+                      .due = static_cast<std::uint32_t>(due_.size())});
+  due_.insert(due_.end(), parts.begin(), parts.end());
+}
+
+void Periods::want_orders(std::vector<OpenDecision>& open) {
+  orders_.want({.trace = trace_, .decisions = ordered_, .due = due_, .ended = ended_}, hearers_, open);
 }
 
 std::optional<mission::Veto> Periods::judge(const Message& request) {
@@ -232,7 +264,9 @@ std::optional<mission::Veto> Periods::judge(const Message& request) {
 void Periods::refused(const Diagnostic& why) {
   if (error_) return;
   error_ = why;
-  error_->code = "verify.reply";
+  error_->code = why.code == "model.choice"     ? "verify.choice"
+                 : why.code == "model.given-up" ? "verify.endless"
+                                                : "verify.reply";
 }
 
 void Periods::problem(const std::string& what) {
@@ -323,33 +357,78 @@ std::uint32_t Periods::part(const mission::Delivery& delivery) const {
 
 // ---- what is kept once
 
-// @param key  Of the numbers that it is made of.
 template <class Known, class All, class One>
-std::uint32_t Periods::keep(Known& known, const std::vector<std::uint32_t>& key, All& all, const One& one) {
-  const Hash128 hash = hash128({reinterpret_cast<const char*>(key.data()), key.size() * sizeof(std::uint32_t)});
-  const auto [found, is_new] = known.emplace(hash, static_cast<std::uint32_t>(all.size()));
+std::uint32_t Periods::keep(Known& known, All& all, const One& one) {
+  const auto [found, is_new] = known.emplace(hash_of(one, words_), static_cast<std::uint32_t>(all.size()));
   if (is_new) {
-    kept_bytes_ += 64 + key.size() * 8;
+    kept_bytes_ += 64 + words_.size() * 8;
     all.push_back(one);
   }
   return found->second;
 }
 
-std::uint32_t Periods::keep_seen() {
-  words_.clear();
-  for (const Seen& seen : seen_) {
+Hash128 Periods::hash_of(const std::vector<Seen>& all, std::vector<std::uint32_t>& words) {
+  words.clear();
+  for (const Seen& seen : all) {
     const auto after = static_cast<std::uint64_t>(seen.after.count());
-    words_.insert(words_.end(),
-                  {static_cast<std::uint32_t>(after), static_cast<std::uint32_t>(after >> 32U), seen.observation});
+    words.insert(words.end(),
+                 {static_cast<std::uint32_t>(after), static_cast<std::uint32_t>(after >> 32U), seen.observation});
   }
-  return keep(sequence_of_, words_, graph_.sequences, seen_);
+  return hash128({reinterpret_cast<const char*>(words.data()), words.size() * sizeof(std::uint32_t)});
 }
 
-std::uint32_t Periods::keep_made() {
-  words_.clear();
-  for (const Made& made : made_)
-    words_.insert(words_.end(), {static_cast<std::uint32_t>(made.kind), made.alternative, made.count, made.what});
-  return keep(decisions_of_, words_, graph_.decisions, made_);
+Hash128 Periods::hash_of(const std::vector<Made>& all, std::vector<std::uint32_t>& words) {
+  words.clear();
+  for (const Made& made : all)
+    words.insert(words.end(), {static_cast<std::uint32_t>(made.kind), made.alternative, made.count, made.what});
+  return hash128({reinterpret_cast<const char*>(words.data()), words.size() * sizeof(std::uint32_t)});
+}
+
+std::uint32_t Periods::keep_seen() { return keep(sequence_of_, graph_.sequences, seen_); }
+
+std::uint32_t Periods::keep_made() { return keep(decisions_of_, graph_.decisions, made_); }
+
+std::uint32_t Periods::adopt(const Scouted& way, std::uint32_t depth) {
+  const auto next = static_cast<std::uint32_t>(graph_.nodes.size());
+  const std::uint32_t to = *known_.try_emplace(way.key, next).first;
+  if (to != next) return to;
+  graph_.nodes.push_back({.depth = depth, .at = way.now, .ended = way.ended, .first_edge = 0, .edges = 0});
+  places_.push_back(way.ended ? 0 : frontier_->keep(way.form));
+  return to;
+}
+
+// ---- ways
+
+void Ways::open(const std::vector<Made>& made, bool reduces) {
+  for (std::size_t i = open_.size(); i < made.size(); ++i) {
+    open_.push_back({.taken = made[i].alternative, .count = made[i].count, .all = true, .wanted = {}, .done = {}});
+    if (!reduces || made[i].kind != Made::Kind::kOrder) continue;
+    open_.back().all = false;
+    open_.back().wanted.assign(made[i].count, false);
+    open_.back().done.assign(made[i].count, false);
+  }
+}
+
+// The last decision that has an alternative left takes it.
+bool Ways::next() {
+  const auto take_another = [](OpenDecision& decision) {
+    if (decision.all) return ++decision.taken < decision.count;
+    decision.done[decision.taken] = true;
+    for (std::uint32_t i = 0; i < decision.count; ++i) {
+      if (!decision.wanted[i] || decision.done[i]) continue;
+      decision.taken = i;
+      return true;
+    }
+    return false;
+  };
+  while (!open_.empty() && !take_another(open_.back())) {
+    const OpenDecision& last = open_.back();
+    leaves_out_ = leaves_out_ || (!last.all && std::find(last.done.begin(), last.done.end(), false) != last.done.end());
+    open_.pop_back();
+  }
+  script_.clear();
+  for (const OpenDecision& one : open_) script_.push_back(one.taken);
+  return !open_.empty();
 }
 
 }  // namespace sentree::verify

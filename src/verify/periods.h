@@ -17,8 +17,39 @@
 #include "sentree/verify/explore.h"
 #include "sentree/verify/frontier.h"
 #include "sentree/verify/gates.h"
+#include "sentree/verify/orders.h"
 
 namespace sentree::verify {
+
+/// Periods from one state, one after the other, until each decision has taken every alternative that is to be tried.
+class Ways {
+ public:
+  void begin() {
+    open_.clear();
+    script_.clear();
+    leaves_out_ = false;
+  }
+  /// What the next period decides first.
+  [[nodiscard]] std::span<const std::uint32_t> script() const { return script_; }
+  /// Behind a period of `Periods` or of a `Scout`: whether there is another to be tried.
+  template <class Tried>
+  [[nodiscard]] bool next(Tried& tried) {
+    const bool reduces = tried.tells_orders();
+    open(tried.made(), reduces);
+    if (reduces) tried.want_orders(open_);
+    return next();
+  }
+  /// Orders were left out.
+  [[nodiscard]] bool leaves_out() const { return leaves_out_; }
+
+ private:
+  void open(const std::vector<Made>& made, bool reduces);
+  bool next();
+
+  std::vector<OpenDecision> open_;
+  std::vector<std::uint32_t> script_;
+  bool leaves_out_ = false;
+};
 
 /// States of a mission between two periods, each with a number, and the periods that lead from one to the next, tried
 /// one at a time. What they do is kept once, in a graph whose edges belong to the caller.
@@ -52,7 +83,11 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
 
   // Of the last period.
   [[nodiscard]] const std::vector<Made>& made() const { return made_; }
-  [[nodiscard]] std::vector<Made>& made() { return made_; }
+  /// Whether the orders that matter are known: where steps are remembered, nothing judges and nothing is drawn.
+  [[nodiscard]] bool tells_orders() const { return tells_orders_; }
+  /// Wants of each order that was decided what else somebody can tell apart.
+  /// @param open  Beside `made`.
+  void want_orders(std::vector<OpenDecision>& open);
   /// Indices in the graph of what was seen and made.
   [[nodiscard]] std::uint32_t keep_seen();
   [[nodiscard]] std::uint32_t keep_made();
@@ -65,7 +100,32 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   /// About.
   [[nodiscard]] std::uint64_t bytes() const;
 
+  /// Where a scout came to, as a way of this.
+  struct Scouted {
+    Hash128 key;
+    std::uint32_t seen = 0;
+    std::uint32_t made = 0;
+    TimePoint now{};
+    bool ended = false;
+    std::span<const std::uint32_t> form;
+  };
+  std::uint32_t adopt(const Scouted& way, std::uint32_t depth);
+
  private:
+  friend class Scout;
+
+  // A fault that may come or go, and what is said of it.
+  struct Possible {
+    project::Intervention what;
+    std::size_t fault = 0;
+    bool ends = false;
+  };
+  [[nodiscard]] static std::vector<Possible> possible_faults(const Options& options, const Frontier& frontier);
+  [[nodiscard]] ChoicePoint point_of(const Possible& fault) const;
+  [[nodiscard]] static std::string key_of(const ChoicePoint& point);
+  static Hash128 hash_of(const std::vector<Seen>& seen, std::vector<std::uint32_t>& words);
+  static Hash128 hash_of(const std::vector<Made>& made, std::vector<std::uint32_t>& words);
+
   void add(std::uint32_t depth);
   [[nodiscard]] std::uint32_t find();
   Result<void> fault();
@@ -94,7 +154,9 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   void problem(const std::string& what) override;
 
   template <class Known, class All, class One>
-  std::uint32_t keep(Known& known, const std::vector<std::uint32_t>& key, All& all, const One& one);
+  std::uint32_t keep(Known& known, All& all, const One& one);
+
+  void note_order(std::span<const std::uint32_t> parts);
 
   static constexpr std::uint32_t kNobody = UINT32_MAX;
   static constexpr std::uint32_t kUnheard = UINT32_MAX - 1;
@@ -116,6 +178,9 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   std::unordered_map<std::string, std::uint32_t> observation_of_;
   std::vector<std::uint32_t> heard_;               // observations by the numbers of the memory
   std::vector<std::vector<std::uint32_t>> noted_;  // alternatives of choices, likewise
+  Orders orders_;
+  bool tells_orders_ = false;
+  std::vector<std::uint64_t> hearers_;  // by the numbers of the memory, as `Orders` wants them
   std::unordered_map<std::string, std::size_t> leaf_of_;
   std::set<std::string> told_;
   std::uint64_t kept_bytes_ = 0;
@@ -124,6 +189,10 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   const Decider* rest_ = nullptr;
   std::vector<Made> made_;
   std::vector<Seen> seen_;
+  mission::PartMemory::Trace trace_;
+  std::vector<OrderDecision> ordered_;
+  std::vector<std::uint32_t> due_;
+  bool ended_ = false;
   std::vector<std::uint32_t> gates_now_;
   std::optional<Diagnostic> error_;
   TimePoint begin_{};

@@ -76,7 +76,9 @@ Verification verify(const project::Plan& plan, const Asked& asked) {
   }
   if (has_errors(out.errors)) return out;
   const auto began = std::chrono::steady_clock::now();
-  auto graph = explore(plan, asked.explore);
+  Options options = asked.explore;
+  options.each = asked.each;
+  auto graph = explore(plan, options);
   if (!graph) {
     out.errors.push_back(graph.error());
     return out;

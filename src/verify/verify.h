@@ -27,7 +27,7 @@ struct Asked {
   Options explore;
   JudgeOptions judge;
   std::vector<std::string> only;  ///< Names of monitors; empty: all.
-  Each each;                      ///< Judges them, perhaps several at a time; the result is the same.
+  Each each;                      ///< Explores and judges, perhaps several at a time; the result is the same.
 };
 
 /// Explores the mission once and judges each requirement on what was found.

@@ -273,6 +273,30 @@ TEST_F(Verify, SaysWhichAnswerIsNone) {
   EXPECT_THAT(to_string(found.errors.front()), HasSubstr("door.scxml:2"));
 }
 
+TEST_F(Verify, RefusesAModelThatLeavesNothingOpen) {
+  requirements("small \"It says little.\": always said <= 6.\n");
+  for (const char* const wrong : {"choose()", "between(2, 1)", "pick('says')", "chance(2)", "draw([[0.5, 1]])"}) {
+    model(wrong);
+    const Verification found = verify(plan(), {});
+    ASSERT_FALSE(found.errors.empty()) << wrong;
+    EXPECT_EQ(found.errors.front().code, "verify.choice") << wrong;
+    EXPECT_THAT(to_string(found.errors.front()), HasSubstr("door.scxml"));
+    EXPECT_THAT(to_string(found.errors.front()), HasSubstr("model keeper: "));
+    EXPECT_THAT(to_string(found.errors.front()), HasSubstr("(tick 1)"));
+  }
+}
+
+TEST_F(Verify, RefusesAModelThatDoesNotComeToRest) {
+  write("models/door.scxml", kHead + R"(initial="there"><state id="there">
+  <transition event="door.ask.request" target="here"/></state>
+  <state id="here"><transition target="back"/></state><state id="back"><transition target="here"/></state></scxml>)");
+  requirements("small \"It says little.\": always said <= 6.\n");
+  const Verification found = verify(plan(), {});
+  ASSERT_FALSE(found.errors.empty());
+  EXPECT_EQ(found.errors.front().code, "verify.endless");
+  EXPECT_THAT(to_string(found.errors.front()), HasSubstr("the model keeper was given up"));
+}
+
 TEST_F(Verify, StopsAtItsLimits) {
   tree(
       "<RetryUntilSuccessful num_attempts=\"-1\"><Sequence><Sleep msec=\"100\"/><Condition ID=\"Ask\"/></Sequence>"

@@ -19,11 +19,6 @@ std::uint64_t drawn(Rng& rng, std::uint64_t count, const Probability& probabilit
 
 }  // namespace
 
-void for_each(const Each& each, std::size_t count, const std::function<void(std::size_t)>& work) {
-  if (each) return each(count, work);
-  for (std::size_t i = 0; i < count; ++i) work(i);
-}
-
 std::uint64_t thrown(Rng& rng, std::uint64_t count, const mission::Choice* choice) {
   return choice != nullptr && choice->probability ? drawn(rng, count, choice->probability) : rng.below(count);
 }
@@ -31,6 +26,7 @@ std::uint64_t thrown(Rng& rng, std::uint64_t count, const mission::Choice* choic
 Walk::Walk(const project::Plan& plan, Order order, std::function<Result<double>(const Frontier&)> score)
     : plan_(plan), score_(std::move(score)) {
   options_.order = order;
+  options_.reduce_orders = false;
 }
 
 Result<void> Walk::begin() {

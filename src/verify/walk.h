@@ -14,11 +14,6 @@
 
 namespace sentree::verify {
 
-/// Does work(0) … work(count - 1), perhaps at the same time, and returns when all is done. Whoever gives one has the
-/// threads; an empty one means one after the other.
-using Each = std::function<void(std::size_t count, const std::function<void(std::size_t)>& work)>;
-void for_each(const Each& each, std::size_t count, const std::function<void(std::size_t)>& work);
-
 /// The generator of run `number` of a seed; no two of them, of any seeds, have anything in common.
 [[nodiscard]] inline Rng rng_of(std::uint64_t seed, std::uint64_t number) {
   return Rng(hash_combine(hash_combine(0, seed), number));

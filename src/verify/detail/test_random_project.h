@@ -19,10 +19,11 @@ inline std::uint64_t environment(const char* name, std::uint64_t otherwise) {
   return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
 }
 
-// A mission of at most eight nodes with charts of at most six states, and a device that leaves things open.
+// A mission of at most eight nodes with charts of at most six states, and devices that leave things open. Of several,
+// each has skills and a model of its own, and nothing has a probability.
 class RandomProject {
  public:
-  explicit RandomProject(std::uint64_t seed) : rng_(seed) {}
+  explicit RandomProject(std::uint64_t seed, std::uint64_t devices = 1) : rng_(seed), devices_(devices) {}
 
   void write(const std::filesystem::path& folder) {
     const auto put = [&](const std::string& file, const std::string& text) {
@@ -32,14 +33,26 @@ class RandomProject {
     put("interfaces/device.thrift", "service Device { i32 ask(), void put(1: i32 what) }\n");
     const std::string tree = node(3);
     put("mission.xml", "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\">" + tree +
-                           "</BehaviorTree><TreeNodesModel><Action ID=\"Do\"/><Condition ID=\"Is\"/>"
-                           "</TreeNodesModel></root>");
-    put("skills/Do.scxml", skill(false));
-    put("skills/Is.scxml", skill(true));
-    put("models/device.scxml", device());
+                           "</BehaviorTree><TreeNodesModel><Action ID=\"Do\"/><Action ID=\"Do2\"/>"
+                           "<Action ID=\"Do3\"/><Condition ID=\"Is\"/></TreeNodesModel></root>");
+    std::string services;
+    std::string models;
+    for (std::uint64_t i = 1; i <= devices_; ++i) {
+      const std::string number = i == 1 ? "" : std::to_string(i);
+      const std::string name = "device" + number;
+      put("skills/Do" + number + ".scxml", skill(false, name));
+      if (i == 1) put("skills/Is.scxml", skill(true, name));
+      put("models/" + name + ".scxml", device(name));
+      services += (i == 1 ? "" : ", ") + name + ": {interface: device.thrift/Device, at: model}";
+      models += (i == 1 ? "" : ", ");
+      models += "{file: models/" + name + ".scxml, name: model" + number + ", serves: [" + name + "]}";
+    }
     put("r.req",
         "let said = reply(device.ask)\nsmall \"It says little.\": always said <= 1.\n"
-        "answers \"It answers.\": whenever request(device.put).what = 1, robot shall said = 1 within 300 ms.\n");
+        "answers \"It answers.\": whenever request(device.put).what = 1, robot shall said = 1 within 300 ms.\n" +
+            std::string(devices_ > 1 ? "let other = reply(device2.ask)\n"
+                                       "apart \"They do not say 1 both.\": never (said = 1 and other = 1).\n"
+                                     : ""));
     put("monitors/gate.scxml",
         head("open") +
             "<state id=\"open\"><transition event=\"device.ask.reply\" cond=\"_event.data.result === 2\" "
@@ -49,11 +62,9 @@ class RandomProject {
             pick({"put", "ask"}) + ".request\" target=\"no\"/></state><state id=\"no\"/></scxml>\n");
     const std::string gate = below(3) == 0 ? ", {file: monitors/gate.scxml, violated: [no], gate: [device.*]}" : "";
     put("sentree.yaml", "mission: {file: mission.xml, rate: 10 Hz, repeat: " + pick({"true", "false"}) +
-                            "}\nservices: {device: {interface: device.thrift/Device, at: model}}\n"
-                            "models: [{file: models/device.scxml, name: model, serves: [device]}]\n"
-                            "monitors: [{file: r.req}" +
-                            gate + "]\nverify: {faults: {at_most: " + number(1, 2) + ", any_of: [" + faults() +
-                            "]}}\n");
+                            "}\nservices: {" + services + "}\nmodels: [" + models + "]\nmonitors: [{file: r.req}" +
+                            (devices_ > 1 ? "" : gate) + "]\nverify: {faults: {at_most: " + number(1, 2) +
+                            ", any_of: [" + faults() + "]}}\n");
   }
 
  private:
@@ -66,7 +77,9 @@ class RandomProject {
     if (depth == 0 || nodes_ > 5 || below(4) == 0) {
       if (below(8) == 0) return "<Sleep msec=\"" + number(1, 5) + "0\"/>";
       const std::string name = " name=\"L" + std::to_string(++leaves_) + "\"/>";
-      return (below(3) == 0 ? "<Condition ID=\"Is\"" : "<Action ID=\"Do\"") + name;
+      if (below(3) == 0) return "<Condition ID=\"Is\"" + name;
+      const std::uint64_t which = devices_ > 1 ? 1 + below(devices_) : 1;
+      return "<Action ID=\"Do" + (which == 1 ? "" : std::to_string(which)) + "\"" + name;
     }
     std::string open;
     std::uint64_t children = 1;
@@ -74,8 +87,10 @@ class RandomProject {
       open = pick({"Inverter", "ForceSuccess", "KeepRunningUntilFailure", "Repeat num_cycles=\"2\"",
                    "RetryUntilSuccessful num_attempts=\"2\"", "Timeout msec=\"250\"", "Delay delay_msec=\"130\""});
     } else {
-      open = pick({"Sequence", "Fallback", "ReactiveSequence", "ReactiveFallback", "SequenceWithMemory",
-                   "Parallel success_count=\"1\" failure_count=\"1\"", "ParallelAll"});
+      open = devices_ > 1 && below(2) == 0
+                 ? "ParallelAll"
+                 : pick({"Sequence", "Fallback", "ReactiveSequence", "ReactiveFallback", "SequenceWithMemory",
+                         "Parallel success_count=\"1\" failure_count=\"1\"", "ParallelAll"});
       children = 1 + below(3);
     }
     std::string text = "<" + open + ">";
@@ -83,7 +98,7 @@ class RandomProject {
     return text + "</" + open.substr(0, open.find(' ')) + ">";
   }
 
-  std::string skill(bool condition) {
+  std::string skill(bool condition, const std::string& of) {
     const std::uint64_t states = 2 + below(3);
     std::string text = head("s0") + "<datamodel><data id=\"n\" expr=\"0\"/></datamodel>";
     // What is answered leads on, so that no instant lasts for ever.
@@ -93,37 +108,39 @@ class RandomProject {
     };
     for (std::uint64_t i = 0; i < states; ++i) {
       text += "<state id=\"s" + std::to_string(i) + "\"><onentry>";
-      if (below(3) == 0) text += "<send event=\"later\" delay=\"" + number(1, 5) + pick({"0", "7", "50"}) + "ms\"/>";
-      if (below(2) == 0) text += "<send type=\"thrift\" target=\"device\" event=\"ask\"/>";
       if (below(3) == 0)
-        text += "<send type=\"thrift\" target=\"device\" event=\"put\"><param name=\"what\" expr=\"n\"/></send>";
+        text +=
+            "<send event=\"later\" delay=\"" + (devices_ > 1 ? "50" : number(1, 5) + pick({"0", "7", "50"})) + "ms\"/>";
+      if (below(2) == 0) text += "<send type=\"thrift\" target=\"" + of + "\" event=\"ask\"/>";
+      if (below(3) == 0)
+        text += "<send type=\"thrift\" target=\"" + of + "\" event=\"put\"><param name=\"what\" expr=\"n\"/></send>";
       if (below(3) == 0) text += "<assign location=\"n\" expr=\"(n + 1) % 3\"/>";
       if (below(4) == 0) text += "<log label=\"n\" expr=\"n\"/>";
       text += "</onentry>";
       if (below(2) == 0)
-        text += "<transition event=\"device.ask.reply\" cond=\"_event.data.result === " + number(0, 2) +
+        text += "<transition event=\"" + of + ".ask.reply\" cond=\"_event.data.result === " + number(0, 2) +
                 "\" target=\"" + target(i + 1) + "\"/>";
       for (const char* event : {"tick", "later", "halt"}) {
         if (below(2) == 0) text += std::string("<transition event=\"") + event + "\" target=\"" + target(0) + "\"/>";
       }
-      for (const char* event : {"device.ask.reply", "device.put.reply", "error"}) {
-        if (below(2) == 0)
-          text += std::string("<transition event=\"") + event + "\" target=\"" + target(i + 1) + "\"/>";
+      for (const std::string& event : {of + ".ask.reply", of + ".put.reply", std::string("error")}) {
+        if (below(2) == 0) text += "<transition event=\"" + event + "\" target=\"" + target(i + 1) + "\"/>";
       }
-      if (i == 0) text += "<transition event=\"device.ask.error\" target=\"failure\"/>";
+      if (i == 0) text += "<transition event=\"" + of + ".ask.error\" target=\"failure\"/>";
       if (condition) text += "<transition event=\"*\" target=\"" + pick({"success", "failure"}) + "\"/>";
       text += "</state>";
     }
     return text + "<final id=\"success\"/><final id=\"failure\"/></scxml>\n";
   }
 
-  std::string device() {
-    const std::string reply = "<send type=\"thrift\" target=\"device\" event=\"";
+  std::string device(const std::string& name) {
+    const std::string reply = "<send type=\"thrift\" target=\"" + name + "\" event=\"";
     const auto delay = [&] {
       return below(3) == 0 ? " delay=\"" + pick({"10", "20", "40", "60", "100", "130"}) + "ms\"" : std::string();
     };
-    const std::string value = pick({"v", "choose(0, 1)", "pick('says', 1, 2)", "chance(0.5) ? 1 : 2",
-                                    "draw([[0.5, v], [0.5, 0]])", "between(0, 2)", "v + fresh() % 2"});
+    const std::string value = devices_ > 1 ? pick({"v", "choose(0, 1)", "between(0, 2)"})
+                                           : pick({"v", "choose(0, 1)", "pick('says', 1, 2)", "chance(0.5) ? 1 : 2",
+                                                   "draw([[0.5, v], [0.5, 0]])", "between(0, 2)", "v + fresh() % 2"});
     std::string text = head("there") + "<datamodel><data id=\"v\" expr=\"" + pick({"0", "1", "choose(0, 2)"}) +
                        "\"/></datamodel><state id=\"there\">";
     const bool has_time = below(2) == 0;
@@ -131,16 +148,18 @@ class RandomProject {
     text += "<onentry>" + wait + "</onentry>";
     if (has_time) {
       text += "<transition event=\"time\"><assign location=\"v\" expr=\"" +
-              pick({"(v + 1) % 3", "choose(v, 0)", "chance(0.25) ? 2 : v"}) + "\"/>" + wait + "</transition>";
+              (devices_ > 1 ? pick({"(v + 1) % 3", "choose(v, 0)"})
+                            : pick({"(v + 1) % 3", "choose(v, 0)", "chance(0.25) ? 2 : v"})) +
+              "\"/>" + wait + "</transition>";
     }
-    text += "<transition event=\"device.ask.request\">";
+    text += "<transition event=\"" + name + ".ask.request\">";
     if (below(6) == 0)
       text += reply + "ask.error\"" + delay() + "><param name=\"message\" expr=\"'no'\"/></send>";
     else
       text += reply + "ask.reply\"" + delay() + "><param name=\"result\" expr=\"" + value + "\"/></send>";
-    text +=
-        "</transition><transition event=\"device.put.request\"><assign location=\"v\" "
-        "expr=\"_event.data.args.what\"/>";
+    text += "</transition><transition event=\"" + name +
+            ".put.request\"><assign location=\"v\" "
+            "expr=\"_event.data.args.what\"/>";
     if (below(6) != 0) text += reply + "put.reply\"" + delay() + "/>";
     return text + "</transition></state></scxml>\n";
   }
@@ -171,6 +190,7 @@ class RandomProject {
   }
 
   Rng rng_;
+  std::uint64_t devices_;
   int nodes_ = 0;
   std::uint64_t leaves_ = 0;
 };
