@@ -78,7 +78,7 @@ std::optional<Explanation> explain(const Model& model, const Decision& decision,
     const auto observation = std::make_shared<const Message>(message);
     // What is waited for before the observation that decides is what was owed.
     e.owed = standing(model, state).says;
-    step(model, state, message, nullptr, {&state.trail, observation}, nullptr);
+    step_alone(model, state, message, {&state.trail, observation}, nullptr);
     std::vector<std::optional<Value>> after = values(model, state);
     Explanation::Step step{.observation = message};
     for (std::size_t i = 0; i < after.size(); ++i) {

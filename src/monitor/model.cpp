@@ -99,6 +99,18 @@ void find_sources(Model::Parts& parts) {
   for (const std::string& name : of_all) parts.only_of.erase(name);
 }
 
+void plan_plain_steps(Model::Parts& parts) {
+  // What the chart tells itself is no observation.
+  const std::vector<std::string> sent = parts.spec.chart.events_sent();
+  for (const std::string& name : parts.descriptors) {
+    if (std::binary_search(sent.begin(), sent.end(), name)) continue;
+    scxml::PlainPaths paths;
+    auto plan = scxml::PlainPlan::make(parts.spec.chart, name, paths);
+    if (plan && paths.all().size() <= kPlainMembersMax)
+      parts.plain.emplace(name, Model::Parts::Plain{*std::move(plan), Reader(paths)});
+  }
+}
+
 }  // namespace
 
 bool is_one_of(std::string_view name, const std::vector<std::string>& patterns) {
@@ -160,7 +172,8 @@ Loaded<Model> Model::make(Spec spec) {
       if (slot != chart.model().slots.end()) parts->overwritten[slot->second] = true;
     }
   }
-  parts->has_data = !chart.model().variables.empty();
+  parts->forgets = parts->spec.renames.empty() &&
+                   (chart.model().variables.empty() || (parts->spec.origin && parts->spec.origin->forgets));
   // A requirement without an end is told of by its check; its monitor can be satisfied, or only looks on.
   if (!can_decide && parts->spec.violated.empty() && !parts->spec.origin) {
     made.diagnostics.push_back({Severity::kError, "monitor.no-verdict",
@@ -192,6 +205,7 @@ Loaded<Model> Model::make(Spec spec) {
     }
   }
   if (has_errors(made.diagnostics)) return made;
+  if (!parts->renaming) plan_plain_steps(*parts);
   made.value = Model(std::move(parts));
   return made;
 }
@@ -213,8 +227,9 @@ Loaded<Model> Model::make(const Requirement& requirement, const Vocabulary* voca
   if (requirement.re_arming) spec.violated = {"violated"};
   spec.span = requirement.span;
   spec.re_arming = requirement.re_arming;
-  spec.origin = std::make_shared<const Origin>(Origin{requirement, std::move(synthesis.situations),
-                                                      std::move(synthesis.data), std::move(synthesis.overwritten)});
+  spec.origin =
+      std::make_shared<const Origin>(Origin{requirement, std::move(synthesis.situations), std::move(synthesis.data),
+                                            std::move(synthesis.overwritten), synthesis.forgets});
   auto model = make(std::move(spec));
   made.diagnostics.insert(made.diagnostics.end(), model.diagnostics.begin(), model.diagnostics.end());
   made.value = std::move(model.value);

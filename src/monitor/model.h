@@ -7,15 +7,16 @@
 
 #include "sentree/monitor/monitor.h"
 #include "sentree/monitor/projection.h"
+#include "sentree/monitor/reader.h"
 
 namespace sentree::monitor {
 
 /// The inside of `Model`; for this library's own files.
 struct Model::Parts {
   Spec spec;
-  std::vector<Verdict> decides;  ///< By state: what its entry decides.
-  std::vector<bool> pending;     ///< By state: something is owed while it is active.
-  bool has_data = false;
+  std::vector<Verdict> decides;    ///< By state: what its entry decides.
+  std::vector<bool> pending;       ///< By state: something is owed while it is active.
+  bool forgets = false;            ///< No datum outlives an observation.
   bool forgoes_witnesses = false;  ///< See `without_witnesses`.
   bool listens_to_all = false;
   std::vector<std::string> descriptors;  ///< Event descriptors of the chart's transitions.
@@ -30,7 +31,16 @@ struct Model::Parts {
   // Data, by slot, that every observation overwrites before anything reads them: of the chart, and of `renaming`.
   std::vector<bool> overwritten;
   std::vector<bool> renamed;
+  /// Steps that need little, and what they read.
+  struct Plain {
+    scxml::PlainPlan plan;
+    Reader reader;
+  };
+  std::map<std::string, Plain, std::less<>> plain;  ///< By observation, of those that the chart names in full.
 };
+
+/// Members that a plain step may read when it stands alone.
+inline constexpr std::size_t kPlainMembersMax = 16;
 
 struct Access {
   static const Model::Parts& parts(const Model& model) { return *model.parts_; }
@@ -48,13 +58,43 @@ struct Tracing {
   Observation during = {};  ///< Null: no observation.
 };
 
-// As the public ones, with a trail, and with the event made already (null: not yet). They know no decided monitor.
+/// What several monitors need of one observation, made when the first of them needs it.
+class Shared {
+ public:
+  /// @param projection  What any of them looks at. Both are borrowed.
+  Shared(const Message& message, const Projection& projection) : message_(message), projection_(projection) {}
+  [[nodiscard]] const scxml::Event& event() {
+    if (!event_) {
+      event_.emplace().name = message_.name;
+      event_->data = projection_.data(message_);
+    }
+    return *event_;
+  }
+
+ private:
+  const Message& message_;
+  const Projection& projection_;
+  std::optional<scxml::Event> event_;
+};
+
+/// How a step may be taken as a plain one.
+struct PlainWay {
+  const scxml::PlainPlan* plan = nullptr;  ///< Null: it may not.
+  const scxml::PlainValue* members = nullptr;
+  bool taken = false;  ///< It was.
+  [[nodiscard]] bool kept_timers() const { return taken && plan->keeps_timers(); }
+};
+
+// As the public ones, with a trail, and with what is shared (null: nothing). They know no decided monitor.
 [[nodiscard]] Core begin(const Model& model, TimePoint now, const Tracing& tracing, scxml::ExecutionWatch* watch);
-Stepped step(const Model& model, Core& core, const Message& message, const scxml::Event* event, const Tracing& tracing,
-             scxml::ExecutionWatch* watch);
+Stepped step(const Model& model, Core& core, const Message& message, Shared* shared, PlainWay& plainly,
+             const Tracing& tracing, scxml::ExecutionWatch* watch);
+/// The same for whoever shares nothing.
+Stepped step_alone(const Model& model, Core& core, const Message& message, const Tracing& tracing,
+                   scxml::ExecutionWatch* watch);
 Stepped step_timers(const Model& model, Core& core, TimePoint until, const Tracing& tracing,
                     scxml::ExecutionWatch* watch);
-Decisions observe(const Model& model, State& state, const Observation& observation, const scxml::Event* event,
+Decisions observe(const Model& model, State& state, const Observation& observation, Shared* shared, PlainWay& plainly,
                   scxml::ExecutionWatch* watch);
 
 /// Gives `decision` its witness: the smallest part of the history (one-minimal) after which it comes again.

@@ -1,6 +1,7 @@
 #include "sentree/monitor/monitor.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <variant>
 
@@ -23,6 +24,7 @@ class EntryWatch final : public scxml::Observer {
 
   void entered(const scxml::Chart& chart, std::string_view, scxml::StateIndex state) override {
     if (!(chart == parts_.spec.chart)) return;
+    entered_any = true;
     if (tracing_.trail != nullptr) tracing_.trail->entered_by[state] = tracing_.during;
     if (parts_.pending[state]) core_.since = now_;
     if (stepped.verdict != Verdict::kUndecided || parts_.decides[state] == Verdict::kUndecided) return;
@@ -42,6 +44,7 @@ class EntryWatch final : public scxml::Observer {
   }
 
   Stepped stepped;
+  bool entered_any = false;
 
  private:
   const Model::Parts& parts_;
@@ -212,15 +215,30 @@ Core begin(const Model& model, TimePoint now, const Tracing& tracing, scxml::Exe
   return core;
 }
 
-Stepped step(const Model& model, Core& core, const Message& message, const scxml::Event* event, const Tracing& tracing,
-             scxml::ExecutionWatch* watch) {
+Stepped step(const Model& model, Core& core, const Message& message, Shared* shared, PlainWay& plainly,
+             const Tracing& tracing, scxml::ExecutionWatch* watch) {
   const Model::Parts& parts = Access::parts(model);
+  if (plainly.plan != nullptr) {
+    EntryWatch entries(parts, core, tracing, message.time);
+    plainly.taken = plainly.plan->step(core.session, plainly.members, message.time, entries);
+    if (plainly.taken) return entries.entered_any ? entries.end() : Stepped();
+  }
   if (parts.renaming) return deliver_renamed(model, core, message, tracing, watch);
-  if (event != nullptr) return deliver(model, core, *event, message.time, tracing, watch);
-  scxml::Event own;
-  own.name = message.name;
-  own.data = parts.projection.data(message);
-  return deliver(model, core, own, message.time, tracing, watch);
+  Shared own(message, parts.projection);
+  return deliver(model, core, (shared != nullptr ? *shared : own).event(), message.time, tracing, watch);
+}
+
+Stepped step_alone(const Model& model, Core& core, const Message& message, const Tracing& tracing,
+                   scxml::ExecutionWatch* watch) {
+  const auto& plain = Access::parts(model).plain;
+  const auto known = plain.find(message.name);
+  PlainWay plainly;
+  std::array<scxml::PlainValue, kPlainMembersMax> members;
+  if (known != plain.end()) {
+    known->second.reader.read(message, members.data());
+    plainly = {&known->second.plan, members.data()};
+  }
+  return step(model, core, message, nullptr, plainly, tracing, watch);
 }
 
 Stepped step_timers(const Model& model, Core& core, TimePoint until, const Tracing& tracing,
@@ -235,7 +253,7 @@ Core begin(const Model& model, TimePoint now, scxml::ExecutionWatch* watch) { re
 
 Stepped step(const Model& model, Core& core, const Message& message, scxml::ExecutionWatch* watch) {
   if (is_over(model, core) || !model.listens_to(message.name)) return {};
-  return step(model, core, message, nullptr, {}, watch);
+  return step_alone(model, core, message, {}, watch);
 }
 
 Stepped step_timers(const Model& model, Core& core, TimePoint until, scxml::ExecutionWatch* watch) {
@@ -277,7 +295,7 @@ TimePoint next_timer(const Model& model, const Core& core) {
   return is_over(model, core) ? kNever : core.session.next_timer();
 }
 
-Decisions observe(const Model& model, State& state, const Observation& observation, const scxml::Event* event,
+Decisions observe(const Model& model, State& state, const Observation& observation, Shared* shared, PlainWay& plainly,
                   scxml::ExecutionWatch* watch) {
   // Stands for all that are not kept: which states were entered is known, not by what.
   static const Observation kSomething = std::make_shared<const Message>();
@@ -295,12 +313,14 @@ Decisions observe(const Model& model, State& state, const Observation& observati
   else
     state.trail.history_complete = false;
   const std::optional<TimePoint> since = state.since;
-  const Stepped stepped = step(model, state, message, event, {&state.trail, keeps ? observation : kSomething}, watch);
+  const Stepped stepped =
+      step(model, state, message, shared, plainly, {&state.trail, keeps ? observation : kSomething}, watch);
   if (stepped.verdict != Verdict::kUndecided)
     decisions.push_back(decide(model, state, stepped, since, message.time, &message, watch));
   const Model::Parts& parts = Access::parts(model);
-  // A chart without data that is back in its beginning has forgotten everything.
-  if (!parts.has_data && !parts.renaming && state.session.timers().empty() && !state.trail.history.empty() &&
+  // A chart that is back in its beginning, and keeps no data from one observation to the next, has forgotten
+  // everything.
+  if (parts.forgets && state.session.timers().empty() && !state.trail.history.empty() &&
       state.session.configuration() == state.trail.beginning) {
     state.trail.history.clear();
     state.trail.history_complete = true;
@@ -310,7 +330,8 @@ Decisions observe(const Model& model, State& state, const Observation& observati
 
 Decisions observe(const Model& model, State& state, const Message& message, scxml::ExecutionWatch* watch) {
   if (is_over(model, state) || !model.listens_to(message.name)) return {};
-  return observe(model, state, std::make_shared<const Message>(message), nullptr, watch);
+  PlainWay plainly;
+  return observe(model, state, std::make_shared<const Message>(message), nullptr, plainly, watch);
 }
 
 Decisions advance(const Model& model, State& state, TimePoint now, scxml::ExecutionWatch* watch) {
@@ -327,7 +348,7 @@ std::optional<std::string> veto(const Model& model, const Core& core, const Mess
   Core copy = core;
   Stepped stepped = step_timers(model, copy, message.time - Duration(1), {}, watch);
   if (stepped.verdict == Verdict::kUndecided && copy.session.running())
-    stepped = step(model, copy, message, nullptr, {}, watch);
+    stepped = step_alone(model, copy, message, {}, watch);
   if (stepped.verdict == Verdict::kViolated) return "it would enter \"" + stepped.state + "\"";
   if (copy.failure()) return "it cannot decide: " + copy.failure()->message;
   return std::nullopt;

@@ -45,6 +45,7 @@ struct Origin {
   std::vector<Situation> situations;
   std::vector<Datum> data;
   std::vector<std::string> overwritten;  ///< <data> that every observation sets anew before anything reads them.
+  bool forgets = false;                  ///< No datum outlives an observation.
 };
 
 /// What a monitor is made of.

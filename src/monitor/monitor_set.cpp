@@ -1,6 +1,7 @@
 #include "sentree/monitor/monitor_set.h"
 
 #include <algorithm>
+#include <cstring>
 #include <set>
 
 #include "sentree/monitor/model.h"
@@ -66,6 +67,16 @@ void Dispatch::add(Targets& targets, std::size_t monitor) const {
   targets.projection.add(Access::parts(models_[monitor]).projection);
 }
 
+void Dispatch::plan(Targets& targets, const std::string& observation) const {
+  scxml::PlainPaths paths;
+  for (const std::uint32_t monitor : targets.monitors) {
+    const Model::Parts& parts = Access::parts(models_[monitor]);
+    targets.plans.push_back(parts.renaming ? std::nullopt
+                                           : scxml::PlainPlan::make(parts.spec.chart, observation, paths));
+  }
+  targets.reader = Reader(paths);
+}
+
 Dispatch::Route Dispatch::make(const std::string& observation) const {
   Route route;
   route.sign = LeafTracker::sign(observation);
@@ -82,15 +93,37 @@ Dispatch::Route Dispatch::make(const std::string& observation) const {
       if (!only || std::find(only->begin(), only->end(), source) != only->end()) add(targets, i);
     }
   }
+  if (routes_.size() >= kPlannedRoutesMax) return route;
+  plan(route.any, observation);
+  for (auto& [source, targets] : route.by_source) plan(targets, observation);
   return route;
 }
 
-const Dispatch::Route& Dispatch::route(const std::string& observation) {
-  const auto known = routes_.find(observation);
-  if (known != routes_.end()) return known->second;
-  if (routes_.size() < kRoutesMax) return routes_.emplace(observation, make(observation)).first->second;
+Dispatch::Route& Dispatch::look_up(const std::string& observation, Known*& found) {
+  auto known = routes_.find(observation);
+  if (known == routes_.end() && routes_.size() < kRoutesMax)
+    known = routes_.emplace(observation, make(observation)).first;
+  if (known != routes_.end()) {
+    found = &*known;
+    return known->second;
+  }
   passing_ = make(observation);
   return passing_;
+}
+
+Dispatch::Route& Dispatch::route(const std::string& observation) {
+  // Names that come again and again differ at their ends and in their middle, and in how long they are.
+  const std::size_t size = observation.size();
+  std::uint64_t word = 0;
+  std::uint64_t end = 0;
+  if (size >= sizeof word) {
+    std::memcpy(&word, observation.data() + (size - sizeof word) / 2, sizeof word);
+    std::memcpy(&end, observation.data() + size - sizeof end, sizeof end);
+  }
+  constexpr std::uint64_t kMixing = 0x9E3779B97F4A7C15U;
+  Known*& lately = lately_[((word ^ (end << 1U) ^ size) * kMixing) >> 58U];
+  if (lately != nullptr && lately->first == observation) return lately->second;
+  return look_up(observation, lately);
 }
 
 namespace {
@@ -111,81 +144,81 @@ class Collector final : public MonitorSet::Listener {
 }  // namespace
 
 MonitorSet::MonitorSet(std::vector<Model> models)
-    : models_(std::move(models)), states_(models_.size()), dispatch_(models_) {}
+    : models_(std::move(models)), states_(models_.size()), dispatch_(models_), timers_(models_.size(), kNever) {}
 
 MonitorSet::MonitorSet(std::vector<Model> models, TimePoint begin) : MonitorSet(std::move(models)) {
   Collector nothing(*this, nullptr);
   start(begin, nothing);
 }
 
-TimePoint MonitorSet::timer_of(std::size_t monitor, Listener& listener) const {
-  return listener.is_given_up(monitor) ? kNever : monitor::next_timer(models_[monitor], states_[monitor]);
+void MonitorSet::note_timer(std::size_t monitor) {
+  set_timer(monitor, monitor::next_timer(models_[monitor], states_[monitor]));
 }
 
-void MonitorSet::find_wake(Listener& listener) {
-  wake_ = kNever;
-  for (std::size_t i = 0; i < models_.size(); ++i) wake_ = std::min(wake_, timer_of(i, listener));
+void MonitorSet::set_timer(std::size_t monitor, TimePoint due) {
+  TimePoint& timer = timers_[monitor];
+  if (timer == due) return;
+  if (timer != kNever) wakes_.erase({timer, monitor});
+  if (due != kNever) wakes_.insert({due, monitor});
+  timer = due;
 }
 
 void MonitorSet::start(TimePoint begin, Listener& listener) {
   for (; started_ < models_.size(); ++started_) {
-    if (!listener.is_given_up(started_))
+    if (!listener.is_given_up(started_)) {
       states_[started_] = monitor::start(models_[started_], begin, listener.watch(started_));
+      note_timer(started_);
+    }
     listener.stepped(started_, {});
   }
-  find_wake(listener);
 }
 
 void MonitorSet::recall(Memory memory, Listener& listener) {
   states_ = std::move(memory.states);
   leaves_ = std::move(memory.leaves);
   started_ = models_.size();
-  find_wake(listener);
+  for (std::size_t i = 0; i < models_.size(); ++i) {
+    if (!listener.is_given_up(i)) note_timer(i);
+  }
 }
 
 void MonitorSet::observe(const Observation& observation, Listener& listener) {
   const Message& message = *observation;
-  if (wake_ < message.time) advance(message.time - Duration(1), listener);
-  const Dispatch::Route& route = dispatch_.route(message.name);
+  if (next_timer() < message.time) advance(message.time - Duration(1), listener);
+  Dispatch::Route& route = dispatch_.route(message.name);
   leaves_.see(message, route.sign);
-  const Dispatch::Targets& targets = route.of(message.source);
+  Dispatch::Targets& targets = route.of(message.source);
   if (targets.monitors.empty()) return;
-  scxml::Event event;
-  event.name = message.name;
-  event.data = targets.projection.data(message);
-  bool lost_wake = false;
+  Shared shared(message, targets.projection);
+  const scxml::PlainValue* const members = targets.reader.read(message);
   for (; observed_ < targets.monitors.size(); ++observed_) {
     const std::uint32_t i = targets.monitors[observed_];
     if (listener.is_given_up(i)) {
-      lost_wake = true;
+      set_timer(i, kNever);
       listener.stepped(i, {});
       continue;
     }
-    const TimePoint before = monitor::next_timer(models_[i], states_[i]);
-    Decisions decisions = monitor::observe(models_[i], states_[i], observation, &event, listener.watch(i));
-    const TimePoint after = monitor::next_timer(models_[i], states_[i]);
-    lost_wake = lost_wake || (before == wake_ && after > before);
-    wake_ = std::min(wake_, after);
+    PlainWay plainly;
+    if (!targets.plans.empty() && targets.plans[observed_]) plainly = {&*targets.plans[observed_], members};
+    Decisions decisions = monitor::observe(models_[i], states_[i], observation, &shared, plainly, listener.watch(i));
+    if (!plainly.kept_timers()) note_timer(i);
     listener.stepped(i, std::move(decisions));
   }
   observed_ = 0;
-  if (lost_wake) find_wake(listener);
 }
 
 void MonitorSet::advance(TimePoint now, Listener& listener) {
   // In order of time, not of monitors.
-  while (wake_ <= now) {
-    const TimePoint due = wake_;
-    for (; advanced_ < models_.size(); ++advanced_) {
-      if (listener.is_given_up(advanced_)) {
-        listener.stepped(advanced_, {});
-      } else if (monitor::next_timer(models_[advanced_], states_[advanced_]) <= due) {
-        listener.stepped(advanced_,
-                         monitor::advance(models_[advanced_], states_[advanced_], due, listener.watch(advanced_)));
-      }
+  while (next_timer() <= now) {
+    const auto [due, i] = *wakes_.begin();
+    if (listener.is_given_up(i)) {
+      set_timer(i, kNever);
+      listener.stepped(i, {});
+      continue;
     }
-    advanced_ = 0;
-    find_wake(listener);
+    Decisions decisions = monitor::advance(models_[i], states_[i], due, listener.watch(i));
+    note_timer(i);
+    listener.stepped(i, std::move(decisions));
   }
 }
 

@@ -1,20 +1,27 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "sentree/monitor/monitor.h"
 #include "sentree/monitor/projection.h"
+#include "sentree/monitor/reader.h"
 
 namespace sentree::monitor {
 
 /// Names of observations that are remembered with who listens to them; beyond it each is looked up anew.
 inline constexpr std::size_t kRoutesMax = 65'536;
+/// Of these, those whose plain steps are planned.
+inline constexpr std::size_t kPlannedRoutesMax = 4'096;
 
 /// Which leaf is at work, told from the ticks that are observed.
 class LeafTracker {
@@ -48,6 +55,9 @@ class Dispatch {
   struct Targets {
     std::vector<std::uint32_t> monitors;  ///< Indices.
     Projection projection;                ///< What any of them looks at.
+    /// Of each, how it steps plainly. What these plans read is read once for all.
+    std::vector<std::optional<scxml::PlainPlan>> plans;
+    Reader reader;
   };
   struct Route {
     Targets any;  ///< Those that listen to whoever it is about.
@@ -55,7 +65,7 @@ class Dispatch {
     std::unordered_map<std::string, Targets> by_source;
     LeafTracker::Sign sign = LeafTracker::Sign::kNone;
 
-    [[nodiscard]] const Targets& of(const std::string& source) const {
+    [[nodiscard]] Targets& of(const std::string& source) {
       if (by_source.empty()) return any;
       const auto found = by_source.find(source);
       return found != by_source.end() ? found->second : any;
@@ -64,17 +74,21 @@ class Dispatch {
 
   explicit Dispatch(std::span<const Model> models) : models_(models.begin(), models.end()) {}
   /// Valid until the next call. Cost: one look-up, after the first time.
-  [[nodiscard]] const Route& route(const std::string& observation);
+  [[nodiscard]] Route& route(const std::string& observation);
   /// How many names it knows by heart, at most kRoutesMax.
   [[nodiscard]] std::size_t remembered() const { return routes_.size(); }
 
  private:
+  using Known = std::unordered_map<std::string, Route>::value_type;
+  [[nodiscard]] Route& look_up(const std::string& observation, Known*& found);
   [[nodiscard]] Route make(const std::string& observation) const;
   void add(Targets& targets, std::size_t monitor) const;
+  void plan(Targets& targets, const std::string& observation) const;
 
   std::vector<Model> models_;
   std::unordered_map<std::string, Route> routes_;
   Route passing_;
+  std::array<Known*, 64> lately_{};  // of routes_, by a few characters of the name
 };
 
 /// Several monitors fed with one stream of observations: a recording, or a run.
@@ -120,7 +134,7 @@ class MonitorSet {
   void advance(TimePoint now, std::vector<Decided>& out);
 
   /// When silence next matters to one of them; kNever: never.
-  [[nodiscard]] TimePoint next_timer() const { return wake_; }
+  [[nodiscard]] TimePoint next_timer() const { return wakes_.empty() ? kNever : wakes_.begin()->first; }
   /// Those to which an observation of that name and source goes. Valid until the next observation.
   [[nodiscard]] std::span<const std::uint32_t> listeners(const std::string& observation, const std::string& source);
   /// Whether an observation of that name goes to any of them.
@@ -142,18 +156,19 @@ class MonitorSet {
   [[nodiscard]] const State& state(std::size_t monitor) const { return states_[monitor]; }
 
  private:
-  [[nodiscard]] TimePoint timer_of(std::size_t monitor, Listener& listener) const;
-  void find_wake(Listener& listener);
+  /// Its timers may have changed.
+  void note_timer(std::size_t monitor);
+  void set_timer(std::size_t monitor, TimePoint due);
 
   std::vector<Model> models_;
   std::vector<State> states_;
   Dispatch dispatch_;
   LeafTracker leaves_;
-  TimePoint wake_ = kNever;
+  std::vector<TimePoint> timers_;                      // when silence next matters to each
+  std::set<std::pair<TimePoint, std::size_t>> wakes_;  // the same of those to which it does
   // How far the call that hung has come.
   std::size_t started_ = 0;
   std::size_t observed_ = 0;
-  std::size_t advanced_ = 0;
 };
 
 /// What a set of these models remembers, as data: also what explains, each observation once.

@@ -69,10 +69,22 @@ class Synthesizer {
     for (const Script::Before& b : script_.before()) {
       if (!is_remembered(b.name)) result.overwritten.push_back(b.name);
     }
+    result.forgets = forgets();
     return result;
   }
 
  private:
+  // Nothing is counted or remembered, and all values come with one and the same observation.
+  [[nodiscard]] bool forgets() {
+    if (in_ticks() || in_events() || !data_.empty() || !scope_update_.text.empty() || !script_.before().empty())
+      return false;
+    const std::vector<Source> sources = sources_of(r_);
+    const auto is_first = [&](const Source& source) {
+      return source.observation == sources.front().observation &&
+             script_.filter(source).text == script_.filter(sources.front()).text;
+    };
+    return !sources.empty() && std::all_of(sources.begin(), sources.end(), is_first);
+  }
   [[nodiscard]] bool in_ticks() const { return r_.bound && r_.bound->unit == Bound::Unit::kTicks; }
   [[nodiscard]] bool in_events() const { return r_.bound && r_.bound->unit == Bound::Unit::kEvents; }
   [[nodiscard]] bool in_time() const { return r_.bound && r_.bound->unit == Bound::Unit::kTime; }

@@ -36,6 +36,8 @@ struct Synthesis {
   std::vector<Datum> data;
   /// The chart's <data> that every observation sets anew before anything reads them.
   std::vector<std::string> overwritten;
+  /// All its data are set anew by every observation, before anything reads them: none outlives an observation.
+  bool forgets = false;
 };
 
 /// Writes the chart that watches `requirement`.

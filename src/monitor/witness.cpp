@@ -1,7 +1,7 @@
 // Which observations a verdict needs, and which may be forgotten.
 #include <algorithm>
 #include <set>
-#include <unordered_map>
+#include <unordered_set>
 
 #include "sentree/monitor/model.h"
 
@@ -30,7 +30,7 @@ bool decides_alike(const Model& model, TimePoint started, const Selection& messa
     }
     if (!replay.session.running()) return false;
     const std::optional<TimePoint> since = replay.since;
-    const Stepped stepped = step(model, replay, *messages[i], nullptr, {}, watch);
+    const Stepped stepped = step_alone(model, replay, *messages[i], {}, watch);
     const bool last = i + 1 == messages.size() && decision.deciding;
     if (last) return is_same(stepped, since) && messages[i]->sequence == decision.deciding->sequence;
     if (stepped.verdict != Verdict::kUndecided && !is_earlier(stepped)) return false;
@@ -55,6 +55,12 @@ bool is_equivalent(const Model& model, const Core& a, const Core& b, TimePoint n
 }
 
 // Observations of one key say the same thing again and again; the last of them counts.
+bool has_same_key(const Message& a, const Message& b) {
+  if (a.name != b.name || a.source != b.source) return false;
+  const Value* args = a.data.find("args");
+  const Value* other = b.data.find("args");
+  return args == nullptr || other == nullptr ? args == other : *args == *other;
+}
 std::uint64_t key_of(const Message& message) {
   const Value* args = message.data.find("args");
   return hash_combine(hash_combine(hash_bytes(message.name), hash_bytes(message.source)),
@@ -63,9 +69,27 @@ std::uint64_t key_of(const Message& message) {
 
 // The last observation of each key among the first `count`.
 void keep_last(const std::vector<Observation>& history, std::size_t count, std::set<std::size_t>& kept) {
-  std::unordered_map<std::uint64_t, std::size_t> last;
-  for (std::size_t i = 0; i < count; ++i) last[key_of(*history[i])] = i;
-  for (const auto& [key, index] : last) kept.insert(index);
+  // A few keys are found by comparing, those that came lately first: that costs a fraction of a key's hash.
+  constexpr std::size_t kComparedMax = 16;
+  std::vector<std::size_t> found;
+  std::size_t i = count;
+  while (i > 0 && found.size() < kComparedMax) {
+    --i;
+    const auto same = std::find_if(found.begin(), found.end(),
+                                   [&](std::size_t later) { return has_same_key(*history[later], *history[i]); });
+    if (same == found.end())
+      found.push_back(i);
+    else
+      std::swap(*same, found.front());
+  }
+  std::unordered_set<std::uint64_t> keys;
+  for (const std::size_t later : found) {
+    kept.insert(later);
+    if (i > 0) keys.insert(key_of(*history[later]));
+  }
+  while (i-- > 0) {
+    if (keys.insert(key_of(*history[i])).second) kept.insert(i);
+  }
 }
 
 // Leaves out what can be left out. False: there was more to try than kWitnessReplayedMax allows.
@@ -128,7 +152,7 @@ void reduce_history(const Model& model, State& state, scxml::ExecutionWatch* wat
       if (timed.verdict == Verdict::kUndecided) break;
       if (!model.re_arming()) same = false;
     }
-    const Stepped stepped = step(model, replay, *observation, nullptr, {}, watch);
+    const Stepped stepped = step_alone(model, replay, *observation, {}, watch);
     if (stepped.verdict != Verdict::kUndecided && !model.re_arming()) same = false;
     if (!same) break;
   }

@@ -258,6 +258,7 @@ class Session {
   friend struct SessionMembers;
   friend struct SessionSnapshot;
   friend class SessionEncoder;
+  friend class PlainStep;
   friend void reset_session(const Chart& chart, Session& session, std::string id, std::uint64_t seed);
 
   using HistoryValues = std::vector<std::pair<StateIndex, std::vector<StateIndex>>>;
