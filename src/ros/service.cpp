@@ -226,7 +226,7 @@ Result<std::unique_ptr<ServiceServer>> ServiceServer::open(const std::shared_ptr
   shared->writer = std::move(*writer);
   std::unique_ptr<ServiceServer> out(new ServiceServer(shared));
 
-  const auto serve = [shared, handle](dds::Sample sample) {
+  const auto serve = [shared, handle = std::move(handle)](dds::Sample sample) {
     if (sample.octets.size() < kEncapsulation) return;
     if (dds::is_cyclone(sample.id.writer)) {
       if (sample.octets.size() < kEncapsulation + kIdentity) return;
@@ -257,16 +257,17 @@ Result<std::unique_ptr<ServiceServer>> ServiceServer::open(const std::shared_ptr
     handle(std::move(sample.octets),
            [shared, to](const std::vector<std::uint8_t>& reply) { shared->write(reply, &to); });
   };
+  auto on_change = [problem](const std::string& what) {
+    if (!what.empty() && problem) problem(what);
+  };
   auto reader = node->read(
       request_channel(service, data),
-      [serve, &worker, problem, name = service.name](dds::Sample sample) {
+      [serve, &worker, problem = std::move(problem), name = service.name](dds::Sample sample) {
         auto kept = std::make_shared<dds::Sample>(std::move(sample));
         if (!worker.post([serve, kept] { serve(std::move(*kept)); }) && problem)
           problem(name + " gets more requests than it answers: the oldest is dropped");
       },
-      [problem](const std::string& what) {
-        if (!what.empty() && problem) problem(what);
-      });
+      std::move(on_change));
   if (!reader) return tl::unexpected(std::move(reader.error()));
   out->reader_ = std::move(*reader);
   return out;
