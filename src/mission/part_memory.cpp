@@ -266,7 +266,7 @@ Result<void> PartMemory::inject(Run& run, const project::Intervention& what, Out
   script_.clear();
   replayed_ = 0;
   Stands stands = *tables_->standing[run.standing];
-  const auto done = mission::inject(tables_->parts, stands.faults, stands.down, is_dead, what, *this);
+  auto done = mission::inject(tables_->parts, stands.faults, stands.down, is_dead, what, *this);
   node_ = kNone;
   if (done) {
     run.standing = tables_->nodes[node].result = intern_standing(std::move(stands));
