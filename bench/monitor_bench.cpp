@@ -31,8 +31,7 @@ struct Pair {
 #define GOING "navigation.gotoTargetByLocationName.request"
 #define LEVEL "_event.data.result.percentage * 100"
 #define PLACE "_event.data.args.name"
-#define ON(event, condition, target) \
-  "<transition event='" event "' cond=\"" condition "\" target='" target "'/>"
+#define ON(event, condition, target) "<transition event='" event "' cond=\"" condition "\" target='" target "'/>"
 #define KEEP(event, datum, value) \
   "<transition event='" event "'><assign location='" datum "' expr='" value "'/></transition>"
 
@@ -43,52 +42,66 @@ constexpr Pair kPairs[] = {
      "<datamodel><data id='level'/><data id='place'/><data id='ticks' expr='0'/></datamodel>"
      "<state id='calm'>"
      "<transition event='" READING "' cond=\"" LEVEL " &lt; 30 &amp;&amp; place === 'kitchen'\" target='owes'>"
-     "<assign location='level' expr='" LEVEL "'/></transition>"
-     KEEP(READING, "level", LEVEL)
-     "<transition event='" GOING "' cond=\"" PLACE " === 'kitchen' &amp;&amp; level &lt; 30\" target='owes'>"
-     "<assign location='place' expr='" PLACE "'/></transition>"
-     KEEP(GOING, "place", PLACE)
-     "</state><state id='owes'><onexit><assign location='ticks' expr='0'/></onexit>"
-     "<transition event='" GOING "' cond=\"" PLACE " === 'station'\" target='calm'>"
-     "<assign location='place' expr='" PLACE "'/></transition>"
-     KEEP(GOING, "place", PLACE) KEEP(READING, "level", LEVEL)
-     ON("mission.tick", "ticks >= 10", "violated") KEEP("mission.tick", "ticks", "ticks + 1")
-     "</state>"},
+     "<assign location='level' expr='" LEVEL "'/></transition>" KEEP(
+         READING, "level",
+         LEVEL) "<transition event='" GOING "' cond=\"" PLACE " === 'kitchen' &amp;&amp; level &lt; 30\" target='owes'>"
+                "<assign location='place' expr='" PLACE "'/></transition>" KEEP(
+                    GOING, "place",
+                    PLACE) "</state><state id='owes'><onexit><assign location='ticks' expr='0'/></onexit>"
+                           "<transition event='" GOING "' cond=\"" PLACE " === 'station'\" target='calm'>"
+                           "<assign location='place' expr='" PLACE "'/></transition>" KEEP(GOING, "place", PLACE)
+                               KEEP(READING, "level", LEVEL) ON("mission.tick", "ticks >= 10", "violated")
+                                   KEEP("mission.tick", "ticks", "ticks + 1") "</state>"},
     {"respond_in_time", "whenever level < 30, level >= 30 within 10 s",
-     "<state id='calm'>" ON(READING, LEVEL " &lt; 30", "owes") "</state>"
-     "<state id='owes'><onentry><send event='late' id='late' delay='10s'/></onentry><onexit><cancel sendid='late'/>"
-     "</onexit>" ON(READING, LEVEL " >= 30", "calm") "<transition event='late' target='violated'/></state>"},
+     "<state id='calm'>" ON(READING, LEVEL " &lt; 30",
+                            "owes") "</state>"
+                                    "<state id='owes'><onentry><send event='late' id='late' "
+                                    "delay='10s'/></onentry><onexit><cancel sendid='late'/>"
+                                    "</onexit>" ON(READING, LEVEL " >= 30",
+                                                   "calm") "<transition event='late' target='violated'/></state>"},
     {"keep_until", "whenever destination = kitchen, keep level >= 20 until destination = station",
      "<datamodel><data id='low' expr='false'/></datamodel>"
      "<state id='calm'>" ON(GOING, PLACE " === 'kitchen' &amp;&amp; low", "violated")
-     ON(GOING, PLACE " === 'kitchen'", "keeps") KEEP(READING, "low", LEVEL " &lt; 20") "</state>"
-     "<state id='keeps'>" ON(GOING, PLACE " === 'station'", "calm") ON(READING, LEVEL " &lt; 20", "violated")
-     "</state>"},
+         ON(GOING, PLACE " === 'kitchen'", "keeps")
+             KEEP(READING, "low", LEVEL " &lt; 20") "</state>"
+                                                    "<state id='keeps'>" ON(GOING, PLACE " === 'station'", "calm")
+                                                        ON(READING, LEVEL " &lt; 20", "violated") "</state>"},
     {"not_for", "whenever destination = kitchen, not (level < 20) for 50 ms",
      "<datamodel><data id='low' expr='false'/></datamodel>"
-     "<state id='calm'>" ON(GOING, PLACE " === 'kitchen'", "quiet") KEEP(READING, "low", LEVEL " &lt; 20") "</state>"
-     "<state id='quiet'><onentry><send event='over' id='over' delay='50ms'/></onentry><onexit><cancel sendid='over'/>"
-     "</onexit>" ON(READING, LEVEL " &lt; 20", "violated") ON(GOING, PLACE " === 'kitchen'", "quiet")
-     "<transition event='over' target='calm'/></state>"},
+     "<state id='calm'>" ON(GOING, PLACE " === 'kitchen'", "quiet")
+         KEEP(READING, "low", LEVEL " &lt; 20") "</state>"
+                                                "<state id='quiet'><onentry><send event='over' id='over' "
+                                                "delay='50ms'/></onentry><onexit><cancel sendid='over'/>"
+                                                "</onexit>" ON(READING, LEVEL " &lt; 20", "violated")
+                                                    ON(GOING, PLACE " === 'kitchen'",
+                                                       "quiet") "<transition event='over' target='calm'/></state>"},
     {"in_a_scope", "after destination = kitchen until destination = station, always level >= 20",
      "<datamodel><data id='low' expr='false'/></datamodel>"
      "<state id='outside'>" ON(GOING, PLACE " === 'kitchen' &amp;&amp; low", "violated")
-     ON(GOING, PLACE " === 'kitchen'", "inside") KEEP(READING, "low", LEVEL " &lt; 20") "</state>"
-     "<state id='inside'>" ON(GOING, PLACE " === 'station'", "outside") ON(READING, LEVEL " &lt; 20", "violated")
-     "</state>"},
+         ON(GOING, PLACE " === 'kitchen'", "inside")
+             KEEP(READING, "low", LEVEL " &lt; 20") "</state>"
+                                                    "<state id='inside'>" ON(GOING, PLACE " === 'station'", "outside")
+                                                        ON(READING, LEVEL " &lt; 20", "violated") "</state>"},
     {"changed", "whenever rises(level < 25), level >= 25 within 20 ticks",
      "<datamodel><data id='ticks' expr='0'/></datamodel>"
-     "<state id='new'>" ON(READING, LEVEL " >= 25", "above") "</state>"
-     "<state id='above'>" ON(READING, LEVEL " &lt; 25", "owes") "</state>"
-     "<state id='owes'><onexit><assign location='ticks' expr='0'/></onexit>" ON(READING, LEVEL " >= 25", "above")
-     ON("mission.tick", "ticks >= 20", "violated") KEEP("mission.tick", "ticks", "ticks + 1") "</state>"},
+     "<state id='new'>" ON(
+         READING, LEVEL " >= 25",
+         "above") "</state>"
+                  "<state id='above'>" ON(
+                      READING, LEVEL " &lt; 25",
+                      "owes") "</state>"
+                              "<state id='owes'><onexit><assign location='ticks' expr='0'/></onexit>" ON(
+                                  READING, LEVEL " >= 25", "above") ON("mission.tick", "ticks >= 20", "violated")
+                                  KEEP("mission.tick", "ticks", "ticks + 1") "</state>"},
     {"at_most", "destination = kitchen at most 6 times per 1 s",
      "<datamodel><data id='count' expr='0'/></datamodel>"
-     "<state id='away'>" ON(GOING, PLACE " === 'kitchen' &amp;&amp; count >= 6", "violated")
-     "<transition event='" GOING "' cond=\"" PLACE " === 'kitchen'\" target='there'>"
-     "<assign location='count' expr='count + 1'/><send event='forget' delay='1s'/></transition>"
-     KEEP("forget", "count", "count - 1") "</state>"
-     "<state id='there'>" ON(GOING, PLACE " !== 'kitchen'", "away") KEEP("forget", "count", "count - 1") "</state>"},
+     "<state id='away'>" ON(
+         GOING, PLACE " === 'kitchen' &amp;&amp; count >= 6",
+         "violated") "<transition event='" GOING "' cond=\"" PLACE " === 'kitchen'\" target='there'>"
+                     "<assign location='count' expr='count + 1'/><send event='forget' delay='1s'/></transition>" KEEP(
+                         "forget", "count", "count - 1") "</state>"
+                                                         "<state id='there'>" ON(GOING, PLACE " !== 'kitchen'", "away")
+                                                             KEEP("forget", "count", "count - 1") "</state>"},
     {"at_least_every", "event(request(navigation.gotoTargetByLocationName)) at least every 5 s",
      "<state id='owes'><onentry><send event='late' id='late' delay='5s'/></onentry><onexit><cancel sendid='late'/>"
      "</onexit><transition event='" GOING "' target='owes'/><transition event='late' target='violated'/></state>"},
@@ -164,10 +177,9 @@ monitor::Model model(const std::string& body, const std::string& name = "R") {
 }
 
 monitor::Model drawn(const char* inside) {
-  auto chart = scxml::load(
-      "<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0' datamodel='ecmascript'>" + std::string(inside) +
-          "<final id='violated'/></scxml>",
-      "drawn.scxml");
+  auto chart = scxml::load("<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0' datamodel='ecmascript'>" +
+                               std::string(inside) + "<final id='violated'/></scxml>",
+                           "drawn.scxml");
   if (!chart.ok()) {
     std::fprintf(stderr, "%s\n", to_string(chart.diagnostics.front()).c_str());
     std::exit(1);
@@ -191,8 +203,8 @@ std::vector<monitor::Model> many(std::size_t listening, std::size_t idle) {
     models.push_back(model("always level >= " + std::to_string(i % 20), "Listens" + std::to_string(i)));
   for (std::size_t i = 0; i < idle; ++i) {
     const std::string n = std::to_string(i);
-    models.push_back(model("whenever event(other" + n + ".method.request), event(other" + n + ".method.reply) within 1 s",
-                           "Idle" + n));
+    models.push_back(model(
+        "whenever event(other" + n + ".method.request), event(other" + n + ".method.reply) within 1 s", "Idle" + n));
   }
   return models;
 }
