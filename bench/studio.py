@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 """What the studio costs, with nothing but a `sentree` program and Python.
 
-  bench/studio.py build/release/bin/sentree
+  bench/studio.py build/release/bin/sentree [RECORDING]
 
 Prints: time from the command to the first state in a page; processor time that the page adds to a run, with nobody
-looking and with one page; time to open a recording of an hour, and to show a moment of it.
+looking and with one page; of a recording of an hour, or of RECORDING alone: time until it is shown, until all of it has
+been read, and to show a moment of what has been read; memory.
 """
 import json
 import os
+import re
 import resource
 import socket
 import statistics
@@ -90,8 +92,51 @@ def processor_time(arguments, look=None):
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
+def memory(process):
+    """Most memory that it had so far [MB]."""
+    with open(f"/proc/{process.pid}/status", encoding="ascii") as status:
+        return int(re.search(r"VmHWM:\s+(\d+)", status.read())[1]) / 1e3
+
+
+def look_at_moments(page, end, when):
+    """Moments all over the recording, none twice."""
+    waits = []
+    for i in range(200):
+        begin = time.monotonic()
+        page.send({"op": "seek", "id": i + 1, "time": (i * 7919 % 200) * end // 200 + i})
+        page.until("answer")
+        waits.append(time.monotonic() - begin)
+    print(f"  a moment, {when}: {statistics.median(waits) * 1e3:.1f} ms (median), {max(waits) * 1e3:.1f} ms (most of 200)")
+
+
+def open_recording(program, recording):
+    port = free_port()
+    begin = time.monotonic()
+    process = subprocess.Popen([program, "studio", recording, "--at", str(port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    page = connect(port)
+    end = page.until("state")["end"]
+    print(f"a recording of {os.path.getsize(recording) / 1e6:.0f} MB: shown after {time.monotonic() - begin:.2f} s, {memory(process):.0f} MB, its first {end / 60e9:.0f} min")
+    look_at_moments(page, end, "while it is read")
+    # A page that comes is told how much has been read.
+    reason = "has been read"
+    while "has been read" in reason:
+        page.socket.close()
+        time.sleep(0.1)
+        page = connect(port)
+        state = page.until("state")
+        end, reason = state["end"], state["run"]["reason"]
+    print(f"  all {end / 60e9:.0f} min known after {time.monotonic() - begin:.2f} s, {memory(process):.0f} MB")
+    look_at_moments(page, end, "all known")
+    process.terminate()
+    process.wait()
+
+
 def main():
     program = sys.argv[1]
+    if len(sys.argv) > 2:
+        os.environ["SENTREE_RUNS"] = ""
+        open_recording(program, sys.argv[2])
+        return
     with tempfile.TemporaryDirectory() as folder:
         environment = os.environ | {"SENTREE_RUNS": ""}
         os.environ.update(environment)
@@ -133,21 +178,7 @@ def main():
         recording = os.path.join(folder, "hour.mcap")
         subprocess.run(run + ["--clock", "virtual", "--duration", "60 min", "--record", recording], stdout=subprocess.DEVNULL,
                        stderr=subprocess.DEVNULL, check=False)
-        port = free_port()
-        begin = time.monotonic()
-        process = subprocess.Popen([program, "studio", recording, "--at", str(port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        page = connect(port)
-        end = page.until("state")["end"]
-        print(f"a recording of {end / 60e9:.0f} min, {os.path.getsize(recording) / 1e6:.0f} MB: opens in {time.monotonic() - begin:.2f} s")
-        waits = []
-        for i in range(200):
-            begin = time.monotonic()
-            page.send({"op": "seek", "id": i + 1, "time": (i * 7919 % 200) * end // 200})
-            page.until("answer")
-            waits.append(time.monotonic() - begin)
-        print(f"a moment of it: {statistics.median(waits) * 1e3:.1f} ms (median), {max(waits) * 1e3:.1f} ms (most of 200)")
-        process.terminate()
-        process.wait()
+        open_recording(program, recording)
 
 
 main()
