@@ -55,40 +55,38 @@ bool is_equivalent(const Model& model, const Core& a, const Core& b, TimePoint n
 }
 
 // Observations of one key say the same thing again and again; the last of them counts.
-bool has_same_key(const Message& a, const Message& b) {
-  if (a.name != b.name || a.source != b.source) return false;
-  const Value* args = a.data.find("args");
-  const Value* other = b.data.find("args");
-  return args == nullptr || other == nullptr ? args == other : *args == *other;
-}
-std::uint64_t key_of(const Message& message) {
-  const Value* args = message.data.find("args");
-  return hash_combine(hash_combine(hash_bytes(message.name), hash_bytes(message.source)),
-                      args != nullptr ? args->hash() : 0);
-}
+struct ObservedKey {
+  const Message* message;
+  const Value* args;
+  friend bool operator==(const ObservedKey& a, const ObservedKey& b) {
+    if (a.message->name != b.message->name || a.message->source != b.message->source) return false;
+    return a.args == nullptr || b.args == nullptr ? a.args == b.args : *a.args == *b.args;
+  }
+};
+ObservedKey key_of(const Message& message) { return {&message, message.data.find("args")}; }
+struct ObservedKeyHash {
+  std::size_t operator()(const ObservedKey& key) const {
+    return hash_combine(hash_combine(hash_bytes(key.message->name), hash_bytes(key.message->source)),
+                        key.args != nullptr ? key.args->hash() : 0);
+  }
+};
 
 // The last observation of each key among the first `count`.
 void keep_last(const std::vector<Observation>& history, std::size_t count, std::set<std::size_t>& kept) {
   // A few keys are found by comparing, those that came lately first: that costs a fraction of a key's hash.
   constexpr std::size_t kComparedMax = 16;
-  std::vector<std::size_t> found;
-  std::size_t i = count;
-  while (i > 0 && found.size() < kComparedMax) {
-    --i;
-    const auto same = std::find_if(found.begin(), found.end(),
-                                   [&](std::size_t later) { return has_same_key(*history[later], *history[i]); });
-    if (same == found.end())
-      found.push_back(i);
-    else
-      std::swap(*same, found.front());
-  }
-  std::unordered_set<std::uint64_t> keys;
-  for (const std::size_t later : found) {
-    kept.insert(later);
-    if (i > 0) keys.insert(key_of(*history[later]));
-  }
-  while (i-- > 0) {
-    if (keys.insert(key_of(*history[i])).second) kept.insert(i);
+  std::vector<ObservedKey> few;
+  std::unordered_set<ObservedKey, ObservedKeyHash> many;
+  for (std::size_t i = count; i-- > 0;) {
+    const ObservedKey key = key_of(*history[i]);
+    const auto known = std::find(few.begin(), few.end(), key);
+    if (known != few.end()) {
+      std::swap(*known, few.front());
+      continue;
+    }
+    const bool is_new = few.size() < kComparedMax || many.insert(key).second;
+    if (few.size() < kComparedMax) few.push_back(key);
+    if (is_new) kept.insert(i);
   }
 }
 

@@ -437,7 +437,8 @@ class PlainStep {
     }
     raised_[0] = 0;
     waiting_ = 1;
-    const bool alone = std::popcount(active_[0]) + std::popcount(active_[1]) == 1;
+    const auto is_one = [](std::uint64_t word) { return word != 0 && (word & (word - 1)) == 0; };
+    const bool alone = active_[1] == 0 ? is_one(active_[0]) : active_[0] == 0 && is_one(active_[1]);
     state_ =
         static_cast<StateIndex>(active_[0] != 0 ? std::countr_zero(active_[0]) : 64 + std::countr_zero(active_[1]));
     for (std::size_t i = 0; i < waiting_; ++i) {
@@ -547,10 +548,22 @@ class PlainStep {
     return true;
   }
 
+  // Whether what is at `at` counts as true. Most conditions are comparisons of numbers, and what joins them.
   bool condition(std::uint32_t at, bool& holds) {
+    const PlainNode& node = plan_.nodes[at];
+    switch (node.op) {
+      case PlainOp::kAnd: return condition(node.a, holds) && (!holds || condition(node.b, holds));
+      case PlainOp::kOr: return condition(node.a, holds) && (holds || condition(node.b, holds));
+      case PlainOp::kNot:
+        if (!condition(node.a, holds)) return false;
+        holds = !holds;
+        return true;
+      default: break;
+    }
     PlainValue value;
-    if (!evaluate(at, value)) return false;
-    holds = value.kind == Kind::kBool ? value.boolean : value.truthy();
+    const PlainValue* seen = operand(at, value);
+    if (seen == nullptr) return false;
+    holds = seen->kind == Kind::kBool ? seen->boolean : seen->truthy();
     return true;
   }
 
@@ -589,42 +602,36 @@ class PlainStep {
         return true;
       }
       case PlainOp::kIn: out = PlainValue::of((configuration_[node.a / 64] >> (node.a % 64) & 1U) != 0); return true;
-      case PlainOp::kNot: {
-        const PlainValue* value = operand(node.a, out);
-        if (value == nullptr) return false;
-        out = PlainValue::of(!value->truthy());
-        return true;
-      }
-      case PlainOp::kNegate:
-      case PlainOp::kPlus: {
-        const PlainValue* value = operand(node.a, out);
-        double number = 0;
-        if (value == nullptr || !to_number(*value, number)) return false;
-        out = PlainValue::of(node.op == PlainOp::kNegate ? -number : number);
-        return true;
-      }
-      case PlainOp::kTypeof: {
-        const PlainValue* value = operand(node.a, out);
-        if (value == nullptr) return false;
-        out = PlainValue::of(type_name(value->kind));
-        return true;
-      }
       case PlainOp::kAnd: return evaluate(node.a, out) && (!out.truthy() || evaluate(node.b, out));
       case PlainOp::kOr: return evaluate(node.a, out) && (out.truthy() || evaluate(node.b, out));
-      case PlainOp::kConditional: {
-        const PlainValue* value = operand(node.a, out);
-        return value != nullptr && evaluate(value->truthy() ? node.b : node.c, out);
-      }
+      case PlainOp::kConditional: return evaluate(node.a, out) && evaluate(out.truthy() ? node.b : node.c, out);
       case PlainOp::kLeft: return false;
       default: break;
     }
     PlainValue left;
-    PlainValue right;
     const PlainValue* a = operand(node.a, left);
-    const PlainValue* b = a != nullptr ? operand(node.b, right) : nullptr;
+    if (a == nullptr) return false;
+    if (node.op <= PlainOp::kTypeof) return unary(node.op, *a, out);
+    PlainValue right;
+    const PlainValue* b = operand(node.b, right);
     if (b == nullptr) return false;
     if (a->kind != Kind::kNumber || b->kind != Kind::kNumber) return binary(node.op, *a, *b, out);
     return numbers(node.op, a->number, b->number, out);
+  }
+
+  static bool unary(PlainOp op, const PlainValue& value, PlainValue& out) {
+    if (op == PlainOp::kNot) {
+      out = PlainValue::of(!value.truthy());
+      return true;
+    }
+    if (op == PlainOp::kTypeof) {
+      out = PlainValue::of(type_name(value.kind));
+      return true;
+    }
+    double number = 0;
+    if (!to_number(value, number)) return false;
+    out = PlainValue::of(op == PlainOp::kNegate ? -number : number);
+    return true;
   }
 
   static std::string_view type_name(Kind kind) {
@@ -804,7 +811,8 @@ PlainValue plain_member(const Value* map, const std::vector<std::string>& member
   for (std::size_t i = 0; i < members.size(); ++i) {
     const Map* entries = value != nullptr ? value->as_map() : nullptr;
     if (entries == nullptr || (i > 0 && is_special(*value))) return PlainValue::of(Kind::kUnknown);
-    if (hint != nullptr && hint[i] < entries->size() && entries->begin()[hint[i]].first == members[i]) {
+    if (hint != nullptr && hint[i] < static_cast<std::size_t>(entries->end() - entries->begin()) &&
+        entries->begin()[hint[i]].first == members[i]) {
       value = &entries->begin()[hint[i]].second;
       continue;
     }
