@@ -18,10 +18,7 @@ namespace sentree::scxml {
 namespace plain {
 
 enum class PlainOp : std::uint8_t {
-  kConstant,
-  kVariable,  // a: slot
-  kPath,      // a: place among the event's members
-  kIn,        // a: state
+  kIn,  // a: state
   kNot,
   kNegate,
   kPlus,
@@ -42,18 +39,24 @@ enum class PlainOp : std::uint8_t {
   kStrictEqual,
   kStrictNotEqual,  // a, b
   kConditional,     // a ? b : c
-  kLeft,            // what only the interpreter can tell
 };
+
+// What an expression, or a part of one, is: a value that lies somewhere, or a node. Where: the two highest bits.
+using Operand = std::uint32_t;
+constexpr unsigned kPlaceBits = 30;
+constexpr Operand kPlaceMask = (1U << kPlaceBits) - 1;
+constexpr Operand kConstants = 0U << kPlaceBits;
+constexpr Operand kMembers = 1U << kPlaceBits;    // of the event
+constexpr Operand kVariables = 2U << kPlaceBits;  // by slot
+constexpr Operand kNodes = 3U << kPlaceBits;
+constexpr Operand kAlways = 0xFFFFFFFFU;
 
 struct PlainNode {
-  PlainOp op = PlainOp::kLeft;
-  std::uint32_t a = 0;
-  std::uint32_t b = 0;
-  std::uint32_t c = 0;
-  PlainValue constant = PlainValue::of(PlainValue::Kind::kUnknown);
+  PlainOp op = PlainOp::kIn;
+  Operand a = 0;
+  Operand b = 0;
+  Operand c = 0;
 };
-
-constexpr std::uint32_t kAlways = 0xFFFFFFFFU;
 
 struct PlainAction {
   enum class What : std::uint8_t {
@@ -76,7 +79,7 @@ struct Range {
 
 struct Candidate {
   TransitionIndex transition = 0;
-  std::uint32_t condition = kAlways;
+  Operand condition = kAlways;
   bool plain = false;
   Range actions;
   StateIndex domain = kNoState;  // kNoState: it leads nowhere
@@ -124,6 +127,8 @@ struct PlainPlan::Content {
   std::array<std::uint64_t, 2> restless{};  // atomic states in which eventless transitions may be enabled
   std::vector<plain::PlainEvent> events;    // the external one first, then those that are raised
   std::vector<plain::PlainNode> nodes;
+  std::vector<PlainValue> constants;
+  std::uint64_t read = 0;  // the slots that expressions read
   std::vector<plain::PlainAction> actions;
   std::vector<std::unique_ptr<std::string>> names;  // of events, as constants borrow them
   std::vector<StateIndex> paths;
@@ -314,16 +319,20 @@ class PlainCompiler {
     return true;
   }
 
-  std::uint32_t add(PlainNode node) {
+  Operand add(PlainNode node) {
     content_.nodes.push_back(node);
-    return static_cast<std::uint32_t>(content_.nodes.size() - 1);
+    return kNodes | static_cast<Operand>(content_.nodes.size() - 1);
   }
-  std::uint32_t constant(PlainValue value) { return add({.op = PlainOp::kConstant, .constant = value}); }
+  Operand constant(PlainValue value) {
+    content_.constants.push_back(value);
+    return kConstants | static_cast<Operand>(content_.constants.size() - 1);
+  }
+  // What only the interpreter can tell.
+  Operand left() { return constant(PlainValue::of(Kind::kUnknown)); }
 
-  std::uint32_t expression(ExpressionId id) {
+  Operand expression(ExpressionId id) {
     const NativeCode& code = model_.expressions[id].native;
-    if (code.empty()) return add({});
-    return translate(code, static_cast<std::uint32_t>(code.nodes.size() - 1));
+    return code.empty() ? left() : translate(code, static_cast<std::uint32_t>(code.nodes.size() - 1));
   }
 
   // The path below `_event.data`; nothing: it is something else.
@@ -337,7 +346,7 @@ class PlainCompiler {
     return before->empty() ? name : *before + "." + name;
   }
 
-  std::uint32_t translate(const NativeCode& code, std::uint32_t at) {
+  Operand translate(const NativeCode& code, std::uint32_t at) {
     const NativeCode::Node& node = code.nodes[at];
     switch (node.op) {
       case Native::kUndefined: return constant(PlainValue::of(Kind::kUndefined));
@@ -346,17 +355,17 @@ class PlainCompiler {
       case Native::kFalse: return constant(PlainValue::of(false));
       case Native::kNumber: return constant(PlainValue::of(node.number));
       case Native::kString: return constant(PlainValue::of(std::string_view(code.strings[node.a])));
-      case Native::kVariable: return add({.op = PlainOp::kVariable, .a = node.a});
+      case Native::kVariable: return variable(node.a);
       case Native::kIn: {
         const auto state = content_.chart.find(code.strings[node.a]);
         return state ? add({.op = PlainOp::kIn, .a = *state}) : constant(PlainValue::of(false));
       }
       case Native::kMember: {
         const auto path = event_ == 0 ? path_of(code, at) : std::nullopt;
-        return path ? add({.op = PlainOp::kPath, .a = paths_.add(*path)}) : add({});
+        return path ? (kMembers | paths_.add(*path)) : left();
       }
       case Native::kEventField:
-        if (static_cast<EventField>(node.a) != EventField::kName) return add({});
+        if (static_cast<EventField>(node.a) != EventField::kName) return left();
         return constant(PlainValue::of(event_name()));
       case Native::kNot: return unary(PlainOp::kNot, code, node);
       case Native::kNegate: return unary(PlainOp::kNegate, code, node);
@@ -378,13 +387,18 @@ class PlainCompiler {
       case Native::kAnd: return binary(PlainOp::kAnd, code, node);
       case Native::kOr: return binary(PlainOp::kOr, code, node);
       case Native::kConditional: {
-        const std::uint32_t a = translate(code, node.a);
-        const std::uint32_t b = translate(code, node.b);
-        const std::uint32_t c = translate(code, node.c);
+        const Operand a = translate(code, node.a);
+        const Operand b = translate(code, node.b);
+        const Operand c = translate(code, node.c);
         return add({.op = PlainOp::kConditional, .a = a, .b = b, .c = c});
       }
-      default: return add({});
+      default: return left();
     }
+  }
+
+  Operand variable(std::uint32_t slot) {
+    content_.read |= std::uint64_t{1} << slot;
+    return kVariables | slot;
   }
 
   // Of the external event the caller's text may go, so a descriptor's or the chart's has to be borrowed.
@@ -397,13 +411,13 @@ class PlainCompiler {
     return *kept.emplace_back(std::make_unique<std::string>(name));
   }
 
-  std::uint32_t unary(PlainOp op, const NativeCode& code, const NativeCode::Node& node) {
-    const std::uint32_t a = translate(code, node.a);
+  Operand unary(PlainOp op, const NativeCode& code, const NativeCode::Node& node) {
+    const Operand a = translate(code, node.a);
     return add({.op = op, .a = a});
   }
-  std::uint32_t binary(PlainOp op, const NativeCode& code, const NativeCode::Node& node) {
-    const std::uint32_t a = translate(code, node.a);
-    const std::uint32_t b = translate(code, node.b);
+  Operand binary(PlainOp op, const NativeCode& code, const NativeCode::Node& node) {
+    const Operand a = translate(code, node.a);
+    const Operand b = translate(code, node.b);
     return add({.op = op, .a = a, .b = b});
   }
 
@@ -422,7 +436,9 @@ class PlainCompiler {
 class PlainStep {
  public:
   PlainStep(const PlainPlan::Content& plan, Session& session, const PlainValue* members, TimePoint now)
-      : plan_(plan), session_(session), variables_(*session.variables_), members_(members), now_(now) {}
+      : plan_(plan), session_(session), variables_(*session.variables_), now_(now) {
+    places_ = {plan.constants.data(), members, set_.data()};
+  }
 
   bool run() {
     if (!session_.running() || session_.fingerprint_ != plan_.fingerprint || session_.heap_.pinned ||
@@ -434,6 +450,10 @@ class PlainStep {
       configuration_[i] = configuration.word(i);
       active_[i] = configuration_[i] & plan_.atomic[i];
       if ((active_[i] & plan_.restless[i]) != 0) return false;
+    }
+    for (std::uint64_t left = plan_.read; left != 0; left &= left - 1) {
+      const auto slot = static_cast<unsigned>(std::countr_zero(left));
+      set_[slot] = variable(slot);
     }
     raised_[0] = 0;
     waiting_ = 1;
@@ -520,7 +540,7 @@ class PlainStep {
       switch (action.what) {
         case PlainAction::What::kAssign: {
           PlainValue value;
-          if (!evaluate(action.b, value)) return false;
+          if (!value_of(action.b, value)) return false;
           // What is assigned may outlive what it is borrowed of; objects are shared.
           if (value.kind == Kind::kObject || (value.kind == Kind::kText && value.of_variable)) return false;
           set_[action.a] = value;
@@ -548,37 +568,35 @@ class PlainStep {
     return true;
   }
 
-  // Whether what is at `at` counts as true. Most conditions are comparisons of numbers, and what joins them.
-  bool condition(std::uint32_t at, bool& holds) {
-    const PlainNode& node = plan_.nodes[at];
-    switch (node.op) {
-      case PlainOp::kAnd: return condition(node.a, holds) && (!holds || condition(node.b, holds));
-      case PlainOp::kOr: return condition(node.a, holds) && (holds || condition(node.b, holds));
-      case PlainOp::kNot:
-        if (!condition(node.a, holds)) return false;
-        holds = !holds;
-        return true;
-      default: break;
-    }
+  // Whether it counts as true. Most conditions are comparisons of numbers, and what joins them.
+  bool condition(Operand which, bool& holds) {
     PlainValue value;
-    const PlainValue* seen = operand(at, value);
-    if (seen == nullptr) return false;
+    const PlainValue* seen = &value;
+    if (which >= kNodes) {
+      const PlainNode& node = plan_.nodes[which & kPlaceMask];
+      switch (node.op) {
+        case PlainOp::kAnd: return condition(node.a, holds) && (!holds || condition(node.b, holds));
+        case PlainOp::kOr: return condition(node.a, holds) && (holds || condition(node.b, holds));
+        case PlainOp::kNot:
+          if (!condition(node.a, holds)) return false;
+          holds = !holds;
+          return true;
+        default:
+          if (!evaluate(node, value)) return false;
+      }
+    } else {
+      seen = &places_[which >> kPlaceBits][which & kPlaceMask];
+      if (seen->kind == Kind::kUnknown) return false;
+    }
     holds = seen->kind == Kind::kBool ? seen->boolean : seen->truthy();
     return true;
   }
 
-  // The value of a node; null: only the interpreter can tell. Leaves are not copied.
-  [[gnu::always_inline]] const PlainValue* operand(std::uint32_t at, PlainValue& made) {
-    const PlainNode& node = plan_.nodes[at];
-    switch (node.op) {
-      case PlainOp::kConstant: return &node.constant;
-      case PlainOp::kPath: return members_[node.a].kind != Kind::kUnknown ? &members_[node.a] : nullptr;
-      case PlainOp::kVariable:
-        if ((is_set_ >> node.a & 1U) != 0) return &set_[node.a];
-        made = variable(node.a);
-        return made.kind != Kind::kUnknown ? &made : nullptr;
-      default: return evaluate(at, made) ? &made : nullptr;
-    }
+  // Its value; null: only the interpreter can tell. What lies somewhere is not copied.
+  [[gnu::always_inline]] const PlainValue* operand(Operand which, PlainValue& made) {
+    if (which >= kNodes) return evaluate(plan_.nodes[which & kPlaceMask], made) ? &made : nullptr;
+    const PlainValue* value = &places_[which >> kPlaceBits][which & kPlaceMask];
+    return value->kind != Kind::kUnknown ? value : nullptr;
   }
 
   [[nodiscard]] PlainValue variable(std::uint32_t slot) const {
@@ -590,30 +608,27 @@ class PlainStep {
     return seen;
   }
 
-  bool evaluate(std::uint32_t at, PlainValue& out) {
-    const PlainNode& node = plan_.nodes[at];
+  bool value_of(Operand which, PlainValue& out) {
+    const PlainValue* value = operand(which, out);
+    if (value == nullptr) return false;
+    if (value != &out) out = *value;
+    return true;
+  }
+
+  bool evaluate(const PlainNode& node, PlainValue& out) {
     switch (node.op) {
-      case PlainOp::kConstant:
-      case PlainOp::kPath:
-      case PlainOp::kVariable: {
-        const PlainValue* value = operand(at, out);
-        if (value == nullptr) return false;
-        if (value != &out) out = *value;
-        return true;
-      }
       case PlainOp::kIn: out = PlainValue::of((configuration_[node.a / 64] >> (node.a % 64) & 1U) != 0); return true;
-      case PlainOp::kAnd: return evaluate(node.a, out) && (!out.truthy() || evaluate(node.b, out));
-      case PlainOp::kOr: return evaluate(node.a, out) && (out.truthy() || evaluate(node.b, out));
-      case PlainOp::kConditional: return evaluate(node.a, out) && evaluate(out.truthy() ? node.b : node.c, out);
-      case PlainOp::kLeft: return false;
+      case PlainOp::kAnd: return value_of(node.a, out) && (!out.truthy() || value_of(node.b, out));
+      case PlainOp::kOr: return value_of(node.a, out) && (out.truthy() || value_of(node.b, out));
+      case PlainOp::kConditional: return value_of(node.a, out) && value_of(out.truthy() ? node.b : node.c, out);
       default: break;
     }
-    PlainValue left;
-    const PlainValue* a = operand(node.a, left);
+    PlainValue first;
+    const PlainValue* a = operand(node.a, first);
     if (a == nullptr) return false;
     if (node.op <= PlainOp::kTypeof) return unary(node.op, *a, out);
-    PlainValue right;
-    const PlainValue* b = operand(node.b, right);
+    PlainValue second;
+    const PlainValue* b = operand(node.b, second);
     if (b == nullptr) return false;
     if (a->kind != Kind::kNumber || b->kind != Kind::kNumber) return binary(node.op, *a, *b, out);
     return numbers(node.op, a->number, b->number, out);
@@ -751,7 +766,6 @@ class PlainStep {
   const PlainPlan::Content& plan_;
   Session& session_;
   const std::vector<std::optional<Value>>& variables_;
-  const PlainValue* members_;
   TimePoint now_;
   StateIndex state_ = 0;  // atomic and active, where there is only one
   std::array<std::uint64_t, 2> configuration_{};
@@ -762,6 +776,7 @@ class PlainStep {
   std::array<const PlainAction*, kTimingMax> timing_;  // what is done to timers
   std::array<std::uint32_t, kPlainEventsMax> raised_;
   std::size_t waiting_ = 0;
+  std::array<const PlainValue*, 3> places_;  // where operands lie
   std::uint64_t is_set_ = 0;
   std::array<PlainValue, kPlainVariablesMax> set_;
 };
