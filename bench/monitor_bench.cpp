@@ -66,7 +66,9 @@ constexpr Pair kPairs[] = {
              KEEP(READING, "low", LEVEL " &lt; 20") "</state>"
                                                     "<state id='keeps'>" ON(GOING, PLACE " === 'station'", "calm")
                                                         ON(READING, LEVEL " &lt; 20", "violated") "</state>"},
-    {"not_for", "whenever destination = kitchen, not (level < 20) for 50 ms",
+    {"not_for",
+     "whenever event(request(navigation.gotoTargetByLocationName where args.name = kitchen)), not (level < 20) for 50 "
+     "ms",
      "<datamodel><data id='low' expr='false'/></datamodel>"
      "<state id='calm'>" ON(GOING, PLACE " === 'kitchen'", "quiet")
          KEEP(READING, "low", LEVEL " &lt; 20") "</state>"
