@@ -45,7 +45,7 @@ void QuickMonitors::begin() {
     if (!watches_[i].core) watches_[i].state = monitors_[i].beginning;
     monitor::State seen = monitors_[i].beginning;
     ++seen.trail.seen;
-    watches_[i].tested = monitor::vacuity(monitors_[i].model, seen).empty();
+    watches_[i].tested = monitor::was_tested(monitors_[i].model, seen);
   }
 }
 
@@ -82,17 +82,12 @@ void QuickMonitors::observe(std::uint32_t number, const Message& message, bool v
   Route& route = number == kOnce ? once : routes_[number];
   if (!route.is_known) route = route_of(message);
   if (route.monitors.empty()) return;
-  std::optional<scxml::Event> event;
-  if (varies) {
-    event.emplace();
-    event->name = message.name;
-    event->data = route.projection.data(message);
-  }
-  for (const std::uint32_t i : route.monitors) observe(i, number, message, event ? &*event : nullptr);
+  Varying varying{message, route.projection, {}};
+  for (const std::uint32_t i : route.monitors) observe(i, number, message, varies ? &varying : nullptr);
 }
 
-// @param event  Of an observation that varies.
-void QuickMonitors::observe(std::uint32_t i, std::uint32_t number, const Message& message, const scxml::Event* event) {
+// @param varying  Of an observation that varies.
+void QuickMonitors::observe(std::uint32_t i, std::uint32_t number, const Message& message, Varying* varying) {
   Watch& watch = watches_[i];
   if (watch.verdict != monitor::Verdict::kUndecided) return;
   Of& of = monitors_[i];
@@ -105,9 +100,12 @@ void QuickMonitors::observe(std::uint32_t i, std::uint32_t number, const Message
   if (number == kOnce) return execute(i, message, nullptr, std::nullopt);
   auto& known = steps_[std::uint64_t{*watch.core} << 32U | number];
   std::optional<std::vector<scxml::TransitionIndex>> enabled;
-  if (event != nullptr) {
-    if (!of.reads.elsewhere())
-      enabled = scxml::enabled_by(of.model.chart(), kept_[*watch.core]->session, *event, message.time);
+  if (varying != nullptr) {
+    if (!of.reads.elsewhere()) {
+      const monitor::Core& core = *kept_[*watch.core];
+      enabled = monitor::enabled_plainly(of.model, core, message);
+      if (!enabled) enabled = scxml::enabled_by(of.model.chart(), core.session, varying->event(), message.time);
+    }
     if (!enabled || std::any_of(enabled->begin(), enabled->end(),
                                 [&](scxml::TransitionIndex t) { return of.reads.in_content(t); })) {
       const std::size_t before = kept_.size();
@@ -161,7 +159,7 @@ void QuickMonitors::step_as_it_is(Watch& watch, const monitor::Model& model, con
   } else {
     for (const monitor::Decision& decision : monitor::observe(model, watch.state, message))
       decide(watch, decision.verdict);
-    watch.tested = monitor::vacuity(model, watch.state).empty();
+    watch.tested = monitor::was_tested(model, watch.state);
   }
   if (watch.state.failure()) go_well_ = false;
 }

@@ -75,8 +75,19 @@ class QuickMonitors {
     monitor::Projection projection;
   };
 
+  // An observation that varies, and the event that it is when somebody needs it.
+  struct Varying {
+    const Message& message;
+    const monitor::Projection& projection;
+    std::optional<scxml::Event> made;
+    [[nodiscard]] const scxml::Event& event() {
+      if (!made) made = {.name = message.name, .data = projection.data(message)};
+      return *made;
+    }
+  };
+
   Route route_of(const Message& message) const;
-  void observe(std::uint32_t i, std::uint32_t number, const Message& message, const scxml::Event* event);
+  void observe(std::uint32_t i, std::uint32_t number, const Message& message, Varying* varying);
   void execute(std::uint32_t i, const Message& message, std::vector<Step>* known,
                std::optional<std::vector<scxml::TransitionIndex>> enabled);
   void step_as_it_is(Watch& watch, const monitor::Model& model, const Message& message);

@@ -53,6 +53,17 @@ class EntryWatch final : public scxml::Observer {
   TimePoint now_;
 };
 
+using PlainMembers = std::array<scxml::PlainValue, kPlainMembersMax>;
+
+// Of who reads an observation alone.
+PlainWay plain_way(const Model& model, const Message& message, PlainMembers& members) {
+  const auto& plain = Access::parts(model).plain;
+  const auto known = plain.find(message.name);
+  if (known == plain.end()) return {};
+  known->second.reader.read(message, members.data());
+  return {&known->second.plan, members.data()};
+}
+
 scxml::Host renaming_host(scxml::ExecutionWatch* watch) {
   scxml::Host host;
   host.watch = watch;
@@ -230,15 +241,16 @@ Stepped step(const Model& model, Core& core, const Message& message, Shared* sha
 
 Stepped step_alone(const Model& model, Core& core, const Message& message, const Tracing& tracing,
                    scxml::ExecutionWatch* watch) {
-  const auto& plain = Access::parts(model).plain;
-  const auto known = plain.find(message.name);
-  PlainWay plainly;
-  std::array<scxml::PlainValue, kPlainMembersMax> members;
-  if (known != plain.end()) {
-    known->second.reader.read(message, members.data());
-    plainly = {&known->second.plan, members.data()};
-  }
+  PlainMembers members;
+  PlainWay plainly = plain_way(model, message, members);
   return step(model, core, message, nullptr, plainly, tracing, watch);
+}
+
+std::optional<std::vector<scxml::TransitionIndex>> enabled_plainly(const Model& model, const Core& core,
+                                                                   const Message& message) {
+  PlainMembers members;
+  const PlainWay way = plain_way(model, message, members);
+  return way.plan != nullptr ? way.plan->enabled(core.session, way.members) : std::nullopt;
 }
 
 Stepped step_timers(const Model& model, Core& core, TimePoint until, const Tracing& tracing,
@@ -330,8 +342,12 @@ Decisions observe(const Model& model, State& state, const Observation& observati
 
 Decisions observe(const Model& model, State& state, const Message& message, scxml::ExecutionWatch* watch) {
   if (is_over(model, state) || !model.listens_to(message.name)) return {};
-  PlainWay plainly;
-  return observe(model, state, std::make_shared<const Message>(message), nullptr, plainly, watch);
+  PlainMembers members;
+  PlainWay plainly = plain_way(model, message, members);
+  // What is not kept need not be copied.
+  const Observation observation =
+      keeps_observations(model) ? std::make_shared<const Message>(message) : Observation(Observation(), &message);
+  return observe(model, state, observation, nullptr, plainly, watch);
 }
 
 Decisions advance(const Model& model, State& state, TimePoint now, scxml::ExecutionWatch* watch) {
@@ -444,30 +460,34 @@ Standing standing(const Model& model, const Core& state) {
   return standing;
 }
 
-std::string vacuity(const Model& model, const State& state) {
-  if (state.verdict != Verdict::kUndecided || state.trail.violations > 0) return {};
-  if (state.trail.seen == 0) return "never got any event it waits for";
+bool was_tested(const Model& model, const State& state) {
+  if (state.verdict != Verdict::kUndecided || state.trail.violations > 0) return true;
+  if (state.trail.seen == 0) return false;
   const Origin* origin = model.origin();
-  if (origin == nullptr) return {};
+  if (origin == nullptr) return true;
   const auto entered = [&](const Situation& situation) {
     const auto index = model.chart().find(situation.state);
     return index && (state.trail.entered_by[*index] || state.trail.beginning.contains(*index));
   };
   using Role = Situation::Role;
   const auto& situations = origin->situations;
-  const Requirement& requirement = origin->requirement;
-  switch (requirement.pattern) {
+  switch (origin->requirement.pattern) {
     case Pattern::kRespond:
     case Pattern::kKeepFor:
     case Pattern::kKeepUntil:
     case Pattern::kNotFor:
     case Pattern::kHoldsFor: break;
-    default: return {};
+    default: return true;
   }
-  const bool owed = std::any_of(situations.begin(), situations.end(), [&](const Situation& situation) {
+  return std::any_of(situations.begin(), situations.end(), [&](const Situation& situation) {
     return (situation.role == Role::kPending || situation.role == Role::kBreached) && entered(situation);
   });
-  if (owed) return {};
+}
+
+std::string vacuity(const Model& model, const State& state) {
+  if (was_tested(model, state)) return {};
+  if (state.trail.seen == 0) return "never got any event it waits for";
+  const Requirement& requirement = model.origin()->requirement;
   const bool may_be_at_once = requirement.pattern == Pattern::kRespond || requirement.pattern == Pattern::kKeepUntil;
   return "was never triggered: " + to_text(*requirement.p) + " never held" +
          (may_be_at_once ? ", or what it asks for held already" : "");

@@ -3,19 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <utility>
 
 namespace sentree::monitor {
 
 Reader::Reader(const scxml::PlainPaths& paths) {
   // In the order of `Place::What`.
   constexpr std::array<std::string_view, 5> kFacts{"source", "target", "call", "tick", "time"};
-  for (const std::string& path : paths.all()) {
+  for (std::vector<std::string>& members : paths.members()) {
     Place place;
-    for (std::size_t begin = 0; begin <= path.size();) {
-      const std::size_t dot = std::min(path.find('.', begin), path.size());
-      place.members.push_back(path.substr(begin, dot - begin));
-      begin = dot + 1;
-    }
+    place.members = std::move(members);
     // The facts of the message come before its data, as in `event_data`.
     const auto* fact = std::find(kFacts.begin(), kFacts.end(), place.members.front());
     place.what = static_cast<Place::What>(std::distance(kFacts.begin(), fact));

@@ -30,12 +30,53 @@ bool is_special(const Value& value) {
 /// end.
 class PlainStep {
  public:
-  PlainStep(const PlainPlan::Content& plan, Session& session, const PlainValue* members, TimePoint now)
-      : plan_(plan), session_(session), variables_(*session.variables_), now_(now) {
+  PlainStep(const PlainPlan::Content& plan, const Session& session, const PlainValue* members)
+      : plan_(plan), session_(session), variables_(*session.variables_) {
     places_ = {plan.constants.data(), members, set_.data()};
   }
 
-  bool run() {
+  // @param session  The one that is read.
+  bool run(Session& session, TimePoint now) {
+    if (!begin()) return false;
+    raised_[0] = 0;
+    waiting_ = 1;
+    for (std::size_t i = 0; i < waiting_; ++i) {
+      const PlainEvent& event = plan_.events[raised_[i]];
+      if (alone_ ? !take_alone(event) : !take(event)) return false;
+    }
+    if (is_set_ != 0) commit(session);
+    if (entered_count_ + timing_count_ != 0) commit_moves(session, now);
+    return true;
+  }
+
+  // What the external event enables, if that is told by conditions alone: of transitions that lead somewhere, one may
+  // keep another from being taken.
+  bool enabled(std::vector<TransitionIndex>& found) {
+    if (!begin()) return false;
+    const PlainEvent& event = plan_.events.front();
+    for (std::size_t i = 0; i < active_.size(); ++i) {
+      for (std::uint64_t word = active_[i]; word != 0; word &= word - 1) {
+        const auto [begin, end] = event.of_state[i * 64 + static_cast<unsigned>(std::countr_zero(word))];
+        for (std::uint32_t c = begin; c < end; ++c) {
+          const Candidate& candidate = event.candidates[c];
+          bool holds = true;
+          if (candidate.condition != kAlways && !condition(candidate.condition, holds)) return false;
+          if (!holds) continue;
+          if (!alone_ && !plan_.chart.model().transitions[candidate.transition].targets.empty()) return false;
+          if (std::find(found.begin(), found.end(), candidate.transition) == found.end())
+            found.push_back(candidate.transition);
+          break;
+        }
+      }
+    }
+    return true;
+  }
+
+  /// States that were entered, in their order.
+  [[nodiscard]] std::span<const StateIndex> entered() const { return {entered_.data(), entered_count_}; }
+
+ private:
+  bool begin() {
     if (!session_.running() || session_.fingerprint_ != plan_.fingerprint || session_.heap_.pinned ||
         session_.heap_.data_lost || session_.timers_->size() + kTimingMax > kPlainTimersMax ||
         ObserveGuards::present() != nullptr)
@@ -50,25 +91,13 @@ class PlainStep {
       const auto slot = static_cast<unsigned>(std::countr_zero(left));
       set_[slot] = variable(slot);
     }
-    raised_[0] = 0;
-    waiting_ = 1;
     const auto is_one = [](std::uint64_t word) { return word != 0 && (word & (word - 1)) == 0; };
-    const bool alone = active_[1] == 0 ? is_one(active_[0]) : active_[0] == 0 && is_one(active_[1]);
+    alone_ = active_[1] == 0 ? is_one(active_[0]) : active_[0] == 0 && is_one(active_[1]);
     state_ =
         static_cast<StateIndex>(active_[0] != 0 ? std::countr_zero(active_[0]) : 64 + std::countr_zero(active_[1]));
-    for (std::size_t i = 0; i < waiting_; ++i) {
-      const PlainEvent& event = plan_.events[raised_[i]];
-      if (alone ? !take_alone(event) : !take(event)) return false;
-    }
-    if (is_set_ != 0) commit();
-    if (entered_count_ + timing_count_ != 0) commit_moves();
     return true;
   }
 
-  /// States that were entered, in their order.
-  [[nodiscard]] std::span<const StateIndex> entered() const { return {entered_.data(), entered_count_}; }
-
- private:
   // Of one active atomic state there is one transition at most.
   bool take_alone(const PlainEvent& event) {
     const auto [begin, end] = event.of_state[state_];
@@ -320,13 +349,13 @@ class PlainStep {
     }
   }
 
-  void commit() {
+  void commit(Session& session) {
     std::vector<std::optional<Value>>* variables = nullptr;
     for (std::uint64_t left = is_set_; left != 0; left &= left - 1) {
       const auto slot = static_cast<unsigned>(std::countr_zero(left));
       const PlainValue& value = set_[slot];
       if (is_same(variables != nullptr ? (*variables)[slot] : variables_[slot], value)) continue;
-      if (variables == nullptr) variables = &session_.variables_.edit();
+      if (variables == nullptr) variables = &session.variables_.edit();
       std::optional<Value>& variable = (*variables)[slot];
       switch (value.kind) {
         case PlainKind::kUndefined: variable.reset(); break;
@@ -336,22 +365,21 @@ class PlainStep {
         default: variable = Value(value.text()); break;
       }
     }
-    if (variables != nullptr) session_.heap_.tag = 0;
+    if (variables != nullptr) session.heap_.tag = 0;
   }
 
-  void commit_moves() {
-    for (std::size_t i = 0; i < session_.configuration_.words(); ++i)
-      session_.configuration_.word(i) = configuration_[i];
+  void commit_moves(Session& session, TimePoint now) {
+    for (std::size_t i = 0; i < session.configuration_.words(); ++i) session.configuration_.word(i) = configuration_[i];
     for (std::size_t i = 0; i < timing_count_; ++i) {
       const PlainAction& action = *timing_[i];
       if (action.what == PlainAction::What::kCancel) {
-        if (!session_.timers_->empty()) session_.timers_.edit().cancel(plan_.ids[action.a]);
+        if (!session.timers_->empty()) session.timers_.edit().cancel(plan_.ids[action.a]);
         continue;
       }
       Timer timer = plan_.timers[action.a];
-      timer.due = add_saturating(now_, timer.delay);
-      timer.sequence = session_.sequence_++;
-      session_.timers_.edit().insert(std::move(timer));
+      timer.due = add_saturating(now, timer.delay);
+      timer.sequence = session.sequence_++;
+      session.timers_.edit().insert(std::move(timer));
     }
   }
 
@@ -359,10 +387,10 @@ class PlainStep {
   static constexpr std::size_t kTimingMax = 16;
 
   const PlainPlan::Content& plan_;
-  Session& session_;
+  const Session& session_;
   const std::vector<std::optional<Value>>& variables_;
-  TimePoint now_;
   StateIndex state_ = 0;  // atomic and active, where there is only one
+  bool alone_ = false;    // there is only one
   std::array<std::uint64_t, 2> configuration_{};
   std::array<std::uint64_t, 2> active_{};
   std::size_t entered_count_ = 0;
@@ -427,10 +455,17 @@ PlainValue plain_member(const Value* map, const std::vector<std::string>& member
 }
 
 bool PlainPlan::step(Session& session, const PlainValue* members, TimePoint now, Observer& observer) const {
-  PlainStep step(*content_, session, members, now);
-  if (!step.run()) return false;
+  PlainStep step(*content_, session, members);
+  if (!step.run(session, now)) return false;
   for (const StateIndex state : step.entered()) observer.entered(content_->chart, session.id(), state);
   return true;
+}
+
+std::optional<std::vector<TransitionIndex>> PlainPlan::enabled(const Session& session,
+                                                               const PlainValue* members) const {
+  std::vector<TransitionIndex> found;
+  if (!PlainStep(*content_, session, members).enabled(found)) return std::nullopt;
+  return found;
 }
 
 bool PlainPlan::keeps_timers() const { return content_->timers.empty() && content_->ids.empty(); }

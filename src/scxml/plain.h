@@ -55,6 +55,8 @@ class PlainPaths {
   /// Its place among them.
   std::uint32_t add(std::string path);
   [[nodiscard]] const std::vector<std::string>& all() const { return paths_; }
+  /// Of each, the names of the members on the way.
+  [[nodiscard]] std::vector<std::vector<std::string>> members() const;
 
  private:
   std::vector<std::string> paths_;
@@ -83,6 +85,10 @@ class PlainPlan {
   /// @param members   The event's data at the places of `paths`, in their order.
   /// @param observer  Is told of the states that were entered, when the step is done, and of nothing else.
   bool step(Session& session, const PlainValue* members, TimePoint now, Observer& observer) const;
+  /// The transitions that the event enables, whether or not a step that takes them is plain; see `enabled_by`. Nothing:
+  /// only that can tell.
+  [[nodiscard]] std::optional<std::vector<TransitionIndex>> enabled(const Session& session,
+                                                                    const PlainValue* members) const;
   /// No step changes timers.
   [[nodiscard]] bool keeps_timers() const;
 

@@ -319,6 +319,19 @@ std::uint32_t PlainPaths::add(std::string path) {
   return static_cast<std::uint32_t>(paths_.size() - 1);
 }
 
+std::vector<std::vector<std::string>> PlainPaths::members() const {
+  std::vector<std::vector<std::string>> all;
+  for (const std::string& path : paths_) {
+    std::vector<std::string>& members = all.emplace_back();
+    for (std::size_t begin = 0; begin <= path.size();) {
+      const std::size_t dot = std::min(path.find('.', begin), path.size());
+      members.push_back(path.substr(begin, dot - begin));
+      begin = dot + 1;
+    }
+  }
+  return all;
+}
+
 std::optional<PlainPlan> PlainPlan::make(const Chart& chart, std::string_view event, PlainPaths& paths) {
   auto content = std::make_shared<Content>(chart);
   if (!PlainCompiler(*content, paths).run(event)) return std::nullopt;
