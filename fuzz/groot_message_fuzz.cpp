@@ -6,9 +6,9 @@
 #include <string>
 
 #include "sentree/bt/load.h"
-#include "sentree/groot/desk.h"
 #include "sentree/groot/message_pack.h"
 #include "sentree/groot/remote_tree.h"
+#include "sentree/groot/responder.h"
 
 namespace {
 
@@ -40,11 +40,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return true;
   }();
   Nothing hooks;
-  groot::Desk desk(scene, &hooks);
+  groot::Responder responder(scene, &hooks);
   if (begun && !bytes.empty()) {
     const groot::Request request{
         .type = static_cast<groot::Ask>(bytes[0]), .id = 1, .body = bytes.substr(1), .has_body = true};
-    if (desk.answer(groot::write_request(request), {}, 0).empty()) std::abort();
+    if (responder.answer(groot::write_request(request), {}, 0).empty()) std::abort();
   }
   return 0;
 }

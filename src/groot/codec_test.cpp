@@ -5,8 +5,8 @@
 
 #include "sentree/base/json.h"
 #include "sentree/bt/load.h"
-#include "sentree/groot/desk.h"
 #include "sentree/groot/message_pack.h"
+#include "sentree/groot/responder.h"
 #include "sentree/text/json.h"
 
 namespace sentree::groot {
@@ -207,7 +207,7 @@ TEST(Hooks, AreReadAndWritten) {
     EXPECT_FALSE(parse_hooks(wrong).has_value()) << wrong;
 }
 
-// --- The desk -------------------------------------------------------------------------------------------------------
+// --- The responder --------------------------------------------------------------------------------------------------
 
 class Taken final : public Hooks {
  public:
@@ -225,16 +225,16 @@ class Taken final : public Hooks {
   std::vector<std::string> said;
 };
 
-class DeskTest : public ::testing::Test {
+class ResponderTest : public ::testing::Test {
  protected:
-  DeskTest() {
+  ResponderTest() {
     scene.begin(*describe(small_tree()), TreeId{1, 2, 3});
     scene.blackboard(*text::parse_json(R"({"": {"goal": "kitchen", "n": 7}, "dock": {"tries": 2}})"));
   }
   // The answer's second part, or the error.
   std::string ask(Ask type, std::optional<std::string> body = {}) {
     Request request{.type = type, .id = 5, .body = body.value_or(""), .has_body = body.has_value()};
-    const Parts parts = desk.answer(write_request(request), now, 1'000'000);
+    const Parts parts = responder.answer(write_request(request), now, 1'000'000);
     const auto reply = parse_reply(request, parts);
     return reply ? reply->body : reply.error().message;
   }
@@ -244,11 +244,11 @@ class DeskTest : public ::testing::Test {
   }
   Scene scene;
   Taken taken;
-  Desk desk{scene, &taken};
-  Desk::Now now{};
+  Responder responder{scene, &taken};
+  Responder::Now now{};
 };
 
-TEST_F(DeskTest, TellsTreeStatusesAndBlackboards) {
+TEST_F(ResponderTest, TellsTreeStatusesAndBlackboards) {
   EXPECT_THAT(ask(Ask::kTree), HasSubstr(R"(<BehaviorTree ID="Dock" _fullpath="dock">)"));
   scene.changed({10, 0, bt::Status::kIdle, bt::Status::kRunning});
   scene.changed({11, 1, bt::Status::kIdle, bt::Status::kFailure});
@@ -261,7 +261,7 @@ TEST_F(DeskTest, TellsTreeStatusesAndBlackboards) {
   EXPECT_EQ(ask(Ask::kBlackboard, ""), "\xC0");
 }
 
-TEST_F(DeskTest, RecordsWhatChangesUntilItIsTakenAndNoMoreThanFits) {
+TEST_F(ResponderTest, RecordsWhatChangesUntilItIsTakenAndNoMoreThanFits) {
   scene.changed({10, 0, bt::Status::kIdle, bt::Status::kRunning});
   EXPECT_EQ(ask(Ask::kTransitions), "");
   EXPECT_EQ(ask(Ask::kRecording, "start"), "1000000");
@@ -278,7 +278,7 @@ TEST_F(DeskTest, RecordsWhatChangesUntilItIsTakenAndNoMoreThanFits) {
   EXPECT_EQ(ask(Ask::kTransitions), "");
 }
 
-TEST_F(DeskTest, TellsGroot1OfEachNodeWhereItCannotTellEachChange) {
+TEST_F(ResponderTest, TellsGroot1OfEachNodeWhereItCannotTellEachChange) {
   const std::size_t statuses = 4 + 3 * scene.nodes() + 4;
   scene.changed({1, 0, bt::Status::kIdle, bt::Status::kRunning});
   EXPECT_EQ(scene.take_update().size(), statuses + 12);
@@ -291,7 +291,7 @@ TEST_F(DeskTest, TellsGroot1OfEachNodeWhereItCannotTellEachChange) {
   EXPECT_EQ(scene.take_update().size(), statuses + 12);
 }
 
-TEST_F(DeskTest, CarriesOutHooks) {
+TEST_F(ResponderTest, CarriesOutHooks) {
   EXPECT_EQ(ask(Ask::kInsertHook, "[" + hook(2) + "," + hook(3) + "]"), "");
   EXPECT_EQ(ask(Ask::kInsertHook, hook(2)), "");    // it is so already
   EXPECT_EQ(ask(Ask::kInsertHook, hook(500)), "");  // as BehaviorTree.CPP: nobody there, no error
@@ -307,14 +307,14 @@ TEST_F(DeskTest, CarriesOutHooks) {
   EXPECT_THAT(taken.said, ElementsAre("set 2", "set 3", "unlock 2 SUCCESS", "unset 2", "unset 3"));
 }
 
-TEST_F(DeskTest, DisablesTheHooksOfWhoIsSilent) {
+TEST_F(ResponderTest, DisablesTheHooksOfWhoIsSilent) {
   EXPECT_EQ(ask(Ask::kInsertHook, hook(2)), "");
   now += std::chrono::milliseconds(4'999);
-  desk.look_after(now);
+  responder.look_after(now);
   EXPECT_THAT(taken.said, ElementsAre("set 2"));
   now += std::chrono::milliseconds(1);
-  desk.look_after(now);
-  desk.look_after(now);
+  responder.look_after(now);
+  responder.look_after(now);
   EXPECT_THAT(taken.said, ElementsAre("set 2", "unset 2"));
   EXPECT_EQ(ask(Ask::kDisableHooks), "");
   EXPECT_THAT(taken.said, ElementsAre("set 2", "unset 2", "set 2", "unset 2"));
@@ -322,26 +322,27 @@ TEST_F(DeskTest, DisablesTheHooksOfWhoIsSilent) {
   EXPECT_THAT(taken.said.size(), 4u);
 }
 
-TEST_F(DeskTest, RefusesHooksThatCannotBeAndOneTooMany) {
+TEST_F(ResponderTest, RefusesHooksThatCannotBeAndOneTooMany) {
   taken.refused = 2;
   EXPECT_EQ(ask(Ask::kInsertHook, hook(2)), "the publisher refuses: not this one");
   EXPECT_EQ(ask(Ask::kDumpHooks), "[]");
   EXPECT_THAT(ask(Ask::kInsertHook, "{"), HasSubstr("refuses"));
-  Desk looking(scene, nullptr);
+  Responder looking(scene, nullptr);
   const Request request{.type = Ask::kInsertHook, .id = 5, .body = hook(3), .has_body = true};
   EXPECT_THAT(parse_reply(request, looking.answer(write_request(request), now, 0)).error().message,
               HasSubstr("looked at"));
 }
 
-TEST_F(DeskTest, HasABoundOfHooks) {
+TEST_F(ResponderTest, HasABoundOfHooks) {
   std::string xml = "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\"><Sequence>";
   for (std::size_t i = 0; i < 300; ++i) xml += "<AlwaysSuccess/>";
   scene.begin(*describe(load_tree(xml + "</Sequence></BehaviorTree></root>")), TreeId{});
-  for (std::size_t i = 1; i <= Desk::kHooksMax; ++i) ASSERT_EQ(ask(Ask::kInsertHook, hook(static_cast<int>(i))), "");
-  EXPECT_THAT(ask(Ask::kInsertHook, hook(Desk::kHooksMax + 1)), HasSubstr("256 hooks already"));
+  for (std::size_t i = 1; i <= Responder::kHooksMax; ++i)
+    ASSERT_EQ(ask(Ask::kInsertHook, hook(static_cast<int>(i))), "");
+  EXPECT_THAT(ask(Ask::kInsertHook, hook(Responder::kHooksMax + 1)), HasSubstr("256 hooks already"));
 }
 
-TEST_F(DeskTest, SurvivesWhatIsRandom) {
+TEST_F(ResponderTest, SurvivesWhatIsRandom) {
   const unsigned seed = std::random_device()();
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::minstd_rand random(seed);
@@ -354,7 +355,7 @@ TEST_F(DeskTest, SurvivesWhatIsRandom) {
     }
     if (!parts.empty() && random() % 2 == 0)
       parts[0] = std::string("\x02") + kLetters[random() % kLetters.size()] + "abcd";
-    EXPECT_FALSE(desk.answer(parts, now, 0).empty());
+    EXPECT_FALSE(responder.answer(parts, now, 0).empty());
   }
 }
 

@@ -71,7 +71,7 @@ std::uint16_t port_of(const zmq::socket_t& socket) {
 
 struct Server::Impl {
   Impl(Scene& shown, Hooks* taken, ServerOptions said)
-      : scene(shown), options(std::move(said)), desk(shown, is_loopback(options.address) ? taken : nullptr) {
+      : scene(shown), options(std::move(said)), responder(shown, is_loopback(options.address) ? taken : nullptr) {
     for (zmq::socket_t* socket : {&reply1, &publish1, &reply2, &publish2}) {
       socket->set(zmq::sockopt::linger, 0);
       socket->set(zmq::sockopt::maxmsgsize, kPartBytesMax);
@@ -128,10 +128,10 @@ struct Server::Impl {
     answer_all(reply2, [this](const Parts& request) {
       if (!request.empty() && request.front().size() > 1 && request.front()[1] == static_cast<char>(Ask::kTree))
         ++asked;
-      return desk.answer(request, SteadyClock::now(), wall_us());
+      return responder.answer(request, SteadyClock::now(), wall_us());
     });
     const auto now = SteadyClock::now();
-    desk.look_after(now);
+    responder.look_after(now);
     tell_reached();
     if (now - told1 < kTurn) return;
     told1 = now;
@@ -159,10 +159,10 @@ struct Server::Impl {
     {
       const std::lock_guard lock(mutex);
       all.swap(notices);
-      if (std::exchange(forgetting, false)) desk.forget();
+      if (std::exchange(forgetting, false)) responder.forget();
     }
     for (const Notice& notice : all) {
-      if (notice.used) desk.used(notice.uid, notice.position);
+      if (notice.used) responder.used(notice.uid, notice.position);
       send_now(publish2, write_reached(static_cast<std::uint32_t>(random()), notice.uid));
     }
   }
@@ -175,7 +175,7 @@ struct Server::Impl {
   };
   Scene& scene;
   const ServerOptions options;
-  Desk desk;
+  Responder responder;
   zmq::context_t context{1};
   zmq::socket_t reply1{context, zmq::socket_type::router};
   zmq::socket_t publish1{context, zmq::socket_type::pub};

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "sentree/base/result.h"
-#include "sentree/groot/desk.h"
+#include "sentree/groot/responder.h"
 #include "sentree/groot/scene.h"
 
 namespace sentree::groot {

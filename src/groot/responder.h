@@ -24,7 +24,7 @@ class Hooks {
 };
 
 /// Answers the requests of Groot 2. Owns no thread and no socket; for one thread.
-class Desk {
+class Responder {
  public:
   using Now = std::chrono::steady_clock::time_point;
   /// Hooks at a time; one more is refused.
@@ -35,7 +35,7 @@ class Desk {
   static constexpr std::chrono::seconds kSilenceMax{5};
 
   /// @param hooks  Null: hooks are refused, and what looks is answered.
-  Desk(Scene& scene, Hooks* hooks) : scene_(scene), hooks_(hooks) {}
+  Responder(Scene& scene, Hooks* hooks) : scene_(scene), hooks_(hooks) {}
 
   /// @param now_us  Microseconds since 1970.
   [[nodiscard]] Parts answer(const Parts& parts, Now now, std::int64_t now_us);

@@ -1,10 +1,10 @@
-#include "sentree/groot/desk.h"
+#include "sentree/groot/responder.h"
 
 #include "sentree/groot/message_pack.h"
 
 namespace sentree::groot {
 
-Parts Desk::answer(const Parts& parts, Now now, std::int64_t now_us) {
+Parts Responder::answer(const Parts& parts, Now now, std::int64_t now_us) {
   heard_ = now;
   if (silent_) {
     silent_ = false;
@@ -21,7 +21,7 @@ Parts Desk::answer(const Parts& parts, Now now, std::int64_t now_us) {
   return write_reply(*request, scene_.id(), std::move(*body));
 }
 
-Result<std::optional<std::string>> Desk::body_of(const Request& request, std::int64_t now_us) {
+Result<std::optional<std::string>> Responder::body_of(const Request& request, std::int64_t now_us) {
   using Body = std::optional<std::string>;
   const auto done = [](const Result<void>& result) -> Result<Body> {
     if (!result) return tl::unexpected(result.error());
@@ -57,7 +57,7 @@ Result<std::optional<std::string>> Desk::body_of(const Request& request, std::in
   return fail("groot.request", "Request not recognized");
 }
 
-Result<void> Desk::insert(const Request& request) {
+Result<void> Responder::insert(const Request& request) {
   if (hooks_ == nullptr) return fail("groot.read-only", "hooks are not taken here: this can only be looked at");
   const auto asked = parse_hooks(request.body);
   if (!asked) return tl::unexpected(asked.error());
@@ -79,7 +79,7 @@ Result<void> Desk::insert(const Request& request) {
   return {};
 }
 
-Result<void> Desk::remove(const Request& request) {
+Result<void> Responder::remove(const Request& request) {
   const auto asked = parse_hook_place(request.body);
   if (!asked) return tl::unexpected(asked.error());
   const auto known = all_.find({asked->uid, asked->position});
@@ -89,7 +89,7 @@ Result<void> Desk::remove(const Request& request) {
   return {};
 }
 
-Result<void> Desk::unlock(const Request& request) {
+Result<void> Responder::unlock(const Request& request) {
   const auto asked = parse_hook_place(request.body);
   if (!asked) return tl::unexpected(asked.error());
   const auto known = all_.find({asked->uid, asked->position});
@@ -104,12 +104,12 @@ Result<void> Desk::unlock(const Request& request) {
   return {};
 }
 
-void Desk::disable(Hook& hook) {
+void Responder::disable(Hook& hook) {
   if (is_on(hook)) hooks_->unset(hook);
   hook.enabled = false;
 }
 
-void Desk::look_after(Now now) {
+void Responder::look_after(Now now) {
   if (silent_ || all_.empty() || now - heard_ < kSilenceMax) return;
   for (auto& [place, hook] : all_) {
     if (hook.enabled) hooks_->unset(hook);
@@ -117,7 +117,7 @@ void Desk::look_after(Now now) {
   silent_ = true;
 }
 
-void Desk::used(std::uint16_t uid, Hook::Position position) {
+void Responder::used(std::uint16_t uid, Hook::Position position) {
   const auto known = all_.find({uid, position});
   if (known != all_.end() && known->second.once && known->second.mode == Hook::Mode::kReplace) all_.erase(known);
 }
