@@ -21,7 +21,7 @@ void Behaviour::did(const Message& message, const std::string& who, const std::s
   std::string& last = last_[who][kind];
   if (last == what) return;
   last = what;
-  deeds_[who].push_back({message.time, message.tick, message.sequence, std::move(what)});
+  events_[who].push_back({message.time, message.tick, message.sequence, std::move(what)});
 }
 
 void Behaviour::observe(const Message& message) {
@@ -52,28 +52,28 @@ void Behaviour::observe(const Message& message) {
 std::vector<Difference> differences(const Behaviour& then, const Behaviour& now, bool exact, TimePoint until) {
   std::vector<Difference> found;
   std::set<std::string> all;
-  for (const auto& [who, deeds] : then.deeds()) all.insert(who);
-  for (const auto& [who, deeds] : now.deeds()) all.insert(who);
+  for (const auto& [who, events] : then.events()) all.insert(who);
+  for (const auto& [who, events] : now.events()) all.insert(who);
   for (const std::string& who : all) {
-    static const std::vector<Deed> kNone;
-    const auto of = [&](const Behaviour& behaviour) -> const std::vector<Deed>& {
-      const auto deeds = behaviour.deeds().find(who);
-      return deeds != behaviour.deeds().end() ? deeds->second : kNone;
+    static const std::vector<BehaviourEvent> kNone;
+    const auto of = [&](const Behaviour& behaviour) -> const std::vector<BehaviourEvent>& {
+      const auto events = behaviour.events().find(who);
+      return events != behaviour.events().end() ? events->second : kNone;
     };
-    const std::vector<Deed>& a = of(then);
-    const std::vector<Deed>& b = of(now);
+    const std::vector<BehaviourEvent>& a = of(then);
+    const std::vector<BehaviourEvent>& b = of(now);
     for (std::size_t i = 0; i < std::max(a.size(), b.size()); ++i) {
-      const Deed* recorded = i < a.size() ? &a[i] : nullptr;
-      const Deed* replayed = i < b.size() ? &b[i] : nullptr;
+      const BehaviourEvent* recorded = i < a.size() ? &a[i] : nullptr;
+      const BehaviourEvent* replayed = i < b.size() ? &b[i] : nullptr;
       if (recorded != nullptr && replayed != nullptr && recorded->what == replayed->what &&
           (!exact || recorded->tick == replayed->tick))
         continue;
       // What comes first is where they part.
       const bool now_first = recorded == nullptr || (replayed != nullptr && replayed->time <= recorded->time);
-      const Deed& first = now_first ? *replayed : *recorded;
+      const BehaviourEvent& first = now_first ? *replayed : *recorded;
       if (first.time > until) break;
-      const auto text = [&](const Deed* deed) {
-        if (deed != nullptr && (!exact || deed->tick == first.tick)) return deed->what;
+      const auto text = [&](const BehaviourEvent* event) {
+        if (event != nullptr && (!exact || event->tick == first.tick)) return event->what;
         return i > 0 ? "no change: it last " + a[i - 1].what : std::string("nothing yet");
       };
       found.push_back({first.time, first.tick, first.sequence, who, text(recorded), text(replayed)});

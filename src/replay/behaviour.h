@@ -9,7 +9,7 @@
 namespace sentree::replay {
 
 /// What a leaf, the mission or a monitor did, told once when it changes.
-struct Deed {
+struct BehaviourEvent {
   TimePoint time{};
   std::uint64_t tick = 0;
   std::uint64_t sequence = 0;
@@ -31,12 +31,12 @@ class Behaviour {
  public:
   void observe(const Message& message);
   /// By leaf, "mission" or monitor, in the order in which they happened.
-  [[nodiscard]] const std::map<std::string, std::vector<Deed>>& deeds() const { return deeds_; }
+  [[nodiscard]] const std::map<std::string, std::vector<BehaviourEvent>>& events() const { return events_; }
 
  private:
   void did(const Message& message, const std::string& who, const std::string& kind, std::string what);
 
-  std::map<std::string, std::vector<Deed>> deeds_;
+  std::map<std::string, std::vector<BehaviourEvent>> events_;
   std::map<std::string, std::map<std::string, std::string>> last_;  // by who, by kind
 };
 
