@@ -1,0 +1,185 @@
+#include "sentree/runtime/detail/run_impl.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "sentree/base/assert.h"
+#include "sentree/idl/conform.h"
+#include "sentree/sim/services.h"
+#include "sentree/sim/topics.h"
+
+namespace sentree::runtime {
+
+namespace {
+
+// What a call of somebody who steers the run gets.
+constexpr std::chrono::seconds kCallPatience{1};
+
+// A service at an address, in a run that reaches none.
+class UnreachablePort final : public ServicePort {
+ public:
+  explicit UnreachablePort(std::string name) : name_(std::move(name)) {}
+  void call(const idl::Method&, Value, Done done) override {
+    done({.ok = false,
+          .result = {},
+          .kind = "unreachable",
+          .message = fmt::format("{} is elsewhere{}", name_, kOnlyHere)});
+  }
+
+ private:
+  const std::string name_;
+};
+
+// Nobody serves it: what is published has left when it was observed.
+bool is_published_only(const project::ServicePlan& service) {
+  return service.at == "topics" || (service.at == "sim" && service.interface == sim::kTelemetry);
+}
+
+}  // namespace
+
+std::unique_ptr<ServicePort> Run::Impl::make_port(const project::ServicePlan& service, const std::string& leaf) {
+  if (options_.make_port) {
+    if (auto port = options_.make_port(service, leaf)) return port;
+  }
+  if (is_published_only(service)) return make_topic_port();
+  if (service.at == "sim") {
+    SENTREE_ASSERT(sim_ != nullptr);  // checked when the plan was prepared
+    return steering_.guard(service.name, project::kSimulatorPart,
+                           make_sim_port(*sim_, service.interface, service.robot));
+  }
+  if (service.at == "model") return steering_.guard(service.name, "", make_model_port(*model_of(service.name), leaf));
+  auto port = elsewhere_ ? elsewhere_->make_port(service, scenario_.project.deadlines.call)
+                         : std::make_unique<UnreachablePort>(service.name);
+  return durability_ ? durability_->guard(std::move(port)) : std::move(port);
+}
+
+void Run::Impl::subscribe() {
+  for (std::size_t i = 0; i < plan_.leaves.size(); ++i) {
+    SkillActor* const skill = skills_[i];
+    for (const std::string& topic : plan_.leaves[i].subscribes) {
+      if (skill != nullptr)
+        topics_.add(topic, [skill](const auto& what, Duration delay) { skill->take_topic(what, delay); });
+    }
+  }
+  for (std::size_t i = 0; i < plan_.models.size(); ++i) {
+    for (const std::string& topic : plan_.models[i].subscribes)
+      topics_.add(topic,
+                  [model = models_[i].get()](const auto& what, Duration delay) { model->take_topic(what, delay); });
+  }
+}
+
+void Run::Impl::deliver(const Message& message) {
+  if (message.kind != MessageKind::kRequest) return;
+  const std::string_view topic = call_of(message);
+  if (!topics_.is_subscribed(topic)) return;
+  const Value* const args = message.data.find("args");
+  const auto service = services_.find(message.target);
+  const idl::Method* const method = service != services_.end() && topic.size() > message.target.size()
+                                        ? service->second.service->find(topic.substr(message.target.size() + 1))
+                                        : nullptr;
+  auto conforming = method != nullptr ? idl::conform_arguments(*method, args != nullptr ? *args : Value(Map()))
+                                      : fail("run.topic", "the run has no such service");
+  if (!conforming)
+    return problem(fmt::format("{} of {} reaches nobody: {}", topic, message.source, conforming.error().message));
+  StandingFaults& faults = steering_.faults();
+  topics_.deliver({std::string(topic), message.source, std::move(*conforming)},
+                  faults.calls_spared() ? Duration(0) : faults.delay_of(topic));
+}
+
+void Run::Impl::schedule_telemetry() {
+  if (!sim_) return;
+  for (const project::ServiceEntry& service : scenario_.project.services) {
+    if (service.at != "sim") continue;
+    for (const project::PublishedTopic& topic : service.publish) {
+      const sim::TopicInfo* const info = sim::find_topic(topic.method);
+      const idl::Method* const method = services_.at(service.name).service->find(topic.method);
+      SENTREE_ASSERT(info != nullptr && method != nullptr);  // checked when the plan was prepared
+      telemetry_.add({.service = service.name,
+                      .method = topic.method,
+                      .argument = method->arguments.fields.front().name,
+                      .port = steering_.guard(service.name, project::kSimulatorPart,
+                                              make_sim_port(*sim_, std::string(info->service), service.robot)),
+                      .source = std::string(info->method),
+                      .period = topic.period});
+    }
+  }
+  telemetry_.start(options_.from);
+}
+
+mission::CallOutcome Run::Impl::call_service(const std::string& name, const std::string& method,
+                                             const Value& arguments) {
+  const auto controlled = plan_.world ? project::test_control_of(name, *plan_.world) : std::nullopt;
+  const auto service = services_.find(name);
+  const idl::ServicePtr interface = controlled                   ? plan_.test_control
+                                    : service != services_.end() ? service->second.service
+                                                                 : nullptr;
+  if (!interface)
+    return {
+        .ok = false, .result = {}, .kind = "arguments", .message = fmt::format("the run has no service \"{}\"", name)};
+  const auto found = idl::find_method(*interface, method, name);
+  if (!found) return {.ok = false, .result = {}, .kind = "arguments", .message = found.error().message};
+  const auto args = idl::conform_arguments(**found, arguments);
+  if (!args) return {.ok = false, .result = {}, .kind = "arguments", .message = args.error().message};
+  if (const auto checked = idl::check_ranges(**found, *args); !checked)
+    return {.ok = false, .result = {}, .kind = "arguments", .message = checked.error().message};
+  const std::string at = !controlled  ? service->second.at
+                         : sim_       ? "sim"
+                         : elsewhere_ ? elsewhere_->control_address(services_, name)
+                                      : std::string();
+  if ((*found)->oneway) {
+    Message request;
+    request.kind = MessageKind::kRequest;
+    request.source = "scenario";
+    request.target = name;
+    request.name = name + "." + method + ".request";
+    request.call = publisher_.next_call();
+    request.data = Map{{"args", *args}};
+    stream_.publish(std::move(request));
+    if (!controlled && is_published_only(service->second)) return {.ok = true, .result = {}, .kind = {}, .message = {}};
+  }
+  if (at == "sim") return sim_->call(interface->name, method, *args, controlled ? *controlled : service->second.robot);
+  if (at == "model") {
+    mission::Call call{
+        .run = 0, .id = publisher_.next_call(), .service = name, .method = method, .args = *args, .sendid = {}};
+    return model_of(name)->call(std::move(call), "scenario", kCallPatience);
+  }
+  // It has left the run already.
+  if (is_again()) return {.ok = true, .result = {}, .kind = {}, .message = {}};
+  if (!elsewhere_)
+    return {.ok = false,
+            .result = {},
+            .kind = "unreachable",
+            .message = fmt::format("nothing in the run serves \"{}\"", name)};
+  return elsewhere_->call(at, interface, name, method, *args, kCallPatience);
+}
+
+bool Run::Impl::serves_control() const {
+  return elsewhere_ && (!scenario_.virtual_time || options_.pace > 0 || options_.paused);
+}
+
+void Run::Impl::serve_control() {
+  ControlHandler handler;
+  handler.scenario = [this] { return scenario_.name; };
+  handler.now = [this] { return scheduler_->now(); };
+  handler.services = [this] {
+    std::vector<ControlHandler::ServiceEntry> entries;
+    for (const auto& [name, service] : services_) entries.push_back({name, service.service, service.at});
+    if (plan_.test_control && plan_.world) {
+      for (const std::string& name : project::test_control_names(*plan_.world))
+        entries.push_back({name, plan_.test_control, "sim"});
+    }
+    return entries;
+  };
+  handler.call = [this](const std::string& service, const std::string& method, const Value& arguments) {
+    auto applied = steering_.apply_for(project::intervention::Call{.method = service + "." + method, .args = arguments},
+                                       "control");
+    if (applied) return std::move(applied->outcome);
+    return mission::CallOutcome{.ok = false, .result = {}, .kind = "arguments", .message = applied.error().message};
+  };
+  handler.tap = &tap_;
+  handler.open_page = options_.open_page;
+  elsewhere_->serve_control(std::move(handler));
+}
+
+}  // namespace sentree::runtime

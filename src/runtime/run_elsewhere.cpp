@@ -1,0 +1,140 @@
+#include "sentree/runtime/detail/run_impl.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "sentree/runtime/decision_record.h"
+
+namespace sentree::runtime {
+
+// A run that was given no way to parts elsewhere has none.
+std::optional<std::string> Run::Impl::refuse_elsewhere() const {
+  const bool looks_only = options_.on_reached != nullptr;
+  const auto away = std::find_if(plan_.leaves.begin(), plan_.leaves.end(),
+                                 [](const project::LeafPlan& leaf) { return !leaf.at.empty(); });
+  if (away != plan_.leaves.end() && !looks_only)
+    return fmt::format("the skill of {} runs elsewhere{}", away->name, kOnlyHere);
+  if (!plan_.observers.empty())
+    return fmt::format("{} observes from elsewhere{}", plan_.observers.front().name, kOnlyHere);
+  if (!scenario_.processes.empty() && !looks_only)
+    return fmt::format("process {} cannot be started{}", scenario_.processes.front().name, kOnlyHere);
+  return std::nullopt;
+}
+
+std::optional<std::string> Run::Impl::reach_elsewhere() {
+  for (const project::ObserverPlan& observer : plan_.observers) {
+    if (observer.is_monitor) remote_reports_.emplace_back().name = observer.name;
+  }
+  if (!options_.elsewhere) return refuse_elsewhere();
+  elsewhere_ = options_.elsewhere(
+      {.plan = plan_,
+       .publisher = publisher_,
+       .publish = [this](Message message) { stream_.publish(std::move(message)); },
+       .problem = [this](const std::string& what) { problem(what); },
+       .happened = [this](const ProcessEvent& event) { on_process(event); },
+       .decided = [this](const std::string& name,
+                         const monitor::Decision& decision) { on_decided_elsewhere(name, decision); },
+       .journal = durability_ ? options_.durable->journal : std::filesystem::path(),
+       .left_behind = options_.resume != nullptr ? options_.resume->parts : List(),
+       .only_looks = options_.on_reached != nullptr});
+  publisher_.set_elsewhere(elsewhere_.get());
+  if (auto error = elsewhere_->start(services_)) return error;
+  keep_parts();
+  if (durability_) return recall_observers();
+  return std::nullopt;
+}
+
+const std::vector<std::unique_ptr<Observer>>& Run::Impl::observers() const {
+  static const std::vector<std::unique_ptr<Observer>> kNone;
+  return elsewhere_ ? elsewhere_->observers() : kNone;
+}
+
+void Run::Impl::keep_parts() {
+  if (durability_) durability_->journal().parts(elsewhere_->parts());
+}
+
+void Run::Impl::on_process(const ProcessEvent& event) {
+  take_observations();
+  Message message;
+  message.source = "run";
+  message.target = event.process;
+  message.data = Map{{"process", event.process}};
+  switch (event.kind) {
+    case ProcessEvent::Kind::kExited:
+      message.name = "process.exited";
+      message.data = Map{{"process", event.process}, {"pid", event.pid}, {"how", event.how}};
+      problem(fmt::format("process {} ended: {}", event.process, event.how));
+      break;
+    case ProcessEvent::Kind::kRestarted:
+      message.name = "process.restarted";
+      message.data = Map{{"process", event.process}, {"pid", event.pid}};
+      break;
+    case ProcessEvent::Kind::kGivenUp:
+      message.name = "process.given_up";
+      problem(fmt::format("process {} ended too often and is not started again", event.process));
+      break;
+  }
+  if (!durability_) {
+    stream_.publish(std::move(message));
+    return;
+  }
+  (void)scheduler_->inject(director_, [this, message = std::move(message)] {
+    durability_->observed(message);
+    keep_parts();
+    stream_.publish(message);
+  });
+}
+
+void Run::Impl::take_observations() {
+  if (elsewhere_) elsewhere_->take_observations();
+}
+
+// In the observer's thread.
+void Run::Impl::on_decided_elsewhere(const std::string& name, const monitor::Decision& decision) {
+  {
+    const std::lock_guard lock(problems_mutex_);
+    decided_elsewhere_.emplace_back(name, decision);
+  }
+  if (durability_) {
+    (void)scheduler_->inject(director_, [this] { take_decisions(); });
+    return;
+  }
+  // The stream's actor is where monitors of this process decide too.
+  scheduler_->post(stream_.actor(), [this] { take_decisions(); });
+}
+
+bool Run::Impl::is_decided_elsewhere() {
+  const std::lock_guard lock(problems_mutex_);
+  return !decided_elsewhere_.empty();
+}
+
+void Run::Impl::take_decisions() {
+  std::vector<std::pair<std::string, monitor::Decision>> decisions;
+  {
+    const std::lock_guard lock(problems_mutex_);
+    decisions.swap(decided_elsewhere_);
+  }
+  for (const auto& [name, decision] : decisions) take_decision(name, decision);
+}
+
+void Run::Impl::take_decision(const std::string& name, const monitor::Decision& decision) {
+  const auto report = note_decision(name, decision);
+  if (!report) return;
+  if (durability_) durability_->decided(name, decision);
+  stream_.publish(decision_message(*report));
+  on_decision(*report);
+}
+
+std::optional<MonitorReport> Run::Impl::note_decision(const std::string& name, const monitor::Decision& decision) {
+  const std::lock_guard lock(problems_mutex_);
+  const auto slot = std::find_if(remote_reports_.begin(), remote_reports_.end(),
+                                 [&](const MonitorReport& known) { return known.name == name; });
+  if (slot == remote_reports_.end() || (durability_ && slot->decision)) return std::nullopt;
+  slot->verdict = decision.verdict;
+  slot->decision = decision;
+  if (durability_) slot->gaps = gaps_within(decision, durability_->gaps());
+  return *slot;
+}
+
+}  // namespace sentree::runtime
