@@ -1,8 +1,6 @@
 #include "sentree/mission/part_memory.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 
 #include "sentree/base/assert.h"
 #include "sentree/base/encoder.h"
@@ -49,51 +47,7 @@ PartMemory::Tables::Tables(const project::Plan& plan, bool has_faults, bool time
       faults(has_faults || !plan.scenario.delays.empty() || (timeline && !plan.scenario.timeline.empty())),
       gates(!plan.gates.empty()) {
   parts.remember_steps();
-  for (std::size_t leaf = 0; leaf < parts.skills(); ++leaf) {
-    const scxml::Chart& chart = parts.skill(leaf).model().chart;
-    looks.push_back({scxml::EventReads(chart), monitor::Projection::of(chart), {}});
-    if (const Value facts = looks.back().members.data(Message()); facts.as_map()->empty()) continue;
-    looks.back().members.make_whole();
-  }
-}
-
-// Nothing: only the event itself tells.
-std::optional<std::vector<scxml::TransitionIndex>> PartMemory::Tables::enabled_by_result(std::size_t leaf,
-                                                                                         const std::string& reply,
-                                                                                         const scxml::Session& session,
-                                                                                         const Value& result) {
-  constexpr std::size_t kMembersMax = 16;
-  auto known = looks[leaf].results.find(reply);
-  if (known == looks[leaf].results.end())
-    known =
-        looks[leaf].results.emplace(reply, ResultLook::make(parts.skill(leaf).model().chart, reply, kMembersMax)).first;
-  if (!known->second) return std::nullopt;
-  std::array<scxml::PlainValue, kMembersMax> members;
-  auto* member = members.data();
-  for (const std::vector<std::string>& path : known->second->paths) {
-    *member = path.empty() ? scxml::PlainValue::of(result) : scxml::plain_member(&result, path, nullptr);
-    // Scripts are given integers that a double cannot hold as texts.
-    if (member->kind == scxml::PlainValue::Kind::kNumber &&
-        !(std::abs(member->number) < static_cast<double>(idl::kExactInDouble)))
-      return std::nullopt;
-    ++member;
-  }
-  return known->second->plan.enabled(session, members.data());
-}
-
-std::optional<PartMemory::Tables::ResultLook> PartMemory::Tables::ResultLook::make(const scxml::Chart& chart,
-                                                                                   const std::string& reply,
-                                                                                   std::size_t members_max) {
-  scxml::PlainPaths read;
-  auto plan = scxml::PlainPlan::make(chart, reply, read);
-  if (!plan || read.all().size() > members_max) return std::nullopt;
-  ResultLook look{*std::move(plan), {}};
-  for (std::vector<std::string>& members : read.members()) {
-    if (members.front() != "result") return std::nullopt;
-    members.erase(members.begin());
-    look.paths.push_back(std::move(members));
-  }
-  return look;
+  for (std::size_t leaf = 0; leaf < parts.skills(); ++leaf) looks.emplace_back(parts.skill(leaf).model().chart);
 }
 
 PartMemory::PartMemory(const project::Plan& plan, bool faults, bool timeline)
@@ -177,28 +131,8 @@ std::uint32_t PartMemory::arrived(std::uint32_t what) {
   const SkillState& skill = std::get<SkillState>(*tables_->kept[state].state);
   const SkillModel& model = tables_->parts.skill(leaf).model();
   std::optional<std::vector<scxml::TransitionIndex>> enabled;
-  if (!is_one_of_few && !model.protocol && skill.is_current(call->run) && !tables_->looks[leaf].at.elsewhere()) {
-    scxml::Event event;
-    event.name = call->service + "." + call->method + ".reply";
-    enabled = tables_->enabled_by_result(leaf, event.name, skill.session, outcome.result);
-    if (!enabled) {
-      event.sendid = call->sendid;
-      event.origintype = "thrift";
-      Message reply;
-      Map data;
-      data.reserve(2);
-      data.append("args", call->args);
-      data.append("result", std::move(outcome.result));
-      reply.data = std::move(data);
-      const monitor::Projection& members = tables_->looks[leaf].members;
-      event.data = idl::for_script(members.is_whole() ? reply.data : members.data(reply));
-      outcome.result = std::move(*reply.data.as_map()->find("result"));
-      enabled = scxml::enabled_by(model.chart, skill.session, event, tables_->kept[state].at);
-    }
-    if (enabled && std::any_of(enabled->begin(), enabled->end(),
-                               [&](scxml::TransitionIndex t) { return tables_->looks[leaf].at.in_content(t); }))
-      enabled.reset();
-  }
+  if (!is_one_of_few && !model.protocol && skill.is_current(call->run))
+    enabled = tables_->looks[leaf].enabled(*call, outcome.result, skill.session, tables_->kept[state].at);
   const auto delivered = [&] {
     if (!enabled && !is_one_of_few) return exactly();
     for (const StandIn& one : known) {

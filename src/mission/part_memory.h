@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -21,9 +20,9 @@
 #include "sentree/base/result.h"
 #include "sentree/mission/faults.h"
 #include "sentree/mission/parts.h"
+#include "sentree/mission/reply_look.h"
 #include "sentree/monitor/projection.h"
 #include "sentree/scxml/enabled.h"
-#include "sentree/scxml/plain.h"
 
 namespace sentree::mission {
 
@@ -333,23 +332,8 @@ class PartMemory final : private Ground {
     std::vector<Node> nodes;
     FlatMap<std::uint64_t, WordHash> steps;                             // nodes by state and delivery
     std::unordered_map<std::uint64_t, std::vector<StandIn>> stand_ins;  // likewise
-    struct ResultLook {
-      scxml::PlainPlan plan;
-      std::vector<std::vector<std::string>> paths;  // within the result
-      static std::optional<ResultLook> make(const scxml::Chart& chart, const std::string& reply,
-                                            std::size_t members_max);
-    };
-    struct Looks {
-      scxml::EventReads at;
-      monitor::Projection members;  // of the event's data; all, if it may look at facts that only observations have
-      // By name of a reply: what tells from its result which transitions it enables.
-      std::map<std::string, std::optional<ResultLook>, std::less<>> results;
-    };
-    std::vector<Looks> looks;  // by leaf
-    std::optional<std::vector<scxml::TransitionIndex>> enabled_by_result(std::size_t leaf, const std::string& reply,
-                                                                         const scxml::Session& session,
-                                                                         const Value& result);
-    std::unordered_map<std::string, std::uint32_t> injections;  // nodes by what is injected into what stands
+    std::vector<ReplyLook> looks;                                       // by leaf
+    std::unordered_map<std::string, std::uint32_t> injections;          // nodes by what is injected into what stands
   };
 
   /// Reads the tables of another one.

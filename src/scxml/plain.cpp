@@ -53,30 +53,20 @@ class PlainStep {
   // keep another from being taken.
   bool enabled(std::vector<TransitionIndex>& found) {
     if (!begin()) return false;
-    const PlainEvent& event = plan_.events.front();
-    for (std::size_t i = 0; i < active_.size(); ++i) {
-      for (std::uint64_t word = active_[i]; word != 0; word &= word - 1) {
-        const auto [begin, end] = event.of_state[i * 64 + static_cast<unsigned>(std::countr_zero(word))];
-        for (std::uint32_t c = begin; c < end; ++c) {
-          const Candidate& candidate = event.candidates[c];
-          bool holds = true;
-          if (candidate.condition != kAlways && !condition(candidate.condition, holds)) return false;
-          if (!holds) continue;
-          if (!alone_ && !plan_.chart.model().transitions[candidate.transition].targets.empty()) return false;
-          if (std::find(found.begin(), found.end(), candidate.transition) == found.end())
-            found.push_back(candidate.transition);
-          break;
-        }
-      }
-    }
-    return true;
+    return for_each_enabled(plan_.events.front(), [&](const Candidate& candidate) {
+      if (!alone_ && !plan_.chart.model().transitions[candidate.transition].targets.empty()) return false;
+      if (std::find(found.begin(), found.end(), candidate.transition) == found.end())
+        found.push_back(candidate.transition);
+      return true;
+    });
   }
 
   /// States that were entered, in their order.
   [[nodiscard]] std::span<const StateIndex> entered() const { return {entered_.data(), entered_count_}; }
 
  private:
-  bool begin() {
+  // Most of a step; a call of it and back takes a tenth of that.
+  [[gnu::always_inline]] bool begin() {
     if (!session_.running() || session_.fingerprint_ != plan_.fingerprint || session_.heap_.pinned ||
         session_.heap_.data_lost || session_.timers_->size() + kTimingMax > kPlainTimersMax ||
         ObserveGuards::present() != nullptr)
@@ -98,18 +88,40 @@ class PlainStep {
     return true;
   }
 
-  // Of one active atomic state there is one transition at most.
-  bool take_alone(const PlainEvent& event) {
-    const auto [begin, end] = event.of_state[state_];
-    for (std::uint32_t c = begin; c < end; ++c) {
+  // The innermost transition that an event enables in an atomic state; null: none. False: only `step` can tell.
+  [[gnu::always_inline]] bool first_enabled(const PlainEvent& event, StateIndex state, const Candidate*& first) {
+    const auto [begin, end] = event.of_state[state];
+    for (std::uint32_t c = begin; c < end && first == nullptr; ++c) {
       const Candidate& candidate = event.candidates[c];
       bool holds = true;
       if (candidate.condition != kAlways && !condition(candidate.condition, holds)) return false;
-      if (!holds) continue;
-      if (!candidate.plain) return false;
-      return candidate.domain == kNoState ? execute(candidate.actions) : move(event, candidate);
+      if (holds) first = &candidate;
     }
     return true;
+  }
+
+  // In each active atomic state, in their order. False: only `step` can tell, or `see` says so.
+  template <class See>
+  bool for_each_enabled(const PlainEvent& event, See&& see) {
+    for (std::size_t i = 0; i < active_.size(); ++i) {
+      for (std::uint64_t word = active_[i]; word != 0; word &= word - 1) {
+        const Candidate* first = nullptr;
+        if (!first_enabled(event, static_cast<StateIndex>(i * 64 + static_cast<unsigned>(std::countr_zero(word))),
+                           first))
+          return false;
+        if (first != nullptr && !see(*first)) return false;
+      }
+    }
+    return true;
+  }
+
+  // Of one active atomic state there is one transition at most.
+  bool take_alone(const PlainEvent& event) {
+    const Candidate* first = nullptr;
+    if (!first_enabled(event, state_, first)) return false;
+    if (first == nullptr) return true;
+    if (!first->plain) return false;
+    return first->domain == kNoState ? execute(first->actions) : move(event, *first);
   }
 
   // Appendix D: from the inside out, what is on the way, and from the outside in.
@@ -134,24 +146,15 @@ class PlainStep {
     constexpr std::size_t kEnabledMax = 8;
     std::array<const Candidate*, kEnabledMax> enabled;
     std::size_t count = 0;
-    for (std::size_t i = 0; i < active_.size(); ++i) {
-      for (std::uint64_t word = active_[i]; word != 0; word &= word - 1) {
-        const auto [begin, end] = event.of_state[i * 64 + static_cast<unsigned>(std::countr_zero(word))];
-        for (std::uint32_t c = begin; c < end; ++c) {
-          const Candidate& candidate = event.candidates[c];
-          bool holds = true;
-          if (candidate.condition != kAlways && !condition(candidate.condition, holds)) return false;
-          if (!holds) continue;
-          if (!candidate.plain || candidate.domain != kNoState) return false;
-          const auto same = [&](const Candidate* other) { return other->transition == candidate.transition; };
-          if (std::none_of(enabled.begin(), enabled.begin() + count, same)) {
-            if (count == kEnabledMax) return false;
-            enabled[count++] = &candidate;
-          }
-          break;
-        }
-      }
-    }
+    const bool told = for_each_enabled(event, [&](const Candidate& candidate) {
+      if (!candidate.plain || candidate.domain != kNoState) return false;
+      const auto same = [&](const Candidate* other) { return other->transition == candidate.transition; };
+      if (std::any_of(enabled.begin(), enabled.begin() + count, same)) return true;
+      if (count == kEnabledMax) return false;
+      enabled[count++] = &candidate;
+      return true;
+    });
+    if (!told) return false;
     for (std::size_t i = 0; i < count; ++i) {
       if (!execute(enabled[i]->actions)) return false;
     }
