@@ -45,12 +45,16 @@ struct Channel {
   std::string user_data = {};
 };
 
+/// What a reader of requests says of itself that only listens, and the writer beside it that says nothing.
+inline constexpr std::string_view kOverhears = "sentree=overhears;";
+
 /// A reader or a writer of somebody else, as discovered.
 struct Endpoint {
   Guid guid{};
   bool is_writer = false;
   std::string topic;
   std::string type;
+  bool overhears = false;  ///< By its user data.
 };
 
 /// Goes when it is destroyed; then none of its functions is called any more, and none is in progress.
@@ -99,6 +103,6 @@ struct ParticipantOptions {
 
 /// The one function of the shared object, "sentree_ros_dds". Null: `error` says why.
 using Open = Participant* (*)(const ParticipantOptions& options, std::string& error);
-inline constexpr const char* kOpenName = "sentree_ros_dds_1";
+inline constexpr const char* kOpenName = "sentree_ros_dds_2";
 
 }  // namespace sentree::ros::dds

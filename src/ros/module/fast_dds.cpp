@@ -600,7 +600,9 @@ class FastParticipant final : public Participant, fast::DomainParticipantListene
   void note(bool is_there, const Info& info, bool is_writer) {
     const Guid guid = guid_of(info.guid());
     if (!is_there) return core_->lost(guid);
-    core_->found({guid, is_writer, info.topicName().to_string(), info.typeName().to_string()});
+    const auto& data = info.m_qos.m_userData.data_vec();
+    core_->found({guid, is_writer, info.topicName().to_string(), info.typeName().to_string(),
+                  std::equal(data.begin(), data.end(), kOverhears.begin(), kOverhears.end())});
   }
   void on_subscriber_discovery(fast::DomainParticipant*, rtps::ReaderDiscoveryInfo&& info) override {
     note(info.status != rtps::ReaderDiscoveryInfo::REMOVED_READER, info.info, false);
@@ -618,7 +620,7 @@ class FastParticipant final : public Participant, fast::DomainParticipantListene
 }  // namespace
 }  // namespace sentree::ros::dds
 
-extern "C" __attribute__((visibility("default"))) sentree::ros::dds::Participant* sentree_ros_dds_1(
+extern "C" __attribute__((visibility("default"))) sentree::ros::dds::Participant* sentree_ros_dds_2(
     const sentree::ros::dds::ParticipantOptions& options, std::string& error) {
   auto made = std::make_unique<sentree::ros::dds::FastParticipant>();
   return made->open(options, error) ? made.release() : nullptr;
