@@ -62,14 +62,14 @@ class Reader {
  public:
   virtual ~Reader() = default;
   [[nodiscard]] virtual Guid guid() const = 0;
-  [[nodiscard]] virtual std::vector<Guid> matched() const = 0;  ///< Writers.
+  [[nodiscard]] virtual std::vector<Guid> matched() const = 0;  ///< Writers, but for those that only stand there.
 };
 
 class Writer {
  public:
   virtual ~Writer() = default;
   [[nodiscard]] virtual Guid guid() const = 0;
-  /// Readers that get whatever is written from now on.
+  /// Readers that get whatever is written from now on, but for those that overhear.
   [[nodiscard]] virtual std::vector<Guid> matched() const = 0;
   /// @returns the sample's number, or 0: the queues are full, or the memory.
   [[nodiscard]] virtual std::int64_t write(const std::vector<std::uint8_t>& octets, const SampleId* related) = 0;

@@ -40,9 +40,11 @@ class ServiceEar {
   using OnRequest = std::function<std::optional<Asked>(const Octets& request)>;
   using OnReply = std::function<void(const Asked& asked, const Octets& reply)>;
 
-  ServiceEar(std::shared_ptr<Node> node, ServiceName service, Worker& worker, OnRequest on_request, OnReply on_reply,
-             Trouble trouble)
-      : node_(std::move(node)),
+  /// @param hears_requests  Else replies only, of which it is not known what they answer.
+  ServiceEar(std::shared_ptr<Node> node, ServiceName service, bool hears_requests, Worker& worker, OnRequest on_request,
+             OnReply on_reply, Trouble trouble)
+      : hears_requests_(hears_requests),
+        node_(std::move(node)),
         service_(std::move(service)),
         worker_(worker),
         on_request_(std::move(on_request)),
@@ -70,12 +72,19 @@ class ServiceEar {
       writes = writes || (each.is_writer && each.topic == answered && each.type == service_.reply_type);
     }
     servers_are_cyclone_ = is_cyclone;
-    if ((reads && writes) == (requests_ != nullptr)) return;
-    if (requests_ != nullptr) return close();
     std::string error;
     auto& graph = node_->participant();
-    const std::string mark(dds::kOverhears);
     const auto nothing = [](const std::string&) {};
+    if (!hears_requests_) {
+      if (replies_ != nullptr) return;
+      replies_ = graph.read(
+          {answered, service_.reply_type, {}}, [this](dds::Sample s) { post(false, std::move(s)); }, nothing, error);
+      if (replies_ == nullptr) trouble_("nothing can be heard of " + service_.name + ": " + error);
+      return;
+    }
+    if ((reads && writes) == (requests_ != nullptr)) return;
+    if (requests_ != nullptr) return close();
+    const std::string mark(dds::kOverhears);
     replies_ = graph.read(
         {answered, service_.reply_type, {}}, [this](dds::Sample s) { post(false, std::move(s)); }, nothing, error);
     silent_ = graph.write({answered, service_.reply_type, {}, mark}, nothing, error);
@@ -146,6 +155,7 @@ class ServiceEar {
     const auto key = sample.related.is_known() ? Pairing{sample.related.writer, sample.related.sequence}
                                                : cut_identity(sample.octets);
     if (!key) return;
+    if (!hears_requests_) return on_reply_({}, sample.octets);
     const auto asked = std::find_if(asked_.begin(), asked_.end(), [&](const auto& each) { return each.first == *key; });
     if (asked != asked_.end()) {
       const Asked found = std::move(asked->second);
@@ -156,6 +166,7 @@ class ServiceEar {
     early_.emplace_back(*key, std::move(sample.octets));
   }
 
+  const bool hears_requests_;
   const std::shared_ptr<Node> node_;
   const ServiceName service_;
   Worker& worker_;
@@ -197,6 +208,7 @@ class Overhearing final : public rpc::Opened {
   }
 
   Result<void> open(const GraphAddress& address, const std::string& base) {
+    hears_requests_ = address.requests;
     auto listening = form_of(*interface_) == Form::kAction ? action(base) : methods(address, base);
     if (!listening || services_.empty()) return listening;
     try {
@@ -245,7 +257,8 @@ class Overhearing final : public rpc::Opened {
   }
 
   void service(const ServiceName& name, ServiceEar::OnRequest on_request, ServiceEar::OnReply on_reply) {
-    services_.push_back(std::make_unique<ServiceEar>(node_, name, worker_, std::move(on_request), std::move(on_reply),
+    services_.push_back(std::make_unique<ServiceEar>(node_, name, hears_requests_, worker_, std::move(on_request),
+                                                     std::move(on_reply),
                                                      [this](const std::string& what) { trouble(what); }));
   }
 
@@ -334,6 +347,7 @@ class Overhearing final : public rpc::Opened {
   }
 
   static constexpr std::size_t kToldMax = 64;
+  bool hears_requests_ = false;
 
   const std::shared_ptr<Node> node_;
   const idl::ServicePtr interface_;

@@ -50,7 +50,8 @@ class RosOverheard : public Graph {
     std::string what;  // "METHOD", "METHOD.reply"
     Value value;
   };
-  [[nodiscard]] std::unique_ptr<rpc::Opened> hear(const std::string& name, const std::string& type) {
+  [[nodiscard]] std::unique_ptr<rpc::Opened> hear(const std::string& name, const std::string& type,
+                                                  const std::string& options = "&requests") {
     rpc::Middleware::Hearing hearing;
     hearing.request = [this](const idl::Method& method, Value arguments) {
       const std::uint64_t call = ++calls_;
@@ -61,7 +62,7 @@ class RosOverheard : public Graph {
       said_.add({call, method.name + ".reply", outcome ? std::move(*outcome) : Value(outcome.error().message)});
     };
     auto heard = rpc::middleware_of(at(name)).overhear(
-        at(name), interface(type), std::move(hearing),
+        at(name, options), interface(type), std::move(hearing),
         {.target = "heard", .problem = [this](const std::string& what) { problems_.add(what); }});
     EXPECT_TRUE(heard) << heard.error().message;
     return std::move(*heard);
@@ -113,6 +114,26 @@ TEST_F(RosOverheard, AreRequestsAndTheirReplies) {
   worker.stop();
 }
 
+TEST_F(RosOverheard, AreRepliesAloneWithoutAnythingThatLooksLikeAServer) {
+  const auto there = other_node();
+  const auto elsewhere = other_node();
+  Worker worker;
+  const auto heard = hear("/lamp", "std_srvs/srv/SetBool", "");
+  const auto server = serve_lamp(there, worker);
+  const auto client = *ServiceClient::make(elsewhere, lamp());
+  ASSERT_TRUE(eventually([&] {
+    EXPECT_EQ(ask(*client, true).at(13), 'n');
+    return !said_.all().empty();
+  }));
+  for (const Said& each : said_.all()) {
+    EXPECT_EQ(each.call, 0U);
+    EXPECT_EQ(each.what + " " + to_json(each.value), R"(call.reply {"success":true,"message":"on"})");
+  }
+  EXPECT_EQ(count(*elsewhere, "rq/lampRequest", false, false), 1U);
+  EXPECT_EQ(count(*elsewhere, "rr/lampReply", true, false), 1U);
+  worker.stop();
+}
+
 TEST_F(RosOverheard, ServersAreNotTakenForMoreOrLongerThanTheyAreThere) {
   const auto third = other_node();
   const auto heard = hear("/lamp", "std_srvs/srv/SetBool");
@@ -122,8 +143,8 @@ TEST_F(RosOverheard, ServersAreNotTakenForMoreOrLongerThanTheyAreThere) {
     rpc::Middleware::Hearing hearing;
     hearing.request = [](const idl::Method&, const Value&) { return std::uint64_t{1}; };
     hearing.outcome = [](std::uint64_t, const idl::Method&, const rpc::Outcome&) {};
-    return *overhear(node, *GraphAddress::parse("/lamp"), interface("std_srvs/srv/SetBool"), "/lamp", "ros:/lamp",
-                     std::move(hearing), {});
+    return *overhear(node, *GraphAddress::parse("/lamp?requests"), interface("std_srvs/srv/SetBool"), "/lamp",
+                     "ros:/lamp", std::move(hearing), {});
   }();
   {
     const auto there = other_node();

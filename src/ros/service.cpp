@@ -100,8 +100,7 @@ bool ServiceClient::wait_available(rpc::Deadline deadline, const std::function<b
 std::optional<ServiceClient::Key> ServiceClient::send(const Octets& request) {
   const std::vector<dds::Guid> servers = writer_->writer()->matched();
   if (servers.empty()) return std::nullopt;
-  // Beside a server there may be those who only overhear.
-  if (std::any_of(servers.begin(), servers.end(), dds::is_cyclone)) {
+  if (std::all_of(servers.begin(), servers.end(), dds::is_cyclone)) {
     std::int64_t number = 0;
     {
       const std::lock_guard lock(mutex_);

@@ -81,8 +81,9 @@ class Middleware {
   /// What others say to each other, without having been asked for it. From a thread of the middleware, one thing after
   /// the other; values conform.
   struct Hearing {
-    /// Returns a number of its own, by which the outcome is told.
+    /// Returns a number of its own, not 0, by which the outcome is told.
     std::function<std::uint64_t(const idl::Method& method, Value arguments)> request;
+    /// By 0: what was asked has not been heard.
     std::function<void(std::uint64_t call, const idl::Method& method, Outcome outcome)> outcome;
   };
   /// Whether what others say at an address reaches anybody else. Error: rpc.address.

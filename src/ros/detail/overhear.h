@@ -13,10 +13,11 @@ namespace sentree::ros {
 
 /// Listens to a topic, a service or an action, and writes nothing.
 ///
-/// Requests and replies are topics of DDS, which whoever reads them gets. But a client of ROS takes a server for ready
-/// only if there are as many readers of requests as writers of replies: so beside our reader of requests there is a
-/// writer of replies that never writes. The two are there only while a server is that is none of these, so that nobody
-/// takes them for one, and the node does not tell of them.
+/// Requests and replies are topics of DDS, which whoever reads them gets. A reader of replies disturbs nobody. But a
+/// client of ROS takes a server for ready if there are as many readers of requests as writers of replies: so where the
+/// address wants `requests`, beside our reader of requests there is a writer of replies that never writes. The two are
+/// there only while a server is that is none of these, and the node does not tell of them; but a client that discovers
+/// them before that server takes them for it, for so long.
 ///
 /// @param base  The name in the graph. Errors: ros.type, rpc.exhausted.
 [[nodiscard]] Result<std::unique_ptr<rpc::Opened>> overhear(const std::shared_ptr<Node>& node,

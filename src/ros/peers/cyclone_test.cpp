@@ -165,8 +165,8 @@ TEST_F(RosCyclone, IsOverheardWhenItAsksAndWhenItAnswers) {
     };
     const auto listener =
         std::make_shared<Node>(stranger(), Release::kHumble, static_cast<std::uint32_t>(std::stoi(domain_)));
-    auto heard = overhear(listener, *GraphAddress::parse(name), interface("std_srvs/srv/SetBool"), name, "ros:" + name,
-                          std::move(hearing), {});
+    auto heard = overhear(listener, *GraphAddress::parse(name + "?requests"), interface("std_srvs/srv/SetBool"), name,
+                          "ros:" + name, std::move(hearing), {});
     EXPECT_TRUE(heard) << heard.error().message;
     return std::move(*heard);
   };
