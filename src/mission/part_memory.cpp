@@ -136,7 +136,10 @@ std::uint32_t PartMemory::arrived(std::uint32_t what) {
   const SkillState& skill = std::get<SkillState>(*tables_->kept[state].state);
   const SkillModel& model = tables_->parts.skill(leaf).model();
   std::optional<std::vector<scxml::TransitionIndex>> enabled;
-  if (!is_one_of_few && !model.protocol && skill.is_current(call->run) && !tables_->looks[leaf].at.elsewhere()) {
+  // Which goal was accepted is remembered, whatever the chart does with it.
+  const bool is_goal = call->method == kSendGoal;
+  if (!is_goal && !is_one_of_few && !model.protocol && skill.is_current(call->run) &&
+      !tables_->looks[leaf].at.elsewhere()) {
     scxml::Event event;
     event.name = call->service + "." + call->method + ".reply";
     event.sendid = call->sendid;
