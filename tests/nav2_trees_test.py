@@ -69,6 +69,8 @@ LEAVES = """<root BTCPP_format="4"><BehaviorTree ID="Leaves"><Sequence>
   <RemovePassedGoals input_goals="{short}" output_goals="{left}"/>
   <NavigateThroughPoses goals="{left}"/>
   <GoalReached goal="{last}"/>
+  <GetCurrentPose current_pose="{here}"/>
+  <GoalReached goal="{here}"/>
   <Inverter><GoalReached goal="{goal}"/></Inverter>
   <DockRobot dock_id="dock"/>
   <IsBatteryCharging/>

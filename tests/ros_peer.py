@@ -201,7 +201,7 @@ def robot_of_nav2():
     code, out, err = run("run", "nav2_client", "--scenario", "all", "--no-record")
     check("every action and service does what it is asked", code == 0, out + err)
     told, _ = watching.communicate(timeout=PATIENCE)
-    check("topics and goals of others are observed", watching.returncode == 1 and "nav.status.request" in told, told)
+    check("topics and goals of others are observed", watching.returncode == 1 and "violated" in told, told)
     sim.end()
 
 
@@ -213,7 +213,9 @@ def watcher():
         out.write("""mission: {file: mission.xml, rate: 5 Hz}
 services:
   battery: {interface: sensor_msgs/msg/BatteryState, at: "ros:/battery_state"}
-  nav: {interface: nav2_msgs/action/NavigateToPose, at: "ros:/navigate_to_pose"}
+observe:
+  nav: {interface: nav2_msgs/action/NavigateToPose, at: "ros:/navigate_to_pose?requests"}
+  clear: {interface: nav2_msgs/srv/ClearEntireCostmap, at: "ros:/global_costmap/clear_entirely_global_costmap?requests"}
 monitors:
   - {file: monitors/others.scxml}
 deadlines: {budget: 10 s, condition: 8 s, call: 4 s, halt: 10 s, unresponsive: 20 s}
@@ -222,9 +224,25 @@ deadlines: {budget: 10 s, condition: 8 s, call: 4 s, halt: 10 s, unresponsive: 2
         out.write('<root BTCPP_format="4"><BehaviorTree ID="M"><Sleep msec="600000"/></BehaviorTree></root>')
     with open("watcher/monitors/others.scxml", "w") as out:
         out.write("""<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" initial="waiting">
+  <datamodel><data id="id" expr="''"/></datamodel>
   <state id="waiting"><transition event="battery.message.request" cond="_event.data.args.percentage &lt;= 1" target="heard"/></state>
-  <state id="heard"><transition event="nav.feedback.request" cond="_event.data.args.feedback.distance_remaining &gt; 0" target="driving"/></state>
-  <state id="driving"><transition event="nav.status.request" cond="_event.data.args.status === 'SUCCEEDED'" target="violated"/></state>
+  <parallel id="heard">
+    <state id="goals" initial="none">
+      <state id="none"><transition event="nav.send_goal.request" cond="_event.data.args.pose.header.frame_id === 'map'" target="sent"/></state>
+      <state id="sent"><transition event="nav.send_goal.reply" cond="_event.data.result.accepted" target="accepted">
+        <assign location="id" expr="_event.data.result.goal_id"/>
+      </transition></state>
+      <state id="accepted"><transition event="nav.feedback.request" cond="_event.data.args.feedback.distance_remaining &gt; 0" target="driving"/></state>
+      <state id="driving"><transition event="nav.result.request" cond="_event.data.args.goal_id === id &amp;&amp; _event.data.args.status === 'SUCCEEDED'" target="ended"/></state>
+      <state id="ended"/>
+    </state>
+    <state id="calls" initial="silent">
+      <state id="silent"><transition event="clear.call.request" target="asked"/></state>
+      <state id="asked"><transition event="clear.call.reply" target="answered"/></state>
+      <state id="answered"/>
+    </state>
+    <transition cond="In('ended') &amp;&amp; In('answered')" target="violated"/>
+  </parallel>
   <final id="violated"/>
 </scxml>
 """)
@@ -232,6 +250,17 @@ deadlines: {budget: 10 s, condition: 8 s, call: 4 s, halt: 10 s, unresponsive: 2
         out.write("clock: real\nduration: 10 min\nstop_when_violated: true\n")
     code, out, err = run("check", "watcher")
     check("a mission may have no part in what it observes", code == 0, out + err)
+    with open("watcher/sentree.yaml") as project:
+        text = project.read()
+    for name, before, after, told in [
+            ("published", 'navigate_to_pose?requests"', 'navigate_to_pose?publish"', 'sentree.yaml:5:3: "nav" cannot be observed'),
+            ("twice", "  clear:", "  battery:", 'sentree.yaml:6:3: "battery" is a service already'),
+            ("release", 'battery_state"', 'battery_state?release=jazzy"', "(the other one: ")]:
+        shutil.copytree("watcher", "watcher_" + name)
+        with open("watcher_" + name + "/sentree.yaml", "w") as out:
+            out.write(text.replace(before, after))
+        code, out, err = run("check", "watcher_" + name)
+        check("what cannot be observed is told: " + name, code != 0 and told in out + err, out + err)
     return subprocess.Popen([sentree, "run", "watcher", "--scenario", "others", "--no-record"], stdin=subprocess.DEVNULL,
                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
 

@@ -28,7 +28,8 @@ namespace {
 struct HealthFinding {
   std::string name;
   std::string detail;
-  std::string remedy;  // empty: good
+  std::string remedy;    // empty: good
+  bool is_there = true;  // false: this build or machine has it not, which is no fault
 };
 
 HealthFinding check_shipped() {
@@ -86,8 +87,8 @@ HealthFinding check_certificates() {
 HealthFinding check_groot() {
   if (groot::is_built()) return {"Groot", "sentree run --groot and sentree watch are there (ZeroMQ)", ""};
   return {"Groot",
-          "built without ZeroMQ; for --groot and sentree watch install libzmq3-dev and cppzmq-dev, and build again",
-          ""};
+          "built without ZeroMQ; for --groot and sentree watch install libzmq3-dev and cppzmq-dev, and build again", "",
+          false};
 }
 
 // Somebody else who listens there is no fault: another port will do.
@@ -106,7 +107,8 @@ std::vector<HealthFinding> check_middlewares() {
   for (const rpc::Middleware* each : rpc::middlewares()) {
     std::string schemes;
     for (const std::string& scheme : each->schemes()) schemes += (schemes.empty() ? "" : ", ") + scheme;
-    findings.push_back({schemes, each->about(), ""});
+    const std::string missing = each->lacks();
+    findings.push_back({schemes, missing.empty() ? each->about() : missing, "", missing.empty()});
   }
   return findings;
 }
@@ -162,6 +164,7 @@ Value as_value(const std::vector<HealthFinding>& findings) {
   for (const HealthFinding& finding : findings) {
     list.push_back(Map{{"name", finding.name},
                        {"ok", finding.remedy.empty()},
+                       {"there", finding.is_there},
                        {"detail", finding.detail},
                        {"remedy", finding.remedy}});
   }
@@ -178,7 +181,8 @@ int doctor(const DoctorCommand& command) {
     print(to_json(as_value(findings)) + "\n");
   } else {
     for (const HealthFinding& finding : findings) {
-      print((finding.remedy.empty() ? "✓ " : "✗ ") + finding.name + ": " + finding.detail + "\n");
+      const char* const mark = !finding.remedy.empty() ? "✗ " : finding.is_there ? "✓ " : "– ";
+      print(mark + finding.name + ": " + finding.detail + "\n");
       if (!finding.remedy.empty()) print("    " + finding.remedy + "\n");
     }
   }

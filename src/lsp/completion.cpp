@@ -472,8 +472,8 @@ class Completer {
     if (key.empty()) {
       if (path.empty()) {
         if (is_project)
-          keys({"mission", "world", "services", "skills", "monitors", "models", "verify", "observers", "protocols",
-                "palettes", "packages", "plugins", "deadlines", "groot"});
+          keys({"mission", "world", "services", "observe", "skills", "monitors", "models", "verify", "observers",
+                "protocols", "palettes", "packages", "plugins", "deadlines", "groot"});
         else
           keys({"description", "project", "override", "clock", "seed", "duration", "stop_when_violated", "timeline",
                 "delays", "choices", "orders", "processes", "expect"});
@@ -488,6 +488,8 @@ class Completer {
         services();
       } else if (path.size() > 1 && path[path.size() - 2] == "services") {
         keys({"interface", "at", "robot", "publish"});
+      } else if (path.size() > 1 && path[path.size() - 2] == "observe") {
+        keys({"interface", "at"});
       } else if (path.back() == "timeline") {
         keys({"at", "call", "args", "stop", "kill", "restart", "delay", "falsify", "force", "breakpoint", "clear"});
       }

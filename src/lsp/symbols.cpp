@@ -321,7 +321,7 @@ class YamlCollector : public Collector {
 
   void section(const text::YamlNode& root) {
     for (const auto& [key, value] : root.entries) {
-      if (key.scalar == "services") {
+      if (key.scalar == "services" || key.scalar == "observe") {
         for (const auto& [name, entry] : value.entries) {
           scalar(name, SymbolKind::kService, is_project_);
           interface(entry);

@@ -132,6 +132,10 @@ class Mapping {
       } else if (leaf.chart->fingerprint() != other.chart->fingerprint()) {
         next.session = scxml::Session();  // its next run begins anew
       }
+      std::erase_if(next.goals, [&](const SkillState::Goal& goal) {
+        const auto service = after_.services.find(goal.service);
+        return service == after_.services.end() || !is_action(*service->second.service);
+      });
       for (SkillState::Line& line : next.lines) {
         for (const Shared<Call>& call : line.waiting) check(call);
       }

@@ -72,6 +72,12 @@ class Writer {
       for (const auto& call : line.waiting) write(*call, leaf);
     }
     out_.text("");
+    for (const SkillState::Goal& goal : skill.goals) {
+      out_.text(goal.service);
+      out_.text(goal.id);
+      flag(goal.abandoned);
+    }
+    out_.text("");
     // What is published begins a chart that lives on only once.
     if (model.protocol) flag(skill.run == 0);
     flag(skill.running());

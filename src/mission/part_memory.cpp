@@ -131,7 +131,9 @@ std::uint32_t PartMemory::arrived(std::uint32_t what) {
   const SkillState& skill = std::get<SkillState>(*tables_->kept[state].state);
   const SkillModel& model = tables_->parts.skill(leaf).model();
   std::optional<std::vector<scxml::TransitionIndex>> enabled;
-  if (!is_one_of_few && !model.protocol && skill.is_current(call->run))
+  // Which goal was accepted is remembered, whatever the chart does with it.
+  const bool is_goal = call->method == kSendGoal;
+  if (!is_goal && !is_one_of_few && !model.protocol && skill.is_current(call->run))
     enabled = tables_->looks[leaf].enabled(*call, outcome.result, skill.session, tables_->kept[state].at);
   const auto delivered = [&] {
     if (!enabled && !is_one_of_few) return exactly();

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::string_view kMagic = "SRUN";
 // From 2 on a skill that was never asked for anything is null.
-constexpr std::uint64_t kVersion = 2;
+constexpr std::uint64_t kVersion = 3;
 constexpr std::size_t kHeaderSize = 4 + 3 * 8;
 /// Periods that a run may have missed in a row: more are no state of a run, and would be counted one by one.
 constexpr std::int64_t kMissedMax = 1'000'000;
@@ -92,6 +92,11 @@ class Consistency {
     if ((lives_on && !leaf.protocol) || (skill.running() && !skill.session.running())) return false;
     const std::size_t transitions = leaf.chart ? leaf.chart->transitions().size() : 0;
     if (skill.latest.transition && *skill.latest.transition >= transitions) return false;
+    if (skill.goals.size() > kGoalsMax || std::any_of(skill.goals.begin(), skill.goals.end(), [&](const auto& goal) {
+          const auto service = plan_.services.find(goal.service);
+          return service == plan_.services.end() || !is_action(*service->second.service);
+        }))
+      return false;
     return std::all_of(skill.lines.begin(), skill.lines.end(), [&](const SkillState::Line& line) {
       return line.waiting.size() <= kGatedCallsMax &&
              std::all_of(line.waiting.begin(), line.waiting.end(),
@@ -155,7 +160,10 @@ template <class T>
 Result<void> restore_with_session(const scxml::Chart& chart, const Value& saved, T& state) {
   const Value* session = saved.find("session");
   if (session == nullptr) return bad("a session is missing");
-  if (const std::string problem = archive::restore(saved, state); !problem.empty()) return bad(problem);
+  Value members = saved;
+  // Skills have had goals since format 3.
+  if (std::is_same_v<T, SkillState> && members.find("goals") == nullptr) (*members.as_map())["goals"] = List();
+  if (const std::string problem = archive::restore(members, state); !problem.empty()) return bad(problem);
   auto restored = scxml::restore(chart, *session);
   if (!restored) return bad(restored.error().message);
   state.session = std::move(*restored);

@@ -313,7 +313,9 @@ class SkillMachine::Step {
     // Between its runs a chart that lives on has nothing to give up.
     if (alive_ || (lives_ && ended_)) cancel();
     ended_ = false;
-    return settle();
+    const bool told = settle();
+    abandon_goals();
+    return told;
   }
 
   bool operator()(const KillSkill&) {
@@ -357,6 +359,7 @@ class SkillMachine::Step {
   }
 
   bool operator()(const Published& published) {
+    if (!state_.goals.empty()) note_result(*published.what);
     const bool begins = !lives_ && model_.protocol && state_.phase == SkillPhase::kIdle && state_.run == 0;
     if (begins) start({}, false);
     if (!lives_) return begins;
@@ -392,6 +395,9 @@ class SkillMachine::Step {
     const Call& call = *finish.call;
     CallOutcome& outcome = finish.outcome;
     const bool current = state_.is_current(call.run);
+    // Nobody's but the run's own, which nobody waits for.
+    const bool is_own = call.run == 0;
+    if (!state_.goals.empty() && call.method == kSendGoal) note_accepted(call, outcome);
     Map data;
     data.append("args", call.args);
     if (outcome.ok) {
@@ -407,10 +413,12 @@ class SkillMachine::Step {
       return finish_with(call, called.reply.text, scxml::EventType::kExternal, std::move(data));
     }
     Message message;
-    message.kind = outcome.ok && current ? MessageKind::kReply : MessageKind::kError;
+    message.kind = outcome.ok && (current || is_own) ? MessageKind::kReply : MessageKind::kError;
     message.source = model_.name;
     message.target = call.service;
-    message.name = !current ? called.name + ".late" : outcome.ok ? called.reply.text : called.name + ".error";
+    message.name = !current && !is_own ? called.name + ".late"
+                   : outcome.ok        ? called.reply.text
+                                       : called.name + ".error";
     message.call = call.id;
     if (!current) {
       message.data = std::move(data);
@@ -438,6 +446,69 @@ class SkillMachine::Step {
     event.data = idl::for_script(std::move(data));
     step(event);
     return settle();
+  }
+
+  // Beside a call that the chart makes itself.
+  void note_sent(const Call& call, const idl::Service& service) {
+    if (!is_action(service)) return;
+    if (call.method == kSendGoal) {
+      if (state_.goals.size() >= kGoalsMax) state_.goals.erase(state_.goals.begin());
+      state_.goals.push_back({.service = call.service, .id = {}});
+      return;
+    }
+    const Value* const id = call.args.find("goal_id");
+    const bool is_all = id == nullptr || id->text().empty();
+    std::erase_if(state_.goals, [&](const SkillState::Goal& goal) {
+      return goal.service == call.service && !goal.id.empty() && (is_all || goal.id == id->text());
+    });
+  }
+
+  // Calls to one service are answered in their order.
+  void note_accepted(const Call& call, const CallOutcome& outcome) {
+    const auto goal = std::find_if(state_.goals.begin(), state_.goals.end(), [&](const SkillState::Goal& each) {
+      return each.service == call.service && each.id.empty();
+    });
+    if (goal == state_.goals.end()) return;
+    const Value* const accepted = outcome.result.find("accepted");
+    const Value* const id = outcome.result.find("goal_id");
+    if (!outcome.ok || accepted == nullptr || *accepted != Value(true) || id == nullptr || id->text().empty()) {
+      state_.goals.erase(goal);
+      return;
+    }
+    goal->id = id->text();
+    if (goal->abandoned) abandon_goals();
+  }
+
+  void note_result(const Publication& what) {
+    const Value* const id = what.args.find("goal_id");
+    if (id == nullptr || !what.topic.ends_with(".result")) return;
+    const std::string_view service = std::string_view(what.topic).substr(0, what.topic.rfind('.'));
+    std::erase_if(state_.goals,
+                  [&](const SkillState::Goal& goal) { return goal.service == service && goal.id == id->text(); });
+  }
+
+  // Goals of a run that was halted and has not cancelled them itself.
+  void abandon_goals() {
+    std::vector<SkillState::Goal> left;
+    for (SkillState::Goal& goal : std::exchange(state_.goals, {})) {
+      goal.abandoned = true;
+      if (goal.id.empty()) {
+        left.push_back(std::move(goal));
+        continue;
+      }
+      make({.run = 0,
+            .id = host_.next_call(),
+            .service = goal.service,
+            .method = "cancel_goal",
+            .args = Value(Map{{"goal_id", goal.id}}),
+            .sendid = {}});
+    }
+    state_.goals = std::move(left);
+  }
+
+  // What a run that ended by itself has left is its chart's business.
+  void forget_goals() {
+    if (!state_.goals.empty()) std::erase_if(state_.goals, [](const auto& goal) { return !goal.abandoned; });
   }
 
   // A tick for a chart that lives on.
@@ -535,6 +606,7 @@ class SkillMachine::Step {
     state_.halt_due.reset();
     state_.outputs = Map();
     state_.trouble.clear();
+    forget_goals();
     scxml::StartOptions options;
     options.data = model_.constants;
     for (const auto& [port, value] : inputs) {
@@ -678,8 +750,10 @@ class SkillMachine::Step {
     }
     state_.phase = next;
     if (!alive_ && halting_) {
+      if (!state_.goals.empty()) abandon_goals();
       host_.halted();
     } else if (!alive_ && owing_) {
+      forget_goals();
       // One that was cancelled has nothing to tell but failure.
       if (ended_)
         answer(state_.ended, std::exchange(state_.outputs, Map()));
@@ -716,7 +790,8 @@ class SkillMachine::Step {
 
   void call(scxml::OutgoingSend& send) {
     // `check_call` has passed: the chart's <send> would have failed otherwise.
-    const idl::Method& method = *model_.services->at(send.target).service->find(send.event);
+    const idl::Service& service = *model_.services->at(send.target).service;
+    const idl::Method& method = *service.find(send.event);
     Call call{.run = state_.run,
               .id = host_.next_call(),
               .service = std::move(send.target),
@@ -724,6 +799,11 @@ class SkillMachine::Step {
               .args = send.data ? std::move(*send.data) : Value(Map()),
               .sendid = std::move(send.sendid)};
     if (!idl::conforms_arguments(method, call.args)) call.args = *idl::conform_arguments(method, std::move(call.args));
+    if (call.method == kSendGoal || call.method == "cancel_goal") note_sent(call, service);
+    make(std::move(call));
+  }
+
+  void make(Call call) {
     const Shared<Call> shared(std::move(call));
     SkillState::Line& line = line_of(state_, shared->service);
     if (line.waiting.size() >= kGatedCallsMax) {
@@ -842,6 +922,8 @@ void SkillMachine::give_up(SkillState& state, const std::string& why, SkillHost&
   state.outputs = Map();
 }
 
+bool is_action(const idl::Service& service) { return service.name.find("/action/") != std::string::npos; }
+
 Result<void> check_call(const scxml::OutgoingSend& send, const std::map<std::string, project::ServicePlan>& services) {
   if (send.type != "thrift") return {};
   const auto service = services.find(send.target);
@@ -852,6 +934,8 @@ Result<void> check_call(const scxml::OutgoingSend& send, const std::map<std::str
                 fmt::format("service \"{}\" is not in sentree.yaml{}", send.target, did_you_mean(send.target, names)),
                 send.span);
   }
+  if (!service->second.observed.empty())
+    return fail("run.observed", fmt::format("\"{}\" is observed and cannot be called", send.target), send.span);
   const auto method = idl::find_method(*service->second.service, send.event, send.target, send.span);
   if (!method) return tl::unexpected(method.error());
   if (send.data && idl::conforms_arguments(**method, *send.data)) return {};

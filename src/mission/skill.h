@@ -27,6 +27,8 @@
 
 namespace sentree::mission {
 
+/// Goals of one skill that have not ended; of more, the oldest are left to their chart.
+inline constexpr std::size_t kGoalsMax = 16;
 /// Calls of one chart to one service that wait for a gate's decision; one more fails at once as unreachable.
 inline constexpr std::size_t kGatedCallsMax = 256;
 
@@ -106,6 +108,15 @@ struct SkillState {
     friend bool operator==(const Line&, const Line&) = default;
   };
   std::vector<Line> lines;
+
+  /// A goal that the run sent to an action of ROS and that has not ended, as far as it has been told.
+  struct Goal {
+    std::string service;
+    std::string id;          ///< Empty: it has not been accepted yet.
+    bool abandoned = false;  ///< Its run was halted meanwhile: it is cancelled once it is accepted.
+    friend bool operator==(const Goal&, const Goal&) = default;
+  };
+  std::vector<Goal> goals;
   scxml::Session session;
 
   /// Its chart lives.
@@ -249,6 +260,10 @@ class SkillMachine {
 /// looked at. Errors: run.unknown-service, those of `idl::find_method` and of `idl::conform_arguments`.
 [[nodiscard]] Result<void> check_call(const scxml::OutgoingSend& send,
                                       const std::map<std::string, project::ServicePlan>& services);
+
+/// Whether it is an action of ROS 2: its goals are sent and cancelled, and end by the topic `result`.
+[[nodiscard]] bool is_action(const idl::Service& service);
+inline constexpr std::string_view kSendGoal = "send_goal";
 
 /// Everything that a skill remembers of its chart, as data, for snapshots. Error: scxml.no-value-form.
 [[nodiscard]] Result<Value> save(const SkillModel& model, const SkillState& state);

@@ -92,11 +92,17 @@ class SkillPlayer final : public SkillHost {
   }
   static const std::map<std::string, project::ServicePlan>& services() {
     static const auto kServices = [] {
+      const auto action =
+          idl::Schema::load("int32 upto\n---\nint32 reached\n---\nint32 now\n", "demo/action/Count.action");
       const auto schema = idl::Schema::load(
           "service S { bool ask(1: double n = 0)  void stop()  oneway void level(1: i32 n) }", "s.thrift");
       std::map<std::string, project::ServicePlan> services;
       services["s"] = {
           .name = "s", .service = *idl::find_service(*schema.value, "S"), .interface = "S", .at = {}, .robot = {}};
+      services["nav"] = {
+          .name = "nav", .service = action.value->service("Count"), .interface = "Count", .at = {}, .robot = {}};
+      services["seen"] = services["nav"];
+      services["seen"].observed = "ros:/seen";
       return services;
     }();
     return kServices;
@@ -622,6 +628,106 @@ TEST(Skill, AnythingInAnyOrderFollowsTheTableAndACopyGoesOnAlike) {
   }
   std::cout << covered << " of " << skill_edges().size() << " edges taken\n";
   EXPECT_EQ(covered, skill_edges().size());
+}
+
+const char* const kGoing = R"(
+  <state id="going">
+    <onentry><send type="thrift" target="nav" event="send_goal"><param name="upto" expr="5"/></send></onentry>
+    <transition event="nav.result" target="success"/>
+    <transition event="halt" target="halted"/>
+  </state>
+  <final id="success"/> <final id="failure"/> <final id="halted"/>)";
+const char* const kCancelling = R"(
+  <datamodel><data id="id" expr="''"/></datamodel>
+  <state id="going">
+    <onentry><send type="thrift" target="nav" event="send_goal"><param name="upto" expr="5"/></send></onentry>
+    <transition event="nav.send_goal.reply"><assign location="id" expr="_event.data.result.goal_id"/></transition>
+    <transition event="halt" target="stopping"/>
+  </state>
+  <state id="stopping">
+    <onentry><send type="thrift" target="nav" event="cancel_goal"><param name="goal_id" expr="id"/></send></onentry>
+    <transition event="nav.cancel_goal" target="halted"/>
+  </state>
+  <final id="success"/> <final id="failure"/> <final id="halted"/>)";
+
+Value accepted(bool is = true) { return Map{{"accepted", is}, {"goal_id", "a1"}}; }
+Value cancelled() { return Map{{"return_code", 0}, {"goals_canceling", List{"a1"}}}; }
+
+TEST(SkillGoals, AreCancelledWhenTheirRunIsHalted) {
+  SkillPlayer p(kGoing);
+  p.tick(true);
+  p.reply(accepted());
+  p.done();
+  p.halt();
+  EXPECT_THAT(p.done(), ElementsAre(R"(call nav.cancel_goal {"goal_id":"a1"})", "halted"));
+  p.reply(cancelled());
+  EXPECT_THAT(p.done(), IsEmpty()) << "nobody waits for the answer, and it is not late";
+  p.halt();
+  EXPECT_THAT(p.done(), ElementsAre("halted"));
+}
+
+TEST(SkillGoals, ThatAreAcceptedAfterTheHaltAreCancelledThen) {
+  SkillPlayer p(kGoing);
+  p.tick(true);
+  p.halt();
+  p.done();
+  p.reply(accepted());
+  EXPECT_THAT(p.done(), ElementsAre(R"(call nav.cancel_goal {"goal_id":"a1"})", "nav.send_goal.late"));
+  SkillPlayer refused(kGoing);
+  refused.tick(true);
+  refused.halt();
+  refused.done();
+  refused.reply(accepted(false));
+  EXPECT_THAT(refused.done(), ElementsAre("nav.send_goal.late"));
+  EXPECT_THAT(refused.state.goals, IsEmpty());
+}
+
+TEST(SkillGoals, ThatTheChartCancelsAreNotCancelledAgain) {
+  SkillPlayer p(kCancelling);
+  p.tick(true);
+  p.reply(accepted());
+  p.done();
+  p.halt();
+  EXPECT_THAT(p.done(), ElementsAre(R"(call nav.cancel_goal {"goal_id":"a1"})"));
+  p.reply(cancelled());
+  EXPECT_THAT(p.done(), ElementsAre("halted"));
+}
+
+TEST(SkillGoals, ThatHaveEndedAreLeftAlone) {
+  SkillPlayer p(R"(
+  <state id="going">
+    <onentry><send type="thrift" target="nav" event="send_goal"><param name="upto" expr="5"/></send></onentry>
+    <transition event="halt" target="halted"/>
+  </state>
+  <final id="halted"/>)");
+  p.tick(true);
+  p.reply(accepted());
+  p.take(Published{Shared<Publication>({"nav.result", "nav", Map{{"goal_id", "a1"}, {"status", "SUCCEEDED"}}})});
+  p.done();
+  p.halt();
+  EXPECT_THAT(p.done(), ElementsAre("halted"));
+}
+
+TEST(SkillGoals, OfARunThatEndsByItselfAreItsCharts) {
+  SkillPlayer p(kGoing);
+  p.tick(true);
+  p.reply(accepted());
+  p.take(Published{Shared<Publication>({"nav.result", "nav", Map{{"goal_id", "of others"}, {"status", "ABORTED"}}})});
+  p.tick();
+  p.done();
+  p.halt();
+  EXPECT_THAT(p.done(), ElementsAre("halted"));
+}
+
+TEST(SkillCalls, OfWhatIsObservedAreRefused) {
+  const SkillPlayer p(kGoing);
+  scxml::OutgoingSend send;
+  send.type = "thrift";
+  send.target = "seen";
+  send.event = "cancel_goal";
+  const auto checked = check_call(send, *p.model().services);
+  ASSERT_FALSE(checked);
+  EXPECT_THAT(checked.error().message, HasSubstr("\"seen\" is observed and cannot be called"));
 }
 
 // Executes steps as another process does: from data alone.

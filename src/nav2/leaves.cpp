@@ -446,6 +446,8 @@ std::vector<bt::NodeModel> skill_models() {
        number("distance_backward", "4.0", "m"), text("robot_base_frame"), bt::input("transform_tolerance"),
        bt::input("pose"), bt::input("angular_distance_weight"), bt::input("max_robot_pose_search_dist")},
       "the part of a path around the robot", false);
+  add("GetCurrentPose", kAction, {text("global_frame"), text("robot_base_frame"), bt::output("current_pose")},
+      "where the robot is", false);
   add("IsGoalNearby", kCondition,
       {bt::input("path"), number("proximity_threshold", "1.0", "m"), bt::input("max_robot_pose_search_dist"),
        text("global_frame"), text("robot_base_frame")},

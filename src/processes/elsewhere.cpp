@@ -1,6 +1,7 @@
 #include "sentree/processes/elsewhere.h"
 
 #include <algorithm>
+#include <deque>
 #include <utility>
 
 #include <fmt/format.h>
@@ -25,6 +26,8 @@ using runtime::Services;
 
 namespace {
 
+// Requests of others whose outcome has not come.
+constexpr std::size_t kOverheardMax = 256;
 // What a run's processes get to end in order.
 constexpr std::chrono::seconds kEndPatience{2};
 
@@ -62,6 +65,10 @@ class PartsElsewhere final : public runtime::Elsewhere {
 
   std::optional<std::string> subscribe(const Services& services) override {
     for (const auto& [name, service] : services) {
+      if (!service.observed.empty()) {
+        if (auto error = overhear(service)) return error;
+        continue;
+      }
       const auto address = rpc::Address::parse(service.at);
       if (!address || address->kind != rpc::Address::Kind::kOther) continue;
       if (!rpc::middleware_of(*address).is_source(*address, service.service.get())) {
@@ -74,14 +81,7 @@ class PartsElsewhere final : public runtime::Elsewhere {
       auto opened =
           rpc::middleware_of(*address).subscribe(*address, service.service,
                                                  [this, name = name](const idl::Method& method, Value arguments) {
-                                                   Message request;
-                                                   request.kind = MessageKind::kRequest;
-                                                   request.source = name;
-                                                   request.target = name;
-                                                   request.name = name + "." + method.name + ".request";
-                                                   request.call = run_.publisher.next_call();
-                                                   request.data = Map{{"args", std::move(arguments)}};
-                                                   run_.publish(std::move(request));
+                                                   publish_request(name, method, std::move(arguments));
                                                  },
                                                  {.target = name, .problem = run_.problem});
       if (!opened) return opened.error().message;
@@ -233,6 +233,66 @@ class PartsElsewhere final : public runtime::Elsewhere {
   }
 
  private:
+  // In virtual time there is nobody else.
+  std::optional<std::string> overhear(const project::ServicePlan& service) {
+    if (scenario_.virtual_time) return std::nullopt;
+    const auto address = rpc::Address::parse(service.observed);
+    if (!address) return address.error().message;
+    rpc::Middleware::Hearing hearing;
+    // What was asked belongs to its outcome; calls of the middleware come one after the other.
+    const auto asked = std::make_shared<std::deque<std::pair<std::uint64_t, Value>>>();
+    hearing.request = [this, asked, name = service.name](const idl::Method& method, Value arguments) {
+      if (!method.oneway) asked->emplace_back(0, arguments);
+      const std::uint64_t call = publish_request(name, method, std::move(arguments));
+      if (!method.oneway) asked->back().first = call;
+      if (asked->size() > kOverheardMax) asked->pop_front();
+      return call;
+    };
+    hearing.outcome = [this, asked, name = service.name](std::uint64_t call, const idl::Method& method,
+                                                         rpc::Outcome outcome) {
+      Message reply;
+      reply.kind = outcome ? MessageKind::kReply : MessageKind::kError;
+      reply.source = name;
+      reply.target = name;
+      reply.name = name + "." + method.name + (outcome ? ".reply" : ".error");
+      reply.call = call != 0 ? call : run_.publisher.next_call();
+      Map data;
+      const auto of = std::find_if(asked->begin(), asked->end(), [&](const auto& each) { return each.first == call; });
+      if (of != asked->end()) {
+        data.append("args", std::move(of->second));
+        asked->erase(of);
+      }
+      mission::CallOutcome told = to_call_outcome(std::move(outcome));
+      if (told.ok) {
+        data.append("result", std::move(told.result));
+      } else {
+        data.append("kind", std::move(told.kind));
+        data.append("message", std::move(told.message));
+      }
+      reply.data = std::move(data);
+      run_.publish(std::move(reply));
+    };
+    auto opened = rpc::middleware_of(*address).overhear(*address, service.service, std::move(hearing),
+                                                        {.target = service.name, .problem = run_.problem});
+    if (!opened) return opened.error().message;
+    sources_.push_back(std::move(*opened));
+    return std::nullopt;
+  }
+
+  // Of a call that has been made elsewhere; its number.
+  std::uint64_t publish_request(const std::string& name, const idl::Method& method, Value arguments) {
+    Message request;
+    request.kind = MessageKind::kRequest;
+    request.source = name;
+    request.target = name;
+    request.name = name + "." + method.name + ".request";
+    request.call = run_.publisher.next_call();
+    request.data = Map{{"args", std::move(arguments)}};
+    const std::uint64_t call = request.call;
+    run_.publish(std::move(request));
+    return call;
+  }
+
   bool is_durable() const { return !run_.journal.empty(); }
 
   bool anything_remote() const {

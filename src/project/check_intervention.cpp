@@ -68,6 +68,11 @@ class Check {
     }
     const auto method = idl::find_method(*service, what.method.substr(dot + 1), name, span_);
     if (!method) return tl::unexpected(method.error());
+    if (!is_control && !found->second.observed.empty() && !(*method)->oneway) {
+      return refuse(
+          "scenario.call",
+          fmt::format("\"{}\" is observed, and nobody answers its calls here; what is one-way can be published", name));
+    }
     const auto args = idl::conform_arguments(**method, what.args);
     if (!args) return refuse(args.error().code, args.error().message);
     if (const auto checked = idl::check_ranges(**method, *args); !checked)
@@ -113,6 +118,7 @@ class Check {
   Names calls() const {
     Names names;
     for (const auto& [name, service] : *scope_.services) {
+      if (!service.observed.empty()) continue;  // what others say is only heard
       for (const idl::Method* method : service.service->methods) names.push_back(name + "." + method->name);
     }
     return names;
@@ -139,6 +145,7 @@ class Check {
   Result<void> check(const Falsify& what) const {
     std::optional<Diagnostic> why;
     for (const auto& [name, service] : *scope_.services) {
+      if (!service.observed.empty()) continue;
       for (const idl::Method* method : service.service->methods) {
         if (!matches_pattern(what.call, name + "." + method->name)) continue;
         const auto type = method->result != nullptr ? type_at(*method->result, what.path)
@@ -161,6 +168,7 @@ class Check {
   Result<void> failing(const std::string& pattern) const {
     bool is_oneway = false;
     for (const auto& [name, service] : *scope_.services) {
+      if (!service.observed.empty()) continue;
       for (const idl::Method* method : service.service->methods) {
         if (!matches_pattern(pattern, name + "." + method->name)) continue;
         if (!method->oneway) return {};

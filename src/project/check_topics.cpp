@@ -131,7 +131,9 @@ void check_publishers(const Project& project, const std::vector<LeafPlan>& leave
     for (const std::string& topic : subscribes.topics) {
       const idl::Method* const method = method_of(topic, services);
       if (method == nullptr || !method->oneway || published.contains(topic)) continue;
-      const std::string& at = services.at(topic.substr(0, topic.rfind('.'))).at;
+      const ServicePlan& service = services.at(topic.substr(0, topic.rfind('.')));
+      const std::string& at = service.at;
+      if (!service.observed.empty()) continue;
       if (at != "topics" && at != "model" && at != "sim") continue;  // who serves it elsewhere may publish it
       if (at == "sim") {
         add(diagnostics, Severity::kWarning, "check.unpublished",

@@ -45,6 +45,14 @@ bool check_call(const scxml::Chart& chart, const scxml::SendInfo& send,
         chart.span(send.target_place));
     return false;
   }
+  if (!service->second.observed.empty()) {
+    add(diagnostics, Severity::kError, "check.observed",
+        "\"" + *send.target +
+            "\" stands under observe: in sentree.yaml, so that what others say there is heard; what is called stands "
+            "under services:",
+        chart.span(send.target_place));
+    return false;
+  }
   if (!send.event) return false;
   const auto method =
       idl::find_method(*service->second.service, *send.event, *send.target, chart.span(send.event_place));

@@ -25,6 +25,7 @@
 #include "sentree/project/requirements.h"
 #include "sentree/project/skill_protocol.h"
 #include "sentree/rpc/address.h"
+#include "sentree/rpc/middleware.h"
 #include "sentree/scxml/check.h"
 #include "sentree/sim/services.h"
 #include "sentree/sim/topics.h"
@@ -55,7 +56,9 @@ class Preparation {
 
   void services() {
     for (const ServiceEntry& entry : project_.services) {
-      if (entry.at != "sim" && entry.at != "model" && entry.at != "topics")
+      if (!entry.observed.empty())
+        check_address(fmt::format("what is observed as \"{}\"", entry.name), entry.observed, entry.span);
+      else if (entry.at != "sim" && entry.at != "model" && entry.at != "topics")
         check_address(fmt::format("service \"{}\"", entry.name), entry.at, entry.span);
       const idl::Schema* schema = interface(entry.idl, entry.span);
       if (schema == nullptr) continue;
@@ -64,7 +67,12 @@ class Preparation {
         diagnostics.push_back(service.error());
         continue;
       }
-      services_[entry.name] = {entry.name, *service, entry.interface, entry.at, entry.robot, entry.idempotent};
+      services_[entry.name] = {entry.name,  *service,         entry.interface, entry.at,
+                               entry.robot, entry.idempotent, entry.observed};
+      if (!entry.observed.empty()) {
+        check_observed(entry, **service);
+        continue;
+      }
       check_idempotent(entry, **service);
       if (entry.at == "topics") check_all_oneway(entry, **service, diagnostics);
       check_published(entry, **service, diagnostics);
@@ -386,6 +394,7 @@ class Preparation {
 
   Diagnostics diagnostics;
   std::map<std::string, ServicePlan> services_;
+  std::vector<std::pair<rpc::Address, SourceSpan>> addresses_;  // of middlewares beside Thrift
   std::vector<LeafPlan> leaves_;
   std::vector<ModelPlan> models_;
   ModelCharts model_charts_;
@@ -399,8 +408,19 @@ class Preparation {
   void check_address(const std::string& what, const std::string& at, const SourceSpan& span) {
     // "{name}" is the address of a process that the scenario starts.
     if (at.starts_with('{')) return;
-    const auto address = rpc::Address::parse(at);
-    if (!address) add(address.error().code, fmt::format("{}: {}", what, address.error().message), span);
+    auto address = rpc::Address::parse(at);
+    if (!address) return add(address.error().code, fmt::format("{}: {}", what, address.error().message), span);
+    if (address->kind != rpc::Address::Kind::kOther) return;
+    const rpc::Middleware& middleware = rpc::middleware_of(*address);
+    for (const auto& [other, place] : addresses_) {
+      if (other.scheme != address->scheme) continue;
+      const auto fits = middleware.check_beside(*address, other);
+      if (fits) continue;
+      add(fits.error().code, fmt::format("{}: {} (the other one: {})", what, fits.error().message, to_string(place)),
+          span);
+      break;
+    }
+    addresses_.emplace_back(std::move(*address), span);
   }
 
   void check_robot(const ServiceEntry& entry) {
@@ -411,6 +431,23 @@ class Preparation {
         fmt::format("service \"{}\" is of robot \"{}\", which the world does not have{}", entry.name, entry.robot,
                     did_you_mean(entry.robot, names)),
         entry.span);
+  }
+
+  void check_observed(const ServiceEntry& entry, const idl::Service& service) {
+    if (entry.at != "topics") {
+      add("check.observed",
+          fmt::format("\"{}\" is observed and nothing that is called, so it cannot be at: {}; what others say there is "
+                      "heard in real time only",
+                      entry.name, entry.at),
+          entry.span);
+    }
+    const auto address = rpc::Address::parse(entry.observed);
+    if (!address) return;  // has been told
+    if (auto heard = rpc::middleware_of(*address).check_overheard(*address, service); !heard) {
+      heard.error().span = entry.span;
+      heard.error().message = fmt::format("\"{}\" cannot be observed: {}", entry.name, heard.error().message);
+      diagnostics.push_back(std::move(heard.error()));
+    }
   }
 
   void check_idempotent(const ServiceEntry& entry, const idl::Service& service) {

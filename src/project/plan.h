@@ -47,6 +47,7 @@ struct ServicePlan {
   std::string at;                            ///< "sim", "model", "topics" or an address.
   std::string robot;                         ///< Of the simulated world; empty: the first.
   std::vector<std::string> idempotent = {};  ///< Methods, beside those that the interface says are.
+  std::string observed = {};                 ///< Where others are overheard, an address; empty: it is a service.
 
   [[nodiscard]] bool is_idempotent(const idl::Method& method) const;
   /// At an address of another scheme than those of Thrift: "yarp:", "ros:".

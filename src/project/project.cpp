@@ -115,20 +115,43 @@ void read_mission(const text::YamlNode& node, bool replaces, Project& project, D
 
 namespace {
 
+ServiceEntry read_interface(YamlReader& reader, const text::YamlNode& name) {
+  ServiceEntry service{
+      .name = name.scalar, .idl = {}, .interface = {}, .at = {}, .robot = {}, .observed = {}, .span = name.span};
+  const std::string interface = reader.required_string("interface");
+  auto [file, of] = interface_name(interface);
+  if (file.empty() && !interface.empty()) {
+    reader.error(reader.span("interface"), "project.interface",
+                 fmt::format("interface \"{}\" must be FILE.thrift/SERVICE, e.g. robot.thrift/Battery, or of ROS "
+                             "PACKAGE/srv/NAME, e.g. std_srvs/srv/SetBool",
+                             interface));
+  }
+  service.idl = std::move(file);
+  service.interface = std::move(of);
+  return service;
+}
+
+void read_observed(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
+  for (const auto& [name, entry] : node.entries) {
+    YamlReader reader(entry, fmt::format("what is observed as \"{}\"", name.scalar), diagnostics);
+    ServiceEntry observed = read_interface(reader, name);
+    observed.observed = reader.required_string("at");
+    observed.at = "topics";
+    if (project.service(name.scalar) != nullptr) {
+      reader.error(
+          name.span, "project.duplicate",
+          fmt::format("\"{}\" is a service already, and what passes there is observed; give what others say to "
+                      "each other another name",
+                      name.scalar));
+    }
+    if (!observed.observed.empty()) project.services.push_back(std::move(observed));
+  }
+}
+
 void read_services(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
   for (const auto& [name, entry] : node.entries) {
     YamlReader reader(entry, fmt::format("service \"{}\"", name.scalar), diagnostics);
-    ServiceEntry service{.name = name.scalar, .idl = {}, .interface = {}, .at = {}, .robot = {}, .span = name.span};
-    const std::string interface = reader.required_string("interface");
-    auto [file, of] = interface_name(interface);
-    if (file.empty() && !interface.empty()) {
-      reader.error(reader.span("interface"), "project.interface",
-                   fmt::format("interface \"{}\" must be FILE.thrift/SERVICE, e.g. robot.thrift/Battery, or of ROS "
-                               "PACKAGE/srv/NAME, e.g. std_srvs/srv/SetBool",
-                               interface));
-    }
-    service.idl = std::move(file);
-    service.interface = std::move(of);
+    ServiceEntry service = read_interface(reader, name);
     service.at = reader.string("at").value_or("sim");
     service.robot = reader.string("robot").value_or("");
     if (const auto* publish = reader.mapping("publish")) {
@@ -410,6 +433,7 @@ Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {
     else
       reader.error(yaml->span, "project.missing-key", "the project needs \"mission\": {file: mission.xml}");
     if (const auto* services = reader.mapping("services")) read_services(*services, project, loaded.diagnostics);
+    if (const auto* observed = reader.mapping("observe")) read_observed(*observed, project, loaded.diagnostics);
     if (const auto* models = reader.sequence("models")) read_models(*models, project, loaded.diagnostics);
     if (const auto* verify = reader.mapping("verify")) read_verify(*verify, project, loaded.diagnostics);
     if (const auto* protocols = reader.mapping("protocols")) read_protocols(*protocols, project, loaded.diagnostics);

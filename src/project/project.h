@@ -37,6 +37,7 @@ struct ServiceEntry {
   std::string interface;  ///< Name of the Thrift service in it.
   std::string at;         ///< "sim", "model", "topics" (nobody: all its methods are one-way), or an address.
   std::string robot;      ///< Of the world, for a service of the simulator; empty: the first.
+  std::string observed;   ///< Where others are overheard, an address; `at` is "topics" then. Empty: it is a service.
   std::vector<PublishedTopic> publish = {};
   /// Methods that do the same when they are asked twice, beside those that the interface says are idempotent.
   std::vector<std::string> idempotent = {};

@@ -5,72 +5,39 @@
 
 #include "sentree/ros/cdr.h"
 #include "sentree/ros/detail/goal_id.h"
-#include "sentree/ros/detail/mapping.h"
 
 namespace sentree::ros {
 namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-constexpr std::size_t kStatusesMax = 1000;
-
-const idl::Type* argument_type(const idl::Service& interface, const char* method, const char* argument) {
-  const idl::Method* found = interface.find(method);
-  const idl::Field* field = found != nullptr ? found->arguments.find(std::string_view(argument)) : nullptr;
-  return field != nullptr ? field->type : nullptr;
-}
-
-std::string status_name(const idl::Type* type, std::int64_t number) {
-  const idl::Enumerator* found = type != nullptr ? type->enumeration->find(number) : nullptr;
-  return found != nullptr ? found->name : "UNKNOWN";
-}
-
 }  // namespace
 
 Result<std::shared_ptr<ActionClient>> ActionClient::of(const std::shared_ptr<Node>& node,
                                                        const idl::ServicePtr& interface, const std::string& name) {
-  return node->shared<ActionClient>("action " + name + " " + interface->name,
-                                    [&]() -> Result<std::shared_ptr<ActionClient>> {
-                                      std::shared_ptr<ActionClient> out(new ActionClient(interface, name));
-                                      if (auto opened = out->open(node); !opened)
-                                        return tl::unexpected(std::move(opened.error()));
-                                      return out;
-                                    });
+  return node->shared<ActionClient>(
+      "action " + name + " " + interface->name, [&]() -> Result<std::shared_ptr<ActionClient>> {
+        auto type = ActionType::make(interface, name);
+        if (!type) return tl::unexpected(std::move(type.error()));
+        std::shared_ptr<ActionClient> out(new ActionClient(interface, name, std::move(*type)));
+        if (auto opened = out->open(node); !opened) return tl::unexpected(std::move(opened.error()));
+        return out;
+      });
 }
 
 Result<void> ActionClient::open(const std::shared_ptr<Node>& node) {
-  const TypeName type = *type_name(interface_->name);
-  const idl::Type* result = argument_type(*interface_, "result", "result");
-  const idl::Type* feedback = argument_type(*interface_, "feedback", "feedback");
-  const struct {
-    std::optional<Codec>& codec;
-    const idl::Struct& of;
-  } codecs[] = {{goal_, interface_->find("send_goal")->arguments},
-                {result_, *result->structure},
-                {feedback_, *feedback->structure}};
-  for (const auto& [codec, of] : codecs) {
-    auto made = Codec::make(of);
-    if (!made) return tl::unexpected(std::move(made.error()));
-    codec = std::move(*made);
-  }
-  const TypeName cancel{"action_msgs", "srv", "CancelGoal"};
-  const struct {
-    std::shared_ptr<ServiceClient>& client;
-    const char* name;
-    std::string request;
-    std::string reply;
-  } services[] = {
-      {send_goal_, "send_goal", dds_name(type, "_SendGoal_Request"), dds_name(type, "_SendGoal_Response")},
-      {get_result_, "get_result", dds_name(type, "_GetResult_Request"), dds_name(type, "_GetResult_Response")},
-      {cancel_goal_, "cancel_goal", dds_name(cancel, "_Request"), dds_name(cancel, "_Response")}};
-  other_type_ = [weak = std::weak_ptr(node), topic = "rq" + name_ + "/_action/send_goalRequest",
-                 request = services[0].request] {
+  other_type_ = [weak = std::weak_ptr(node), topic = "rq" + type_.send_goal.name + "Request",
+                 request = type_.send_goal.request_type] {
     const auto there = weak.lock();
     return there != nullptr ? there->other_type(topic, request) : std::string();
   };
+  const struct {
+    std::shared_ptr<ServiceClient>& client;
+    const ServiceName& service;
+  } services[] = {{send_goal_, type_.send_goal}, {get_result_, type_.get_result}, {cancel_goal_, type_.cancel_goal}};
   // Not by the node's list of shared ones, which is being filled in.
-  for (const auto& [client, service, request, reply] : services) {
-    auto made = ServiceClient::make(node, {name_ + "/_action/" + service, request, reply});
+  for (const auto& [client, service] : services) {
+    auto made = ServiceClient::make(node, service);
     if (!made) return tl::unexpected(std::move(made.error()));
     client = std::move(*made);
   }
@@ -86,7 +53,7 @@ Result<void> ActionClient::open(const std::shared_ptr<Node>& node) {
   cancel_goal_->also_tell(on_change_);
   const auto nothing = [](const std::string&) {};
   auto feedback_reader = node->read(
-      {"rt" + name_ + "/_action/feedback", dds_name(type, "_FeedbackMessage"), {}},
+      type_.feedback_topic,
       [this](dds::Sample sample) {
         auto kept = std::make_shared<Octets>(std::move(sample.octets));
         if (!worker_.post([this, kept] { take_feedback(*kept); }))
@@ -96,9 +63,7 @@ Result<void> ActionClient::open(const std::shared_ptr<Node>& node) {
   if (!feedback_reader) return tl::unexpected(std::move(feedback_reader.error()));
   feedback_reader_ = std::move(*feedback_reader);
   auto status_reader = node->read(
-      {"rt" + name_ + "/_action/status",
-       dds_name({"action_msgs", "msg", "GoalStatusArray"}),
-       {.reliable = true, .transient_local = true, .depth = 1}},
+      type_.status_topic,
       [this](dds::Sample sample) {
         auto kept = std::make_shared<Octets>(std::move(sample.octets));
         worker_.post([this, kept] { take_statuses(*kept); });
@@ -200,7 +165,7 @@ rpc::Outcome ActionClient::call(const idl::Method& method, const Value& argument
   if (is_goal) {
     begin_message(request);
     put_goal_id(request, id);
-    if (auto written = goal_->write(request, arguments); !written)
+    if (auto written = type_.write_goal(request, arguments); !written)
       return failed(rpc::CallErrorKind::kArguments, "a goal of " + name_ + ": " + written.error().message);
     const std::lock_guard lock(mutex_);
     if (goals_.size() >= kGoalsMax)
@@ -234,21 +199,11 @@ rpc::Outcome ActionClient::call(const idl::Method& method, const Value& argument
     }
     return Value(Map{{"accepted", first != 0}, {"goal_id", id}});
   }
-  List canceling;
-  constexpr std::size_t kInfo = kGoalIdSize + 8;
-  if (reply->size() >= kEncapsulation + 8) {
-    const std::uint32_t count = number_at(*reply, kEncapsulation + 4);
-    for (std::uint32_t i = 0; i < count && kEncapsulation + 8 + (i + 1) * kInfo <= reply->size(); ++i)
-      canceling.emplace_back(goal_id_at(*reply, kEncapsulation + 8 + i * kInfo));
-  }
-  return Value(Map{{"return_code", static_cast<std::int64_t>(static_cast<std::int8_t>(first))},
-                   {"goals_canceling", std::move(canceling)}});
+  return *ActionType::read_cancelled(*reply);
 }
 
 // Asks for the result of each goal that was accepted, and tells of those that come. If the server goes, nobody will.
 void ActionClient::follow() {
-  const idl::Type* status = argument_type(*interface_, "result", "status");
-  const idl::Field* empty = interface_->find("result")->arguments.find(std::string_view("result"));
   std::unique_lock lock(mutex_);
   while (!stopped_) {
     if (looked_) {
@@ -269,16 +224,13 @@ void ActionClient::follow() {
       }
       const auto reply = goal.asked ? get_result_->take(*goal.asked) : std::nullopt;
       if (!reply && is_there) continue;
-      Map told{{"goal_id", id}, {"status", "UNKNOWN"}};
-      if (empty->default_value) told["result"] = *empty->default_value;
+      Map told = type_.unknown_result(id);
       if (reply && reply->size() > kEncapsulation) {
-        told["status"] = status_name(status, static_cast<std::int8_t>((*reply)[kEncapsulation]));
-        auto result = result_->read(*reply, kEncapsulation + 1);
-        if (result)
-          told["result"] = std::move(*result);
+        told["status"] = type_.read_status(*reply);
+        if (auto result = type_.read_result(id, *reply))
+          told = std::move(*result);
         else
-          trouble("the result of a goal of " + name_ + " cannot be read: " + result.error().message +
-                  "; is the definition of " + interface_->name + " that of the robot's release?");
+          trouble(result.error().message);
       }
       ended.emplace_back(id, std::move(told));
     }
@@ -295,32 +247,13 @@ void ActionClient::follow() {
 
 void ActionClient::take_feedback(const Octets& message) {
   if (message.size() < kEncapsulation + kGoalIdSize) return;
-  auto feedback = feedback_->read(message, kEncapsulation + kGoalIdSize);
-  if (!feedback)
-    return trouble("feedback of " + name_ + " cannot be read: " + feedback.error().message + "; is the definition of " +
-                   interface_->name + " that of the robot's release?");
-  publish("feedback", Map{{"goal_id", goal_id_at(message, kEncapsulation)}, {"feedback", std::move(*feedback)}});
+  auto feedback = type_.read_feedback(message);
+  if (!feedback) return trouble(feedback.error().message);
+  publish("feedback", std::move(*feedback));
 }
 
-// GoalStatusArray: all goals that the server remembers; told are those whose status is another one.
 void ActionClient::take_statuses(const Octets& message) {
-  constexpr std::size_t kFirst = kEncapsulation + 4;
-  constexpr std::size_t kItem = kGoalIdSize + 8 + 4;  // with the padding behind the status
-  if (message.size() < kFirst) return;
-  const idl::Type* type = argument_type(*interface_, "status", "status");
-  const std::uint32_t count = number_at(message, kEncapsulation);
-  std::map<std::string, std::string> now;
-  for (std::uint32_t i = 0; i < count && i < kStatusesMax; ++i) {
-    const std::size_t at = kFirst + i * kItem;
-    if (at + kGoalIdSize + 9 > message.size()) break;
-    now[goal_id_at(message, at)] = status_name(type, static_cast<std::int8_t>(message[at + kGoalIdSize + 8]));
-  }
-  for (const auto& [id, status] : now) {
-    const auto before = statuses_.find(id);
-    if (before != statuses_.end() && before->second == status) continue;
-    publish("status", Map{{"goal_id", id}, {"status", status}});
-  }
-  statuses_ = std::move(now);
+  for (Map& told : type_.read_statuses(message, statuses_)) publish("status", std::move(told));
 }
 
 }  // namespace sentree::ros

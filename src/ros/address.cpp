@@ -59,6 +59,8 @@ Result<GraphAddress> GraphAddress::parse(std::string_view text) {
   for (const auto& [option, value] : rpc::cut_options(rest)) {
     if (option == "publish") {
       out.publish = true;
+    } else if (option == "requests") {
+      out.requests = true;
     } else if (option == "qos=default" || option == "qos=sensor_data" || option == "qos=transient_local" ||
                option == "qos=best_effort") {
       out.qos = value;
@@ -73,10 +75,10 @@ Result<GraphAddress> GraphAddress::parse(std::string_view text) {
       if (!out.release)
         return wrong_address(text, "names the release \"" + std::string(value) + "\", which is not known here");
     } else {
-      return wrong_address(text,
-                           "has the unknown option \"" + std::string(option) +
-                               "\" (there is publish, qos=default|sensor_data|transient_local|best_effort, domain=N, "
-                               "range=localhost|subnet, release=humble|iron|jazzy|kilted)");
+      return wrong_address(
+          text, "has the unknown option \"" + std::string(option) +
+                    "\" (there is publish, requests, qos=default|sensor_data|transient_local|best_effort, domain=N, "
+                    "range=localhost|subnet, release=humble|iron|jazzy|kilted)");
     }
   }
   if (rest.empty()) rest = "/";

@@ -18,13 +18,15 @@ enum class Release : std::uint8_t { kHumble, kIron };
 ///   ros:/battery_state                    a topic, a service or an action, as the interface says
 ///   ros:/robot1/                          what names begin with: service battery is /robot1/battery there
 ///
-/// Behind that `?` and, joined by `&`: `publish` (a topic that is ours; else it is read), `qos=default|sensor_data|
+/// Behind that `?` and, joined by `&`: `publish` (a topic that is ours; else it is read), `requests` (what is overheard
+/// has requests too), `qos=default|sensor_data|
 /// transient_local|best_effort`, `domain=N` (else ROS_DOMAIN_ID, else 0), `range=localhost|subnet` (else
 /// ROS_AUTOMATIC_DISCOVERY_RANGE or ROS_LOCALHOST_ONLY=0, else localhost), `release=humble|iron|jazzy|kilted` (else
 /// ROS_DISTRO, else humble).
 struct GraphAddress {
   std::string name;  ///< With its slash. One at its end: what names begin with.
   bool publish = false;
+  bool requests = false;
   std::string qos;  ///< Empty: read best effort, write reliable.
   std::optional<std::uint32_t> domain;
   std::optional<bool> localhost;

@@ -240,8 +240,8 @@ class Writer {
       }
       case CodecForm::kWideText: return wide(node, value.text(), w);
       case CodecForm::kOctets: {
-        static const Bytes kNone;
-        const Bytes& bytes = value.as_bytes() != nullptr ? *value.as_bytes() : kNone;
+        static const Bytes kEmpty;
+        const Bytes& bytes = value.as_bytes() != nullptr ? *value.as_bytes() : kEmpty;
         if (!length(node, bytes.octets.size(), w)) return false;
         const auto* first = reinterpret_cast<const std::uint8_t*>(bytes.octets.data());
         out_.insert(out_.end(), first, first + bytes.octets.size());
@@ -249,8 +249,8 @@ class Writer {
       }
       case CodecForm::kStruct: return structure(node, value, w);
       case CodecForm::kList: {
-        static const List kNone;
-        const List& list = value.as_list() != nullptr ? *value.as_list() : kNone;
+        static const List kEmpty;
+        const List& list = value.as_list() != nullptr ? *value.as_list() : kEmpty;
         if (!length(node, list.size(), w)) return false;
         for (std::size_t i = 0; i < list.size(); ++i) {
           if (write(*node.children[0], list[i], w)) continue;

@@ -45,12 +45,16 @@ struct Channel {
   std::string user_data = {};
 };
 
+/// What a reader of requests says of itself that only listens, and the writer beside it that says nothing.
+inline constexpr std::string_view kOverhears = "sentree=overhears;";
+
 /// A reader or a writer of somebody else, as discovered.
 struct Endpoint {
   Guid guid{};
   bool is_writer = false;
   std::string topic;
   std::string type;
+  bool overhears = false;  ///< By its user data.
 };
 
 /// Goes when it is destroyed; then none of its functions is called any more, and none is in progress.
@@ -58,14 +62,14 @@ class Reader {
  public:
   virtual ~Reader() = default;
   [[nodiscard]] virtual Guid guid() const = 0;
-  [[nodiscard]] virtual std::vector<Guid> matched() const = 0;  ///< Writers.
+  [[nodiscard]] virtual std::vector<Guid> matched() const = 0;  ///< Writers, but for those that only stand there.
 };
 
 class Writer {
  public:
   virtual ~Writer() = default;
   [[nodiscard]] virtual Guid guid() const = 0;
-  /// Readers that get whatever is written from now on.
+  /// Readers that get whatever is written from now on, but for those that overhear.
   [[nodiscard]] virtual std::vector<Guid> matched() const = 0;
   /// @returns the sample's number, or 0: the queues are full, or the memory.
   [[nodiscard]] virtual std::int64_t write(const std::vector<std::uint8_t>& octets, const SampleId* related) = 0;
@@ -99,6 +103,6 @@ struct ParticipantOptions {
 
 /// The one function of the shared object, "sentree_ros_dds". Null: `error` says why.
 using Open = Participant* (*)(const ParticipantOptions& options, std::string& error);
-inline constexpr const char* kOpenName = "sentree_ros_dds_1";
+inline constexpr const char* kOpenName = "sentree_ros_dds_2";
 
 }  // namespace sentree::ros::dds

@@ -15,6 +15,7 @@
 #include "sentree/ros/detail/action.h"
 #include "sentree/ros/detail/mapping.h"
 #include "sentree/ros/detail/node.h"
+#include "sentree/ros/detail/overhear.h"
 #include "sentree/ros/detail/service.h"
 
 namespace sentree::ros {
@@ -35,10 +36,18 @@ rpc::Outcome refused(CallErrorKind kind, std::string why) {
 
 ServiceName service_name(const Carried& c) { return {c.name, c.request_type, c.reply_type}; }
 
+// What it says, and what it would be else.
+const char* release_of(const GraphAddress& address) {
+  const bool is_humble = address.release_or_environment() == Release::kHumble;
+  if (address.release) return is_humble ? "release=humble" : "a release from Iron on";
+  return is_humble ? "no release, which means Humble here" : "no release, which means one from Iron on here";
+}
+
 // "/battery" of "rq/batteryRequest"; the kind of what it is; empty: nothing that a person would look for.
 std::pair<std::string, std::string> shown(const dds::Endpoint& endpoint) {
   const std::string& topic = endpoint.topic;
   const std::string type = ros_name(endpoint.type);
+  if (endpoint.overhears) return {};
   const auto without = [](std::string text, std::string_view end) {
     if (text.ends_with(end)) text.resize(text.size() - end.size());
     return text;
@@ -526,8 +535,7 @@ class Ros final : public rpc::Middleware {
   std::vector<std::string> forms() const override { return {"ros:/name"}; }
 
   std::string about() const override {
-    const auto there = load_dds();
-    if (!there) return there.error().message;
+    if (std::string missing = lacks(); !missing.empty()) return missing;
     const GraphAddress here = *GraphAddress::parse("");
     return "ROS 2 by Fast DDS, without authentication; domain " + std::to_string(here.domain_or_environment()) +
            (here.localhost_or_environment() ? ", this machine only" : ", all machines of the network") +
@@ -535,10 +543,30 @@ class Ros final : public rpc::Middleware {
                                                               : ", messages between nodes as from Iron on");
   }
 
+  std::string lacks() const override {
+    const auto there = load_dds();
+    return there ? std::string() : there.error().message;
+  }
+
   Result<void> check(const Address& address) const override {
     const auto parsed = GraphAddress::parse(address.path);
     if (!parsed) return tl::unexpected(parsed.error());
     return {};
+  }
+
+  Result<void> check_beside(const Address& address, const Address& other) const override {
+    const auto one = GraphAddress::parse(address.path);
+    const auto two = GraphAddress::parse(other.path);
+    if (!one || !two || one->domain_or_environment() != two->domain_or_environment() ||
+        one->localhost_or_environment() != two->localhost_or_environment() ||
+        one->release_or_environment() == two->release_or_environment())
+      return {};
+    const auto said = [](const GraphAddress& each) { return std::string(release_of(each)); };
+    return fail("rpc.address", "\"" + to_string(address) + "\" is of " + said(*one) + ", and \"" + to_string(other) +
+                                   "\" of " + said(*two) + ", but all addresses of domain " +
+                                   std::to_string(one->domain_or_environment()) +
+                                   " are one node, which tells of itself as one release does; write the same release= "
+                                   "at both, or set ROS_DISTRO and leave it out");
   }
 
   bool is_source(const Address& address, const idl::Service* interface) const override {
@@ -614,6 +642,24 @@ class Ros final : public rpc::Middleware {
         return tl::unexpected(std::move(heard.error()));
     }
     return std::unique_ptr<rpc::Opened>(std::move(out));
+  }
+
+  Result<void> check_overheard(const Address& address, const idl::Service&) const override {
+    const auto parsed = GraphAddress::parse(address.path);
+    if (!parsed) return tl::unexpected(parsed.error());
+    if (!parsed->publish) return {};
+    return fail("rpc.address",
+                "\"" + to_string(address) + "\" is a topic of ours; to hear what others say there, leave out publish");
+  }
+
+  Result<std::unique_ptr<rpc::Opened>> overhear(const Address& address, idl::ServicePtr interface, Hearing hearing,
+                                                SubscribeOptions options) override {
+    const auto parsed = GraphAddress::parse(address.path);
+    if (!parsed) return tl::unexpected(parsed.error());
+    auto node = open_node(*parsed, options.problem);
+    if (!node) return tl::unexpected(std::move(node.error()));
+    return ros::overhear(*node, *parsed, interface, parsed->name_of(options.target), to_string(address),
+                         std::move(hearing), options.problem);
   }
 
   Result<std::unique_ptr<rpc::Opened>> watch(const Address& address, std::function<void(const std::string&)> take,

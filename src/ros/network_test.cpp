@@ -10,6 +10,7 @@
 #include "sentree/ros/detail/goal_id.h"
 #include "sentree/ros/detail/mapping.h"
 #include "sentree/ros/detail/service.h"
+#include "sentree/ros/detail/test_count_server.h"
 #include "sentree/ros/detail/test_graph.h"
 
 namespace sentree::ros {
@@ -102,6 +103,28 @@ TEST(GraphAddress, SaysWhatIsWrong) {
   EXPECT_THAT(address_error("/a?domain=999"), HasSubstr("from 0 to 232"));
   EXPECT_THAT(address_error("/a?release=galactica"), HasSubstr("not known"));
   EXPECT_THAT(address_error("/a?qos=best"), HasSubstr("unknown option \"qos=best\""));
+}
+
+TEST(GraphAddress, OfOneDomainIsOfOneRelease) {
+  rpc::register_middleware(make_middleware({.find = load}));
+  const auto beside = [](const char* one, const char* two) {
+    const auto address = *rpc::Address::parse(one);
+    const auto checked = rpc::middleware_of(address).check_beside(address, *rpc::Address::parse(two));
+    return checked ? std::string() : checked.error().message;
+  };
+  const Environment none({{"ROS_DISTRO", nullptr}, {"ROS_DOMAIN_ID", nullptr}});
+  EXPECT_THAT(beside("ros:/a?release=jazzy", "ros:/b"), HasSubstr("all addresses of domain 0 are one node"));
+  EXPECT_THAT(beside("ros:/a?release=humble&domain=3", "ros:/b?release=iron&domain=3"), HasSubstr("domain 3"));
+  EXPECT_EQ(beside("ros:/a?release=jazzy&domain=3", "ros:/b"), "") << "another domain is another node";
+  EXPECT_EQ(beside("ros:/a?release=jazzy", "ros:/b?release=kilted"), "") << "what differs is the same there";
+}
+
+TEST_F(Graph, IsOfTheReleaseThatOpenedIt) {
+  const auto node = Node::of(*GraphAddress::parse(at("/a", "&release=humble").path));
+  ASSERT_TRUE(node);
+  const auto other = Node::of(*GraphAddress::parse(at("/b", "&release=jazzy").path));
+  ASSERT_FALSE(other);
+  EXPECT_THAT(other.error().message, HasSubstr("write the same release= everywhere"));
 }
 
 TEST(Names, AreThoseOfNodes) {
@@ -493,98 +516,6 @@ TEST_F(RosTopics, AreListedWithTheirTypes) {
                                  "ros:/robot1/scan topic sensor_msgs/msg/LaserScan"));
 }
 
-// An action's server as rcl_action has it, as far as its clients see.
-class CountServer {
- public:
-  using Octets = std::vector<std::uint8_t>;
-
-  CountServer(const rpc::Address& address, bool finishes) : finishes_(finishes) {
-    node_ = *Node::of(*GraphAddress::parse(address.path));
-    const std::string base = GraphAddress::parse(address.path)->name + "/_action/";
-    const std::string type = "demo::action::dds_::Count_";
-    const auto open = [&](const char* name, const std::string& request, const std::string& reply,
-                          ServiceServer::Handle handle) {
-      servers_.push_back(*ServiceServer::open(node_, {base + name, request, reply}, worker_, std::move(handle), {}));
-    };
-    feedback_ = *node_->write({"rt" + base + "feedback", type + "FeedbackMessage_", {}}, [](const std::string&) {});
-    status_ = *node_->write({"rt" + base + "status",
-                             "action_msgs::msg::dds_::GoalStatusArray_",
-                             {.reliable = true, .transient_local = true, .depth = 1}},
-                            [](const std::string&) {});
-    open("send_goal", type + "SendGoal_Request_", type + "SendGoal_Response_",
-         [this](const Octets& request, const auto& answer) {
-           id_.assign(request.begin() + 4, request.begin() + 20);
-           upto_ = request[20];
-           answer(Octets{0, 1, 0, 0, static_cast<std::uint8_t>(upto_ < 100), 0, 0, 0, 7, 0, 0, 0, 0, 0, 0, 0});
-         });
-    open("get_result", type + "GetResult_Request_", type + "GetResult_Response_",
-         [this](const Octets&, const auto& answer) {
-           ended_ = answer;
-           tell_status(2);
-           Octets feedback{0, 1, 0, 0};
-           feedback.insert(feedback.end(), id_.begin(), id_.end());
-           feedback.insert(feedback.end(), {3, 0, 0, 0});
-           static_cast<void>(feedback_->writer()->write(feedback, nullptr));
-           if (finishes_) end(4, "fine");
-         });
-    open("cancel_goal", "action_msgs::srv::dds_::CancelGoal_Request_", "action_msgs::srv::dds_::CancelGoal_Response_",
-         [this](const Octets& request, const auto& answer) {
-           cancelled_.add(Octets(request.begin() + 4, request.begin() + 20));
-           Octets reply{0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0};
-           reply.insert(reply.end(), id_.begin(), id_.end());
-           reply.insert(reply.end(), {7, 0, 0, 0, 0, 0, 0, 0});
-           answer(reply);
-           if (ended_) end(5, "stopped");
-         });
-  }
-  ~CountServer() {
-    servers_.clear();
-    worker_.stop();
-  }
-  Heard<Octets> cancelled_;
-
- private:
-  void tell_status(std::uint8_t status) {
-    Octets out{0, 1, 0, 0, 1, 0, 0, 0};
-    out.insert(out.end(), id_.begin(), id_.end());
-    out.insert(out.end(), {7, 0, 0, 0, 0, 0, 0, 0, status});
-    static_cast<void>(status_->writer()->write(out, nullptr));
-  }
-  void end(std::uint8_t status, const std::string& how) {
-    tell_status(status);
-    Octets reply{0,
-                 1,
-                 0,
-                 0,
-                 status,
-                 0,
-                 0,
-                 0,
-                 static_cast<std::uint8_t>(upto_),
-                 0,
-                 0,
-                 0,
-                 static_cast<std::uint8_t>(how.size() + 1),
-                 0,
-                 0,
-                 0};
-    reply.insert(reply.end(), how.begin(), how.end());
-    reply.push_back(0);
-    ended_(reply);
-    ended_ = nullptr;
-  }
-
-  const bool finishes_;
-  std::shared_ptr<Node> node_;
-  Worker worker_;
-  Octets id_;
-  int upto_ = 0;
-  ServiceServer::Answer ended_;
-  ToldPtr feedback_;
-  ToldPtr status_;
-  std::vector<std::unique_ptr<ServiceServer>> servers_;
-};
-
 class RosActions : public Graph {
  protected:
   void open() {
@@ -616,7 +547,7 @@ class RosActions : public Graph {
 };
 
 TEST_F(RosActions, TellFeedbackStatusAndResultOfAGoal) {
-  CountServer server(at("/count"), true);
+  CountServer server(node_at("/count"), "/count", true);
   open();
   const auto reply = rpc::call_and_wait(*client_, "send_goal", Map{{"upto", 5}}, patience());
   ASSERT_TRUE(reply) << reply.error().message;
@@ -634,7 +565,7 @@ TEST_F(RosActions, TellFeedbackStatusAndResultOfAGoal) {
 }
 
 TEST_F(RosActions, AreRefusedByTheirServer) {
-  CountServer server(at("/count"), true);
+  CountServer server(node_at("/count"), "/count", true);
   open();
   const auto reply = rpc::call_and_wait(*client_, "send_goal", Map{{"upto", 100}}, patience());
   ASSERT_TRUE(reply) << reply.error().message;
@@ -658,7 +589,7 @@ TEST_F(RosActions, WhoseTypesDifferAreRefusedWithWhatDiffers) {
 }
 
 TEST_F(RosActions, EndWhenTheyAreCancelled) {
-  CountServer server(at("/count"), false);
+  CountServer server(node_at("/count"), "/count", false);
   open();
   const auto reply = rpc::call_and_wait(*client_, "send_goal", Map{{"upto", 9}}, patience());
   ASSERT_TRUE(reply) << reply.error().message;
@@ -672,7 +603,7 @@ TEST_F(RosActions, EndWhenTheyAreCancelled) {
 }
 
 TEST_F(RosActions, AreCancelledWhenWhoSentThemGoes) {
-  CountServer server(at("/count"), false);
+  CountServer server(node_at("/count"), "/count", false);
   open();
   ASSERT_TRUE(rpc::call_and_wait(*client_, "send_goal", Map{{"upto", 9}}, patience()));
   client_->end();
@@ -680,7 +611,7 @@ TEST_F(RosActions, AreCancelledWhenWhoSentThemGoes) {
 }
 
 TEST_F(RosActions, EndUnknownWhenTheirServerGoes) {
-  auto server = std::make_unique<CountServer>(at("/count"), false);
+  auto server = std::make_unique<CountServer>(node_at("/count"), "/count", false);
   open();
   ASSERT_TRUE(rpc::call_and_wait(*client_, "send_goal", Map{{"upto", 9}}, patience()));
   heard_.wait_for(1);

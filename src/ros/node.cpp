@@ -97,7 +97,12 @@ Result<std::shared_ptr<Node>> Node::of(const GraphAddress& address) {
   if (!open) return tl::unexpected(open.error());
   const std::pair key{address.domain_or_environment(), address.localhost_or_environment()};
   const std::lock_guard lock(mutex);
-  if (auto known = nodes[key].lock()) return known;
+  if (auto known = nodes[key].lock()) {
+    if (known->release_ == address.release_or_environment()) return known;
+    return fail("rpc.address", "\"ros:" + address.name + "\" is of another release than what is open in domain " +
+                                   std::to_string(key.first) +
+                                   " already, and all of that is one node; write the same release= everywhere");
+  }
   std::string error;
   std::unique_ptr<dds::Participant> participant(
       (*open)({.domain = key.first, .localhost = key.second, .enclave = "/"}, error));

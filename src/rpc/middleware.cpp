@@ -58,6 +58,25 @@ Result<std::unique_ptr<Opened>> Middleware::subscribe(const Address& address, id
   return fail("rpc.address", "nothing can be read from " + to_string(address) + ": it has no topics");
 }
 
+Result<void> Middleware::check_overheard(const Address& address, const idl::Service& interface) const {
+  if (is_source(address, &interface)) return {};
+  return fail(
+      "rpc.address",
+      "what is said at \"" + to_string(address) +
+          "\" passes between its two ends, and reaches nobody else; observed can be what is published, and all of "
+          "a graph of ROS 2");
+}
+
+Result<std::unique_ptr<Opened>> Middleware::overhear(const Address& address, idl::ServicePtr interface, Hearing hearing,
+                                                     SubscribeOptions options) {
+  return subscribe(
+      address, std::move(interface),
+      [request = std::move(hearing.request)](const idl::Method& method, Value arguments) {
+        static_cast<void>(request(method, std::move(arguments)));
+      },
+      std::move(options));
+}
+
 Result<std::unique_ptr<Opened>> Middleware::watch(const Address& address, std::function<void(const std::string&)>,
                                                   SubscribeOptions options) {
   return subscribe(address, nullptr, {}, std::move(options));

@@ -44,10 +44,16 @@ class Middleware {
   [[nodiscard]] virtual std::vector<std::string> schemes() const = 0;
   /// How its addresses look, for messages: "yarp:/port".
   [[nodiscard]] virtual std::vector<std::string> forms() const = 0;
-  /// One line for people: what it speaks, and what this machine lacks for it.
+  /// One line for people: what it speaks, and who would answer.
   [[nodiscard]] virtual std::string about() const = 0;
+  /// Why no address of its can be opened here, and how to get what is missing; empty: they can.
+  [[nodiscard]] virtual std::string lacks() const { return {}; }
   /// Whether the address can be meant. Error: rpc.address.
   [[nodiscard]] virtual Result<void> check(const Address& address) const = 0;
+  /// Whether both can be used in one process. Error: rpc.address.
+  [[nodiscard]] virtual Result<void> check_beside(const Address& /*address*/, const Address& /*other*/) const {
+    return {};
+  }
 
   /// A service elsewhere. Nothing is asked of the network before the first call.
   [[nodiscard]] virtual Result<std::unique_ptr<Caller>> connect(const Address& address, idl::ServicePtr interface,
@@ -71,6 +77,20 @@ class Middleware {
   /// Only of an address that is a source.
   [[nodiscard]] virtual Result<std::unique_ptr<Opened>> subscribe(const Address& address, idl::ServicePtr interface,
                                                                   Take take, SubscribeOptions options);
+
+  /// What others say to each other, without having been asked for it. From a thread of the middleware, one thing after
+  /// the other; values conform.
+  struct Hearing {
+    /// Returns a number of its own, not 0, by which the outcome is told.
+    std::function<std::uint64_t(const idl::Method& method, Value arguments)> request;
+    /// By 0: what was asked has not been heard.
+    std::function<void(std::uint64_t call, const idl::Method& method, Outcome outcome)> outcome;
+  };
+  /// Whether what others say at an address reaches anybody else. Error: rpc.address.
+  [[nodiscard]] virtual Result<void> check_overheard(const Address& address, const idl::Service& interface) const;
+  /// Only of an address that can be; nobody is answered, and nobody learns of it who does not ask who listens.
+  [[nodiscard]] virtual Result<std::unique_ptr<Opened>> overhear(const Address& address, idl::ServicePtr interface,
+                                                                 Hearing hearing, SubscribeOptions options);
 
   /// Only of a source: the same as text, whatever it is, without knowing its interface.
   [[nodiscard]] virtual Result<std::unique_ptr<Opened>> watch(const Address& address,

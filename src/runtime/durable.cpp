@@ -55,6 +55,8 @@ std::string Durability::obstacle(const project::Plan& plan) {
     if (!leaf.chart) return fmt::format("the skill of {} is no chart, and what it knows is not the run's", leaf.name);
   }
   for (const auto& [name, service] : plan.services) {
+    if (!service.observed.empty())
+      return fmt::format("what is observed as {} comes from outside, and is not in its journal", name);
     if (service.uses_other_middleware())
       return fmt::format("service {} is reached through another middleware than Thrift", name);
   }

@@ -67,8 +67,8 @@ class Elsewhere {
   /// Starts the processes of the plan and connects the observers. `services`: where an address names a process or the
   /// run's folder, what that is stands there afterwards. Returns why it cannot.
   [[nodiscard]] virtual std::optional<std::string> start(Services& services) = 0;
-  /// Sees what is published elsewhere on topics of the services, and connects those whose topics are published here.
-  /// Once every part is made. Returns why it cannot.
+  /// Sees what is published elsewhere on topics of the services, and what others say where they are observed; connects
+  /// those whose topics are published here. Once every part is made. Returns why it cannot.
   [[nodiscard]] virtual std::optional<std::string> subscribe(const Services& services) = 0;
   /// Connected by `start`; until `close`.
   [[nodiscard]] virtual const std::vector<std::unique_ptr<Observer>>& observers() const = 0;

@@ -164,7 +164,8 @@ void Run::Impl::serve_control() {
   handler.now = [this] { return scheduler_->now(); };
   handler.services = [this] {
     std::vector<ControlHandler::ServiceEntry> entries;
-    for (const auto& [name, service] : services_) entries.push_back({name, service.service, service.at});
+    for (const auto& [name, service] : services_)
+      entries.push_back({name, service.service, service.observed.empty() ? service.at : service.observed});
     if (plan_.test_control && plan_.world) {
       for (const std::string& name : project::test_control_names(*plan_.world))
         entries.push_back({name, plan_.test_control, "sim"});

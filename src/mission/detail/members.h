@@ -363,6 +363,13 @@ void visit_members(S& s, V&& visit) {
   visit("waiting", s.waiting);
   visit("not_before", s.not_before);
 }
+template <class S, class V>
+requires archive::MaybeConst<S, SkillState::Goal>
+void visit_members(S& s, V&& visit) {
+  visit("service", s.service);
+  visit("id", s.id);
+  visit("abandoned", s.abandoned);
+}
 // But `session`.
 template <class S, class V>
 requires archive::MaybeConst<S, SkillState>
@@ -381,6 +388,7 @@ void visit_members(S& s, V&& visit) {
   visit("topics_not_before", s.topics_not_before);
   visit("latest", s.latest);
   visit("lines", s.lines);
+  visit("goals", s.goals);
 }
 template <class S, class V>
 requires archive::MaybeConst<S, ModelState::OpenCall>

@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "sentree/ros/cdr.h"
+#include "sentree/ros/detail/action_type.h"
 #include "sentree/ros/detail/service.h"
 #include "sentree/rpc/middleware.h"
 
@@ -61,8 +61,8 @@ class ActionClient {
     Problem problem;
   };
 
-  ActionClient(idl::ServicePtr interface, std::string name)
-      : interface_(std::move(interface)), name_(std::move(name)) {}
+  ActionClient(idl::ServicePtr interface, std::string name, ActionType type)
+      : interface_(std::move(interface)), name_(std::move(name)), type_(std::move(type)) {}
   [[nodiscard]] Result<void> open(const std::shared_ptr<Node>& node);
   void follow();
   void publish(const char* method, Map arguments);
@@ -73,10 +73,8 @@ class ActionClient {
 
   const idl::ServicePtr interface_;
   const std::string name_;
+  const ActionType type_;
   std::function<std::string()> other_type_;  // what somebody else serves by that name
-  std::optional<Codec> goal_;
-  std::optional<Codec> result_;
-  std::optional<Codec> feedback_;
   std::shared_ptr<ServiceClient> send_goal_;
   std::shared_ptr<ServiceClient> get_result_;
   std::shared_ptr<ServiceClient> cancel_goal_;

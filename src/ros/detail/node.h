@@ -83,6 +83,8 @@ class Node : public std::enable_shared_from_this<Node> {
 
   [[nodiscard]] Result<ToldPtr> read(const dds::Channel& channel, dds::Participant::OnSample on_sample,
                                      dds::Participant::OnChange on_change);
+  /// The participant itself, for readers and writers that are no part of what the node tells of. They go before it.
+  [[nodiscard]] dds::Participant& participant() const { return *participant_; }
   [[nodiscard]] Result<ToldPtr> write(const dds::Channel& channel, dds::Participant::OnChange on_change);
   [[nodiscard]] std::vector<dds::Endpoint> endpoints() const { return participant_->endpoints(); }
   /// What somebody serves or reads at a topic of DDS in place of `type`, as ", but somebody has pkg/srv/T there";

@@ -75,6 +75,9 @@ class Heard {
     changed_.wait_until(lock, patience(), [&] { return enough(all_); });
     return all_;
   }
+  std::vector<T> all() {
+    return wait([](const auto&) { return true; });
+  }
   std::vector<T> wait_for(std::size_t count) {
     return wait([&](const std::vector<T>& all) { return all.size() >= count; });
   }
@@ -108,6 +111,10 @@ class Graph : public ::testing::Test {
   }
   [[nodiscard]] rpc::Address at(const std::string& name, const std::string& options = "") const {
     return *rpc::Address::parse("ros:" + name + "?domain=" + domain_ + "&range=localhost" + options);
+  }
+  /// The one of the middleware.
+  [[nodiscard]] std::shared_ptr<Node> node_at(const std::string& name) const {
+    return *Node::of(*GraphAddress::parse(at(name).path));
   }
   /// Another participant of the same domain, which is not ours to the middleware.
   [[nodiscard]] std::unique_ptr<dds::Participant> stranger() const {

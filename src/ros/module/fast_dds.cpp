@@ -330,6 +330,19 @@ class Core {
       return ready_at != found->second.end() && now >= ready_at->second;
     });
   }
+  /// Who only listens is nobody's server.
+  void overhears(const Guid& guid, bool is_there) {
+    const std::lock_guard lock(listeners_mutex_);
+    if (!is_there)
+      listeners_.erase(guid);
+    else if (listeners_.size() < kEndpointsMax)
+      listeners_.insert(guid);
+  }
+  [[nodiscard]] std::vector<Guid> without_listeners(std::vector<Guid> all) const {
+    const std::lock_guard lock(listeners_mutex_);
+    if (!listeners_.empty()) std::erase_if(all, [&](const Guid& each) { return listeners_.contains(each); });
+    return all;
+  }
   [[nodiscard]] std::vector<Endpoint> endpoints() const {
     const std::lock_guard lock(watch_mutex_);
     std::vector<Endpoint> out;
@@ -381,6 +394,8 @@ class Core {
   mutable std::mutex watch_mutex_;
   std::map<const void*, Watch> watches_;
   std::map<Guid, Endpoint> endpoints_;
+  mutable std::mutex listeners_mutex_;  // no other one is taken with it
+  std::set<Guid> listeners_;
   std::mutex acknowledged_mutex_;
   std::map<Guid, std::map<Guid, SteadyClock::time_point>> acknowledged_;  // by reader and writer: when it is ready
 };
@@ -409,6 +424,7 @@ class FastReader final : public Reader, fast::DataReaderListener {
   ~FastReader() override {
     core_->unwatch(this);
     if (reader_ != nullptr) {
+      core_->overhears(guid(), false);
       reader_->set_listener(nullptr);
       core_->subscriber->delete_datareader(reader_);
     }
@@ -420,11 +436,12 @@ class FastReader final : public Reader, fast::DataReaderListener {
     qos.type_consistency().representation.m_value = {fast::XCDR_DATA_REPRESENTATION};
     reader_ = core_->subscriber->create_datareader(topic, qos, this);
     if (reader_ == nullptr) return false;
+    if (channel.user_data == kOverhears) core_->overhears(guid(), true);
     core_->watch(this, channel, guid(), false, matched_, on_change_);
     return true;
   }
   Guid guid() const override { return guid_of(reader_->guid()); }
-  std::vector<Guid> matched() const override { return matched_.ready(); }
+  std::vector<Guid> matched() const override { return core_->without_listeners(matched_.ready()); }
 
  private:
   void on_data_available(fast::DataReader* reader) override {
@@ -460,6 +477,7 @@ class FastWriter final : public Writer, fast::DataWriterListener {
   ~FastWriter() override {
     core_->unwatch(this);
     if (writer_ != nullptr) {
+      core_->overhears(guid(), false);
       writer_->set_listener(nullptr);
       core_->publisher->delete_datawriter(writer_);
     }
@@ -475,13 +493,14 @@ class FastWriter final : public Writer, fast::DataWriterListener {
     qos.reliable_writer_qos().times.heartbeatPeriod = {0, kHeartbeatNs};
     writer_ = core_->publisher->create_datawriter(topic, qos, this);
     if (writer_ == nullptr) return false;
+    if (channel.user_data == kOverhears) core_->overhears(guid(), true);
     core_->watch(this, channel, guid(), true, matched_, on_change_);
     return true;
   }
   Guid guid() const override { return guid_of(writer_->guid()); }
   std::vector<Guid> matched() const override {
     core_->settle(guid(), matched_);
-    return matched_.ready();
+    return core_->without_listeners(matched_.ready());
   }
   std::int64_t write(const std::vector<std::uint8_t>& octets, const SampleId* related) override {
     rtps::WriteParams params;
@@ -599,8 +618,11 @@ class FastParticipant final : public Participant, fast::DomainParticipantListene
   template <class Info>
   void note(bool is_there, const Info& info, bool is_writer) {
     const Guid guid = guid_of(info.guid());
+    const auto& data = info.m_qos.m_userData.data_vec();
+    const bool overhears = std::equal(data.begin(), data.end(), kOverhears.begin(), kOverhears.end());
+    if (overhears || !is_there) core_->overhears(guid, is_there);
     if (!is_there) return core_->lost(guid);
-    core_->found({guid, is_writer, info.topicName().to_string(), info.typeName().to_string()});
+    core_->found({guid, is_writer, info.topicName().to_string(), info.typeName().to_string(), overhears});
   }
   void on_subscriber_discovery(fast::DomainParticipant*, rtps::ReaderDiscoveryInfo&& info) override {
     note(info.status != rtps::ReaderDiscoveryInfo::REMOVED_READER, info.info, false);
@@ -618,7 +640,7 @@ class FastParticipant final : public Participant, fast::DomainParticipantListene
 }  // namespace
 }  // namespace sentree::ros::dds
 
-extern "C" __attribute__((visibility("default"))) sentree::ros::dds::Participant* sentree_ros_dds_1(
+extern "C" __attribute__((visibility("default"))) sentree::ros::dds::Participant* sentree_ros_dds_2(
     const sentree::ros::dds::ParticipantOptions& options, std::string& error) {
   auto made = std::make_unique<sentree::ros::dds::FastParticipant>();
   return made->open(options, error) ? made.release() : nullptr;

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "sentree/ros/action_server.h"
+#include "sentree/ros/detail/overhear.h"
 #include "sentree/ros/detail/test_graph.h"
 
 extern char** environ;
@@ -147,6 +148,60 @@ TEST_F(RosCyclone, IsAnsweredByOurServices) {
   ASSERT_TRUE(served) << served.error().message;
   tell("call");
   has_said("lamp 1 is on");
+}
+
+TEST_F(RosCyclone, IsOverheardWhenItAsksAndWhenItAnswers) {
+  Heard<std::string> said;
+  std::atomic<std::uint64_t> calls{0};
+  const auto hear = [&](const std::string& name) {
+    rpc::Middleware::Hearing hearing;
+    hearing.request = [&](const idl::Method&, const Value& arguments) {
+      const std::uint64_t call = ++calls;
+      said.add(std::to_string(call) + to_json(arguments));
+      return call;
+    };
+    hearing.outcome = [&](std::uint64_t call, const idl::Method&, const rpc::Outcome& outcome) {
+      said.add(std::to_string(call) + (outcome ? to_json(*outcome) : outcome.error().message));
+    };
+    const auto listener =
+        std::make_shared<Node>(stranger(), Release::kHumble, static_cast<std::uint32_t>(std::stoi(domain_)));
+    auto heard = overhear(listener, *GraphAddress::parse(name + "?requests"), interface("std_srvs/srv/SetBool"), name,
+                          "ros:" + name, std::move(hearing), {});
+    EXPECT_TRUE(heard) << heard.error().message;
+    return std::move(*heard);
+  };
+  const auto has = [&](const std::string& what) {
+    const auto all = said.all();
+    return std::any_of(all.begin(), all.end(), [&](const std::string& each) {
+      return each.ends_with(what) && std::any_of(all.begin(), all.end(), [&](const std::string& asked) {
+               return asked == each.substr(0, each.find('{')) + R"({"data":true})";
+             });
+    });
+  };
+  {
+    const auto heard = hear("/cyclone_lamp");
+    auto client = rpc::connect(at("/cyclone_lamp"), interface("std_srvs/srv/SetBool"), {.target = "lamp"});
+    ASSERT_TRUE(client) << client.error().message;
+    EXPECT_TRUE(eventually([&] {
+      const auto reply = rpc::call_and_wait(**client, "call", Map{{"data", true}}, patience());
+      EXPECT_TRUE(reply) << reply.error().message;
+      return !reply || has(R"({"success":true,"message":"on"})");
+    }));
+    EXPECT_TRUE(has(R"({"success":true,"message":"on"})"));
+  }
+  const auto served = rpc::serve(
+      at("/lamp"),
+      {{"service", std::make_shared<rpc::FunctionService>(interface("std_srvs/srv/SetBool"),
+                                                          [](const idl::Method&, const Value&) -> rpc::Outcome {
+                                                            return Value(Map{{"success", true}, {"message", "ours"}});
+                                                          })}},
+      {});
+  ASSERT_TRUE(served) << served.error().message;
+  const auto heard = hear("/lamp");
+  EXPECT_TRUE(eventually([&] {
+    tell("call");
+    return has(R"({"success":true,"message":"ours"})");
+  }));
 }
 
 class RosCycloneActions : public RosCyclone {
