@@ -18,6 +18,7 @@ Periods::Periods(const project::Plan& plan, const Options& options)
     graph_.guards.emplace_back(leaf.chart->transitions().size());
     leaf_of_.emplace(leaf.name + ".tick.reply", graph_.statuses.size() - 1);
     graph_.parts.push_back(leaf.name);
+    leaf_of_chart_.emplace(&leaf.chart->model(), graph_.statuses.size() - 1);
   }
   for (const project::ModelPlan& model : plan.models) {
     graph_.models_entered.emplace_back(model.chart.states().size());
@@ -280,11 +281,8 @@ void Periods::met(const mission::Met& what) {
 }
 
 void Periods::guard(const scxml::Chart& chart, scxml::TransitionIndex of, bool holds) {
-  for (std::size_t leaf = 0; leaf < plan_.leaves.size(); ++leaf) {
-    if (!(*plan_.leaves[leaf].chart == chart)) continue;
-    graph_.guards[leaf][of] |= holds ? 2U : 1U;
-    return;
-  }
+  const auto leaf = leaf_of_chart_.find(&chart.model());
+  if (leaf != leaf_of_chart_.end()) graph_.guards[leaf->second][of] |= holds ? 2U : 1U;
 }
 
 void Periods::note_call(const Message& message) {

@@ -186,6 +186,7 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   bool tells_orders_ = false;
   std::vector<std::uint64_t> hearers_;  // by the numbers of the memory, as `Orders` wants them
   std::unordered_map<std::string, std::size_t> leaf_of_;
+  std::unordered_map<const scxml::Model*, std::size_t> leaf_of_chart_;  // the first
   std::set<std::string> told_;
   std::uint64_t kept_bytes_ = 0;
   // Of the period that is being tried.

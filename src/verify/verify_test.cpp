@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <utility>
@@ -315,6 +316,12 @@ TEST_F(Verify, StopsAtItsLimits) {
   asked.explore = {};
   asked.explore.ticks = 7;
   EXPECT_EQ(verify(plan(), asked).graph.complete_to, 7U);
+  asked.explore = {};
+  asked.explore.time = std::chrono::nanoseconds(0);
+  EXPECT_EQ(verify(plan(), asked).graph.limit, "the limit of time");
+  asked.explore = {};
+  asked.explore.memory = 1;
+  EXPECT_THAT(verify(plan(), asked).graph.limit, HasSubstr("the limit of memory"));
   asked.explore = {};
   asked.explore.interrupted = [] { return true; };
   EXPECT_EQ(verify(plan(), asked).graph.limit, "interrupted");
