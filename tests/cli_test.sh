@@ -378,6 +378,15 @@ expect 1 'as_published +REFUTED' "$sentree" verify "$work/verified" --only turns
 expect 0 '"verdict":"holds","vacuous":false,"complete":true' \
   "$sentree" verify "$work/verified" --faults none --order virtual --only turns_to_station --json
 expect 124 'not refuted up to tick 5' "$sentree" verify "$work/verified" --only turns_to_station --ticks 5
+# Interrupted, it says what is known so far.
+for json in '' --json; do
+  # shellcheck disable=SC2086
+  expect 130 'up to tick [0-9]+: interrupted|"complete":false.*"ended_by":"interrupted"' timeout --foreground --preserve-status --signal INT 3 \
+    "$sentree" verify examples/porter --no-memo --order virtual --out "$work/porter" $json
+done
+# What no behaviour reaches is left for pages, of models too.
+expect 0 'project":"..","files".*"mission.xml":"[0-9]+".*"complete":true.*"kind":"transitions","of":"skills/' \
+  bash -c "'$sentree' verify '$work/verified' --faults none --only turns_to_station >/dev/null && cat '$work/verified/verify/reached.json'"
 # Faults of a file come instead of those of the project.
 printf 'faults: {at_most: 1, any_of: [{unreachable: battery.isCharging}, {kill: GoToKitchen}]}\n' >"$work/faults.yaml"
 expect 124 '2 faults, 1 at a time' "$sentree" verify "$work/verified" --faults "$work/faults.yaml" --only turns_to_station --ticks 5

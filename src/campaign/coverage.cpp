@@ -121,6 +121,41 @@ void Coverage::reach(const Thing& thing) {
   if (const auto found = things_.find(thing); found != things_.end()) found->second = true;
 }
 
+Coverage::Met::Met(const project::Plan& plan)
+    : nodes(plan.tree.size()),
+      states(plan.leaves.size()),
+      transitions(plan.leaves.size()),
+      guards(plan.leaves.size()) {}
+
+void Coverage::reach(const project::Plan& plan, const Met& met) {
+  for (bt::NodeId node = 0; node < met.nodes.size(); ++node) {
+    for (const std::string& status : met.nodes[node])
+      reach({Kind::kNode, plan.tree.path(node), status, place(plan.tree.span(node))});
+  }
+  for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) {
+    if (!plan.leaves[leaf].chart) continue;
+    const scxml::Chart& chart = *plan.leaves[leaf].chart;
+    std::set<scxml::StateIndex> states = met.states[leaf];
+    for (const scxml::TransitionIndex index : met.transitions[leaf]) {
+      reach(transition_thing(chart, index));
+      // What a chart only passes through it does not rest in.
+      const scxml::Transition& transition = chart.transitions()[index];
+      states.insert(transition.source);
+      states.insert(transition.targets.begin(), transition.targets.end());
+    }
+    for (const auto& [index, holds] : met.guards[leaf]) reach(guard_thing(chart, index, holds));
+    for (scxml::StateIndex state : states) {
+      for (; state != scxml::kNoState; state = chart.states()[state].parent) {
+        if (is_a_place_to_be(chart.states()[state])) reach(state_thing(chart, state));
+      }
+    }
+  }
+  for (const auto& [call, outcome] : met.calls) reach({Kind::kMethod, call, outcome, ""});
+  for (const monitor::Model& model : plan.monitors) {
+    if (met.tested.contains(model.name())) reach(requirement_thing(model));
+  }
+}
+
 std::vector<std::uint32_t> Coverage::reached_of(const Coverage& known) const {
   std::vector<std::uint32_t> reached;
   std::uint32_t place = 0;
@@ -202,11 +237,8 @@ std::string Coverage::to_text() const {
 
 class CoverageWatch::Impl {
  public:
-  Impl(const project::Plan& plan, Coverage& coverage, runtime::RunOptions& options) : plan_(plan), coverage_(coverage) {
-    nodes_.resize(plan.tree.size());
-    states_.resize(plan.leaves.size());
-    transitions_.resize(plan.leaves.size());
-    guards_.resize(plan.leaves.size());
+  Impl(const project::Plan& plan, Coverage& coverage, runtime::RunOptions& options)
+      : plan_(plan), coverage_(coverage), met_(plan) {
     options.listeners.emplace_back([this](const Message& message) { observe(message); });
     options.on_skill_step = [this, before = std::move(options.on_skill_step)](std::size_t leaf,
                                                                               const runtime::Skill& skill) {
@@ -220,11 +252,11 @@ class CoverageWatch::Impl {
           skill->watch_transitions(
               [this, leaf](scxml::TransitionIndex transition) {
                 const std::lock_guard lock(mutex_);
-                transitions_[leaf].insert(transition);
+                met_.transitions[leaf].insert(transition);
               },
               [this, leaf](scxml::TransitionIndex transition, bool holds) {
                 const std::lock_guard lock(mutex_);
-                guards_[leaf].emplace(transition, holds);
+                met_.guards[leaf].emplace(transition, holds);
               });
         }
       }
@@ -233,37 +265,16 @@ class CoverageWatch::Impl {
 
   void look() {
     const std::lock_guard lock(mutex_);
-    for (bt::NodeId node = 0; node < nodes_.size(); ++node) {
-      for (const std::string& status : nodes_[node])
-        coverage_.reach({Kind::kNode, plan_.tree.path(node), status, place(plan_.tree.span(node))});
-    }
-    for (std::size_t leaf = 0; leaf < plan_.leaves.size(); ++leaf) {
-      if (!plan_.leaves[leaf].chart) continue;
-      const scxml::Chart& chart = *plan_.leaves[leaf].chart;
-      for (const scxml::TransitionIndex index : transitions_[leaf]) {
-        coverage_.reach(transition_thing(chart, index));
-        // What a chart only passes through it does not rest in.
-        const scxml::Transition& transition = chart.transitions()[index];
-        states_[leaf].insert(transition.source);
-        states_[leaf].insert(transition.targets.begin(), transition.targets.end());
-      }
-      for (const auto& [index, holds] : guards_[leaf]) coverage_.reach(guard_thing(chart, index, holds));
-      for (scxml::StateIndex state : states_[leaf]) {
-        for (; state != scxml::kNoState; state = chart.states()[state].parent) {
-          if (is_a_place_to_be(chart.states()[state])) coverage_.reach(state_thing(chart, state));
-        }
-      }
-    }
-    for (const auto& [call, outcome] : calls_) coverage_.reach({Kind::kMethod, call, outcome, ""});
+    coverage_.reach(plan_, met_);
   }
 
   void finish(const runtime::RunReport& report) {
-    look();
     for (const monitor::Model& model : plan_.monitors) {
       const auto told = std::find_if(report.monitors.begin(), report.monitors.end(),
                                      [&](const auto& monitor) { return monitor.name == model.name(); });
-      if (told != report.monitors.end() && told->vacuity.empty()) coverage_.reach(requirement_thing(model));
+      if (told != report.monitors.end() && told->vacuity.empty()) met_.tested.insert(model.name());
     }
+    look();
   }
 
  private:
@@ -274,7 +285,7 @@ class CoverageWatch::Impl {
       const Value* to = message.data.find("to");
       if (node == nullptr || to == nullptr || node->as_int() == nullptr) return;
       const auto index = static_cast<std::size_t>(*node->as_int());
-      if (index < nodes_.size()) nodes_[index].insert(std::string(to->text()));
+      if (index < met_.nodes.size()) met_.nodes[index].insert(std::string(to->text()));
       return;
     }
     if (message.kind != MessageKind::kReply && message.kind != MessageKind::kError) return;
@@ -282,25 +293,21 @@ class CoverageWatch::Impl {
     const bool is_error = message.kind == MessageKind::kError;
     const std::string call = message.name.substr(0, message.name.rfind('.'));
     const Value* kind = is_error ? message.data.find("kind") : nullptr;
-    calls_.emplace(call, !is_error ? "reply" : kind != nullptr && kind->text() == "late" ? "late" : "error");
+    met_.calls.emplace(call, !is_error ? "reply" : kind != nullptr && kind->text() == "late" ? "late" : "error");
   }
 
   void rests(std::size_t leaf, const runtime::Skill& skill) {
     const std::lock_guard lock(mutex_);
     const scxml::Chart& chart = skill.chart();
     for (scxml::StateIndex state = 0; state < chart.states().size(); ++state) {
-      if (skill.session().is_active(state)) states_[leaf].insert(state);
+      if (skill.session().is_active(state)) met_.states[leaf].insert(state);
     }
   }
 
   const project::Plan& plan_;
   Coverage& coverage_;
   std::mutex mutex_;  // in real time actors are threads
-  std::vector<std::set<std::string>> nodes_;
-  std::vector<std::set<scxml::StateIndex>> states_;  // by leaf, those it has rested in
-  std::vector<std::set<scxml::TransitionIndex>> transitions_;
-  std::vector<std::set<std::pair<scxml::TransitionIndex, bool>>> guards_;
-  std::set<std::pair<std::string, std::string>> calls_;
+  Coverage::Met met_;
 };
 
 CoverageWatch::CoverageWatch(const project::Plan& plan, Coverage& coverage, runtime::RunOptions& options)

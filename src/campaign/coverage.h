@@ -3,8 +3,10 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <set>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sentree/base/value.h"
@@ -21,6 +23,17 @@ namespace sentree::campaign {
 /// or monitor put to the test. Some may be impossible in a correct project.
 class Coverage {
  public:
+  /// What of a plan was met, by the plan's indices.
+  struct Met {
+    explicit Met(const project::Plan& plan);
+    std::vector<std::set<std::string>> nodes;                   ///< Statuses by node.
+    std::vector<std::set<scxml::StateIndex>> states;            ///< By leaf; what holds them is met too,
+    std::vector<std::set<scxml::TransitionIndex>> transitions;  ///< and so are source and targets.
+    std::vector<std::set<std::pair<scxml::TransitionIndex, bool>>> guards;
+    std::set<std::pair<std::string, std::string>> calls;  ///< "SERVICE.METHOD" and "reply", "error" or "late".
+    std::set<std::string> tested;                         ///< Requirements and monitors.
+  };
+
   enum class Kind : std::uint8_t { kNode, kState, kTransition, kGuard, kMethod, kRequirement };
   struct Thing {
     Kind kind;
@@ -35,6 +48,7 @@ class Coverage {
   /// What other runs could reach can be reached, and what they reached is.
   void add(const Coverage& other);
   void reach(const Thing& thing);
+  void reach(const project::Plan& plan, const Met& met);
   /// What is reached here of the things of `known`, by their place among those.
   [[nodiscard]] std::vector<std::uint32_t> reached_of(const Coverage& known) const;
   /// By place among `things`; what lies beyond them is none.

@@ -16,6 +16,8 @@
 #include "sentree/cli/verify_statistics.h"
 #include "sentree/record/sink.h"
 #include "sentree/replay/recording.h"
+#include "sentree/studio/reached.h"
+#include "sentree/studio/verified.h"
 #include "sentree/text/file.h"
 #include "sentree/verify/any_reply.h"
 #include "sentree/verify/verify.h"
@@ -67,8 +69,10 @@ bool confirmed(const project::Plan& plan, std::unique_ptr<replay::RunRecorder> r
 class Verifying {
  public:
   /// @param any  Models that were made for the services without one.
-  Verifying(const VerifyCommand& command, project::Plan plan, std::vector<verify::MadeModel> any)
-      : command_(command), plan_(std::move(plan)), any_(std::move(any)) {}
+  /// @param read  What the project was read from.
+  Verifying(const VerifyCommand& command, project::Plan plan, std::vector<verify::MadeModel> any,
+            std::vector<text::ReadFile> read)
+      : command_(command), plan_(std::move(plan)), any_(std::move(any)), read_(std::move(read)) {}
 
   int operator()() {
     verify::Asked asked;
@@ -86,6 +90,7 @@ class Verifying {
       return kInvalidInput;
     }
     if (!command_.graph.empty() && !write_graph()) return kEnvironment;
+    write_reached();
     for (const verify::Judgement& judgement : result_.judgements) {
       if (judgement.finding == verify::Finding::kRefuted && !show(judgement)) return kEnvironment;
     }
@@ -104,11 +109,64 @@ class Verifying {
     return true;
   }
 
-  bool write(const verify::Judgement& judgement, project::Scenario& example, Shown& shown) {
-    const fs::path project = plan_.scenario.project.folder;
-    const fs::path folder = command_.out.empty() ? project / "verify" : fs::path(command_.out);
+  // Where what is found is written.
+  fs::path out_folder() const {
+    const fs::path folder = command_.out.empty() ? plan_.scenario.project.folder / "verify" : fs::path(command_.out);
     std::error_code error;
     fs::create_directories(folder, error);
+    return folder;
+  }
+
+  campaign::Coverage reached() const {
+    const verify::Graph& graph = result_.graph;
+    campaign::Coverage coverage;
+    coverage.add(plan_);
+    campaign::Coverage::Met met(plan_);
+    for (std::size_t node = 0; node < graph.nodes_had.size(); ++node) {
+      for (const bt::Status status : {bt::Status::kRunning, bt::Status::kSuccess, bt::Status::kFailure}) {
+        if ((graph.nodes_had[node] >> static_cast<unsigned>(status) & 1U) != 0)
+          met.nodes[node].emplace(to_string(status));
+      }
+    }
+    for (std::size_t leaf = 0; leaf < graph.taken.size(); ++leaf) {
+      for (std::size_t i = 0; i < graph.entered[leaf].size(); ++i) {
+        if (graph.entered[leaf][i]) met.states[leaf].insert(static_cast<scxml::StateIndex>(i));
+      }
+      for (std::size_t i = 0; i < graph.taken[leaf].size(); ++i) {
+        const auto index = static_cast<scxml::TransitionIndex>(i);
+        if (graph.taken[leaf][i]) met.transitions[leaf].insert(index);
+        for (const bool holds : {false, true}) {
+          if ((graph.guards[leaf][i] & (holds ? 2U : 1U)) != 0) met.guards[leaf].emplace(index, holds);
+        }
+      }
+    }
+    met.calls = graph.calls;
+    for (const verify::Judgement& judgement : result_.judgements) {
+      const bool is_decided = judgement.finding != verify::Finding::kUnknown && judgement.error.empty();
+      if (is_decided && judgement.vacuous.empty()) met.tested.insert(judgement.requirement);
+    }
+    coverage.reach(plan_, met);
+    return coverage;
+  }
+
+  // For pages; a project that nobody may write is verified all the same.
+  void write_reached() const {
+    const fs::path folder = out_folder();
+    const studio::Verified verified{.coverage = reached(),
+                                    .with_requirements = command_.only.empty(),
+                                    .complete = result_.graph.complete,
+                                    .complete_to_tick = result_.graph.complete_to,
+                                    .states = result_.graph.nodes.size()};
+    const fs::path file = folder / studio::kVerifiedFile;
+    const auto written =
+        text::write_file(file, studio::verified_text(verified, plan_.scenario.project.folder, folder, read_));
+    if (!written) say(to_string(written.error()));
+  }
+
+  bool write(const verify::Judgement& judgement, project::Scenario& example, Shown& shown) {
+    const fs::path project = plan_.scenario.project.folder;
+    const fs::path folder = out_folder();
+    std::error_code error;
     const fs::path file = folder / (judgement.requirement + ".yaml");
     const bool beside = fs::weakly_canonical(folder, error).parent_path() == fs::weakly_canonical(project, error);
     const std::string above =
@@ -469,22 +527,24 @@ class Verifying {
     }
     Map limits{{"complete_to_tick", static_cast<std::int64_t>(graph.complete_to)}, {"same_hash", same_hash(asked)}};
     if (!graph.complete) limits["ended_by"] = graph.limit;
-    return Map{{"tool", "sentree verify"},
-               {"version", SENTREE_VERSION},
-               {"models", std::move(models)},
-               {"any_reply", std::move(any)},
-               {"order", command_.order},
-               {"orders_left_out", graph.reduced},
-               {"faults", static_cast<std::int64_t>(asked.explore.faults.size())},
-               {"faults_at_most", static_cast<std::int64_t>(asked.explore.faults_at_most)},
-               {"requirements", std::move(requirements)},
-               {"states", static_cast<std::int64_t>(graph.nodes.size())},
-               {"transitions", static_cast<std::int64_t>(graph.edges.size())},
-               {"complete", graph.complete},
-               {"coverage", Map{{"not_reached", std::move(not_reached)}}},
-               {"problems", std::move(problems)},
-               {"limits", std::move(limits)},
-               {"wall_s", result_.explored_s}};
+    return Map{
+        {"tool", "sentree verify"},
+        {"version", SENTREE_VERSION},
+        {"models", std::move(models)},
+        {"any_reply", std::move(any)},
+        {"order", command_.order},
+        {"orders_left_out", graph.reduced},
+        {"faults", static_cast<std::int64_t>(asked.explore.faults.size())},
+        {"faults_at_most", static_cast<std::int64_t>(asked.explore.faults_at_most)},
+        {"requirements", std::move(requirements)},
+        {"states", static_cast<std::int64_t>(graph.nodes.size())},
+        {"transitions", static_cast<std::int64_t>(graph.edges.size())},
+        {"complete", graph.complete},
+        {"coverage", Map{{"not_reached", std::move(not_reached)},
+                         {"kinds", *studio::coverage_value(reached(), plan_.scenario.project.folder).find("kinds")}}},
+        {"problems", std::move(problems)},
+        {"limits", std::move(limits)},
+        {"wall_s", result_.explored_s}};
   }
 
   int code() const {
@@ -503,6 +563,7 @@ class Verifying {
   const VerifyCommand& command_;
   project::Plan plan_;
   std::vector<verify::MadeModel> any_;
+  std::vector<text::ReadFile> read_;
   verify::Verification result_;
   std::map<std::string, Shown> shown_;
   std::map<std::string, std::string> story_;
@@ -511,6 +572,7 @@ class Verifying {
 }  // namespace
 
 int verify(const VerifyCommand& command) {
+  std::optional<text::ReadLog> files(std::in_place);
   auto loaded = load_verified(command);
   say(loaded.diagnostics);
   if (!loaded.ok()) return kInvalidInput;
@@ -518,6 +580,8 @@ int verify(const VerifyCommand& command) {
   auto plan = project::prepare(verify::with_models(scenario));
   say(plan.diagnostics);
   if (!plan.ok()) return kInvalidInput;
+  std::vector<text::ReadFile> read = files->files();
+  files.reset();  // one at a time
   if (!command.against.empty()) return verify_against(command, *plan.value);
   const fs::path folder = scenario.project.folder;
   const fs::path out = command.out.empty() ? folder / "verify" : fs::path(command.out);
@@ -541,7 +605,7 @@ int verify(const VerifyCommand& command) {
     say(in_the_way);
     return has_errors(in_the_way) ? kInvalidInput : verify_by_runs(command, *plan.value);
   }
-  return Verifying(command, std::move(*plan.value), *any)();
+  return Verifying(command, std::move(*plan.value), *any, std::move(read))();
 }
 
 }  // namespace sentree::cli

@@ -65,8 +65,17 @@ ModelMachine::ModelMachine(ComponentModel model, scxml::ExecutionWatch* watch) :
     if (wrong_.back().span.line == 0) wrong_.back().span = send.span;
     return tl::unexpected(meaning.error());
   };
-  host_.watch = watch;
+  host_.watch = watch != nullptr ? watch : &watch_;
+  host_.observer = &observer_;
   add_choices();
+}
+
+void ModelMachine::Observer::transition(const scxml::Chart& chart, std::string_view, scxml::TransitionIndex taken) {
+  if (chart == machine.model_.chart) machine.surroundings_->taken(taken);
+}
+
+void ModelMachine::Observer::entered(const scxml::Chart& chart, std::string_view, scxml::StateIndex state) {
+  if (chart == machine.model_.chart) machine.surroundings_->entered(state);
 }
 
 Result<Value> ModelMachine::decide(Choice choice, const std::function<std::uint64_t(Rng&)>& by_chance) {
@@ -97,7 +106,7 @@ void ModelMachine::add_choices() {
                                  if (memory_) memory_->spoil();
                                  wrong_.push_back(result.error());
                                  wrong_.back().message.insert(0, "model " + model_.name + ": ");
-                                 wrong_.back().span = model_.chart.span({});
+                                 wrong_.back().span = host_.watch->place();
                                  return result;
                                }});
   };

@@ -74,6 +74,10 @@ class ModelHost {
   [[nodiscard]] virtual std::optional<std::uint64_t> choose(const Choice&) { return std::nullopt; }
   /// The outcome of a call that came from `leaf`.
   virtual void answer(std::size_t leaf, const Shared<Call>& call, CallOutcome outcome) = 0;
+  /// Its chart enters a state, or takes a transition. With a memory of steps, told when a step is executed, not when it
+  /// is looked up.
+  virtual void entered(scxml::StateIndex /*state*/) {}
+  virtual void taken(scxml::TransitionIndex /*transition*/) {}
   /// Something a person should know; the run goes on.
   virtual void problem(const std::string& what) = 0;
   /// It said something that is no answer: to nobody, or of a wrong type.
@@ -127,8 +131,16 @@ class ModelMachine {
   // The alternative that comes; it will be said.
   std::uint64_t ask(Choice choice, const std::function<std::uint64_t(Rng&)>& by_chance);
   void add_choices();
+  struct Observer final : scxml::Observer {
+    explicit Observer(ModelMachine& of) : machine(of) {}
+    void transition(const scxml::Chart& chart, std::string_view session, scxml::TransitionIndex taken) override;
+    void entered(const scxml::Chart& chart, std::string_view session, scxml::StateIndex state) override;
+    ModelMachine& machine;
+  };
 
   ComponentModel model_;
+  scxml::ExecutionWatch watch_;  // if nobody else looks on: errors say where
+  Observer observer_{*this};
   scxml::Host host_;
   ModelState* stepped_ = nullptr;  // whose chart executes
   ModelHost* surroundings_ = nullptr;

@@ -54,6 +54,8 @@ class PartMemory final : private Ground {
     virtual std::size_t order(std::span<const std::uint32_t> parts) = 0;
     virtual std::optional<Veto> judge(const Message& request) = 0;
     virtual void taken(std::size_t leaf, scxml::TransitionIndex transition) = 0;
+    /// Told when a step is executed, not when it is looked up.
+    virtual void met(const Met& /*what*/) {}
     virtual void problem(const std::string& what) = 0;
     virtual void refused(const Diagnostic& why) = 0;
     /// Serves a call.
@@ -262,6 +264,9 @@ class PartMemory final : private Ground {
   void tell_skill(std::size_t leaf, std::string_view message, SkillDelivery what) override;
   void call(std::size_t leaf, const Shared<Call>& call) override;
   void taken(std::size_t leaf, scxml::TransitionIndex transition) override;
+  void met(const Met& what) override {
+    if (outside_ != nullptr) outside_->met(what);
+  }
   void problem(const std::string& what) override;
   void refused(const Diagnostic& why) override;
   std::uint64_t next_call() override { return 1; }

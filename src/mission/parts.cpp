@@ -64,6 +64,9 @@ class Parts::TreeSide final : public TreeHost {
   std::uint64_t next_call() override { return ground->next_call(); }
   std::uint64_t tick_number(std::size_t leaf, std::uint64_t next) override { return ground->tick_number(leaf, next); }
   void set_tick(std::uint64_t tick) override { ground->set_tick(tick); }
+  void changed(bt::NodeId node, bt::Status to) override {
+    ground->met({Met::Kind::kNode, static_cast<std::uint32_t>(node), static_cast<std::uint32_t>(to)});
+  }
   void tick(std::size_t leaf, std::uint64_t tick, bool started, const Map& inputs) override {
     ground->tell_skill(leaf, "tick", TickSkill{tick, started, inputs});
   }
@@ -107,6 +110,9 @@ class Parts::SkillSide final : public SkillHost {
   void deliver(SkillDelivery what) override { deliver_at(now(), Rank::kMessage, std::move(what)); }
   void deliver_at(TimePoint when, Rank rank, SkillDelivery what) override {
     ground->put(when, rank, {leaf_, std::move(what)});
+  }
+  void entered(scxml::StateIndex state) override {
+    ground->met({Met::Kind::kSkillState, static_cast<std::uint32_t>(leaf_), static_cast<std::uint32_t>(state)});
   }
   Duration delay_of(std::string_view message) override { return ground->delay_of(message); }
   void falsify(std::string_view call, const idl::Method& method, Value& result) override {
@@ -152,6 +158,13 @@ class Parts::ModelSide final : public ModelHost {
     return Admission{};
   }
   std::optional<std::uint64_t> choose(const Choice& choice) override { return ground->choose(choice); }
+  void entered(scxml::StateIndex state) override {
+    ground->met({Met::Kind::kModelState, static_cast<std::uint32_t>(index_), static_cast<std::uint32_t>(state)});
+  }
+  void taken(scxml::TransitionIndex transition) override {
+    ground->met(
+        {Met::Kind::kModelTransition, static_cast<std::uint32_t>(index_), static_cast<std::uint32_t>(transition)});
+  }
   void answer(std::size_t leaf, const Shared<Call>& call, CallOutcome outcome) override {
     if (leaf != ServeCall::kOutside)
       ground->put(now(), Rank::kMessage, {leaf, SkillDelivery(Outcome{call, std::move(outcome)})});

@@ -16,6 +16,7 @@
 #include "sentree/mission/choice.h"
 #include "sentree/mission/delivery.h"
 #include "sentree/mission/faults.h"
+#include "sentree/mission/met.h"
 #include "sentree/mission/model.h"
 #include "sentree/mission/skill.h"
 #include "sentree/mission/tree.h"
@@ -40,6 +41,7 @@ class Ground {
   /// The skill of a leaf makes a call to a service that a model serves.
   virtual void call(std::size_t leaf, const Shared<Call>& call) = 0;
   virtual void taken(std::size_t leaf, scxml::TransitionIndex transition) = 0;
+  virtual void met(const Met& what) = 0;
   virtual void problem(const std::string& what) = 0;
   /// A model said something that is no answer.
   virtual void refused(const Diagnostic& why) = 0;

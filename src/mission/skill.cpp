@@ -227,7 +227,9 @@ void SkillMachine::took(scxml::TransitionIndex taken) {
 }
 
 void SkillMachine::Observer::entered(const scxml::Chart& chart, std::string_view, scxml::StateIndex state) {
-  if (machine.meaning_of_state_.empty() || !(chart == machine.model_.chart)) return;
+  if (!(chart == machine.model_.chart)) return;
+  machine.surroundings_->entered(state);
+  if (machine.meaning_of_state_.empty()) return;
   if (machine.meaning_of_state_[state]) machine.said_.push_back({machine.meaning_of_state_[state], {}});
   if (machine.halted_state_ == state) machine.said_.push_back({});
 }

@@ -163,6 +163,8 @@ class SkillHost {
   virtual void log(const scxml::LogLine& line) = 0;
   /// Its chart takes a transition.
   virtual void taken(scxml::TransitionIndex /*transition*/) {}
+  /// Its chart enters a state. With a memory of steps, told when a step is executed, not when it is looked up.
+  virtual void entered(scxml::StateIndex /*state*/) {}
   /// Something a person should know; the run goes on.
   virtual void problem(const std::string& what) = 0;
 };

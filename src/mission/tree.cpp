@@ -57,6 +57,7 @@ std::span<const TreeEdge> tree_edges() { return kTreeEdges; }
 std::string_view kind_of(const TreeDelivery& delivery) { return std::visit(TreeDeliveryKind(), delivery); }
 
 void TreeMachine::StatusEvents::status_changed(bt::NodeId node, bt::Status from, bt::Status to, TimePoint) {
+  host->changed(node, to);
   if (!host->is_heard(name)) return host->pass();
   Message message;
   message.source = tree->path(node);

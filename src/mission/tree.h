@@ -101,6 +101,8 @@ class TreeHost {
   [[nodiscard]] virtual bool is_heard(ObservationName& /*name*/) { return true; }
   /// Has its place in the order, and that is all.
   virtual void pass() {}
+  /// A node of the tree has another status now.
+  virtual void changed(bt::NodeId /*node*/, bt::Status /*to*/) {}
   [[nodiscard]] virtual std::uint64_t next_call() = 0;
   /// The number of a leaf's next tick: at least 1, and that of none of its ticks and answers that are on their way.
   /// @param next  Where they are counted.

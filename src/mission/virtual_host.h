@@ -8,6 +8,7 @@
 #include "sentree/base/message.h"
 #include "sentree/base/result.h"
 #include "sentree/mission/choice.h"
+#include "sentree/mission/met.h"
 #include "sentree/mission/parts.h"
 #include "sentree/mission/state.h"
 #include "sentree/project/plan.h"
@@ -29,6 +30,7 @@ class Surroundings {
   virtual std::optional<Veto> judge(const Message& /*request*/) { return std::nullopt; }
   /// A chart of the skill of that leaf took a transition.
   virtual void taken(std::size_t /*leaf*/, scxml::TransitionIndex) {}
+  virtual void met(const Met& /*what*/) {}
   /// Something a person should know; the run goes on.
   virtual void problem(const std::string&) {}
   /// A model said something that is no answer: to nobody, or of a wrong type.
@@ -86,6 +88,7 @@ class VirtualHost final : private Ground {
   void tell_skill(std::size_t leaf, std::string_view message, SkillDelivery what) override;
   void call(std::size_t leaf, const Shared<Call>& call) override;
   void taken(std::size_t leaf, scxml::TransitionIndex transition) override { surroundings_->taken(leaf, transition); }
+  void met(const Met& what) override { surroundings_->met(what); }
   void problem(const std::string& what) override { surroundings_->problem(what); }
   void refused(const Diagnostic& why) override { surroundings_->refused(why); }
   std::uint64_t next_call() override { return ++state_->calls; }

@@ -30,6 +30,12 @@ void ExecutionWatch::end_evaluation() {
   }
 }
 
+SourceSpan ExecutionWatch::place() const {
+  if (state_.load(std::memory_order_relaxed) == State::kOutside) return {};
+  const Model* model = model_.load(std::memory_order_relaxed);
+  return {model->file, line_.load(std::memory_order_relaxed), column_.load(std::memory_order_relaxed), 0};
+}
+
 std::optional<SourceSpan> ExecutionWatch::give_up(std::uint64_t number) {
   State expected = State::kEvaluating;
   if (!state_.compare_exchange_strong(expected, State::kGivenUp, std::memory_order_acq_rel)) return std::nullopt;
@@ -40,8 +46,7 @@ std::optional<SourceSpan> ExecutionWatch::give_up(std::uint64_t number) {
     return std::nullopt;
   }
   // The thread cannot leave its evaluation any more, so the chart that it works on stays.
-  const Model* model = model_.load(std::memory_order_relaxed);
-  return SourceSpan{model->file, line_.load(std::memory_order_relaxed), column_.load(std::memory_order_relaxed), 0};
+  return place();
 }
 
 }  // namespace sentree::scxml

@@ -103,6 +103,8 @@ class ExecutionWatch {
   void end_step() { step_.store(0, std::memory_order_release); }
   void begin_evaluation(const Model& model, const Place& place);
   void end_evaluation();
+  /// Where the evaluation stands in which the thread that steps is; without a line, if it is in none.
+  [[nodiscard]] SourceSpan place() const;
 
   // For the watchdog.
   /// The number of the step that executes; 0: none.

@@ -11,6 +11,7 @@
 #include "sentree/studio/record_queue.h"
 #include "sentree/studio/steer.h"
 #include "sentree/studio/take_recording.h"
+#include "sentree/studio/verified.h"
 
 namespace sentree::studio {
 
@@ -42,7 +43,11 @@ struct Live::Impl {
     return {.update = [this] { shown->queue.drain(); },
             .facts = [this] { return facts(); },
             .steer = [this](const std::string& op, const Value& request) { return steer(op, request); },
-            .coverage = [this] { return reached(); }};
+            .coverage = [this] { return reached(); },
+            .verified =
+                [this] {
+                  return read_verified(std::filesystem::path(plan.scenario.project.folder) / "verify" / kVerifiedFile);
+                }};
   }
 
   Result<void> serve(ServerOptions options) {

@@ -12,6 +12,7 @@
 
 #include "sentree/studio/reached.h"
 #include "sentree/studio/take_recording.h"
+#include "sentree/studio/verified.h"
 #include "sentree/text/json.h"
 
 namespace sentree::studio {
@@ -171,7 +172,11 @@ RunAccess Recorded::access() {
   return {.update = {},
           .facts = [raw = impl_.get()] { return raw->facts(); },
           .steer = {},
-          .coverage = [raw = impl_.get()] { return raw->reached(); }};
+          .coverage = [raw = impl_.get()] { return raw->reached(); },
+          .verified =
+              [raw = impl_.get()] {
+                return read_verified(std::filesystem::path(raw->path).parent_path() / kVerifiedFile);
+              }};
 }
 
 }  // namespace sentree::studio

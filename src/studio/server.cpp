@@ -273,7 +273,11 @@ void Server::Impl::compose() {
   std::optional<SteeringQueue> queue;
   if (run.steer || run.coverage) {
     const auto carry_out = [this](const std::string& op, const Value& request) {
-      return op == "coverage" && run.coverage ? run.coverage() : run.steer(op, request);
+      if (op != "coverage" || !run.coverage) return run.steer(op, request);
+      const Value* const verification = request.find("verification");
+      const bool* const wanted = verification != nullptr ? verification->as_bool() : nullptr;
+      if (wanted == nullptr || !*wanted) return run.coverage();
+      return run.verified ? run.verified() : Value();
     };
     queue.emplace(carry_out, [inbox = inbox](SteeringQueue::Outcome outcome) {
       const std::uint64_t client = outcome.client;

@@ -47,6 +47,8 @@ struct RunAccess {
   std::function<Result<Value>(const std::string& op, const Value& request)> steer;
   /// What has been reached, as `coverage_value` has it; not set: nobody knows. Called as `steer` is, for all pages.
   std::function<Result<Value>()> coverage = {};
+  /// What a verification has reached, as `read_verified` has it. Likewise.
+  std::function<Result<Value>()> verified = {};
 };
 
 struct ServerOptions {

@@ -15,6 +15,7 @@
 #include "sentree/studio/detail/workshop.h"
 #include "sentree/studio/reached.h"
 #include "sentree/studio/sides.h"
+#include "sentree/studio/verified.h"
 #include "sentree/text/yaml_edit.h"
 
 namespace sentree::studio {
@@ -241,7 +242,7 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
   if (op == "design_gesture") return edit_by_gesture(asked);
   if (op == "design_complete" || op == "design_explain")
     return help_with(file, asked.count("byte"), op == "design_complete");
-  if (op == "design_reached") return reached(asked.flag("all"));
+  if (op == "design_reached") return asked.flag("verification") ? verified() : reached(asked.flag("all"));
   if (op == "design_undo" || op == "design_redo") {
     auto files = op == "design_undo" ? workspace.undo() : workspace.redo();
     if (!files) return tl::unexpected(files.error());
@@ -298,6 +299,14 @@ Result<Value> Workshop::Impl::edit_by_gesture(const AskedEdit& asked) {
   return Value(Map{{"version", number(workspace.find(file)->version)},
                    {"name", result->name},
                    {"at", number(place_after(result->edits))}});
+}
+
+// With the texts as they are now.
+Result<Value> Workshop::Impl::verified() {
+  return read_verified(folder / "verify" / kVerifiedFile, [this](const std::string& file) {
+    const design::Document* const document = workspace.find(file);
+    return document != nullptr ? std::optional(document->text) : std::nullopt;
+  });
 }
 
 // What the shadow run reaches, or all scenarios do together; null: that is not known yet.
@@ -465,7 +474,12 @@ Result<std::unique_ptr<Workshop>> Workshop::start(const fs::path& folder, Server
            other = raw->reached_on_show;
          }
          return other();
-       }},
+       },
+       .verified =
+           [raw] {
+             const std::lock_guard lock(raw->mutex);
+             return raw->verified();
+           }},
       std::move(options));
   if (!server) return tl::unexpected(server.error());
   {

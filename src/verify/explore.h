@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "sentree/base/message.h"
@@ -80,6 +81,13 @@ struct Graph {
   // What was reached at all.
   std::vector<std::vector<bool>> taken;                 ///< By leaf and transition.
   std::vector<std::vector<bool>> statuses;              ///< By leaf: RUNNING, SUCCESS, FAILURE answered.
+  std::vector<std::uint8_t> nodes_had;                  ///< By node of the tree: a bit for each status.
+  std::vector<std::vector<bool>> entered;               ///< By leaf and state.
+  std::vector<std::vector<std::uint8_t>> guards;        ///< By leaf and transition: bit 0 did not hold, bit 1 held. Of
+                                                        ///< leaves with one chart the first.
+  std::vector<std::vector<bool>> models_entered;        ///< By model and state,
+  std::vector<std::vector<bool>> models_taken;          ///< by model and transition.
+  std::set<std::pair<std::string, std::string>> calls;  ///< "SERVICE.METHOD" and "reply", "error" or "late".
   std::map<std::string, std::set<std::string>> values;  ///< By "MODEL.NAME" of a pick: what was taken, as JSON.
   std::vector<std::string> problems;                    ///< Of the mission, each once, at most kProblemsMax.
   bool probabilistic = false;                           ///< Something is drawn,

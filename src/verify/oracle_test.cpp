@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <iostream>
 #include <set>
@@ -19,6 +20,7 @@
 #include "sentree/mission/virtual_host.h"
 #include "sentree/verify/detail/test_random_project.h"
 #include "sentree/verify/period.h"
+#include "sentree/verify/statistics.h"
 #include "sentree/verify/verify.h"
 
 namespace sentree::verify {
@@ -243,6 +245,83 @@ TEST(Exploration, FindsWhatBruteForceFinds) {
   EXPECT_GT(compared, seeds / 4) << "hardly any project is small enough";
   EXPECT_GT(behaviours, compared);
   EXPECT_GT(violated, 0U);
+}
+
+// Whether a run that does a refuting behaviour again violates the requirement, and when.
+TimePoint violated_at(const Verification& found, const Judgement& judgement, const project::Plan& of) {
+  auto prepared = project::prepare(counterexample(found.graph, judgement, of.scenario));
+  if (!prepared.ok()) {
+    ADD_FAILURE() << to_string(prepared.diagnostics.front());
+    return kNever;
+  }
+  const auto told = retell(*prepared.value);
+  if (!told) {
+    ADD_FAILURE() << to_string(told.error());
+    return kNever;
+  }
+  const auto& models = prepared.value->monitors;
+  const auto which = std::find_if(models.begin(), models.end(),
+                                  [&](const monitor::Model& model) { return model.name() == judgement.requirement; });
+  monitor::MonitorSet monitors(models, TimePoint{});
+  std::vector<monitor::MonitorSet::Decided> decided;
+  const auto index = static_cast<std::size_t>(which - models.begin());
+  const auto is_violated = [&] { return monitors.state(index).verdict == monitor::Verdict::kViolated; };
+  for (const Told& tick : *told) {
+    for (const Message& message : tick.messages) {
+      monitors.advance(message.time, decided);
+      if (is_violated()) return message.time;
+      monitors.observe(message, decided);
+      if (is_violated()) return message.time;
+    }
+  }
+  monitors.advance(judgement.at, decided);
+  return is_violated() ? judgement.at : kNever;
+}
+
+TEST(Verdicts, ComeOutSoInRuns) {
+  const std::uint64_t only = environment("SENTREE_SEED", 0);
+  const std::uint64_t seeds = environment("SENTREE_SEEDS", kOracleSeeds);
+  constexpr std::uint64_t kRuns = 200;
+  std::size_t held = 0;
+  std::size_t refuted = 0;
+  for (std::uint64_t seed = only != 0 ? only : 1; seed <= (only != 0 ? only : seeds); ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const TemporaryFolder folder("verdicts");
+    RandomProject(seed).write(folder.path());
+    auto project = project::load_project(folder.path());
+    ASSERT_TRUE(project.ok()) << to_string(project.diagnostics.front());
+    const auto plan = project::prepare(with_models(project::plain_scenario(std::move(*project.value))));
+    if (!plan.ok() || has_errors(obstacles(*plan.value))) continue;
+    Asked asked;
+    asked.explore.states = 2'000;
+    const Verification found = verify(*plan.value, asked);
+    if (!found.errors.empty()) continue;
+    std::vector<std::size_t> violated(found.judgements.size());
+    Sampling sampling;
+    sampling.runs = kRuns;
+    sampling.seed = seed;
+    sampling.length = std::chrono::seconds(3);
+    sampling.told = [&](const std::vector<bool>& run) {
+      for (std::size_t i = 0; i < run.size(); ++i) violated[i] += run[i] ? 1U : 0U;
+      return true;
+    };
+    ASSERT_EQ(sample(*plan.value, sampling), kRuns);
+    for (std::size_t i = 0; i < found.judgements.size(); ++i) {
+      const Judgement& judgement = found.judgements[i];
+      if (judgement.finding == Finding::kHolds) {
+        EXPECT_EQ(violated[i], 0U) << judgement.requirement << " holds";
+        ++held;
+      } else if (judgement.finding == Finding::kRefuted && !judgement.path->loop &&
+                 judgement.state != "the mission ends") {
+        EXPECT_EQ(violated_at(found, judgement, *plan.value), judgement.at) << judgement.requirement << " is refuted";
+        ++refuted;
+      }
+    }
+  }
+  std::cout << held << " that hold, " << refuted << " that are refuted\n";
+  if (only != 0) return;
+  EXPECT_GT(held, seeds / 10);
+  EXPECT_GT(refuted, seeds / 10);
 }
 
 }  // namespace

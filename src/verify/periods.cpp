@@ -14,10 +14,18 @@ Periods::Periods(const project::Plan& plan, const Options& options)
   for (const project::LeafPlan& leaf : plan.leaves) {
     graph_.taken.emplace_back(leaf.chart->transitions().size());
     graph_.statuses.emplace_back(3);
+    graph_.entered.emplace_back(leaf.chart->states().size());
+    graph_.guards.emplace_back(leaf.chart->transitions().size());
     leaf_of_.emplace(leaf.name + ".tick.reply", graph_.statuses.size() - 1);
     graph_.parts.push_back(leaf.name);
+    leaf_of_chart_.emplace(&leaf.chart->model(), graph_.statuses.size() - 1);
   }
-  for (const project::ModelPlan& model : plan.models) graph_.parts.push_back(model.name);
+  for (const project::ModelPlan& model : plan.models) {
+    graph_.models_entered.emplace_back(model.chart.states().size());
+    graph_.models_taken.emplace_back(model.chart.transitions().size());
+    graph_.parts.push_back(model.name);
+  }
+  graph_.nodes_had.resize(plan.tree.size());
   graph_.parts.emplace_back("mission");
   // A state that is remembered is a few numbers, behind which there are hashes again.
   frontier_ = options.memory_of_steps && !options.exact && mission::PartMemory::remembers(plan)
@@ -37,6 +45,7 @@ Result<void> Periods::begin() {
 }
 
 Result<Periods::Way> Periods::go_on(std::uint32_t from, std::span<const std::uint32_t> script, const Decider& rest) {
+  const scxml::ObserveGuards observes(this);
   begin_ = graph_.nodes[from].at;
   script_ = script;
   rest_ = rest ? &rest : nullptr;
@@ -261,6 +270,31 @@ std::optional<mission::Veto> Periods::judge(const Message& request) {
   return gates_.judge(request, frontier_->now());
 }
 
+void Periods::met(const mission::Met& what) {
+  using Kind = mission::Met::Kind;
+  switch (what.kind) {
+    case Kind::kNode: graph_.nodes_had[what.of] |= static_cast<std::uint8_t>(1U << what.what); return;
+    case Kind::kSkillState: graph_.entered[what.of][what.what] = true; return;
+    case Kind::kModelState: graph_.models_entered[what.of][what.what] = true; return;
+    case Kind::kModelTransition: graph_.models_taken[what.of][what.what] = true; return;
+  }
+}
+
+void Periods::guard(const scxml::Chart& chart, scxml::TransitionIndex of, bool holds) {
+  const auto leaf = leaf_of_chart_.find(&chart.model());
+  if (leaf != leaf_of_chart_.end()) graph_.guards[leaf->second][of] |= holds ? 2U : 1U;
+}
+
+void Periods::note_call(const Message& message) {
+  if (message.kind != MessageKind::kReply && message.kind != MessageKind::kError) return;
+  if (!plan_.services.contains(message.target)) return;
+  const Value* const kind = message.kind == MessageKind::kError ? message.data.find("kind") : nullptr;
+  const bool is_late = kind != nullptr && kind->text() == "late";
+  graph_.calls.emplace(message.name.substr(0, message.name.rfind('.')), message.kind == MessageKind::kReply ? "reply"
+                                                                        : is_late                           ? "late"
+                                                                                                            : "error");
+}
+
 void Periods::refused(const Diagnostic& why) {
   if (error_) return;
   error_ = why;
@@ -283,6 +317,7 @@ std::uint32_t Periods::hear(const Message& message) {
     const std::string_view status = message.data.find("status")->text();
     graph_.statuses[leaf->second][status == "RUNNING" ? 0 : status == "SUCCESS" ? 1 : 2] = true;
   }
+  note_call(message);
   const auto& targets = dispatch_.route(message.name).of(message.source);
   if (targets.monitors.empty()) return kNobody;
   // Numbers and times would make each period another one.

@@ -14,6 +14,7 @@
 #include "sentree/base/flat_map.h"
 #include "sentree/base/hash128.h"
 #include "sentree/mission/choice.h"
+#include "sentree/scxml/guards.h"
 #include "sentree/verify/explore.h"
 #include "sentree/verify/frontier.h"
 #include "sentree/verify/gates.h"
@@ -53,7 +54,7 @@ class Ways {
 
 /// States of a mission between two periods, each with a number, and the periods that lead from one to the next, tried
 /// one at a time. What they do is kept once, in a graph whose edges belong to the caller.
-class Periods final : public mission::Surroundings, public mission::PartMemory::Outside {
+class Periods final : public mission::Surroundings, public mission::PartMemory::Outside, private scxml::GuardObserver {
  public:
   /// Decides what the script of a period leaves open, below `count`.
   /// @param choice  Null: an order, or a fault.
@@ -150,12 +151,15 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   // and of both.
   std::optional<mission::Veto> judge(const Message& request) override;
   void taken(std::size_t leaf, scxml::TransitionIndex transition) override { graph_.taken[leaf][transition] = true; }
+  void met(const mission::Met& what) override;
+  void guard(const scxml::Chart& chart, scxml::TransitionIndex of, bool holds) override;
   void refused(const Diagnostic& why) override;
   void problem(const std::string& what) override;
 
   template <class Known, class All, class One>
   std::uint32_t keep(Known& known, All& all, const One& one);
 
+  void note_call(const Message& message);
   void note_order(std::span<const std::uint32_t> parts);
 
   static constexpr std::uint32_t kNobody = UINT32_MAX;
@@ -182,6 +186,7 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   bool tells_orders_ = false;
   std::vector<std::uint64_t> hearers_;  // by the numbers of the memory, as `Orders` wants them
   std::unordered_map<std::string, std::size_t> leaf_of_;
+  std::unordered_map<const scxml::Model*, std::size_t> leaf_of_chart_;  // the first
   std::set<std::string> told_;
   std::uint64_t kept_bytes_ = 0;
   // Of the period that is being tried.

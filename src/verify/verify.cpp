@@ -19,6 +19,12 @@ Diagnostic error(std::string code, std::string message, SourceSpan span) {
 
 std::vector<std::string> not_reached(const project::Plan& plan, const Graph& graph) {
   std::vector<std::string> out;
+  const auto never_takes = [&](const scxml::Chart& chart, std::size_t t, const std::string& whose) {
+    const scxml::Transition& transition = chart.transitions()[t];
+    // Into the initial states leads no transition that is taken.
+    if (chart.model().state_code[transition.source].initial == t || transition.place.line == 0) return;
+    out.push_back(to_string(chart.span(transition.place)) + ": " + whose + " never takes this transition");
+  };
   for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) {
     const project::LeafPlan& of = plan.leaves[leaf];
     const auto& statuses = graph.statuses[leaf];
@@ -30,11 +36,13 @@ std::vector<std::string> not_reached(const project::Plan& plan, const Graph& gra
     if (!statuses[2]) out.push_back("leaf " + of.name + " never fails");
     const auto transitions = of.chart->transitions();
     for (std::size_t t = 0; t < transitions.size(); ++t) {
-      // Into the initial states leads no transition that is taken.
-      const bool is_initial = of.chart->model().state_code[transitions[t].source].initial == t;
-      if (graph.taken[leaf][t] || is_initial || transitions[t].place.line == 0) continue;
-      out.push_back(to_string(of.chart->span(transitions[t].place)) + ": " + "leaf " + of.name +
-                    " never takes this transition");
+      if (!graph.taken[leaf][t]) never_takes(*of.chart, t, "leaf " + of.name);
+    }
+  }
+  for (std::size_t model = 0; model < plan.models.size(); ++model) {
+    const project::ModelPlan& of = plan.models[model];
+    for (std::size_t t = 0; t < of.chart.transitions().size(); ++t) {
+      if (!graph.models_taken[model][t]) never_takes(of.chart, t, "model " + of.name);
     }
   }
   return out;

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <utility>
@@ -15,10 +16,13 @@
 namespace sentree::verify {
 namespace {
 
+using ::testing::_;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::Pair;
 
 const std::string kHead = "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" ";
 
@@ -280,7 +284,7 @@ TEST_F(Verify, RefusesAModelThatLeavesNothingOpen) {
     const Verification found = verify(plan(), {});
     ASSERT_FALSE(found.errors.empty()) << wrong;
     EXPECT_EQ(found.errors.front().code, "verify.choice") << wrong;
-    EXPECT_THAT(to_string(found.errors.front()), HasSubstr("door.scxml"));
+    EXPECT_THAT(to_string(found.errors.front()), HasSubstr("door.scxml:2:")) << "where it is called";
     EXPECT_THAT(to_string(found.errors.front()), HasSubstr("model keeper: "));
     EXPECT_THAT(to_string(found.errors.front()), HasSubstr("(tick 1)"));
   }
@@ -312,6 +316,12 @@ TEST_F(Verify, StopsAtItsLimits) {
   asked.explore = {};
   asked.explore.ticks = 7;
   EXPECT_EQ(verify(plan(), asked).graph.complete_to, 7U);
+  asked.explore = {};
+  asked.explore.time = std::chrono::nanoseconds(0);
+  EXPECT_EQ(verify(plan(), asked).graph.limit, "the limit of time");
+  asked.explore = {};
+  asked.explore.memory = 1;
+  EXPECT_THAT(verify(plan(), asked).graph.limit, HasSubstr("the limit of memory"));
   asked.explore = {};
   asked.explore.interrupted = [] { return true; };
   EXPECT_EQ(verify(plan(), asked).graph.limit, "interrupted");
@@ -426,6 +436,24 @@ TEST_F(Verify, SaysWhatNothingReaches) {
   const Verification found = verify(plan(), {});
   EXPECT_THAT(found.not_reached, Contains("leaf Ask never fails"));
   EXPECT_THAT(found.not_reached, Contains(HasSubstr("Ask.scxml:4:")));
+}
+
+TEST_F(Verify, SaysWhatOfAModelNothingReaches) {
+  write("models/door.scxml", kHead + R"(initial="there"><state id="there"><transition event="door.ask.request">
+  <if cond="pick('says', 1, 6) === 6"><raise event="well"/></if>
+  <send type="thrift" target="door" event="ask.reply"><param name="result" expr="1"/></send></transition>
+  <transition event="well" target="here"/><transition event="ill" target="away"/></state>
+  <state id="here"/><state id="away"/></scxml>)");
+  requirements("small \"It says little.\": always said <= 6.\n");
+  const Verification found = verify(plan(), {});
+  EXPECT_THAT(found.not_reached, Contains(HasSubstr("door.scxml:4:43: model keeper never takes this transition")));
+  EXPECT_THAT(found.not_reached, Not(Contains(HasSubstr("door.scxml:4:3:"))));
+  EXPECT_THAT(found.graph.models_entered.front(), ElementsAre(_, true, true, false)) << "there, here, and not away";
+  // The one of the skill for 6 is never taken, as its condition never holds.
+  EXPECT_THAT(found.graph.guards.front(), Contains(1U));
+  EXPECT_THAT(found.graph.guards.front(), Not(Contains(2U)));
+  EXPECT_THAT(found.graph.calls, Contains(Pair("door.ask", "reply")));
+  EXPECT_THAT(found.graph.calls, Contains(Pair("door.ask", "late"))) << "nobody answers in `here`";
 }
 
 }  // namespace

@@ -58,6 +58,7 @@ struct Workshop::Impl {
   }
 
   Result<Value> reached(bool of_all);
+  Result<Value> verified();
 
   // What pages are shown: the shadow run, a run that goes on beside it, or a recording.
   Result<Value> begin_run(double factor, bool real_time);

@@ -22,6 +22,11 @@ inline std::string difference(const Graph& a, const Graph& b) {
   if (a.taken != b.taken) return "transitions taken";
   if (a.statuses != b.statuses) return "statuses";
   if (a.values != b.values) return "values";
+  if (a.nodes_had != b.nodes_had) return "statuses of nodes";
+  if (a.entered != b.entered) return "states of charts entered";
+  if (a.guards != b.guards) return "conditions evaluated";
+  if (a.models_entered != b.models_entered || a.models_taken != b.models_taken) return "what models did";
+  if (a.calls != b.calls) return "outcomes of calls";
   if (a.problems.empty() != b.problems.empty()) return "problems";
   return a.limit != b.limit ? "limit: " + a.limit + ", " + b.limit : "";
 }

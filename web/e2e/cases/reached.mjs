@@ -1,5 +1,6 @@
 // What was never reached is listed on the page, entry by entry as `sentree test --coverage` has it; each entry opens what it is about.
 import assert from "node:assert/strict";
+import { rmSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 
@@ -91,6 +92,57 @@ test("of a project that is edited: all scenarios together, or the shadow run, an
   await until(async () => (await counts(page)).nodes !== one.nodes, "another tree, other counts");
   await page.getByTestId("undo").click();
   await until(async () => JSON.stringify(await counts(page)) === JSON.stringify(one), "as before");
+  await close();
+  await program.stop();
+});
+
+test("of every behaviour, as a verification has left it beside its counterexamples and in the project", async () => {
+  const folder = copy_of("recharge");
+  const verified = await run(["verify", folder, "--faults", "none", "--json"]);
+  assert.equal(verified.code, 1, verified.stderr); // nobody need plug in
+  const told = JSON.parse(verified.stdout);
+  const expected = Object.fromEntries(told.coverage.kinds.map(({ kind, reached, of }) => [kind, `${reached} of ${of}`]));
+  assert.equal(Object.keys(expected).length, kinds.length);
+  const program = await serve(["studio", join(folder, "verify", "never_empty.mcap")]);
+  const { page, close } = await open_page(program.url);
+  await page.getByRole("tab", { name: "Reached" }).click();
+  await page.getByRole("combobox", { name: "Whose" }).selectOption("every");
+  await page.getByTestId("verified").waitFor();
+  assert.match(await page.getByTestId("verified").innerText(), new RegExp(`^${told.states.toLocaleString("en")} states of the mission, every behaviour$`));
+  assert.deepEqual(await counts(page), expected);
+  // What no behaviour does is marked in its chart.
+  await page.locator(".reached-kind[data-kind=transitions]").click();
+  await page.locator(".reached-lines li button:enabled").first().click();
+  await page.locator("#panel-charts .never.sought .arrow").first().waitFor();
+  await shot(page, "reached-verified");
+  await close();
+  await program.stop();
+  const design = await serve_design(folder);
+  const opened = await open_design(design.url);
+  await opened.page.getByTestId("design-tree").waitFor();
+  await settled(opened.page);
+  await opened.page.getByTestId("reached-button").click();
+  await opened.page.getByRole("combobox", { name: "Whose" }).selectOption("every");
+  await until(async () => JSON.stringify(await counts(opened.page)) === JSON.stringify(expected), `as ${JSON.stringify(expected)}`);
+  assert.doesNotMatch(await opened.page.getByTestId("verified").innerText(), /changed/);
+  // Of an edited text it was not.
+  await opened.page.locator('[data-testid="design-tree"] [data-name="GoToKitchen"]').click();
+  await opened.page.getByTestId("design-tree").focus();
+  await opened.page.keyboard.press("Delete");
+  await until(async () => /before mission.xml changed/.test(await opened.page.getByTestId("verified").innerText()), "it says that the text is another one");
+  await shot(opened.page, "design-reached-verified");
+  await opened.close();
+  await design.stop();
+});
+
+test("of every behaviour, where nobody has verified anything", async () => {
+  const folder = copy_of("recharge");
+  rmSync(join(folder, "verify"), { recursive: true, force: true });
+  const program = await serve_run(folder, { scenario: "normal", args: ["--clock", "virtual", "--factor", "1000"] });
+  const { page, close } = await open_page(program.url);
+  await page.getByRole("tab", { name: "Reached" }).click();
+  await page.getByRole("combobox", { name: "Whose" }).selectOption("every");
+  await page.getByText("No verification is there").waitFor();
   await close();
   await program.stop();
 });

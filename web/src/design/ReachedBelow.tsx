@@ -2,14 +2,17 @@ import { useEffect, useState } from "react";
 
 import { ReachedList } from "../panels/reached/ReachedList";
 import { show_marks, state_key, transition_key, useReached } from "../panels/reached/reached";
+import { kNotVerified, VerifiedNote } from "../panels/reached/VerifiedNote";
 import type { NotReached, Reached } from "../protocol/types";
 import { request } from "../store/store";
 import { open_file, useDesign } from "./design";
 import { line_start } from "./places";
 
-/** What the shadow run, or all scenarios together, never reach, with its marks in the pictures. */
+/** What the shadow run, all scenarios together, or behaviours that were verified never reach, with its marks in the pictures. */
 export function ReachedBelow() {
-  const [all, set_all] = useState(true);
+  const [whose, set_whose] = useState<"all" | "one" | "every">("all");
+  const all = whose === "all";
+  const [none, set_none] = useState(false);
   const [reached, set_reached] = useState<Reached | null>(null);
   const scenario = useDesign((state) => state.summary?.scenario ?? "");
   const news = useDesign(({ summary }) => (all ? `${summary?.reached_by_all}` : `${summary?.shadow.current} ${summary?.scenario}`));
@@ -17,9 +20,10 @@ export function ReachedBelow() {
   const version = useDesign((state) => state.summary?.files.reduce((sum, file) => sum + file.version, 0) ?? 0);
   useEffect(() => {
     let gone = false;
-    void request("design_reached", { all }).then(
+    void request("design_reached", { all, verification: whose === "every" }).then(
       (found) => {
         if (gone) return;
+        set_none(whose === "every" && !found);
         // While the texts are run again, what was known stays.
         if (found) {
           set_reached(found);
@@ -31,7 +35,7 @@ export function ReachedBelow() {
     return () => {
       gone = true;
     };
-  }, [all, news, version]);
+  }, [all, whose, news, version]);
   useEffect(
     () => () => {
       show_marks(null);
@@ -46,17 +50,21 @@ export function ReachedBelow() {
         <select
           className="field"
           aria-label="Whose"
-          value={all ? "all" : "one"}
+          value={whose}
           onChange={(event) => {
             set_reached(null);
-            set_all(event.target.value === "all");
+            set_none(false);
+            set_whose(event.target.value as typeof whose);
           }}
         >
           <option value="all">all scenarios together</option>
           <option value="one">{scenario || "the mission alone"}</option>
+          <option value="every">any behaviour (verified)</option>
         </select>
       </label>
-      {reached ? <ReachedList reached={reached} go={(what) => void go(what)} leads={({ file, line }) => file !== "" && line > 0} /> : <p className="empty">The scenarios run …</p>}
+      {none && <p className="empty">{kNotVerified}</p>}
+      <VerifiedNote of={reached?.verification} />
+      {reached ? <ReachedList reached={reached} go={(what) => void go(what)} leads={({ file, line }) => file !== "" && line > 0} /> : !none && <p className="empty">{whose === "every" ? "Looking what was reached …" : "The scenarios run …"}</p>}
     </section>
   );
 }

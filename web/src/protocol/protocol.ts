@@ -237,7 +237,24 @@ export const NotReached = object({
   file: Type.String({ description: "Inside the project; empty: it stands in none" }),
   line: index(),
 });
-export const Reached = object({ kinds: list(object({ kind: ReachedKind, reached: index(), of: index() })), not_reached: list(NotReached) }, "What runs have reached of a project");
+export const Reached = object(
+  {
+    kinds: list(object({ kind: ReachedKind, reached: index(), of: index() })),
+    not_reached: list(NotReached),
+    verification: optional(
+      object(
+        {
+          complete: Type.Boolean({ description: "Every behaviour was tried; else those up to `tick`" }),
+          tick: index(),
+          states: index(),
+          changed: Type.Array(string(), { description: "Files of the project that are others now" }),
+        },
+        "Not runs, but `sentree verify` has",
+      ),
+    ),
+  },
+  "What runs have reached of a project",
+);
 
 // ---- design: bytes count from the beginning of a file's text in UTF-8 ----
 
@@ -516,7 +533,7 @@ export const Operations = {
   ],
   clear: [object({ what: Type.Integer() }), Type.Unknown()],
   interventions: [nothing(), Interventions],
-  coverage: [nothing(), Reached],
+  coverage: [object({ verification: optional(Type.Boolean({ description: "What a verification has reached; null: none is there" })) }), or_null(Reached)],
   save_scenario: [object({ name: string() }), object({ yaml: string(), file: string() })],
   add_to_scenario: [object({ name: string() }), object({ yaml: string(), file: string() })],
   design: [nothing(), Design],
@@ -532,7 +549,7 @@ export const Operations = {
     object({ from: byte(), to: byte(), items: list(object({ label: string(), kind: string(), detail: string(), documentation: string(), insert: string() })) }, "What may stand there, in place of these bytes"),
   ],
   design_explain: [object({ file: string(), byte: byte() }), or_null(object({ from: byte(), to: byte(), text: Type.String({ description: "Markdown" }) }))],
-  design_reached: [object({ all: optional(Type.Boolean({ description: "What all scenarios reach together, not the shadow run alone" })) }), or_null(Reached)],
+  design_reached: [object({ all: optional(Type.Boolean({ description: "What all scenarios reach together, not the shadow run alone" })), verification: optional(boolean()) }), or_null(Reached)],
   design_undo: [nothing(), object({ files: list(string()) })],
   design_redo: [nothing(), object({ files: list(string()) })],
   design_save: [object({ file: optional(string()) }), object({ saved: index() })],
