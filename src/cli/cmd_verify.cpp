@@ -14,6 +14,7 @@
 #include "sentree/cli/verify_mutate.h"
 #include "sentree/cli/verify_options.h"
 #include "sentree/cli/verify_statistics.h"
+#include "sentree/project/part_cache.h"
 #include "sentree/record/sink.h"
 #include "sentree/replay/recording.h"
 #include "sentree/studio/reached.h"
@@ -69,10 +70,11 @@ bool confirmed(const project::Plan& plan, std::unique_ptr<replay::RunRecorder> r
 class Verifying {
  public:
   /// @param any  Models that were made for the services without one.
-  /// @param read  What the project was read from.
+  /// @param read  What the project was read from,
+  /// @param parts  and its charts, interfaces and map; borrowed.
   Verifying(const VerifyCommand& command, project::Plan plan, std::vector<verify::MadeModel> any,
-            std::vector<text::ReadFile> read)
-      : command_(command), plan_(std::move(plan)), any_(std::move(any)), read_(std::move(read)) {}
+            std::vector<text::ReadFile> read, project::PartCache& parts)
+      : command_(command), plan_(std::move(plan)), any_(std::move(any)), read_(std::move(read)), parts_(parts) {}
 
   int operator()() {
     verify::Asked asked;
@@ -174,7 +176,7 @@ class Verifying {
     const auto prepared = [&](const project::Scenario& scenario) {
       std::ofstream(file) << verify::scenario_text(scenario, judgement, above);
       auto loaded = project::load_scenario(file);
-      return loaded.ok() ? project::prepare(std::move(*loaded.value)) : Loaded<project::Plan>{};
+      return loaded.ok() ? project::prepare(std::move(*loaded.value), parts_) : Loaded<project::Plan>{};
     };
     if (!judgement.path->loop) {
       verify::simplify(example, [&](const project::Scenario& scenario) {
@@ -564,6 +566,7 @@ class Verifying {
   project::Plan plan_;
   std::vector<verify::MadeModel> any_;
   std::vector<text::ReadFile> read_;
+  project::PartCache& parts_;
   verify::Verification result_;
   std::map<std::string, Shown> shown_;
   std::map<std::string, std::string> story_;
@@ -577,7 +580,8 @@ int verify(const VerifyCommand& command) {
   say(loaded.diagnostics);
   if (!loaded.ok()) return kInvalidInput;
   project::Scenario scenario = std::move(*loaded.value);
-  auto plan = project::prepare(verify::with_models(scenario));
+  project::PartCache parts;
+  auto plan = project::prepare(verify::with_models(scenario), parts);
   say(plan.diagnostics);
   if (!plan.ok()) return kInvalidInput;
   std::vector<text::ReadFile> read = files->files();
@@ -595,7 +599,7 @@ int verify(const VerifyCommand& command) {
     return kOk;
   }
   if (!any->empty()) {
-    plan = project::prepare(verify::with_models(std::move(scenario)));
+    plan = project::prepare(verify::with_models(std::move(scenario)), parts);
     say(plan.diagnostics);
     if (!plan.ok()) return kInvalidInput;
   }
@@ -605,7 +609,7 @@ int verify(const VerifyCommand& command) {
     say(in_the_way);
     return has_errors(in_the_way) ? kInvalidInput : verify_by_runs(command, *plan.value);
   }
-  return Verifying(command, std::move(*plan.value), *any, std::move(read))();
+  return Verifying(command, std::move(*plan.value), *any, std::move(read), parts)();
 }
 
 }  // namespace sentree::cli

@@ -2,9 +2,9 @@
 
 namespace sentree::scxml {
 
-// Replaces what would not be the same in each run (clock, randomness, time zone), adds In() and a small read-only DOM,
-// and freezes every built-in object. Inherited members that scripts commonly override on their own objects (toString,
-// message …) become accessors, because assignment to an inherited read-only member would fail.
+// Replaces what would not be the same in each run (clock, randomness, time zone), and adds In() and a small read-only
+// DOM. Every built-in object is frozen behind it. Inherited members that scripts commonly override on their own objects
+// (toString, message …) become accessors, because assignment to an inherited read-only member would fail.
 const char* const kBootstrap = R"js((function (base, now, random, isIn) {
 'use strict';
 var define = Object.defineProperty;
@@ -96,22 +96,9 @@ overridable(Array.prototype, ['toString']);
   overridable(type.prototype, ['constructor', 'name', 'message', 'toString']);
 });
 
-function freeze(object) {
-  if ((typeof object !== 'object' && typeof object !== 'function') || object === null || object === base) return;
-  if (Object.isFrozen(object)) return;
-  Object.freeze(object);
-  freeze(Object.getPrototypeOf(object));
-  Object.getOwnPropertyNames(object).forEach(function (name) {
-    var descriptor = Object.getOwnPropertyDescriptor(object, name);
-    if (descriptor && 'value' in descriptor) freeze(descriptor.value);
-    if (descriptor && descriptor.get) freeze(descriptor.get);
-    if (descriptor && descriptor.set) freeze(descriptor.set);
-  });
-}
-Object.getOwnPropertyNames(base).forEach(function (name) { freeze(base[name]); });
-freeze(Element);
-freeze(Element.prototype);
-return function (tree) { return new Element(tree); };
+function makeDom(tree) { return new Element(tree); }
+makeDom.element = Element;
+return makeDom;
 }))js";
 
 }  // namespace sentree::scxml

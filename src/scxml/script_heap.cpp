@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <unordered_set>
 #include <utility>
+#include <vector>
 
 #include "sentree/base/assert.h"
 #include "sentree/scxml/detail/duktape.h"
@@ -111,6 +113,47 @@ duk_ret_t call_native(duk_context* ctx) {
   return 1;
 }
 
+// Freezes built-in objects. Lives outside the stack that an error unwinds.
+class Freezing {
+ public:
+  // Everything that leads from the members of the global object and from `make_dom`, but for the global object.
+  void freeze(duk_context* ctx, void* global, void* make_dom) {
+    frozen_ = {global};
+    open_ = {global};
+    duk_push_heapptr(ctx, make_dom);
+    add(ctx);
+    while (!open_.empty()) {
+      duk_push_heapptr(ctx, open_.back());
+      open_.pop_back();
+      duk_get_prototype(ctx, -1);
+      add(ctx);
+      duk_enum(ctx, -1, DUK_ENUM_OWN_PROPERTIES_ONLY | DUK_ENUM_INCLUDE_NONENUMERABLE | DUK_ENUM_INCLUDE_SYMBOLS);
+      while (duk_next(ctx, -1, 0) != 0) {
+        duk_get_prop_desc(ctx, -3, 0);
+        for (const char* const member : {"value", "get", "set"}) {
+          duk_get_prop_string(ctx, -1, member);
+          add(ctx);
+        }
+        duk_pop(ctx);
+      }
+      duk_pop_2(ctx);
+    }
+  }
+
+ private:
+  // Takes what is on top of the stack.
+  void add(duk_context* ctx) {
+    if (duk_is_object(ctx, -1) && frozen_.insert(duk_get_heapptr(ctx, -1)).second) {
+      duk_freeze(ctx, -1);
+      open_.push_back(duk_get_heapptr(ctx, -1));
+    }
+    duk_pop(ctx);
+  }
+
+  std::unordered_set<void*> frozen_;
+  std::vector<void*> open_;  // whose members are still to be looked at
+};
+
 }  // namespace
 
 Result<void> ScriptHeap::error_at_top(ExpressionId id) {
@@ -188,8 +231,9 @@ bool ScriptHeap::keep_compiled() {
 }
 
 bool ScriptHeap::build() {
+  Freezing freezing;
   return protect(kNoExpression,
-                 [this](duk_context* ctx) {
+                 [&](duk_context* ctx) {
                    duk_push_string(ctx, kBootstrap);
                    duk_push_string(ctx, "bootstrap");
                    duk_compile(ctx, DUK_COMPILE_EVAL);
@@ -201,6 +245,7 @@ bool ScriptHeap::build() {
                    duk_push_c_function(ctx, script_in, 1);
                    duk_call(ctx, 4);
                    make_dom_ = duk_get_heapptr(ctx, -1);
+                   freezing.freeze(ctx, base_, make_dom_);
                    duk_push_heap_stash(ctx);
                    duk_dup(ctx, -2);
                    duk_put_prop_string(ctx, -2, "makeDom");

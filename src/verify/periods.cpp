@@ -287,6 +287,8 @@ void Periods::guard(const scxml::Chart& chart, scxml::TransitionIndex of, bool h
 
 void Periods::note_call(const Message& message) {
   if (message.kind != MessageKind::kReply && message.kind != MessageKind::kError) return;
+  // Nearly all are replies that came before.
+  if (message.kind == MessageKind::kReply && !replies_.insert(message.name).second) return;
   if (!plan_.services.contains(message.target)) return;
   const Value* const kind = message.kind == MessageKind::kError ? message.data.find("kind") : nullptr;
   const bool is_late = kind != nullptr && kind->text() == "late";

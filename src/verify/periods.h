@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -188,6 +189,7 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   std::unordered_map<std::string, std::size_t> leaf_of_;
   std::unordered_map<const scxml::Model*, std::size_t> leaf_of_chart_;  // the first
   std::set<std::string> told_;
+  std::unordered_set<std::string> replies_;  // by name
   std::uint64_t kept_bytes_ = 0;
   // Of the period that is being tried.
   std::span<const std::uint32_t> script_;
