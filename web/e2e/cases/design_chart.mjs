@@ -37,6 +37,13 @@ async function open_chart() {
 /** Nobody answers whether an edit was made but the name of the step that undoes it. */
 const did = (page, name) => until(async () => (await undo_name(page)) === name, `${name} was done`);
 
+/** The picture follows an edit a moment later; until then its places are those of before. */
+const drawn_in = (page, id, parent) =>
+  until(async () => {
+    const [inner, outer] = [await state_at(page, id).boundingBox(), await state_at(page, parent).boundingBox()];
+    return inner && outer && inner.x > outer.x && inner.y > outer.y && inner.x + inner.width < outer.x + outer.width && inner.y + inner.height < outer.y + outer.height;
+  }, `${id} is drawn in ${parent}`);
+
 async function saved(page, file) {
   await page.getByTestId("save").click();
   await until(async () => (await page.locator("[data-dirty=true]").count()) === 0, "it is saved");
@@ -91,6 +98,7 @@ test("states are carried into each other and out, and made what they are to be, 
   await until(async () => (await page.getByTestId("drag-label").innerText()) === "idle → trip", "it says where it goes");
   await page.mouse.up();
   await did(page, "move idle into trip");
+  await drawn_in(page, "idle", "trip");
   // A state cannot go into what is inside of it, and says so.
   await state_at(page, "trip").locator(".name").first().click();
   await carry_state(page, "trip", await middle(state_at(page, "out").locator(".name").first()));
