@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "sentree/base/encoder.h"
 #include "sentree/base/packed.h"
 #include "sentree/base/rng.h"
 #include "sentree/mission/state.h"
@@ -94,6 +95,28 @@ TEST(SavedRun, ComesBackEqual) {
   ASSERT_TRUE(restored.has_value()) << to_string(restored.error());
   EXPECT_TRUE(*restored == state);
   EXPECT_EQ(save(plan, *restored), saved);
+}
+
+// Of format 2 skills had no goals.
+TEST(SavedRun, OfTheFormatBeforeComesBackToo) {
+  const project::Plan plan = plan_of(kScenario);
+  const State state = state_of(plan);
+  constexpr std::size_t kHeader = 4 + 3 * 8;
+  Value parts = *unpack(save(plan, state)->substr(kHeader));
+  std::size_t skills = 0;
+  for (Value& skill : *parts.as_map()->find("skills")->as_list()) {
+    if (Map* const members = skill.as_map()) skills += members->erase("goals") ? 1 : 0;
+  }
+  ASSERT_GT(skills, 0U);
+  const std::string packed = pack(parts);
+  std::string saved = "SRUN";
+  Encoder header(saved);
+  header.word(2);
+  header.word(plan.identity);
+  header.word(hash_bytes(packed));
+  const auto restored = restore(plan, saved + packed);
+  ASSERT_TRUE(restored.has_value()) << to_string(restored.error());
+  EXPECT_TRUE(*restored == state);
 }
 
 TEST(SavedRun, IsRefusedByAnotherPlan) {
