@@ -203,6 +203,7 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
   if (op == "compare_files" || op == "compare") return compare(op, asked);
   if (op == "simulate_chart" || op == "simulate_tree") return simulate(op, asked, request);
   if (op == "design_record") return begin_run(asked.number("factor", 1.0), asked.flag("real_time"));
+  if (op == "design_apply") return apply_to_run();
   if (op == "design_show") return show_run(asked.text("recording"));
   if (!op.starts_with("design")) return steer(op, request);
   const std::lock_guard lock(mutex);

@@ -61,9 +61,11 @@ struct Workshop::Impl {
 
   // What pages are shown: the shadow run, a run that goes on beside it, or a recording.
   Result<Value> begin_run(double factor, bool real_time);
+  Result<Value> apply_to_run();
   Result<Value> show_run(const std::string& recording);
   Result<Value> steer(const std::string& op, const Value& request);
   void show_shadow();
+  void show_beside();
   [[nodiscard]] Value runs() const;
   void reach_all(std::uint64_t of_revision);
 
@@ -73,6 +75,7 @@ struct Workshop::Impl {
     std::map<std::string, std::string> texts;
     std::string scenario;
     bool saved = false;
+    std::uint64_t revision = 0;
   };
   [[nodiscard]] Texts texts_now() const;
   Loaded<project::Plan> look(const Texts& texts, Diagnostics& found);
@@ -111,6 +114,8 @@ struct Workshop::Impl {
   std::atomic<bool> outdated = false;              // what the shadow runs is not the newest any more
   std::shared_ptr<RunBeside> beside;               // the last run that was begun here
   bool goes_on = false;                            // it does, or is about to
+  std::string beside_scenario;                     // that it runs
+  std::uint64_t beside_of = 0;                     // the revision whose texts it runs
   std::string on_show;                             // recording in runs/ that pages are shown; empty: the shadow run
   std::function<Result<Value>()> reached_on_show;  // by it
 

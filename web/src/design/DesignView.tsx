@@ -157,6 +157,7 @@ function DesignBar() {
   const file = useDesign((state) => state.file);
   const look = useDesign((state) => state.look);
   const refused = useDesign((state) => state.refused);
+  const autosave = useDesign((state) => state.autosave);
   const below = useDesign((state) => state.below);
   const has_picture = useDesign((state) => {
     const doc = doc_of(state);
@@ -200,6 +201,9 @@ function DesignBar() {
       </button>
       <button className={`button small${dirty > 0 ? " primary" : ""}`} disabled={dirty === 0} title="Save all files (Ctrl+S)" data-testid="save" onClick={() => void save_all()}>
         {dirty > 0 ? `Save ${dirty}` : "Saved"}
+      </button>
+      <button className="button small" aria-pressed={autosave} title="Save each edit by itself" data-testid="autosave" onClick={toggle_autosave}>
+        Autosave
       </button>
       {can_run && (
         <button className="button small" aria-pressed={simulating} title="Run what is open by hand" data-testid="simulate-button" onClick={() => simulate(!simulating)}>
