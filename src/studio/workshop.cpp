@@ -240,6 +240,7 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
     return Value(Map{{"version", number(workspace.find(file)->version)}});
   }
   if (op == "design_gesture") return edit_by_gesture(asked);
+  if (op == "design_rename") return rename_place(asked.text("location"), asked.text("to"));
   if (op == "design_complete" || op == "design_explain")
     return help_with(file, asked.count("byte"), op == "design_complete");
   if (op == "design_reached") return reached(asked.flag("all"));

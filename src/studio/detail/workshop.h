@@ -42,6 +42,8 @@ struct Workshop::Impl {
   Result<Value> carry_out(const std::string& op, const Value& request);
   Result<Value> edit_by_gesture(const AskedEdit& asked);
   Result<Value> add(const AskedEdit& asked);
+  /// Of the world, wherever it is named, in one step.
+  Result<Value> rename_place(const std::string& location, const std::string& to);
   /// What may stand at a byte of a text, or what is known of what stands there (null: nothing).
   Result<Value> help_with(const std::string& file, std::uint64_t byte, bool complete);
   [[nodiscard]] Value other_sides() const;

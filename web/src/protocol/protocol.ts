@@ -555,6 +555,10 @@ export const Operations = {
     object({ factor: optional(Type.Number({ description: "Run seconds per second" })), real_time: optional(boolean()) }),
     object({ recording: string() }),
   ],
+  design_rename: [
+    object({ location: Type.String({ description: "Or an area, of the world" }), to: string() }),
+    object({ files: list(string()), places: index() }),
+  ],
   design_apply: [
     nothing(),
     Type.Union([
