@@ -248,11 +248,15 @@ export default function WorldView({ doc }: { doc: Doc }) {
         <g ref={group}>
           {shapes.map((shape) => {
             const points = shape.spots.map(place);
-            const [x, y] = [points.reduce((sum, point) => sum + point[0], 0) / points.length, points.reduce((sum, point) => sum + point[1], 0) / points.length];
+            const is_area = shape.kind === "area";
+            // Of an area at its corner: names of places are in its middle.
+            const [x, y] = is_area
+              ? [Math.min(...points.map((point) => point[0])), Math.min(...points.map((point) => point[1]))]
+              : [points.reduce((sum, point) => sum + point[0], 0) / points.length, points.reduce((sum, point) => sum + point[1], 0) / points.length];
             return (
               <g key={`${shape.kind} ${shape.name}`} className={`world-shape ${shape.kind}`}>
-                <path d={`M${points.map((point) => point.join(" ")).join("L")}${shape.kind === "area" ? "Z" : ""}`} />
-                <text x={x} y={y} dy={shape.kind === "door" ? "1.4em" : "0.35em"} textAnchor="middle" data-place={shape.kind === "area" ? shape.name : undefined}>
+                <path d={`M${points.map((point) => point.join(" ")).join("L")}${is_area ? "Z" : ""}`} />
+                <text x={x} y={y} dx={is_area ? "0.7em" : 0} dy="1.4em" textAnchor={is_area ? "start" : "middle"} data-place={is_area ? shape.name : undefined}>
                   {shape.name}
                 </text>
               </g>
@@ -287,7 +291,7 @@ export default function WorldView({ doc }: { doc: Doc }) {
                     <title>{`Heading of ${spot.name}`}</title>
                   </circle>
                 )}
-                <text x={x} y={y} dy="1.7em" textAnchor="middle">
+                <text x={x} y={y} dy={spot.heading && Math.sin(turn) < -0.5 ? "-0.9em" : "1.7em"} textAnchor="middle">
                   {spot.name}
                 </text>
               </g>

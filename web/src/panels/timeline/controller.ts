@@ -24,7 +24,7 @@ const kBeyond = 0.5;
 const kMergedGap_px = 8;
 
 /** Below this height the timeline has less room between its lanes. */
-const kLow_px = 130;
+const kLow_px = 140;
 
 export interface TimelineParts {
   all: HTMLElement;
